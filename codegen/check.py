@@ -1,0 +1,171 @@
+"""The rules that a policy profile must keep.
+
+Does: yields every broken rule with its path in the JSON form, so that one run shows all of them.
+Assumes: the dataclasses hold the right Python types (the JSON decoder or the extractor has seen to that).
+Does not: judge whether a policy is any good.
+"""
+
+import math
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from codegen.errors import suggestion
+from codegen.ir import (
+    MAX_DEPTH,
+    MAX_NODES,
+    NAME,
+    NO_ACTION,
+    NO_CHILD,
+    NO_FEATURE,
+    AgentPolicy,
+    GrownTree,
+    PolicyProfile,
+    Tree,
+    Violation,
+    WorldSpec,
+    depth,
+)
+
+
+def violations(profile: PolicyProfile) -> Iterator[Violation]:
+    """Every broken rule of `profile`."""
+    yield from _world(profile.world)
+    if not profile.agents:
+        yield Violation("$.agents", "a profile needs at least one agent")
+    yield from _names("$.agents", "agent", [policy.agent for policy in profile.agents])
+    movers = [entity.name for entity in profile.world.agents]
+    for index, policy in enumerate(profile.agents):
+        path = f"$.agents[{index}]"
+        if policy.agent not in movers:
+            yield Violation(f"{path}.agent", f"no agent '{policy.agent}' in the world; {suggestion(policy.agent, movers)}")
+        if not NAME.fullmatch(policy.team):
+            yield Violation(f"{path}.team", f"not a legal name: {policy.team!r}")
+        yield from _agent(path, policy, profile.world)
+    for group, values in (("training", profile.provenance.training), ("evaluation", profile.provenance.evaluation)):
+        for key, value in values.items():
+            if isinstance(value, float) and not math.isfinite(value):
+                yield Violation(f"$.provenance.{group}.{key}", "must be finite")
+
+
+def _names(path: str, kind: str, names: Sequence[str]) -> Iterator[Violation]:
+    seen: set[str] = set()
+    for index, name in enumerate(names):
+        if not NAME.fullmatch(name):
+            yield Violation(f"{path}[{index}]", f"not a legal {kind} name: {name!r} (a letter, then letters, digits, _ or -)")
+        # generated code folds case and turns '-' into '_', so names must differ after that
+        folded = name.lower().replace("-", "_")
+        if folded in seen:
+            yield Violation(f"{path}[{index}]", f"{kind} '{name}' appears twice")
+        seen.add(folded)
+
+
+def _world(world: WorldSpec) -> Iterator[Violation]:
+    path = "$.world"
+    if not NAME.fullmatch(world.name):
+        yield Violation(f"{path}.name", f"not a legal name: {world.name!r}")
+    yield from _names(f"{path}.agents", "entity", [entity.name for entity in world.agents])
+    yield from _names(f"{path}.landmarks", "entity", [entity.name for entity in world.landmarks])
+    numbers = {"dt": world.dt, "damping": world.damping, "start_low": world.start_low, "start_high": world.start_high}
+    for group, entities in (("agents", world.agents), ("landmarks", world.landmarks)):
+        for index, entity in enumerate(entities):
+            numbers |= {f"{group}[{index}].size": entity.size, f"{group}[{index}].force": entity.force}
+    for name, value in numbers.items():
+        if not math.isfinite(value):
+            yield Violation(f"{path}.{name}", "must be finite")
+    if world.start_low > world.start_high:
+        yield Violation(f"{path}.start_low", "is above start_high")
+    if world.episode_steps < 1:
+        yield Violation(f"{path}.episode_steps", "must be at least 1")
+    landmarks = [entity.name for entity in world.landmarks]
+    for index, goal in enumerate(world.goals):
+        if goal not in landmarks:
+            yield Violation(f"{path}.goals[{index}]", f"no landmark '{goal}'; {suggestion(goal, landmarks)}")
+
+
+def _agent(path: str, policy: AgentPolicy, world: WorldSpec) -> Iterator[Violation]:
+    yield from _names(f"{path}.features", "feature", [feature.name for feature in policy.features])
+    yield from _names(f"{path}.actions", "action", [action.name for action in policy.actions])
+    if not policy.features:
+        yield Violation(f"{path}.features", "an agent must observe something")
+    if not policy.actions:
+        yield Violation(f"{path}.actions", "an agent needs at least one action")
+    known = world.coordinates()
+    for index, feature in enumerate(policy.features):
+        here = f"{path}.features[{index}]"
+        if not feature.low <= feature.high or not math.isfinite(feature.low) or not math.isfinite(feature.high):
+            yield Violation(here, f"needs a finite range with low <= high, has [{feature.low}, {feature.high}]")
+        for weight, coordinate in feature.meaning.terms if feature.meaning else ():
+            if weight not in (-1, 1):
+                yield Violation(f"{here}.meaning", f"weights are +1 or -1, not {weight}")
+            if coordinate not in known:
+                yield Violation(f"{here}.meaning", f"no coordinate '{coordinate}'; {suggestion(coordinate, known)}")
+    for index, action in enumerate(policy.actions):
+        if action.effect is not None and not all(math.isfinite(part) for part in action.effect):
+            yield Violation(f"{path}.actions[{index}].effect", "must be finite")
+    sound = True
+    for violation in _tree(f"{path}.tree", policy.tree, len(policy.features), len(policy.actions), preorder=True):
+        sound = False
+        yield violation
+    if sound and int(depth(policy.tree).max()) > MAX_DEPTH:
+        yield Violation(f"{path}.tree", f"deeper than {MAX_DEPTH} splits")
+    if policy.grown is not None:
+        yield from _tree(f"{path}.grown", policy.grown, len(policy.features), len(policy.actions), preorder=False)
+
+
+def _tree(path: str, tree: Tree | GrownTree, n_features: int, n_actions: int, preorder: bool) -> Iterator[Violation]:
+    arrays = (tree.feature, tree.threshold, tree.left, tree.right, tree.action)
+    n = len(tree.feature)
+    if any(array.shape != (n,) for array in arrays):
+        yield Violation(path, f"arrays of different lengths: {[len(array) for array in arrays]}")
+        return
+    if not 1 <= n <= MAX_NODES:
+        yield Violation(path, f"{n} nodes; 1 to {MAX_NODES} are allowed")
+        return
+    broken = False
+    for violation in _nodes(path, tree, n_features, n_actions):
+        broken = True
+        yield violation
+    if not broken:
+        yield from _shape(path, tree, preorder)
+
+
+def _nodes(path: str, tree: Tree | GrownTree, n_features: int, n_actions: int) -> Iterator[Violation]:
+    """Rules about single nodes."""
+    n = len(tree.feature)
+    split = tree.feature != NO_FEATURE
+    child_ok = (tree.left > 0) & (tree.left < n) & (tree.right > 0) & (tree.right < n)
+    no_child = (tree.left == NO_CHILD) & (tree.right == NO_CHILD)
+    action_ok = (tree.action >= 0) & (tree.action < n_actions)
+    rules = (
+        ("feature", (tree.feature < NO_FEATURE) | (tree.feature >= n_features), f"must be below {n_features}"),
+        ("threshold", ~np.isfinite(tree.threshold), "must be finite"),
+        ("left, right", split & ~child_ok, f"a split's children must be nodes 1 to {n - 1}"),
+        ("left, right", ~split & ~no_child, "a leaf has no children"),
+        ("action", split & (tree.action != NO_ACTION), "a split has no action"),
+        ("action", ~split & ~action_ok, f"a leaf's action must be 0 to {n_actions - 1}"),
+    )
+    for name, bad, message in rules:
+        for node in np.flatnonzero(bad):
+            yield Violation(f"{path}[{node}].{name}", message)
+
+
+def _shape(path: str, tree: Tree | GrownTree, preorder: bool) -> Iterator[Violation]:
+    """Every node is reached exactly once from the root (no cycle, nothing shared or left over), in preorder if asked."""
+    seen = np.zeros(len(tree.feature), dtype=bool)
+    stack = [0]
+    reached = 0
+    while stack:
+        node = stack.pop()
+        if seen[node]:
+            yield Violation(f"{path}[{node}]", "is reached twice (a cycle or a shared subtree)")
+            return
+        if preorder and node != reached:
+            yield Violation(f"{path}[{node}]", f"nodes must be in preorder; here node {reached} was expected")
+            return
+        seen[node] = True
+        reached += 1
+        if tree.feature[node] != NO_FEATURE:
+            stack += [int(tree.right[node]), int(tree.left[node])]
+    for node in np.flatnonzero(~seen)[:1]:
+        yield Violation(f"{path}[{node}]", "cannot be reached from the root")

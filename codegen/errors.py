@@ -1,0 +1,93 @@
+"""The exceptions that a user can meet, and what each one means for the exit code.
+
+Does: carries what went wrong, where, and what to do next; suggests the closest match for a misspelt name.
+Assumes: the command line prints the three lines; nothing here prints.
+Does not: cover our own bugs (those stay ordinary exceptions and end in exit code 70).
+
+    MaviperError
+    |-- InputError            2  a file, option or configuration is wrong
+    |   |-- ProfileError         a policy profile breaks its schema or an invariant
+    |   `-- UnknownNameError     a name that does not exist; carries the closest match
+    |-- DisagreementError     4  generated code decides differently from the profile
+    `-- MissingToolError      5  a compiler or an optional package is missing
+"""
+
+import difflib
+from collections.abc import Iterable
+from enum import IntEnum
+
+
+class ExitCode(IntEnum):
+    """What a command's exit status says; documented in `maviper --help`."""
+
+    DONE = 0
+    VIOLATED = 1
+    INPUT = 2
+    INCONCLUSIVE = 3
+    DISAGREES = 4
+    MISSING = 5
+    BUG = 70
+    INTERRUPTED = 130
+
+
+class MaviperError(Exception):
+    """Something that the user can mend: `what` happened, `where` (file, path in it), what to do `next_step`."""
+
+    exit_code = ExitCode.INPUT
+
+    def __init__(self, what: str, where: str = "", next_step: str = "") -> None:
+        super().__init__(what)
+        self.what = what
+        self.where = where
+        self.next_step = next_step
+
+    def __str__(self) -> str:
+        return "\n".join(line for line in (self.what, self.where, self.next_step) if line)
+
+
+class InputError(MaviperError):
+    """A file, an option or a configuration cannot be used as it is."""
+
+
+class ProfileError(InputError):
+    """A policy profile breaks its schema or an invariant of the IR."""
+
+
+class UnknownNameError(InputError):
+    """A name that does not exist."""
+
+    def __init__(self, kind: str, name: str, known: Iterable[str], where: str = "") -> None:
+        self.closest = closest(name, known)
+        super().__init__(f"unknown {kind} '{name}'", where, suggestion(name, known))
+
+
+class DisagreementError(MaviperError):
+    """Generated code and the profile decide differently for some observation."""
+
+    exit_code = ExitCode.DISAGREES
+
+
+class MissingToolError(MaviperError):
+    """A compiler or an optional package that the command needs is not installed."""
+
+    exit_code = ExitCode.MISSING
+
+
+MOST_NAMES_SHOWN = 10
+
+
+def closest(name: str, known: Iterable[str]) -> str | None:
+    """The name in `known` that is most like `name`, or None when nothing is."""
+    found = difflib.get_close_matches(name, list(known), n=1, cutoff=0.5)
+    return found[0] if found else None
+
+
+def suggestion(name: str, known: Iterable[str]) -> str:
+    """One line that helps after a misspelt name: the closest match, else the names if they are few."""
+    names = list(known)
+    match = closest(name, names)
+    if match is not None:
+        return f"did you mean '{match}'?"
+    if len(names) <= MOST_NAMES_SHOWN:
+        return "known: " + ", ".join(names)
+    return f"{len(names)} names are known, none of them is close"

@@ -1,0 +1,56 @@
+"""Float arithmetic of thresholds: rounding, and literals that every reader decodes to the same decision.
+
+Does: float64 to float32 downwards; the double that stands for a float32 threshold; exact literals.
+Assumes: IEEE 754 binary32 and binary64, finite thresholds.
+Does not: know about trees.
+"""
+
+import math
+
+import numpy as np
+
+FLOAT32_MAX = float(np.finfo(np.float32).max)
+
+
+def round_down(threshold: float) -> np.float32:
+    """The largest float32 that is not above a finite float64.
+
+    For a float32 x and a float64 t, `x <= t` and `x <= round_down(t)` say the same; round-to-nearest does not, when
+    it rounds up. Below every float32 the result is -infinity, which no finite observation is below.
+    """
+    with np.errstate(over="ignore"):
+        near = np.float32(threshold)
+    return near if float(near) <= threshold else np.nextafter(near, np.float32(-np.inf))
+
+
+def deciding_double(threshold: np.float32) -> float:
+    """The largest float64 that rounds to a float32 not above `threshold`.
+
+    A double d compared with it decides as float32(d) does against the threshold itself, and so does every float32.
+    It is the midpoint to the next float32 where that tie rounds down (even mantissa), else the double before it.
+    """
+    t = float(threshold)
+    above = np.nextafter(np.float32(threshold), np.float32(np.inf))
+    # past the largest float32 the next value of the unbounded format is 2**128
+    middle = t + ((2.0**128 if np.isinf(above) else float(above)) - t) / 2.0
+    with np.errstate(over="ignore"):
+        ties_down = float(np.float32(middle)) <= t
+    return middle if ties_down else math.nextafter(middle, -math.inf)
+
+
+def hex_literal(threshold: np.float32) -> str:
+    """The exact value as a C99 hexadecimal float literal, e.g. `0x1.99999ap-4f`."""
+    return short_hex(float(threshold)) + "f"
+
+
+def short_hex(value: float) -> str:
+    """`float.hex` without trailing zeros of the fraction."""
+    mantissa, exponent = value.hex().split("p")
+    if "." in mantissa:
+        mantissa = mantissa.rstrip("0").rstrip(".")
+    return f"{mantissa}p{exponent}"
+
+
+def decimal_literal(value: float) -> str:
+    """The shortest decimal that reads back as the same double."""
+    return repr(float(value))

@@ -1,0 +1,252 @@
+"""The policy IR: what a team of tree policies is, and what it decides.
+
+Does: frozen data for trees, features, actions, the world and the profile; the reference semantics (`act`); the checker.
+Assumes: observations are float32; coordinates are in the world's own length unit.
+Does not: read files (policy_json.py), round thresholds (floats.py), make text (lower.py, targets/) or learn.
+
+Semantics, the same in every artefact that is made from a profile:
+- A split sends an observation x left iff `x[feature] <= threshold`, both float32. NaN compares false, so it goes
+  right; infinities follow `<=`. Doubles are rounded to float32 first.
+- A node's id is its index in the tree's arrays, which are in preorder; leaves are named by that id everywhere.
+"""
+
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, fields
+from types import MappingProxyType
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from codegen.errors import ProfileError
+
+Int32 = npt.NDArray[np.int32]
+Float32 = npt.NDArray[np.float32]
+Float64 = npt.NDArray[np.float64]
+
+ROOT: Final = 0
+NO_FEATURE: Final = -1
+NO_CHILD: Final = -1
+NO_ACTION: Final = -1
+MAX_DEPTH: Final = 64  # nested code beyond it meets the limits of compilers; a tree that deep explains nothing
+MAX_NODES: Final = 1 << 20
+MAX_VIOLATIONS: Final = 20
+NAME: Final = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,63}")
+
+
+class _Arrays:
+    """Makes every array field of a frozen dataclass contiguous and read-only."""
+
+    def __post_init__(self) -> None:
+        for item in fields(self):  # type: ignore[arg-type]
+            array = np.array(getattr(self, item.name), dtype=item.metadata["dtype"], ndmin=1)
+            array.setflags(write=False)
+            object.__setattr__(self, item.name, array)
+
+
+def _array(dtype: Any) -> Any:
+    return field(metadata={"dtype": dtype})
+
+
+@dataclass(frozen=True, eq=False)
+class Tree(_Arrays):
+    """A decision tree as arrays over its n nodes, in preorder, root first."""
+
+    feature: Int32 = _array(np.int32)  # [n] index of the tested feature; NO_FEATURE at a leaf
+    threshold: Float32 = _array(np.float32)  # [n] in the feature's unit; 0 at a leaf
+    left: Int32 = _array(np.int32)  # [n] node for `x <= threshold`; NO_CHILD at a leaf
+    right: Int32 = _array(np.int32)  # [n] node for everything else; NO_CHILD at a leaf
+    action: Int32 = _array(np.int32)  # [n] action at a leaf; NO_ACTION at a split
+
+
+@dataclass(frozen=True, eq=False)
+class GrownTree(_Arrays):
+    """A tree as the learner grew it: float64 thresholds, the learner's own numbering of nodes, root first.
+
+    Evidence only, kept so that anyone can check that nothing changed between learning and deployment. A float32
+    observation goes left iff it is `<=` the float64 threshold, as in scikit-learn.
+    """
+
+    feature: Int32 = _array(np.int32)
+    threshold: Float64 = _array(np.float64)
+    left: Int32 = _array(np.int32)
+    right: Int32 = _array(np.int32)
+    action: Int32 = _array(np.int32)
+
+
+@dataclass(frozen=True)
+class Meaning:
+    """What a feature measures: a sum of signed world coordinates, or the sign (-1, 0, 1) of one."""
+
+    terms: tuple[tuple[int, str], ...]  # (+1 or -1, coordinate such as "agent_0.x")
+    sign: bool = False
+
+    def __str__(self) -> str:
+        text = " ".join(f"{'-' if weight < 0 else '+'} {coordinate}" for weight, coordinate in self.terms)
+        text = text.removeprefix("+ ")
+        return f"sign({text})" if self.sign else text
+
+
+@dataclass(frozen=True)
+class FeatureSpec:
+    """One number of an observation. `low` and `high` (in `unit`) bound it over an episode from the start box."""
+
+    name: str
+    unit: str
+    low: float
+    high: float
+    meaning: Meaning | None  # None: the policy runs and compiles, but claims about world states are out of reach
+
+
+@dataclass(frozen=True)
+class ActionSpec:
+    """One discrete action and the direction (unit vector per axis) in which it pushes, where there is one."""
+
+    name: str
+    effect: tuple[float, float] | None
+
+
+@dataclass(frozen=True)
+class EntitySpec:
+    """An agent or a landmark: `force` is the acceleration of a unit action (length / s^2), 0 for what cannot move."""
+
+    name: str
+    size: float
+    force: float
+    max_speed: float | None
+    collides: bool
+
+
+@dataclass(frozen=True)
+class WorldSpec:
+    """The world that a profile was learned in: its entities and dynamics.
+
+    A step of `dt` seconds moves every position with the old velocity, then damps the velocity by the share
+    `damping` and adds dt * force * effect of the action. Episodes start at rest with every coordinate uniform in
+    [start_low, start_high] and last `episode_steps` steps.
+    """
+
+    name: str
+    reference: str  # the environment that is the truth, e.g. "mpe2.simple_adversary_v3"
+    agents: tuple[EntitySpec, ...]
+    landmarks: tuple[EntitySpec, ...]
+    goals: tuple[str, ...]  # landmarks that the coordinates "goal.x", "goal.y" may stand for; empty: no goal
+    dt: float
+    damping: float
+    start_low: float
+    start_high: float
+    episode_steps: int
+
+    def coordinates(self) -> tuple[str, ...]:
+        """Names of all coordinates: positions of agents and landmarks, agents' velocities, then the goal's position."""
+        places = [entity.name for entity in self.agents + self.landmarks] + (["goal"] if self.goals else [])
+        position = [f"{name}.{axis}" for name in places for axis in "xy"]
+        velocity = [f"{agent.name}.v{axis}" for agent in self.agents for axis in "xy"]
+        return tuple(position + velocity)
+
+
+@dataclass(frozen=True, eq=False)
+class AgentPolicy:
+    """One agent's policy: what it observes, what it may do, and its tree."""
+
+    agent: str
+    team: str
+    features: tuple[FeatureSpec, ...]
+    actions: tuple[ActionSpec, ...]
+    tree: Tree
+    grown: GrownTree | None = None
+
+
+@dataclass(frozen=True)
+class Provenance:
+    """Where a profile comes from. `training` and `evaluation` hold named numbers and texts, as the extractor wrote them."""
+
+    algorithm: str
+    preset: str
+    seed: int
+    expert: str  # content hash of the expert, or "" when there was none
+    tool: str  # name and version of the program that made the profile
+    training: Mapping[str, float | int | str] = field(default_factory=lambda: MappingProxyType({}))
+    evaluation: Mapping[str, float | int | str] = field(default_factory=lambda: MappingProxyType({}))
+
+
+@dataclass(frozen=True, eq=False)
+class PolicyProfile:
+    """The policies of all agents of a world (the paper's term), with the world's spec and their provenance."""
+
+    world: WorldSpec
+    agents: tuple[AgentPolicy, ...]
+    provenance: Provenance
+
+    def policy(self, agent: str) -> AgentPolicy:
+        """The policy of the named agent; KeyError when there is none."""
+        return {policy.agent: policy for policy in self.agents}[agent]
+
+    def team(self, team: str) -> tuple[AgentPolicy, ...]:
+        """The policies of a team, in the order of the profile."""
+        return tuple(policy for policy in self.agents if policy.team == team)
+
+
+def apply(tree: Tree | GrownTree, obs: npt.ArrayLike) -> Int32:
+    """Leaf id of each observation. `obs`: [batch, n_features], rounded to float32. Returns [batch] int32."""
+    x = np.atleast_2d(np.asarray(obs, dtype=np.float32))
+    node = np.full(len(x), ROOT, dtype=np.int32)
+    row = np.flatnonzero(tree.feature[node] != NO_FEATURE)
+    while row.size:
+        here = node[row]
+        goes_left = x[row, tree.feature[here]] <= tree.threshold[here]
+        node[row] = np.where(goes_left, tree.left[here], tree.right[here])
+        row = row[tree.feature[node[row]] != NO_FEATURE]
+    return node
+
+
+def act(policy: AgentPolicy, obs: npt.ArrayLike) -> Int32:
+    """The reference: the action that `policy` takes for each observation of a batch.
+
+    `obs`: [batch, n_features], rounded to float32. Returns [batch] int32, indices into `policy.actions`.
+    """
+    return policy.tree.action[apply(policy.tree, obs)]
+
+
+def leaves(tree: Tree) -> Int32:
+    """Ids of the leaves, ascending, which is left to right."""
+    return np.flatnonzero(tree.feature == NO_FEATURE).astype(np.int32)
+
+
+def depth(tree: Tree) -> Int32:
+    """Depth of each node in splits from the root, [n] int32. Assumes a checked tree (children after parents)."""
+    level = np.zeros(len(tree.feature), dtype=np.int32)
+    for node in np.flatnonzero(tree.feature != NO_FEATURE):
+        level[tree.left[node]] = level[tree.right[node]] = level[node] + 1
+    return level
+
+
+class Violation(NamedTuple):
+    """One broken invariant: where (path in the JSON form) and what."""
+
+    path: str
+    message: str
+
+
+def check(profile: PolicyProfile) -> tuple[Violation, ...]:
+    """Every broken invariant of a profile, each with its path; empty when the profile is sound."""
+    from codegen.check import violations  # the rules live beside this file, which stays readable in five minutes
+
+    return tuple(violations(profile))
+
+
+def ensure(profile: PolicyProfile, where: str = "") -> PolicyProfile:
+    """The profile itself when it is sound; otherwise ProfileError with all broken invariants."""
+    found = check(profile)
+    if found:
+        shown = [f"{where}{': ' if where else ''}{item.path}: {item.message}" for item in found[:MAX_VIOLATIONS]]
+        rest = len(found) - len(shown)
+        shown += [f"... and {rest} more"] if rest > 0 else []
+        raise ProfileError("not a valid policy profile", "\n".join(shown), "extract it again, or undo the edit")
+    return profile
+
+
+def splits(tree: Tree) -> Iterator[int]:
+    """Ids of the splits in preorder."""
+    yield from (int(node) for node in np.flatnonzero(tree.feature != NO_FEATURE))

@@ -1,0 +1,391 @@
+"""The JSON form of a policy profile, with its schema and content hash.
+
+Does: encodes a profile to text that people and other programs can read; decodes and checks it, naming the fault's path.
+Assumes: UTF-8 text; the shape is the structs below, from which the published schema is made.
+Does not: touch files.
+
+A split states its threshold twice: `threshold` is the double that decides for doubles and float32 alike, `float32` is
+the float32 itself, exactly, in hexadecimal. They must agree.
+"""
+
+import hashlib
+import json
+import re
+from collections.abc import Mapping
+from typing import Any, cast
+
+import msgspec
+import numpy as np
+
+from codegen.errors import ProfileError, suggestion
+from codegen.floats import deciding_double, short_hex
+from codegen.ir import (
+    NO_ACTION,
+    NO_CHILD,
+    NO_FEATURE,
+    ActionSpec,
+    AgentPolicy,
+    EntitySpec,
+    FeatureSpec,
+    GrownTree,
+    Meaning,
+    PolicyProfile,
+    Provenance,
+    Tree,
+    WorldSpec,
+    ensure,
+)
+
+SCHEMA_VERSION = 1
+LINE_WIDTH = 140
+MAX_BYTES = 256 * 2**20  # a profile beyond this is not one of ours
+Number = float | int | str
+
+
+class _Strict(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
+    pass
+
+
+class SplitJson(_Strict):
+    """`x[feature] <= threshold` goes to node `left`, everything else to node `right`."""
+
+    feature: str
+    threshold: float
+    float32: str
+    left: int
+    right: int
+
+
+class NodeJson(_Strict, omit_defaults=True):
+    """Either a split (feature, threshold, float32, left, right) or a leaf (action)."""
+
+    feature: str | None = None
+    threshold: float | None = None
+    float32: str | None = None
+    left: int | None = None
+    right: int | None = None
+    action: str | None = None
+
+
+class GrownJson(_Strict):
+    """The tree as it was learned, in arrays: float64 thresholds, -1 for what a node does not have."""
+
+    feature: list[int]
+    threshold: list[float]
+    left: list[int]
+    right: list[int]
+    action: list[int]
+
+
+class FeatureJson(_Strict):
+    name: str
+    unit: str
+    range: tuple[float, float]
+    meaning: str | None
+
+
+class ActionJson(_Strict):
+    name: str
+    effect: tuple[float, float] | None
+
+
+class EntityJson(_Strict):
+    name: str
+    size: float
+    force: float
+    max_speed: float | None
+    collides: bool
+
+
+class WorldJson(_Strict):
+    name: str
+    reference: str
+    agents: list[EntityJson]
+    landmarks: list[EntityJson]
+    goals: list[str]
+    dt: float
+    damping: float
+    start_box: tuple[float, float]
+    episode_steps: int
+
+
+class AgentJson(_Strict):
+    agent: str
+    team: str
+    features: list[FeatureJson]
+    actions: list[ActionJson]
+    tree: list[NodeJson]
+    grown: GrownJson | None
+
+
+class ProvenanceJson(_Strict):
+    algorithm: str
+    preset: str
+    seed: int
+    expert: str
+    tool: str
+    training: dict[str, Number]
+    evaluation: dict[str, Number]
+
+
+class ProfileJson(_Strict):
+    """A policy profile. `content_hash` covers everything else; leave it out after an edit made on purpose."""
+
+    schema_version: int
+    semantics: str
+    world: WorldJson
+    agents: list[AgentJson]
+    provenance: ProvenanceJson
+    content_hash: str | None = None
+
+
+SEMANTICS = (
+    "float32 observations; left iff x[feature] <= threshold; NaN goes right; a node's id is its place in the list; "
+    "threshold decides for doubles and float32 alike, float32 is the exact threshold"
+)
+
+
+def schema() -> dict[str, Any]:
+    """The JSON schema (draft 2020-12) of a profile."""
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **msgspec.json.schema(ProfileJson)}
+
+
+def content_hash(profile: PolicyProfile) -> str:
+    """SHA-256 of everything in the profile, in hexadecimal."""
+    return _hash(_document(profile))
+
+
+def dumps(profile: PolicyProfile) -> str:
+    """The JSON text of a profile; equal profiles give equal bytes."""
+    document = _document(profile)
+    return layout(document | {"content_hash": _hash(document)}) + "\n"
+
+
+def loads(text: str | bytes, where: str = "profile") -> PolicyProfile:
+    """The profile in a JSON text. ProfileError with the path of the fault when it is damaged or breaks a rule."""
+    if len(text) > MAX_BYTES:
+        raise ProfileError("the file is too large for a policy profile", where, f"profiles have at most {MAX_BYTES} bytes")
+    try:
+        raw = msgspec.json.decode(text, type=ProfileJson)
+    except msgspec.ValidationError as error:
+        message, _, path = str(error).partition(" - at `")
+        raise ProfileError("not a valid policy profile", f"{where}: {path.rstrip('`') or '$'}: {message}", _ADVICE) from None
+    except (msgspec.DecodeError, RecursionError, UnicodeDecodeError) as error:
+        raise ProfileError("not readable as JSON", f"{where}: {error}", "the file is truncated or not a profile") from None
+    if raw.schema_version != SCHEMA_VERSION:
+        found = f"{where}: $.schema_version: {raw.schema_version}; this version of maviper reads {SCHEMA_VERSION}"
+        raise ProfileError("a policy profile of another schema", found, "extract it again or install a matching version")
+    if raw.semantics != SEMANTICS:
+        raise ProfileError("a policy profile of other semantics", f"{where}: $.semantics: {raw.semantics[:80]!r}", _ADVICE)
+    profile = ensure(_profile(raw, where), where)
+    expected = content_hash(profile)
+    if raw.content_hash is not None and raw.content_hash != expected:
+        raise ProfileError(
+            "the profile was edited after it was written",
+            f"{where}: $.content_hash: states {raw.content_hash[:16]}..., the content gives {expected[:16]}...",
+            "restore the file; after an edit made on purpose, delete the content_hash line",
+        )
+    return profile
+
+
+_ADVICE = "extract it again, or undo the edit"
+
+
+def layout(value: Any, indent: int = 0) -> str:
+    """JSON text in which whatever fits on a line stays on one: one node, one feature, one line."""
+    flat = json.dumps(value, ensure_ascii=False, allow_nan=False)
+    if len(flat) + indent <= LINE_WIDTH or not isinstance(value, (dict, list)):
+        return flat
+    inner = " " * (indent + 2)
+    if isinstance(value, dict):
+        mapping = cast(dict[str, Any], value)
+        rows = [f"{inner}{json.dumps(key)}: {layout(item, indent + 2)}" for key, item in mapping.items()]
+        return "{\n" + ",\n".join(rows) + "\n" + " " * indent + "}"
+    items = cast(list[Any], value)
+    if all(isinstance(item, (int, float)) for item in items):
+        return flat
+    return "[\n" + ",\n".join(f"{inner}{layout(item, indent + 2)}" for item in items) + "\n" + " " * indent + "]"
+
+
+def _hash(document: dict[str, Any]) -> str:
+    canonical = json.dumps(document, sort_keys=True, separators=(",", ":"), allow_nan=False)
+    return hashlib.sha256(canonical.encode()).hexdigest()
+
+
+# --- encoding
+
+
+def _document(profile: PolicyProfile) -> dict[str, Any]:
+    world = profile.world
+    provenance = profile.provenance
+    return {
+        "schema_version": SCHEMA_VERSION,
+        "semantics": SEMANTICS,
+        "world": {
+            "name": world.name,
+            "reference": world.reference,
+            "agents": [_entity(entity) for entity in world.agents],
+            "landmarks": [_entity(entity) for entity in world.landmarks],
+            "goals": list(world.goals),
+            "dt": float(world.dt),
+            "damping": float(world.damping),
+            "start_box": [float(world.start_low), float(world.start_high)],
+            "episode_steps": world.episode_steps,
+        },
+        "agents": [_agent(policy) for policy in profile.agents],
+        "provenance": {
+            "algorithm": provenance.algorithm,
+            "preset": provenance.preset,
+            "seed": provenance.seed,
+            "expert": provenance.expert,
+            "tool": provenance.tool,
+            "training": dict(provenance.training),
+            "evaluation": dict(provenance.evaluation),
+        },
+    }
+
+
+def _entity(entity: EntitySpec) -> dict[str, Any]:
+    speed = None if entity.max_speed is None else float(entity.max_speed)
+    moving = {"force": float(entity.force), "max_speed": speed}
+    return {"name": entity.name, "size": float(entity.size), **moving, "collides": entity.collides}
+
+
+def _agent(policy: AgentPolicy) -> dict[str, Any]:
+    features = [
+        {
+            "name": feature.name,
+            "unit": feature.unit,
+            "range": [float(feature.low), float(feature.high)],
+            "meaning": None if feature.meaning is None else str(feature.meaning),
+        }
+        for feature in policy.features
+    ]
+    actions = [
+        {"name": action.name, "effect": None if action.effect is None else [float(part) for part in action.effect]}
+        for action in policy.actions
+    ]
+    grown = policy.grown
+    return {
+        "agent": policy.agent,
+        "team": policy.team,
+        "features": features,
+        "actions": actions,
+        "tree": [_node(policy, node) for node in range(len(policy.tree.feature))],
+        "grown": None if grown is None else {name: getattr(grown, name).tolist() for name in GrownJson.__struct_fields__},
+    }
+
+
+def _node(policy: AgentPolicy, node: int) -> dict[str, Any]:
+    tree = policy.tree
+    if tree.feature[node] == NO_FEATURE:
+        return {"action": policy.actions[tree.action[node]].name}
+    threshold = tree.threshold[node]
+    return {
+        "feature": policy.features[tree.feature[node]].name,
+        "threshold": deciding_double(threshold),
+        "float32": short_hex(float(threshold)),
+        "left": int(tree.left[node]),
+        "right": int(tree.right[node]),
+    }
+
+
+# --- decoding
+
+
+def _profile(raw: ProfileJson, where: str) -> PolicyProfile:
+    world = raw.world
+    spec = WorldSpec(
+        name=world.name,
+        reference=world.reference,
+        agents=tuple(EntitySpec(*msgspec.structs.astuple(entity)) for entity in world.agents),
+        landmarks=tuple(EntitySpec(*msgspec.structs.astuple(entity)) for entity in world.landmarks),
+        goals=tuple(world.goals),
+        dt=world.dt,
+        damping=world.damping,
+        start_low=world.start_box[0],
+        start_high=world.start_box[1],
+        episode_steps=world.episode_steps,
+    )
+    agents = tuple(_policy(agent, f"{where}: $.agents[{index}]") for index, agent in enumerate(raw.agents))
+    given = msgspec.structs.asdict(raw.provenance)
+    return PolicyProfile(spec, agents, Provenance(**cast(Mapping[str, Any], given)))
+
+
+def _policy(raw: AgentJson, path: str) -> AgentPolicy:
+    features = tuple(
+        FeatureSpec(item.name, item.unit, *item.range, _meaning(item.meaning, f"{path}.features[{index}].meaning"))
+        for index, item in enumerate(raw.features)
+    )
+    actions = tuple(ActionSpec(item.name, item.effect) for item in raw.actions)
+    names = ([feature.name for feature in features], [action.name for action in actions])
+    rows = [_row(node, names, f"{path}.tree[{index}]") for index, node in enumerate(raw.tree)]
+    tree = Tree(*([row[column] for row in rows] for column in range(5)))
+    grown = None
+    if raw.grown is not None:
+        try:
+            grown = GrownTree(*msgspec.structs.astuple(raw.grown))
+        except OverflowError:
+            raise ProfileError("not a valid policy profile", f"{path}.grown: a number is out of range", _ADVICE) from None
+    return AgentPolicy(raw.agent, raw.team, features, actions, tree, grown)
+
+
+def _row(node: NodeJson, names: tuple[list[str], list[str]], path: str) -> tuple[int, float, int, int, int]:
+    """One node as (feature, threshold, left, right, action)."""
+    given = {name for name in NodeJson.__struct_fields__ if getattr(node, name) is not None}
+    if given == {"action"}:
+        action = _index(names[1], cast(str, node.action), "action", f"{path}.action")
+        return NO_FEATURE, 0.0, NO_CHILD, NO_CHILD, action
+    if given != set(SplitJson.__struct_fields__):
+        found = ", ".join(sorted(given)) or "nothing"
+        fault = f"{path}: a node has feature, threshold, float32, left and right, or only action; found {found}"
+        raise ProfileError("not a valid policy profile", fault, _ADVICE)
+    feature = _index(names[0], cast(str, node.feature), "feature", f"{path}.feature")
+    threshold = _threshold(cast(float, node.threshold), cast(str, node.float32), path)
+    children = (cast(int, node.left), cast(int, node.right))
+    if any(abs(child) >= 2**31 for child in children):
+        raise ProfileError("not a valid policy profile", f"{path}: a child's number is out of range", _ADVICE)
+    return feature, threshold, *children, NO_ACTION
+
+
+def _index(names: list[str], name: str, kind: str, path: str) -> int:
+    if name not in names:
+        raise ProfileError(f"unknown {kind} '{name}'", path, suggestion(name, names))
+    return names.index(name)
+
+
+def _threshold(double: float, text: str, path: str) -> float:
+    try:
+        exact = float.fromhex(text)
+    except (ValueError, OverflowError):
+        raise ProfileError("not a valid policy profile", f"{path}.float32: not a hexadecimal float: {text[:40]!r}", _ADVICE) from None
+    with np.errstate(over="ignore"):
+        single = np.float32(exact)
+    if not np.isfinite(single) or float(single) != exact:
+        raise ProfileError("not a valid policy profile", f"{path}.float32: {text} is not a finite float32", _ADVICE)
+    if deciding_double(single) != double:
+        fault = f"{path}.threshold: {double!r} does not belong to float32 {text}; {deciding_double(single)!r} does"
+        raise ProfileError("not a valid policy profile", fault, _ADVICE)
+    return exact
+
+
+_TERM = re.compile(r"\s*([+-]?)\s*([A-Za-z][\w-]*\.[a-z]+)")
+
+
+def _meaning(text: str | None, path: str) -> Meaning | None:
+    """`goal.x - agent_0.x` or `sign(...)` as a Meaning."""
+    if text is None:
+        return None
+    sign = text.startswith("sign(") and text.endswith(")")
+    body = text[5:-1] if sign else text
+    terms: list[tuple[int, str]] = []
+    place = 0
+    while place < len(body):
+        match = _TERM.match(body, place)
+        if match is None or (terms and not match[1]):
+            raise ProfileError("not a valid policy profile", f"{path}: cannot read {text[:80]!r}", "write `a.x - b.x` or `sign(a.x - b.x)`")
+        terms.append((-1 if match[1] == "-" else 1, match[2]))
+        place = match.end()
+    if not terms:
+        raise ProfileError("not a valid policy profile", f"{path}: empty", "write `a.x - b.x`, or null")
+    return Meaning(tuple(terms), sign)

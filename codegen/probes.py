@@ -1,0 +1,99 @@
+"""Observations that tell a right implementation of a tree from a wrong one.
+
+Does: boundary observations for every split that can be reached, special float values, and random ones.
+Assumes: finite thresholds; random draws come from a seed.
+Does not: run any implementation (selfcheck.py).
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from codegen import ir
+from codegen.floats import deciding_double, round_down
+from codegen.ir import Float32, Float64, GrownTree, Tree
+
+INFINITY = np.float32(np.inf)
+FILLINGS = 16  # random completions of each boundary value
+_LIMITS = np.finfo(np.float32)
+SPECIAL = np.array(
+    [np.nan, np.inf, -np.inf, 0.0, -0.0, _LIMITS.max, -_LIMITS.max, _LIMITS.tiny, -_LIMITS.tiny]
+    + [_LIMITS.smallest_subnormal, -_LIMITS.smallest_subnormal],
+    dtype=np.float32,
+)
+
+
+def neighbours(threshold: float) -> Float32:
+    """The float32 values around a threshold, float32 or float64: at or below it, its two neighbours. [3]"""
+    at = round_down(threshold)
+    return np.array([np.nextafter(at, -INFINITY), at, np.nextafter(at, INFINITY)], dtype=np.float32)
+
+
+def paths(tree: Tree | GrownTree, n_features: int) -> Iterator[tuple[int, Float32, Float32]]:
+    """Every split that some observation reaches, with the open-closed box (low, high] of those observations."""
+    stack = [(ir.ROOT, np.full(n_features, -INFINITY), np.full(n_features, INFINITY))]
+    while stack:
+        node, low, high = stack.pop()
+        feature = int(tree.feature[node])
+        if feature == ir.NO_FEATURE:
+            continue
+        yield node, low, high
+        threshold = round_down(float(tree.threshold[node]))
+        if low[feature] < threshold:
+            lower = high.copy()
+            lower[feature] = min(high[feature], threshold)
+            stack.append((int(tree.left[node]), low, lower))
+        if threshold < high[feature]:
+            upper = low.copy()
+            upper[feature] = max(low[feature], threshold)
+            stack.append((int(tree.right[node]), upper, high))
+
+
+def boundary(tree: Tree | GrownTree, features: tuple[ir.FeatureSpec, ...], rng: np.random.Generator) -> Float32:
+    """Observations that reach each split with its feature at the threshold and at both float32 neighbours.
+
+    [n, n_features]; every boundary value comes with FILLINGS random values of the other features. Where the path
+    has a test of the same feature right beside the threshold, a neighbour may leave the path; it is asked all the same.
+    """
+    rows: list[Float32] = [np.zeros((0, len(features)), dtype=np.float32)]
+    floor = np.array([feature.low for feature in features], dtype=np.float32)
+    ceiling = np.array([feature.high for feature in features], dtype=np.float32)
+    for node, low, high in paths(tree, len(features)):
+        start = np.maximum(np.nextafter(low, INFINITY), np.minimum(floor, high))
+        stop = np.maximum(np.minimum(high, np.maximum(ceiling, start)), start)
+        for value in neighbours(float(tree.threshold[node])):
+            filled = rng.uniform(start, stop, (FILLINGS, len(features))).astype(np.float32).clip(start, stop)
+            filled[:, int(tree.feature[node])] = value
+            rows.append(filled)
+    return np.concatenate(rows)
+
+
+def special(features: tuple[ir.FeatureSpec, ...], rng: np.random.Generator) -> Float32:
+    """Each feature at each special value among random ones, and all features at it at once. [n, n_features]"""
+    n = len(features)
+    rows = np.repeat(random(features, FILLINGS, rng), n * len(SPECIAL), axis=0).reshape(FILLINGS, n, len(SPECIAL), n)
+    for feature in range(n):
+        rows[:, feature, :, feature] = SPECIAL
+    return np.concatenate([rows.reshape(-1, n), np.repeat(SPECIAL[:, None], n, axis=1)])
+
+
+def random(features: tuple[ir.FeatureSpec, ...], count: int, rng: np.random.Generator) -> Float32:
+    """Uniform in the features' ranges, half of them in the inner third, where most thresholds lie. [count, n_features]"""
+    low = np.array([feature.low for feature in features])
+    high = np.array([feature.high for feature in features])
+    rows = rng.uniform(low, high, (count, len(features)))
+    middle, inner = (low + high) / 2, slice(0, count // 2)
+    rows[inner] = middle + (rows[inner] - middle) / 3
+    return rows.astype(np.float32)
+
+
+def doubles(tree: Tree, features: tuple[ir.FeatureSpec, ...], rng: np.random.Generator) -> Float64:
+    """Double observations at and beside the doubles that decide: they must act as float32 rounding says."""
+    rows: list[Float64] = [np.zeros((0, len(features)))]
+    for node in ir.splits(tree):
+        turning = deciding_double(tree.threshold[node])
+        for value in (np.nextafter(turning, -np.inf), turning, np.nextafter(turning, np.inf)):
+            filled = random(features, FILLINGS, rng).astype(np.float64)
+            filled[:, int(tree.feature[node])] = value
+            rows.append(filled)
+    return np.concatenate(rows)

@@ -1,0 +1,39 @@
+"""Text from templates: the one Jinja2 environment of the project.
+
+Does: finds the templates in a wheel or in a checkout, renders them strictly, offers the filters that templates use.
+Assumes: templates only place values; whatever needs thought was done before.
+Does not: hold any text of a target language.
+"""
+
+import re
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+
+@cache
+def _environment() -> Environment:
+    here = Path(__file__).parent
+    folder = here / "templates"  # in a wheel; a checkout has them beside the packages
+    environment = Environment(
+        loader=FileSystemLoader(folder if folder.is_dir() else here.parent / "templates"),
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+        autoescape=lambda name: name is not None and name.endswith(".html.j2"),
+    )
+    environment.filters["comment"] = comment
+    return environment
+
+
+def render(template: str, **values: Any) -> str:
+    """The text of a template of the folder templates/."""
+    return _environment().get_template(template).render(**values)
+
+
+def comment(value: object) -> str:
+    """A text that cannot end the comment or string it is put into: `a*/ b` becomes `a_/ b`."""
+    return re.sub(r'[^\x20-\x7e]|[\\"]|\*(?=/)|/(?=\*)|\?(?=\?)', "_", str(value))

@@ -1,0 +1,249 @@
+"""Agreement: generated code, compiled strictly and replayed against the reference, tolerance zero.
+
+Does: builds the C header with a strict compiler, loads the Python module and the JSON, and compares every decision.
+Assumes: a scratch folder that it may write to; the compiler is `cc`, `gcc` or `clang` on the path, or $CC.
+Does not: trust the emitters: each target is read back from its text by means that the emitter does not use.
+"""
+
+import ctypes
+import json
+import os
+import runpy
+import shlex
+import shutil
+import subprocess
+import tempfile
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+
+from codegen import ir, probes
+from codegen.errors import DisagreementError
+from codegen.ir import Float32, Int32
+from codegen.lower import Model, lower
+from codegen.targets import c
+
+STRICT = "-std=c99 -pedantic -Wall -Wextra -Werror -Wconversion -Wdouble-promotion -Wshadow -Wfloat-equal".split()
+RANDOM_OBSERVATIONS = 100_000
+SEED = 20_220_526  # of the random probes
+Decide = Callable[[Float32], Int32]
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """How one target fared for one agent: `differences` of `observations` decisions differ from the reference."""
+
+    target: str
+    agent: str
+    observations: int
+    differences: int
+    first: str = ""  # the first difference, in words
+
+
+@dataclass(frozen=True)
+class Report:
+    """Everything that was compared, and what could not be."""
+
+    agreements: tuple[Agreement, ...]
+    skipped: tuple[str, ...]
+    compiler: str  # "" when there is none
+
+    @property
+    def observations(self) -> int:
+        """How many decisions were compared."""
+        return sum(agreement.observations for agreement in self.agreements)
+
+    def ensure(self) -> "Report":
+        """The report itself; DisagreementError when any decision differs."""
+        wrong = [agreement for agreement in self.agreements if agreement.differences]
+        if wrong:
+            where = "\n".join(
+                f"{item.target}, {item.agent}: {item.differences} of {item.observations} decisions differ; {item.first}"
+                for item in wrong
+            )
+            raise DisagreementError("generated code disagrees with the profile", where, "this is a bug; nothing was written")
+        return self
+
+
+def find_compiler() -> list[str] | None:
+    """The C compiler's command, or None."""
+    named = shlex.split(os.environ.get("CC", ""))
+    for command in ([named] if named else [["cc"], ["gcc"], ["clang"]]):
+        if shutil.which(command[0]):
+            return command
+    return None
+
+
+def observations(policy: ir.AgentPolicy) -> Float32:
+    """What every target is asked: boundaries of the deployed and the grown tree, special values, random ones."""
+    rng = np.random.default_rng(SEED)
+    parts = [
+        probes.boundary(policy.tree, policy.features, rng),
+        probes.special(policy.features, rng),
+        probes.random(policy.features, RANDOM_OBSERVATIONS, rng),
+    ]
+    if policy.grown is not None:
+        parts.append(probes.boundary(policy.grown, policy.features, rng))
+    return np.concatenate(parts)
+
+
+def compare(target: str, policy: ir.AgentPolicy, rows: Any, wanted: Int32, found: Any) -> Agreement:
+    """Counts the differences between wanted and found actions for the observations `rows`."""
+    found = np.asarray(found)
+    wrong = np.flatnonzero(found != wanted)
+    first = ""
+    if wrong.size:
+        row = int(wrong[0])
+        values = ", ".join(repr(float(value)) for value in rows[row])
+        names = [action.name for action in policy.actions]
+        given = int(found[row])
+        shown = names[given] if 0 <= given < len(names) else str(given)
+        first = f"for x = ({values}) the profile says {names[wanted[row]]}, the code {shown}"
+    return Agreement(target, policy.agent, len(wanted), int(wrong.size), first)
+
+
+class CompiledC:
+    """The header, compiled strictly into a library and loaded. Use as a context manager."""
+
+    def __init__(self, header: str, model: Model, compiler: list[str]) -> None:
+        self._folder = tempfile.TemporaryDirectory(prefix="maviper-")
+        folder = Path(self._folder.name)
+        (folder / f"{model.prefix}.h").write_text(header)
+        (folder / "harness.c").write_text(c.harness(model))
+        command = [*compiler, *STRICT, "-O2", "-fPIC", "-shared", "-o", "policy.so", "harness.c"]
+        built = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+        if built.returncode != 0:
+            self._folder.cleanup()
+            lines = built.stderr.strip().splitlines()[:5]
+            raise DisagreementError("the generated C does not compile", "\n".join(lines), "this is a bug; nothing was written")
+        self._library = ctypes.CDLL(str(folder / "policy.so"))
+        self._agents = {agent.name: agent for agent in model.agents}
+
+    def __enter__(self) -> "CompiledC":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._folder.cleanup()
+
+    def act(self, agent: str, rows: Float32) -> Int32:
+        """The compiled decisions, [batch] int32. `rows`: [batch, n_features] float32."""
+        return self._run(agent, rows)[0]
+
+    def finite(self, agent: str, rows: Float32) -> Int32:
+        """The compiled input check, [batch] int32, 1 or 0."""
+        return self._run(agent, rows)[1]
+
+    def _run(self, agent: str, rows: Float32) -> tuple[Int32, Int32]:
+        rows = np.ascontiguousarray(rows, dtype=np.float32)
+        actions = np.full(len(rows), -1, dtype=np.int32)
+        finite = np.full(len(rows), -1, dtype=np.int32)
+        pointers = [array.ctypes.data_as(ctypes.c_void_p) for array in (rows, actions, finite)]
+        run = self._library[f"{self._agents[agent].lower}_rows"]
+        run(pointers[0], ctypes.c_long(len(rows)), pointers[1], pointers[2])
+        return actions, finite
+
+
+def json_act(text: str, agent: str, rows: Any) -> list[int]:
+    """Decisions read from the JSON alone, as a stranger's program would make them."""
+    document = cast(dict[str, Any], json.loads(text))
+    policy = next(item for item in document["agents"] if item["agent"] == agent)
+    index = {feature["name"]: place for place, feature in enumerate(policy["features"])}
+    number = {action["name"]: place for place, action in enumerate(policy["actions"])}
+    nodes = [
+        (node["threshold"], index[node["feature"]], node["left"], node["right"]) if "feature" in node else number[node["action"]]
+        for node in policy["tree"]
+    ]
+    decisions: list[int] = []
+    for row in rows.tolist():
+        node = nodes[0]
+        while isinstance(node, tuple):
+            threshold, feature, left, right = node
+            node = nodes[left if row[feature] <= threshold else right]
+        decisions.append(node)
+    return decisions
+
+
+def load_python(text: str) -> Mapping[str, Any]:
+    """The namespace of a generated module, run from a file as its user would import it."""
+    with tempfile.TemporaryDirectory(prefix="maviper-") as folder:
+        path = Path(folder) / "generated_policy.py"
+        path.write_text(text)
+        return runpy.run_path(str(path))
+
+
+def check_files(profile: ir.PolicyProfile, files: Mapping[str, str], prefix: str | None = None) -> Report:
+    """Replays every emitted file (name -> text) against the reference. Returns the report, differences included."""
+    model = lower(profile, prefix)
+    compiler = find_compiler()
+    found: list[Agreement] = []
+    skipped: list[str] = []
+    asked = {policy.agent: observations(policy) for policy in profile.agents}
+    wanted = {policy.agent: ir.act(policy, asked[policy.agent]) for policy in profile.agents}
+    header, module, document = (files.get(f"{model.prefix}.{suffix}") for suffix in ("h", "py", "json"))
+    if header is not None and compiler is None:
+        skipped.append("C: no compiler found (cc, gcc, clang or $CC)")
+    elif header is not None and compiler is not None:
+        found += _check_c(profile, header, model, compiler, asked, wanted)
+    if module is not None:
+        found += _check_python(profile, module, model, asked, wanted)
+    if document is not None:
+        for policy in profile.agents:
+            rows = asked[policy.agent]
+            decisions = json_act(document, policy.agent, rows)
+            found.append(compare("json", policy, rows, wanted[policy.agent], decisions))
+    return Report(tuple(found), tuple(skipped), " ".join(compiler or []))
+
+
+def _check_c(
+    profile: ir.PolicyProfile,
+    header: str,
+    model: Model,
+    compiler: list[str],
+    asked: Mapping[str, Float32],
+    wanted: Mapping[str, Int32],
+) -> list[Agreement]:
+    found: list[Agreement] = []
+    with CompiledC(header, model, compiler) as compiled:
+        for policy in profile.agents:
+            rows = asked[policy.agent]
+            found.append(compare("c", policy, rows, wanted[policy.agent], compiled.act(policy.agent, rows)))
+            finite = np.isfinite(rows).all(axis=1).astype(np.int32)
+            wrong = int((compiled.finite(policy.agent, rows) != finite).sum())
+            found.append(Agreement("c input check", policy.agent, len(rows), wrong, "a finite check is wrong" if wrong else ""))
+    return found
+
+
+def _check_python(
+    profile: ir.PolicyProfile, module: str, model: Model, asked: Mapping[str, Float32], wanted: Mapping[str, Int32]
+) -> list[Agreement]:
+    found: list[Agreement] = []
+    namespace = load_python(module)
+    for policy, agent in zip(profile.agents, model.agents, strict=True):
+        rows = asked[policy.agent]
+        act, batch = namespace[f"act_{agent.lower}"], namespace[f"act_{agent.lower}_batch"]
+        one_by_one = [act(row) for row in rows.tolist()]
+        found.append(compare("python", policy, rows, wanted[policy.agent], one_by_one))
+        found.append(compare("python batch", policy, rows, wanted[policy.agent], batch(rows)))
+        near = probes.doubles(policy.tree, policy.features, np.random.default_rng(SEED))
+        if len(near):
+            expected = ir.act(policy, near)
+            found.append(compare("python doubles", policy, near, expected, [act(row) for row in near.tolist()]))
+            singles = near.astype(np.float32)
+            scalars = [act(list(row)) for row in singles]
+            found.append(compare("python float32 scalars", policy, singles, expected, scalars))
+    return found
+
+
+def check_grown(policy: ir.AgentPolicy, on_policy: Float32) -> Agreement:
+    """The deployed tree against the tree as it was grown, on the given and on all boundary observations."""
+    grown = policy.grown
+    assert grown is not None, "a profile without the grown tree has nothing to compare with"
+    rng = np.random.default_rng(SEED)
+    rows = np.concatenate(
+        [on_policy, probes.boundary(grown, policy.features, rng), probes.boundary(policy.tree, policy.features, rng)]
+    )
+    learned = grown.action[ir.apply(grown, rows)]
+    return compare("tree as grown", policy, rows, learned, ir.act(policy, rows))

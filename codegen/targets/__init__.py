@@ -1,0 +1,27 @@
+"""The languages that a profile compiles to; a new one is a module here, a folder of templates and a line below.
+
+Does: names the targets and emits any of them.
+Assumes: a target is a function from the lowered model and the profile to files.
+Does not: write files or check them (selfcheck.py).
+"""
+
+from collections.abc import Callable, Iterable
+
+from codegen import ir
+from codegen.errors import UnknownNameError
+from codegen.lower import Model, lower
+from codegen.targets import c, json, python
+
+Emitter = Callable[[Model, ir.PolicyProfile], dict[str, str]]
+TARGETS: dict[str, Emitter] = {"c": c.emit, "python": python.emit, "json": json.emit}
+
+
+def emit(profile: ir.PolicyProfile, targets: Iterable[str] = tuple(TARGETS), prefix: str | None = None) -> dict[str, str]:
+    """File name -> text for the chosen targets; equal profiles give equal bytes."""
+    model = lower(profile, prefix)
+    files: dict[str, str] = {}
+    for target in targets:
+        if target not in TARGETS:
+            raise UnknownNameError("target", target, TARGETS, "--target")
+        files |= TARGETS[target](model, profile)
+    return files

@@ -1,0 +1,20 @@
+"""C99: one header with every agent's policy as nested ifs.
+
+Does: emits PREFIX.h.
+Assumes: IEEE binary32 `float`; a compiler without fast-math (the header refuses it).
+Does not: use heap, libc, recursion or mutable globals.
+"""
+
+from codegen import ir
+from codegen.lower import Model
+from codegen.render import render
+
+
+def emit(model: Model, profile: ir.PolicyProfile) -> dict[str, str]:
+    """The header."""
+    return {f"{model.prefix}.h": render("c/header.h.j2", model=model)}
+
+
+def harness(model: Model) -> str:
+    """A C file that exports every agent's decision over rows, for replaying the header."""
+    return render("c/harness.c.j2", model=model)

@@ -1,0 +1,83 @@
+"""Expert files: safetensors with a card, read without running any code.
+
+Does: encodes and decodes an expert; finds the shipped ones; says clearly what is wrong with a bad file.
+Assumes: the tensor names and shapes of network.py.
+Does not: load pickles or TorchScript.
+"""
+
+import hashlib
+import json
+from collections.abc import Mapping
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from codegen.errors import InputError, UnknownNameError
+from codegen.ir import Float32
+from maviper import runs
+from maviper.experts.network import LAYERS, Expert
+from maviper.worlds import ParticleWorld, find
+
+FORMAT = "maviper-expert-1"
+MAX_BYTES = 64 * 2**20
+SHIPPED = {"physical-deception": "physical_deception.safetensors"}
+
+
+def encode(tensors: Mapping[str, Float32], card: Mapping[str, Any]) -> bytes:
+    """The file of an expert. One metadata entry only: with several, safetensors does not fix their order."""
+    from safetensors.numpy import save
+
+    contiguous = {name: np.ascontiguousarray(tensors[name], dtype=np.float32) for name in sorted(tensors)}
+    return save(contiguous, metadata={FORMAT: json.dumps(card, sort_keys=True)})
+
+
+def decode(data: bytes, where: str) -> Expert:
+    """The expert in a file's bytes; InputError when it is damaged or not an expert of ours."""
+    from safetensors import SafetensorError
+    from safetensors.numpy import load
+
+    advice = "train it again, or use a shipped expert (see `maviper worlds`)"
+    try:
+        tensors = load(data)
+        header = json.loads(data[8 : 8 + int.from_bytes(data[:8], "little")])
+        card = json.loads(header["__metadata__"][FORMAT])
+        world = find(card["world"])
+    except UnknownNameError:
+        raise
+    except (SafetensorError, ValueError, KeyError, TypeError):
+        raise InputError("not an expert file", where, advice) from None
+    n_actions = tuple(len(choices) for choices in world.actions)
+    for name, shape in shapes(world, int(card.get("hidden", 0))).items():
+        found = tensors[name].shape if name in tensors else None
+        if found != shape or not np.isfinite(tensors[name]).all():
+            raise InputError("not a sound expert file", f"{where}: {name}: shape {found}, expected {shape}, finite", advice)
+    return Expert(world.agents, n_actions, tensors, card, hashlib.sha256(data).hexdigest())
+
+
+def shapes(world: ParticleWorld, hidden: int) -> dict[str, tuple[int, ...]]:
+    """Names and shapes of the tensors that an expert for `world` consists of."""
+    n_all = sum(len(features) for features in world.features) + sum(len(choices) for choices in world.actions)
+    expected: dict[str, tuple[int, ...]] = {}
+    for agent, features, choices in zip(world.agents, world.features, world.actions, strict=True):
+        for net, inputs, outputs in (("actor", len(features), len(choices)), ("critic", n_all, 1)):
+            sizes = (inputs, hidden, hidden, outputs)
+            for layer in LAYERS:
+                expected[f"{agent}.{net}.{layer}.weight"] = sizes[layer - 1 : layer + 1]
+                expected[f"{agent}.{net}.{layer}.bias"] = sizes[layer : layer + 1]
+    return expected
+
+
+def load(name_or_path: str) -> tuple[Expert, ParticleWorld]:
+    """A shipped expert by its world's name, or one from a file or run folder, with the world that it plays."""
+    if name_or_path in SHIPPED:
+        data = (resources.files("maviper.experts.shipped") / SHIPPED[name_or_path]).read_bytes()
+        expert = decode(data, f"shipped expert {name_or_path}")
+    else:
+        path = Path(name_or_path)
+        path = path / "expert.safetensors" if path.is_dir() else path
+        if not path.exists() and path.suffix == "" and path.parent == Path():
+            raise UnknownNameError("expert", name_or_path, SHIPPED, "neither a shipped expert nor a file or run folder")
+        expert = decode(runs.read(path, MAX_BYTES), str(path))
+    return expert, find(expert.card["world"])

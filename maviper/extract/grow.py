@@ -1,0 +1,124 @@
+"""Joint tree growing: the trees of a team grow level by level and predict one another (paper, TrainJointTrees).
+
+Does: Build (vote filter, best split) and Predict (projected trees), both over all points of a level at once.
+Assumes: scikit-learn's CART for single splits and for projected trees; data sets as multiplicities of shared points.
+Does not: choose data or judge trees.
+
+Reading of the paper: the vote counts every member of the team, i itself too; a point of D_i counts at a level when at
+least N - 1 of N members are predicted right; removals last for that level only; a node left without points uses its
+unfiltered ones. A projected tree has the remaining depth, at least 1, and learns from the node's unfiltered points.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from codegen.ir import NO_ACTION, NO_CHILD, NO_FEATURE, Float32, GrownTree
+from maviper.worlds.particle import Bool, Int
+
+
+class _Growing:
+    """One agent's tree while it grows. Nodes are numbered as they are made, so level by level."""
+
+    def __init__(self, obs: Float32, labels: Int, counts: Int, n_actions: int, max_depth: int, seed: int) -> None:
+        self.obs, self.labels, self.counts = obs, labels, counts
+        self.n_actions, self.max_depth, self.seed = n_actions, max_depth, seed
+        self.feature: list[int] = []
+        self.threshold: list[float] = []
+        self.children: list[tuple[int, int]] = []
+        self.action: list[int] = []
+        self.place = np.zeros(len(obs), dtype=np.int64)  # the leaf that each point is in
+        self.open = [self._leaf(np.flatnonzero(counts))]  # leaves of the current level that may still split
+        self.level = 0
+        self._right: Bool | None = None
+
+    def _leaf(self, rows: Int) -> int:
+        self.feature.append(NO_FEATURE)
+        self.threshold.append(0.0)
+        self.children.append((NO_CHILD, NO_CHILD))
+        self.action.append(self._majority(rows))
+        return len(self.feature) - 1
+
+    def _majority(self, rows: Int) -> int:
+        return int(np.argmax(np.bincount(self.labels[rows], self.counts[rows], self.n_actions)))
+
+    def _fit(self, rows: Int, max_depth: int):  # noqa: ANN202 - scikit-learn is imported late
+        from sklearn.tree import DecisionTreeClassifier
+
+        tree = DecisionTreeClassifier(max_depth=max_depth, random_state=self.seed)
+        return tree.fit(self.obs[rows], self.labels[rows], sample_weight=self.counts[rows])
+
+    def predicted_right(self) -> Bool:
+        """Predict for all points: does the projected final tree act as the expert does? [n]"""
+        if self._right is None:
+            predicted = np.array(self.action)[self.place]
+            for leaf in self.open:
+                here = np.flatnonzero(self.place == leaf)
+                own = here[self.counts[here] > 0]
+                if here.size and own.size:
+                    predicted[here] = self._fit(own, max(1, self.max_depth - self.level)).predict(self.obs[here])
+            self._right = predicted == self.labels
+        return self._right
+
+    def build(self, keep: Bool) -> None:
+        """Grows one level: splits every open leaf on its kept points. `keep`: [n]."""
+        grown: list[int] = []
+        for leaf in self.open:
+            here = np.flatnonzero(self.place == leaf)
+            own = here[self.counts[here] > 0]
+            kept = own[keep[own]]
+            rows = kept if kept.size else own
+            if rows.size:
+                grown += self._split(leaf, here, rows)
+        self.open = grown
+        self.level += 1
+        self._right = None
+
+    def _split(self, leaf: int, here: Int, rows: Int) -> list[int]:
+        """Splits a leaf where that lowers the impurity of `rows`; returns the new leaves."""
+        self.action[leaf] = self._majority(rows)
+        stump = self._fit(rows, 1).tree_
+        if stump.node_count == 1:
+            return []
+        feature, threshold = int(stump.feature[0]), np.float64(stump.threshold[0])
+        # float32 against float64, as scikit-learn compares; numpy would round a Python float to float32 first
+        goes_left = self.obs[:, feature] <= threshold
+        children = (self._leaf(rows[goes_left[rows]]), self._leaf(rows[~goes_left[rows]]))
+        self.feature[leaf], self.threshold[leaf], self.children[leaf] = feature, float(threshold), children
+        self.place[here] = np.where(goes_left[here], *children)
+        return list(children)
+
+    def tree(self) -> GrownTree:
+        """The tree grown so far."""
+        split = np.array(self.feature) != NO_FEATURE
+        action = np.where(split, NO_ACTION, self.action)
+        left, right = zip(*self.children, strict=True)
+        return GrownTree(np.array(self.feature), np.array(self.threshold), np.array(left), np.array(right), action)
+
+
+def train_joint_trees(
+    observations: Sequence[Float32],
+    labels: Int,
+    counts: Sequence[Int],
+    n_actions: Sequence[int],
+    max_depth: int,
+    seeds: Sequence[int],
+) -> list[GrownTree]:
+    """TrainJointTrees for one team of N agents over n shared points.
+
+    `observations`: per agent [n, n_features]; `labels`: [n, N]; `counts`: per agent [n], how often its data set D_i
+    holds each point; `seeds`: per agent, for ties between features.
+    """
+    team = [
+        _Growing(obs, labels[:, agent], counts[agent], n_actions[agent], max_depth, seeds[agent])
+        for agent, obs in enumerate(observations)
+    ]
+    everything = np.ones(len(labels), dtype=bool)
+    for _ in range(max_depth):
+        for agent in team:  # round robin, one level each
+            if len(team) == 1:
+                agent.build(everything)  # at least 0 right predictions: nothing to ask
+            else:
+                votes = np.sum([member.predicted_right() for member in team], axis=0)
+                agent.build(votes >= len(team) - 1)
+    return [agent.tree() for agent in team]

@@ -1,0 +1,58 @@
+"""Files that are never half written.
+
+Does: writes a file under its final name only when it is complete; makes output folders, with errors a user understands.
+Assumes: the folder's file system can rename atomically.
+Does not: know what is in the files.
+"""
+
+import contextlib
+import os
+import tempfile
+from pathlib import Path
+
+from codegen.errors import InputError
+
+
+def write(path: Path, content: str | bytes) -> Path:
+    """Writes a file atomically: a reader sees the old file or the new one, an interruption leaves the old one."""
+    data = content.encode() if isinstance(content, str) else content
+    folder(path.parent)
+    name = ""
+    try:
+        handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=".part")
+        with os.fdopen(handle, "wb") as file:
+            file.write(data)
+            file.flush()
+            os.fsync(file.fileno())
+        umask = os.umask(0)
+        os.umask(umask)
+        Path(name).chmod(0o666 & ~umask)
+        Path(name).replace(path)
+    except OSError as error:
+        raise InputError(f"cannot write {path.name}", f"{path}: {error.strerror}", "choose another folder with -o") from None
+    finally:
+        with contextlib.suppress(OSError):
+            if name:
+                Path(name).unlink()
+    return path
+
+
+def folder(path: Path) -> Path:
+    """Makes an output folder, with its parents."""
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError("cannot make the output folder", f"{path}: {error.strerror}", "choose another with -o") from None
+    if not os.access(path, os.W_OK):
+        raise InputError("cannot write into the output folder", str(path), "choose another with -o")
+    return path
+
+
+def read(path: Path, limit: int) -> bytes:
+    """The bytes of an input file of at most `limit` bytes."""
+    try:
+        if path.stat().st_size > limit:
+            raise InputError("the file is too large", f"{path}: more than {limit} bytes", "is this the right file?")
+        return path.read_bytes()
+    except OSError as error:
+        raise InputError("cannot read the file", f"{path}: {error.strerror}", "check the path") from None
