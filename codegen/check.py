@@ -38,7 +38,9 @@ def violations(profile: PolicyProfile) -> Iterator[Violation]:
     for index, policy in enumerate(profile.agents):
         path = f"$.agents[{index}]"
         if policy.agent not in movers:
-            yield Violation(f"{path}.agent", f"no agent '{policy.agent}' in the world; {suggestion(policy.agent, movers)}")
+            yield Violation(
+                f"{path}.agent", f"no agent '{policy.agent}' in the world; {suggestion(policy.agent, movers)}"
+            )
         if not NAME.fullmatch(policy.team):
             yield Violation(f"{path}.team", f"not a legal name: {policy.team!r}")
         yield from _agent(path, policy, profile.world)
@@ -52,7 +54,9 @@ def _names(path: str, kind: str, names: Sequence[str]) -> Iterator[Violation]:
     seen: set[str] = set()
     for index, name in enumerate(names):
         if not NAME.fullmatch(name):
-            yield Violation(f"{path}[{index}]", f"not a legal {kind} name: {name!r} (a letter, then letters, digits, _ or -)")
+            yield Violation(
+                f"{path}[{index}]", f"not a legal {kind} name: {name!r} (a letter, then letters, digits, _ or -)"
+            )
         # generated code folds case and turns '-' into '_', so names must differ after that
         folded = name.lower().replace("-", "_")
         if folded in seen:
@@ -151,7 +155,7 @@ def _nodes(path: str, tree: Tree | GrownTree, n_features: int, n_actions: int) -
 
 
 def _shape(path: str, tree: Tree | GrownTree, preorder: bool) -> Iterator[Violation]:
-    """Every node is reached exactly once from the root (no cycle, nothing shared or left over), in preorder if asked."""
+    """Every node is reached exactly once from the root (no cycle, nothing shared or left over)."""
     seen = np.zeros(len(tree.feature), dtype=bool)
     stack = [0]
     reached = 0

@@ -14,7 +14,7 @@ import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, fields
 from types import MappingProxyType
-from typing import Any, Final, NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -33,6 +33,9 @@ MAX_DEPTH: Final = 64  # nested code beyond it meets the limits of compilers; a 
 MAX_NODES: Final = 1 << 20
 MAX_VIOLATIONS: Final = 20
 NAME: Final = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,63}")
+_INT32: Final = {"dtype": np.int32}
+_FLOAT32: Final = {"dtype": np.float32}
+_FLOAT64: Final = {"dtype": np.float64}
 
 
 class _Arrays:
@@ -45,19 +48,15 @@ class _Arrays:
             object.__setattr__(self, item.name, array)
 
 
-def _array(dtype: Any) -> Any:
-    return field(metadata={"dtype": dtype})
-
-
 @dataclass(frozen=True, eq=False)
 class Tree(_Arrays):
     """A decision tree as arrays over its n nodes, in preorder, root first."""
 
-    feature: Int32 = _array(np.int32)  # [n] index of the tested feature; NO_FEATURE at a leaf
-    threshold: Float32 = _array(np.float32)  # [n] in the feature's unit; 0 at a leaf
-    left: Int32 = _array(np.int32)  # [n] node for `x <= threshold`; NO_CHILD at a leaf
-    right: Int32 = _array(np.int32)  # [n] node for everything else; NO_CHILD at a leaf
-    action: Int32 = _array(np.int32)  # [n] action at a leaf; NO_ACTION at a split
+    feature: Int32 = field(metadata=_INT32)  # [n] index of the tested feature; NO_FEATURE at a leaf
+    threshold: Float32 = field(metadata=_FLOAT32)  # [n] in the feature's unit; 0 at a leaf
+    left: Int32 = field(metadata=_INT32)  # [n] node for `x <= threshold`; NO_CHILD at a leaf
+    right: Int32 = field(metadata=_INT32)  # [n] node for everything else; NO_CHILD at a leaf
+    action: Int32 = field(metadata=_INT32)  # [n] action at a leaf; NO_ACTION at a split
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,11 +67,11 @@ class GrownTree(_Arrays):
     observation goes left iff it is `<=` the float64 threshold, as in scikit-learn.
     """
 
-    feature: Int32 = _array(np.int32)
-    threshold: Float64 = _array(np.float64)
-    left: Int32 = _array(np.int32)
-    right: Int32 = _array(np.int32)
-    action: Int32 = _array(np.int32)
+    feature: Int32 = field(metadata=_INT32)
+    threshold: Float64 = field(metadata=_FLOAT64)
+    left: Int32 = field(metadata=_INT32)
+    right: Int32 = field(metadata=_INT32)
+    action: Int32 = field(metadata=_INT32)
 
 
 @dataclass(frozen=True)
@@ -160,7 +159,7 @@ class AgentPolicy:
 
 @dataclass(frozen=True)
 class Provenance:
-    """Where a profile comes from. `training` and `evaluation` hold named numbers and texts, as the extractor wrote them."""
+    """Where a profile comes from; `training` and `evaluation` are the extractor's named numbers and texts."""
 
     algorithm: str
     preset: str

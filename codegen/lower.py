@@ -103,7 +103,9 @@ def lower(profile: ir.PolicyProfile, prefix: str | None = None) -> Model:
     """The emission model of a profile. `prefix` starts every public name of the generated code."""
     prefix = _identifier(profile.world.name) if prefix is None else prefix
     if not PREFIX.fullmatch(prefix):
-        raise InputError(f"not a usable prefix: {prefix!r}", "--prefix", "a lower-case letter, then letters, digits or _")
+        raise InputError(
+            f"not a usable prefix: {prefix!r}", "--prefix", "a lower-case letter, then letters, digits or _"
+        )
     digest = content_hash(profile)
     model = Model(
         prefix=prefix,
@@ -127,7 +129,12 @@ def _distinct(model: Model) -> None:
         names += [f"{agent.lower}_act", f"{agent.lower}_finite"]
         names += [f"{agent.upper}_X_{feature.upper}" for feature in agent.features]
         names += [f"{agent.upper}_{action.upper}" for action in agent.actions]
-        names += [f"{agent.upper}_N_FEATURES", f"{agent.upper}_N_ACTIONS", f"act_{agent.lower}", f"act_{agent.lower}_batch"]
+        names += [
+            f"{agent.upper}_N_FEATURES",
+            f"{agent.upper}_N_ACTIONS",
+            f"act_{agent.lower}",
+            f"act_{agent.lower}_batch",
+        ]
     twice = sorted(name for name, count in Counter(names).items() if count > 1)
     if twice:
         raise InputError(f"two names of the profile become the same name in code: {twice[0]}", "", "rename one of them")
@@ -171,11 +178,11 @@ def _agent(policy: ir.AgentPolicy) -> Agent:
 
 def _node(tree: ir.Tree, node: int, features: tuple[Feature, ...], actions: tuple[Action, ...]) -> Node:
     if tree.feature[node] == ir.NO_FEATURE:
-        return Node(node, None, actions[tree.action[node]], "", "", "", ir.NO_CHILD, ir.NO_CHILD)
+        return Node(node, None, actions[int(tree.action[node])], "", "", "", ir.NO_CHILD, ir.NO_CHILD)
     threshold = tree.threshold[node]
     return Node(
         id=node,
-        feature=features[tree.feature[node]],
+        feature=features[int(tree.feature[node])],
         action=None,
         float_hex=hex_literal(threshold),
         double=decimal_literal(deciding_double(threshold)),

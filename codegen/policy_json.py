@@ -42,7 +42,7 @@ MAX_BYTES = 256 * 2**20  # a profile beyond this is not one of ours
 Number = float | int | str
 
 
-class _Strict(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
+class _Strict(msgspec.Struct, forbid_unknown_fields=True):
     pass
 
 
@@ -164,19 +164,29 @@ def dumps(profile: PolicyProfile) -> str:
 def loads(text: str | bytes, where: str = "profile") -> PolicyProfile:
     """The profile in a JSON text. ProfileError with the path of the fault when it is damaged or breaks a rule."""
     if len(text) > MAX_BYTES:
-        raise ProfileError("the file is too large for a policy profile", where, f"profiles have at most {MAX_BYTES} bytes")
+        raise ProfileError(
+            "the file is too large for a policy profile", where, f"profiles have at most {MAX_BYTES} bytes"
+        )
     try:
         raw = msgspec.json.decode(text, type=ProfileJson)
     except msgspec.ValidationError as error:
         message, _, path = str(error).partition(" - at `")
-        raise ProfileError("not a valid policy profile", f"{where}: {path.rstrip('`') or '$'}: {message}", _ADVICE) from None
+        raise ProfileError(
+            "not a valid policy profile", f"{where}: {path.rstrip('`') or '$'}: {message}", _ADVICE
+        ) from None
     except (msgspec.DecodeError, RecursionError, UnicodeDecodeError) as error:
-        raise ProfileError("not readable as JSON", f"{where}: {error}", "the file is truncated or not a profile") from None
+        raise ProfileError(
+            "not readable as JSON", f"{where}: {error}", "the file is truncated or not a profile"
+        ) from None
     if raw.schema_version != SCHEMA_VERSION:
         found = f"{where}: $.schema_version: {raw.schema_version}; this version of maviper reads {SCHEMA_VERSION}"
-        raise ProfileError("a policy profile of another schema", found, "extract it again or install a matching version")
+        raise ProfileError(
+            "a policy profile of another schema", found, "extract it again or install a matching version"
+        )
     if raw.semantics != SEMANTICS:
-        raise ProfileError("a policy profile of other semantics", f"{where}: $.semantics: {raw.semantics[:80]!r}", _ADVICE)
+        raise ProfileError(
+            "a policy profile of other semantics", f"{where}: $.semantics: {raw.semantics[:80]!r}", _ADVICE
+        )
     profile = ensure(_profile(raw, where), where)
     expected = content_hash(profile)
     if raw.content_hash is not None and raw.content_hash != expected:
@@ -272,17 +282,19 @@ def _agent(policy: AgentPolicy) -> dict[str, Any]:
         "features": features,
         "actions": actions,
         "tree": [_node(policy, node) for node in range(len(policy.tree.feature))],
-        "grown": None if grown is None else {name: getattr(grown, name).tolist() for name in GrownJson.__struct_fields__},
+        "grown": None
+        if grown is None
+        else {name: getattr(grown, name).tolist() for name in GrownJson.__struct_fields__},
     }
 
 
 def _node(policy: AgentPolicy, node: int) -> dict[str, Any]:
     tree = policy.tree
     if tree.feature[node] == NO_FEATURE:
-        return {"action": policy.actions[tree.action[node]].name}
+        return {"action": policy.actions[int(tree.action[node])].name}
     threshold = tree.threshold[node]
     return {
-        "feature": policy.features[tree.feature[node]].name,
+        "feature": policy.features[int(tree.feature[node])].name,
         "threshold": deciding_double(threshold),
         "float32": short_hex(float(threshold)),
         "left": int(tree.left[node]),
@@ -320,13 +332,15 @@ def _policy(raw: AgentJson, path: str) -> AgentPolicy:
     actions = tuple(ActionSpec(item.name, item.effect) for item in raw.actions)
     names = ([feature.name for feature in features], [action.name for action in actions])
     rows = [_row(node, names, f"{path}.tree[{index}]") for index, node in enumerate(raw.tree)]
-    tree = Tree(*([row[column] for row in rows] for column in range(5)))
+    tree = Tree(*(np.array([row[column] for row in rows]) for column in range(5)))
     grown = None
     if raw.grown is not None:
         try:
-            grown = GrownTree(*msgspec.structs.astuple(raw.grown))
+            grown = GrownTree(*(np.array(column) for column in msgspec.structs.astuple(raw.grown)))
         except OverflowError:
-            raise ProfileError("not a valid policy profile", f"{path}.grown: a number is out of range", _ADVICE) from None
+            raise ProfileError(
+                "not a valid policy profile", f"{path}.grown: a number is out of range", _ADVICE
+            ) from None
     return AgentPolicy(raw.agent, raw.team, features, actions, tree, grown)
 
 
@@ -358,7 +372,9 @@ def _threshold(double: float, text: str, path: str) -> float:
     try:
         exact = float.fromhex(text)
     except (ValueError, OverflowError):
-        raise ProfileError("not a valid policy profile", f"{path}.float32: not a hexadecimal float: {text[:40]!r}", _ADVICE) from None
+        raise ProfileError(
+            "not a valid policy profile", f"{path}.float32: not a hexadecimal float: {text[:40]!r}", _ADVICE
+        ) from None
     with np.errstate(over="ignore"):
         single = np.float32(exact)
     if not np.isfinite(single) or float(single) != exact:
@@ -383,7 +399,11 @@ def _meaning(text: str | None, path: str) -> Meaning | None:
     while place < len(body):
         match = _TERM.match(body, place)
         if match is None or (terms and not match[1]):
-            raise ProfileError("not a valid policy profile", f"{path}: cannot read {text[:80]!r}", "write `a.x - b.x` or `sign(a.x - b.x)`")
+            raise ProfileError(
+                "not a valid policy profile",
+                f"{path}: cannot read {text[:80]!r}",
+                "write `a.x - b.x` or `sign(a.x - b.x)`",
+            )
         terms.append((-1 if match[1] == "-" else 1, match[2]))
         place = match.end()
     if not terms:

@@ -16,11 +16,8 @@ from codegen.ir import Float32, Float64, GrownTree, Tree
 INFINITY = np.float32(np.inf)
 FILLINGS = 16  # random completions of each boundary value
 _LIMITS = np.finfo(np.float32)
-SPECIAL = np.array(
-    [np.nan, np.inf, -np.inf, 0.0, -0.0, _LIMITS.max, -_LIMITS.max, _LIMITS.tiny, -_LIMITS.tiny]
-    + [_LIMITS.smallest_subnormal, -_LIMITS.smallest_subnormal],
-    dtype=np.float32,
-)
+_EXTREMES = (_LIMITS.max, _LIMITS.tiny, _LIMITS.smallest_subnormal, np.float32(np.inf), np.float32(0))
+SPECIAL = np.array([np.nan, *_EXTREMES, *(-extreme for extreme in _EXTREMES)], dtype=np.float32)
 
 
 def neighbours(threshold: float) -> Float32:
@@ -78,7 +75,7 @@ def special(features: tuple[ir.FeatureSpec, ...], rng: np.random.Generator) -> F
 
 
 def random(features: tuple[ir.FeatureSpec, ...], count: int, rng: np.random.Generator) -> Float32:
-    """Uniform in the features' ranges, half of them in the inner third, where most thresholds lie. [count, n_features]"""
+    """Uniform in the features' ranges, half in the inner third, where most thresholds lie. [count, n_features]"""
     low = np.array([feature.low for feature in features])
     high = np.array([feature.high for feature in features])
     rows = rng.uniform(low, high, (count, len(features)))

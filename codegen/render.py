@@ -25,7 +25,7 @@ def _environment() -> Environment:
         keep_trailing_newline=True,
         autoescape=lambda name: name is not None and name.endswith(".html.j2"),
     )
-    environment.filters["comment"] = comment
+    environment.filters.update(comment=comment)  # pyright: ignore[reportUnknownMemberType]
     return environment
 
 

@@ -26,7 +26,9 @@ from codegen.ir import Float32, Int32
 from codegen.lower import Model, lower
 from codegen.targets import c
 
-STRICT = "-std=c99 -pedantic -Wall -Wextra -Werror -Wconversion -Wdouble-promotion -Wshadow -Wfloat-equal".split()
+STRICT = (
+    "-std=c99 -pedantic -Wall -Wextra -Werror -Wconversion -Wdouble-promotion -Wshadow -Wfloat-equal".split()  # noqa: SIM905
+)
 RANDOM_OBSERVATIONS = 100_000
 SEED = 20_220_526  # of the random probes
 Decide = Callable[[Float32], Int32]
@@ -64,14 +66,16 @@ class Report:
                 f"{item.target}, {item.agent}: {item.differences} of {item.observations} decisions differ; {item.first}"
                 for item in wrong
             )
-            raise DisagreementError("generated code disagrees with the profile", where, "this is a bug; nothing was written")
+            raise DisagreementError(
+                "generated code disagrees with the profile", where, "this is a bug; nothing was written"
+            )
         return self
 
 
 def find_compiler() -> list[str] | None:
     """The C compiler's command, or None."""
     named = shlex.split(os.environ.get("CC", ""))
-    for command in ([named] if named else [["cc"], ["gcc"], ["clang"]]):
+    for command in [named] if named else [["cc"], ["gcc"], ["clang"]]:
         if shutil.which(command[0]):
             return command
     return None
@@ -118,7 +122,9 @@ class CompiledC:
         if built.returncode != 0:
             self._folder.cleanup()
             lines = built.stderr.strip().splitlines()[:5]
-            raise DisagreementError("the generated C does not compile", "\n".join(lines), "this is a bug; nothing was written")
+            raise DisagreementError(
+                "the generated C does not compile", "\n".join(lines), "this is a bug; nothing was written"
+            )
         self._library = ctypes.CDLL(str(folder / "policy.so"))
         self._agents = {agent.name: agent for agent in model.agents}
 
@@ -152,17 +158,14 @@ def json_act(text: str, agent: str, rows: Any) -> list[int]:
     policy = next(item for item in document["agents"] if item["agent"] == agent)
     index = {feature["name"]: place for place, feature in enumerate(policy["features"])}
     number = {action["name"]: place for place, action in enumerate(policy["actions"])}
-    nodes = [
-        (node["threshold"], index[node["feature"]], node["left"], node["right"]) if "feature" in node else number[node["action"]]
-        for node in policy["tree"]
-    ]
+    nodes = cast(list[dict[str, Any]], policy["tree"])
     decisions: list[int] = []
-    for row in rows.tolist():
+    for row in cast(list[list[float]], rows.tolist()):
         node = nodes[0]
-        while isinstance(node, tuple):
-            threshold, feature, left, right = node
-            node = nodes[left if row[feature] <= threshold else right]
-        decisions.append(node)
+        while "feature" in node:
+            goes_left: bool = row[index[node["feature"]]] <= node["threshold"]
+            node = nodes[node["left"] if goes_left else node["right"]]
+        decisions.append(number[node["action"]])
     return decisions
 
 
@@ -212,7 +215,9 @@ def _check_c(
             found.append(compare("c", policy, rows, wanted[policy.agent], compiled.act(policy.agent, rows)))
             finite = np.isfinite(rows).all(axis=1).astype(np.int32)
             wrong = int((compiled.finite(policy.agent, rows) != finite).sum())
-            found.append(Agreement("c input check", policy.agent, len(rows), wrong, "a finite check is wrong" if wrong else ""))
+            found.append(
+                Agreement("c input check", policy.agent, len(rows), wrong, "a finite check is wrong" if wrong else "")
+            )
     return found
 
 

@@ -5,9 +5,54 @@ Assumes: heavy libraries are imported by the functions that need them.
 Does not: import anything heavy itself.
 """
 
-from importlib import metadata
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+    from pathlib import Path
+
+    from codegen.ir import PolicyProfile
+    from maviper.agreement import Compiled
+    from verify.engine import Result
+
+__all__ = ["compile", "load", "verify", "version"]
 
 
 def version() -> str:
     """The installed version of the package."""
+    from importlib import metadata
+
     return metadata.version("maviper")
+
+
+def load(path: str | Path) -> PolicyProfile:
+    """The policy profile in a JSON file, checked. ProfileError (an InputError) with the path of the fault otherwise."""
+    from pathlib import Path
+
+    from codegen import policy_json
+    from maviper import runs
+
+    return policy_json.loads(runs.read(Path(path), policy_json.MAX_BYTES), Path(path).name)
+
+
+def compile(
+    profile: PolicyProfile, targets: Iterable[str] = ("c", "python", "json"), prefix: str | None = None
+) -> Compiled:
+    """Code for a profile, replayed against it with tolerance zero before it is returned.
+
+    DisagreementError when any decision differs. `Compiled.files` maps file names to texts.
+    """
+    from maviper.agreement import compile_profile
+
+    return compile_profile(profile, targets, prefix)
+
+
+def verify(profile: PolicyProfile, property_name: str = "distinct_targets", region: str = "start") -> Result:
+    """The verdict on a built-in property in a region: `start` for the start box, or the path of a region file."""
+    from maviper.claims import find_region, verify_claims
+    from verify.spec import find_property
+
+    claim = find_property(property_name, profile)
+    return verify_claims(profile, [(claim, find_region(region, profile))])[0]

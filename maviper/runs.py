@@ -29,7 +29,9 @@ def write(path: Path, content: str | bytes) -> Path:
         Path(name).chmod(0o666 & ~umask)
         Path(name).replace(path)
     except OSError as error:
-        raise InputError(f"cannot write {path.name}", f"{path}: {error.strerror}", "choose another folder with -o") from None
+        raise InputError(
+            f"cannot write {path.name}", f"{path}: {error.strerror}", "choose another folder with -o"
+        ) from None
     finally:
         with contextlib.suppress(OSError):
             if name:
@@ -42,7 +44,9 @@ def folder(path: Path) -> Path:
     try:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise InputError("cannot make the output folder", f"{path}: {error.strerror}", "choose another with -o") from None
+        raise InputError(
+            "cannot make the output folder", f"{path}: {error.strerror}", "choose another with -o"
+        ) from None
     if not os.access(path, os.W_OK):
         raise InputError("cannot write into the output folder", str(path), "choose another with -o")
     return path

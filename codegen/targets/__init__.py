@@ -16,7 +16,9 @@ Emitter = Callable[[Model, ir.PolicyProfile], dict[str, str]]
 TARGETS: dict[str, Emitter] = {"c": c.emit, "python": python.emit, "json": json.emit}
 
 
-def emit(profile: ir.PolicyProfile, targets: Iterable[str] = tuple(TARGETS), prefix: str | None = None) -> dict[str, str]:
+def emit(
+    profile: ir.PolicyProfile, targets: Iterable[str] = tuple(TARGETS), prefix: str | None = None
+) -> dict[str, str]:
     """File name -> text for the chosen targets; equal profiles give equal bytes."""
     model = lower(profile, prefix)
     files: dict[str, str] = {}

@@ -23,14 +23,14 @@ TENSOR_KINDS = ("weight", "bias")
 
 @dataclass(frozen=True)
 class Settings:
-    """Training settings. Defaults are what made the shipped expert; algorithms differ from the released code as noted."""
+    """Training settings; differences from the released code are noted."""
 
     steps: int = 4_000_000  # joint environment steps
     games: int = 1_024  # played in parallel (released: 1)
     batch: int = 1_024  # transitions per update (released: 25,600)
-    steps_per_update: int = 50  # joint steps per update round (released: 100)
+    steps_per_update: int = 100  # joint steps per update round (as released)
     hidden: int = 64
-    learning_rate: float = 0.003  # Adam, decays linearly to a tenth (released: 0.01, constant)
+    learning_rate: float = 0.01  # Adam, decays linearly to a tenth (released: constant)
     gamma: float = 0.95
     tau: float = 0.01  # soft target update
     covering: float = 1.0  # weight of the world's shaping term; 0 is plain MADDPG
@@ -74,8 +74,8 @@ class Nets:
 class Learner:
     """The networks, their optimisers and the replay buffer."""
 
-    def __init__(self, world: ParticleWorld, settings: Settings, device: str = "cpu") -> None:
-        self.world, self.settings, self.device = world, settings, device
+    def __init__(self, world: ParticleWorld, settings: Settings) -> None:
+        self.world, self.settings = world, settings
         self.generator = torch.Generator().manual_seed(settings.seed)
         torch.manual_seed(settings.seed)
         self.widths = [len(features) for features in world.features]
@@ -84,14 +84,19 @@ class Learner:
         wide, hidden = max(self.widths), settings.hidden
         # columns of the joint observation that each agent sees; the spare column n_obs is zero
         starts = np.concatenate([[0], np.cumsum(self.widths)[:-1]])
-        view = [[*range(start, start + width), *[self.n_obs] * (wide - width)] for start, width in zip(starts, self.widths, strict=True)]
+        view = [
+            [*range(start, start + width), *[self.n_obs] * (wide - width)]
+            for start, width in zip(starts, self.widths, strict=True)
+        ]
         self.view = torch.tensor(view)
         critic_inputs = self.n_obs + self.n_agents * self.n_actions
         shapes = ((wide, hidden, hidden, self.n_actions), (critic_inputs, hidden, hidden, 1))
         fans = (self.widths, [critic_inputs] * self.n_agents)
         self.actor, self.actor_target = self._pair(shapes[0], fans[0])
         self.critic, self.critic_target = self._pair(shapes[1], fans[1])
-        self.optimisers = [torch.optim.Adam(nets.parameters, lr=settings.learning_rate) for nets in (self.actor, self.critic)]
+        self.optimisers = [
+            torch.optim.Adam(nets.parameters, lr=settings.learning_rate) for nets in (self.actor, self.critic)
+        ]
         size = settings.buffer
         self.seen = torch.zeros(size, self.n_obs + 1)
         self.following = torch.zeros(size, self.n_obs + 1)
@@ -121,7 +126,9 @@ class Learner:
         batch = len(observations[0])
         return torch.from_numpy(np.concatenate([*observations, np.zeros((batch, 1), np.float32)], axis=1))
 
-    def store(self, seen: tuple[Float32, ...], acted: np.ndarray, reward: np.ndarray, following: tuple[Float32, ...]) -> None:
+    def store(
+        self, seen: tuple[Float32, ...], acted: np.ndarray, reward: np.ndarray, following: tuple[Float32, ...]
+    ) -> None:
         """Appends a batch of transitions to the ring buffer."""
         count = len(acted)
         rows = (torch.arange(count) + self.cursor) % self.settings.buffer

@@ -52,7 +52,9 @@ def decode(data: bytes, where: str) -> Expert:
     for name, shape in shapes(world, int(card.get("hidden", 0))).items():
         found = tensors[name].shape if name in tensors else None
         if found != shape or not np.isfinite(tensors[name]).all():
-            raise InputError("not a sound expert file", f"{where}: {name}: shape {found}, expected {shape}, finite", advice)
+            raise InputError(
+                "not a sound expert file", f"{where}: {name}: shape {found}, expected {shape}, finite", advice
+            )
     return Expert(world.agents, n_actions, tensors, card, hashlib.sha256(data).hexdigest())
 
 

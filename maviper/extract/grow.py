@@ -30,7 +30,7 @@ class _Growing:
         self.place = np.zeros(len(obs), dtype=np.int64)  # the leaf that each point is in
         self.open = [self._leaf(np.flatnonzero(counts))]  # leaves of the current level that may still split
         self.level = 0
-        self._right: Bool | None = None
+        self._right: Bool | None = None  # cached until the tree grows
 
     def _leaf(self, rows: Int) -> int:
         self.feature.append(NO_FEATURE)
@@ -57,7 +57,7 @@ class _Growing:
                 own = here[self.counts[here] > 0]
                 if here.size and own.size:
                     predicted[here] = self._fit(own, max(1, self.max_depth - self.level)).predict(self.obs[here])
-            self._right = predicted == self.labels
+            self._right = np.equal(predicted, self.labels)
         return self._right
 
     def build(self, keep: Bool) -> None:

@@ -102,7 +102,9 @@ def extract(
             n_leaves = sum(int((tree.feature == ir.NO_FEATURE).sum()) for tree in grown)
             best = score, grown, Progress(iteration, len(data), score, score, half_width, success, n_leaves)
         chosen = best[2]
-        on_iteration(Progress(iteration, len(data), score, best[0], chosen.half_width, chosen.best_success, chosen.leaves))
+        on_iteration(
+            Progress(iteration, len(data), score, best[0], chosen.half_width, chosen.best_success, chosen.leaves)
+        )
         since_gain += 1
         if best[0] > reference:
             reference, since_gain = best[0] + chosen.half_width, 0

@@ -36,7 +36,7 @@ def maviper_weights(world: ParticleWorld, expert: Expert, observations: tuple[Fl
             rows = slice(low, low + STATES_AT_ONCE)
             q = expert.q(agent, [seen[rows] for seen in observations], joint, labels[rows])
             # [n_actions of the agent, states, joint actions of the opponents]
-            by_own = np.stack([q[:, own == action] for action in range(n_actions[agent])]).astype(np.float64)
+            by_own = np.stack([q[:, own == action] for action in range(n_actions[agent])])
             chosen = by_own[labels[rows, agent], np.arange(by_own.shape[1])]
             weights[rows, agent] = (chosen - by_own.min(axis=0)).mean(axis=1)
     return weights

@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from codegen.ir import ActionSpec, FeatureSpec, Float32, Float64, WorldSpec
+from codegen.observe import observe
 
 Bool = npt.NDArray[np.bool_]
 Int = npt.NDArray[np.integer[Any]]
@@ -115,7 +116,7 @@ class ParticleWorld(ABC):
     def observe(self, state: WorldState) -> tuple[Float32, ...]:
         """Each agent's observation, [batch, n_features] float32: subtracted in float64, then rounded."""
         coordinates = self.coordinates(state)
-        return tuple(observe_features(features, coordinates, self.spec) for features in self.features)
+        return tuple(observe(features, coordinates, self.spec) for features in self.features)
 
     # --- what a game adds
 
@@ -137,24 +138,6 @@ class ParticleWorld(ABC):
     @abstractmethod
     def reference_env(self) -> Any:
         """The reference environment (a PettingZoo parallel environment of mpe2)."""
-
-
-def observe_features(features: Sequence[FeatureSpec], coordinates: Float64, spec: WorldSpec) -> Float32:
-    """Observations made from world coordinates by the features' meanings, [batch, n_features] float32.
-
-    `coordinates`: [batch, n_coordinates] float64. One subtraction in float64, one rounding to float32, as mpe2 does.
-    """
-    index = {name: place for place, name in enumerate(spec.coordinates())}
-    columns = np.empty((len(coordinates), len(features)), dtype=np.float32)
-    for place, feature in enumerate(features):
-        if feature.meaning is None:
-            raise ValueError(f"feature {feature.name} has no meaning, so it cannot be observed from coordinates")
-        total = np.zeros(len(coordinates))
-        for order, (weight, name) in enumerate(feature.meaning.terms):
-            value = coordinates[:, index[name]]
-            total = weight * value if order == 0 else total + weight * value
-        columns[:, place] = np.sign(total) if feature.meaning.sign else total
-    return columns
 
 
 def placed(env: Any, state: WorldState) -> Any:

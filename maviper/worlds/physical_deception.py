@@ -11,6 +11,7 @@ import numpy as np
 
 from codegen.ir import EntitySpec, FeatureSpec, Float64, Meaning, WorldSpec
 from maviper.worlds.particle import ACTIONS, Bool, Int, ParticleWorld, WorldState
+from verify.matching import matched
 
 ADVERSARIES = "adversaries"
 DEFENDERS = "defenders"
@@ -32,7 +33,9 @@ class PhysicalDeception(ParticleWorld):
             name="physical-deception",
             reference="mpe2.simple_adversary_v3",
             agents=tuple(EntitySpec(name, size=0.15, force=FORCE, max_speed=None, collides=False) for name in agents),
-            landmarks=tuple(EntitySpec(name, size=0.08, force=0.0, max_speed=None, collides=False) for name in landmarks),
+            landmarks=tuple(
+                EntitySpec(name, size=0.08, force=0.0, max_speed=None, collides=False) for name in landmarks
+            ),
             goals=landmarks,
             dt=DT,
             damping=DAMPING,
@@ -84,7 +87,7 @@ class PhysicalDeception(ParticleWorld):
         batch = np.arange(len(goal))
         adversary = _squared(position[:, :, 0], position[:, batch, n_agents + goal]) < squared_radius
         near = _squared(position[:, :, 1:n_agents, None], position[:, :, None, n_agents:]) < squared_radius
-        return {ADVERSARIES: adversary.any(axis=0), DEFENDERS: _matched(near).any(axis=0)}
+        return {ADVERSARIES: np.any(adversary, axis=0), DEFENDERS: np.any(matched(near), axis=0)}
 
     def reference_env(self) -> Any:
         """mpe2's parallel environment."""
@@ -108,18 +111,3 @@ def _squared(a: Float64, b: Float64) -> Float64:
 
 def _distance(a: Float64, b: Float64) -> Float64:
     return np.sqrt(_squared(a, b))
-
-
-def _matched(near: Bool) -> Bool:
-    """Whether a one-to-one matching exists. `near`: [..., n_defenders, n_targets]. Returns [...]."""
-    n = near.shape[-1]
-    reachable = np.zeros((*near.shape[:-2], 1 << n), dtype=bool)  # sets of targets that the first defenders can hold
-    reachable[..., 0] = True
-    for defender in range(n):
-        following = np.zeros_like(reachable)
-        for held in range(1 << n):
-            for target in range(n):
-                if not held >> target & 1:
-                    following[..., held | 1 << target] |= reachable[..., held] & near[..., defender, target]
-        reachable = following
-    return reachable[..., -1]

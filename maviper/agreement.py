@@ -1,0 +1,120 @@
+"""Compiling a profile: text, then the proof by replay that text, profile and learned tree decide alike.
+
+Does: emits the targets and joins codegen's self-check with on-policy observations and whole episodes.
+Assumes: the profile's world is one of ours; otherwise on-policy checks are reported as skipped.
+Does not: write files.
+"""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from codegen import ir, selfcheck
+from codegen.errors import DisagreementError
+from codegen.lower import lower
+from codegen.policy_json import content_hash, layout
+from codegen.selfcheck import Agreement, CompiledC, Report
+from codegen.targets import TARGETS, emit
+from maviper.evaluate import metrics
+from maviper.evaluate.play import Episodes, play
+from maviper.worlds import WORLDS, ParticleWorld, find
+
+ON_POLICY_EPISODES = 4_000  # of 25 steps: 100,000 observations an agent
+
+
+@dataclass(frozen=True)
+class Compiled:
+    """The files (name -> text) and what was compared before they were handed out."""
+
+    files: Mapping[str, str]
+    report: Report
+
+    @property
+    def complete(self) -> bool:
+        """Whether nothing had to be skipped."""
+        return not self.report.skipped
+
+
+def compile_profile(
+    profile: ir.PolicyProfile, targets: Iterable[str] = tuple(TARGETS), prefix: str | None = None
+) -> Compiled:
+    """Emits `targets` and replays them, tolerance zero. On any difference DisagreementError, and no files."""
+    ir.ensure(profile)
+    files = emit(profile, targets, prefix)
+    stem = lower(profile, prefix).prefix
+    report = selfcheck.check_files(profile, files, prefix)
+    agreements, skipped = list(report.agreements), list(report.skipped)
+    missing = [policy.agent for policy in profile.agents if policy.grown is None]
+    if missing:
+        skipped.append(f"the tree as grown: the profile does not hold it for {', '.join(missing)}")
+    world = matching_world(profile)
+    if world is None:
+        skipped.append(f"on-policy observations and episodes: {profile.world.name} is not a world of this version")
+    else:
+        episodes = on_policy(profile, world)
+        agreements += _grown(profile, episodes)
+        header = files.get(f"{stem}.h")
+        if header is not None and report.compiler:
+            agreements += _driven(profile, world, header, prefix, episodes)
+    checked = Report(tuple(agreements), tuple(skipped), report.compiler).ensure()
+    return Compiled(files | {f"{stem}.agreement.json": evidence(profile, checked)}, checked)
+
+
+def matching_world(profile: ir.PolicyProfile) -> ParticleWorld | None:
+    """Our world with exactly the profile's spec and features, or None."""
+    if profile.world.name not in WORLDS:
+        return None
+    world = find(profile.world.name)
+    same = world.spec == profile.world and tuple(policy.agent for policy in profile.agents) == world.agents
+    observed = all(
+        policy.features == features for policy, features in zip(profile.agents, world.features, strict=False)
+    )
+    return world if same and observed else None
+
+
+def on_policy(profile: ir.PolicyProfile, world: ParticleWorld) -> Episodes:
+    """Episodes of the profile's own trees."""
+    seeds = range(metrics.ON_POLICY_SEEDS, metrics.ON_POLICY_SEEDS + ON_POLICY_EPISODES)
+    return play(world, [metrics.tree_policy(policy) for policy in profile.agents], world.start_from_seeds(seeds))
+
+
+def _grown(profile: ir.PolicyProfile, episodes: Episodes) -> list[Agreement]:
+    return [
+        selfcheck.check_grown(policy, seen.reshape(-1, seen.shape[-1]))
+        for policy, seen in zip(profile.agents, episodes.observations, strict=True)
+        if policy.grown is not None
+    ]
+
+
+def _driven(
+    profile: ir.PolicyProfile, world: ParticleWorld, header: str, prefix: str | None, episodes: Episodes
+) -> list[Agreement]:
+    """The same episodes, driven by the compiled C: every action and position must be the same."""
+    compiler = selfcheck.find_compiler()
+    assert compiler is not None
+    seeds = range(metrics.ON_POLICY_SEEDS, metrics.ON_POLICY_SEEDS + ON_POLICY_EPISODES)
+    with CompiledC(header, lower(profile, prefix), compiler) as compiled:
+        policies = [partial(compiled.act, policy.agent) for policy in profile.agents]
+        again = play(world, policies, world.start_from_seeds(seeds))
+    if again.position.tobytes() != episodes.position.tobytes():
+        raise DisagreementError(
+            "episodes driven by the compiled C take another course", "", "this is a bug; nothing was written"
+        )
+    found = []
+    for agent, policy in enumerate(profile.agents):
+        rows = episodes.observations[agent].reshape(-1, len(policy.features))
+        wanted, given = episodes.actions[..., agent].ravel(), again.actions[..., agent].ravel()
+        found.append(selfcheck.compare("c, whole episodes", policy, rows, np.asarray(wanted, np.int32), given))
+    return found
+
+
+def evidence(profile: ir.PolicyProfile, report: Report) -> str:
+    """What was compared, as a JSON text to keep beside the code."""
+    rows: list[dict[str, Any]] = [
+        {"target": item.target, "agent": item.agent, "observations": item.observations, "differences": item.differences}
+        for item in report.agreements
+    ]
+    return layout({"profile": content_hash(profile), "agreement": rows, "skipped": list(report.skipped)}) + "\n"

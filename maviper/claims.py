@@ -1,0 +1,140 @@
+"""Verifying a profile's claims: the verifier joined with simulator, compiled code and reference environment.
+
+Does: hands `verify` its replays and the share of on-policy states, and writes the report's files.
+Assumes: the profile's world is one of ours; otherwise only the reference replays.
+Does not: decide verdicts.
+"""
+
+import hashlib
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from codegen import ir, selfcheck
+from codegen.errors import InputError
+from codegen.lower import lower
+from codegen.observe import observe
+from codegen.targets import emit
+from maviper import agreement, runs
+from maviper.worlds import ParticleWorld, WorldState
+from maviper.worlds.particle import placed
+from verify import engine, report
+from verify.counterexample import Replay
+from verify.engine import Result
+from verify.shares import Share
+from verify.spec import Property, Region, read_region, start_region
+from verify.world import Point, contains
+
+MOST_REGION_BYTES = 2**20
+
+
+def find_region(name: str, profile: ir.PolicyProfile) -> Region:
+    """`start` for the start box, else the region in the file `name`."""
+    if name == "start":
+        return start_region(profile.world)
+    path = Path(name)
+    try:
+        source = runs.read(path, MOST_REGION_BYTES).decode()
+    except UnicodeDecodeError:
+        raise InputError("not a readable region file", f"{name}: not UTF-8 text", "is this the right file?") from None
+    return read_region(source, profile.world, path.name)
+
+
+def verify_claims(
+    profile: ir.PolicyProfile, questions: Sequence[tuple[Property, Region]], budget: int = engine.DEFAULT_BUDGET
+) -> list[Result]:
+    """A result for each (property, region)."""
+    ir.ensure(profile)
+    world = agreement.matching_world(profile)
+    visited = None if world is None else _visited(profile, world)
+    results = []
+    with _replays(profile, world) as replays_of:
+        for claim, region in questions:
+            inside = None
+            if visited is not None:
+                within = contains(region, visited, profile.world)
+                inside = Share(int(within.sum()), len(within))
+            results.append(engine.verify(profile, claim, region, replays_of(claim), budget, inside))
+    return results
+
+
+@contextmanager
+def _replays(
+    profile: ir.PolicyProfile, world: ParticleWorld | None
+) -> Iterator[Callable[[Property], Mapping[str, Replay]]]:
+    """A function from a claim to the replays of its team: the compiled C where there is a compiler, the environment."""
+    with ExitStack() as stack:
+        compiler = selfcheck.find_compiler()
+        compiled = None
+        if compiler is not None:
+            model = lower(profile)
+            header = emit(profile, ["c"])[f"{model.prefix}.h"]
+            compiled = stack.enter_context(selfcheck.CompiledC(header, model, compiler))
+
+        def of(claim: Property) -> Mapping[str, Replay]:
+            team = profile.team(claim.team)
+            replays: dict[str, Replay] = {}
+            if compiled is not None:
+                replays["compiled C"] = partial(_in_compiled, profile, team, compiled)
+            if world is not None:
+                replays[profile.world.reference] = partial(_in_reference, profile, team, world)
+            return replays
+
+        yield of
+
+
+def _in_compiled(
+    profile: ir.PolicyProfile, team: Sequence[ir.AgentPolicy], compiled: selfcheck.CompiledC, point: Point
+) -> list[int]:
+    """The team's actions by the compiled header."""
+    coordinates = point.coordinates(profile)
+    seen = [observe(policy.features, coordinates, profile.world) for policy in team]
+    return [int(compiled.act(policy.agent, obs)[0]) for policy, obs in zip(team, seen, strict=True)]
+
+
+def _in_reference(
+    profile: ir.PolicyProfile, team: Sequence[ir.AgentPolicy], world: ParticleWorld, point: Point
+) -> list[int]:
+    """The team's actions on what the reference environment itself observes in the world state."""
+    env = world.reference_env()
+    env.reset(seed=0)
+    placed(env, _state(profile, point))
+    seen = [env.aec_env.unwrapped.observe(policy.agent) for policy in team]
+    return [int(ir.act(policy, obs)[0]) for policy, obs in zip(team, seen, strict=True)]
+
+
+def _state(profile: ir.PolicyProfile, point: Point) -> WorldState:
+    world = profile.world
+    entities = [entity.name for entity in world.agents + world.landmarks]
+    position = np.array([[[point.position[f"{name}.{axis}"] for axis in "xy"] for name in entities]])
+    goal = [entity.name for entity in world.landmarks].index(point.goal) if point.goal else 0
+    return WorldState(position, np.zeros((1, len(world.agents), 2)), np.array([goal]))
+
+
+def _visited(profile: ir.PolicyProfile, world: ParticleWorld) -> ir.Float64:
+    """Coordinates of on-policy world states, [n, n_coordinates]."""
+    episodes = agreement.on_policy(profile, world)
+    steps, batch = episodes.position.shape[:2]
+    position = episodes.position.reshape(steps * batch, -1, 2)
+    still = np.zeros((len(position), len(world.agents), 2))
+    return world.coordinates(WorldState(position, still, np.tile(episodes.goal, steps)))
+
+
+def write_report(
+    folder: Path,
+    profile: ir.PolicyProfile,
+    results: Sequence[Result],
+    commands: Sequence[str],
+    files: Mapping[str, str],
+) -> dict[str, Any]:
+    """Writes report.html, .json and .txt; returns the facts. `files`: texts whose hashes the report names."""
+    digests = {name: hashlib.sha256(text.encode()).hexdigest() for name, text in sorted(files.items())}
+    facts = report.document(profile, results, commands, digests)
+    runs.write(folder / "report.json", report.as_json(facts))
+    runs.write(folder / "report.txt", report.as_text(facts))
+    runs.write(folder / "report.html", report.as_html(facts))
+    return facts

@@ -1,0 +1,61 @@
+"""What a person sees while a command runs: labelled lines and one live line a stage, on standard error.
+
+Does: prints; a stage redraws its line on a terminal and prints a plain line every few seconds elsewhere.
+Assumes: standard output belongs to results.
+Does not: decide anything.
+"""
+
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from rich.console import Console as RichConsole
+from rich.progress import MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+LABEL_WIDTH = 12
+PLAIN_SECONDS = 10.0
+
+
+class Console:
+    """Prints to standard error; `quiet` keeps everything back but errors."""
+
+    def __init__(self, quiet: bool = False) -> None:
+        self.quiet = quiet
+        self.rich = RichConsole(stderr=True, quiet=quiet, highlight=False)
+
+    def line(self, label: str, text: str = "") -> None:
+        """One line: a label in its column, then the text. Long lines are left to the terminal."""
+        if not self.quiet:
+            print(f"{label:<{LABEL_WIDTH}}{text}".rstrip(), file=sys.stderr, flush=True)
+
+    @contextmanager
+    def live(self, label: str, total: int) -> Iterator["LiveLine"]:
+        """A stage with a live line."""
+        if not self.rich.is_terminal or self.quiet:
+            yield LiveLine(self, label, total)
+            return
+        columns = TextColumn(f"{label:<{LABEL_WIDTH - 1}}"), MofNCompleteColumn(), TextColumn("{task.description}")
+        with Progress(*columns, TimeRemainingColumn(compact=True), console=self.rich) as progress:
+            yield LiveLine(self, label, total, progress)
+
+
+class LiveLine:
+    """Done/total, what the stage says of itself, rate and time left."""
+
+    def __init__(self, console: Console, label: str, total: int, progress: Progress | None = None) -> None:
+        self.console, self.label, self.total, self.progress = console, label, total, progress
+        self.task = progress.add_task("", total=total) if progress else None
+        self.started = self.printed = time.monotonic()
+
+    def update(self, done: int, text: str) -> None:
+        """Shows that `done` of the total are done."""
+        now = time.monotonic()
+        elapsed = max(now - self.started, 1e-9)
+        text = f"{text}  {done / elapsed:.3g}/s"
+        if self.progress is not None and self.task is not None:
+            self.progress.update(self.task, completed=done, description=text)
+        elif now - self.printed >= PLAIN_SECONDS or done >= self.total:
+            self.printed = now
+            left = elapsed / max(done, 1) * (self.total - done)
+            self.console.line(self.label, f"{done}/{self.total}  {text}  {left:.0f} s left")

@@ -1,0 +1,94 @@
+"""The one-minute tour: the whole chain on the shipped expert, every step with the outcome that is expected of it.
+
+Does: extracts, shows rules, compiles and replays, refutes one property, proves another, writes the report.
+Assumes: nothing outside the package; without a C compiler that part is skipped and said.
+Does not: do anything that the other commands cannot do.
+"""
+
+from pathlib import Path
+
+from codegen import ir, policy_json
+from codegen.errors import ExitCode
+from maviper import agreement, claims, runs
+from maviper.cli import say_agreement
+from maviper.console import Console
+from maviper.experts import store
+from maviper.extract.maviper import Settings
+from maviper.extraction import extract_live
+from maviper.show import rules
+from maviper.verification import command, say_results
+from maviper.worlds import ParticleWorld
+from maviper.worlds.physical_deception import DEFENDERS
+from verify.regions import best_proved_box
+from verify.spec import Property, Region, Verdict, find_property, start_region
+
+WORLD = "physical-deception"
+SEED = 0
+ITERATIONS, ROLLOUTS, SELECTION_EPISODES, MAX_DEPTH = 10, 50, 50, 4
+LEAST_RATIO = 0.80  # of the expert's defender success
+REGION_FILE = "region.toml"
+
+
+def run(folder: Path, console: Console, seed: int | None) -> int:
+    """Runs the tour into `folder`; returns 0 when every step gave its expected outcome."""
+    runs.folder(folder)
+    expected = True
+    seed = SEED if seed is None else seed
+    expert, world = store.load(WORLD)
+    settings = Settings(
+        max_depth=MAX_DEPTH, iterations=ITERATIONS, rollouts=ROLLOUTS, selection_episodes=SELECTION_EPISODES, seed=seed
+    )
+    size = f"depth {MAX_DEPTH}, {ITERATIONS} iterations of {ROLLOUTS} rollouts"
+    console.line("", f"{size}, selection on {SELECTION_EPISODES} episodes each")
+    console.line("", "(a short extraction; the paper's is 100 iterations, see `maviper extract --help`)")
+    profile = extract_live(world, expert, settings.checked(), console)
+    runs.write(folder / "profile.json", policy_json.dumps(profile))
+    expected &= _reached(profile, world, console)
+    _say_rules(profile, console)
+
+    compiled = agreement.compile_profile(profile)
+    for name, text in compiled.files.items():
+        runs.write(folder / name, text)
+    say_agreement(console, compiled)
+
+    claim = find_property("distinct_targets", profile)
+    start = start_region(profile.world)
+    questions: list[tuple[Property, Region]] = [(claim, start)]
+    box = best_proved_box(profile, claim, seed)
+    if box is not None:
+        proved = Region(box.region.box, box.region.goals, name=REGION_FILE)
+        runs.write(folder / REGION_FILE, proved.toml())
+        questions.append((claim, proved))
+    results = claims.verify_claims(profile, questions)
+    say_results(results, console)
+    verdicts = [result.verdict for result in results]
+    if verdicts != [Verdict.VIOLATED, Verdict.PROVED] or results[1].control is not Verdict.VIOLATED:
+        console.line("unexpected", "one VIOLATED and one PROVED with a refuted control were expected")
+        expected = False
+    commands = [command("profile.json", claim, region.name) for claim, region in questions]
+    files = {"profile.json": policy_json.dumps(profile), **compiled.files}
+    claims.write_report(folder, profile, results, commands, files)
+    header = next(name for name in compiled.files if name.endswith(".h"))
+    console.line("report", str(folder / "report.html"))
+    console.line("header", str(folder / header))
+    again = f"maviper verify {folder / 'profile.json'} --region {folder / REGION_FILE}"
+    console.line("next", f"maviper show {folder / 'profile.json'}; {again}")
+    return ExitCode.DONE if expected else ExitCode.VIOLATED
+
+
+def _reached(profile: ir.PolicyProfile, world: ParticleWorld, console: Console) -> bool:
+    label = f"r={world.squared_radii[0] ** 0.5:.3g}"
+    measured = profile.provenance.evaluation
+    ours, theirs = (float(measured[f"{DEFENDERS} {kind} {label}"]) for kind in ("success", "expert success"))
+    if ours >= LEAST_RATIO * theirs:
+        return True
+    console.line(
+        "unexpected", f"the {DEFENDERS}' trees reach {ours / theirs:.2f} of the expert, {LEAST_RATIO:.2f} was expected"
+    )
+    return False
+
+
+def _say_rules(profile: ir.PolicyProfile, console: Console) -> None:
+    policy = profile.team(DEFENDERS)[0]
+    for number, rule in enumerate(rules(policy)):
+        console.line(f"{policy.agent}" if number == 0 else "", rule)

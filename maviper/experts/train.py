@@ -1,0 +1,134 @@
+"""Training runs: an expert in a run folder, the best of its checkpoints on held-out episodes.
+
+Does: trains, scores checkpoints, keeps the best in the folder at all times, measures the winner on fresh episodes.
+Assumes: the extra `maviper[train]`.
+Does not: resume an interrupted training (what the folder holds stays valid).
+
+The rule: a checkpoint's score is the mean over teams of the primary measure, all experts, on CHECKPOINT_EPISODES
+episodes. The FINALISTS best are scored again on FINAL_EPISODES fresh ones; the best of these is the expert. The card's
+numbers come from FINAL_EPISODES other episodes that no choice has seen.
+"""
+
+import heapq
+import json
+import platform
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from codegen.errors import InputError, MissingToolError
+from codegen.ir import Float32
+from maviper import runs
+from maviper.evaluate import metrics
+from maviper.evaluate.metrics import Share
+from maviper.experts import store
+from maviper.worlds import ParticleWorld
+
+CHECKPOINT_EPISODES = 1_000
+FINALISTS = 5
+FINAL_EPISODES = 4_000
+EXPERT_FILE = "expert.safetensors"
+
+
+@dataclass(frozen=True)
+class Checkpoint:
+    """A checkpoint's place in training and what it scored."""
+
+    steps: int
+    score: float
+    success: dict[str, Share]
+
+
+def train(
+    world: ParticleWorld, folder: Path, overrides: dict[str, Any], on_checkpoint: Callable[[Checkpoint, int], None]
+) -> dict[str, Any]:
+    """Trains an expert for `world` into `folder`; returns its card.
+
+    `overrides`: settings of `maddpg.Settings` that differ from the defaults. `on_checkpoint` gets each checkpoint and
+    the number of steps in all. MissingToolError without torch.
+    """
+    try:
+        import torch  # pyright: ignore[reportMissingImports]
+
+        from maviper.experts import maddpg
+    except ImportError:
+        raise MissingToolError("training needs torch", "", "install the extra: pip install 'maviper[train]'") from None
+    settings = maddpg.Settings(**overrides)
+    if settings.steps < settings.games * world.spec.episode_steps or settings.seed < 0:
+        least = settings.games * world.spec.episode_steps
+        raise InputError(f"steps must be at least {least}, the seed not negative", "--steps, --seed")
+    torch.set_num_threads(1)  # small products: threads cost more than they give, and one thread repeats bit for bit
+    runs.folder(folder)
+    command = " ".join(
+        [
+            "maviper train",
+            world.name,
+            *(f"--{key.replace('_', '-')} {value}" for key, value in sorted(overrides.items())),
+        ]
+    )
+    card: dict[str, Any] = {
+        "world": world.name,
+        "reference": world.spec.reference,
+        "algorithm": "maddpg",
+        "command": command,
+        "hidden": settings.hidden,
+        "settings": asdict(settings),
+        "versions": versions(),
+        "rule": " ".join((__doc__ or "").split("The rule: ")[1].split()),
+    }
+    runs.write(folder / "config.json", json.dumps(card, indent=2, sort_keys=True) + "\n")
+    log: list[str] = []
+    finalists: list[tuple[float, int, dict[str, Float32]]] = []  # a heap, the worst first
+
+    def score(tensors: dict[str, Float32]) -> tuple[float, dict[str, Share]]:
+        return measured(world, tensors, settings.hidden, metrics.CHECKPOINT_SEEDS, CHECKPOINT_EPISODES)[:2]
+
+    for steps, tensors, (value, success) in maddpg.train(world, settings, score):
+        log.append(json.dumps({"steps": steps, "score": value, **{team: won.value for team, won in success.items()}}))
+        runs.write(folder / "metrics.jsonl", "\n".join(log) + "\n")
+        if not finalists or value > max(entry[0] for entry in finalists):
+            provisional = card | {"steps": steps, "measured": {"note": "interrupted before the final measurement"}}
+            runs.write(folder / EXPERT_FILE, store.encode(tensors, provisional))
+        heapq.heappush(finalists, (value, steps, tensors))
+        if len(finalists) > FINALISTS:
+            heapq.heappop(finalists)
+        on_checkpoint(Checkpoint(steps, value, success), settings.steps)
+
+    again = [
+        (measured(world, tensors, settings.hidden, metrics.FINALIST_SEEDS, FINAL_EPISODES)[0], steps, tensors)
+        for _, steps, tensors in finalists
+    ]
+    _, steps, tensors = max(again, key=lambda entry: entry[:2])
+    card |= {"steps": steps, "measured": facts(world, tensors, settings.hidden)}
+    runs.write(folder / EXPERT_FILE, store.encode(tensors, card))
+    return card
+
+
+def measured(
+    world: ParticleWorld, tensors: dict[str, Float32], hidden: int, first_seed: int, episodes: int
+) -> tuple[float, dict[str, Share], list[dict[str, Share]]]:
+    """Mean over teams of the primary measure, each team's share at the primary radius, and the shares at all radii."""
+    expert = store.decode(store.encode(tensors, {"world": world.name, "hidden": hidden}), "checkpoint")
+    tables = metrics.success(world, expert.policies(), range(first_seed, first_seed + episodes))
+    return float(np.mean([won.value for won in tables[0].values()])), tables[0], tables
+
+
+def facts(world: ParticleWorld, tensors: dict[str, Float32], hidden: int) -> dict[str, Any]:
+    """The winner's measured success for the card."""
+    tables = measured(world, tensors, hidden, metrics.MEASUREMENT_SEEDS, FINAL_EPISODES)[2]
+    return {"episodes": FINAL_EPISODES, "first_episode_seed": metrics.MEASUREMENT_SEEDS} | {
+        f"{team} success r={squared**0.5:.3g}": [won.value, round(won.low, 4), round(won.high, 4)]
+        for squared, table in zip(world.squared_radii, tables, strict=True)
+        for team, won in table.items()
+    }
+
+
+def versions() -> dict[str, str]:
+    """Versions of what took part."""
+    return {"python": platform.python_version()} | {
+        name: metadata.version(name) for name in ("maviper", "mpe2", "numpy", "torch")
+    }

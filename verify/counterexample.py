@@ -1,0 +1,173 @@
+"""Counterexamples that a person can read: found inside their cells, shrunk to few digits, explained, replayed.
+
+Does: turns a solver's model into a float64 world state that the referee confirms, and tells both trees' paths.
+Assumes: the question was satisfiable; stronger questions (with slack) may be asked.
+Does not: call a real-valued state a counterexample when no float64 state near it replays.
+"""
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from fractions import Fraction
+
+import numpy as np
+
+from codegen import ir
+from codegen.errors import DisagreementError
+from codegen.ir import PolicyProfile
+from codegen.observe import observe
+from verify.encode import question
+from verify.solve import Answer, ask
+from verify.spec import Property, Region
+from verify.world import Point, chosen, engaged_exactly, inside, violates
+
+SLACKS = tuple(Fraction(1, 2**power) for power in (3, 4, 5, 7, 10, 20, 40))
+SPACED_SLACKS = 3  # so many of the slacks are first tried with all entities SPACE apart, which reads better
+SPACE = Fraction(1, 5)
+MOST_PLACES = 12  # decimal places that shrinking tries before it keeps all digits
+ROOM = 0.1  # shrinking keeps entities at least so far apart, or as far as they were
+Replay = Callable[[Point], list[int]]  # a world state -> the team's actions
+
+
+@dataclass(frozen=True)
+class Step:
+    """One test on a decision path: `value` of `feature` against `threshold`."""
+
+    node: int
+    feature: str
+    value: float
+    threshold: float
+    left: bool
+
+    def __str__(self) -> str:
+        return f"{self.feature} = {self.value:.6g} {'<=' if self.left else '>'} {self.threshold:.6g}"
+
+
+@dataclass(frozen=True)
+class AgentView:
+    """What one agent of the team does in a counterexample, and why."""
+
+    agent: str
+    action: str
+    leaf: int
+    path: tuple[Step, ...]
+    engaged_with: tuple[str, ...]  # landmarks
+
+
+@dataclass(frozen=True)
+class Counterexample:
+    """A float64 world state in which the claim fails, confirmed by the referee and by every replay."""
+
+    point: Point
+    agents: tuple[AgentView, ...]
+    replayed: tuple[str, ...]  # names of what reproduced the same actions
+
+
+def confirmed(
+    profile: PolicyProfile, claim: Property, region: Region, goal: str, answer: Answer, budget: int
+) -> tuple[Point | None, int]:
+    """A shrunk float64 point that violates the claim, or None when only the real-valued model exists.
+
+    Returns the point and the resource units spent on stronger questions.
+    """
+    spent = 0
+    candidates: list[Point] = []
+    for where, slack in _stronger(profile, region):
+        inner = ask(question(profile, claim, where, goal, slack), budget)
+        spent += inner.resources
+        if inner.model is not None:
+            candidates.append(_nearest(inner, goal))
+            break
+    candidates.append(_nearest(answer, goal))
+    for point in candidates:
+        if _stands(profile, claim, region, point):
+            return shrink(profile, claim, region, point), spent
+    return None, spent
+
+
+def _stronger(profile: PolicyProfile, region: Region) -> Iterator[tuple[Region, Fraction]]:
+    """Stronger questions, the most comfortable counterexamples first."""
+    entities = [entity.name for entity in profile.world.agents + profile.world.landmarks]
+    pairs = tuple((a, b, SPACE) for index, a in enumerate(entities) for b in entities[index + 1 :])
+    spaced = replace(region, apart=region.apart + pairs)
+    yield from ((spaced, slack) for slack in SLACKS[:SPACED_SLACKS])
+    yield from ((region, slack) for slack in SLACKS)
+
+
+def _nearest(answer: Answer, goal: str) -> Point:
+    assert answer.model is not None
+    return Point({name: float(value) for name, value in answer.model.items()}, goal)
+
+
+def _stands(profile: PolicyProfile, claim: Property, region: Region, point: Point) -> bool:
+    return inside(region, point) and violates(profile, claim, point)
+
+
+def shrink(profile: PolicyProfile, claim: Property, region: Region, point: Point) -> Point:
+    """The same violation with as few decimals as possible, first for all positions together, then one by one."""
+    entities = [entity.name for entity in profile.world.agents + profile.world.landmarks]
+    room = {(a, b): min(ROOM, _apart(point, a, b)) for index, a in enumerate(entities) for b in entities[index + 1 :]}
+
+    def holds(position: Mapping[str, float]) -> bool:
+        candidate = Point(position, point.goal)
+        if any(_apart(candidate, a, b) < least for (a, b), least in room.items()):
+            return False
+        return _stands(profile, claim, region, candidate)
+
+    position = dict(point.position)
+    for places in range(MOST_PLACES):
+        rounded = {name: round(value, places) + 0.0 for name, value in position.items()}
+        if holds(rounded):
+            position = rounded
+            break
+    for name in position:
+        for places in range(MOST_PLACES):
+            simpler = round(position[name], places) + 0.0
+            if simpler == position[name]:
+                break
+            if holds(position | {name: simpler}):
+                position[name] = simpler
+                break
+    return Point(position, point.goal)
+
+
+def _apart(point: Point, a: str, b: str) -> float:
+    return max(abs(point.position[f"{a}.{axis}"] - point.position[f"{b}.{axis}"]) for axis in "xy")
+
+
+def explain(profile: PolicyProfile, claim: Property, point: Point, replays: Mapping[str, Replay]) -> Counterexample:
+    """The counterexample with its paths, after every replay gave the same actions.
+
+    DisagreementError when one of them acts differently: then there is a bug, and no verdict.
+    """
+    team = profile.team(claim.team)
+    coordinates = point.coordinates(profile)
+    actions = [int(chosen(policy, coordinates, profile.world)[0]) for policy in team]
+    for name, replay in replays.items():
+        found = replay(point)
+        if list(found) != actions:
+            raise DisagreementError(
+                f"the {name} does not reproduce the counterexample",
+                f"reference {actions}, {name} {list(found)}",
+                "this is a bug",
+            )
+    engaged = engaged_exactly(profile, claim, point, actions)
+    views = []
+    for policy, action, row in zip(team, actions, engaged, strict=True):
+        obs = observe(policy.features, coordinates, profile.world)
+        names = tuple(
+            landmark.name for landmark, is_engaged in zip(profile.world.landmarks, row, strict=True) if is_engaged
+        )
+        leaf = int(ir.apply(policy.tree, obs)[0])
+        views.append(AgentView(policy.agent, policy.actions[action].name, leaf, path(policy, obs[0]), names))
+    return Counterexample(point, tuple(views), ("reference", *replays))
+
+
+def path(policy: ir.AgentPolicy, obs: ir.Float32) -> tuple[Step, ...]:
+    """The tests that lead to the decision for one observation [n_features]."""
+    tree, node, steps = policy.tree, ir.ROOT, []
+    while tree.feature[node] != ir.NO_FEATURE:
+        feature = int(tree.feature[node])
+        left = bool(np.float32(obs[feature]) <= tree.threshold[node])
+        steps.append(Step(node, policy.features[feature].name, float(obs[feature]), float(tree.threshold[node]), left))
+        node = int(tree.left[node] if left else tree.right[node])
+    return tuple(steps)

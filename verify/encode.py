@@ -1,0 +1,212 @@
+"""The question for Z3: is there a world state of the region in which the claim fails?
+
+Does: encodes trees, observation maps with machine rounding, region and claim over exact rationals, one query a goal.
+Assumes: features are coordinates, differences of two, or signs of those; trees passed `verifiable`.
+Does not: share the arithmetic of thresholds with codegen or with any other engine, so that agreement means something.
+
+Machine rounding: a difference d of two float64 positions is observed as fl32(fl64(d)). Rounding is monotone, so
+"fl32(fl64(d)) <= t" is a half line of d. Its end is where the second rounding ties, then where the first one does; a
+tie belongs to it iff the lower neighbour has an even significand. Replacing the threshold by that end makes the
+question over the reals the machine's own question.
+"""
+
+import struct
+from collections.abc import Callable
+from fractions import Fraction
+from itertools import permutations
+from typing import Any, NamedTuple
+
+import z3
+
+from codegen import ir
+from codegen.errors import InputError
+from codegen.ir import FeatureSpec, PolicyProfile, Tree
+from verify.spec import Property, Region
+
+
+class HalfLine(NamedTuple):
+    """All d with d <= end, or d < end when `strict`."""
+
+    end: Fraction
+    strict: bool
+
+
+class _Format(NamedTuple):
+    code: str  # struct codes of the float and of the integer with the same bits
+    bits: str
+    overflow: Fraction  # what the next value after the largest finite one would be
+
+
+_SINGLE = _Format("<f", "<i", Fraction(2) ** 128)
+_DOUBLE = _Format("<d", "<q", Fraction(2) ** 1024)
+
+
+def _rank(value: float, form: _Format) -> int:
+    """Position of a float in the order of its format: 0 for 0.0, neighbours differ by one."""
+    (bits,) = struct.unpack(form.bits, struct.pack(form.code, value))
+    return bits if bits >= 0 else -(bits & (2 ** (8 * struct.calcsize(form.code) - 1) - 1))
+
+
+def _value(rank: int, form: _Format) -> Fraction:
+    """The float at a position, exactly; one past the largest finite float stands for the value that would follow."""
+    (value,) = struct.unpack(form.code, struct.pack(form.bits, abs(rank)))
+    if value in (float("inf"), float("-inf")):
+        return form.overflow if rank > 0 else -form.overflow
+    return Fraction(value) if rank >= 0 else -Fraction(value)
+
+
+def _rounded_at_most(rank: int, form: _Format) -> HalfLine:
+    """All real numbers that round to a float not above the one at `rank`, ties to even."""
+    middle = (_value(rank, form) + _value(rank + 1, form)) / 2
+    return HalfLine(middle, strict=rank % 2 != 0)
+
+
+def half_line(threshold: float) -> HalfLine:
+    """The differences d with fl32(fl64(d)) <= `threshold` (a float32)."""
+    single = _rounded_at_most(_rank(threshold, _SINGLE), _SINGLE)
+    # midpoints of neighbouring float32 values are float64 values
+    rank = _rank(float(single.end), _DOUBLE) - (1 if single.strict else 0)
+    return _rounded_at_most(rank, _DOUBLE)
+
+
+def last_double(threshold: float) -> HalfLine:
+    """The float64 values z with fl32(z) <= `threshold`: for a feature that is one coordinate, rounded once."""
+    return _rounded_at_most(_rank(threshold, _SINGLE), _SINGLE)
+
+
+class Question(NamedTuple):
+    """What the solver is asked, for one goal: the variables (position -> real) and the constraints."""
+
+    goal: str
+    variables: dict[str, Any]
+    constraints: list[Any]
+
+
+def number(value: Fraction) -> Any:
+    """An exact rational constant."""
+    return z3.RatVal(value.numerator, value.denominator)
+
+
+def question(
+    profile: PolicyProfile, claim: Property, region: Region, goal: str, slack: Fraction = Fraction(0)
+) -> Question:
+    """Constraints that hold exactly for the world states of `region`, goal `goal`, in which `claim` fails.
+
+    With a positive `slack` every inequality is met with that much to spare: a stronger question whose answers lie
+    inside their leaf cells, used to find counterexamples that survive rounding.
+    """
+    variables = {name: z3.Real(name) for name in region.box}
+    at = dict(variables)
+    if goal:
+        at |= {f"goal.{axis}": variables[f"{goal}.{axis}"] for axis in "xy"}
+    fails = _failing(profile, claim, at, slack)
+    return Question(goal, variables, [*_region(region, variables), fails])
+
+
+def region_only(region: Region) -> Question:
+    """Constraints of the region alone: unsatisfiable iff it holds no world state."""
+    variables = {name: z3.Real(name) for name in region.box}
+    return Question("", variables, _region(region, variables))
+
+
+def _region(region: Region, at: dict[str, Any]) -> list[Any]:
+    constraints: list[Any] = []
+    for name, (low, high) in region.box.items():
+        constraints += [at[name] >= number(low), at[name] <= number(high)]
+    for a, b, (low, high) in region.differences:
+        constraints += [at[a] - at[b] >= number(low), at[a] - at[b] <= number(high)]
+    for a, b, least in region.apart:
+        gaps = [at[f"{a}.{axis}"] - at[f"{b}.{axis}"] for axis in "xy"]
+        constraints.append(z3.Or(*(side for gap in gaps for side in (gap >= number(least), gap <= number(-least)))))
+    return constraints
+
+
+def _failing(profile: PolicyProfile, claim: Property, at: dict[str, Any], slack: Fraction) -> Any:
+    """No one-to-one matching has every agent engaged: in each, some agent is not engaged with its landmark."""
+    team, landmarks = profile.team(claim.team), profile.world.landmarks
+    loose = [
+        [
+            _chosen(
+                policy,
+                at,
+                slack,
+                lambda action, p=policy, k=landmark.name: _not_engaged(p, action, k, claim, at, slack),
+            )
+            for landmark in landmarks
+        ]
+        for policy in team
+    ]
+    matchings = permutations(range(len(landmarks)), len(team))
+    return z3.And(*(z3.Or(*(loose[agent][landmark] for agent, landmark in enumerate(match))) for match in matchings))
+
+
+def _not_engaged(
+    policy: ir.AgentPolicy, action: int, landmark: str, claim: Property, at: dict[str, Any], slack: Fraction
+) -> Any:
+    """Agent neither closes on the landmark with `action` nor is at it."""
+    gaps = [at[f"{landmark}.{axis}"] - at[f"{policy.agent}.{axis}"] for axis in "xy"]
+    effect = policy.actions[action].effect or (0.0, 0.0)
+    parts = [number(Fraction(part)) * gap for part, gap in zip(effect, gaps, strict=True) if part != 0]
+    closing = z3.BoolVal(True) if not parts else z3.Sum(*parts) <= number(claim.margin - slack)
+    far = claim.radius + slack
+    # without slack "not at" is strictly outside the closed square
+    sides = [
+        (gap > number(far), gap < number(-far)) if not slack else (gap >= number(far), gap <= number(-far))
+        for gap in gaps
+    ]
+    return z3.And(closing, z3.Or(*(side for pair in sides for side in pair)))
+
+
+def _chosen(policy: ir.AgentPolicy, at: dict[str, Any], slack: Fraction, of_action: Callable[[int], Any]) -> Any:
+    """`of_action` of the action that the tree chooses, as nested conditions over the world state."""
+    tree = policy.tree
+    formulas: dict[int, Any] = {}
+    leaf_formulas: dict[int, Any] = {}
+    for node in reversed(range(len(tree.feature))):  # preorder: children come after their parents
+        if tree.feature[node] == ir.NO_FEATURE:
+            action = int(tree.action[node])
+            formulas[node] = leaf_formulas.setdefault(action, of_action(action))
+            continue
+        left, right = formulas.pop(int(tree.left[node])), formulas.pop(int(tree.right[node]))
+        below, above = _tests(policy.features[tree.feature[node]], tree, node, at, slack)
+        formulas[node] = z3.If(below, left, right) if not slack else z3.Or(z3.And(below, left), z3.And(above, right))
+    return formulas[ir.ROOT]
+
+
+def _tests(feature: FeatureSpec, tree: Tree, node: int, at: dict[str, Any], slack: Fraction) -> tuple[Any, Any]:
+    """(goes left, goes right) of a split, in terms of world coordinates."""
+    meaning = feature.meaning
+    if meaning is None or len(meaning.terms) > 2:
+        raise InputError(f"feature {feature.name} is not a coordinate or a difference of two", str(meaning))
+    measured = z3.Sum(*(at[name] if weight > 0 else -at[name] for weight, name in _known(feature, at)))
+    threshold = float(tree.threshold[node])
+    if meaning.sign:
+        line = _sign_line(threshold)
+    elif len(meaning.terms) == 1:
+        line = last_double(threshold)
+    else:
+        line = half_line(threshold)
+    if line is None:
+        always = z3.BoolVal(threshold >= 1)
+        return always, z3.Not(always)
+    if slack:
+        return measured <= number(line.end - slack), measured >= number(line.end + slack)
+    below = measured < number(line.end) if line.strict else measured <= number(line.end)
+    return below, z3.Not(below)
+
+
+def _known(feature: FeatureSpec, at: dict[str, Any]) -> tuple[tuple[int, str], ...]:
+    terms = feature.meaning.terms if feature.meaning else ()
+    for _, name in terms:
+        if name not in at:
+            raise InputError(
+                f"feature {feature.name} observes {name}, which regions do not bound yet", str(feature.meaning)
+            )
+    return terms
+
+
+def _sign_line(threshold: float) -> HalfLine | None:
+    """The numbers whose sign is at most `threshold`; None when all or none are."""
+    if threshold < -1 or threshold >= 1:
+        return None
+    return HalfLine(Fraction(0), strict=threshold < 0)

@@ -1,0 +1,164 @@
+"""The report of a verification: one set of facts, shown as JSON, text and one self-contained HTML page.
+
+Does: collects what was claimed, where, the verdicts and their evidence; draws counterexamples.
+Assumes: results of `engine.verify`; commands and hashes of other files are given by the caller.
+Does not: contain times, paths or facts about the machine, so equal questions give equal reports.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from codegen.ir import PolicyProfile
+from codegen.policy_json import content_hash, layout
+from codegen.render import render
+from verify.counterexample import AgentView, Counterexample
+from verify.engine import Result
+from verify.spec import Verdict
+from verify.spec import text as decimal
+
+SEMANTICS = (
+    "Observations are float32, each made from float64 positions by one subtraction and one rounding; a split goes left "
+    "iff x <= threshold. Thresholds are replaced by the exact ends of the half lines that these roundings give, so a "
+    "proof over real positions is a proof for the deployed arithmetic, and a counterexample is a float64 world state "
+    "that was replayed."
+)
+TRUSTED = (
+    "the meanings of the features in the profile (checked bit by bit against the reference environment)",
+    "the encoder of trees, roundings and claim (verify/encode.py) and the solver",
+    "for a counterexample nothing of this: it can be replayed",
+)
+LIMITS = (
+    "The claim is about single decisions in world states of the region: it does not say that agents arrive.",
+    "Positions are finite float64; agents may leave the region in an episode (see the share of on-policy states).",
+    "Shares are uniform samples with 95 % Wilson intervals; the verdict does not rest on them.",
+)
+VIEW = 300.0  # side of the picture
+WORLD_MARGIN = 0.25
+ARROW = 0.28  # length units
+MEANINGS = {
+    Verdict.PROVED: "holds in every world state of the region",
+    Verdict.VIOLATED: "fails in the world state shown, which was replayed",
+    Verdict.VACUOUS: "the region holds no world state, so nothing was claimed",
+    Verdict.UNKNOWN: "no answer",
+    Verdict.SKIPPED: "not asked",
+}
+
+
+def document(
+    profile: PolicyProfile, results: Sequence[Result], commands: Sequence[str], files: Mapping[str, str] | None = None
+) -> dict[str, Any]:
+    """All facts as plain data. `commands`: what repeats each result; `files`: name -> SHA-256 of files made with it."""
+    return {
+        "report": "maviper-verification-1",
+        "profile": content_hash(profile),
+        "world": {"name": profile.world.name, "reference": profile.world.reference},
+        "provenance": {
+            "algorithm": profile.provenance.algorithm,
+            "preset": profile.provenance.preset,
+            "seed": profile.provenance.seed,
+            "expert": profile.provenance.expert,
+            "tool": profile.provenance.tool,
+        },
+        "evaluation": dict(profile.provenance.evaluation),
+        "files": dict(files or {}),
+        "results": [_result(profile, result, command) for result, command in zip(results, commands, strict=True)],
+        "semantics": SEMANTICS,
+        "trusted": list(TRUSTED),
+        "limits": list(LIMITS),
+    }
+
+
+def _result(profile: PolicyProfile, result: Result, command: str) -> dict[str, Any]:
+    claim, shares = result.claim, result.shares
+    found = result.counterexample
+    return {
+        "property": claim.name,
+        "team": claim.team,
+        "claim": claim.sentence(),
+        "parameters": {"margin": decimal(claim.margin), "radius": decimal(claim.radius)},
+        "region_name": result.region.name,
+        "region": result.region.document(),
+        "verdict": result.verdict.value,
+        "meaning": MEANINGS[result.verdict],
+        "reason": result.reason,
+        "conflict": shares.conflict.document(),
+        "contested": None if shares.contested is None else shares.contested.document(),
+        "violating": shares.violating.document(),
+        "on_policy_inside": None if result.on_policy_inside is None else result.on_policy_inside.document(),
+        "shuffled_control": result.control.value,
+        "solver": result.solver,
+        "resources": result.resources,
+        "budget": result.budget,
+        "counterexample": None if found is None else _counterexample(profile, found),
+        "command": command,
+    }
+
+
+def _counterexample(profile: PolicyProfile, found: Counterexample) -> dict[str, Any]:
+    return {
+        "goal": found.point.goal,
+        "position": dict(found.point.position),
+        "agents": [_view(view) for view in found.agents],
+        "replayed_by": list(found.replayed),
+        "picture": picture(profile, found),
+    }
+
+
+def _view(view: AgentView) -> dict[str, Any]:
+    steps = [
+        {"node": step.node, "test": str(step), "value": step.value, "threshold": step.threshold, "left": step.left}
+        for step in view.path
+    ]
+    return {
+        "agent": view.agent,
+        "action": view.action,
+        "leaf": view.leaf,
+        "engaged_with": list(view.engaged_with),
+        "path": steps,
+    }
+
+
+def picture(profile: PolicyProfile, found: Counterexample) -> dict[str, Any]:
+    """What to draw, in picture coordinates: landmarks, agents, and an arrow for each chosen action."""
+    point = found.point.position
+    reach = max(1.0, *(abs(value) for value in point.values())) + WORLD_MARGIN
+    scale = VIEW / (2 * reach)
+
+    def place(name: str) -> tuple[float, float]:
+        return round((point[f"{name}.x"] + reach) * scale, 2), round((reach - point[f"{name}.y"]) * scale, 2)
+
+    team = {view.agent: view for view in found.agents}
+    agents = []
+    for entity in profile.world.agents:
+        x, y = place(entity.name)
+        mark: dict[str, Any] = {"name": entity.name, "x": x, "y": y, "ours": entity.name in team, "arrow": None}
+        if entity.name in team:
+            effect = next(
+                action.effect
+                for action in profile.policy(entity.name).actions
+                if action.name == team[entity.name].action
+            )
+            if effect is not None and any(effect):
+                dx, dy = effect[0] * ARROW * scale, -effect[1] * ARROW * scale
+                mark["arrow"] = [round(x + dx, 2), round(y + dy, 2)]
+        agents.append(mark)
+    landmarks = []
+    for entity in profile.world.landmarks:
+        x, y = place(entity.name)
+        landmarks.append({"name": entity.name, "x": x, "y": y, "goal": entity.name == found.point.goal})
+    return {"size": VIEW, "unit": round(scale, 2), "agents": agents, "landmarks": landmarks}
+
+
+def as_json(facts: Mapping[str, Any]) -> str:
+    """The report as JSON text."""
+    return layout(dict(facts)) + "\n"
+
+
+def as_text(facts: Mapping[str, Any]) -> str:
+    """The report as plain text."""
+    return render("report/report.txt.j2", **facts)
+
+
+def as_html(facts: Mapping[str, Any]) -> str:
+    """The report as one HTML page: inline styles and drawings, no scripts, nothing loaded from elsewhere."""
+    return render("report/report.html.j2", **facts)

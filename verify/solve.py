@@ -1,0 +1,56 @@
+"""Asking Z3, with a budget that does not depend on the machine.
+
+Does: decides a question, returns an exact model or the reason why there is no answer.
+Assumes: budgets are Z3 resource counts, which repeat from run to run; there is no wall clock.
+Does not: interpret models.
+"""
+
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+import z3
+
+from verify.encode import Question
+
+DEFAULT_BUDGET = 200_000_000  # resource units a query; a depth-10 pair of trees takes far less
+
+
+@dataclass(frozen=True)
+class Answer:
+    """`holds` is True (satisfiable), False (not) or None (budget ended); `model` gives every position exactly."""
+
+    holds: bool | None
+    model: dict[str, Fraction] | None
+    resources: int
+    reason: str = ""
+
+
+def solver_name() -> str:
+    """The solver and its version."""
+    return f"Z3 {z3.get_version_string()}"
+
+
+def ask(question: Question, budget: int = DEFAULT_BUDGET) -> Answer:
+    """Whether the question's constraints can hold together."""
+    context = z3.Context()  # a fresh one, so that earlier questions leave no trace in the search or the count
+    solver = z3.SolverFor("QF_LRA", ctx=context)
+    solver.set("rlimit", budget)
+    solver.set("random_seed", 0)
+    solver.add(*(constraint.translate(context) for constraint in question.constraints))
+    result = solver.check()
+    spent = _spent(solver)
+    if result == z3.unsat:
+        return Answer(False, None, spent)
+    if result == z3.unknown:
+        return Answer(None, None, spent, solver.reason_unknown())
+    model = solver.model()
+    variables = {name: variable.translate(context) for name, variable in question.variables.items()}
+    values: dict[str, Any] = {name: model.eval(variable, model_completion=True) for name, variable in variables.items()}
+    exact = {name: Fraction(value.numerator_as_long(), value.denominator_as_long()) for name, value in values.items()}
+    return Answer(True, exact, spent)
+
+
+def _spent(solver: z3.Solver) -> int:
+    statistics = solver.statistics()
+    return int(statistics.get_key_value("rlimit count")) if "rlimit count" in statistics.keys() else 0  # noqa: SIM118

@@ -1,0 +1,205 @@
+"""What is claimed and where: properties, regions and verdicts.
+
+Does: the data of a question, and the readable TOML form of a region with exact numbers.
+Assumes: a world whose coordinates are named by the profile's world spec.
+Does not: decide anything.
+"""
+
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from enum import Enum
+from fractions import Fraction
+from typing import Any
+
+from codegen.errors import InputError, UnknownNameError
+from codegen.ir import PolicyProfile, WorldSpec
+
+Interval = tuple[Fraction, Fraction]
+ADVICE = "see `maviper verify --help` for the form of a region file"
+
+
+class Verdict(Enum):
+    """The answer to a question; the values are the words that reports use."""
+
+    PROVED = "PROVED"  # holds in every world state of the region, as the machine computes
+    VIOLATED = "VIOLATED"  # fails in a world state that was replayed
+    VACUOUS = "VACUOUS"  # the region holds no world state
+    UNKNOWN = "UNKNOWN"  # the budget ended, or only a real-valued state was found
+    SKIPPED = "SKIPPED"  # not asked
+
+
+@dataclass(frozen=True)
+class Property:
+    """`distinct_targets`: in every world state some one-to-one matching of the team to the landmarks has every agent
+    engaged with its own.
+
+    With u(a) the direction of the chosen action, agent i closes on landmark k iff u(a_i) . (l_k - p_i) > `margin`; it
+    is at k iff their L-infinity distance is at most `radius`; engaged is either. Both in the world's length unit.
+    """
+
+    name: str
+    team: str
+    margin: Fraction = Fraction(0)
+    radius: Fraction = Fraction(1, 10)
+
+    def sentence(self) -> str:
+        """The claim in words."""
+        return (
+            f"in every world state of the region, the {self.team} can be matched one-to-one to the landmarks so that "
+            "each closes on its own landmark or is at it"
+        )
+
+
+PROPERTIES = ("distinct_targets",)
+
+
+def find_property(name: str, profile: PolicyProfile, team: str | None = None, **parameters: Fraction) -> Property:
+    """The named property for a team of `profile`: `team`, or the one team with as many agents as landmarks."""
+    if name not in PROPERTIES:
+        raise UnknownNameError("property", name, PROPERTIES)
+    teams = list(dict.fromkeys(policy.team for policy in profile.agents))
+    wanted = len(profile.world.landmarks)
+    if team is None:
+        fitting = [candidate for candidate in teams if len(profile.team(candidate)) == wanted]
+        if len(fitting) != 1:
+            raise InputError(
+                f"{name} needs a team of {wanted} agents, one for each landmark", "", f"teams: {', '.join(teams)}"
+            )
+        team = fitting[0]
+    elif team not in teams:
+        raise UnknownNameError("team", team, teams)
+    elif len(profile.team(team)) > wanted:
+        raise InputError(
+            f"{name} needs a landmark for each agent; team {team} has more agents than the world landmarks"
+        )
+    for parameter, value in parameters.items():
+        if value < 0:
+            raise InputError(f"{parameter} must not be negative, is {value}")
+    return Property(name, team, **parameters)
+
+
+@dataclass(frozen=True)
+class Region:
+    """A set of world states: a closed interval for each position, bounds on differences, pairs kept apart."""
+
+    box: Mapping[str, Interval]  # coordinate -> bounds; every position of an agent or landmark
+    goals: tuple[str, ...]  # landmarks that may be the goal; empty when the world has none
+    differences: tuple[tuple[str, str, Interval], ...] = ()  # (a, b, bounds of a - b)
+    apart: tuple[tuple[str, str, Fraction], ...] = ()  # (entity, entity, least L-infinity distance)
+    name: str = field(default="", compare=False)
+
+    def document(self) -> dict[str, Any]:
+        """The region as plain data, numbers as exact text."""
+        return {
+            "goals": list(self.goals),
+            "box": {name: [text(bound) for bound in bounds] for name, bounds in self.box.items()},
+            "difference": {f"{a} - {b}": [text(bound) for bound in bounds] for a, b, bounds in self.differences},
+            "apart": {f"{a} - {b}": text(least) for a, b, least in self.apart},
+        }
+
+    def toml(self) -> str:
+        """The region as a file that `read_region` reads back."""
+        lines = ["# A region of world states: closed intervals, in the world's length unit, exact as written."]
+        lines += [f"goals = [{', '.join(f'{goal!r}' for goal in self.goals)}]".replace("'", '"'), "", "[box]"]
+        lines += [f'"{name}" = [{text(low)}, {text(high)}]' for name, (low, high) in self.box.items()]
+        if self.differences:
+            lines += ["", "[difference]"]
+            lines += [f'"{a} - {b}" = [{text(low)}, {text(high)}]' for a, b, (low, high) in self.differences]
+        if self.apart:
+            lines += ["", "[apart]", *(f'"{a} - {b}" = {text(least)}' for a, b, least in self.apart)]
+        return "\n".join(lines) + "\n"
+
+
+def text(number: Fraction) -> str:
+    """A number as a decimal where it has a finite one, else as a fraction in quotes."""
+    places = 0
+    while (number * 10**places).denominator != 1:
+        places += 1
+        if places > 60:
+            return f'"{number}"'
+    digits = f"{abs((number * 10**places).numerator):0{places + 1}d}"
+    sign = "-" if number < 0 else ""
+    return sign + (f"{digits[:-places]}.{digits[-places:]}" if places else digits)
+
+
+def positions(world: WorldSpec) -> tuple[str, ...]:
+    """The coordinates that a region bounds: the positions of agents and landmarks."""
+    return tuple(f"{entity.name}.{axis}" for entity in world.agents + world.landmarks for axis in "xy")
+
+
+def start_region(world: WorldSpec) -> Region:
+    """Every position in the world's start box, any goal."""
+    bounds = (Fraction(world.start_low), Fraction(world.start_high))
+    return Region(dict.fromkeys(positions(world), bounds), world.goals, name="start")
+
+
+def read_region(source: str, world: WorldSpec, where: str) -> Region:
+    """The region of a TOML text. Positions that it does not bound have the bounds `default`, else the start box's."""
+    try:
+        document = tomllib.loads(source, parse_float=Fraction)
+    except (tomllib.TOMLDecodeError, ValueError, ZeroDivisionError, RecursionError) as error:
+        raise InputError("not a readable region file", f"{where}: {error}", ADVICE) from None
+    for key in document:
+        if key not in ("goals", "default", "box", "difference", "apart"):
+            raise UnknownNameError("key", key, ("goals", "default", "box", "difference", "apart"), where)
+    default = (Fraction(world.start_low), Fraction(world.start_high))
+    if "default" in document:
+        default = _interval(document["default"], f"{where}: default")
+    box = dict.fromkeys(positions(world), default)
+    for name, bounds in _table(document, "box", where).items():
+        if name not in box:
+            raise UnknownNameError("coordinate", name, box, f"{where}: box")
+        box[name] = _interval(bounds, f"{where}: box.{name}")
+    differences = []
+    for pair, bounds in _table(document, "difference", where).items():
+        a, b = _pair(pair, list(box), "coordinate", f"{where}: difference")
+        differences.append((a, b, _interval(bounds, f"{where}: difference.{pair}")))
+    apart = []
+    entities = [entity.name for entity in world.agents + world.landmarks]
+    for pair, least in _table(document, "apart", where).items():
+        a, b = _pair(pair, entities, "entity", f"{where}: apart")
+        apart.append((a, b, _number(least, f"{where}: apart.{pair}")))
+    goals = document.get("goals", list(world.goals))
+    if not isinstance(goals, list) or (not goals and world.goals):
+        raise InputError("goals must be a list of landmarks", f"{where}: goals", ADVICE)
+    for goal in goals:
+        if goal not in world.goals:
+            raise UnknownNameError("goal", str(goal), world.goals, f"{where}: goals")
+    return Region(box, tuple(goals), tuple(differences), tuple(apart), name=where)
+
+
+def _table(document: Mapping[str, Any], key: str, where: str) -> Mapping[str, Any]:
+    table = document.get(key, {})
+    if not isinstance(table, dict):
+        raise InputError(f"{key} must be a table", f"{where}: {key}", ADVICE)
+    return table
+
+
+def _pair(pair: str, known: Sequence[str], kind: str, where: str) -> tuple[str, str]:
+    names = [name.strip() for name in pair.split(" - ")]
+    if len(names) != 2:
+        raise InputError(f"cannot read {pair!r}", where, f'write "{known[0]} - {known[-1]}"')
+    for name in names:
+        if name not in known:
+            raise UnknownNameError(kind, name, known, where)
+    return names[0], names[1]
+
+
+def _interval(bounds: Any, where: str) -> Interval:
+    if not isinstance(bounds, list) or len(bounds) != 2:
+        raise InputError("bounds are two numbers, [low, high]", where, ADVICE)
+    low, high = (_number(bound, where) for bound in bounds)
+    return low, high
+
+
+MOST_DIGITS = 200
+
+
+def _number(value: Any, where: str) -> Fraction:
+    if isinstance(value, bool) or not isinstance(value, (int, Fraction, str)) or len(str(value)) > MOST_DIGITS:
+        raise InputError(f"not a finite number: {str(value)[:40]}", where, ADVICE)
+    try:
+        return Fraction(value)
+    except (ValueError, ZeroDivisionError):
+        raise InputError(f"not a number: {value!r}", where, ADVICE) from None
