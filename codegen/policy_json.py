@@ -1,7 +1,7 @@
-"""The JSON form of a policy profile, with its schema and content hash.
+"""The JSON form of a policy profile, with its content hash.
 
 Does: encodes a profile to text that people and other programs can read; decodes and checks it, naming the fault's path.
-Assumes: UTF-8 text; the shape is the structs below, from which the published schema is made.
+Assumes: UTF-8 text in the shape of schema.py.
 Does not: touch files.
 
 A split states its threshold twice: `threshold` is the double that decides for doubles and float32 alike, `float32` is
@@ -35,119 +35,16 @@ from codegen.ir import (
     WorldSpec,
     ensure,
 )
+from codegen.schema import SCHEMA_VERSION, AgentJson, GrownJson, NodeJson, ProfileJson, SplitJson
 
-SCHEMA_VERSION = 1
 LINE_WIDTH = 140
 MAX_BYTES = 256 * 2**20  # a profile beyond this is not one of ours
-Number = float | int | str
-
-
-class _Strict(msgspec.Struct, forbid_unknown_fields=True):
-    pass
-
-
-class SplitJson(_Strict):
-    """`x[feature] <= threshold` goes to node `left`, everything else to node `right`."""
-
-    feature: str
-    threshold: float
-    float32: str
-    left: int
-    right: int
-
-
-class NodeJson(_Strict, omit_defaults=True):
-    """Either a split (feature, threshold, float32, left, right) or a leaf (action)."""
-
-    feature: str | None = None
-    threshold: float | None = None
-    float32: str | None = None
-    left: int | None = None
-    right: int | None = None
-    action: str | None = None
-
-
-class GrownJson(_Strict):
-    """The tree as it was learned, in arrays: float64 thresholds, -1 for what a node does not have."""
-
-    feature: list[int]
-    threshold: list[float]
-    left: list[int]
-    right: list[int]
-    action: list[int]
-
-
-class FeatureJson(_Strict):
-    name: str
-    unit: str
-    range: tuple[float, float]
-    meaning: str | None
-
-
-class ActionJson(_Strict):
-    name: str
-    effect: tuple[float, float] | None
-
-
-class EntityJson(_Strict):
-    name: str
-    size: float
-    force: float
-    max_speed: float | None
-    collides: bool
-
-
-class WorldJson(_Strict):
-    name: str
-    reference: str
-    agents: list[EntityJson]
-    landmarks: list[EntityJson]
-    goals: list[str]
-    dt: float
-    damping: float
-    start_box: tuple[float, float]
-    episode_steps: int
-
-
-class AgentJson(_Strict):
-    agent: str
-    team: str
-    features: list[FeatureJson]
-    actions: list[ActionJson]
-    tree: list[NodeJson]
-    grown: GrownJson | None
-
-
-class ProvenanceJson(_Strict):
-    algorithm: str
-    preset: str
-    seed: int
-    expert: str
-    tool: str
-    training: dict[str, Number]
-    evaluation: dict[str, Number]
-
-
-class ProfileJson(_Strict):
-    """A policy profile. `content_hash` covers everything else; leave it out after an edit made on purpose."""
-
-    schema_version: int
-    semantics: str
-    world: WorldJson
-    agents: list[AgentJson]
-    provenance: ProvenanceJson
-    content_hash: str | None = None
 
 
 SEMANTICS = (
     "float32 observations; left iff x[feature] <= threshold; NaN goes right; a node's id is its place in the list; "
     "threshold decides for doubles and float32 alike, float32 is the exact threshold"
 )
-
-
-def schema() -> dict[str, Any]:
-    """The JSON schema (draft 2020-12) of a profile."""
-    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **msgspec.json.schema(ProfileJson)}
 
 
 def content_hash(profile: PolicyProfile) -> str:

@@ -156,15 +156,15 @@ def json_act(text: str, agent: str, rows: Any) -> list[int]:
     """Decisions read from the JSON alone, as a stranger's program would make them."""
     document = cast(dict[str, Any], json.loads(text))
     policy = next(item for item in document["agents"] if item["agent"] == agent)
-    index = {feature["name"]: place for place, feature in enumerate(policy["features"])}
-    number = {action["name"]: place for place, action in enumerate(policy["actions"])}
+    index: dict[str, int] = {feature["name"]: place for place, feature in enumerate(policy["features"])}
+    number: dict[str, int] = {action["name"]: place for place, action in enumerate(policy["actions"])}
     nodes = cast(list[dict[str, Any]], policy["tree"])
     decisions: list[int] = []
     for row in cast(list[list[float]], rows.tolist()):
         node = nodes[0]
         while "feature" in node:
-            goes_left: bool = row[index[node["feature"]]] <= node["threshold"]
-            node = nodes[node["left"] if goes_left else node["right"]]
+            side = "left" if row[index[node["feature"]]] <= node["threshold"] else "right"
+            node = nodes[node[side]]
         decisions.append(number[node["action"]])
     return decisions
 

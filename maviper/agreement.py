@@ -107,7 +107,7 @@ def _driven(
     for agent, policy in enumerate(profile.agents):
         rows = episodes.observations[agent].reshape(-1, len(policy.features))
         wanted, given = episodes.actions[..., agent].ravel(), again.actions[..., agent].ravel()
-        found.append(selfcheck.compare("c, whole episodes", policy, rows, np.asarray(wanted, np.int32), given))
+        found.append(selfcheck.compare("episodes driven by c", policy, rows, np.asarray(wanted, np.int32), given))
     return found
 
 

@@ -177,6 +177,16 @@ def extract(context: click.Context, expert: str, algorithm: str, output: Path, *
 
 
 @cli.command()
+def schema() -> int:
+    """Print the JSON schema of policy profiles."""
+    from codegen.policy_json import layout
+    from codegen.schema import schema as profile_schema
+
+    click.echo(layout(profile_schema()))
+    return ExitCode.DONE
+
+
+@cli.command()
 @click.argument("profile", type=click.Path(path_type=Path))
 @click.option("--agent", default=None, help="One agent only.")
 def show(profile: Path, agent: str | None) -> int:

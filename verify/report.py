@@ -35,6 +35,8 @@ LIMITS = (
 VIEW = 300.0  # side of the picture
 WORLD_MARGIN = 0.25
 ARROW = 0.28  # length units
+MARK = 9.0  # half the side of what an agent or landmark covers, picture units
+LETTER = 5.6  # width of a letter of a label
 MEANINGS = {
     Verdict.PROVED: "holds in every world state of the region",
     Verdict.VIOLATED: "fails in the world state shown, which was replayed",
@@ -128,25 +130,56 @@ def picture(profile: PolicyProfile, found: Counterexample) -> dict[str, Any]:
         return round((point[f"{name}.x"] + reach) * scale, 2), round((reach - point[f"{name}.y"]) * scale, 2)
 
     team = {view.agent: view for view in found.agents}
+    taken: list[tuple[float, float, float, float]] = []  # rectangles of marks, arrows and labels
     agents = []
     for entity in profile.world.agents:
         x, y = place(entity.name)
         mark: dict[str, Any] = {"name": entity.name, "x": x, "y": y, "ours": entity.name in team, "arrow": None}
         if entity.name in team:
-            effect = next(
-                action.effect
-                for action in profile.policy(entity.name).actions
-                if action.name == team[entity.name].action
-            )
+            chosen = team[entity.name].action
+            effect = next(action.effect for action in profile.policy(entity.name).actions if action.name == chosen)
             if effect is not None and any(effect):
-                dx, dy = effect[0] * ARROW * scale, -effect[1] * ARROW * scale
-                mark["arrow"] = [round(x + dx, 2), round(y + dy, 2)]
+                tip_x, tip_y = x + effect[0] * ARROW * scale, y - effect[1] * ARROW * scale
+                mark["arrow"] = [round(tip_x, 2), round(tip_y, 2)]
+                taken += [_around(tip_x, tip_y, MARK), _around((x + tip_x) / 2, (y + tip_y) / 2, MARK)]
         agents.append(mark)
+        taken.append(_around(x, y, MARK))
     landmarks = []
     for entity in profile.world.landmarks:
         x, y = place(entity.name)
         landmarks.append({"name": entity.name, "x": x, "y": y, "goal": entity.name == found.point.goal})
-    return {"size": VIEW, "unit": round(scale, 2), "agents": agents, "landmarks": landmarks}
+        taken.append(_around(x, y, MARK))
+    for mark in (*agents, *landmarks):
+        mark["label"] = mark["name"] + (" (goal)" if mark.get("goal") else "")
+        mark["label_x"], mark["label_y"] = _label_place(mark, taken)
+    return {"size": VIEW, "agents": agents, "landmarks": landmarks}
+
+
+def _around(x: float, y: float, half: float) -> tuple[float, float, float, float]:
+    return x - half, y - half, x + half, y + half
+
+
+def _label_place(mark: Mapping[str, Any], taken: list[tuple[float, float, float, float]]) -> tuple[float, float]:
+    """Centre of a label beside its mark where it covers nothing, if there is such a place; takes that place."""
+    half = len(mark["label"]) * LETTER / 2
+    side = half + MARK + 2
+    best: tuple[float, tuple[float, float, float, float]] | None = None
+    for dx, dy in ((0, -16), (0, 17), (side, 0), (-side, 0), (side, -13), (-side, 13), (0, -29), (0, 30)):
+        x = min(max(mark["x"] + dx, half), VIEW - half)
+        y = mark["y"] + dy
+        box = (x - half, y - 6, x + half, y + 6)
+        covered = sum(_overlap(box, other) for other in taken)
+        if best is None or covered < best[0]:
+            best = covered, box
+    assert best is not None
+    box = best[1]
+    taken.append(box)
+    return round((box[0] + box[2]) / 2, 2), round((box[1] + box[3]) / 2, 2)
+
+
+def _overlap(a: tuple[float, ...], b: tuple[float, ...]) -> float:
+    """Area that two rectangles (left, top, right, bottom) share."""
+    return max(0.0, min(a[2], b[2]) - max(a[0], b[0])) * max(0.0, min(a[3], b[3]) - max(a[1], b[1]))
 
 
 def as_json(facts: Mapping[str, Any]) -> str:

@@ -1,0 +1,115 @@
+"""The shape of a policy profile's JSON form.
+
+Does: states every object and field as a struct; the published JSON schema is made from them.
+Assumes: the meaning of each field is that of its namesake in ir.py.
+Does not: check invariants that need more than one field (check.py).
+"""
+
+from typing import Any
+
+import msgspec
+
+SCHEMA_VERSION = 1
+Number = float | int | str
+
+
+class _Strict(msgspec.Struct, forbid_unknown_fields=True):
+    pass
+
+
+class SplitJson(_Strict):
+    """`x[feature] <= threshold` goes to node `left`, everything else to node `right`."""
+
+    feature: str
+    threshold: float
+    float32: str
+    left: int
+    right: int
+
+
+class NodeJson(_Strict, omit_defaults=True):
+    """Either a split (feature, threshold, float32, left, right) or a leaf (action)."""
+
+    feature: str | None = None
+    threshold: float | None = None
+    float32: str | None = None
+    left: int | None = None
+    right: int | None = None
+    action: str | None = None
+
+
+class GrownJson(_Strict):
+    """The tree as it was learned, in arrays: float64 thresholds, -1 for what a node does not have."""
+
+    feature: list[int]
+    threshold: list[float]
+    left: list[int]
+    right: list[int]
+    action: list[int]
+
+
+class FeatureJson(_Strict):
+    name: str
+    unit: str
+    range: tuple[float, float]
+    meaning: str | None
+
+
+class ActionJson(_Strict):
+    name: str
+    effect: tuple[float, float] | None
+
+
+class EntityJson(_Strict):
+    name: str
+    size: float
+    force: float
+    max_speed: float | None
+    collides: bool
+
+
+class WorldJson(_Strict):
+    name: str
+    reference: str
+    agents: list[EntityJson]
+    landmarks: list[EntityJson]
+    goals: list[str]
+    dt: float
+    damping: float
+    start_box: tuple[float, float]
+    episode_steps: int
+
+
+class AgentJson(_Strict):
+    agent: str
+    team: str
+    features: list[FeatureJson]
+    actions: list[ActionJson]
+    tree: list[NodeJson]
+    grown: GrownJson | None
+
+
+class ProvenanceJson(_Strict):
+    algorithm: str
+    preset: str
+    seed: int
+    expert: str
+    tool: str
+    training: dict[str, Number]
+    evaluation: dict[str, Number]
+
+
+class ProfileJson(_Strict):
+    """A policy profile. `content_hash` covers everything else; leave it out after an edit made on purpose."""
+
+    schema_version: int
+    semantics: str
+    world: WorldJson
+    agents: list[AgentJson]
+    provenance: ProvenanceJson
+    content_hash: str | None = None
+
+
+def schema() -> dict[str, Any]:
+    """The JSON schema (draft 2020-12) of a profile."""
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **msgspec.json.schema(ProfileJson)}
