@@ -6,10 +6,14 @@ Does not: know about trees.
 """
 
 import math
+from typing import Any
 
 import numpy as np
 
-FLOAT32_MAX = float(np.finfo(np.float32).max)
+def neighbour(values: Any, towards: float) -> Any:
+    """The next float32 towards minus or plus infinity, element by element; the step onto infinity is no error."""
+    with np.errstate(over="ignore", under="ignore"):
+        return np.nextafter(np.asarray(values, dtype=np.float32), np.float32(towards))
 
 
 def round_down(threshold: float) -> np.float32:
@@ -20,7 +24,7 @@ def round_down(threshold: float) -> np.float32:
     """
     with np.errstate(over="ignore"):
         near = np.float32(threshold)
-    return near if float(near) <= threshold else np.nextafter(near, np.float32(-np.inf))
+    return near if float(near) <= threshold else np.float32(neighbour(near, -math.inf))
 
 
 def deciding_double(threshold: np.float32) -> float:
@@ -30,7 +34,7 @@ def deciding_double(threshold: np.float32) -> float:
     It is the midpoint to the next float32 where that tie rounds down (even mantissa), else the double before it.
     """
     t = float(threshold)
-    above = np.nextafter(np.float32(threshold), np.float32(np.inf))
+    above = np.float32(neighbour(threshold, math.inf))
     # past the largest float32 the next value of the unbounded format is 2**128
     middle = t + ((2.0**128 if np.isinf(above) else float(above)) - t) / 2.0
     with np.errstate(over="ignore"):

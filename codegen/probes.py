@@ -10,10 +10,11 @@ from collections.abc import Iterator
 import numpy as np
 
 from codegen import ir
-from codegen.floats import deciding_double, round_down
+from codegen.floats import deciding_double, neighbour, round_down
 from codegen.ir import Float32, Float64, GrownTree, Tree
 
 INFINITY = np.float32(np.inf)
+HUGE = 1e30  # drawing beyond it overflows; paths that demand more get their own bounds
 FILLINGS = 16  # random completions of each boundary value
 _LIMITS = np.finfo(np.float32)
 _EXTREMES = (_LIMITS.max, _LIMITS.tiny, _LIMITS.smallest_subnormal, np.float32(np.inf), np.float32(0))
@@ -23,7 +24,7 @@ SPECIAL = np.array([np.nan, *_EXTREMES, *(-extreme for extreme in _EXTREMES)], d
 def neighbours(threshold: float) -> Float32:
     """The float32 values around a threshold, float32 or float64: at or below it, its two neighbours. [3]"""
     at = round_down(threshold)
-    return np.array([np.nextafter(at, -INFINITY), at, np.nextafter(at, INFINITY)], dtype=np.float32)
+    return np.array([neighbour(at, -np.inf), at, neighbour(at, np.inf)], dtype=np.float32)
 
 
 def paths(tree: Tree | GrownTree, n_features: int) -> Iterator[tuple[int, Float32, Float32]]:
@@ -56,10 +57,11 @@ def boundary(tree: Tree | GrownTree, features: tuple[ir.FeatureSpec, ...], rng: 
     floor = np.array([feature.low for feature in features], dtype=np.float32)
     ceiling = np.array([feature.high for feature in features], dtype=np.float32)
     for node, low, high in paths(tree, len(features)):
-        start = np.maximum(np.nextafter(low, INFINITY), np.minimum(floor, high))
+        start = np.maximum(neighbour(low, np.inf), np.minimum(floor, high))
         stop = np.maximum(np.minimum(high, np.maximum(ceiling, start)), start)
         for value in neighbours(float(tree.threshold[node])):
-            filled = rng.uniform(start, stop, (FILLINGS, len(features))).astype(np.float32).clip(start, stop)
+            drawn = rng.uniform(start.clip(-HUGE, HUGE), stop.clip(-HUGE, HUGE), (FILLINGS, len(features)))
+            filled = drawn.astype(np.float32).clip(start, stop)
             filled[:, int(tree.feature[node])] = value
             rows.append(filled)
     return np.concatenate(rows)

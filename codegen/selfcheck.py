@@ -81,13 +81,13 @@ def find_compiler() -> list[str] | None:
     return None
 
 
-def observations(policy: ir.AgentPolicy) -> Float32:
+def observations(policy: ir.AgentPolicy, random: int = RANDOM_OBSERVATIONS) -> Float32:
     """What every target is asked: boundaries of the deployed and the grown tree, special values, random ones."""
     rng = np.random.default_rng(SEED)
     parts = [
         probes.boundary(policy.tree, policy.features, rng),
         probes.special(policy.features, rng),
-        probes.random(policy.features, RANDOM_OBSERVATIONS, rng),
+        probes.random(policy.features, random, rng),
     ]
     if policy.grown is not None:
         parts.append(probes.boundary(policy.grown, policy.features, rng))
@@ -161,7 +161,7 @@ def json_act(text: str, agent: str, rows: Any) -> list[int]:
     nodes = cast(list[dict[str, Any]], policy["tree"])
     decisions: list[int] = []
     for row in cast(list[list[float]], rows.tolist()):
-        node = nodes[0]
+        node: dict[str, Any] = nodes[0]
         while "feature" in node:
             side = "left" if row[index[node["feature"]]] <= node["threshold"] else "right"
             node = nodes[node[side]]
@@ -177,13 +177,18 @@ def load_python(text: str) -> Mapping[str, Any]:
         return runpy.run_path(str(path))
 
 
-def check_files(profile: ir.PolicyProfile, files: Mapping[str, str], prefix: str | None = None) -> Report:
-    """Replays every emitted file (name -> text) against the reference. Returns the report, differences included."""
+def check_files(
+    profile: ir.PolicyProfile, files: Mapping[str, str], prefix: str | None = None, random: int = RANDOM_OBSERVATIONS
+) -> Report:
+    """Replays every emitted file (name -> text) against the reference; the report holds differences too.
+
+    `random`: random observations an agent, beside all boundary and special ones.
+    """
     model = lower(profile, prefix)
     compiler = find_compiler()
     found: list[Agreement] = []
     skipped: list[str] = []
-    asked = {policy.agent: observations(policy) for policy in profile.agents}
+    asked = {policy.agent: observations(policy, random) for policy in profile.agents}
     wanted = {policy.agent: ir.act(policy, asked[policy.agent]) for policy in profile.agents}
     header, module, document = (files.get(f"{model.prefix}.{suffix}") for suffix in ("h", "py", "json"))
     if header is not None and compiler is None:
@@ -236,7 +241,8 @@ def _check_python(
         if len(near):
             expected = ir.act(policy, near)
             found.append(compare("python doubles", policy, near, expected, [act(row) for row in near.tolist()]))
-            singles = near.astype(np.float32)
+            with np.errstate(over="ignore"):  # beyond the largest float32 is infinity, in the reference too
+                singles = near.astype(np.float32)
             scalars = [act(list(row)) for row in singles]
             found.append(compare("python float32 scalars", policy, singles, expected, scalars))
     return found

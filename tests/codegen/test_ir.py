@@ -1,0 +1,112 @@
+"""The IR: reference semantics and the checker."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+
+from codegen import ir
+from codegen.errors import ProfileError
+from tests.strategies import WORLD, grown_trees, profiles
+
+STUMP = ir.Tree([0, -1, -1], [0.5, 0, 0], [1, -1, -1], [2, -1, -1], [-1, 1, 2])
+
+
+def defender(tree: ir.Tree) -> ir.AgentPolicy:
+    return ir.AgentPolicy("agent_0", "defenders", WORLD.features[1], WORLD.actions[1], tree)
+
+
+def rows(*values):
+    obs = np.zeros((len(values), 10), dtype=np.float32)
+    obs[:, 0] = values
+    return obs
+
+
+def test_left_iff_at_most_the_threshold_and_nan_goes_right():
+    above = np.nextafter(np.float32(0.5), np.float32(1))
+    obs = rows(0.5, above, np.nan, np.inf, -np.inf)
+    assert ir.act(defender(STUMP), obs).tolist() == [1, 2, 2, 2, 1]
+
+
+def test_doubles_are_rounded_to_float32_first():
+    assert ir.act(defender(STUMP), rows(0).astype(np.float64) + 0.5 + 1e-9).tolist() == [1]
+
+
+def walk(tree, x):
+    node = 0
+    while tree.feature[node] != ir.NO_FEATURE:
+        node = tree.left[node] if x[tree.feature[node]] <= tree.threshold[node] else tree.right[node]
+    return int(node)
+
+
+@given(grown_trees())
+def test_apply_is_a_walk(tree):
+    obs = np.random.default_rng(0).uniform(-2, 2, (50, 10)).astype(np.float32)
+    assert ir.apply(tree, obs).tolist() == [walk(tree, x) for x in obs]
+
+
+def test_arrays_cannot_be_changed():
+    with pytest.raises(ValueError, match="read-only"):
+        STUMP.threshold[0] = 1
+
+
+@given(profiles())
+def test_extracted_profiles_are_sound(profile):
+    assert ir.check(profile) == ()
+
+
+def broken(**arrays):
+    columns = {name: getattr(STUMP, name).copy() for name in ("feature", "threshold", "left", "right", "action")}
+    for name, value in arrays.items():
+        columns[name] = np.array(value)
+    return ir.Tree(**columns)
+
+
+@pytest.mark.parametrize(
+    ("tree", "path", "message"),
+    [
+        (broken(feature=[10, -1, -1]), "tree[0].feature", "below 10"),
+        (broken(feature=[-2, -1, -1]), "tree[0].feature", "below 10"),
+        (broken(threshold=[np.nan, 0, 0]), "tree[0].threshold", "finite"),
+        (broken(threshold=[np.inf, 0, 0]), "tree[0].threshold", "finite"),
+        (broken(left=[3, -1, -1]), "tree[0].left, right", "1 to 2"),
+        (broken(left=[0, -1, -1]), "tree[0].left, right", "1 to 2"),
+        (broken(left=[2, -1, -1]), "tree[2]", "preorder"),
+        (broken(left=[1, -1, -1], right=[1, -1, -1]), "tree[1]", "twice"),
+        (broken(left=[2, -1, -1], right=[1, -1, -1]), "tree[2]", "preorder"),
+        (broken(right=[2, 2, -1]), "tree[1].left, right", "leaf has no children"),
+        (broken(action=[0, 1, 2]), "tree[0].action", "split has no action"),
+        (broken(action=[-1, 5, 2]), "tree[1].action", "0 to 4"),
+        (broken(action=[-1, 1]), "tree", "different lengths"),
+    ],
+)
+def test_each_broken_invariant_is_named_with_its_path(tree, path, message, profile):
+    agents = tuple(replace(p, tree=tree, grown=None) if p.agent == "agent_0" else p for p in profile.agents)
+    found = ir.check(replace(profile, agents=agents))
+    assert any(item.path == f"$.agents[1].{path}" and message in item.message for item in found), found
+
+
+def test_all_violations_are_reported_at_once(profile):
+    tree = broken(feature=[10, -1, -1], threshold=[np.nan, 0, 0])
+    agents = tuple(replace(policy, tree=tree) for policy in profile.agents)
+    with pytest.raises(ProfileError) as error:
+        ir.ensure(replace(profile, agents=agents), "x.json")
+    assert str(error.value).count("tree[0].threshold") == 3
+
+
+def test_names_must_stay_apart_after_folding(profile):
+    actions = (*profile.agents[0].actions[:4], ir.ActionSpec("LEFT", None))
+    agents = (replace(profile.agents[0], actions=actions), *profile.agents[1:])
+    assert any("appears twice" in item.message for item in ir.check(replace(profile, agents=agents)))
+
+
+def test_trees_have_a_greatest_depth(profile):
+    n = ir.MAX_DEPTH + 1
+    feature = [0] * n + [-1] * (n + 1)
+    left = [*range(1, n + 1)] + [-1] * (n + 1)
+    right = [2 * n - node for node in range(n)] + [-1] * (n + 1)
+    action = [-1] * n + [0] * (n + 1)
+    tree = ir.Tree(feature, np.zeros(2 * n + 1), left, right, action)
+    agents = (replace(profile.agents[0], tree=tree, grown=None), *profile.agents[1:])
+    assert [item.message for item in ir.check(replace(profile, agents=agents))] == ["deeper than 64 splits"]

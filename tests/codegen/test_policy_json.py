@@ -1,0 +1,123 @@
+"""The JSON form: round trip, schema, and the path of every fault."""
+
+import json
+
+import jsonschema
+import pytest
+from hypothesis import given
+
+from codegen import ir, policy_json
+from codegen.errors import ProfileError
+from codegen.schema import schema
+from tests.strategies import profiles
+
+
+@given(profiles())
+def test_round_trip_keeps_every_byte(profile):
+    text = policy_json.dumps(profile)
+    again = policy_json.loads(text)
+    assert policy_json.dumps(again) == text
+    assert policy_json.content_hash(again) == policy_json.content_hash(profile)
+    for before, after in zip(profile.agents, again.agents, strict=True):
+        assert before.tree.threshold.tobytes() == after.tree.threshold.tobytes()
+        assert before.grown is not None and after.grown is not None
+        assert before.grown.threshold.tobytes() == after.grown.threshold.tobytes()
+        assert before.features == after.features and before.actions == after.actions
+    assert again.world == profile.world
+
+
+def test_text_fits_the_published_schema(profile):
+    jsonschema.Draft202012Validator.check_schema(schema())
+    jsonschema.validate(json.loads(policy_json.dumps(profile)), schema())
+
+
+def edited(profile, path, value):
+    document = json.loads(policy_json.dumps(profile))
+    here = document
+    for key in path[:-1]:
+        here = here[key]
+    if value is KeyError:
+        del here[path[-1]]
+    else:
+        here[path[-1]] = value
+    return json.dumps(document)
+
+
+FAULTS = [
+    (["agents", 1, "tree", 0, "threshold"], "abc", "$.agents[1].tree[0].threshold"),
+    (["agents", 1, "tree", 0, "threshold"], 0.123, "$.agents[1].tree[0].threshold"),
+    (["agents", 1, "tree", 0, "float32"], "zzz", "$.agents[1].tree[0].float32"),
+    (["agents", 1, "tree", 0, "float32"], "0x1.000000001p+0", "$.agents[1].tree[0].float32"),
+    (["agents", 1, "tree", 0, "left"], KeyError, "$.agents[1].tree[0]"),
+    (["agents", 1, "tree", 0, "left"], 2**40, "$.agents[1].tree[0]"),
+    (["agents", 1, "tree", 0, "left"], 0, "$.agents[1].tree[0].left"),
+    (["agents", 1, "tree", 0, "feature"], "goal_dz", "$.agents[1].tree[0].feature"),
+    (["agents", 1, "features", 0, "meaning"], "goal.x minus", "$.agents[1].features[0].meaning"),
+    (["agents", 1, "features", 0, "meaning"], "goal.z - agent_0.x", "$.agents[1].features[0].meaning"),
+    (["agents", 1, "features", 0, "range"], [1, -1], "$.agents[1].features[0]"),
+    (["agents", 1, "agent"], "agent_7", "$.agents[1].agent"),
+    (["agents", 1, "grown", "action", 0], 99, "$.agents[1].grown[0].action"),
+    (["agents", 1, "grown", "action", 0], 2**40, "$.agents[1].grown"),
+    (["world", "dt"], KeyError, "$.world"),
+    (["world", "extra"], 1, "$.world"),
+    (["world", "goals", 0], "landmark_9", "$.world.goals[0]"),
+    (["schema_version"], 2, "$.schema_version"),
+    (["semantics"], "round to nearest", "$.semantics"),
+    (["world", "damping"], 0.5, "$.content_hash"),
+    (["provenance", "seed"], 12345, "$.content_hash"),
+]
+
+
+@pytest.mark.parametrize(("path", "value", "where"), FAULTS)
+def test_an_edited_profile_is_refused_with_the_path(profile, path, value, where):
+    with pytest.raises(ProfileError) as error:
+        policy_json.loads(edited(profile, path, value), "x.json")
+    assert f"x.json: {where}" in str(error.value)
+
+
+def test_a_misspelt_feature_gets_its_closest_match(profile):
+    text = edited(profile, ["agents", 1, "tree", 0, "feature"], "landmark_0_dz")
+    with pytest.raises(ProfileError, match="did you mean 'landmark_0_d"):
+        policy_json.loads(text)
+
+
+def test_an_edit_made_on_purpose_drops_the_hash(profile):
+    document = json.loads(edited(profile, ["world", "damping"], 0.5))
+    del document["content_hash"]
+    assert policy_json.loads(json.dumps(document)).world.damping == 0.5
+
+
+@pytest.mark.parametrize("share", [0, 0.1, 0.5, 0.99])
+def test_a_truncated_profile_is_refused(profile, share):
+    text = policy_json.dumps(profile)
+    with pytest.raises(ProfileError, match="not readable as JSON"):
+        policy_json.loads(text[: int(share * len(text))])
+
+
+@pytest.mark.parametrize("text", [b"\xff\xfe", b"[" * 100_000, b"null", b"{}", b"[]", b'"profile"', b"1e999"])
+def test_what_is_not_a_profile_is_refused(text):
+    with pytest.raises(ProfileError):
+        policy_json.loads(text)
+
+
+def test_a_node_is_one_line(profile):
+    text = policy_json.dumps(profile)
+    assert text.count('"float32"') == sum(1 for line in text.splitlines() if '"float32"' in line)
+    assert sum(len(policy.tree.feature) for policy in profile.agents) == sum(
+        1 for line in text.splitlines() if line.strip().startswith(('{"feature"', '{"action"'))
+    )
+
+
+def test_every_value_of_the_profile_is_under_the_hash(profile):
+    from dataclasses import replace
+
+    other = replace(profile, world=replace(profile.world, dt=0.2))
+    assert policy_json.content_hash(other) != policy_json.content_hash(profile)
+    policy = profile.agents[0]
+    action = policy.tree.action.copy()
+    leaf = ir.leaves(policy.tree)[0]
+    action[leaf] = (action[leaf] + 1) % 5
+    changed = replace(policy, tree=replace(policy.tree, action=action))
+    assert policy_json.content_hash(replace(profile, agents=(changed, *profile.agents[1:]))) != policy_json.content_hash(
+        profile
+    )

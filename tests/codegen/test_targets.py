@@ -1,0 +1,253 @@
+"""Generated text: legal, exact, identical each time, and checked against planted faults."""
+
+import ast
+import re
+import subprocess
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+
+from codegen import ir, probes, selfcheck
+from codegen.errors import DisagreementError, InputError, UnknownNameError
+from codegen.lower import lower
+from codegen.render import comment
+from codegen.targets import emit
+from maviper.extract.deploy import deployed
+from tests.strategies import profiles
+
+FEW = 1_000  # random observations; the boundary ones are what counts
+
+
+def test_equal_profiles_give_equal_bytes(profile):
+    assert emit(profile) == emit(profile)
+
+
+def test_no_machine_facts_in_text(profile):
+    for text in emit(profile).values():
+        assert not re.search(r"/tmp|/home|/root|20\d\d-\d\d-\d\d", text)
+
+
+@pytest.mark.compile
+@settings(max_examples=6)
+@given(profiles())
+def test_random_profiles_agree_everywhere(profile):
+    report = selfcheck.check_files(profile, emit(profile), random=FEW).ensure()
+    assert {item.target for item in report.agreements} >= {"c", "c input check", "python", "python batch", "json"}
+
+
+@pytest.mark.compile
+def test_a_profile_of_single_leaves_compiles(profile):
+    leaf = ir.Tree([-1], [0], [-1], [-1], [3])
+    alone = replace(profile, agents=tuple(replace(policy, tree=leaf, grown=None) for policy in profile.agents))
+    selfcheck.check_files(alone, emit(alone), random=FEW).ensure()
+
+
+@pytest.mark.compile
+def test_the_deepest_trees_compile(profile):
+    n = ir.MAX_DEPTH
+    feature = [0] * n + [-1] * (n + 1)
+    left = [*range(1, n + 1)] + [-1] * (n + 1)
+    right = [2 * n - node for node in range(n)] + [-1] * (n + 1)
+    action = [-1] * n + [node % 5 for node in range(n + 1)]
+    threshold = np.concatenate([np.linspace(1, -1, n), np.zeros(n + 1)])
+    tree = ir.Tree(feature, threshold, left, right, action)
+    deep = replace(profile, agents=tuple(replace(policy, tree=tree, grown=None) for policy in profile.agents))
+    assert ir.check(deep) == ()
+    selfcheck.check_files(deep, emit(deep), random=FEW).ensure()
+
+
+@pytest.mark.compile
+@pytest.mark.parametrize("compiler", ["gcc -std=c99", "gcc -std=c11", "g++ -x c++ -std=c++17", "clang -std=c99"])
+def test_the_header_compiles_strictly(profile, compiler, tmp_path):
+    import shutil
+
+    command = compiler.split()
+    if shutil.which(command[0]) is None:
+        pytest.skip(f"{command[0]} is not installed")
+    files = emit(profile)
+    (tmp_path / "physical_deception.h").write_text(files["physical_deception.h"])
+    (tmp_path / "use.c").write_text(
+        '#include "physical_deception.h"\n#include "physical_deception.h"\n'
+        "int main(void)\n{\n    const float x[10] = {0};\n"
+        "    return physical_deception_agent_0_act(x) + physical_deception_agent_1_finite(x);\n}\n"
+    )
+    flags = "-pedantic -Wall -Wextra -Werror -Wconversion -Wdouble-promotion -Wshadow -Wfloat-equal".split()
+    subprocess.run([*command, *flags, "use.c", "-o", "use"], cwd=tmp_path, check=True)
+    refused = subprocess.run([*command, "-ffast-math", "-c", "use.c"], cwd=tmp_path, capture_output=True, check=False)
+    assert refused.returncode != 0 and b"fast-math" in refused.stderr
+
+
+def test_the_python_module_needs_the_standard_library_only(profile, tmp_path):
+    (tmp_path / "policy.py").write_text(emit(profile)["physical_deception.py"])
+    code = "import sys, policy; print(policy.ACT['agent_0']([0.0] * 10), 'numpy' in sys.modules)"
+    found = subprocess.run([sys.executable, "-S", "-c", code], cwd=tmp_path, capture_output=True, text=True, check=True)
+    assert found.stdout.split()[1] == "False"
+    imported = {
+        name.name
+        for node in ast.walk(ast.parse((tmp_path / "policy.py").read_text()))
+        if isinstance(node, ast.Import)
+        for name in node.names
+    }
+    assert imported == {"numpy"}
+
+
+def test_unknown_target_and_bad_prefix(profile):
+    with pytest.raises(UnknownNameError, match="did you mean 'python'"):
+        emit(profile, ["pyton"])
+    with pytest.raises(InputError, match="prefix"):
+        emit(profile, ["c"], prefix="2fast")
+
+
+def test_names_that_collide_in_code_are_refused(profile):
+    actions = tuple(replace(action, name="x_goal_dx") if k == 0 else action for k, action in enumerate(profile.agents[1].actions))
+    agents = (profile.agents[0], replace(profile.agents[1], actions=actions), profile.agents[2])
+    with pytest.raises(InputError, match="same name"):
+        lower(replace(profile, agents=agents))
+
+
+def test_hostile_provenance_stays_inside_the_comment(profile):
+    hostile = replace(profile.provenance, tool='x */ int main; /* """ \\ ??/\n#error', algorithm='"""+evil+"""')
+    files = emit(replace(profile, provenance=hostile))
+    selfcheck.load_python(files["physical_deception.py"])
+    assert "*/ int" not in files["physical_deception.h"] and "\n#error\n" not in files["physical_deception.h"]
+
+
+def test_the_comment_filter_by_example():
+    assert comment('a*/ b\n"c"\\ /* ??/') == "a_/ b__c__ _* _?/"
+
+
+# --- planted faults: each must be caught
+
+
+def agreement(profile, name, text):
+    return selfcheck.check_files(profile, {name: text}, random=FEW)
+
+
+def first_split(profile):
+    return next(node for policy in profile.agents for node in ir.splits(policy.tree))
+
+
+def swapped_child(text):
+    """Swaps the two first leaves of the C text that take different actions."""
+    leaves = list(re.finditer(r"return \w+; /\* leaf \d+ \*/", text))
+    first = leaves[0]
+    second = next(leaf for leaf in leaves if leaf[0].split(";")[0] != first[0].split(";")[0])
+    return text[: first.start()] + second[0] + text[first.end() : second.start()] + first[0] + text[second.end() :]
+
+
+def six_decimals(text):
+    return re.sub(r"0x[0-9a-f.]+p[+-]\d+f(?=\) \{ /\* node)", lambda m: f"{float.fromhex(m[0][:-1]):.6f}f", text)
+
+
+C_FAULTS = {
+    "< for <=": lambda text: text.replace("] <= 0x", "] < 0x"),
+    "> for <=": lambda text: text.replace("] <= 0x", "] > 0x", 1),
+    "swapped child": swapped_child,
+    "six decimals": six_decimals,
+    "wrong feature": lambda text: re.sub(r"(if \(x\[\w+_X_\w+_D)X\]", r"\1Y]", text, count=1),
+    "dropped infinity check": lambda text: text.replace("&& x[i] <= 0x1.fffffep+127f", ""),
+    "NaN accepted": lambda text: text.replace(
+        "!(x[i] >= -0x1.fffffep+127f && x[i] <= 0x1.fffffep+127f)", "x[i] < -0x1.fffffep+127f || x[i] > 0x1.fffffep+127f"
+    ),
+}
+
+
+@pytest.mark.compile
+@pytest.mark.parametrize("fault", C_FAULTS)
+def test_faults_in_c_are_caught(profile, fault):
+    text = emit(profile)["physical_deception.h"]
+    wrong = C_FAULTS[fault](text)
+    assert wrong != text
+    with pytest.raises(DisagreementError, match="disagrees"):
+        agreement(profile, "physical_deception.h", wrong).ensure()
+
+
+def nearest_decimals(text):
+    """Thresholds as the nearest decimal of the float32, instead of the double that decides."""
+    return re.sub(r"(?<=<= )-?[\d.e-]+(?=[:,])", lambda m: repr(float(np.float32(float(m[0])))), text)
+
+
+PYTHON_FAULTS = {
+    "< for <=": lambda text: text.replace("] <= ", "] < "),
+    "six decimals": lambda text: re.sub(r"(?<=\] <= )-?[\d.e-]+", lambda m: f"{float(m[0]):.6f}", text),
+    "float32 for the deciding double": nearest_decimals,
+    "swapped action": lambda text: text.replace("return 1  #", "return 2  #", 1),
+    "batch": lambda text: re.sub(r"np.where\((.*), (n\d+), (n\d+)\)", r"np.where(\1, \3, \2)", text),
+}
+
+
+@pytest.mark.parametrize("fault", PYTHON_FAULTS)
+def test_faults_in_python_are_caught(profile, fault):
+    text = emit(profile)["physical_deception.py"]
+    wrong = PYTHON_FAULTS[fault](text)
+    assert wrong != text
+    with pytest.raises(DisagreementError, match="disagrees"):
+        agreement(profile, "physical_deception.py", wrong).ensure()
+
+
+def test_faults_in_json_are_caught(profile):
+    text = emit(profile)["physical_deception.json"]
+    wrong = re.sub(r'"threshold": (-?[\d.e-]+), "float32"', lambda m: f'"threshold": {float(m[1]):.6f}, "float32"', text)
+    with pytest.raises(DisagreementError, match="json"):
+        agreement(profile, "physical_deception.json", wrong).ensure()
+
+
+def test_c_that_does_not_compile_is_reported(profile):
+    if selfcheck.find_compiler() is None:
+        pytest.skip("no C compiler")
+    with pytest.raises(DisagreementError, match="does not compile"):
+        agreement(profile, "physical_deception.h", "int x = ;")
+
+
+def rounded_to_nearest(policy):
+    """The policy as an extraction that rounds to nearest would have deployed it."""
+    grown = policy.grown
+    nearest = replace(grown, threshold=grown.threshold.astype(np.float32).astype(np.float64))
+    return replace(policy, tree=deployed(nearest))
+
+
+def test_rounding_to_nearest_in_extraction_is_caught(profile):
+    wrong = [rounded_to_nearest(policy) for policy in profile.agents]
+    changed = [p for p, q in zip(wrong, profile.agents, strict=True) if (p.tree.threshold != q.tree.threshold).any()]
+    assert changed, "no threshold of the profile is rounded up"
+    nothing = np.zeros((0, 10), dtype=np.float32)
+    for policy in changed:
+        assert selfcheck.check_grown(policy, nothing[:, : len(policy.features)]).differences > 0
+    for policy in profile.agents:
+        assert selfcheck.check_grown(policy, nothing[:, : len(policy.features)]).differences == 0
+
+
+def test_without_a_compiler_c_is_skipped_and_said(profile, monkeypatch):
+    monkeypatch.setenv("CC", "no-such-compiler")
+    report = selfcheck.check_files(profile, emit(profile), random=FEW)
+    assert report.skipped == ("C: no compiler found (cc, gcc, clang or $CC)",)
+    assert not any(item.target.startswith("c") for item in report.agreements)
+
+
+# --- the probes themselves
+
+
+@given(profiles())
+def test_boundary_probes_reach_their_split(profile):
+    policy = profile.agents[1]
+    tree = policy.tree
+    for node, low, high in probes.paths(tree, len(policy.features)):
+        x = np.minimum(np.nextafter(low, np.float32(np.inf)), high)
+        assert ((low < x) & (x <= high)).all()
+        here = 0
+        while here != node:
+            assert tree.feature[here] != ir.NO_FEATURE
+            here = int(tree.left[here] if x[tree.feature[here]] <= tree.threshold[here] else tree.right[here])
+
+
+def test_boundary_probes_hold_every_threshold_and_both_neighbours(profile):
+    policy = profile.agents[1]
+    rows = probes.boundary(policy.tree, policy.features, np.random.default_rng(0))
+    for node, _, _ in probes.paths(policy.tree, len(policy.features)):
+        column = rows[:, policy.tree.feature[node]]
+        threshold = policy.tree.threshold[node]
+        for value in (threshold, np.nextafter(threshold, np.float32(9)), np.nextafter(threshold, np.float32(-9))):
+            assert value in column

@@ -1,0 +1,252 @@
+"""Extraction: the paper's formulas written out slowly, joint growth, rounding, repeatability."""
+
+from itertools import product
+
+import numpy as np
+import pytest
+from hypothesis import given
+from sklearn.tree import DecisionTreeClassifier
+
+from codegen import ir, policy_json, probes, selfcheck
+from codegen.errors import InputError, UnknownNameError
+from maviper.experts.network import AS_GIVEN
+from maviper.extract import grow
+from maviper.extract.dataset import labels, resample
+from maviper.extract.deploy import deployed
+from maviper.extract.grow import train_joint_trees
+from maviper.extract.maviper import Settings, extract, joint_ratio
+from maviper.extract.weights import maviper_weights
+from maviper.evaluate.metrics import share
+from tests.strategies import grown_trees
+
+
+@pytest.fixture(scope="module")
+def observed(world):
+    return world.observe(world.start(12, np.random.default_rng(5)))
+
+
+def test_weights_are_the_papers_formula(world, expert, observed):
+    """E over opponents' joint actions of [Q(expert's a_i) - min over a_i Q], team-mates at expert actions."""
+    wanted = labels(expert, observed)
+    found = maviper_weights(world, expert, observed, wanted)
+    teams = [[0], [1, 2], [1, 2]]
+    for agent, team in enumerate(teams):
+        opponents = [other for other in range(3) if other not in team]
+        for row in range(12):
+            total = 0.0
+            for opposing in product(range(5), repeat=len(opponents)):
+                joint = wanted[row].copy()
+                joint[opponents] = opposing
+                q = []
+                for own in range(5):
+                    joint[agent] = own
+                    one = [seen[row : row + 1] for seen in observed]
+                    q.append(expert.q(agent, one, np.full((1, 3), AS_GIVEN), joint[None])[0, 0])
+                total += q[wanted[row, agent]] - min(q)
+            assert found[row, agent] == pytest.approx(total / 5 ** len(opponents), rel=1e-9)
+    assert (found >= 0).all()
+
+
+def test_resampling_draws_with_replacement_by_weight():
+    rng = np.random.default_rng(0)
+    weights = np.array([0.0, 1.0, 3.0])
+    counts = sum(resample(weights, 300_000, rng) for _ in range(4_000))
+    assert counts[0] == 0 and counts.sum() == 12_000
+    assert counts[2] / counts.sum() == pytest.approx(0.75, abs=0.02)
+    assert resample(np.zeros(4), 300_000, rng).sum() == 4  # all weights zero: uniform
+    assert resample(np.ones(50), 20, rng).sum() == 20
+
+
+def slow_joint_trees(observations, labels, counts, n_actions, max_depth, seeds):
+    """TrainJointTrees in plain loops over points, without caches, as the text has it."""
+    n_agents, n = len(observations), len(labels)
+    trees = [{0: None} for _ in range(n_agents)]  # node -> None (leaf) or (feature, threshold, left, right)
+    action = [{} for _ in range(n_agents)]
+
+    def leaf_of(agent, point):
+        node = 0
+        while trees[agent][node] is not None:
+            feature, threshold, left, right = trees[agent][node]
+            node = left if np.float64(observations[agent][point, feature]) <= threshold else right
+        return node
+
+    def fit(agent, points, depth):
+        tree = DecisionTreeClassifier(max_depth=depth, random_state=seeds[agent])
+        return tree.fit(observations[agent][points], labels[points, agent], sample_weight=counts[agent][points])
+
+    def majority(agent, points):
+        return int(np.argmax(np.bincount(labels[points, agent], counts[agent][points], n_actions[agent])))
+
+    closed = [set() for _ in range(n_agents)]
+    for agent in range(n_agents):
+        action[agent][0] = majority(agent, [p for p in range(n) if counts[agent][p]])
+    level_of = [{0: 0} for _ in range(n_agents)]
+    for level in range(max_depth):
+        for agent in range(n_agents):
+            grown = [{point: leaf_of(j, point) for point in range(n)} for j in range(n_agents)]
+
+            def predict(j, point, grown=grown):
+                leaf = grown[j][point]
+                members = [p for p in range(n) if grown[j][p] == leaf and counts[j][p]]
+                if leaf in closed[j] or level_of[j][leaf] == max_depth or not members:
+                    return action[j][leaf]
+                return fit(j, members, max(1, max_depth - level_of[j][leaf])).predict(observations[j][[point]])[0]
+
+            right = np.array([[predict(j, p) == labels[p, j] for j in range(n_agents)] for p in range(n)])
+            keep = right.sum(axis=1) >= n_agents - 1
+            for leaf in [node for node, split in trees[agent].items() if split is None]:
+                if leaf in closed[agent] or level_of[agent][leaf] != level:
+                    continue
+                members = [p for p in range(n) if grown[agent][p] == leaf and counts[agent][p]]
+                kept = [p for p in members if keep[p]] or members
+                if not kept:
+                    continue
+                action[agent][leaf] = majority(agent, kept)
+                stump = fit(agent, kept, 1).tree_
+                if stump.node_count == 1:
+                    closed[agent].add(leaf)
+                    continue
+                feature, threshold = int(stump.feature[0]), stump.threshold[0]
+                new = max(trees[agent]) + 1
+                trees[agent][leaf] = (feature, threshold, new, new + 1)
+                sides = [[], []]
+                for p in kept:
+                    sides[0 if np.float64(observations[agent][p, feature]) <= threshold else 1].append(p)
+                for side, node in enumerate((new, new + 1)):
+                    trees[agent][node] = None
+                    level_of[agent][node] = level + 1
+                    action[agent][node] = majority(agent, sides[side])
+    return trees, action
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_joint_growth_is_the_papers_loop(seed):
+    """Caches and vectorised votes change nothing against the loop over points."""
+    rng = np.random.default_rng(seed)
+    observations = [rng.normal(size=(60, 4)).astype(np.float32) for _ in range(2)]
+    wanted = np.stack([(obs[:, 0] > 0).astype(int) + 2 * (obs[:, 1] > 0.3) for obs in observations], axis=1)
+    noise = rng.random(wanted.shape) < 0.2
+    wanted = np.where(noise, rng.integers(4, size=wanted.shape), wanted)
+    counts = [rng.integers(0, 3, size=60) for _ in range(2)]
+    found = train_joint_trees(observations, wanted, counts, [4, 4], 3, [7, 8])
+    trees, action = slow_joint_trees(observations, wanted, counts, [4, 4], 3, [7, 8])
+    for tree, nodes, actions in zip(found, trees, action, strict=True):
+        assert len(tree.feature) == len(nodes)
+        for node, split in nodes.items():
+            if split is None:
+                assert tree.feature[node] == ir.NO_FEATURE and tree.action[node] == actions[node]
+            else:
+                given = (tree.feature[node], tree.threshold[node], tree.left[node], tree.right[node])
+                assert given == split
+
+
+def test_joint_growth_differs_from_growth_alone():
+    rng = np.random.default_rng(0)
+    observations = [rng.normal(size=(300, 3)).astype(np.float32) for _ in range(2)]
+    wanted = rng.integers(3, size=(300, 2))
+    counts = [np.ones(300, dtype=int)] * 2
+    joint = train_joint_trees(observations, wanted, counts, [3, 3], 3, [0, 1])
+    alone = [train_joint_trees([observations[k]], wanted[:, [k]], [counts[k]], [3], 3, [k])[0] for k in range(2)]
+    assert any(a.threshold.tobytes() != b.threshold.tobytes() for a, b in zip(joint, alone, strict=True))
+
+
+def test_a_team_of_one_grows_a_plain_cart():
+    """Without team-mates nothing is filtered: level by level growth is scikit-learn's tree of that depth."""
+    rng = np.random.default_rng(3)
+    obs = rng.normal(size=(400, 4)).astype(np.float32)
+    wanted = (obs[:, 0] * obs[:, 1] > 0).astype(int) + (obs[:, 2] > 0.5)
+    tree = train_joint_trees([obs], wanted[:, None], [np.ones(400, dtype=int)], [3], 4, [0])[0]
+    cart = DecisionTreeClassifier(max_depth=4, random_state=0).fit(obs, wanted)
+    assert (tree.action[ir.apply(tree, obs)] == cart.predict(obs)).mean() > 0.97  # ties may fall differently
+
+
+def from_scikit_learn(cart):
+    tree = cart.tree_
+    leaf = tree.children_left == -1
+    action = np.where(leaf, cart.classes_[tree.value[:, 0].argmax(axis=1)], ir.NO_ACTION)
+    feature = np.where(leaf, ir.NO_FEATURE, tree.feature)
+    return ir.GrownTree(feature, np.where(leaf, 0, tree.threshold), tree.children_left, tree.children_right, action)
+
+
+@pytest.mark.parametrize("depth", [1, 2, 4, 6, 10])
+def test_deployed_trees_decide_as_scikit_learn_on_all_boundaries(world, depth):
+    """scikit-learn's own predict, on 100,000 observations and every threshold with its neighbours."""
+    rng = np.random.default_rng(depth)
+    features = world.features[1]
+    # coarse values make thresholds that are midpoints of float32 numbers, where rounding matters
+    obs = (rng.integers(-40, 40, (3_000, 10)) / np.float32(7)).astype(np.float32)
+    cart = DecisionTreeClassifier(max_depth=depth, random_state=0).fit(obs, rng.integers(5, size=3_000))
+    grown = from_scikit_learn(cart)
+    policy = ir.AgentPolicy("agent_0", "defenders", features, world.actions[1], deployed(grown), grown)
+    rows = np.concatenate([probes.boundary(grown, features, rng), probes.random(features, 100_000, rng)])
+    assert (ir.act(policy, rows) == cart.predict(rows)).all()
+    assert selfcheck.check_grown(policy, rows).differences == 0
+
+
+@given(grown_trees())
+def test_deployment_keeps_every_float32_decision(grown):
+    from tests.strategies import WORLD
+
+    policy = ir.AgentPolicy("agent_0", "defenders", WORLD.features[1], WORLD.actions[1], deployed(grown), grown)
+    rows = probes.random(policy.features, 200, np.random.default_rng(0))
+    assert selfcheck.check_grown(policy, rows).differences == 0
+
+
+def test_the_numpy_trap_is_avoided():
+    """A float32 column compared with a Python float is compared in float32; growth must compare in float64."""
+    obs = np.array([[0.1], [0.2], [0.1], [0.2]], dtype=np.float32)
+    member = grow._Growing(obs, np.array([0, 1, 0, 1]), np.ones(4, dtype=int), 2, 1, 0)
+    member.build(np.ones(4, dtype=bool))
+    tree = member.tree()
+    assert tree.action[ir.apply(tree, obs)].tolist() == [0, 1, 0, 1]
+
+
+def test_same_seed_same_bytes_other_seed_other_trees(world, expert, profile):
+    settings = Settings(max_depth=3, iterations=4, rollouts=30, selection_episodes=30)
+    again = extract(world, expert, settings)
+    assert policy_json.dumps(again) == policy_json.dumps(profile)
+    other = extract(world, expert, Settings(max_depth=3, iterations=2, rollouts=30, selection_episodes=30, seed=1))
+    assert policy_json.content_hash(other) != policy_json.content_hash(profile)
+
+
+@pytest.mark.parametrize("max_depth", [1, 2, 6])
+def test_any_depth(world, expert, max_depth):
+    found = extract(world, expert, Settings(max_depth=max_depth, iterations=1, rollouts=20, selection_episodes=10))
+    assert all(1 <= ir.depth(policy.tree).max() <= max_depth for policy in found.agents)
+    assert ir.check(found) == ()
+
+
+def test_provenance_names_the_expert_and_what_was_measured(profile, expert):
+    provenance = profile.provenance
+    assert provenance.expert == expert.hash and provenance.preset == "paper"
+    assert provenance.training["iterations"] == 4
+    assert 0 <= provenance.evaluation["defenders success r=0.316"] <= 1
+
+
+def test_early_stopping(world, expert):
+    settings = Settings(max_depth=1, iterations=60, rollouts=2, selection_episodes=5, patience=2)
+    found = extract(world, expert, settings)
+    assert found.provenance.training["stopped_after"] < 60
+
+
+def test_the_score_is_the_mean_ratio_over_teams():
+    ours, theirs = {"a": share(30, 100), "b": share(50, 100)}, {"a": share(60, 100), "b": share(50, 100)}
+    assert joint_ratio(ours, theirs)[0] == pytest.approx(0.75)
+    assert np.isfinite(joint_ratio(ours, {"a": share(0, 100), "b": share(50, 100)})[0])
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        {"max_depth": 0}, {"iterations": 0}, {"rollouts": -1}, {"seed": -1}, {"max_depth": 65},
+        {"iterations": 10_000, "rollouts": 100},
+    ],
+)  # fmt: skip
+def test_bad_settings_are_refused(settings):
+    with pytest.raises(InputError):
+        Settings(**settings).checked()
+
+
+def test_unknown_preset():
+    with pytest.raises(UnknownNameError, match="did you mean 'paper'"):
+        Settings(preset="papper").checked()

@@ -1,0 +1,97 @@
+"""Regions: exact numbers in, the same numbers out, and clear words for bad files."""
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from codegen.errors import InputError
+from tests.strategies import WORLD
+from verify.matching import matched
+from verify.shares import Share
+from verify.spec import Region, positions, read_region, start_region, text
+from verify.world import contains, inside, sample
+
+FRACTIONS = st.fractions(-2, 2, max_denominator=1000)
+
+
+@given(FRACTIONS)
+def test_numbers_are_written_exactly(number):
+    assert Fraction(text(number).strip('"')) == number
+
+
+@given(st.dictionaries(st.sampled_from(positions(WORLD.spec)), st.tuples(FRACTIONS, FRACTIONS)), FRACTIONS)
+def test_a_region_file_reads_back(bounds, least):
+    start = start_region(WORLD.spec)
+    differences = (("agent_0.x", "agent_1.x", (Fraction(-1, 3), least)),)
+    region = Region(start.box | bounds, ("landmark_1",), differences, (("landmark_0", "landmark_1", Fraction(1, 5)),))
+    assert read_region(region.toml(), WORLD.spec, "region.toml") == region
+
+
+def test_defaults(tmp_path):
+    region = read_region('default = [-2, 2]\n[box]\n"agent_0.x" = [0.1, "1/3"]\n', WORLD.spec, "r")
+    assert region.box["agent_0.x"] == (Fraction(1, 10), Fraction(1, 3))
+    assert region.box["agent_1.x"] == (-2, 2)
+    assert region.goals == ("landmark_0", "landmark_1")
+
+
+@pytest.mark.parametrize(
+    ("source", "message"),
+    [
+        ("goals = [", "not a readable region file"),
+        ("gaols = []", "did you mean 'goals'"),
+        ('goals = ["landmark_9"]', "unknown goal"),
+        ("goals = []", "list of landmarks"),
+        ("goals = 3", "list of landmarks"),
+        ("box = 3", "must be a table"),
+        ('[box]\n"agent_0.z" = [0, 1]', "did you mean 'agent_0."),
+        ('[box]\n"agent_0.x" = [0]', "two numbers"),
+        ('[box]\n"agent_0.x" = [0, "one"]', "not a number"),
+        ('[box]\n"agent_0.x" = [0, true]', "not a finite number"),
+        ('[box]\n"agent_0.x" = [0, nan]', "not a"),
+        ('[box]\n"agent_0.x" = [0, inf]', "not a"),
+        ('[box]\n"agent_0.x" = [0, "1/0"]', "not a number"),
+        ('[difference]\n"agent_0.x" = [0, 1]', "cannot read"),
+        ('[difference]\n"agent_0.x - agent_9.x" = [0, 1]', "unknown coordinate"),
+        ('[apart]\n"agent_0 - agnt_1" = 1', "did you mean 'agent_1'"),
+    ],
+)
+def test_bad_region_files_are_refused_with_the_place(source, message):
+    with pytest.raises(InputError) as error:
+        read_region(source, WORLD.spec, "r.toml")
+    assert message in str(error.value) and "r.toml" in str(error.value)
+
+
+def test_sampled_states_lie_inside():
+    source = '[difference]\n"agent_0.x - agent_1.x" = [0, 0.5]\n[apart]\n"landmark_0 - landmark_1" = 1\n'
+    region = read_region(source, WORLD.spec, "r")
+    coordinates, goals = sample(region, WORLD.spec, 5_000, 0)
+    assert 0 < len(coordinates) < 5_000
+    assert contains(region, coordinates, WORLD.spec).all()
+    names = WORLD.spec.coordinates()
+    from verify.world import Point
+
+    for row, goal in zip(coordinates[:50], goals[:50], strict=True):
+        position = {name: row[names.index(name)] for name in positions(WORLD.spec)}
+        assert inside(region, Point(position, f"landmark_{goal}"))
+        assert row[names.index("goal.x")] == position[f"landmark_{goal}.x"]
+
+
+@given(st.integers(1, 4), st.data())
+def test_matching_against_all_permutations(n, data):
+    from itertools import permutations
+
+    related = np.array(data.draw(st.lists(st.lists(st.booleans(), min_size=n, max_size=n), min_size=n, max_size=n)))
+    expected = any(all(related[i, p[i]] for i in range(n)) for p in permutations(range(n)))
+    assert bool(matched(related)) == expected
+
+
+def test_wilson_interval_against_scipy():
+    from scipy.stats import binomtest
+
+    for hits, count in ((0, 50), (1, 50), (25, 50), (50, 50), (317, 100_000)):
+        low, high = Share(hits, count).interval
+        ours = binomtest(hits, count).proportion_ci(0.95, method="wilson")
+        assert low == pytest.approx(ours.low, abs=1e-12) and high == pytest.approx(ours.high, abs=1e-12)
