@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+
 def neighbour(values: Any, towards: float) -> Any:
     """The next float32 towards minus or plus infinity, element by element; the step onto infinity is no error."""
     with np.errstate(over="ignore", under="ignore"):

@@ -162,7 +162,7 @@ def json_act(text: str, agent: str, rows: Any) -> list[int]:
     decisions: list[int] = []
     for row in cast(list[list[float]], rows.tolist()):
         node: dict[str, Any] = nodes[0]
-        while "feature" in node:
+        while node.get("feature") is not None:
             side = "left" if row[index[node["feature"]]] <= node["threshold"] else "right"
             node = nodes[node[side]]
         decisions.append(number[node["action"]])

@@ -114,7 +114,7 @@ def worlds_show(world: str) -> int:
 @click.argument("world")
 @click.option("--seed", default=0, show_default=True, help="Seed of everything random.")
 @click.option(
-    "--steps", default=None, type=int, help="Joint environment steps (default: the shipped expert's setting)."
+    "--steps", default=None, type=int, help="Joint environment steps (default: 6,000,000, as for the shipped expert)."
 )
 @OUTPUT
 @click.pass_context

@@ -25,7 +25,7 @@ TENSOR_KINDS = ("weight", "bias")
 class Settings:
     """Training settings; differences from the released code are noted."""
 
-    steps: int = 4_000_000  # joint environment steps
+    steps: int = 6_000_000  # joint environment steps
     games: int = 1_024  # played in parallel (released: 1)
     batch: int = 1_024  # transitions per update (released: 25,600)
     steps_per_update: int = 100  # joint steps per update round (as released)

@@ -3,10 +3,6 @@
 Does: trains, scores checkpoints, keeps the best in the folder at all times, measures the winner on fresh episodes.
 Assumes: the extra `maviper[train]`.
 Does not: resume an interrupted training (what the folder holds stays valid).
-
-The rule: a checkpoint's score is the mean over teams of the primary measure, all experts, on CHECKPOINT_EPISODES
-episodes. The FINALISTS best are scored again on FINAL_EPISODES fresh ones; the best of these is the expert. The card's
-numbers come from FINAL_EPISODES other episodes that no choice has seen.
 """
 
 import heapq
@@ -32,6 +28,11 @@ CHECKPOINT_EPISODES = 1_000
 FINALISTS = 5
 FINAL_EPISODES = 4_000
 EXPERT_FILE = "expert.safetensors"
+RULE = (
+    "a checkpoint's score is the mean over teams of the primary measure, all agents experts, on "
+    f"{CHECKPOINT_EPISODES} episodes; the {FINALISTS} best are scored again on {FINAL_EPISODES} fresh ones, and the "
+    f"best of these is the expert; `measured` comes from {FINAL_EPISODES} other episodes that no choice has seen"
+)
 
 
 @dataclass(frozen=True)
@@ -78,7 +79,7 @@ def train(
         "hidden": settings.hidden,
         "settings": asdict(settings),
         "versions": versions(),
-        "rule": " ".join((__doc__ or "").split("The rule: ")[1].split()),
+        "rule": RULE,
     }
     runs.write(folder / "config.json", json.dumps(card, indent=2, sort_keys=True) + "\n")
     log: list[str] = []

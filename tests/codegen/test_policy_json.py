@@ -118,6 +118,6 @@ def test_every_value_of_the_profile_is_under_the_hash(profile):
     leaf = ir.leaves(policy.tree)[0]
     action[leaf] = (action[leaf] + 1) % 5
     changed = replace(policy, tree=replace(policy.tree, action=action))
-    assert policy_json.content_hash(replace(profile, agents=(changed, *profile.agents[1:]))) != policy_json.content_hash(
-        profile
-    )
+    assert policy_json.content_hash(
+        replace(profile, agents=(changed, *profile.agents[1:]))
+    ) != policy_json.content_hash(profile)

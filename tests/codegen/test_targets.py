@@ -74,7 +74,7 @@ def test_the_header_compiles_strictly(profile, compiler, tmp_path):
         "int main(void)\n{\n    const float x[10] = {0};\n"
         "    return physical_deception_agent_0_act(x) + physical_deception_agent_1_finite(x);\n}\n"
     )
-    flags = "-pedantic -Wall -Wextra -Werror -Wconversion -Wdouble-promotion -Wshadow -Wfloat-equal".split()
+    flags = selfcheck.STRICT[1:]  # without the language standard
     subprocess.run([*command, *flags, "use.c", "-o", "use"], cwd=tmp_path, check=True)
     refused = subprocess.run([*command, "-ffast-math", "-c", "use.c"], cwd=tmp_path, capture_output=True, check=False)
     assert refused.returncode != 0 and b"fast-math" in refused.stderr
@@ -102,7 +102,9 @@ def test_unknown_target_and_bad_prefix(profile):
 
 
 def test_names_that_collide_in_code_are_refused(profile):
-    actions = tuple(replace(action, name="x_goal_dx") if k == 0 else action for k, action in enumerate(profile.agents[1].actions))
+    actions = tuple(
+        replace(action, name="x_goal_dx") if k == 0 else action for k, action in enumerate(profile.agents[1].actions)
+    )
     agents = (profile.agents[0], replace(profile.agents[1], actions=actions), profile.agents[2])
     with pytest.raises(InputError, match="same name"):
         lower(replace(profile, agents=agents))
@@ -150,7 +152,8 @@ C_FAULTS = {
     "wrong feature": lambda text: re.sub(r"(if \(x\[\w+_X_\w+_D)X\]", r"\1Y]", text, count=1),
     "dropped infinity check": lambda text: text.replace("&& x[i] <= 0x1.fffffep+127f", ""),
     "NaN accepted": lambda text: text.replace(
-        "!(x[i] >= -0x1.fffffep+127f && x[i] <= 0x1.fffffep+127f)", "x[i] < -0x1.fffffep+127f || x[i] > 0x1.fffffep+127f"
+        "!(x[i] >= -0x1.fffffep+127f && x[i] <= 0x1.fffffep+127f)",
+        "x[i] < -0x1.fffffep+127f || x[i] > 0x1.fffffep+127f",
     ),
 }
 
@@ -190,7 +193,9 @@ def test_faults_in_python_are_caught(profile, fault):
 
 def test_faults_in_json_are_caught(profile):
     text = emit(profile)["physical_deception.json"]
-    wrong = re.sub(r'"threshold": (-?[\d.e-]+), "float32"', lambda m: f'"threshold": {float(m[1]):.6f}, "float32"', text)
+    wrong = re.sub(
+        r'"threshold": (-?[\d.e-]+), "float32"', lambda m: f'"threshold": {float(m[1]):.6f}, "float32"', text
+    )
     with pytest.raises(DisagreementError, match="json"):
         agreement(profile, "physical_deception.json", wrong).ensure()
 
@@ -214,8 +219,8 @@ def test_rounding_to_nearest_in_extraction_is_caught(profile):
     changed = [p for p, q in zip(wrong, profile.agents, strict=True) if (p.tree.threshold != q.tree.threshold).any()]
     assert changed, "no threshold of the profile is rounded up"
     nothing = np.zeros((0, 10), dtype=np.float32)
-    for policy in changed:
-        assert selfcheck.check_grown(policy, nothing[:, : len(policy.features)]).differences > 0
+    # where both sides of such a split act alike nothing changes, but not everywhere
+    assert sum(selfcheck.check_grown(policy, nothing[:, : len(policy.features)]).differences for policy in changed)
     for policy in profile.agents:
         assert selfcheck.check_grown(policy, nothing[:, : len(policy.features)]).differences == 0
 

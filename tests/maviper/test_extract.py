@@ -9,6 +9,7 @@ from sklearn.tree import DecisionTreeClassifier
 
 from codegen import ir, policy_json, probes, selfcheck
 from codegen.errors import InputError, UnknownNameError
+from maviper.evaluate.metrics import share
 from maviper.experts.network import AS_GIVEN
 from maviper.extract import grow
 from maviper.extract.dataset import labels, resample
@@ -16,7 +17,6 @@ from maviper.extract.deploy import deployed
 from maviper.extract.grow import train_joint_trees
 from maviper.extract.maviper import Settings, extract, joint_ratio
 from maviper.extract.weights import maviper_weights
-from maviper.evaluate.metrics import share
 from tests.strategies import grown_trees
 
 

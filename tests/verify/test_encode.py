@@ -8,8 +8,8 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from verify.encode import half_line, last_double
 from tests.strategies import FLOAT32
+from verify.encode import half_line, last_double
 
 NORMAL = FLOAT32.filter(lambda value: value == 0 or abs(value) >= 2.0**-126)
 

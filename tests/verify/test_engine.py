@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from codegen import ir
 from codegen.errors import DisagreementError, InputError, UnknownNameError
-from tests.strategies import grown_trees, profiles, with_trees
 from maviper.extract.deploy import deployed
+from tests.strategies import grown_trees, profiles, with_trees
 from verify import engine, shares
 from verify.engine import decide, shuffled, verify
 from verify.regions import proved_boxes

@@ -1,0 +1,220 @@
+"""The command line: exit codes, suggestions, files that are whole or absent."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+from codegen import policy_json
+from codegen.errors import ExitCode
+from maviper import cli
+
+
+@pytest.fixture
+def profile_file(profile, tmp_path):
+    path = tmp_path / "profile.json"
+    path.write_text(policy_json.dumps(profile))
+    return path
+
+
+def run(capsys, *arguments):
+    code = cli.run([str(argument) for argument in arguments])
+    captured = capsys.readouterr()
+    return code, captured.out, captured.err
+
+
+def names(folder):
+    return sorted(path.name for path in folder.rglob("*"))
+
+
+def test_help_states_the_exit_codes(capsys):
+    code, out, _ = run(capsys, "--help")
+    assert code == 0
+    for number in ExitCode:
+        assert f"  {int(number)} " in out
+
+
+def test_every_command_has_help(capsys):
+    for name in cli.cli.commands:
+        code, out, _ = run(capsys, name, "--help")
+        assert code == 0 and "Usage: maviper " + name in out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["verfy"], "did you mean 'verify'?"),
+        (["extract", "physical-decption", "-o", "x.json"], "did you mean 'physical-deception'?"),
+        (["extract", "physical-deception", "--preset", "papper", "-o", "x.json"], "did you mean 'paper'?"),
+        (["extract", "physical-deception", "--algorithm", "mavipr", "-o", "x.json"], "did you mean 'maviper'?"),
+        (["extract", "physical-deception", "--max-depth", "0", "-o", "x.json"], "max_depth must be at least 1"),
+        (["extract", "physical-deception", "--max-depth", "four", "-o", "x.json"], "not a valid integer"),
+        (["worlds", "show", "physical-decption"], "did you mean 'physical-deception'?"),
+        (["train", "physical-decption", "-o", "x"], "did you mean 'physical-deception'?"),
+        (["show", "{profile}", "--agent", "agnt_1"], "did you mean 'agent_1'?"),
+        (["compile", "{profile}", "--target", "pyton", "-o", "{out}"], "did you mean 'python'?"),
+        (["compile", "{profile}", "--prefix", "9", "-o", "{out}"], "not a usable prefix"),
+        (["verify", "{profile}", "--property", "distinct_target"], "did you mean 'distinct_targets'?"),
+        (["verify", "{profile}", "--team", "defender"], "did you mean 'defenders'?"),
+        (["verify", "{profile}", "--region", "nowhere.toml"], "cannot read the file"),
+        (["verify", "{profile}", "--margin", "much"], "not a number"),
+        (["verify", "{profile}", "--margin", "-1"], "must not be negative"),
+        (["verify", "{profile}", "--budget", "0"], "budget must be between"),
+        (["verify", "none.json"], "cannot read the file"),
+        (["compile"], "Missing argument 'PROFILE'"),
+        (["demo", "-o", "/proc/nowhere"], "cannot make the output folder"),
+    ],
+)
+def test_bad_input_is_answered_in_three_lines_and_exit_2(capsys, profile_file, tmp_path, arguments, message):
+    filled = [word.format(profile=profile_file, out=tmp_path / "out") for word in arguments]
+    code, _, err = run(capsys, *filled)
+    assert code == ExitCode.INPUT
+    assert message in err and "Traceback" not in err
+    assert not (tmp_path / "out").exists()
+
+
+def test_an_edited_profile_is_refused_with_its_path(capsys, profile_file):
+    document = json.loads(profile_file.read_text())
+    split = next(node for node in document["agents"][1]["tree"] if "threshold" in node)
+    split["threshold"] = 0.25
+    profile_file.write_text(json.dumps(document))
+    code, _, err = run(capsys, "verify", profile_file)
+    assert code == ExitCode.INPUT and "$.agents[1].tree[0].threshold" in err
+
+
+def test_show_prints_one_rule_a_leaf(capsys, profile, profile_file):
+    code, out, _ = run(capsys, "show", profile_file, "--agent", "agent_1")
+    assert code == 0
+    from codegen.ir import leaves
+
+    assert len(out.splitlines()) == 1 + len(leaves(profile.policy("agent_1").tree))
+
+
+@pytest.mark.compile
+def test_compile_writes_what_it_proved(capsys, profile_file, tmp_path):
+    code, _, err = run(capsys, "compile", profile_file, "-o", tmp_path / "code")
+    assert code == 0 and "0 differ" in err
+    stem = "physical_deception"
+    assert names(tmp_path / "code") == [f"{stem}.agreement.json", f"{stem}.h", f"{stem}.json", f"{stem}.py"]
+    evidence = json.loads((tmp_path / "code" / f"{stem}.agreement.json").read_text())
+    targets = {row["target"] for row in evidence["agreement"]}
+    assert {"c", "python", "json", "tree as grown", "episodes driven by c"} <= targets
+    assert all(row["differences"] == 0 for row in evidence["agreement"])
+    assert sum(row["observations"] for row in evidence["agreement"] if row["target"] == "tree as grown") > 300_000
+
+
+def test_compile_without_a_compiler_is_skipped_and_exit_3(capsys, profile_file, tmp_path, monkeypatch):
+    monkeypatch.setenv("CC", "no-such-compiler")
+    code, _, err = run(capsys, "compile", profile_file, "-o", tmp_path / "code")
+    assert code == ExitCode.INCONCLUSIVE and "SKIPPED" in err
+
+
+def test_a_disagreement_is_exit_4_and_leaves_nothing(capsys, profile_file, tmp_path, monkeypatch):
+    from codegen.targets import TARGETS
+
+    emit = TARGETS["python"]
+    wrong = lambda model, profile: {k: v.replace("<=", "<") for k, v in emit(model, profile).items()}  # noqa: E731
+    monkeypatch.setitem(TARGETS, "python", wrong)
+    code, _, err = run(capsys, "compile", profile_file, "-o", tmp_path / "code")
+    assert code == ExitCode.DISAGREES and "disagrees with the profile" in err
+    assert not (tmp_path / "code").exists()
+
+
+def test_training_without_torch_is_exit_5(capsys, tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "torch", None)
+    code, _, err = run(capsys, "train", "physical-deception", "-o", tmp_path / "run")
+    assert code == ExitCode.MISSING and "maviper[train]" in err
+
+
+def test_our_own_bugs_are_exit_70(capsys, monkeypatch, profile_file):
+    monkeypatch.setattr("maviper.show.rules", lambda policy: 1 // 0)
+    code, _, err = run(capsys, "show", profile_file)
+    assert code == ExitCode.BUG and "a bug in maviper" in err and "Traceback" in err
+
+
+@pytest.mark.solver
+def test_verify_answers_on_stdout_and_by_exit_code(capsys, profile_file, tmp_path):
+    code, out, err = run(capsys, "verify", profile_file, "--json", "-o", tmp_path / "report")
+    facts = json.loads(out)
+    result = facts["results"][0]
+    assert code == ExitCode.VIOLATED and result["verdict"] == "VIOLATED" and "VIOLATED" in err
+    assert result["counterexample"]["replayed_by"][-1] == "mpe2.simple_adversary_v3"
+    assert result["conflict"]["samples"] == 100_000
+    assert names(tmp_path / "report") == ["report.html", "report.json", "report.txt"]
+    assert json.loads((tmp_path / "report" / "report.json").read_text()) == facts
+
+
+@pytest.mark.solver
+def test_verify_inconclusive_is_exit_3(capsys, profile_file, tmp_path):
+    region = tmp_path / "empty.toml"
+    region.write_text('[difference]\n"agent_0.x - agent_1.x" = [3, 4]\n')
+    code, out, _ = run(capsys, "-q", "verify", profile_file, "--region", region)
+    assert code == ExitCode.INCONCLUSIVE and "VACUOUS" in out
+    assert run(capsys, "-q", "verify", profile_file, "--budget", "5")[0] == ExitCode.INCONCLUSIVE
+
+
+@pytest.mark.solver
+def test_the_report_is_self_contained_and_repeats(capsys, profile_file, tmp_path):
+    import re
+
+    for name in ("a", "b"):
+        run(capsys, "verify", profile_file, "-o", tmp_path / name)
+    page = (tmp_path / "a" / "report.html").read_text()
+    assert not re.search(r"<script|https?://(?!www\.w3\.org)|src=|@import|url\((?!#)", page)
+    assert "<svg" in page and "VIOLATED" in page and "conflict share" in page and "maviper verify profile.json" in page
+    for file in ("report.html", "report.json", "report.txt"):
+        assert (tmp_path / "a" / file).read_bytes() == (tmp_path / "b" / file).read_bytes()
+
+
+def test_worlds_list_and_show(capsys):
+    code, out, _ = run(capsys, "worlds", "list")
+    assert code == 0 and "physical-deception" in out and "expert shipped" in out
+    code, out, _ = run(capsys, "worlds", "show", "physical-deception")
+    assert code == 0 and "goal.x - agent_0.x" in out
+
+
+def test_schema_is_json(capsys):
+    code, out, _ = run(capsys, "schema")
+    assert code == 0 and json.loads(out)["$schema"].startswith("https://json-schema.org")
+
+
+def test_writing_is_all_or_nothing(tmp_path, monkeypatch):
+    from maviper import runs
+
+    target = tmp_path / "file.txt"
+    runs.write(target, "old")
+    monkeypatch.setattr(os, "fsync", lambda handle: (_ for _ in ()).throw(KeyboardInterrupt()))
+    with pytest.raises(KeyboardInterrupt):
+        runs.write(target, "new")
+    assert target.read_text() == "old" and names(tmp_path) == ["file.txt"]
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may write anywhere")
+def test_a_read_only_folder_is_an_input_error(capsys, profile_file, tmp_path):
+    locked = tmp_path / "locked"
+    locked.mkdir(mode=0o500)
+    code, _, err = run(capsys, "compile", profile_file, "-o", locked / "code")
+    assert code == ExitCode.INPUT and "cannot make the output folder" in err
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seconds", [0.5, 2.0, 4.0])
+def test_ctrl_c_leaves_whole_files_only(tmp_path, seconds):
+    """The demo, interrupted: exit 130, no traceback, and what is there is complete."""
+    process = subprocess.Popen(
+        [sys.executable, "-m", "maviper", "demo", "-o", str(tmp_path / "demo")],
+        stderr=subprocess.PIPE, text=True, cwd=tmp_path,
+    )  # fmt: skip
+    time.sleep(seconds)
+    process.send_signal(signal.SIGINT)
+    _, err = process.communicate(timeout=60)
+    assert process.returncode == ExitCode.INTERRUPTED, err
+    assert "Traceback" not in err
+    for path in (tmp_path / "demo").glob("*") if (tmp_path / "demo").exists() else ():
+        assert not path.name.endswith(".part")
+        if path.suffix == ".json":
+            json.loads(path.read_text())
