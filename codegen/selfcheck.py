@@ -161,11 +161,11 @@ def json_act(text: str, agent: str, rows: Any) -> list[int]:
     nodes = cast(list[dict[str, Any]], policy["tree"])
     decisions: list[int] = []
     for row in cast(list[list[float]], rows.tolist()):
-        node: dict[str, Any] = nodes[0]
-        while node.get("feature") is not None:
-            side = "left" if row[index[node["feature"]]] <= node["threshold"] else "right"
-            node = nodes[node[side]]
-        decisions.append(number[node["action"]])
+        place = 0
+        while "feature" in nodes[place]:
+            node = nodes[place]
+            place = int(node["left"] if row[index[node["feature"]]] <= node["threshold"] else node["right"])
+        decisions.append(number[nodes[place]["action"]])
     return decisions
 
 
