@@ -50,12 +50,13 @@ def main() -> None:
         fast.append(ours(world, options.games, seed))
         slow.append(reference(world, env, 40, seed))
         ratios.append(fast[-1] / slow[-1])
-    figure = {"name": f"physical deception, {options.games} games, steps/s over mpe2's", "value": float(np.median(ratios))}
+    name = f"physical deception, {options.games} games, steps/s over mpe2's"
+    figure = {"name": name, "value": float(np.median(ratios))}
     if options.json:
         print(json.dumps({"figures": [figure | {"better": "higher"}]}))
     else:
         print(f"ours {np.median(fast):,.0f} steps/s, mpe2 {np.median(slow):,.0f} steps/s of CPU time")
-        print(f"{figure['name']}: {figure['value']:.0f} (from {min(ratios):.0f} to {max(ratios):.0f})")
+        print(f"{name}: {figure['value']:.0f} (from {min(ratios):.0f} to {max(ratios):.0f})")
 
 
 if __name__ == "__main__":
