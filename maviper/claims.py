@@ -1,6 +1,6 @@
 """Verifying a profile's claims: the verifier joined with simulator, compiled code and reference environment.
 
-Does: hands `verify` its replays and the share of on-policy states, and writes the report's files.
+Does: hands `verify` its replays and the share of on-policy states, and makes the report's files.
 Assumes: the profile's world is one of ours; otherwise only the reference replays.
 Does not: decide verdicts.
 """
@@ -10,7 +10,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -124,17 +123,14 @@ def _visited(profile: ir.PolicyProfile, world: ParticleWorld) -> ir.Float64:
     return world.coordinates(WorldState(position, still, np.tile(episodes.goal, steps)))
 
 
-def write_report(
-    folder: Path,
-    profile: ir.PolicyProfile,
-    results: Sequence[Result],
-    commands: Sequence[str],
-    files: Mapping[str, str],
-) -> dict[str, Any]:
-    """Writes report.html, .json and .txt; returns the facts. `files`: texts whose hashes the report names."""
+def report_files(
+    profile: ir.PolicyProfile, results: Sequence[Result], commands: Sequence[str], files: Mapping[str, str]
+) -> dict[str, str]:
+    """report.html, report.json and report.txt, name -> text. `files`: texts whose hashes the report names."""
     digests = {name: hashlib.sha256(text.encode()).hexdigest() for name, text in sorted(files.items())}
     facts = report.document(profile, results, commands, digests)
-    runs.write(folder / "report.json", report.as_json(facts))
-    runs.write(folder / "report.txt", report.as_text(facts))
-    runs.write(folder / "report.html", report.as_html(facts))
-    return facts
+    return {
+        "report.json": report.as_json(facts),
+        "report.txt": report.as_text(facts),
+        "report.html": report.as_html(facts),
+    }

@@ -7,26 +7,24 @@ Does not: do anything that the other commands cannot do.
 
 from pathlib import Path
 
-from codegen import ir, policy_json
+from codegen import ir
 from codegen.errors import ExitCode
-from maviper import agreement, claims, runs
+from maviper import agreement, claims, publish, runs
 from maviper.cli import say_agreement
 from maviper.console import Console
 from maviper.experts import store
 from maviper.extract.maviper import Settings
 from maviper.extraction import extract_live
 from maviper.show import rules
-from maviper.verification import command, say_results
+from maviper.verification import say_results
 from maviper.worlds import ParticleWorld
 from maviper.worlds.physical_deception import DEFENDERS
-from verify.regions import best_proved_box
-from verify.spec import Property, Region, Verdict, find_property, start_region
+from verify.spec import Verdict
 
 WORLD = "physical-deception"
 SEED = 0
 ITERATIONS, ROLLOUTS, SELECTION_EPISODES, MAX_DEPTH = 10, 50, 50, 4
 LEAST_RATIO = 0.80  # of the expert's defender success
-REGION_FILE = "region.toml"
 
 
 def run(folder: Path, console: Console, seed: int | None) -> int:
@@ -42,37 +40,26 @@ def run(folder: Path, console: Console, seed: int | None) -> int:
     console.line("", f"{size}, selection on {SELECTION_EPISODES} episodes each")
     console.line("", "(a short extraction; the paper's is 100 iterations, see `maviper extract --help`)")
     profile = extract_live(world, expert, settings.checked(), console)
-    runs.write(folder / "profile.json", policy_json.dumps(profile))
     expected &= _reached(profile, world, console)
     _say_rules(profile, console)
 
     compiled = agreement.compile_profile(profile)
-    for name, text in compiled.files.items():
-        runs.write(folder / name, text)
     say_agreement(console, compiled)
-
-    claim = find_property("distinct_targets", profile)
-    start = start_region(profile.world)
-    questions: list[tuple[Property, Region]] = [(claim, start)]
-    box = best_proved_box(profile, claim, seed)
-    if box is not None:
-        proved = Region(box.region.box, box.region.goals, name=REGION_FILE)
-        runs.write(folder / REGION_FILE, proved.toml())
-        questions.append((claim, proved))
-    results = claims.verify_claims(profile, questions)
+    asked = publish.questions(profile)
+    results = claims.verify_claims(profile, asked)
     say_results(results, console)
     verdicts = [result.verdict for result in results]
     if verdicts != [Verdict.VIOLATED, Verdict.PROVED] or results[1].control is not Verdict.VIOLATED:
         console.line("unexpected", "one VIOLATED and one PROVED with a refuted control were expected")
         expected = False
-    commands = [command("profile.json", claim, region.name) for claim, region in questions]
-    files = {"profile.json": policy_json.dumps(profile), **compiled.files}
-    claims.write_report(folder, profile, results, commands, files)
-    header = next(name for name in compiled.files if name.endswith(".h"))
+    files = publish.handout(profile, compiled, asked, results)
+    for name, text in files.items():
+        runs.write(folder / name, text)
+    header = next(name for name in files if name.endswith(".h"))
     console.line("report", str(folder / "report.html"))
-    console.line("header", str(folder / header))
-    again = f"maviper verify {folder / 'profile.json'} --region {folder / REGION_FILE}"
-    console.line("next", f"maviper show {folder / 'profile.json'}; {again}")
+    console.line("header", f"{folder / header}, called in {folder / 'example.c'}")
+    again = f"maviper verify {folder / publish.PROFILE_FILE} --region {folder / publish.REGION_FILE}"
+    console.line("next", f"maviper show {folder / publish.PROFILE_FILE}; {again}")
     return ExitCode.DONE if expected else ExitCode.VIOLATED
 
 

@@ -13,9 +13,8 @@ import click
 
 from codegen.errors import ExitCode, InputError
 from maviper import load, runs
-from maviper.claims import find_region, verify_claims, write_report
+from maviper.claims import find_region, report_files, verify_claims
 from maviper.console import Console
-from verify import report
 from verify.engine import DEFAULT_BUDGET, Result
 from verify.spec import Property, Verdict, find_property
 from verify.spec import text as decimal
@@ -36,15 +35,15 @@ def verify_command(profile: Path, options: Mapping[str, Any], console: Console) 
     results = verify_claims(loaded, questions, budget)
     commands = [command(profile.name, claim, region.name, budget) for claim, region in questions]
     say_results(results, console)
+    files = report_files(loaded, results, commands, {})
     if output is not None:
-        facts = write_report(output, loaded, results, commands, {})
+        for name, text in files.items():
+            runs.write(output / name, text)
         console.line("report", str(output / "report.html"))
-    else:
-        facts = report.document(loaded, results, commands)
     if options["as_json"]:
-        click.echo(report.as_json(facts), nl=False)
+        click.echo(files["report.json"], nl=False)
     elif output is None:
-        click.echo(report.as_text(facts), nl=False)
+        click.echo(files["report.txt"], nl=False)
     return exit_code(results)
 
 

@@ -15,7 +15,6 @@ from codegen.errors import DisagreementError, InputError, UnknownNameError
 from codegen.lower import lower
 from codegen.render import comment
 from codegen.targets import emit
-from maviper.extract.deploy import deployed
 from tests.strategies import profiles
 
 FEW = 1_000  # random observations; the boundary ones are what counts
@@ -121,108 +120,11 @@ def test_the_comment_filter_by_example():
     assert comment('a*/ b\n"c"\\ /* ??/') == "a_/ b__c__ _* _?/"
 
 
-# --- planted faults: each must be caught
-
-
-def agreement(profile, name, text):
-    return selfcheck.check_files(profile, {name: text}, random=FEW)
-
-
-def first_split(profile):
-    return next(node for policy in profile.agents for node in ir.splits(policy.tree))
-
-
-def swapped_child(text):
-    """Swaps the two first leaves of the C text that take different actions."""
-    leaves = list(re.finditer(r"return \w+; /\* leaf \d+ \*/", text))
-    first = leaves[0]
-    second = next(leaf for leaf in leaves if leaf[0].split(";")[0] != first[0].split(";")[0])
-    return text[: first.start()] + second[0] + text[first.end() : second.start()] + first[0] + text[second.end() :]
-
-
-def six_decimals(text):
-    return re.sub(r"0x[0-9a-f.]+p[+-]\d+f(?=\) \{ /\* node)", lambda m: f"{float.fromhex(m[0][:-1]):.6f}f", text)
-
-
-C_FAULTS = {
-    "< for <=": lambda text: text.replace("] <= 0x", "] < 0x"),
-    "> for <=": lambda text: text.replace("] <= 0x", "] > 0x", 1),
-    "swapped child": swapped_child,
-    "six decimals": six_decimals,
-    "wrong feature": lambda text: re.sub(r"(if \(x\[\w+_X_\w+_D)X\]", r"\1Y]", text, count=1),
-    "dropped infinity check": lambda text: text.replace("&& x[i] <= 0x1.fffffep+127f", ""),
-    "NaN accepted": lambda text: text.replace(
-        "!(x[i] >= -0x1.fffffep+127f && x[i] <= 0x1.fffffep+127f)",
-        "x[i] < -0x1.fffffep+127f || x[i] > 0x1.fffffep+127f",
-    ),
-}
-
-
-@pytest.mark.compile
-@pytest.mark.parametrize("fault", C_FAULTS)
-def test_faults_in_c_are_caught(profile, fault):
-    text = emit(profile)["physical_deception.h"]
-    wrong = C_FAULTS[fault](text)
-    assert wrong != text
-    with pytest.raises(DisagreementError, match="disagrees"):
-        agreement(profile, "physical_deception.h", wrong).ensure()
-
-
-def nearest_decimals(text):
-    """Thresholds as the nearest decimal of the float32, instead of the double that decides."""
-    return re.sub(r"(?<=<= )-?[\d.e-]+(?=[:,])", lambda m: repr(float(np.float32(float(m[0])))), text)
-
-
-PYTHON_FAULTS = {
-    "< for <=": lambda text: text.replace("] <= ", "] < "),
-    "six decimals": lambda text: re.sub(r"(?<=\] <= )-?[\d.e-]+", lambda m: f"{float(m[0]):.6f}", text),
-    "float32 for the deciding double": nearest_decimals,
-    "swapped action": lambda text: text.replace("return 1  #", "return 2  #", 1),
-    "batch": lambda text: re.sub(r"np.where\((.*), (n\d+), (n\d+)\)", r"np.where(\1, \3, \2)", text),
-}
-
-
-@pytest.mark.parametrize("fault", PYTHON_FAULTS)
-def test_faults_in_python_are_caught(profile, fault):
-    text = emit(profile)["physical_deception.py"]
-    wrong = PYTHON_FAULTS[fault](text)
-    assert wrong != text
-    with pytest.raises(DisagreementError, match="disagrees"):
-        agreement(profile, "physical_deception.py", wrong).ensure()
-
-
-def test_faults_in_json_are_caught(profile):
-    text = emit(profile)["physical_deception.json"]
-    wrong = re.sub(
-        r'"threshold": (-?[\d.e-]+), "float32"', lambda m: f'"threshold": {float(m[1]):.6f}, "float32"', text
-    )
-    with pytest.raises(DisagreementError, match="json"):
-        agreement(profile, "physical_deception.json", wrong).ensure()
-
-
 def test_c_that_does_not_compile_is_reported(profile):
     if selfcheck.find_compiler() is None:
         pytest.skip("no C compiler")
     with pytest.raises(DisagreementError, match="does not compile"):
-        agreement(profile, "physical_deception.h", "int x = ;")
-
-
-def rounded_to_nearest(policy):
-    """The policy as an extraction that rounds to nearest would have deployed it."""
-    grown = policy.grown
-    nearest = replace(grown, threshold=grown.threshold.astype(np.float32).astype(np.float64))
-    return replace(policy, tree=deployed(nearest))
-
-
-def test_rounding_to_nearest_in_extraction_is_caught(profile):
-    wrong = [rounded_to_nearest(policy) for policy in profile.agents]
-    changed = [p for p, q in zip(wrong, profile.agents, strict=True) if (p.tree.threshold != q.tree.threshold).any()]
-    assert changed, "no threshold of the profile is rounded up"
-    nothing = np.zeros((0, 10), dtype=np.float32)
-    # where both sides of such a split act alike nothing changes, but not everywhere
-    assert sum(selfcheck.check_grown(policy, nothing[:, : len(policy.features)]).differences for policy in changed)
-    for policy in profile.agents:
-        assert selfcheck.check_grown(policy, nothing[:, : len(policy.features)]).differences == 0
+        selfcheck.check_files(profile, {"physical_deception.h": "int x = ;"}, random=FEW)
 
 
 def test_without_a_compiler_c_is_skipped_and_said(profile, monkeypatch):

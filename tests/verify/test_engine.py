@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 from codegen import ir
 from codegen.errors import DisagreementError, InputError, UnknownNameError
 from maviper.extract.deploy import deployed
-from tests.strategies import grown_trees, profiles, with_trees
+from tests.strategies import grown_trees, profiles
+from tests.teams import LEFT, RIGHT, STAY, team, towards, tree
 from verify import engine, shares
 from verify.engine import decide, shuffled, verify
 from verify.regions import proved_boxes
@@ -20,28 +21,6 @@ from verify.spec import PROPERTIES, Property, Region, Verdict, find_property, st
 from verify.world import Point, inside, sample, violates
 
 pytestmark = pytest.mark.solver
-
-
-def tree(*nodes):
-    """A tree from (feature, threshold, left, right) splits and bare actions."""
-    columns = [(*node, -1) if isinstance(node, tuple) else (-1, 0.0, -1, -1, node) for node in nodes]
-    return ir.Tree(*(np.array(column) for column in zip(*columns, strict=True)))
-
-
-STAY, LEFT, RIGHT, DOWN, UP = range(5)
-
-
-def towards(k, index):
-    """Goes to landmark k along the axis on which it is farther, with tests on its offsets only."""
-    dx, dy = 2 + 2 * k, 3 + 2 * k
-    # x first unless it is within a tenth
-    return tree(
-        (dx, -0.05, 1, 2), LEFT, (dx, 0.05, 3, 6), (dy, 0.0, 4, 5), DOWN, UP, RIGHT,
-    )  # fmt: skip
-
-
-def team(profile, first, second):
-    return with_trees({"agent_0": first, "agent_1": second}, profile)
 
 
 @pytest.fixture
@@ -159,28 +138,6 @@ def test_sampled_violations_are_never_proved_away(profile, seed):
     coordinates, _ = sample(region, profile.world, 500, seed)
     if shares.violating(profile, claim, coordinates).any():
         assert decide(profile, claim, region).verdict is Verdict.VIOLATED
-
-
-# --- faults planted in the property encoder: each must change a verdict above
-
-
-def test_a_dropped_matching_is_caught(profile, claim, monkeypatch):
-    import verify.encode as encode
-
-    monkeypatch.setattr(encode, "permutations", lambda items, n: [tuple(items)[:n]])
-    swapped = team(profile, towards(1, 0), towards(0, 1))
-    with pytest.raises(AssertionError):
-        assert decide(swapped, claim, start_region(swapped.world)).verdict is Verdict.PROVED
-
-
-def test_an_encoder_that_mixes_up_sides_is_caught(profile, claim, monkeypatch):
-    import verify.encode as encode
-
-    tests = encode._tests
-    monkeypatch.setattr(encode, "_tests", lambda *given: tests(*given)[::-1])
-    roles = team(profile, towards(0, 0), towards(1, 1))
-    with pytest.raises(AssertionError):
-        assert verify(roles, claim, start_region(roles.world), {}).verdict is Verdict.PROVED
 
 
 def test_proved_against_samples_is_our_bug(profile, claim, monkeypatch):

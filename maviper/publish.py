@@ -1,0 +1,76 @@
+"""Everything that is handed out with a profile: code, evidence, claims, report, a page for its user, a manifest.
+
+Does: asks the tour's two questions about a profile and makes all files from the answers, as name -> text.
+Assumes: the profile's own seed, so that a committed profile gives the same files again.
+Does not: extract, write files or print.
+"""
+
+import hashlib
+from collections.abc import Mapping, Sequence
+from importlib import metadata
+
+from codegen import ir, policy_json
+from codegen.lower import lower
+from codegen.policy_json import content_hash, layout
+from codegen.render import render
+from maviper import claims
+from maviper.agreement import Compiled
+from maviper.verification import command
+from verify.engine import Result
+from verify.regions import best_proved_box
+from verify.spec import Property, Region, find_property, start_region
+
+PROFILE_FILE = "profile.json"
+REGION_FILE = "region.toml"
+TOOLS = ("maviper", "mpe2", "numpy", "scikit-learn", "z3-solver")
+
+Question = tuple[Property, Region]
+
+
+def questions(profile: ir.PolicyProfile) -> list[Question]:
+    """`distinct_targets` in the start box and, where one is found, in a box around conflicting states."""
+    claim = find_property("distinct_targets", profile)
+    asked = [(claim, start_region(profile.world))]
+    box = best_proved_box(profile, claim, profile.provenance.seed)
+    if box is not None:
+        asked.append((claim, Region(box.region.box, box.region.goals, name=REGION_FILE)))
+    return asked
+
+
+def handout(
+    profile: ir.PolicyProfile, compiled: Compiled, asked: Sequence[Question], results: Sequence[Result]
+) -> dict[str, str]:
+    """All files, name -> text; the manifest names the hash of every other one."""
+    model = lower(profile)
+    files = {PROFILE_FILE: policy_json.dumps(profile), **compiled.files}
+    files |= {region.name: region.toml() for _, region in asked if region.name == REGION_FILE}
+    files["example.c"] = render("c/example.c.j2", model=model)
+    commands = [command(PROFILE_FILE, claim, region.name) for claim, region in asked]
+    files |= claims.report_files(profile, results, commands, files)
+    verdicts = [
+        {
+            "property": result.claim.name,
+            "region": result.region.name,
+            "verdict": result.verdict.value,
+            "conflict": str(result.shares.conflict),
+            "command": line,
+        }
+        for result, line in zip(results, commands, strict=True)
+    ]
+    evaluation = dict(profile.provenance.evaluation)
+    files["README.md"] = render(
+        "report/policy.md.j2", model=model, verdicts=verdicts, evaluation=evaluation, example=files["example.c"]
+    )
+    files["manifest.json"] = manifest(profile, files)
+    return files
+
+
+def manifest(profile: ir.PolicyProfile, files: Mapping[str, str]) -> str:
+    """Hashes of profile, expert and files, and the versions of the tools that took part."""
+    facts = {
+        "profile": content_hash(profile),
+        "expert": profile.provenance.expert,
+        "versions": {name: metadata.version(name) for name in TOOLS},
+        "sha256": {name: hashlib.sha256(text.encode()).hexdigest() for name, text in sorted(files.items())},
+    }
+    return layout(facts) + "\n"

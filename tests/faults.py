@@ -1,0 +1,283 @@
+"""Planted faults: what could go wrong in text, IR, thresholds and encoder, each with what must catch it.
+
+A fault plants itself and says whether it was caught: `plant(profile, patch)` returns True when the named guard saw it.
+`patch` is pytest's monkeypatch. A fault that changes nothing is an error of the fault, not a success of the guard.
+"""
+
+import itertools
+import json
+import math
+import re
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from fractions import Fraction
+
+import numpy as np
+import z3
+
+from codegen import ir, policy_json, selfcheck
+from codegen.errors import MaviperError
+from codegen.targets import emit
+from maviper.extract.deploy import deployed
+from tests.teams import DOWN, LEFT, RIGHT, STAY, UP, team, towards, tree
+from verify import encode
+from verify.engine import decide
+from verify.spec import Property, Verdict, start_region
+from verify.world import Point, violates
+
+CLAIM = Property("distinct_targets", "defenders")
+
+
+@dataclass(frozen=True)
+class Fault:
+    name: str
+    guard: str  # what catches it
+    plant: Callable[..., bool]
+
+
+# --- in the emitted text: the agreement check
+
+
+def text_fault(name: str, file: str, change: Callable[[str], str]) -> Fault:
+    def plant(profile, patch):
+        text = emit(profile)[file]
+        wrong = change(text)
+        assert wrong != text, f"the fault {name} changes nothing"
+        report = selfcheck.check_files(profile, {file: wrong}, random=1_000)
+        return any(item.differences for item in report.agreements)
+
+    return Fault(f"{file.rpartition('.')[2]}: {name}", "agreement check", plant)
+
+
+def swap_leaves(text: str) -> str:
+    """Swaps the first leaf of the C text with the next one that acts differently."""
+    found = list(re.finditer(r"return \w+; /\* leaf \d+ \*/", text))
+    first = found[0]
+    other = next(leaf for leaf in found if leaf[0].split(";")[0] != first[0].split(";")[0])
+    return text[: first.start()] + other[0] + text[first.end() : other.start()] + first[0] + text[other.end() :]
+
+
+def thresholds(change: Callable[[float], str]) -> Callable[[str], str]:
+    """Rewrites every threshold of the C text."""
+    pattern = re.compile(r"-?0x[0-9a-f.]+p[+-]\d+f(?=\) \{ /\* node)")
+    return lambda text: pattern.sub(lambda match: change(float.fromhex(match[0][:-1])), text)
+
+
+def next_float(value: float) -> float:
+    return float(np.nextafter(np.float32(value), np.float32(np.inf)))
+
+
+H, PY, JSON = "physical_deception.h", "physical_deception.py", "physical_deception.json"
+FINITE = "!(x[i] >= -0x1.fffffep+127f && x[i] <= 0x1.fffffep+127f)"
+TEXT = [
+    text_fault("< for <=", H, lambda text: text.replace("] <= 0x", "] < 0x").replace("] <= -0x", "] < -0x")),
+    text_fault("> for <= once", H, lambda text: re.sub(r"(if \(x\[\w+\]) <=", r"\1 >", text, count=1)),
+    text_fault("swapped child", H, swap_leaves),
+    text_fault("six decimals", H, thresholds(lambda value: f"{value:.6f}f")),
+    text_fault("nine digits, but of the next float", H, thresholds(lambda value: f"{next_float(value):.9g}f")),
+    text_fault("integer thresholds", H, thresholds(lambda value: f"{round(value * 4096) / 4096:.12f}f")),
+    text_fault("neighbouring feature", H, lambda text: re.sub(r"(if \(x\[\w+_X_\w+_D)X\]", r"\1Y]", text, count=1)),
+    text_fault("renumbered feature", H, lambda text: re.sub(r"(_X_LANDMARK_0_DX) = \d+", r"\1 = 1", text)),
+    text_fault("renumbered action", H, lambda text: re.sub(r"(_AGENT_1_LEFT) = 1", r"\1 = 2", text)),
+    text_fault("no upper end in the input check", H, lambda text: text.replace(" && x[i] <= 0x1.fffffep+127f", "")),
+    text_fault("NaN passes the input check", H, lambda text: text.replace(FINITE, "x[i] < -0x1.fffffep+127f || x[i] > 0x1.fffffep+127f")),
+    text_fault("< for <=", PY, lambda text: text.replace("] <= ", "] < ")),
+    text_fault("six decimals", PY, lambda text: re.sub(r"(?<=\] <= )-?[\d.e-]+", lambda m: f"{float(m[0]):.6f}", text)),
+    text_fault("the float32 for the deciding double", PY, lambda text: re.sub(r"(?<=\] <= )-?[\d.e-]+", lambda m: repr(float(np.float32(float(m[0])))), text)),
+    text_fault("one action", PY, lambda text: text.replace("return 1  #", "return 2  #", 1)),
+    text_fault("swapped sides in the batch function", PY, lambda text: re.sub(r"np.where\((.*), (n\d+), (n\d+)\)", r"np.where(\1, \3, \2)", text)),
+    text_fault("NaN replaced in the batch function", PY, lambda text: text.replace("x = np.asarray(x, dtype=np.float32)", "x = np.nan_to_num(x)")),
+    text_fault("six decimals", JSON, lambda text: re.sub(r'"threshold": (-?[\d.e-]+), "float32"', lambda m: f'"threshold": {float(m[1]):.6f}, "float32"', text)),
+    text_fault("swapped children", JSON, lambda text: re.sub(r'"left": (\d+), "right": (\d+)', r'"left": \2, "right": \1', text)),
+]  # fmt: skip
+
+
+# --- in extraction and in the IR: comparison with the grown tree, the checker, the hash
+
+
+def grown_fault(name: str, change: Callable[[ir.AgentPolicy], ir.Tree]) -> Fault:
+    def plant(profile, patch):
+        found = 0
+        for policy in profile.agents:
+            wrong = replace(policy, tree=change(policy))
+            nothing = np.zeros((0, len(policy.features)), dtype=np.float32)
+            found += selfcheck.check_grown(wrong, nothing).differences
+        return found > 0
+
+    return Fault(f"extraction: {name}", "comparison with the tree as grown", plant)
+
+
+def rounded(how: Callable[[float], np.float32]) -> Callable[[ir.AgentPolicy], ir.Tree]:
+    def change(policy):
+        other = np.array([float(how(float(value))) for value in policy.grown.threshold])
+        return deployed(replace(policy.grown, threshold=other))
+
+    return change
+
+
+def up(value: float) -> np.float32:
+    near = np.float32(value)
+    return near if near >= value else np.nextafter(near, np.float32(np.inf))
+
+
+def swapped_children(policy: ir.AgentPolicy) -> ir.Tree:
+    return deployed(replace(policy.grown, left=policy.grown.right, right=policy.grown.left))
+
+
+def shifted_feature(policy: ir.AgentPolicy) -> ir.Tree:
+    split = policy.tree.feature != ir.NO_FEATURE
+    return replace(
+        policy.tree, feature=np.where(split, (policy.tree.feature + 1) % len(policy.features), ir.NO_FEATURE)
+    )
+
+
+def lowest_leaf_class(policy: ir.AgentPolicy) -> ir.Tree:
+    leaf = policy.tree.feature == ir.NO_FEATURE
+    return replace(policy.tree, action=np.where(leaf, 0, policy.tree.action))
+
+
+GROWN = [
+    grown_fault("round to nearest", rounded(np.float32)),
+    grown_fault("round up", rounded(up)),
+    grown_fault("half precision", rounded(lambda value: np.float32(np.float16(value)))),
+    grown_fault("swapped children", swapped_children),
+    grown_fault("features off by one", shifted_feature),
+    grown_fault("every leaf takes action 0", lowest_leaf_class),
+]
+
+
+def json_fault(name: str, guard: str, change: Callable[[dict], None]) -> Fault:
+    def plant(profile, patch):
+        document = json.loads(policy_json.dumps(profile))
+        change(document)
+        try:
+            policy_json.loads(json.dumps(document))
+        except MaviperError:
+            return True
+        return False
+
+    return Fault(f"profile: {name}", guard, plant)
+
+
+def first_split(document: dict) -> dict:
+    return next(node for agent in document["agents"] for node in agent["tree"] if "feature" in node)
+
+
+def first_leaf(document: dict) -> dict:
+    return next(node for agent in document["agents"] for node in agent["tree"] if "action" in node)
+
+
+PROFILE = [
+    json_fault("another action at a leaf", "content hash", lambda d: first_leaf(d).update(action="stay" if first_leaf(d)["action"] != "stay" else "up")),
+    json_fault("another force", "content hash", lambda d: d["world"]["agents"][0].update(force=4.0)),
+    json_fault("another meaning", "content hash", lambda d: d["agents"][0]["features"][0].update(meaning="landmark_0.y - adversary_0.x")),
+    json_fault("threshold without its float32", "checker", lambda d: first_split(d).update(threshold=0.5)),
+    json_fault("a cycle", "checker", lambda d: first_split(d).update(left=0)),
+    json_fault("a shared leaf", "checker", lambda d: first_split(d).update(right=first_split(d)["left"])),
+    json_fault("a child out of range", "checker", lambda d: first_split(d).update(right=10_000)),
+    json_fault("an unreachable node", "checker", lambda d: d["agents"][0]["tree"].append({"action": "stay"})),
+    json_fault("an unknown feature", "checker", lambda d: first_split(d).update(feature="goal_dz")),
+    json_fault("a missing member", "schema", lambda d: d["world"].pop("dt")),
+    json_fault("an extra member", "schema", lambda d: d["world"].update(gravity=9.8)),
+]  # fmt: skip
+
+
+# --- in the machine thresholds and in the encoder: the referee, point by point
+
+
+def encoder_wrong(profile: ir.PolicyProfile) -> bool:
+    """Whether encoder and referee disagree on some float64 world state near the ends of half lines."""
+    rng = np.random.default_rng(5)
+    # -t1 and t2 have odd and even significands, zero and a plain decimal join them
+    sharp = [0.1, float(np.nextafter(np.float32(0.1), np.float32(1))), 0.0, -0.7]
+    for threshold, axis in itertools.product(sharp, (0, 1)):
+        first = tree((2 + axis, threshold, 1, 2), STAY, (RIGHT, UP)[axis])
+        second = tree((4 + axis, threshold, 1, 2), (LEFT, DOWN)[axis], STAY)
+        for profile_here in (team(profile, first, towards(1, 1)), team(profile, towards(0, 0), second)):
+            question = encode.question(profile_here, CLAIM, start_region(profile.world), "landmark_0")
+            for point in sharp_points(threshold, axis, rng):
+                exact = [
+                    (question.variables[name], z3.RatVal(*Fraction(value).as_integer_ratio()))
+                    for name, value in point.position.items()
+                ]
+                said = z3.simplify(z3.substitute(question.constraints[-1], *exact))
+                if z3.is_true(said) != violates(profile_here, CLAIM, point):
+                    return True
+    return False
+
+
+def sharp_points(threshold: float, axis: int, rng: np.random.Generator):
+    """World states in which offsets to landmarks are at, and one float64 beside, the places where roundings tie."""
+    letter = "xy"[axis]
+    for end, base in sharp_pairs(float(np.float32(threshold))):
+        position = {f"{name}.{letter}": float(rng.uniform(-1, 1)) for name in ENTITIES for letter in "xy"}
+        for agent, landmark in (("agent_0", "landmark_0"), ("agent_1", "landmark_1")):
+            position |= {f"{agent}.{letter}": base, f"{landmark}.{letter}": end}
+        yield Point(position, "landmark_0")
+
+
+def sharp_pairs(threshold: float):
+    """(a, b) of float64 whose exact difference is at or beside a tie of the first, the second or both roundings."""
+    single = np.float32(threshold)
+    beside = [float(np.nextafter(single, np.float32(side * np.inf))) for side in (-1, 1)]
+    for center in (threshold, *((threshold + other) / 2 for other in beside)):
+        for base, steps in itertools.product((0.0, 0.3), (-2, -1, 0, 1, 2)):
+            end = float(Fraction(center) + Fraction(base))
+            for _ in range(abs(steps)):
+                end = math.nextafter(end, math.copysign(math.inf, steps))
+            yield end, base
+        for side in (-1, 1):
+            # a - b lies exactly halfway between `center` and the next float64, where the first rounding ties
+            yield center, -(math.nextafter(center, side * math.inf) - center) / 2
+
+
+ENTITIES = ("adversary_0", "agent_0", "agent_1", "landmark_0", "landmark_1")
+
+
+def encoder_fault(name: str, attribute: str, change: Callable[[Callable], Callable]) -> Fault:
+    def plant(profile, patch):
+        patch.setattr(encode, attribute, change(getattr(encode, attribute)))
+        return encoder_wrong(profile)
+
+    return Fault(f"encoder: {name}", "referee at ties", plant)
+
+
+def verdict_fault(name: str, attribute: str, change: Callable[[Callable], Callable]) -> Fault:
+    """Caught by the verdicts of teams whose answer is known."""
+
+    def plant(profile, patch):
+        patch.setattr(encode, attribute, change(getattr(encode, attribute)))
+        region = start_region(profile.world)
+        known = {
+            Verdict.PROVED: [team(profile, towards(0, 0), towards(1, 1)), team(profile, towards(1, 0), towards(0, 1))],
+            Verdict.VIOLATED: [team(profile, towards(0, 0), towards(0, 1)), team(profile, tree(STAY), tree(STAY))],
+        }
+        return any(
+            decide(one, CLAIM, region).verdict is not verdict for verdict, teams in known.items() for one in teams
+        )
+
+    return Fault(f"encoder: {name}", "teams with a known verdict", plant)
+
+
+THRESHOLD = [
+    encoder_fault("thresholds as real numbers", "half_line", lambda _: lambda t: encode.HalfLine(Fraction(t), False)),
+    encoder_fault("the second rounding only", "half_line", lambda _: lambda t: encode.last_double(t)),
+    encoder_fault("ties always included", "half_line", lambda f: lambda t: f(t)._replace(strict=False)),
+    encoder_fault("ties never included", "half_line", lambda f: lambda t: f(t)._replace(strict=True)),
+    encoder_fault(
+        "one float32 too far", "half_line", lambda f: lambda t: f(float(np.nextafter(np.float32(t), np.float32(9))))
+    ),
+]
+ENCODER = [
+    encoder_fault("sides of a split swapped", "_tests", lambda f: lambda *given: f(*given)[::-1]),
+    verdict_fault("only one matching tried", "permutations", lambda _: lambda items, n: [tuple(items)[:n]]),
+    verdict_fault("no matching tried", "permutations", lambda _: lambda items, n: []),
+    verdict_fault("engaged taken for not engaged", "_not_engaged", lambda f: lambda *given: z3.Not(f(*given))),
+    verdict_fault("always engaged", "_not_engaged", lambda f: lambda *given: z3.BoolVal(False)),
+    verdict_fault("never at a landmark", "_not_engaged", lambda f: lambda *given: f(*given).arg(0)),
+    verdict_fault("region forgotten", "_region", lambda f: lambda region, at: [z3.BoolVal(False)]),
+    encoder_fault("margin of one", "_not_engaged", lambda f: lambda p, a, k, claim, at, slack: f(p, a, k, replace(claim, margin=Fraction(1)), at, slack)),
+    encoder_fault("at a landmark within one", "_not_engaged", lambda f: lambda p, a, k, claim, at, slack: f(p, a, k, replace(claim, radius=Fraction(1)), at, slack)),
+]  # fmt: skip
+
+ALL = [*TEXT, *GROWN, *PROFILE, *THRESHOLD, *ENCODER]

@@ -1,0 +1,32 @@
+"""Every planted fault is caught by its guard; without a fault no guard speaks."""
+
+import numpy as np
+import pytest
+
+from codegen import policy_json, selfcheck
+from codegen.targets import emit
+from tests import faults
+
+pytestmark = [pytest.mark.compile, pytest.mark.solver]
+
+
+@pytest.mark.parametrize("fault", faults.ALL, ids=lambda fault: fault.name)
+def test_the_fault_is_caught(fault, profile, monkeypatch):
+    assert fault.plant(profile, monkeypatch), f"{fault.name} went unnoticed by {fault.guard}"
+
+
+def test_without_a_fault_no_guard_speaks(profile):
+    assert not any(item.differences for item in selfcheck.check_files(profile, emit(profile), random=1_000).agreements)
+    for policy in profile.agents:
+        nothing = np.zeros((0, len(policy.features)), dtype=np.float32)
+        assert selfcheck.check_grown(policy, nothing).differences == 0
+    policy_json.loads(policy_json.dumps(profile))
+    assert not faults.encoder_wrong(profile)
+
+
+def test_the_list(capsys):
+    assert len({fault.name for fault in faults.ALL}) == len(faults.ALL) >= 50
+    with capsys.disabled():
+        print(f"\n{len(faults.ALL)} planted faults, each caught:")
+        for fault in faults.ALL:
+            print(f"  {fault.name:<55} {fault.guard}")
