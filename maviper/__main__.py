@@ -1,11 +1,35 @@
-"""Runs the command line as `python -m maviper`.
+"""The process `maviper`, also as `python -m maviper`.
 
-Does: calls `maviper.cli.main`.
-Assumes: nothing.
+Does: listens for Ctrl-C before anything is imported that takes time, then runs the command line and exits.
+Assumes: it is the main thread.
 Does not: parse anything itself.
 """
 
-from maviper.cli import main
+import os
+import sys
+from typing import NoReturn
+
+from codegen.errors import ExitCode
+from maviper import exits
+
+
+def main() -> NoReturn:
+    """Runs the command line as a process."""
+    exits.listen_for_interrupts()
+    code = exits.answered(_command, bool({"-v", "--verbose"} & set(sys.argv)))
+    if code == ExitCode.INTERRUPTED:
+        # an interrupt inside exec() makes the interpreter end by the signal whatever is done about the exception
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(code)
+    sys.exit(code)
+
+
+def _command() -> object:
+    from maviper.cli import cli
+
+    return cli.main(prog_name="maviper", standalone_mode=False)
+
 
 if __name__ == "__main__":
     main()

@@ -5,14 +5,14 @@ Assumes: every verb is also a Python function elsewhere.
 Does not: import anything heavy before a verb needs it.
 """
 
-import sys
 from fractions import Fraction
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any
 
 import click
 
-from codegen.errors import ExitCode, InputError, MaviperError, suggestion
+from codegen.errors import ExitCode, InputError, suggestion
+from maviper import exits
 
 EXIT_CODES = """\b
 Exit codes:
@@ -285,46 +285,7 @@ def verify(context: click.Context, profile: Path, **options: Any) -> int:
     return verify_command(profile, options, _console(context))
 
 
-def main(arguments: list[str] | None = None) -> NoReturn:
-    """Runs the command line and exits with its code."""
-    sys.exit(run(arguments))
-
-
-def run(arguments: list[str] | None = None) -> int:
-    """Runs the command line; returns the exit code. Errors are printed in three lines, bugs with their traceback."""
-    arguments = sys.argv[1:] if arguments is None else arguments
+def run(arguments: list[str]) -> int:
+    """Runs the command line inside a program; returns the exit code."""
     verbose = bool({"-v", "--verbose"} & set(arguments))
-    try:
-        result = cli.main(args=arguments, prog_name="maviper", standalone_mode=False)
-        return int(result) if isinstance(result, int) else ExitCode.DONE
-    except MaviperError as error:
-        return _fail(verbose, error.exit_code, error.what, error.where, error.next_step)
-    except click.UsageError as error:
-        command = error.ctx.command_path if error.ctx else "maviper"
-        return _fail(verbose, ExitCode.INPUT, error.format_message(), "", f"see `{command} --help`")
-    except click.ClickException as error:
-        return _fail(verbose, ExitCode.INPUT, error.format_message())
-    except (click.Abort, KeyboardInterrupt):
-        return _fail(
-            False, ExitCode.INTERRUPTED, "interrupted", "", "finished files are complete; run the command again"
-        )
-    except BrokenPipeError:
-        return ExitCode.DONE
-    except Exception as error:
-        import traceback
-
-        traceback.print_exc()
-        return _fail(False, ExitCode.BUG, f"a bug in maviper: {error}", "", "please report it with the lines above")
-
-
-def _fail(verbose: bool, code: int, *lines: str) -> int:
-    if verbose:
-        import traceback
-
-        traceback.print_exc()
-    what, *rest = lines
-    print(f"error: {what}", file=sys.stderr)
-    for line in rest:
-        for part in line.splitlines():
-            print(f"  {part}", file=sys.stderr)
-    return code
+    return exits.answered(lambda: cli.main(args=arguments, prog_name="maviper", standalone_mode=False), verbose)

@@ -37,3 +37,27 @@ def profile(world, expert) -> ir.PolicyProfile:
     from maviper.extract.maviper import Settings, extract
 
     return extract(world, expert, Settings(max_depth=3, iterations=4, rollouts=30, selection_episodes=30))
+
+
+def pytest_addoption(parser):
+    parser.addoption("--update-golden", action="store_true", help="renew golden files instead of comparing")
+
+
+@pytest.fixture
+def golden(request):
+    """Compares texts with the files of a folder (relative to the project's root), or renews them."""
+    from pathlib import Path
+
+    root = Path(__file__).parent.parent
+
+    def compare(folder: str, files: dict[str, str]) -> None:
+        place = root / folder
+        if request.config.getoption("--update-golden"):
+            place.mkdir(parents=True, exist_ok=True)
+            for name, text in files.items():
+                (place / name).write_text(text)
+            return
+        for name, text in files.items():
+            assert (place / name).read_text() == text, f"{folder}/{name} is stale: pytest --update-golden renews it"
+
+    return compare

@@ -42,6 +42,8 @@ def ask(question: Question, budget: int = DEFAULT_BUDGET) -> Answer:
     spent = _spent(solver)
     if result == z3.unsat:
         return Answer(False, None, spent)
+    if result == z3.unknown and "interrupted" in solver.reason_unknown():
+        raise KeyboardInterrupt  # Ctrl-C during the search, which the solver catches itself
     if result == z3.unknown:
         return Answer(None, None, spent, solver.reason_unknown())
     model = solver.model()

@@ -16,6 +16,7 @@ from codegen.errors import InputError, UnknownNameError
 from codegen.ir import PolicyProfile, WorldSpec
 
 Interval = tuple[Fraction, Fraction]
+MOST = 10**9  # largest length in a question; beyond it float64 positions are coarser than any world
 ADVICE = "see `maviper verify --help` for the form of a region file"
 
 
@@ -74,8 +75,8 @@ def find_property(name: str, profile: PolicyProfile, team: str | None = None, **
             f"{name} needs a landmark for each agent; team {team} has more agents than the world landmarks"
         )
     for parameter, value in parameters.items():
-        if value < 0:
-            raise InputError(f"{parameter} must not be negative, is {value}")
+        if not 0 <= value <= MOST:
+            raise InputError(f"{parameter} must be between 0 and {MOST}", f"--{parameter}")
     return Property(name, team, **parameters)
 
 
@@ -200,6 +201,9 @@ def _number(value: Any, where: str) -> Fraction:
     if isinstance(value, bool) or not isinstance(value, (int, Fraction, str)) or len(str(value)) > MOST_DIGITS:
         raise InputError(f"not a finite number: {str(value)[:40]}", where, ADVICE)
     try:
-        return Fraction(value)
+        number = Fraction(value)
     except (ValueError, ZeroDivisionError):
         raise InputError(f"not a number: {value!r}", where, ADVICE) from None
+    if abs(number) > MOST:
+        raise InputError(f"numbers may be at most {MOST}", where, ADVICE)
+    return number

@@ -59,9 +59,9 @@ def train(
     except ImportError:
         raise MissingToolError("training needs torch", "", "install the extra: pip install 'maviper[train]'") from None
     settings = maddpg.Settings(**overrides)
-    if settings.steps < settings.games * world.spec.episode_steps or settings.seed < 0:
-        least = settings.games * world.spec.episode_steps
-        raise InputError(f"steps must be at least {least}, the seed not negative", "--steps, --seed")
+    least = settings.games * world.spec.episode_steps
+    if settings.steps < least or not 0 <= settings.seed < 2**32:
+        raise InputError(f"steps must be at least {least}, the seed from 0 to 4294967295", "--steps, --seed")
     torch.set_num_threads(1)  # small products: threads cost more than they give, and one thread repeats bit for bit
     runs.folder(folder)
     command = " ".join(

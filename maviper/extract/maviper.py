@@ -52,8 +52,8 @@ class Settings:
                 raise InputError(f"{name} must be at least 1, not {getattr(self, name)}", f"--{name.replace('_', '-')}")
         if self.max_depth > ir.MAX_DEPTH:
             raise InputError(f"max_depth must be at most {ir.MAX_DEPTH}", "--max-depth")
-        if self.seed < 0:
-            raise InputError("the seed must not be negative", "--seed")
+        if not 0 <= self.seed < 2**32:
+            raise InputError("the seed must be from 0 to 4294967295", "--seed")
         if self.iterations * self.rollouts > EPISODES_PER_SEED:
             raise InputError(f"more than {EPISODES_PER_SEED} rollouts in all", "--iterations, --rollouts")
         return self

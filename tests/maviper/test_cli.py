@@ -2,10 +2,7 @@
 
 import json
 import os
-import signal
-import subprocess
 import sys
-import time
 
 import pytest
 
@@ -199,22 +196,3 @@ def test_a_read_only_folder_is_an_input_error(capsys, profile_file, tmp_path):
     locked.mkdir(mode=0o500)
     code, _, err = run(capsys, "compile", profile_file, "-o", locked / "code")
     assert code == ExitCode.INPUT and "cannot make the output folder" in err
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("seconds", [0.5, 2.0, 4.0])
-def test_ctrl_c_leaves_whole_files_only(tmp_path, seconds):
-    """The demo, interrupted: exit 130, no traceback, and what is there is complete."""
-    process = subprocess.Popen(
-        [sys.executable, "-m", "maviper", "demo", "-o", str(tmp_path / "demo")],
-        stderr=subprocess.PIPE, text=True, cwd=tmp_path,
-    )  # fmt: skip
-    time.sleep(seconds)
-    process.send_signal(signal.SIGINT)
-    _, err = process.communicate(timeout=60)
-    assert process.returncode == ExitCode.INTERRUPTED, err
-    assert "Traceback" not in err
-    for path in (tmp_path / "demo").glob("*") if (tmp_path / "demo").exists() else ():
-        assert not path.name.endswith(".part")
-        if path.suffix == ".json":
-            json.loads(path.read_text())

@@ -1,0 +1,109 @@
+"""Decision tree policies of 3 agents for the world physical-deception. Generated: do not edit.
+
+profile     6642af96408c460d6e476ded899e0a8a1d451c04dd3feb7402a9fa23c72a8165
+made by     tests, hand-made, preset none, seed 0
+
+For each agent A: act_A(x) takes one observation (a sequence of floats) and returns the action's number;
+act_A_batch(x) takes an array [batch, n_features] and returns an array of actions (needs numpy).
+
+A split goes left iff x[feature] <= threshold. Observations are float32; each threshold is written as the largest
+double that rounds to a float32 not above it, so doubles decide as if they had been rounded to float32 first.
+NaN compares false and so goes right; infinities follow <=.
+"""
+
+PROFILE = "6642af96408c460d6e476ded899e0a8a1d451c04dd3feb7402a9fa23c72a8165"
+AGENTS = ("adversary_0", "agent_0", "agent_1",)
+FEATURES = {
+    "adversary_0": ("landmark_0_dx", "landmark_0_dy", "landmark_1_dx", "landmark_1_dy", "agent_0_dx", "agent_0_dy", "agent_1_dx", "agent_1_dy",),
+    "agent_0": ("goal_dx", "goal_dy", "landmark_0_dx", "landmark_0_dy", "landmark_1_dx", "landmark_1_dy", "adversary_0_dx", "adversary_0_dy", "agent_1_dx", "agent_1_dy",),
+    "agent_1": ("goal_dx", "goal_dy", "landmark_0_dx", "landmark_0_dy", "landmark_1_dx", "landmark_1_dy", "adversary_0_dx", "adversary_0_dy", "agent_0_dx", "agent_0_dy",),
+}
+ACTIONS = {
+    "adversary_0": ("stay", "left", "right", "down", "up",),
+    "agent_0": ("stay", "left", "right", "down", "up",),
+    "agent_1": ("stay", "left", "right", "down", "up",),
+}
+
+
+def act_adversary_0(x):
+    """adversary_0, team adversaries: 1 leaves, at most 0 comparisons."""
+    return 0  # stay, leaf 0
+
+
+def act_adversary_0_batch(x):
+    """As act_adversary_0, for the rows of an array."""
+    import numpy as np
+
+    x = np.asarray(x, dtype=np.float32)
+    n0 = np.full(len(x), 0)
+    return n0
+
+
+def act_agent_0(x):
+    """agent_0, team defenders: 5 leaves, at most 3 comparisons."""
+    if x[0] <= 0.09999999776482582:  # node 0: goal_dx
+        if x[3] <= 7.006492321624085e-46:  # node 1: landmark_0_dy
+            return 1  # left, leaf 2
+        else:
+            return 2  # right, leaf 3
+    else:
+        if x[9] <= -0.33333332836627966:  # node 4: agent_1_dy
+            return 4  # up, leaf 5
+        else:
+            if x[2] <= 3.4028235677973362e+38:  # node 6: landmark_0_dx
+                return 0  # stay, leaf 7
+            else:
+                return 0  # stay, leaf 8
+
+
+def act_agent_0_batch(x):
+    """As act_agent_0, for the rows of an array."""
+    import numpy as np
+
+    x = np.asarray(x, dtype=np.float32)
+    n8 = 0
+    n7 = 0
+    n6 = np.where(x[:, 2] <= 3.4028235677973362e+38, n7, n8)
+    n5 = 4
+    n4 = np.where(x[:, 9] <= -0.33333332836627966, n5, n6)
+    n3 = 2
+    n2 = 1
+    n1 = np.where(x[:, 3] <= 7.006492321624085e-46, n2, n3)
+    n0 = np.where(x[:, 0] <= 0.09999999776482582, n1, n4)
+    return n0
+
+
+def act_agent_1(x):
+    """agent_1, team defenders: 4 leaves, at most 3 comparisons."""
+    if x[4] <= -0.04999999888241292:  # node 0: landmark_1_dx
+        return 1  # left, leaf 1
+    else:
+        if x[4] <= 0.0500000026077032:  # node 2: landmark_1_dx
+            if x[5] <= 7.006492321624085e-46:  # node 3: landmark_1_dy
+                return 3  # down, leaf 4
+            else:
+                return 4  # up, leaf 5
+        else:
+            return 2  # right, leaf 6
+
+
+def act_agent_1_batch(x):
+    """As act_agent_1, for the rows of an array."""
+    import numpy as np
+
+    x = np.asarray(x, dtype=np.float32)
+    n6 = 2
+    n5 = 4
+    n4 = 3
+    n3 = np.where(x[:, 5] <= 7.006492321624085e-46, n4, n5)
+    n2 = np.where(x[:, 4] <= 0.0500000026077032, n3, n6)
+    n1 = 1
+    n0 = np.where(x[:, 4] <= -0.04999999888241292, n1, n2)
+    return n0
+
+
+ACT = {
+    "adversary_0": act_adversary_0,
+    "agent_0": act_agent_0,
+    "agent_1": act_agent_1,
+}

@@ -1,0 +1,382 @@
+"""The sweep: whatever a user feeds the commands, the answer is an error in words or a verdict, never a traceback.
+
+Every example runs the real command. After it, the output folder holds whole files or nothing.
+"""
+
+import copy
+import json
+import os
+import random
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from codegen import policy_json
+from codegen.errors import ExitCode
+from maviper import cli, runs
+from tests.strategies import WORLD
+from verify.spec import positions
+
+ANSWERS = {ExitCode.DONE, ExitCode.VIOLATED, ExitCode.INPUT, ExitCode.INCONCLUSIVE}
+WORDS = ["", " ", "x", "agent_0", "goal_dx", "x*/", "a\nb", "__init__", "é", "a" * 100, "../../x", "%s%n", "{{7*7}}"]
+NAMES = st.sampled_from([*WORDS, "\x00"])
+EXTREMES = st.sampled_from([0, -1, 1e308, 1e-320, 2**31])
+NUMBERS = st.one_of(st.integers(-(2**70), 2**70), st.floats(allow_nan=True, allow_infinity=True), EXTREMES)
+VALUES = st.one_of(
+    NAMES, NUMBERS, st.none(), st.booleans(), st.lists(NUMBERS, max_size=3), st.dictionaries(NAMES, NUMBERS, max_size=2)
+)
+
+
+def paths_of(value, path=()):
+    yield path
+    items = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
+    for key, item in items:
+        yield from paths_of(item, (*path, key))
+
+
+def edit(document, path, change, value):
+    """Applies one edit to a copy of the document."""
+    document = copy.deepcopy(document)
+    if not path:
+        return value
+    here = document
+    for key in path[:-1]:
+        here = here[key]
+    if change == "replace":
+        here[path[-1]] = value
+    elif change == "delete":
+        del here[path[-1]]
+    elif change == "add" and isinstance(here, dict):
+        here["extra"] = value
+    elif change == "repeat" and isinstance(here, list):
+        here.append(here[path[-1]])
+    return document
+
+
+def run(*arguments):
+    return cli.run([str(argument) for argument in arguments])
+
+
+def whole(folder: Path) -> None:
+    """Nothing half written lies in a folder."""
+    for path in folder.rglob("*"):
+        assert not path.name.endswith(".part"), path
+        if path.suffix == ".json":
+            json.loads(path.read_text())
+
+
+@pytest.fixture(scope="module")
+def document(profile):
+    return json.loads(policy_json.dumps(profile))
+
+
+@pytest.fixture
+def place(tmp_path_factory):
+    return tmp_path_factory.mktemp("bad")
+
+
+@pytest.fixture(scope="module")
+def shared_place(tmp_path_factory):
+    """One folder for all examples of a hypothesis test; each overwrites its input file."""
+    return tmp_path_factory.mktemp("sweep")
+
+
+@settings(max_examples=250)
+@given(data=st.data())
+def test_edited_profiles(document, shared_place, data):
+    """One or two random edits anywhere; the hash is dropped half of the time, so that later checks are reached."""
+    changed = document
+    if data.draw(st.booleans(), label="drop the hash"):
+        changed = {key: value for key, value in document.items() if key != "content_hash"}
+    for _ in range(data.draw(st.integers(1, 2))):
+        path = data.draw(st.sampled_from(list(paths_of(changed))), label="path")
+        change = data.draw(st.sampled_from(["reshared_place", "delete", "add", "repeat"]), label="change")
+        changed = edit(changed, path, change, data.draw(VALUES, label="value"))
+        if not isinstance(changed, dict):
+            break
+    file = shared_place / "profile.json"
+    file.write_text(json.dumps(changed))
+    assert run("-q", "show", file) in ANSWERS
+
+
+@settings(max_examples=40)
+@given(st.binary(max_size=300), st.integers(0, 2**31))
+def test_damaged_bytes(document, shared_place, noise, seed):
+    """Bytes overwritten, cut off or inserted."""
+    text = bytearray(json.dumps(document).encode())
+    at = random.Random(seed).randrange(len(text))
+    text[at : at + len(noise)] = noise
+    file = shared_place / "profile.json"
+    file.write_bytes(bytes(text))
+    assert run("-q", "show", file) in ANSWERS
+
+
+@pytest.mark.compile
+@pytest.mark.parametrize("change", ["agent", "action", "feature"])
+@pytest.mark.parametrize("name", ["int", "class", "None", "x", "act", "self", "np", "main", "N_ACTIONS", "A" * 64])
+def test_hostile_but_legal_names_compile(document, place, change, name):
+    """Words of the target languages as names: refused with a reason, or compiled and in agreement."""
+    changed = {key: value for key, value in copy.deepcopy(document).items() if key != "content_hash"}
+    agent = changed["agents"][1]
+    if change == "agent":
+        old, agent["agent"] = agent["agent"], name
+        changed["world"]["agents"][1]["name"] = name
+        for other in changed["agents"]:
+            for feature in other["features"]:
+                feature["meaning"] = feature["meaning"].replace(f"{old}.", f"{name}.")
+    elif change == "action":
+        agent["actions"][1]["name"] = name
+    else:
+        agent["features"][0]["name"] = name
+    for node in agent["tree"]:
+        if change == "action" and node.get("action") == "left":
+            node["action"] = name
+        if change == "feature" and node.get("feature") == "goal_dx":
+            node["feature"] = name
+    file = place / "profile.json"
+    file.write_text(json.dumps(changed))
+    code = run("-q", "compile", file, "-o", place / "out")
+    assert code in (ExitCode.DONE, ExitCode.INCONCLUSIVE, ExitCode.INPUT)
+    whole(place)
+
+
+TOML_VALUES = st.one_of(
+    st.floats(-3, 3).map(repr), st.integers(-3, 3).map(str),
+    st.sampled_from(["nan", "inf", "true", '"1/3"', '"1/0"', "1e400", "[]", "{}", "1979-05-27", '"x"', "9" * 500]),
+)  # fmt: skip
+
+
+@st.composite
+def regions(draw):
+    """Region files, most of them wrong somewhere."""
+    names = st.sampled_from([*positions(WORLD.spec), "agent_9.x", "agent_0", "goal.x", ""])
+    lines = []
+    if draw(st.booleans()):
+        lines.append(f"goals = [{draw(st.sampled_from(['', 'landmark_0', 'landmark_7']))!r}]")
+    if draw(st.booleans()):
+        lines.append(f"default = [{draw(TOML_VALUES)}, {draw(TOML_VALUES)}]")
+    for table in ("box", "difference", "apart"):
+        if draw(st.booleans()):
+            lines.append(f"[{table}]")
+            for _ in range(draw(st.integers(0, 2))):
+                key = draw(names) if table == "box" else f"{draw(names)} - {draw(names)}"
+                value = draw(TOML_VALUES)
+                lines.append(f'"{key}" = {value}' if table == "apart" else f'"{key}" = [{value}, {draw(TOML_VALUES)}]')
+    return "\n".join(lines)
+
+
+@pytest.mark.solver
+@settings(max_examples=60)
+@given(regions())
+def test_random_region_files(document, shared_place, region):
+    (shared_place / "profile.json").write_text(json.dumps(document))
+    (shared_place / "region.toml").write_text(region)
+    assert (
+        run("-q", "verify", shared_place / "profile.json", "--region", shared_place / "region.toml", "--json")
+        in ANSWERS
+    )
+
+
+@pytest.mark.parametrize("region", [b"\xff\xfe", b"\x00", b"[" * 10_000, b"a = " + b"[" * 5_000, b"x" * 2**21, b""])
+def test_region_files_that_are_not_text(document, place, region):
+    (place / "profile.json").write_text(json.dumps(document))
+    (place / "region.toml").write_bytes(region)
+    code = run("-q", "verify", place / "profile.json", "--region", place / "region.toml")
+    assert code in ANSWERS and (code == ExitCode.INPUT or region == b"")
+
+
+OPTIONS = {
+    "--property": ["", "distinct_targets ", "own_target", "é"],
+    "--team": ["", "adversaries", "defenders\n", "x"],
+    "--margin": ["", "nan", "inf", "-1", "1e999", "1/0", "2/-3", "9" * 5000, "0x1"],
+    "--radius": ["", "nan", "-0.5", "1_000", "1/3"],
+    "--budget": ["", "0", "-1", "1", "2.5", "9" * 30],
+    "--region": ["", "/", "..", "\x00" if os.name == "nt" else "no/such", "start "],
+}
+
+
+@pytest.mark.solver
+@pytest.mark.parametrize(
+    ("option", "value"), [(option, value) for option, values in OPTIONS.items() for value in values]
+)
+def test_options_of_verify(document, place, option, value):
+    (place / "profile.json").write_text(json.dumps(document))
+    assert run("-q", "verify", place / "profile.json", option, value) in ANSWERS
+
+
+EXTRACT = [
+    ["--seed", "-1"], ["--seed", "9" * 30], ["--max-depth", "65"], ["--max-depth", "0"], ["--rollouts", "0"],
+    ["--iterations", "1000000"], ["--selection-episodes", "-5"], ["--preset", ""], ["--algorithm", "viper"],
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("arguments", EXTRACT, ids=" ".join)
+def test_options_of_extract(place, arguments):
+    assert run("-q", "extract", "physical-deception", *arguments, "-o", place / "p.json") == ExitCode.INPUT
+    assert list(place.iterdir()) == []
+
+
+@pytest.mark.parametrize("source", ["", ".", "/dev/null", "no/such/run", "physical_deception", "profile.json"])
+def test_what_is_not_an_expert(place, document, source, monkeypatch):
+    monkeypatch.chdir(place)
+    (place / "profile.json").write_text(json.dumps(document))
+    assert run("-q", "extract", source, "-o", place / "p.json") == ExitCode.INPUT
+    assert not (place / "p.json").exists()
+
+
+# --- places that cannot be written
+
+
+def blocked(place, kind):
+    """An output folder that refuses files, for root too."""
+    if kind == "a file in the way":
+        (place / "out").write_text("here first")
+        return place / "out"
+    if kind == "a file above":
+        (place / "out").write_text("here first")
+        return place / "out" / "deeper"
+    if kind == "not a file system":
+        return Path("/proc/maviper")
+    return place / ("x" * 300)
+
+
+@pytest.mark.parametrize("kind", ["a file in the way", "a file above", "not a file system", "a name too long"])
+@pytest.mark.parametrize("command", ["compile", "verify", "demo", "train", "extract"])
+def test_output_folders_that_cannot_be(document, place, kind, command, monkeypatch):
+    (place / "profile.json").write_text(json.dumps(document))
+    out = blocked(place, kind)
+    if command == "extract":
+        out = out / "profile.json"
+    monkeypatch.setitem(sys.modules, "torch", None if command != "train" else sys.modules.get("torch"))
+    thing = {"compile": [place / "profile.json"], "verify": [place / "profile.json"], "demo": []}.get(command)
+    if thing is None:
+        thing = ["physical-deception", "--iterations", "1"] if command == "extract" else ["physical-deception"]
+    before = sorted(path.name for path in place.iterdir())
+    assert run("-q", command, *thing, "-o", out) in (ExitCode.INPUT, ExitCode.MISSING)
+    assert sorted(path.name for path in place.iterdir()) == before
+
+
+def test_extract_into_a_folder_is_refused(place):
+    assert run("-q", "extract", "physical-deception", "--iterations", "1", "-o", place) == ExitCode.INPUT
+
+
+@pytest.fixture
+def small_disk(tmp_path):
+    """A file system of a few kilobytes; needs the right to mount one."""
+    place = tmp_path / "disk"
+    place.mkdir()
+    size = 16
+    mounted = shutil.which("mount") and subprocess.run(
+        ["mount", "-t", "tmpfs", "-o", f"size={size}k", "tmpfs", str(place)], capture_output=True, check=False
+    )
+    if not mounted or mounted.returncode != 0:
+        pytest.skip("mounting a small tmpfs is not allowed here")
+    yield place
+    subprocess.run(["umount", str(place)], check=False)
+
+
+@pytest.mark.compile
+def test_a_full_disk_is_said_and_leaves_whole_files(document, place, small_disk, capsys):
+    (place / "profile.json").write_text(json.dumps(document))
+    assert run("compile", place / "profile.json", "-o", small_disk) == ExitCode.INPUT
+    assert "No space left" in capsys.readouterr().err
+    whole(small_disk)
+
+
+def test_an_old_file_survives_a_full_disk(small_disk):
+    target = small_disk / "file"
+    runs.write(target, "old")
+    with pytest.raises(runs.InputError, match="cannot write"):
+        runs.write(target, "x" * 200_000)
+    assert target.read_text() == "old"
+    assert [path.name for path in small_disk.iterdir()] == ["file"]
+
+
+@pytest.fixture
+def read_only(tmp_path):
+    place = tmp_path / "locked"
+    place.mkdir()
+    made = shutil.which("mount") and subprocess.run(
+        ["mount", "-t", "tmpfs", "-o", "size=64k,ro", "tmpfs", str(place)], capture_output=True, check=False
+    )
+    if made and made.returncode == 0:
+        yield place
+        subprocess.run(["umount", str(place)], check=False)
+        return
+    if os.geteuid() == 0:
+        pytest.skip("root may write anywhere, and mounting is not allowed here")
+    place.chmod(0o500)
+    yield place
+
+
+@pytest.mark.parametrize("deeper", [".", "deeper"])
+def test_a_read_only_folder(document, place, read_only, deeper):
+    (place / "profile.json").write_text(json.dumps(document))
+    assert run("-q", "compile", place / "profile.json", "-o", read_only / deeper) == ExitCode.INPUT
+    assert list(read_only.iterdir()) == []
+
+
+# --- interruption at random moments
+
+
+def started(*arguments, cwd):
+    """A command as a process that has printed its first line, so that it listens for signals."""
+    command = [sys.executable, "-m", "maviper", *map(str, arguments)]
+    process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, cwd=cwd)
+    return process, process.stderr.readline()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGKILL])
+@pytest.mark.parametrize("attempt", range(4))
+def test_interrupted_at_a_random_moment(tmp_path, how, attempt):
+    """The tour into a folder that holds an earlier one: every file is the old or the new one, whole."""
+    folder = tmp_path / "demo"
+    folder.mkdir()
+    (folder / "profile.json").write_text("{}")
+    process, first = started("demo", "-o", folder, "--seed", attempt, cwd=tmp_path)
+    time.sleep(random.Random(f"{how}{attempt}").uniform(0.0, 9.0))
+    process.send_signal(how)
+    _, err = process.communicate(timeout=60)
+    assert first.startswith("maviper") and "Traceback" not in err, err
+    assert process.returncode in (0, ExitCode.INTERRUPTED, -signal.SIGKILL)
+    for path in folder.iterdir():
+        # after kill -9 a hidden scratch file may stay, never a half file under a final name
+        if path.name.startswith(".") and how is signal.SIGKILL:
+            continue
+        assert not path.name.endswith(".part")
+        if path.suffix == ".json":
+            json.loads(path.read_text())
+
+
+WRITER = """
+import sys
+from pathlib import Path
+from maviper import runs
+print("ready", file=sys.stderr, flush=True)
+while True:
+    for letter in "ab":
+        runs.write(Path("file"), letter * 300_000)
+"""
+
+
+@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGKILL])
+def test_writing_is_atomic_under_signals(tmp_path, how):
+    """A process that does nothing but write the same file, ended at random moments: the file is always whole."""
+    for attempt in range(6):
+        process = subprocess.Popen([sys.executable, "-c", WRITER], cwd=tmp_path, stderr=subprocess.PIPE, text=True)
+        assert process.stderr.readline() == "ready\n"
+        time.sleep(0.05 + random.Random(f"{how}{attempt}").uniform(0, 0.1))
+        process.send_signal(how)
+        process.communicate(timeout=30)
+        text = (tmp_path / "file").read_text()
+        assert text in ("a" * 300_000, "b" * 300_000)
+        if how is signal.SIGINT:
+            assert [path.name for path in tmp_path.iterdir()] == ["file"]

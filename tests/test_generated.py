@@ -1,0 +1,52 @@
+"""generated/: every byte follows from the committed profile.
+
+`maviper demo -o generated/physical_deception` renews everything, profile included.
+"""
+
+import hashlib
+import json
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from codegen.selfcheck import find_compiler
+from maviper import agreement, claims, load, publish
+
+FOLDER = Path(__file__).parent.parent / "generated" / "physical_deception"
+
+pytestmark = [pytest.mark.compile, pytest.mark.solver]
+
+
+def test_all_files_follow_from_the_committed_profile(golden):
+    profile = load(FOLDER / publish.PROFILE_FILE)
+    compiled = agreement.compile_profile(profile)
+    asked = publish.questions(profile)
+    files = publish.handout(profile, compiled, asked, claims.verify_claims(profile, asked))
+    assert set(files) == {path.name for path in FOLDER.iterdir()}
+    golden("generated/physical_deception", files)
+
+
+def test_the_manifest_names_every_hash():
+    manifest = json.loads((FOLDER / "manifest.json").read_text())
+    found = {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in FOLDER.iterdir()}
+    del found["manifest.json"]
+    assert manifest["sha256"] == found
+    report = json.loads((FOLDER / "report.json").read_text())
+    assert report["profile"] == manifest["profile"] == json.loads((FOLDER / "profile.json").read_text())["content_hash"]
+    assert {"maviper", "z3-solver", "numpy", "scikit-learn", "mpe2"} <= set(manifest["versions"])
+
+
+def test_the_shipped_expert_is_the_one_named(expert):
+    assert json.loads((FOLDER / "manifest.json").read_text())["expert"] == expert.hash
+
+
+def test_the_pages_lines_of_c_compile_and_run(tmp_path):
+    page = (FOLDER / "README.md").read_text()
+    example = page.split("```c\n")[1].split("```")[0]
+    assert example == (FOLDER / "example.c").read_text() and len(example.splitlines()) <= 12
+    (tmp_path / "example.c").write_text(example)
+    build = [*find_compiler(), "-std=c99", "-Wall", "-Wextra", "-Werror", f"-I{FOLDER}", "example.c", "-o", "example"]
+    subprocess.run(build, cwd=tmp_path, check=True)
+    ran = subprocess.run([str(tmp_path / "example")], capture_output=True, text=True, check=True)
+    assert [line.split()[0] for line in ran.stdout.splitlines()] == ["adversary_0", "agent_0", "agent_1"]

@@ -1,0 +1,140 @@
+"""Golden files, one a target in the language's own extension, and what strict compilers say to them."""
+
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from codegen import ir, probes, selfcheck
+from codegen.lower import lower
+from codegen.policy_json import layout, loads
+from codegen.schema import schema
+from codegen.targets import TARGETS, c, emit
+from maviper.extract.deploy import deployed
+from tests.strategies import WORLD
+from tests.teams import LEFT, RIGHT, STAY, UP, towards, tree
+
+FOLDER = "tests/golden"
+ROOT = Path(__file__).parent.parent
+COMPILERS = [
+    f"{compiler} {standard}"
+    for compiler, standards in {
+        "gcc": ("-std=c99", "-std=c11"), "clang": ("-std=c99", "-std=c11"),
+        "g++": ("-x c++ -std=c++17",), "clang++": ("-x c++ -std=c++17",),
+    }.items()
+    for standard in standards
+]  # fmt: skip
+
+
+def small_profile() -> ir.PolicyProfile:
+    """Hand-made trees with the thresholds that are easily got wrong, and a single leaf."""
+    grown = ir.GrownTree(
+        feature=[0, 3, 9, -1, -1, -1, 2, -1, -1],
+        threshold=[0.1, 0.0, -1 / 3, 0, 0, 0, 3.4028234663852886e38, 0, 0],
+        left=[1, 3, 5, -1, -1, -1, 7, -1, -1],
+        right=[2, 4, 6, -1, -1, -1, 8, -1, -1],
+        action=[-1, -1, -1, LEFT, RIGHT, UP, -1, STAY, STAY],
+    )
+    trees = {"adversary_0": (tree(STAY), None), "agent_0": (deployed(grown), grown), "agent_1": (towards(1, 1), None)}
+    agents = tuple(
+        ir.AgentPolicy(name, WORLD.team_of(name), features, actions, *trees[name])
+        for name, features, actions in zip(WORLD.agents, WORLD.features, WORLD.actions, strict=True)
+    )
+    provenance = ir.Provenance("hand-made", "none", 0, "", "tests", {"depth": 3}, {"success": 0.5})
+    return ir.ensure(ir.PolicyProfile(WORLD.spec, agents, provenance))
+
+
+def test_every_target_has_its_golden_file(golden):
+    files = emit(small_profile())
+    assert len(files) == len(TARGETS)
+    golden(FOLDER, files)
+    golden(FOLDER, {"profile.schema.json": layout(schema()) + "\n"})
+
+
+@pytest.mark.compile
+def test_the_golden_files_agree_with_the_reference():
+    selfcheck.check_files(small_profile(), emit(small_profile())).ensure()
+
+
+def headers():
+    return [ROOT / FOLDER / "physical_deception.h", ROOT / "generated/physical_deception/physical_deception.h"]
+
+
+def model_of(header):
+    return lower(loads((header.parent / f"{header.stem}.json").read_text()))
+
+
+@pytest.mark.compile
+@pytest.mark.parametrize("header", headers(), ids=lambda path: path.parent.name)
+@pytest.mark.parametrize("compiler", COMPILERS)
+def test_strict_compilers_and_sanitizers_find_nothing(header, compiler, tmp_path):
+    """Compiled with every warning an error, then run under address and undefined sanitizers on boundary vectors."""
+    command, *options = compiler.split()
+    if shutil.which(command) is None:
+        pytest.skip(f"{command} is not installed")
+    profile = loads((header.parent / f"{header.stem}.json").read_text())
+    (tmp_path / "harness.c").write_text(c.harness(model_of(header)) + driver(profile))
+    sanitize = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-g", "-O1"]
+    warnings = [*selfcheck.STRICT[1:], "-Wno-float-conversion"]
+    build = [command, *options, *warnings, *sanitize, f"-I{header.parent}", "harness.c", "-o", "run"]
+    built = subprocess.run(build, cwd=tmp_path, capture_output=True, text=True, check=False)
+    if "libclang_rt" in built.stderr or "cannot find" in built.stderr:
+        pytest.skip(f"{command} has no sanitizer runtime here")
+    assert built.returncode == 0, built.stderr
+    ran = subprocess.run([str(tmp_path / "run")], capture_output=True, text=True, check=False)
+    assert ran.returncode == 0 and ran.stdout.split()[0] == "0", ran.stdout + ran.stderr
+
+
+def driver(profile: ir.PolicyProfile) -> str:
+    """A main function that replays boundary and special vectors and prints the number of differences."""
+    rng = np.random.default_rng(0)
+    lines = ["", "#include <stdio.h>", "#include <stdlib.h>", "int main(void)", "{", "    int wrong = 0;"]
+    for policy in profile.agents:
+        rows = np.concatenate(
+            [probes.boundary(policy.tree, policy.features, rng), probes.special(policy.features, rng)]
+        )
+        rows = rows[rng.permutation(len(rows))[:400]]
+        wanted = ir.act(policy, rows)
+        values = ", ".join(literal(value) for value in rows.ravel().tolist())
+        lines += [
+            "    {",
+            f"        static const float rows[] = {{{values}}};",
+            f"        static const int wanted[] = {{{', '.join(map(str, wanted.tolist()))}}};",
+            f"        static int actions[{len(rows)}], finite[{len(rows)}];",
+            "        int i;",
+            # exactly sized on the heap, so that a read past the end of an observation is seen
+            "        float *copy = (float *)malloc(sizeof rows);",
+            "        if (!copy) { return 2; }",
+            f"        for (i = 0; i < {rows.size}; i++) {{ copy[i] = rows[i]; }}",
+            f"        {policy.agent}_rows(copy, {len(rows)}, actions, finite);",
+            f"        for (i = 0; i < {len(rows)}; i++) {{ wrong += actions[i] != wanted[i]; }}",
+            "        free(copy);",
+            "    }",
+        ]
+    return "\n".join([*lines, '    printf("%d differences\\n", wrong);', "    return wrong != 0;", "}", ""])
+
+
+def literal(value: float) -> str:
+    if np.isnan(value):
+        return '__builtin_nanf("")'
+    if np.isinf(value):
+        return "__builtin_inff()" if value > 0 else "-__builtin_inff()"
+    return value.hex() + "f"
+
+
+@pytest.mark.parametrize("header", headers(), ids=lambda path: path.parent.name)
+def test_the_python_module_runs_with_nothing_installed(header, tmp_path):
+    """-I -S: no site-packages, no environment; the module must import and decide."""
+    shutil.copy(header.with_suffix(".py"), tmp_path / "policy.py")
+    code = (
+        "import sys; sys.path.insert(0, '.'); import policy; print([policy.ACT[a]([0.0] * 10) for a in policy.AGENTS])"
+    )
+    ran = subprocess.run(
+        [sys.executable, "-I", "-S", "-c", code], cwd=tmp_path, capture_output=True, text=True, check=True
+    )
+    profile = loads(header.with_suffix(".json").read_text())
+    zero = [int(ir.act(policy, np.zeros((1, len(policy.features))))[0]) for policy in profile.agents]
+    assert ran.stdout.strip() == str(zero)

@@ -1,0 +1,107 @@
+"""What users read, under test: the README's session, every help text, every error message. `--update-golden` renews."""
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from codegen import policy_json
+from maviper import cli
+
+ROOT = Path(__file__).parent.parent
+FOLDER = "tests/golden"
+
+
+def commands(group=cli.cli, path=()):
+    yield path
+    for name, command in sorted(getattr(group, "commands", {}).items()):
+        yield from commands(command, (*path, name))
+
+
+def test_help_texts(golden, capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "100")
+    text = ""
+    for path in commands():
+        assert cli.run([*path, "--help"]) == 0
+        text += f"$ {' '.join(('maviper', *path))} --help\n{capsys.readouterr().out}\n"
+    golden(FOLDER, {"help.txt": text})
+
+
+ERRORS = [
+    ["verfy"],
+    ["compile"],
+    ["extract", "physical-decption", "-o", "p.json"],
+    ["extract", "physical-deception", "--max-depth", "0", "-o", "p.json"],
+    ["extract", "physical-deception", "--preset", "papper", "-o", "p.json"],
+    ["extract", "physical-deception", "--seed", "-1", "-o", "p.json"],
+    ["worlds", "show", "physical-decption"],
+    ["show", "profile.json", "--agent", "agnt_1"],
+    ["show", "missing.json"],
+    ["show", "truncated.json"],
+    ["show", "edited.json"],
+    ["show", "misspelt.json"],
+    ["show", "rules-broken.json"],
+    ["compile", "profile.json", "--target", "pyton", "-o", "out"],
+    ["compile", "profile.json", "--prefix", "2fast", "-o", "out"],
+    ["compile", "profile.json", "-o", "profile.json/out"],
+    ["verify", "profile.json", "--property", "distinct_target"],
+    ["verify", "profile.json", "--team", "defender"],
+    ["verify", "profile.json", "--margin", "much"],
+    ["verify", "profile.json", "--region", "bad.toml"],
+    ["verify", "profile.json", "--region", "misspelt.toml"],
+    ["verify", "profile.json", "--budget", "0"],
+    ["train", "physical-deception", "-o", "run"],
+]
+
+
+def test_error_messages(golden, capsys, monkeypatch, tmp_path):
+    from tests.test_golden import small_profile
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "100")
+    monkeypatch.setitem(sys.modules, "torch", None)
+    text = policy_json.dumps(small_profile())
+    hashless = re.sub(r',\n  "content_hash": "\w+"', "", text)
+    files = {
+        "profile.json": text,
+        "truncated.json": text[:1000],
+        "edited.json": text.replace('"damping": 0.25', '"damping": 0.5'),
+        "misspelt.json": text.replace('{"feature": "goal_dx"', '{"feature": "gaol_dx"'),
+        "rules-broken.json": hashless.replace('"left": 1,', '"left": 0,').replace('"dt": 0.1', '"dt": -1e999'),
+        "bad.toml": "goals = [",
+        "misspelt.toml": '[box]\n"agent_0.z" = [0, 1]\n',
+    }
+    for name, content in files.items():
+        assert name == "profile.json" or content != text or not name.endswith(".json")
+        Path(name).write_text(content)
+    said = ""
+    for arguments in ERRORS:
+        code = cli.run(arguments)
+        said += f"$ maviper {' '.join(arguments)}\n{capsys.readouterr().err}[exit {code}]\n\n"
+        assert code in (2, 5)
+    golden(FOLDER, {"errors.txt": said})
+
+
+@pytest.mark.slow
+@pytest.mark.compile
+@pytest.mark.solver
+def test_the_readme_session_is_a_real_one(tmp_path, request):
+    """The session in the README, run again; only rates and times may differ."""
+    readme = ROOT / "README.md"
+    before, rest = readme.read_text().split("    $ maviper demo -o demo\n")
+    session, after = rest.split("\nUnder `demo/` lie")
+    command = [sys.executable, "-m", "maviper", "demo", "-o", "demo"]
+    environment = {**os.environ, "TERM": "dumb"}
+    found = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True, env=environment).stderr
+    if request.config.getoption("--update-golden"):
+        again = "".join(f"    {line}\n" if line else "\n" for line in found.splitlines())
+        readme.write_text(f"{before}    $ maviper demo -o demo\n{again}\nUnder `demo/` lie{after}")
+        return
+
+    def timeless(text):
+        return [re.sub(r"  [\d.]+/s  \d+ s left", "", line.strip()) for line in text.splitlines() if line.strip()]
+
+    assert timeless(found) == timeless(session)
