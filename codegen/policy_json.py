@@ -35,6 +35,7 @@ from codegen.ir import (
     WorldSpec,
     ensure,
 )
+from codegen.json_fault import place
 from codegen.schema import SCHEMA_VERSION, AgentJson, GrownJson, NodeJson, ProfileJson, SplitJson
 
 LINE_WIDTH = 140
@@ -72,9 +73,7 @@ def loads(text: str | bytes, where: str = "profile") -> PolicyProfile:
             "not a valid policy profile", f"{where}: {path.rstrip('`') or '$'}: {message}", _ADVICE
         ) from None
     except (msgspec.DecodeError, RecursionError, UnicodeDecodeError) as error:
-        raise ProfileError(
-            "not readable as JSON", f"{where}: {error}", "the file is truncated or not a profile"
-        ) from None
+        raise ProfileError("not readable as JSON", f"{where}: {_broken_at(text, error)}", _RESTORE) from None
     if raw.schema_version != SCHEMA_VERSION:
         found = f"{where}: $.schema_version: {raw.schema_version}; this version of maviper reads {SCHEMA_VERSION}"
         raise ProfileError(
@@ -96,6 +95,15 @@ def loads(text: str | bytes, where: str = "profile") -> PolicyProfile:
 
 
 _ADVICE = "extract it again, or undo the edit"
+_RESTORE = "the file is truncated or not a profile; restore it or extract it again"
+
+
+def _broken_at(text: str | bytes, error: Exception) -> str:
+    """The path at which a JSON text breaks, and the decoder's words."""
+    data = text.encode() if isinstance(text, str) else text
+    offset = re.search(r"\(byte (\d+)\)", str(error))
+    readable = data[: int(offset[1])] if offset else data
+    return f"{place(readable.decode(errors='replace'))}: {error}"
 
 
 def layout(value: Any, indent: int = 0) -> str:

@@ -22,7 +22,7 @@ def extract_to_file(expert: str, settings: Mapping[str, Any], output: Path, cons
     """Extracts from the named expert and writes the profile to `output`."""
     checked = algorithm.Settings(**settings).checked()
     found, world = store.load(expert)
-    runs.folder(output.parent)
+    runs.target(output)  # before the work, not after it
     profile = extract_live(world, found, checked, console)
     runs.write(output, policy_json.dumps(profile))
     console.line("wrote", f"{output}  id {policy_json.content_hash(profile)[:16]}")

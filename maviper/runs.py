@@ -39,6 +39,14 @@ def write(path: Path, content: str | bytes) -> Path:
     return path
 
 
+def target(path: Path) -> Path:
+    """Makes sure that a file can be written at `path` later: its folder exists and is writable, it is no folder."""
+    if path.is_dir():
+        raise InputError("the output is a folder, a file is needed", str(path), f"-o {path / 'profile.json'}")
+    folder(path.parent)
+    return path
+
+
 def folder(path: Path) -> Path:
     """Makes an output folder, with its parents."""
     try:

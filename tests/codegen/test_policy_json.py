@@ -121,3 +121,14 @@ def test_every_value_of_the_profile_is_under_the_hash(profile):
     assert policy_json.content_hash(
         replace(profile, agents=(changed, *profile.agents[1:]))
     ) != policy_json.content_hash(profile)
+
+
+def test_a_truncated_profile_is_told_with_the_path(profile):
+    text = policy_json.dumps(profile)
+    cut = text.index('"tree"', text.index('"agent": "agent_1"'))
+    third = cut + [match for match in range(len(text) - cut) if text[cut + match] == "{"][2]
+    told = r"x\.json: \$\.agents\[2\]\.tree\[2\] \(line \d+\): Input data was truncated"
+    with pytest.raises(ProfileError, match=told):
+        policy_json.loads(text[: third + 5], "x.json")
+    with pytest.raises(ProfileError, match=r"\$\.world\.dt \(line \d+\): JSON is malformed"):
+        policy_json.loads(text.replace('"dt": 0.1', '"dt": zero'), "x.json")

@@ -1,0 +1,63 @@
+"""The wheel: built from a clean copy, installed with run-time dependencies only, used from another folder."""
+
+import shutil
+import subprocess
+import sys
+import venv
+import zipfile
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+pytestmark = pytest.mark.slow
+PARTS = ("codegen", "maviper", "verify", "templates", "pyproject.toml", "README.md", "LICENSE")
+
+
+def pip(python, *arguments, cwd):
+    command = [str(python), "-m", "pip", "--disable-pip-version-check", "-q", *map(str, arguments)]
+    done = subprocess.run(command, cwd=cwd, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory):
+    place = tmp_path_factory.mktemp("source")
+    for part in PARTS:
+        source = ROOT / part
+        ignore = shutil.ignore_patterns("__pycache__")
+        shutil.copytree(source, place / part, ignore=ignore) if source.is_dir() else shutil.copy(source, place / part)
+    pip(sys.executable, "wheel", "--no-deps", "-w", place / "dist", ".", cwd=place)
+    return next((place / "dist").glob("*.whl"))
+
+
+def test_top_level_names_are_exactly_three(wheel):
+    names = {name.split("/")[0] for name in zipfile.ZipFile(wheel).namelist()}
+    assert {name for name in names if not name.endswith(".dist-info")} == {"codegen", "maviper", "verify"}
+
+
+def test_templates_and_experts_are_inside_and_nothing_else(wheel):
+    names = zipfile.ZipFile(wheel).namelist()
+    templates = {str(path.relative_to(ROOT / "templates")) for path in (ROOT / "templates").rglob("*.j2")}
+    assert {name.removeprefix("codegen/templates/") for name in names if name.endswith(".j2")} == templates
+    assert "maviper/experts/shipped/physical_deception.safetensors" in names
+    kinds = {Path(name).suffix for name in names if ".dist-info/" not in name}
+    assert kinds == {".py", ".j2", ".safetensors"}
+
+
+def test_the_demo_runs_from_another_folder(wheel, tmp_path):
+    venv.create(tmp_path / "fresh", with_pip=True)
+    python = tmp_path / "fresh" / "bin" / "python"
+    pip(python, "install", "-c", ROOT / "constraints.txt", wheel, cwd=tmp_path)
+    installed = subprocess.run([python, "-m", "pip", "list"], capture_output=True, text=True, check=True).stdout.lower()
+    for absent in ("torch", "pytest", "hypothesis", "ruff", "pyright"):
+        assert f"\n{absent} " not in installed
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    command = [tmp_path / "fresh" / "bin" / "maviper", "demo", "-o", "tour"]
+    environment = {"PATH": "/usr/bin:/bin"}
+    done = subprocess.run(command, cwd=elsewhere, capture_output=True, text=True, check=False, env=environment)
+    assert done.returncode == 0, done.stderr
+    assert sorted(path.name for path in elsewhere.iterdir()) == ["tour"]
+    committed = ROOT / "generated" / "physical_deception" / "physical_deception.py"
+    assert (elsewhere / "tour" / "physical_deception.py").exists() and committed.exists()
