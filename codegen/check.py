@@ -12,6 +12,7 @@ import numpy as np
 
 from codegen.errors import suggestion
 from codegen.ir import (
+    GOAL,
     MAX_DEPTH,
     MAX_NODES,
     NAME,
@@ -26,6 +27,8 @@ from codegen.ir import (
     WorldSpec,
     depth,
 )
+
+MOST_LENGTH = 1e9  # of ranges, start boxes, sizes: beyond it float64 positions are coarser than any world
 
 
 def violations(profile: PolicyProfile) -> Iterator[Violation]:
@@ -50,33 +53,39 @@ def violations(profile: PolicyProfile) -> Iterator[Violation]:
                 yield Violation(f"$.provenance.{group}.{key}", "must be finite")
 
 
-def _names(path: str, kind: str, names: Sequence[str]) -> Iterator[Violation]:
-    seen: set[str] = set()
+def _names(path: str, kind: str, names: Sequence[str], taken: Sequence[str] = ()) -> Iterator[Violation]:
+    seen = {_folded(name) for name in taken}
     for index, name in enumerate(names):
         if not NAME.fullmatch(name):
             yield Violation(
                 f"{path}[{index}]", f"not a legal {kind} name: {name!r} (a letter, then letters, digits, _ or -)"
             )
         # generated code folds case and turns '-' into '_', so names must differ after that
-        folded = name.lower().replace("-", "_")
-        if folded in seen:
-            yield Violation(f"{path}[{index}]", f"{kind} '{name}' appears twice")
-        seen.add(folded)
+        if _folded(name) in seen:
+            yield Violation(f"{path}[{index}]", f"{kind} '{name}' appears twice, or is taken")
+        seen.add(_folded(name))
+
+
+def _folded(name: str) -> str:
+    return name.lower().replace("-", "_")
 
 
 def _world(world: WorldSpec) -> Iterator[Violation]:
     path = "$.world"
     if not NAME.fullmatch(world.name):
         yield Violation(f"{path}.name", f"not a legal name: {world.name!r}")
-    yield from _names(f"{path}.agents", "entity", [entity.name for entity in world.agents])
-    yield from _names(f"{path}.landmarks", "entity", [entity.name for entity in world.landmarks])
+    # one name, one coordinate: agents, landmarks and the alias of the goal share a name space
+    taken = [GOAL] if world.goals else []
+    yield from _names(f"{path}.agents", "entity", [entity.name for entity in world.agents], taken)
+    taken += [entity.name for entity in world.agents]
+    yield from _names(f"{path}.landmarks", "entity", [entity.name for entity in world.landmarks], taken)
     numbers = {"dt": world.dt, "damping": world.damping, "start_low": world.start_low, "start_high": world.start_high}
     for group, entities in (("agents", world.agents), ("landmarks", world.landmarks)):
         for index, entity in enumerate(entities):
             numbers |= {f"{group}[{index}].size": entity.size, f"{group}[{index}].force": entity.force}
     for name, value in numbers.items():
-        if not math.isfinite(value):
-            yield Violation(f"{path}.{name}", "must be finite")
+        if not abs(value) <= MOST_LENGTH:
+            yield Violation(f"{path}.{name}", f"must be finite and at most {MOST_LENGTH:g}")
     if world.start_low > world.start_high:
         yield Violation(f"{path}.start_low", "is above start_high")
     if world.episode_steps < 1:
@@ -97,8 +106,10 @@ def _agent(path: str, policy: AgentPolicy, world: WorldSpec) -> Iterator[Violati
     known = world.coordinates()
     for index, feature in enumerate(policy.features):
         here = f"{path}.features[{index}]"
-        if not feature.low <= feature.high or not math.isfinite(feature.low) or not math.isfinite(feature.high):
-            yield Violation(here, f"needs a finite range with low <= high, has [{feature.low}, {feature.high}]")
+        if not -MOST_LENGTH <= feature.low <= feature.high <= MOST_LENGTH:
+            yield Violation(
+                here, f"needs a range with low <= high within {MOST_LENGTH:g}, has [{feature.low}, {feature.high}]"
+            )
         for weight, coordinate in feature.meaning.terms if feature.meaning else ():
             if weight not in (-1, 1):
                 yield Violation(f"{here}.meaning", f"weights are +1 or -1, not {weight}")

@@ -7,7 +7,7 @@ Does not: cover our own bugs (those stay ordinary exceptions and end in exit cod
     MaviperError
     |-- InputError            2  a file, option or configuration is wrong
     |   |-- ProfileError         a policy profile breaks its schema or an invariant
-    |   `-- UnknownNameError     a name that does not exist; carries the closest match
+    |   `-- UnknownNameError     a name that does not exist, with the closest match
     |-- DisagreementError     4  generated code decides differently from the profile
     `-- MissingToolError      5  a compiler or an optional package is missing
 """
@@ -54,10 +54,9 @@ class ProfileError(InputError):
 
 
 class UnknownNameError(InputError):
-    """A name that does not exist."""
+    """A name that does not exist; the message carries the closest match."""
 
     def __init__(self, kind: str, name: str, known: Iterable[str], where: str = "") -> None:
-        self.closest = closest(name, known)
         super().__init__(f"unknown {kind} '{name}'", where, suggestion(name, known))
 
 

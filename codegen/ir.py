@@ -24,6 +24,7 @@ from codegen.errors import ProfileError
 Int32 = npt.NDArray[np.int32]
 Float32 = npt.NDArray[np.float32]
 Float64 = npt.NDArray[np.float64]
+Bool = npt.NDArray[np.bool_]
 
 ROOT: Final = 0
 NO_FEATURE: Final = -1
@@ -32,6 +33,7 @@ NO_ACTION: Final = -1
 MAX_DEPTH: Final = 64  # nested code beyond it meets the limits of compilers; a tree that deep explains nothing
 MAX_NODES: Final = 1 << 20
 MAX_VIOLATIONS: Final = 20
+GOAL: Final = "goal"  # in coordinates: the landmark that is the goal
 NAME: Final = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,63}")
 _INT32: Final = {"dtype": np.int32}
 _FLOAT32: Final = {"dtype": np.float32}
@@ -139,7 +141,7 @@ class WorldSpec:
 
     def coordinates(self) -> tuple[str, ...]:
         """Names of all coordinates: positions of agents and landmarks, agents' velocities, then the goal's position."""
-        places = [entity.name for entity in self.agents + self.landmarks] + (["goal"] if self.goals else [])
+        places = [entity.name for entity in self.agents + self.landmarks] + ([GOAL] if self.goals else [])
         position = [f"{name}.{axis}" for name in places for axis in "xy"]
         velocity = [f"{agent.name}.v{axis}" for agent in self.agents for axis in "xy"]
         return tuple(position + velocity)

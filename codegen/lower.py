@@ -1,6 +1,6 @@
 """The last named level before text: legal names, exact literals, and the order in which text is written.
 
-Does: turns a checked profile into the model that templates receive, which is plain data and can be dumped.
+Does: turns a checked profile into the model that templates receive, which is plain data.
 Assumes: `ir.check` found nothing (names are legal, trees sound).
 Does not: write text of any language, or change a decision.
 """
@@ -8,8 +8,8 @@ Does not: write text of any language, or change a decision.
 import re
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
-from typing import Any, Literal
+from dataclasses import dataclass
+from typing import Literal
 
 from codegen import ir
 from codegen.errors import InputError
@@ -93,10 +93,6 @@ class Model:
     preset: str
     seed: int
     agents: tuple[Agent, ...]
-
-    def dump(self) -> dict[str, Any]:
-        """The model as plain data."""
-        return asdict(self)
 
 
 def lower(profile: ir.PolicyProfile, prefix: str | None = None) -> Model:

@@ -240,12 +240,10 @@ def _policy(raw: AgentJson, path: str) -> AgentPolicy:
     tree = Tree(*(np.array([row[column] for row in rows]) for column in range(5)))
     grown = None
     if raw.grown is not None:
-        try:
-            grown = GrownTree(*(np.array(column) for column in msgspec.structs.astuple(raw.grown)))
-        except OverflowError:
-            raise ProfileError(
-                "not a valid policy profile", f"{path}.grown: a number is out of range", _ADVICE
-            ) from None
+        columns: list[list[Any]] = list(msgspec.structs.astuple(raw.grown))
+        if any(isinstance(number, int) and abs(number) >= 2**31 for column in columns for number in column):
+            raise ProfileError("not a valid policy profile", f"{path}.grown: a number is out of range", _ADVICE)
+        grown = GrownTree(*(np.array(column) for column in columns))
     return AgentPolicy(raw.agent, raw.team, features, actions, tree, grown)
 
 

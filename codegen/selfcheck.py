@@ -21,7 +21,7 @@ from typing import Any, cast
 import numpy as np
 
 from codegen import ir, probes
-from codegen.errors import DisagreementError
+from codegen.errors import DisagreementError, MissingToolError
 from codegen.ir import Float32, Int32
 from codegen.lower import Model, lower
 from codegen.targets import c
@@ -29,6 +29,7 @@ from codegen.targets import c
 STRICT = (
     "-std=c99 -pedantic -Wall -Wextra -Werror -Wconversion -Wdouble-promotion -Wshadow -Wfloat-equal".split()  # noqa: SIM905
 )
+INPUT_CHECK = "c input check"
 RANDOM_OBSERVATIONS = 100_000
 SEED = 20_220_526  # of the random probes
 Decide = Callable[[Float32], Int32]
@@ -55,8 +56,8 @@ class Report:
 
     @property
     def observations(self) -> int:
-        """How many decisions were compared."""
-        return sum(agreement.observations for agreement in self.agreements)
+        """How many decisions were compared (answers of the input check are not decisions)."""
+        return sum(item.observations for item in self.agreements if item.target != INPUT_CHECK)
 
     def ensure(self) -> "Report":
         """The report itself; DisagreementError when any decision differs."""
@@ -73,8 +74,11 @@ class Report:
 
 
 def find_compiler() -> list[str] | None:
-    """The C compiler's command, or None."""
-    named = shlex.split(os.environ.get("CC", ""))
+    """The C compiler's command, or None. MissingToolError when $CC cannot be read as a command."""
+    try:
+        named = shlex.split(os.environ.get("CC", ""))
+    except ValueError as error:
+        raise MissingToolError("cannot read $CC as a command", str(error), "set it to a compiler") from None
     for command in [named] if named else [["cc"], ["gcc"], ["clang"]]:
         if shutil.which(command[0]):
             return command
@@ -117,16 +121,26 @@ class CompiledC:
         folder = Path(self._folder.name)
         (folder / f"{model.prefix}.h").write_text(header)
         (folder / "harness.c").write_text(c.harness(model))
-        command = [*compiler, *STRICT, "-O2", "-fPIC", "-shared", "-o", "policy.so", "harness.c"]
-        built = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+        built = self._build(compiler, "harness.c")
         if built.returncode != 0:
+            (folder / "empty.c").write_text("extern int nothing;\n")
+            works = self._build(compiler, "empty.c").returncode == 0
             self._folder.cleanup()
-            lines = built.stderr.strip().splitlines()[:5]
-            raise DisagreementError(
-                "the generated C does not compile", "\n".join(lines), "this is a bug; nothing was written"
-            )
-        self._library = ctypes.CDLL(str(folder / "policy.so"))
+            lines = "\n".join(built.stderr.strip().splitlines()[:5])
+            if not works:
+                raise MissingToolError(f"the C compiler {compiler[0]} does not work", lines, "set CC to another one")
+            raise DisagreementError("the generated C does not compile", lines, "this is a bug; nothing was written")
+        try:
+            self._library = ctypes.CDLL(str(folder / "policy.so"))
+        except OSError as error:
+            self._folder.cleanup()
+            advice = "set CC to another compiler, or TMPDIR to a folder that may hold programs"
+            raise MissingToolError(f"cannot load what {compiler[0]} built", str(error), advice) from None
         self._agents = {agent.name: agent for agent in model.agents}
+
+    def _build(self, compiler: list[str], source: str) -> subprocess.CompletedProcess[str]:
+        command = [*compiler, *STRICT, "-O2", "-fPIC", "-shared", "-o", "policy.so", source]
+        return subprocess.run(command, cwd=self._folder.name, capture_output=True, text=True, check=False)
 
     def __enter__(self) -> "CompiledC":
         return self
@@ -221,7 +235,7 @@ def _check_c(
             finite = np.isfinite(rows).all(axis=1).astype(np.int32)
             wrong = int((compiled.finite(policy.agent, rows) != finite).sum())
             found.append(
-                Agreement("c input check", policy.agent, len(rows), wrong, "a finite check is wrong" if wrong else "")
+                Agreement(INPUT_CHECK, policy.agent, len(rows), wrong, "a finite check is wrong" if wrong else "")
             )
     return found
 

@@ -22,6 +22,7 @@ from maviper.evaluate import metrics
 from maviper.evaluate.play import Episodes, play
 from maviper.worlds import WORLDS, ParticleWorld, find
 
+NO_WORLD = "no world of this version has the profile's spec, agents, features and actions"
 ON_POLICY_EPISODES = 4_000  # of 25 steps: 100,000 observations an agent
 
 
@@ -52,7 +53,7 @@ def compile_profile(
         skipped.append(f"the tree as grown: the profile does not hold it for {', '.join(missing)}")
     world = matching_world(profile)
     if world is None:
-        skipped.append(f"on-policy observations and episodes: {profile.world.name} is not a world of this version")
+        skipped.append(f"on-policy observations and episodes: {NO_WORLD}")
     else:
         episodes = on_policy(profile, world)
         agreements += _grown(profile, episodes)
@@ -64,15 +65,16 @@ def compile_profile(
 
 
 def matching_world(profile: ir.PolicyProfile) -> ParticleWorld | None:
-    """Our world with exactly the profile's spec and features, or None."""
+    """Our world with exactly the profile's spec, agents, teams, features and actions, or None."""
     if profile.world.name not in WORLDS:
         return None
     world = find(profile.world.name)
-    same = world.spec == profile.world and tuple(policy.agent for policy in profile.agents) == world.agents
-    observed = all(
-        policy.features == features for policy, features in zip(profile.agents, world.features, strict=False)
-    )
-    return world if same and observed else None
+    ours = [
+        (agent, world.team_of(agent), features, actions)
+        for agent, features, actions in zip(world.agents, world.features, world.actions, strict=True)
+    ]
+    theirs = [(policy.agent, policy.team, policy.features, policy.actions) for policy in profile.agents]
+    return world if world.spec == profile.world and ours == theirs else None
 
 
 def on_policy(profile: ir.PolicyProfile, world: ParticleWorld) -> Episodes:

@@ -19,12 +19,12 @@ from codegen.lower import lower
 from codegen.observe import observe
 from codegen.targets import emit
 from maviper import agreement, runs
+from maviper.evaluate.play import Episodes
 from maviper.worlds import ParticleWorld, WorldState
 from maviper.worlds.particle import placed
 from verify import engine, report
 from verify.counterexample import Replay
-from verify.engine import Result
-from verify.shares import Share
+from verify.engine import Result, Visited
 from verify.spec import Property, Region, read_region, start_region
 from verify.world import Point, contains
 
@@ -40,7 +40,8 @@ def find_region(name: str, profile: ir.PolicyProfile) -> Region:
         source = runs.read(path, MOST_REGION_BYTES).decode()
     except UnicodeDecodeError:
         raise InputError("not a readable region file", f"{name}: not UTF-8 text", "is this the right file?") from None
-    return read_region(source, profile.world, path.name)
+    # a file called start must not be taken for the start box when the report names it
+    return read_region(source, profile.world, f"./{path.name}" if path.name == "start" else path.name)
 
 
 def verify_claims(
@@ -49,15 +50,14 @@ def verify_claims(
     """A result for each (property, region)."""
     ir.ensure(profile)
     world = agreement.matching_world(profile)
-    visited = None if world is None else _visited(profile, world)
+    skipped = [] if selfcheck.find_compiler() else ["compiled C: no compiler found"]
+    skipped += [] if world else [f"{profile.world.reference}: {agreement.NO_WORLD}"]
+    episodes = None if world is None else agreement.on_policy(profile, world)
     results = []
     with _replays(profile, world) as replays_of:
         for claim, region in questions:
-            inside = None
-            if visited is not None:
-                within = contains(region, visited, profile.world)
-                inside = Share(int(within.sum()), len(within))
-            results.append(engine.verify(profile, claim, region, replays_of(claim), budget, inside))
+            visited = None if world is None or episodes is None else _visited(world, episodes, region)
+            results.append(engine.verify(profile, claim, region, replays_of(claim), budget, visited, skipped))
     return results
 
 
@@ -114,13 +114,17 @@ def _state(profile: ir.PolicyProfile, point: Point) -> WorldState:
     return WorldState(position, np.zeros((1, len(world.agents), 2)), np.array([goal]))
 
 
-def _visited(profile: ir.PolicyProfile, world: ParticleWorld) -> ir.Float64:
-    """Coordinates of on-policy world states, [n, n_coordinates]."""
-    episodes = agreement.on_policy(profile, world)
+def _visited(world: ParticleWorld, episodes: Episodes, region: Region) -> Visited:
+    """How many on-policy states lie inside a region, its goals included."""
     steps, batch = episodes.position.shape[:2]
     position = episodes.position.reshape(steps * batch, -1, 2)
     still = np.zeros((len(position), len(world.agents), 2))
-    return world.coordinates(WorldState(position, still, np.tile(episodes.goal, steps)))
+    state = WorldState(position, still, np.tile(episodes.goal, steps))
+    within = contains(region, world.coordinates(state), world.spec)
+    if region.goals:
+        names = np.array([landmark.name for landmark in world.spec.landmarks])
+        within &= np.isin(names[state.goal], region.goals)
+    return Visited(int(within.sum()), len(within), batch)
 
 
 def report_files(

@@ -11,7 +11,7 @@ from typing import Any
 
 import click
 
-from codegen.errors import ExitCode, InputError, suggestion
+from codegen.errors import ExitCode, suggestion
 from maviper import exits
 
 EXIT_CODES = """\b
@@ -148,7 +148,9 @@ def train(context: click.Context, world: str, seed: int, steps: int | None, outp
 
 
 def _shares(success: dict[str, Any]) -> str:
-    return ", ".join(f"{team} {won}" for team, won in success.items())
+    from maviper.evaluate.metrics import shown
+
+    return ", ".join(f"{team} {shown(won)}" for team, won in success.items())
 
 
 @cli.command()
@@ -215,34 +217,15 @@ def show(profile: Path, agent: str | None) -> int:
 @click.pass_context
 def compile_command(context: click.Context, profile: Path, target: str, prefix: str | None, output: Path) -> int:
     """Compile PROFILE to code in a folder, after proving by replay that code, profile and learned tree decide alike."""
-    from maviper import compile as compile_profile
-    from maviper import load, runs
+    from maviper.compilation import compile_to_folder
 
-    console = _console(context)
-    loaded = load(profile)
-    compiled = compile_profile(loaded, [name.strip() for name in target.split(",")], prefix)
-    runs.folder(output)
-    for name, text in compiled.files.items():
-        runs.write(output / name, text)
-        console.line("wrote", str(output / name))
-    say_agreement(console, compiled)
-    return ExitCode.DONE if compiled.complete else ExitCode.INCONCLUSIVE
-
-
-def say_agreement(console: Any, compiled: Any) -> None:
-    """The line that says how much was compared, and a line for each part that was skipped."""
-    report = compiled.report
-    targets = list(dict.fromkeys(item.target for item in report.agreements))
-    console.line("agreement", f"{report.observations:,} decisions compared, 0 differ ({', '.join(targets)})")
-    for reason in report.skipped:
-        console.line("SKIPPED", reason)
+    return compile_to_folder(profile, [name.strip() for name in target.split(",")], prefix, output, _console(context))
 
 
 def _fraction(_context: click.Context, parameter: click.Parameter, value: str) -> Fraction:
-    try:
-        return Fraction(value)
-    except (ValueError, ZeroDivisionError):
-        raise InputError(f"not a number: {value!r}", f"--{parameter.name}", "write 0.025 or 1/40") from None
+    from verify.spec import exact
+
+    return exact(value, f"--{parameter.name}")
 
 
 @cli.command()

@@ -12,6 +12,7 @@ from contextlib import contextmanager
 
 from rich.console import Console as RichConsole
 from rich.progress import MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Column
 
 LABEL_WIDTH = 12
 PLAIN_SECONDS = 10.0
@@ -35,8 +36,14 @@ class Console:
         if not self.rich.is_terminal or self.quiet:
             yield LiveLine(self, label, total)
             return
-        columns = TextColumn(f"{label:<{LABEL_WIDTH - 1}}"), MofNCompleteColumn(), TextColumn("{task.description}")
-        with Progress(*columns, TimeRemainingColumn(compact=True), console=self.rich) as progress:
+        fixed = Column(no_wrap=True)
+        columns = (
+            TextColumn(f"{label:<{LABEL_WIDTH - 1}}", table_column=fixed),
+            MofNCompleteColumn(table_column=fixed),
+            TimeRemainingColumn(compact=True, table_column=fixed),
+            TextColumn("{task.description}", table_column=Column(no_wrap=True, overflow="ellipsis", ratio=1)),
+        )
+        with Progress(*columns, console=self.rich, expand=True) as progress:
             yield LiveLine(self, label, total, progress)
 
 
@@ -54,7 +61,7 @@ class LiveLine:
         elapsed = max(now - self.started, 1e-9)
         text = f"{text}  {done / elapsed:.3g}/s"
         if self.progress is not None and self.task is not None:
-            self.progress.update(self.task, completed=done, description=text)
+            self.progress.update(self.task, completed=done, total=self.total, description=text)
         elif now - self.printed >= PLAIN_SECONDS or done >= self.total:
             self.printed = now
             left = elapsed / max(done, 1) * (self.total - done)

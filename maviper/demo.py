@@ -10,7 +10,7 @@ from pathlib import Path
 from codegen import ir
 from codegen.errors import ExitCode
 from maviper import agreement, claims, publish, runs
-from maviper.cli import say_agreement
+from maviper.compilation import say_agreement
 from maviper.console import Console
 from maviper.experts import store
 from maviper.extract.maviper import Settings
@@ -44,7 +44,7 @@ def run(folder: Path, console: Console, seed: int | None) -> int:
     _say_rules(profile, console)
 
     compiled = agreement.compile_profile(profile)
-    say_agreement(console, compiled)
+    say_agreement(compiled, console)
     asked = publish.questions(profile)
     results = claims.verify_claims(profile, asked)
     say_results(results, console)

@@ -8,6 +8,7 @@ Does not: know any command.
 import _thread
 import signal
 import sys
+import threading
 import traceback
 from collections.abc import Callable
 from typing import Any
@@ -34,7 +35,8 @@ def _interrupt(number: int, _frame: object) -> None:
 
 def _interrupt_again(unraisable: Any) -> None:
     if _interrupts:
-        _thread.interrupt_main()
+        # a moment later, or it would fall into this very hook
+        threading.Timer(0.01, _thread.interrupt_main).start()
     else:
         sys.__unraisablehook__(unraisable)
 
@@ -57,6 +59,9 @@ def answered(command: Callable[[], Any], verbose: bool) -> int:
 def _other(error: Exception, verbose: bool) -> int:
     import click  # here, so that Ctrl-C is listened for before it is imported
 
+    if isinstance(error, click.exceptions.NoArgsIsHelpError):
+        print(error.format_message(), file=sys.stderr)
+        return ExitCode.INPUT
     if isinstance(error, click.UsageError):
         path = error.ctx.command_path if error.ctx else "maviper"
         return _tell(verbose, ExitCode.INPUT, error.format_message(), "", f"see `{path} --help`")

@@ -12,6 +12,7 @@ from typing import Any
 from codegen import ir, policy_json
 from maviper import runs
 from maviper.console import Console
+from maviper.evaluate.metrics import shown
 from maviper.experts import store
 from maviper.experts.network import Expert
 from maviper.extract import maviper as algorithm
@@ -37,7 +38,7 @@ def extract_live(
     with console.live("extracting", settings.iterations) as live:
 
         def show(progress: algorithm.Progress) -> None:
-            best = ", ".join(f"{team} {won}" for team, won in progress.best_success.items())
+            best = ", ".join(f"{team} {shown(won)}" for team, won in progress.best_success.items())
             live.update(progress.iteration + 1, f"best {best}  {progress.leaves} leaves")
 
         profile = algorithm.extract(world, expert, settings, show)

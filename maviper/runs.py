@@ -41,8 +41,13 @@ def write(path: Path, content: str | bytes) -> Path:
 
 def target(path: Path) -> Path:
     """Makes sure that a file can be written at `path` later: its folder exists and is writable, it is no folder."""
-    if path.is_dir():
-        raise InputError("the output is a folder, a file is needed", str(path), f"-o {path / 'profile.json'}")
+    try:
+        if path.is_dir():
+            raise InputError("the output is a folder, a file is needed", str(path), f"-o {path / 'profile.json'}")
+    except OSError as error:
+        raise InputError(
+            f"cannot write {path.name}", f"{path}: {error.strerror}", "choose another file with -o"
+        ) from None
     folder(path.parent)
     return path
 

@@ -5,6 +5,7 @@ Assumes: `claims` joins verifier and simulator.
 Does not: decide verdicts.
 """
 
+import shlex
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -49,12 +50,12 @@ def verify_command(profile: Path, options: Mapping[str, Any], console: Console) 
 
 def command(profile: str, claim: Property, region: str, budget: int = DEFAULT_BUDGET) -> str:
     """The command line that repeats a question, run beside the profile and the region file."""
-    words = ["maviper verify", profile, "--property", claim.name, "--team", claim.team, "--region", region]
+    words = ["maviper", "verify", profile, "--property", claim.name, "--team", claim.team, "--region", region]
     if claim.margin or claim.radius != Property("", "").radius:
         words += ["--margin", decimal(claim.margin).strip('"'), "--radius", decimal(claim.radius).strip('"')]
     if budget != DEFAULT_BUDGET:
         words += ["--budget", str(budget)]
-    return " ".join(words)
+    return shlex.join(word.encode(errors="replace").decode() for word in words)
 
 
 def say_results(results: Sequence[Result], console: Console) -> None:

@@ -20,7 +20,7 @@ from codegen.errors import MaviperError
 from codegen.targets import emit
 from maviper.extract.deploy import deployed
 from tests.teams import DOWN, LEFT, RIGHT, STAY, UP, team, towards, tree
-from verify import encode
+from verify import encode, engine
 from verify.engine import decide
 from verify.spec import Property, Verdict, start_region
 from verify.world import Point, violates
@@ -242,21 +242,39 @@ def encoder_fault(name: str, attribute: str, change: Callable[[Callable], Callab
     return Fault(f"encoder: {name}", "referee at ties", plant)
 
 
+def verdicts_wrong(profile: ir.PolicyProfile) -> bool:
+    """Whether a team whose verdict is known gets another one."""
+    start = start_region(profile.world)
+    roles, swapped = team(profile, towards(0, 0), towards(1, 1)), team(profile, towards(1, 0), towards(0, 1))
+    same, still = team(profile, towards(0, 0), towards(0, 1)), team(profile, tree(STAY), tree(STAY))
+    # agent_0 follows the goal, agent_1 goes to landmark 1: fails only when the goal is landmark 1
+    follower = team(
+        profile, tree((0, -0.05, 1, 2), LEFT, (0, 0.05, 3, 6), (1, 0.0, 4, 5), DOWN, UP, RIGHT), towards(1, 1)
+    )
+    known = [
+        (roles, start, Verdict.PROVED), (swapped, start, Verdict.PROVED), (same, start, Verdict.VIOLATED),
+        (still, start, Verdict.VIOLATED), (follower, start, Verdict.VIOLATED),
+        (follower, replace(start, goals=("landmark_0",)), Verdict.PROVED),
+    ]  # fmt: skip
+    return any(decide(one, CLAIM, region).verdict is not verdict for one, region, verdict in known)
+
+
 def verdict_fault(name: str, attribute: str, change: Callable[[Callable], Callable]) -> Fault:
     """Caught by the verdicts of teams whose answer is known."""
 
     def plant(profile, patch):
         patch.setattr(encode, attribute, change(getattr(encode, attribute)))
-        region = start_region(profile.world)
-        known = {
-            Verdict.PROVED: [team(profile, towards(0, 0), towards(1, 1)), team(profile, towards(1, 0), towards(0, 1))],
-            Verdict.VIOLATED: [team(profile, towards(0, 0), towards(0, 1)), team(profile, tree(STAY), tree(STAY))],
-        }
-        return any(
-            decide(one, CLAIM, region).verdict is not verdict for verdict, teams in known.items() for one in teams
-        )
+        return verdicts_wrong(profile)
 
     return Fault(f"encoder: {name}", "teams with a known verdict", plant)
+
+
+def engine_fault(name: str, attribute: str, change: Callable[[Callable], Callable]) -> Fault:
+    def plant(profile, patch):
+        patch.setattr(engine, attribute, change(getattr(engine, attribute)))
+        return verdicts_wrong(profile)
+
+    return Fault(f"engine: {name}", "teams with a known verdict", plant)
 
 
 THRESHOLD = [
@@ -275,6 +293,7 @@ ENCODER = [
     verdict_fault("engaged taken for not engaged", "_not_engaged", lambda f: lambda *given: z3.Not(f(*given))),
     verdict_fault("always engaged", "_not_engaged", lambda f: lambda *given: z3.BoolVal(False)),
     verdict_fault("never at a landmark", "_not_engaged", lambda f: lambda *given: f(*given).arg(0)),
+    engine_fault("goal taken for landmark 0", "question", lambda f: lambda p, c, r, goal, slack=Fraction(0): f(p, c, r, "landmark_0", slack)),
     verdict_fault("region forgotten", "_region", lambda f: lambda region, at: [z3.BoolVal(False)]),
     encoder_fault("margin of one", "_not_engaged", lambda f: lambda p, a, k, claim, at, slack: f(p, a, k, replace(claim, margin=Fraction(1)), at, slack)),
     encoder_fault("at a landmark within one", "_not_engaged", lambda f: lambda p, a, k, claim, at, slack: f(p, a, k, replace(claim, radius=Fraction(1)), at, slack)),

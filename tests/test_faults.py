@@ -22,6 +22,7 @@ def test_without_a_fault_no_guard_speaks(profile):
         assert selfcheck.check_grown(policy, nothing).differences == 0
     policy_json.loads(policy_json.dumps(profile))
     assert not faults.encoder_wrong(profile)
+    assert not faults.verdicts_wrong(profile)
 
 
 def test_the_list(capsys):

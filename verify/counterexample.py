@@ -5,6 +5,7 @@ Assumes: the question was satisfiable; stronger questions (with slack) may be as
 Does not: call a real-valued state a counterexample when no float64 state near it replays.
 """
 
+import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -16,13 +17,17 @@ from codegen.errors import DisagreementError
 from codegen.ir import PolicyProfile
 from codegen.observe import observe
 from verify.encode import question
+from verify.shares import violating
 from verify.solve import Answer, ask
 from verify.spec import Property, Region
-from verify.world import Point, chosen, engaged_exactly, inside, violates
+from verify.world import Point, chosen, engaged_exactly, inside, sample, violates
 
 SLACKS = tuple(Fraction(1, 2**power) for power in (3, 4, 5, 7, 10, 20, 40))
 SPACED_SLACKS = 3  # so many of the slacks are first tried with all entities SPACE apart, which reads better
 SPACE = Fraction(1, 5)
+SAMPLES = 100_000
+SAMPLE_SEED = 11
+MOST_REFEREED = 50  # sampled violations that the referee looks at, at most
 MOST_PLACES = 12  # decimal places that shrinking tries before it keeps all digits
 ROOM = 0.1  # shrinking keeps entities at least so far apart, or as far as they were
 Replay = Callable[[Point], list[int]]  # a world state -> the team's actions
@@ -67,21 +72,34 @@ def confirmed(
 ) -> tuple[Point | None, int]:
     """A shrunk float64 point that violates the claim, or None when only the real-valued model exists.
 
-    Returns the point and the resource units spent on stronger questions.
+    Tries answers to stronger questions, the model itself, then sampled states. Returns the point and the resource
+    units spent on stronger questions.
     """
     spent = 0
-    candidates: list[Point] = []
     for where, slack in _stronger(profile, region):
         inner = ask(question(profile, claim, where, goal, slack), budget)
         spent += inner.resources
-        if inner.model is not None:
-            candidates.append(_nearest(inner, goal))
-            break
-    candidates.append(_nearest(answer, goal))
-    for point in candidates:
-        if _stands(profile, claim, region, point):
+        point = _nearest(inner, region, goal)
+        if point is not None and _stands(profile, claim, region, point):
             return shrink(profile, claim, region, point), spent
+    point = _nearest(answer, region, goal)
+    if point is not None and _stands(profile, claim, region, point):
+        return shrink(profile, claim, region, point), spent
+    for point in violating_samples(profile, claim, replace(region, goals=(goal,) if goal else ())):
+        return shrink(profile, claim, region, point), spent
     return None, spent
+
+
+def violating_samples(profile: PolicyProfile, claim: Property, region: Region) -> Iterator[Point]:
+    """Sampled float64 world states of the region that violate the claim, each confirmed by the referee."""
+    coordinates, goals = sample(region, profile.world, SAMPLES, SAMPLE_SEED)
+    names = profile.world.coordinates()
+    for row in np.flatnonzero(violating(profile, claim, coordinates))[:MOST_REFEREED]:
+        position = {name: float(coordinates[row, names.index(name)]) for name in region.box}
+        goal = profile.world.landmarks[goals[row]].name if region.goals else ""
+        point = Point(position, goal)
+        if _stands(profile, claim, region, point):
+            yield point
 
 
 def _stronger(profile: PolicyProfile, region: Region) -> Iterator[tuple[Region, Fraction]]:
@@ -93,9 +111,20 @@ def _stronger(profile: PolicyProfile, region: Region) -> Iterator[tuple[Region, 
     yield from ((region, slack) for slack in SLACKS)
 
 
-def _nearest(answer: Answer, goal: str) -> Point:
-    assert answer.model is not None
-    return Point({name: float(value) for name, value in answer.model.items()}, goal)
+def _nearest(answer: Answer, region: Region, goal: str) -> Point | None:
+    """The float64 point nearest to a model, each position rounded towards the inside of its interval."""
+    if answer.model is None:
+        return None
+    position: dict[str, float] = {}
+    for name, value in answer.model.items():
+        low, high = region.box[name]
+        near = float(value)
+        if Fraction(near) > high:
+            near = math.nextafter(near, -math.inf)
+        elif Fraction(near) < low:
+            near = math.nextafter(near, math.inf)
+        position[name] = near
+    return Point(position, goal)
 
 
 def _stands(profile: PolicyProfile, claim: Property, region: Region, point: Point) -> bool:

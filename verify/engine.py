@@ -5,7 +5,7 @@ Assumes: a checked profile; replays are given by the caller.
 Does not: write reports (report.py).
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,12 +13,12 @@ import numpy as np
 from codegen import ir
 from codegen.ir import PolicyProfile
 from verify import solve
-from verify.counterexample import Counterexample, Replay, confirmed, explain
+from verify.counterexample import Counterexample, Replay, confirmed, explain, violating_samples
 from verify.encode import question, region_only
-from verify.shares import Share, Shares, measure
+from verify.shares import Shares, measure
 from verify.solve import DEFAULT_BUDGET, Answer, ask
 from verify.spec import Property, Region, Verdict
-from verify.world import verifiable
+from verify.world import Point, verifiable
 
 SHARE_SEED = 7
 CONTROL_SEED = 0
@@ -36,6 +36,15 @@ class Decision:
 
 
 @dataclass(frozen=True)
+class Visited:
+    """On-policy states, of whole episodes and so not independent: how many of them lie inside a region."""
+
+    inside: int
+    states: int
+    episodes: int
+
+
+@dataclass(frozen=True)
 class Result:
     """A verdict with everything that a report says about it."""
 
@@ -46,21 +55,29 @@ class Result:
     shares: Shares
     control: Verdict  # of the same team with shuffled leaves; VIOLATED is what one hopes for
     counterexample: Counterexample | None
+    replays: tuple[str, ...]  # what replays a counterexample, beside the reference
+    skipped: tuple[str, ...]  # replays that could not be had, with the reason
     resources: int
     budget: int
     solver: str
-    on_policy_inside: Share | None  # of visited states that lie in the region's box
+    visited: Visited | None  # on-policy states inside the region; None when the world cannot be played here
 
 
-def decide(profile: PolicyProfile, claim: Property, region: Region, budget: int = DEFAULT_BUDGET) -> Decision:
-    """The bare decision, by Z3."""
+def decide(
+    profile: PolicyProfile,
+    claim: Property,
+    region: Region,
+    budget: int = DEFAULT_BUDGET,
+    goals: Sequence[str] | None = None,
+) -> Decision:
+    """The bare decision, by Z3. `goals`: only these of the region's goals."""
     verifiable(profile, claim.team)
     anything = ask(region_only(region), budget)
     spent = anything.resources
     if anything.holds is False:
         return Decision(Verdict.VACUOUS, spent, reason="the region holds no world state")
     open_reasons: list[str] = []
-    for goal in region.goals or ("",):
+    for goal in (region.goals or ("",)) if goals is None else goals:
         answer = ask(question(profile, claim, region, goal), budget)
         spent += answer.resources
         if answer.holds:
@@ -78,26 +95,20 @@ def verify(
     region: Region,
     replays: Mapping[str, Replay],
     budget: int = DEFAULT_BUDGET,
-    on_policy_inside: Share | None = None,
+    visited: Visited | None = None,
+    skipped: Sequence[str] = (),
 ) -> Result:
-    """The verdict on `claim` in `region`, with shares, control and a replayed counterexample."""
-    decision = decide(profile, claim, region, budget)
-    verdict, reason, spent = decision.verdict, decision.reason, decision.resources
-    counterexample = None
-    if verdict is Verdict.VIOLATED:
-        assert decision.answer is not None
-        point, extra = confirmed(profile, claim, region, decision.goal, decision.answer, budget)
-        spent += extra
-        if point is None:
-            verdict, reason = (
-                Verdict.UNKNOWN,
-                "a real-valued world state violates the claim, no float64 state near it does",
-            )
-        else:
-            counterexample = explain(profile, claim, point, replays)
+    """The verdict on `claim` in `region`, with shares, control and a replayed counterexample.
+
+    `skipped`: replays that could not be had, each with its reason, for the report.
+    """
+    verdict, reason, spent, point = _settled(profile, claim, region, budget)
+    counterexample = None if point is None else explain(profile, claim, point, replays)
     measured = measure(profile, claim, region, SHARE_SEED)
     if verdict is Verdict.PROVED and measured.violating.hits:
-        raise AssertionError(f"proved, yet {measured.violating.hits} sampled world states violate {claim.name}")
+        # float64 sampling may misjudge a state on a boundary; the referee does not
+        for wrong in violating_samples(profile, claim, region):
+            raise AssertionError(f"proved, yet {wrong} violates {claim.name}")
     control = Verdict.SKIPPED
     if verdict in (Verdict.PROVED, Verdict.VIOLATED):
         control = decide(shuffled(profile, claim.team), claim, region, budget).verdict
@@ -109,11 +120,35 @@ def verify(
         shares=measured,
         control=control,
         counterexample=counterexample,
+        replays=tuple(replays),
+        skipped=tuple(skipped),
         resources=spent,
         budget=budget,
         solver=solve.solver_name(),
-        on_policy_inside=on_policy_inside,
+        visited=visited,
     )
+
+
+def _settled(
+    profile: PolicyProfile, claim: Property, region: Region, budget: int
+) -> tuple[Verdict, str, int, Point | None]:
+    """Verdict, reason, resources and, for VIOLATED, a confirmed point: goal after goal until one is confirmed."""
+    goals, spent, only_real = list(region.goals or ("",)), 0, False
+    while True:
+        decision = decide(profile, claim, region, budget, goals)
+        spent += decision.resources
+        if decision.answer is None:
+            break
+        point, extra = confirmed(profile, claim, region, decision.goal, decision.answer, budget)
+        spent += extra
+        if point is not None:
+            return Verdict.VIOLATED, "", spent, point
+        only_real = True
+        goals = goals[goals.index(decision.goal) + 1 :]
+    if only_real and decision.verdict in (Verdict.PROVED, Verdict.UNKNOWN):
+        reason = "a real-valued world state violates the claim; no float64 state beside it was found to"
+        return Verdict.UNKNOWN, reason, spent, None
+    return decision.verdict, decision.reason, spent, None
 
 
 def shuffled(profile: PolicyProfile, team: str, seed: int = CONTROL_SEED) -> PolicyProfile:

@@ -6,9 +6,8 @@ Does not: return the matching.
 """
 
 import numpy as np
-import numpy.typing as npt
 
-Bool = npt.NDArray[np.bool_]
+from codegen.ir import Bool
 
 
 def matched(related: Bool) -> Bool:

@@ -6,6 +6,7 @@ Does not: contain times, paths or facts about the machine, so equal questions gi
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from typing import Any
 
 from codegen.ir import PolicyProfile
@@ -22,14 +23,16 @@ SEMANTICS = (
     "proof over real positions is a proof for the deployed arithmetic, and a counterexample is a float64 world state "
     "that was replayed."
 )
+MEANINGS_TRUSTED = "the meanings of the features in the profile"
+MEANINGS_CHECKED = " (the same as those of this version's world, which equals the reference environment bit by bit)"
+MEANINGS_UNCHECKED = " (not checked: the profile is not of a world that this version can play)"
 TRUSTED = (
-    "the meanings of the features in the profile (checked bit by bit against the reference environment)",
     "the encoder of trees, roundings and claim (verify/encode.py) and the solver",
     "for a counterexample nothing of this: it can be replayed",
 )
 LIMITS = (
     "The claim is about single decisions in world states of the region: it does not say that agents arrive.",
-    "Positions are finite float64; agents may leave the region in an episode (see the share of on-policy states).",
+    "Positions are finite float64; agents may leave the region in an episode (see the on-policy states).",
     "Shares are uniform samples with 95 % Wilson intervals; the verdict does not rest on them.",
 )
 VIEW = 300.0  # side of the picture
@@ -50,6 +53,7 @@ def document(
     profile: PolicyProfile, results: Sequence[Result], commands: Sequence[str], files: Mapping[str, str] | None = None
 ) -> dict[str, Any]:
     """All facts as plain data. `commands`: what repeats each result; `files`: name -> SHA-256 of files made with it."""
+    known = all(result.visited is not None for result in results)
     return {
         "report": "maviper-verification-1",
         "profile": content_hash(profile),
@@ -65,7 +69,7 @@ def document(
         "files": dict(files or {}),
         "results": [_result(profile, result, command) for result, command in zip(results, commands, strict=True)],
         "semantics": SEMANTICS,
-        "trusted": list(TRUSTED),
+        "trusted": [MEANINGS_TRUSTED + (MEANINGS_CHECKED if known else MEANINGS_UNCHECKED), *TRUSTED],
         "limits": list(LIMITS),
     }
 
@@ -86,8 +90,10 @@ def _result(profile: PolicyProfile, result: Result, command: str) -> dict[str, A
         "conflict": shares.conflict.document(),
         "contested": None if shares.contested is None else shares.contested.document(),
         "violating": shares.violating.document(),
-        "on_policy_inside": None if result.on_policy_inside is None else result.on_policy_inside.document(),
+        "visited": None if result.visited is None else asdict(result.visited),
         "shuffled_control": result.control.value,
+        "replays": ["reference", *result.replays],
+        "replays_skipped": list(result.skipped),
         "solver": result.solver,
         "resources": result.resources,
         "budget": result.budget,

@@ -13,8 +13,8 @@ from itertools import product
 import numpy as np
 
 from codegen.errors import InputError
-from codegen.ir import Float64, Int32, PolicyProfile
-from verify.matching import Bool, matched
+from codegen.ir import Bool, Float64, Int32, PolicyProfile
+from verify.matching import matched
 from verify.spec import Property, Region
 from verify.world import chosen, offsets, possible, sample
 
@@ -57,6 +57,8 @@ class Share:
         }
 
     def __str__(self) -> str:
+        if not self.count:
+            return "not measured (no sampled state lies in the region)"
         low, high = self.interval
         return f"{100 * self.value:.3g} % [{100 * low:.3g}, {100 * high:.3g}]"
 

@@ -5,6 +5,7 @@ Assumes: a world whose coordinates are named by the profile's world spec.
 Does not: decide anything.
 """
 
+import re
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -138,7 +139,7 @@ def start_region(world: WorldSpec) -> Region:
 def read_region(source: str, world: WorldSpec, where: str) -> Region:
     """The region of a TOML text. Positions that it does not bound have the bounds `default`, else the start box's."""
     try:
-        document = tomllib.loads(source, parse_float=Fraction)
+        document = tomllib.loads(source, parse_float=str)
     except (tomllib.TOMLDecodeError, ValueError, ZeroDivisionError, RecursionError) as error:
         raise InputError("not a readable region file", f"{where}: {error}", ADVICE) from None
     for key in document:
@@ -191,19 +192,32 @@ def _interval(bounds: Any, where: str) -> Interval:
     if not isinstance(bounds, list) or len(bounds) != 2:
         raise InputError("bounds are two numbers, [low, high]", where, ADVICE)
     low, high = (_number(bound, where) for bound in bounds)
+    if low > high:
+        raise InputError(f"the lower bound {text(low)} is above the upper one {text(high)}", where, "swap them")
     return low, high
 
 
+def _number(value: Any, where: str) -> Fraction:
+    if isinstance(value, bool) or not isinstance(value, (int, str)):
+        raise InputError("not a number", where, ADVICE)
+    if isinstance(value, int) and abs(value) > MOST:
+        raise InputError(f"numbers may be at most {MOST}", where, ADVICE)
+    return exact(str(value), where)
+
+
+_DECIMAL = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d{1,3})?|[+-]?\d+/\d+")
 MOST_DIGITS = 200
 
 
-def _number(value: Any, where: str) -> Fraction:
-    if isinstance(value, bool) or not isinstance(value, (int, Fraction, str)) or len(str(value)) > MOST_DIGITS:
-        raise InputError(f"not a finite number: {str(value)[:40]}", where, ADVICE)
+def exact(written: str, where: str) -> Fraction:
+    """The number that a text states exactly: a decimal or a fraction such as 1/40. InputError for anything else."""
+    plain = written.strip().replace("_", "")
+    if len(plain) > MOST_DIGITS or not _DECIMAL.fullmatch(plain):
+        raise InputError(f"not a number: {written[:40]!r}", where, "write 0.025 or 1/40")
     try:
-        number = Fraction(value)
-    except (ValueError, ZeroDivisionError):
-        raise InputError(f"not a number: {value!r}", where, ADVICE) from None
+        number = Fraction(plain)
+    except ZeroDivisionError:
+        raise InputError(f"not a number: {written[:40]!r}", where, "write 0.025 or 1/40") from None
     if abs(number) > MOST:
         raise InputError(f"numbers may be at most {MOST}", where, ADVICE)
     return number

@@ -10,16 +10,13 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
-import numpy.typing as npt
 
 from codegen import ir
 from codegen.errors import InputError
-from codegen.ir import Float64, Int32, PolicyProfile
+from codegen.ir import Bool, Float64, Int32, PolicyProfile
 from codegen.observe import observe
 from verify.matching import matched
 from verify.spec import Property, Region, positions
-
-Bool = npt.NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -151,10 +148,12 @@ def offsets(profile: PolicyProfile, claim: Property, coordinates: Float64) -> Fl
 
 
 def effects(profile: PolicyProfile, claim: Property) -> Float64:
-    """Directions of all actions, [n_agents, n_actions, 2] (a team's agents have equally many actions)."""
-    return np.array(
-        [[action.effect for action in policy.actions] for policy in profile.team(claim.team)], dtype=np.float64
-    )
+    """Directions of all actions, [n_agents, most actions, 2]; agents with fewer actions are padded with zeros."""
+    team = profile.team(claim.team)
+    directions = np.zeros((len(team), max(len(policy.actions) for policy in team), 2))
+    for agent, policy in enumerate(team):
+        directions[agent, : len(policy.actions)] = [action.effect for action in policy.actions]
+    return directions
 
 
 def possible(profile: PolicyProfile, claim: Property, coordinates: Float64) -> tuple[Bool, Bool]:

@@ -1,6 +1,6 @@
 /* Decision tree policies of 3 agents for the world physical-deception. Generated: do not edit.
  *
- * profile     492c3f7d7f8e3d05241ad5186d96513b2eca15b3543afe2d19b9bb9876d1fd2d
+ * profile     883d3c4df60f96b6cb01ad91094f7a24fa39078550d2035691b80c4e5ca4e01f
  * made by     maviper 0.1.0, maviper, preset paper, seed 0
  *
  * C99, no heap, no libc, no recursion, no state. For each agent A:
@@ -10,14 +10,14 @@
  * A split goes left iff x[feature] <= threshold, both float32, thresholds exact. NaN compares false and so goes right;
  * infinities follow <=. Check untrusted input with ..._finite first.
  */
-#ifndef PHYSICAL_DECEPTION_492C3F7D7F8E3D05_H
-#define PHYSICAL_DECEPTION_492C3F7D7F8E3D05_H
+#ifndef PHYSICAL_DECEPTION_883D3C4DF60F96B6_H
+#define PHYSICAL_DECEPTION_883D3C4DF60F96B6_H
 
 #ifdef __FAST_MATH__
 #error "compile without -ffast-math: it changes what comparisons with NaN and tiny numbers mean"
 #endif
 
-#define PHYSICAL_DECEPTION_PROFILE "492c3f7d7f8e3d05241ad5186d96513b2eca15b3543afe2d19b9bb9876d1fd2d"
+#define PHYSICAL_DECEPTION_PROFILE "883d3c4df60f96b6cb01ad91094f7a24fa39078550d2035691b80c4e5ca4e01f"
 
 /* adversary_0, team adversaries: 16 leaves, at most 4 comparisons */
 
@@ -44,30 +44,30 @@ enum {
 
 static inline int physical_deception_adversary_0_act(const float *x)
 {
-    if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_0_DX] <= -0x1.43243ep-3f) { /* node 0: -0.157784 */
-        if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_1_DX] <= 0x1.04f026p-3f) { /* node 1: 0.127411 */
-            if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_0_DY] <= -0x1.31ca34p+0f) { /* node 2: -1.19449 */
-                if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_1_DX] <= -0x1.3f33eep-1f) { /* node 3: -0.623443 */
-                    return PHYSICAL_DECEPTION_ADVERSARY_0_LEFT; /* leaf 4 */
+    if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_0_DX] <= -0x1.4df79ap-2f) { /* node 0: -0.32614 */
+        if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_1_DX] <= -0x1.501c4p-5f) { /* node 1: -0.0410291 */
+            if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_1_DY] <= -0x1.143428p+0f) { /* node 2: -1.07892 */
+                if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_0_DY] <= -0x1.1a098ap-2f) { /* node 3: -0.275427 */
+                    return PHYSICAL_DECEPTION_ADVERSARY_0_DOWN; /* leaf 4 */
                 } else {
-                    return PHYSICAL_DECEPTION_ADVERSARY_0_DOWN; /* leaf 5 */
+                    return PHYSICAL_DECEPTION_ADVERSARY_0_LEFT; /* leaf 5 */
                 }
             } else {
-                if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_1_DY] <= 0x1.96d54cp-1f) { /* node 6: 0.794596 */
+                if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_0_DY] <= 0x1.47306cp+0f) { /* node 6: 1.27808 */
                     return PHYSICAL_DECEPTION_ADVERSARY_0_LEFT; /* leaf 7 */
                 } else {
                     return PHYSICAL_DECEPTION_ADVERSARY_0_UP; /* leaf 8 */
                 }
             }
         } else {
-            if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_0_DY] <= -0x1.f2f0a2p-2f) { /* node 9: -0.487246 */
-                if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_1_DY] <= 0x1.3d6cfp-1f) { /* node 10: 0.619972 */
+            if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_0_DY] <= -0x1.8ef392p-2f) { /* node 9: -0.389601 */
+                if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_1_DY] <= 0x1.14483ap-2f) { /* node 10: 0.269807 */
                     return PHYSICAL_DECEPTION_ADVERSARY_0_DOWN; /* leaf 11 */
                 } else {
-                    return PHYSICAL_DECEPTION_ADVERSARY_0_RIGHT; /* leaf 12 */
+                    return PHYSICAL_DECEPTION_ADVERSARY_0_DOWN; /* leaf 12 */
                 }
             } else {
-                if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_0_DY] <= 0x1.685566p-1f) { /* node 13: 0.703777 */
+                if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_0_DY] <= 0x1.b5a286p-1f) { /* node 13: 0.854756 */
                     return PHYSICAL_DECEPTION_ADVERSARY_0_LEFT; /* leaf 14 */
                 } else {
                     return PHYSICAL_DECEPTION_ADVERSARY_0_UP; /* leaf 15 */
@@ -75,32 +75,32 @@ static inline int physical_deception_adversary_0_act(const float *x)
             }
         }
     } else {
-        if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_1_DX] <= -0x1.0ec7e6p-5f) { /* node 16: -0.0330543 */
-            if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_1_DY] <= -0x1.0f4232p-2f) { /* node 17: -0.264901 */
-                if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_AGENT_0_DY] <= 0x1.4d39eep-2f) { /* node 18: 0.325416 */
+        if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_0_DY] <= -0x1.ee3d9cp-4f) { /* node 16: -0.120664 */
+            if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_1_DY] <= -0x1.537738p-3f) { /* node 17: -0.165755 */
+                if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_0_DX] <= 0x1.14ceb4p+0f) { /* node 18: 1.08128 */
                     return PHYSICAL_DECEPTION_ADVERSARY_0_DOWN; /* leaf 19 */
                 } else {
-                    return PHYSICAL_DECEPTION_ADVERSARY_0_LEFT; /* leaf 20 */
+                    return PHYSICAL_DECEPTION_ADVERSARY_0_RIGHT; /* leaf 20 */
                 }
             } else {
-                if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_0_DY] <= 0x1.712bcep-4f) { /* node 21: 0.0901297 */
+                if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_1_DX] <= -0x1.cdb10ap-4f) { /* node 21: -0.112718 */
                     return PHYSICAL_DECEPTION_ADVERSARY_0_LEFT; /* leaf 22 */
                 } else {
-                    return PHYSICAL_DECEPTION_ADVERSARY_0_UP; /* leaf 23 */
+                    return PHYSICAL_DECEPTION_ADVERSARY_0_RIGHT; /* leaf 23 */
                 }
             }
         } else {
-            if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_0_DY] <= -0x1.867f6ep-2f) { /* node 24: -0.381345 */
-                if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_0_DX] <= 0x1.65bb36p-2f) { /* node 25: 0.349347 */
-                    return PHYSICAL_DECEPTION_ADVERSARY_0_DOWN; /* leaf 26 */
+            if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_1_DY] <= 0x1.9b6a98p-2f) { /* node 24: 0.401774 */
+                if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_1_DX] <= 0x1.7020b4p-3f) { /* node 25: 0.17975 */
+                    return PHYSICAL_DECEPTION_ADVERSARY_0_UP; /* leaf 26 */
                 } else {
                     return PHYSICAL_DECEPTION_ADVERSARY_0_RIGHT; /* leaf 27 */
                 }
             } else {
-                if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_1_DY] <= 0x1.9b0306p-1f) { /* node 28: 0.802757 */
-                    return PHYSICAL_DECEPTION_ADVERSARY_0_RIGHT; /* leaf 29 */
+                if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_0_DX] <= 0x1.4bdfbap+0f) { /* node 28: 1.29638 */
+                    return PHYSICAL_DECEPTION_ADVERSARY_0_UP; /* leaf 29 */
                 } else {
-                    return PHYSICAL_DECEPTION_ADVERSARY_0_UP; /* leaf 30 */
+                    return PHYSICAL_DECEPTION_ADVERSARY_0_RIGHT; /* leaf 30 */
                 }
             }
         }
@@ -145,60 +145,60 @@ enum {
 
 static inline int physical_deception_agent_0_act(const float *x)
 {
-    if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DX] <= 0x1.2745d8p-3f) { /* node 0: 0.144176 */
-        if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DY] <= 0x1.06511cp-3f) { /* node 1: 0.128084 */
-            if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DX] <= -0x1.9f6196p-5f) { /* node 2: -0.0507057 */
-                if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DY] <= -0x1.127c44p-1f) { /* node 3: -0.536104 */
+    if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DY] <= -0x1.297874p-4f) { /* node 0: -0.0726246 */
+        if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DX] <= 0x1.1a4ebap-1f) { /* node 1: 0.551382 */
+            if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DX] <= -0x1.866fa2p-4f) { /* node 2: -0.0953213 */
+                if (x[PHYSICAL_DECEPTION_AGENT_0_X_GOAL_DY] <= -0x1.2a8976p-2f) { /* node 3: -0.29154 */
                     return PHYSICAL_DECEPTION_AGENT_0_DOWN; /* leaf 4 */
                 } else {
                     return PHYSICAL_DECEPTION_AGENT_0_LEFT; /* leaf 5 */
                 }
             } else {
-                if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DY] <= -0x1.5797ccp-6f) { /* node 6: -0.0209712 */
+                if (x[PHYSICAL_DECEPTION_AGENT_0_X_GOAL_DY] <= -0x1.49955p-3f) { /* node 6: -0.160929 */
                     return PHYSICAL_DECEPTION_AGENT_0_DOWN; /* leaf 7 */
                 } else {
-                    return PHYSICAL_DECEPTION_AGENT_0_LEFT; /* leaf 8 */
+                    return PHYSICAL_DECEPTION_AGENT_0_DOWN; /* leaf 8 */
                 }
             }
         } else {
-            if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DX] <= -0x1.2745fp-3f) { /* node 9: -0.144176 */
-                if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_1_DY] <= 0x1.e9104ep-1f) { /* node 10: 0.955203 */
-                    return PHYSICAL_DECEPTION_AGENT_0_LEFT; /* leaf 11 */
+            if (x[PHYSICAL_DECEPTION_AGENT_0_X_GOAL_DX] <= -0x1.438634p-2f) { /* node 9: -0.315942 */
+                if (x[PHYSICAL_DECEPTION_AGENT_0_X_ADVERSARY_0_DX] <= -0x1.8f1d3ep-2f) { /* node 10: -0.38976 */
+                    return PHYSICAL_DECEPTION_AGENT_0_DOWN; /* leaf 11 */
                 } else {
-                    return PHYSICAL_DECEPTION_AGENT_0_UP; /* leaf 12 */
+                    return PHYSICAL_DECEPTION_AGENT_0_LEFT; /* leaf 12 */
                 }
             } else {
-                if (x[PHYSICAL_DECEPTION_AGENT_0_X_GOAL_DY] <= -0x1.cbf918p-1f) { /* node 13: -0.898385 */
-                    return PHYSICAL_DECEPTION_AGENT_0_UP; /* leaf 14 */
+                if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DY] <= -0x1.8b97p-1f) { /* node 13: -0.772636 */
+                    return PHYSICAL_DECEPTION_AGENT_0_DOWN; /* leaf 14 */
                 } else {
-                    return PHYSICAL_DECEPTION_AGENT_0_UP; /* leaf 15 */
+                    return PHYSICAL_DECEPTION_AGENT_0_RIGHT; /* leaf 15 */
                 }
             }
         }
     } else {
-        if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DY] <= -0x1.3c4354p-3f) { /* node 16: -0.154425 */
-            if (x[PHYSICAL_DECEPTION_AGENT_0_X_GOAL_DX] <= 0x1.36b87p-1f) { /* node 17: 0.606876 */
-                if (x[PHYSICAL_DECEPTION_AGENT_0_X_AGENT_1_DY] <= 0x1.0a6f06p-1f) { /* node 18: 0.520378 */
-                    return PHYSICAL_DECEPTION_AGENT_0_DOWN; /* leaf 19 */
+        if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DX] <= 0x1.4d3938p-3f) { /* node 16: 0.162707 */
+            if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DY] <= 0x1.2b887cp-3f) { /* node 17: 0.146256 */
+                if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DX] <= -0x1.059c5p-6f) { /* node 18: -0.0159674 */
+                    return PHYSICAL_DECEPTION_AGENT_0_LEFT; /* leaf 19 */
                 } else {
-                    return PHYSICAL_DECEPTION_AGENT_0_RIGHT; /* leaf 20 */
+                    return PHYSICAL_DECEPTION_AGENT_0_UP; /* leaf 20 */
                 }
             } else {
-                if (x[PHYSICAL_DECEPTION_AGENT_0_X_GOAL_DX] <= 0x1.272c94p+0f) { /* node 21: 1.15302 */
-                    return PHYSICAL_DECEPTION_AGENT_0_RIGHT; /* leaf 22 */
+                if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DX] <= -0x1.749c52p-3f) { /* node 21: -0.181939 */
+                    return PHYSICAL_DECEPTION_AGENT_0_LEFT; /* leaf 22 */
                 } else {
-                    return PHYSICAL_DECEPTION_AGENT_0_DOWN; /* leaf 23 */
+                    return PHYSICAL_DECEPTION_AGENT_0_UP; /* leaf 23 */
                 }
             }
         } else {
-            if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DY] <= 0x1.5ac0bp-2f) { /* node 24: 0.338626 */
-                if (x[PHYSICAL_DECEPTION_AGENT_0_X_ADVERSARY_0_DX] <= -0x1.b061d4p-2f) { /* node 25: -0.422248 */
+            if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DY] <= 0x1.6bf024p-2f) { /* node 24: 0.355408 */
+                if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_1_DY] <= 0x1.c7009p+0f) { /* node 25: 1.77735 */
                     return PHYSICAL_DECEPTION_AGENT_0_RIGHT; /* leaf 26 */
                 } else {
-                    return PHYSICAL_DECEPTION_AGENT_0_RIGHT; /* leaf 27 */
+                    return PHYSICAL_DECEPTION_AGENT_0_UP; /* leaf 27 */
                 }
             } else {
-                if (x[PHYSICAL_DECEPTION_AGENT_0_X_GOAL_DX] <= 0x1.89c8f2p-2f) { /* node 28: 0.384556 */
+                if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DX] <= 0x1.f8c5a4p-2f) { /* node 28: 0.492941 */
                     return PHYSICAL_DECEPTION_AGENT_0_UP; /* leaf 29 */
                 } else {
                     return PHYSICAL_DECEPTION_AGENT_0_RIGHT; /* leaf 30 */
@@ -246,30 +246,30 @@ enum {
 
 static inline int physical_deception_agent_1_act(const float *x)
 {
-    if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DX] <= -0x1.18da56p-6f) { /* node 0: -0.0171419 */
-        if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DY] <= -0x1.d61f44p-3f) { /* node 1: -0.229552 */
-            if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DX] <= -0x1.568f8ap+0f) { /* node 2: -1.33813 */
-                if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_0_DY] <= 0x1.191d08p-5f) { /* node 3: 0.0343156 */
+    if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DX] <= -0x1.8880b8p-5f) { /* node 0: -0.0479129 */
+        if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DY] <= -0x1.090a6ep-3f) { /* node 1: -0.129414 */
+            if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DX] <= -0x1.ad38dcp-2f) { /* node 2: -0.419162 */
+                if (x[PHYSICAL_DECEPTION_AGENT_1_X_GOAL_DY] <= 0x1.9bf8e4p-2f) { /* node 3: 0.402317 */
                     return PHYSICAL_DECEPTION_AGENT_1_LEFT; /* leaf 4 */
                 } else {
                     return PHYSICAL_DECEPTION_AGENT_1_UP; /* leaf 5 */
                 }
             } else {
-                if (x[PHYSICAL_DECEPTION_AGENT_1_X_GOAL_DX] <= -0x1.ce96ap-2f) { /* node 6: -0.451746 */
+                if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DY] <= -0x1.2fafeep-2f) { /* node 6: -0.29657 */
                     return PHYSICAL_DECEPTION_AGENT_1_DOWN; /* leaf 7 */
                 } else {
                     return PHYSICAL_DECEPTION_AGENT_1_DOWN; /* leaf 8 */
                 }
             }
         } else {
-            if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DY] <= 0x1.8eb1e4p-2f) { /* node 9: 0.38935 */
-                if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DX] <= -0x1.0e71c2p-3f) { /* node 10: -0.132053 */
+            if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DY] <= 0x1.63aa22p-1f) { /* node 9: 0.694657 */
+                if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DX] <= -0x1.2d665cp-3f) { /* node 10: -0.147168 */
                     return PHYSICAL_DECEPTION_AGENT_1_LEFT; /* leaf 11 */
                 } else {
                     return PHYSICAL_DECEPTION_AGENT_1_LEFT; /* leaf 12 */
                 }
             } else {
-                if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DX] <= -0x1.513e72p-1f) { /* node 13: -0.65868 */
+                if (x[PHYSICAL_DECEPTION_AGENT_1_X_GOAL_DY] <= 0x1.aad256p-3f) { /* node 13: 0.208409 */
                     return PHYSICAL_DECEPTION_AGENT_1_LEFT; /* leaf 14 */
                 } else {
                     return PHYSICAL_DECEPTION_AGENT_1_UP; /* leaf 15 */
@@ -277,32 +277,32 @@ static inline int physical_deception_agent_1_act(const float *x)
             }
         }
     } else {
-        if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DY] <= 0x1.111244p-2f) { /* node 16: 0.266671 */
-            if (x[PHYSICAL_DECEPTION_AGENT_1_X_GOAL_DY] <= -0x1.b0c772p-3f) { /* node 17: -0.211318 */
-                if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_0_DX] <= 0x1.b176bp-2f) { /* node 18: 0.423304 */
+        if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DY] <= 0x1.2cd81ap-3f) { /* node 16: 0.146897 */
+            if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DX] <= 0x1.7355fep-2f) { /* node 17: 0.362633 */
+                if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DY] <= -0x1.8bcf1ap-3f) { /* node 18: -0.193266 */
                     return PHYSICAL_DECEPTION_AGENT_1_DOWN; /* leaf 19 */
                 } else {
                     return PHYSICAL_DECEPTION_AGENT_1_RIGHT; /* leaf 20 */
                 }
             } else {
-                if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DX] <= 0x1.21080ep-2f) { /* node 21: 0.282257 */
-                    return PHYSICAL_DECEPTION_AGENT_1_RIGHT; /* leaf 22 */
+                if (x[PHYSICAL_DECEPTION_AGENT_1_X_GOAL_DY] <= -0x1.c2b5d4p-1f) { /* node 21: -0.880293 */
+                    return PHYSICAL_DECEPTION_AGENT_1_DOWN; /* leaf 22 */
                 } else {
                     return PHYSICAL_DECEPTION_AGENT_1_RIGHT; /* leaf 23 */
                 }
             }
         } else {
-            if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DX] <= 0x1.3cc992p+0f) { /* node 24: 1.23745 */
-                if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_0_DY] <= 0x1.9077ccp-4f) { /* node 25: 0.0977705 */
-                    return PHYSICAL_DECEPTION_AGENT_1_UP; /* leaf 26 */
+            if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DX] <= 0x1.8bfd4cp-1f) { /* node 24: 0.773417 */
+                if (x[PHYSICAL_DECEPTION_AGENT_1_X_ADVERSARY_0_DY] <= -0x1.818364p-1f) { /* node 25: -0.752956 */
+                    return PHYSICAL_DECEPTION_AGENT_1_RIGHT; /* leaf 26 */
                 } else {
                     return PHYSICAL_DECEPTION_AGENT_1_UP; /* leaf 27 */
                 }
             } else {
-                if (x[PHYSICAL_DECEPTION_AGENT_1_X_GOAL_DX] <= 0x1.dcdb62p-1f) { /* node 28: 0.931361 */
-                    return PHYSICAL_DECEPTION_AGENT_1_DOWN; /* leaf 29 */
+                if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_0_DY] <= 0x1.b9dd64p-2f) { /* node 28: 0.431509 */
+                    return PHYSICAL_DECEPTION_AGENT_1_RIGHT; /* leaf 29 */
                 } else {
-                    return PHYSICAL_DECEPTION_AGENT_1_RIGHT; /* leaf 30 */
+                    return PHYSICAL_DECEPTION_AGENT_1_UP; /* leaf 30 */
                 }
             }
         }
@@ -320,4 +320,4 @@ static inline int physical_deception_agent_1_finite(const float *x)
     return 1;
 }
 
-#endif /* PHYSICAL_DECEPTION_492C3F7D7F8E3D05_H */
+#endif /* PHYSICAL_DECEPTION_883D3C4DF60F96B6_H */

@@ -24,7 +24,6 @@ class Episodes:
     observations: tuple[Float32, ...]  # per agent [steps, batch, n_features]
     actions: Int  # [steps, batch, n_agents]
     position: Float64  # [steps, batch, n_entities, 2] after each step
-    rewards: Float64  # [steps, batch, n_agents], the environment's own
     goal: Int  # [batch]
 
 
@@ -34,7 +33,6 @@ def play(world: ParticleWorld, policies: Sequence[Policy], start: WorldState) ->
     observations: list[tuple[Float32, ...]] = []
     actions: list[Int] = []
     position: list[Float64] = []
-    rewards: list[Float64] = []
     for _ in range(world.spec.episode_steps):
         seen = world.observe(state)
         chosen = np.stack([policy(obs) for policy, obs in zip(policies, seen, strict=True)], axis=1)
@@ -42,6 +40,5 @@ def play(world: ParticleWorld, policies: Sequence[Policy], start: WorldState) ->
         observations.append(seen)
         actions.append(chosen)
         position.append(state.position)
-        rewards.append(world.rewards(state))
     per_agent = tuple(np.stack([seen[agent] for seen in observations]) for agent in range(len(policies)))
-    return Episodes(per_agent, np.stack(actions), np.stack(position), np.stack(rewards), start.goal)
+    return Episodes(per_agent, np.stack(actions), np.stack(position), start.goal)

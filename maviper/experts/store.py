@@ -21,6 +21,7 @@ from maviper.experts.network import LAYERS, Expert
 from maviper.worlds import ParticleWorld, find
 
 FORMAT = "maviper-expert-1"
+MOST_HIDDEN = 4096
 MAX_BYTES = 64 * 2**20
 SHIPPED = {"physical-deception": "physical_deception.safetensors"}
 
@@ -44,12 +45,13 @@ def decode(data: bytes, where: str) -> Expert:
         header = json.loads(data[8 : 8 + int.from_bytes(data[:8], "little")])
         card = json.loads(header["__metadata__"][FORMAT])
         world = find(card["world"])
+        hidden = range(1, MOST_HIDDEN + 1)[int(card["hidden"]) - 1]
     except UnknownNameError:
         raise
-    except (SafetensorError, ValueError, KeyError, TypeError):
+    except (SafetensorError, ValueError, LookupError, TypeError, AttributeError, RecursionError):
         raise InputError("not an expert file", where, advice) from None
     n_actions = tuple(len(choices) for choices in world.actions)
-    for name, shape in shapes(world, int(card.get("hidden", 0))).items():
+    for name, shape in shapes(world, hidden).items():
         found = tensors[name].shape if name in tensors else None
         if found != shape or not np.isfinite(tensors[name]).all():
             raise InputError(

@@ -20,9 +20,9 @@ from codegen.errors import InputError, MissingToolError
 from codegen.ir import Float32
 from maviper import runs
 from maviper.evaluate import metrics
-from maviper.evaluate.metrics import Share
 from maviper.experts import store
 from maviper.worlds import ParticleWorld
+from verify.shares import Share
 
 CHECKPOINT_EPISODES = 1_000
 FINALISTS = 5
@@ -122,7 +122,7 @@ def facts(world: ParticleWorld, tensors: dict[str, Float32], hidden: int) -> dic
     """The winner's measured success for the card."""
     tables = measured(world, tensors, hidden, metrics.MEASUREMENT_SEEDS, FINAL_EPISODES)[2]
     return {"episodes": FINAL_EPISODES, "first_episode_seed": metrics.MEASUREMENT_SEEDS} | {
-        f"{team} success r={squared**0.5:.3g}": [won.value, round(won.low, 4), round(won.high, 4)]
+        f"{team} success r={squared**0.5:.3g}": [won.value, *(round(end, 4) for end in won.interval)]
         for squared, table in zip(world.squared_radii, tables, strict=True)
         for team, won in table.items()
     }

@@ -6,15 +6,16 @@ Does not: choose data or judge trees.
 
 Reading of the paper: the vote counts every member of the team, i itself too; a point of D_i counts at a level when at
 least N - 1 of N members are predicted right; removals last for that level only; a node left without points uses its
-unfiltered ones. A projected tree has the remaining depth, at least 1, and learns from the node's unfiltered points.
+unfiltered ones. A projected tree has the remaining depth, at least 1 (so at
+the leaves of a tree that is finished it still has 1), and learns from the node's unfiltered points.
 """
 
 from collections.abc import Sequence
 
 import numpy as np
 
-from codegen.ir import NO_ACTION, NO_CHILD, NO_FEATURE, Float32, GrownTree
-from maviper.worlds.particle import Bool, Int
+from codegen.ir import NO_ACTION, NO_CHILD, NO_FEATURE, Bool, Float32, GrownTree
+from maviper.worlds.particle import Int
 
 
 class _Growing:

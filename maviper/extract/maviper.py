@@ -16,7 +16,6 @@ from codegen.errors import InputError, UnknownNameError
 from codegen.ir import GrownTree
 from maviper import version
 from maviper.evaluate import metrics
-from maviper.evaluate.metrics import Share
 from maviper.evaluate.play import Policy, play
 from maviper.experts.network import Expert
 from maviper.extract.dataset import Dataset, labels, resample, states
@@ -24,9 +23,11 @@ from maviper.extract.deploy import deployed
 from maviper.extract.grow import train_joint_trees
 from maviper.extract.weights import maviper_weights
 from maviper.worlds import ParticleWorld
+from verify.shares import Share
 
 PRESETS = ("paper",)
 EVALUATION_EPISODES = 1_000
+MOST = 1_000_000  # of anything that is counted
 EPISODES_PER_SEED = 100_000  # the episode seeds of two extraction seeds do not meet
 
 
@@ -48,8 +49,9 @@ class Settings:
         if self.preset not in PRESETS:
             raise UnknownNameError("preset", self.preset, PRESETS, "--preset")
         for name in ("max_depth", "iterations", "rollouts", "max_samples", "selection_episodes", "patience"):
-            if getattr(self, name) < 1:
-                raise InputError(f"{name} must be at least 1, not {getattr(self, name)}", f"--{name.replace('_', '-')}")
+            if not 1 <= getattr(self, name) <= MOST:
+                where = f"--{name.replace('_', '-')}"
+                raise InputError(f"{name} must be at least 1 and at most {MOST}, not {getattr(self, name)}", where)
         if self.max_depth > ir.MAX_DEPTH:
             raise InputError(f"max_depth must be at most {ir.MAX_DEPTH}", "--max-depth")
         if not 0 <= self.seed < 2**32:
@@ -169,7 +171,8 @@ def joint_ratio(success: dict[str, Share], expert_success: dict[str, Share]) -> 
     for team, measured in success.items():
         base = max(expert_success[team].value, 1 / expert_success[team].count)  # an expert that never wins
         ratios.append(measured.value / base)
-        widths.append((measured.high - measured.low) / 2 / base)
+        low, high = measured.interval
+        widths.append((high - low) / 2 / base)
     return float(np.mean(ratios)), float(np.sqrt(np.square(widths).sum()) / len(widths))
 
 
@@ -185,7 +188,7 @@ def evaluation(world: ParticleWorld, agents: Sequence[ir.AgentPolicy], expert: E
         label = f"r={squared_radius**0.5:.3g}"
         for team, measured in ours.items():
             rows[f"{team} success {label}"] = measured.value
-            rows[f"{team} success {label} low"] = round(measured.low, 6)
-            rows[f"{team} success {label} high"] = round(measured.high, 6)
+            low, high = measured.interval
+            rows |= {f"{team} success {label} low": round(low, 6), f"{team} success {label} high": round(high, 6)}
             rows[f"{team} expert success {label}"] = theirs[team].value
     return rows

@@ -14,10 +14,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from codegen.ir import ActionSpec, FeatureSpec, Float32, Float64, WorldSpec
+from codegen.ir import ActionSpec, Bool, FeatureSpec, Float32, Float64, WorldSpec
 from codegen.observe import observe
 
-Bool = npt.NDArray[np.bool_]
 Int = npt.NDArray[np.integer[Any]]
 
 # mpe2's discrete actions, in its order

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from codegen.ir import EntitySpec, FeatureSpec, Float64, Meaning, WorldSpec
-from maviper.worlds.particle import ACTIONS, Bool, Int, ParticleWorld, WorldState
+from codegen.ir import Bool, EntitySpec, FeatureSpec, Float64, Meaning, WorldSpec
+from maviper.worlds.particle import ACTIONS, Int, ParticleWorld, WorldState
 from verify.matching import matched
 
 ADVERSARIES = "adversaries"

@@ -59,7 +59,7 @@ def test_every_command_has_help(capsys):
         (["verify", "{profile}", "--team", "defender"], "did you mean 'defenders'?"),
         (["verify", "{profile}", "--region", "nowhere.toml"], "cannot read the file"),
         (["verify", "{profile}", "--margin", "much"], "not a number"),
-        (["verify", "{profile}", "--margin", "-1"], "must not be negative"),
+        (["verify", "{profile}", "--margin", "-1"], "margin must be between 0 and"),
         (["verify", "{profile}", "--budget", "0"], "budget must be between"),
         (["verify", "none.json"], "cannot read the file"),
         (["compile"], "Missing argument 'PROFILE'"),
@@ -196,3 +196,66 @@ def test_a_read_only_folder_is_an_input_error(capsys, profile_file, tmp_path):
     locked.mkdir(mode=0o500)
     code, _, err = run(capsys, "compile", profile_file, "-o", locked / "code")
     assert code == ExitCode.INPUT and "cannot make the output folder" in err
+
+
+@pytest.mark.parametrize(
+    ("compiler", "message"), [("gcc '", "cannot read $CC"), ("true", "cannot load"), ("false", "does not work")]
+)
+def test_a_broken_compiler_is_something_outside(capsys, profile_file, tmp_path, monkeypatch, compiler, message):
+    monkeypatch.setenv("CC", compiler)
+    code, _, err = run(capsys, "compile", profile_file, "-o", tmp_path / "code")
+    assert code == ExitCode.MISSING and message in err and "Traceback" not in err
+    assert not (tmp_path / "code").exists()
+
+
+def hashless(profile_file, change):
+    """The profile after an edit made on purpose."""
+    document = json.loads(profile_file.read_text())
+    del document["content_hash"]
+    change(document)
+    profile_file.write_text(json.dumps(document))
+
+
+def add_action(document, agents):
+    for agent in agents:
+        document["agents"][agent]["actions"].append({"name": "jump", "effect": [0.5, 0.5]})
+
+
+@pytest.mark.compile
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda document: add_action(document, (0, 1, 2)),
+        lambda document: add_action(document, (1,)),
+        lambda document: [agent["actions"].reverse() for agent in document["agents"]],
+        lambda document: [agent.update(team="everybody") for agent in document["agents"][:1]],
+        lambda document: document["agents"][1]["features"][0].update(meaning="goal.y - agent_0.x"),
+    ],
+)
+def test_a_profile_of_another_world_is_not_played_in_ours(capsys, profile_file, tmp_path, change):
+    """It compiles and verifies without our simulator and mpe2, and both say what was left out."""
+    hashless(profile_file, change)
+    code, _, err = run(capsys, "compile", profile_file, "-o", tmp_path / "code")
+    assert code == ExitCode.INCONCLUSIVE and "SKIPPED" in err and "no world of this version" in err
+    code, out, _ = run(capsys, "-q", "verify", profile_file)
+    assert code in (ExitCode.DONE, ExitCode.VIOLATED)
+    assert "SKIPPED mpe2.simple_adversary_v3" in out and "not checked: the profile is not of a world" in out
+    assert "visited" not in out and "replays    reference, compiled C" in out
+
+
+@pytest.mark.solver
+def test_the_repeating_command_is_quoted(capsys, profile, tmp_path, monkeypatch):
+    import shlex
+
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "my profile.json").write_text(policy_json.dumps(profile))
+    (tmp_path / "start").write_text("default = [-0.1, 0.1]")
+    _, out, _ = run(capsys, "-q", "verify", "my profile.json", "--region", "./start", "--margin", "1/40", "--json")
+    first = json.loads(out)["results"][0]
+    _, out, _ = run(capsys, "-q", *shlex.split(first["command"])[1:], "--json")
+    assert json.loads(out)["results"][0] == first and first["region"]["box"]["agent_0.x"] == ["-0.1", "0.1"]
+
+
+def test_no_arguments_print_the_help(capsys):
+    code, _, err = run(capsys)
+    assert code == ExitCode.INPUT and err.startswith("Usage: maviper")

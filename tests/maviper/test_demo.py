@@ -76,6 +76,7 @@ def test_the_report_repeats_from_its_own_files(tours, tmp_path, capsys, monkeypa
 
 
 def test_without_compiler_display_or_torch(tmp_path):
-    process = tour(tmp_path / "demo", CC="no-such-compiler", DISPLAY="")
+    (tmp_path / "torch.py").write_text("raise ImportError('blocked')")
+    process = tour(tmp_path / "demo", CC="no-such-compiler", DISPLAY="", PYTHONPATH=str(tmp_path))
     assert process.returncode == 0, process.stderr
     assert "SKIPPED     C: no compiler found" in process.stderr

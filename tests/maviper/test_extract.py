@@ -9,7 +9,6 @@ from sklearn.tree import DecisionTreeClassifier
 
 from codegen import ir, policy_json, probes, selfcheck
 from codegen.errors import InputError, UnknownNameError
-from maviper.evaluate.metrics import share
 from maviper.experts.network import AS_GIVEN
 from maviper.extract import grow
 from maviper.extract.dataset import labels, resample
@@ -18,6 +17,7 @@ from maviper.extract.grow import train_joint_trees
 from maviper.extract.maviper import Settings, extract, joint_ratio
 from maviper.extract.weights import maviper_weights
 from tests.strategies import grown_trees
+from verify.shares import Share
 
 
 @pytest.fixture(scope="module")
@@ -88,7 +88,7 @@ def slow_joint_trees(observations, labels, counts, n_actions, max_depth, seeds):
             def predict(j, point, grown=grown):
                 leaf = grown[j][point]
                 members = [p for p in range(n) if grown[j][p] == leaf and counts[j][p]]
-                if leaf in closed[j] or level_of[j][leaf] == max_depth or not members:
+                if leaf in closed[j] or not members:
                     return action[j][leaf]
                 return fit(j, members, max(1, max_depth - level_of[j][leaf])).predict(observations[j][[point]])[0]
 
@@ -119,17 +119,19 @@ def slow_joint_trees(observations, labels, counts, n_actions, max_depth, seeds):
     return trees, action
 
 
-@pytest.mark.parametrize("seed", [0, 1, 2])
+@pytest.mark.parametrize("seed", range(30))
 def test_joint_growth_is_the_papers_loop(seed):
     """Caches and vectorised votes change nothing against the loop over points."""
     rng = np.random.default_rng(seed)
-    observations = [rng.normal(size=(60, 4)).astype(np.float32) for _ in range(2)]
+    n = 60 if seed < 3 else 25
+    observations = [rng.normal(size=(n, 4)).astype(np.float32) for _ in range(2)]
     wanted = np.stack([(obs[:, 0] > 0).astype(int) + 2 * (obs[:, 1] > 0.3) for obs in observations], axis=1)
     noise = rng.random(wanted.shape) < 0.2
     wanted = np.where(noise, rng.integers(4, size=wanted.shape), wanted)
-    counts = [rng.integers(0, 3, size=60) for _ in range(2)]
-    found = train_joint_trees(observations, wanted, counts, [4, 4], 3, [7, 8])
-    trees, action = slow_joint_trees(observations, wanted, counts, [4, 4], 3, [7, 8])
+    counts = [rng.integers(0, 3, size=n) for _ in range(2)]
+    depth = 2 + seed % 2
+    found = train_joint_trees(observations, wanted, counts, [4, 4], depth, [7, 8])
+    trees, action = slow_joint_trees(observations, wanted, counts, [4, 4], depth, [7, 8])
     for tree, nodes, actions in zip(found, trees, action, strict=True):
         assert len(tree.feature) == len(nodes)
         for node, split in nodes.items():
@@ -230,9 +232,9 @@ def test_early_stopping(world, expert):
 
 
 def test_the_score_is_the_mean_ratio_over_teams():
-    ours, theirs = {"a": share(30, 100), "b": share(50, 100)}, {"a": share(60, 100), "b": share(50, 100)}
+    ours, theirs = {"a": Share(30, 100), "b": Share(50, 100)}, {"a": Share(60, 100), "b": Share(50, 100)}
     assert joint_ratio(ours, theirs)[0] == pytest.approx(0.75)
-    assert np.isfinite(joint_ratio(ours, {"a": share(0, 100), "b": share(50, 100)})[0])
+    assert np.isfinite(joint_ratio(ours, {"a": Share(0, 100), "b": Share(50, 100)})[0])
 
 
 @pytest.mark.parametrize(
@@ -250,3 +252,110 @@ def test_bad_settings_are_refused(settings):
 def test_unknown_preset():
     with pytest.raises(UnknownNameError, match="did you mean 'paper'"):
         Settings(preset="papper").checked()
+
+
+class Recorder:
+    """Stands in for parts of the outer loop and writes down what it is asked."""
+
+    def __init__(self, monkeypatch, scores):
+        from maviper.evaluate import metrics
+        from maviper.extract import maviper as module
+
+        self.scores, self.played, self.counts, self.sizes, self.opponents = list(scores), [], [], [], []
+        self.grown = []
+        rollouts, grow_teams, success = module.rollouts, module.grow_teams, metrics.team_success
+
+        def record_rollouts(world, expert, policies, seeds):
+            self.played.append((policies, list(seeds)))
+            return rollouts(world, expert, policies, seeds)
+
+        def record_growth(world, data, counts, max_depth, rng):
+            self.counts.append(counts)
+            self.sizes.append(len(data))
+            self.grown.append(grow_teams(world, data, counts, max_depth, rng))
+            return self.grown[-1]
+
+        def scripted_success(world, ours, opponents, seeds):
+            self.opponents.append((ours, opponents, list(seeds)))
+            tables = success(world, ours, opponents, seeds)
+            if len(seeds) != 10 or len(self.opponents) == 1:
+                return tables  # the experts' own score first, the final evaluation last
+            hits = self.scores[len(self.opponents) - 2]
+            return [{team: Share(hits, 100) for team in world.teams} for _ in tables]
+
+        monkeypatch.setattr(module, "rollouts", record_rollouts)
+        monkeypatch.setattr(module, "grow_teams", record_growth)
+        monkeypatch.setattr(metrics, "team_success", scripted_success)
+
+
+def small(**settings):
+    return Settings(max_depth=2, rollouts=4, selection_episodes=10, **settings)
+
+
+def same_trees(policies, grown):
+    return all(
+        policy.grown.threshold.tobytes() == tree.threshold.tobytes()
+        for policy, tree in zip(policies, grown, strict=True)
+    )
+
+
+@pytest.mark.parametrize("best", [0, 1, 3])
+def test_the_outer_loop_is_the_algorithm(world, expert, monkeypatch, best):
+    """Experts play first, then the last trees; data aggregate; each agent has its own D_i; the best iterate returns."""
+    scores = [10, 20, 15, 12]
+    scores[best] = 90
+    recorder = Recorder(monkeypatch, scores)
+    found = extract(world, expert, small(iterations=4))
+    assert found.provenance.training["best_iteration"] == best + 1
+    assert same_trees(found.agents, recorder.grown[best])
+    assert not same_trees(found.agents, recorder.grown[(best + 1) % 4])
+    assert recorder.sizes == [100, 200, 300, 400]  # 4 episodes of 25 steps more each time
+    policies = [policies for policies, _ in recorder.played]
+    assert all(policy.func.__self__ is expert for policy in policies[0])
+    for played, grown in zip(policies[1:], recorder.grown, strict=False):
+        assert same_trees([policy.args[0] for policy in played], grown)
+    seeds = [set(seeds) for _, seeds in recorder.played]
+    assert all(not a & b for k, a in enumerate(seeds) for b in seeds[k + 1 :])
+    assert all((counts[1] != counts[2]).any() for counts in recorder.counts), "team members share a data set"
+    for ours, opponents, selection in recorder.opponents[1:5]:
+        assert opponents[0].func.__self__ is expert and ours[0].args[0] is not None
+        assert not set(selection) & set().union(*seeds)
+
+
+@pytest.mark.parametrize(("patience", "stopped"), [(1, 2), (2, 3), (3, 4), (10, 6)])
+def test_stopping_needs_a_gain_above_the_interval(world, expert, monkeypatch, patience, stopped):
+    Recorder(monkeypatch, [50, 51, 52, 51, 50, 50])  # one more of 100 is no gain
+    found = extract(world, expert, small(iterations=6, patience=patience))
+    assert found.provenance.training["stopped_after"] == stopped
+
+
+def test_each_team_is_scored_against_the_others_experts(world, expert):
+    """`team_success` mixes per team: defenders' trees against the expert adversary, and the other way round."""
+    from maviper.evaluate import metrics
+    from maviper.evaluate.metrics import success, team_success
+
+    seeds = range(200)
+    idle = [lambda obs: np.zeros(len(obs), dtype=np.int64)] * 3
+    experts = expert.policies()
+    found = team_success(world, idle, experts, seeds)[0]
+    assert found["defenders"] == success(world, [experts[0], idle[1], idle[2]], seeds)[0]["defenders"]
+    assert found["adversaries"] == success(world, [idle[0], experts[1], experts[2]], seeds)[0]["adversaries"]
+    assert found != success(world, idle, seeds)[0] and metrics.ROLLOUT_SEEDS > metrics.ON_POLICY_SEEDS
+
+
+def test_no_two_purposes_share_episodes():
+    from maviper import agreement
+    from maviper.evaluate import metrics
+    from maviper.experts import train
+    from maviper.extract import maviper as module
+
+    longest = {
+        metrics.CHECKPOINT_SEEDS: train.CHECKPOINT_EPISODES,
+        metrics.FINALIST_SEEDS: train.FINAL_EPISODES,
+        metrics.MEASUREMENT_SEEDS: max(train.FINAL_EPISODES, module.EVALUATION_EPISODES),
+        metrics.ON_POLICY_SEEDS: agreement.ON_POLICY_EPISODES,
+        metrics.ROLLOUT_SEEDS: 2**32 * module.EPISODES_PER_SEED,
+        metrics.SELECTION_SEEDS: 2**32 * module.EPISODES_PER_SEED,
+    }
+    starts = sorted(longest)
+    assert all(start + longest[start] <= following for start, following in zip(starts, starts[1:], strict=False))

@@ -175,3 +175,136 @@ def test_boxes_found_are_proved_conflicting_and_discriminating(profile, claim):
     assert result.verdict is Verdict.PROVED
     assert result.shares.conflict.hits > 0
     assert result.control is Verdict.VIOLATED
+
+
+@pytest.mark.parametrize("bound", ["0.9", "0.8", "0.1", "0.3", "1/3"])
+def test_bounds_that_no_float64_meets_still_give_counterexamples(profile, claim, bound):
+    """A model sits on the faces of the box; the float64 nearest to a face may lie outside."""
+    start = start_region(profile.world)
+    limit = Fraction(bound)
+    region = Region(dict.fromkeys(start.box, (-limit, limit)), start.goals)
+    same = team(profile, towards(0, 0), towards(0, 1))
+    result = verify(same, claim, region, {})
+    assert result.verdict is Verdict.VIOLATED
+    assert inside(region, result.counterexample.point) and violates(same, claim, result.counterexample.point)
+
+
+def test_a_state_on_a_boundary_that_sampling_misjudges(profile, claim):
+    """Exactly 1/10 away is at; in float64, 0.4 - 0.3 is more. The proof stands and nothing crashes."""
+    place = dict.fromkeys(start_region(profile.world).box, (Fraction(0), Fraction(0)))
+    place |= {"agent_0.x": (Fraction(3, 10),) * 2, "landmark_0.x": (Fraction(4, 10),) * 2}
+    still = team(profile, tree(STAY), tree(STAY))
+    result = verify(still, claim, Region(place, ("landmark_0",)), {})
+    assert result.verdict is Verdict.PROVED and result.shares.violating.hits > 0
+
+
+def test_only_a_real_valued_state_is_unknown(profile, claim):
+    """A region that no float64 point meets: 0.3 and 0.1 exactly, where standing still would violate."""
+    place = {name: (Fraction(1, 3), Fraction(1, 3)) for name in start_region(profile.world).box}
+    place |= {"landmark_0.x": (Fraction(2, 3),) * 2, "landmark_1.x": (Fraction(5, 3),) * 2}
+    result = verify(team(profile, tree(STAY), tree(STAY)), claim, Region(place, ("landmark_0", "landmark_1")), {})
+    assert result.verdict is Verdict.UNKNOWN and "real-valued" in result.reason
+
+
+def test_the_control_is_asked_not_assumed(profile, claim):
+    """Where both agents are at their landmarks, any team satisfies the claim, shuffled or not."""
+    place = dict.fromkeys(start_region(profile.world).box, (Fraction(0), Fraction(0)))
+    place |= {f"{name}.x": (Fraction(1), Fraction(1)) for name in ("agent_1", "landmark_1")}
+    result = verify(team(profile, towards(0, 0), towards(1, 1)), claim, Region(place, ("landmark_0",)), {})
+    assert result.verdict is Verdict.PROVED and result.control is Verdict.PROVED
+    assert result.shares.conflict.hits == 0
+
+
+def test_boxes_without_a_refuted_control_are_passed_over(profile, claim, monkeypatch):
+    import verify.regions as regions
+
+    monkeypatch.setattr(regions, "shuffled", lambda profile, team: profile)
+    monkeypatch.setattr(regions, "SEEDS_DRAWN", 15)
+    assert list(proved_boxes(profile, claim, 0)) == []
+
+
+def test_shrinking_keeps_the_violation_and_drops_the_digits(profile, claim):
+    from verify.counterexample import shrink
+
+    same = team(profile, towards(0, 0), towards(0, 1))
+    region = start_region(profile.world)
+    coordinates, goals = sample(region, profile.world, 200, 3)
+    names = profile.world.coordinates()
+    shrunk = 0
+    for row in np.flatnonzero(shares.violating(same, claim, coordinates))[:10]:
+        point = Point(
+            {name: float(coordinates[row, names.index(name)]) for name in region.box}, f"landmark_{goals[row]}"
+        )
+        small = shrink(same, claim, region, point)
+        assert violates(same, claim, small) and inside(region, small) and small.goal == point.goal
+        shrunk += all(len(repr(value)) <= 5 for value in small.position.values())
+    assert shrunk >= 8
+
+
+@pytest.mark.parametrize(
+    ("margin", "radius", "wanted"),
+    [
+        ("0", "3/50", Verdict.PROVED),
+        ("1/40", "3/50", Verdict.PROVED),
+        ("1/10", "3/50", Verdict.VIOLATED),  # between 0.05 and 0.1 away on x an agent is not ahead by more than 0.1
+        # the trees turn at float32(0.05), a little above 1/20: a sliver of 7e-10 is neither at nor closing
+        ("0", "1/20", Verdict.VIOLATED),
+        ("0", "0.0500000008", Verdict.PROVED),
+    ],
+)
+def test_margin_and_radius_are_exact(profile, claim, margin, radius, wanted):
+    roles = team(profile, towards(0, 0), towards(1, 1))
+    asked = replace(claim, margin=Fraction(margin), radius=Fraction(radius))
+    assert decide(roles, asked, start_region(profile.world)).verdict is wanted
+
+
+@pytest.mark.parametrize("meaning", ["sign", "coordinate"])
+def test_signs_and_single_coordinates_against_the_referee(profile, claim, meaning):
+    """Features of the other games: a sign, and one coordinate, rounded once."""
+    policy = profile.policy("agent_0")
+    one = ir.Meaning(((1, "landmark_0.x"),)) if meaning == "coordinate" else ir.Meaning(
+        ((1, "landmark_0.x"), (-1, "agent_0.x")), sign=True
+    )  # fmt: skip
+    features = (replace(policy.features[0], meaning=one), *policy.features[1:])
+    for threshold in (-0.5, 0.0, 0.5) if meaning == "sign" else (0.1, -0.3):
+        changed = replace(policy, features=features, tree=tree((0, threshold, 1, 2), LEFT, RIGHT), grown=None)
+        agents = tuple(changed if p.agent == "agent_0" else p for p in team(profile, tree(STAY), towards(1, 1)).agents)
+        here = replace(profile, agents=agents)
+        t = float(np.float32(threshold))
+        tie = (t + float(np.nextafter(np.float32(t), np.float32(9)))) / 2
+        for x in (tie, np.nextafter(tie, 9), np.nextafter(tie, -9), t, 0.25, -0.25):
+            position = dict.fromkeys(start_region(here.world).box, 0.0) | {
+                "landmark_0.x": float(x),
+                "landmark_1.y": 1.0,
+            }
+            position |= {"agent_0.x": 0.25 if meaning == "sign" else -1.0, "agent_0.y": -0.5, "agent_1.y": -0.5}
+            point = Point(position, "landmark_0")
+            box = {name: (Fraction(value), Fraction(value)) for name, value in position.items()}
+            found = decide(here, claim, Region(box, ("landmark_0",))).verdict
+            assert (found is Verdict.VIOLATED) == violates(here, claim, point), (threshold, x)
+
+
+def test_ctrl_c_during_the_search_is_no_verdict():
+    """The solver catches the signal itself and answers unknown; that must not pass for an answer."""
+    import signal
+    import subprocess
+    import sys
+    import time
+
+    pigeons = """
+import sys, z3
+from verify.encode import Question
+from verify.solve import ask
+n = 12
+hole = [[z3.Bool(f"{i} {j}") for j in range(n - 1)] for i in range(n)]
+rules = [z3.Or(row) for row in hole]
+rules += [z3.Or(z3.Not(hole[i][k]), z3.Not(hole[j][k])) for k in range(n - 1) for i in range(n) for j in range(i)]
+print("ready", file=sys.stderr, flush=True)
+ask(Question("", {}, rules), 2**32 - 1)
+"""
+    process = subprocess.Popen([sys.executable, "-c", pigeons], stderr=subprocess.PIPE, text=True)
+    assert process.stderr.readline() == "ready\n"
+    time.sleep(1.5)
+    process.send_signal(signal.SIGINT)
+    _, err = process.communicate(timeout=60)
+    assert process.returncode != 0 and "KeyboardInterrupt" in err

@@ -15,6 +15,7 @@ from verify.spec import Region, positions, read_region, start_region, text
 from verify.world import contains, inside, sample
 
 FRACTIONS = st.fractions(-2, 2, max_denominator=1000)
+INTERVALS = st.tuples(FRACTIONS, FRACTIONS).map(lambda pair: (min(pair), max(pair)))
 
 
 @given(FRACTIONS)
@@ -22,12 +23,19 @@ def test_numbers_are_written_exactly(number):
     assert Fraction(text(number).strip('"')) == number
 
 
-@given(st.dictionaries(st.sampled_from(positions(WORLD.spec)), st.tuples(FRACTIONS, FRACTIONS)), FRACTIONS)
+@given(st.dictionaries(st.sampled_from(positions(WORLD.spec)), INTERVALS), st.fractions(0, 2, max_denominator=1000))
 def test_a_region_file_reads_back(bounds, least):
     start = start_region(WORLD.spec)
     differences = (("agent_0.x", "agent_1.x", (Fraction(-1, 3), least)),)
     region = Region(start.box | bounds, ("landmark_1",), differences, (("landmark_0", "landmark_1", Fraction(1, 5)),))
     assert read_region(region.toml(), WORLD.spec, "region.toml") == region
+
+
+def test_small_numbers_are_numbers():
+    assert read_region("default = [-1e-300, 1_0.5e-1]", WORLD.spec, "r").box["agent_0.x"] == (
+        -Fraction(1, 10**300),
+        Fraction(21, 20),
+    )
 
 
 def test_defaults(tmp_path):
@@ -49,7 +57,13 @@ def test_defaults(tmp_path):
         ('[box]\n"agent_0.z" = [0, 1]', "did you mean 'agent_0."),
         ('[box]\n"agent_0.x" = [0]', "two numbers"),
         ('[box]\n"agent_0.x" = [0, "one"]', "not a number"),
-        ('[box]\n"agent_0.x" = [0, true]', "not a finite number"),
+        ('[box]\n"agent_0.x" = [0, true]', "not a number"),
+        ('[box]\n"agent_0.x" = [1, -1]', "above the upper"),
+        ("default = [-1, 1e999999999]", "not a number"),
+        ("default = [-1, 1e400]", "at most"),
+        ("default = [-1, 1e5000]", "not a number"),
+        ("default = [0, 0x" + "f" * 5000 + "]", "at most"),
+        ("default = [0, 9999999999]", "at most"),
         ('[box]\n"agent_0.x" = [0, nan]', "not a"),
         ('[box]\n"agent_0.x" = [0, inf]', "not a"),
         ('[box]\n"agent_0.x" = [0, "1/0"]', "not a number"),

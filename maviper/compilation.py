@@ -1,0 +1,35 @@
+"""Compilation as a command: load, emit, prove by replay, write, say how much was compared.
+
+Does: joins profile file, `agreement` and output folder.
+Assumes: options come from the command line.
+Does not: emit or compare anything itself.
+"""
+
+from collections.abc import Iterable
+from pathlib import Path
+
+from codegen.errors import ExitCode
+from maviper import load, runs
+from maviper.agreement import Compiled, compile_profile
+from maviper.console import Console
+
+
+def compile_to_folder(
+    profile: Path, targets: Iterable[str], prefix: str | None, output: Path, console: Console
+) -> ExitCode:
+    """The command `maviper compile`; its exit code. Nothing is written when any decision differs."""
+    compiled = compile_profile(load(profile), targets, prefix)
+    for name, text in compiled.files.items():
+        runs.write(output / name, text)
+        console.line("wrote", str(output / name))
+    say_agreement(compiled, console)
+    return ExitCode.DONE if compiled.complete else ExitCode.INCONCLUSIVE
+
+
+def say_agreement(compiled: Compiled, console: Console) -> None:
+    """The line that says how much was compared, and a line for each part that was skipped."""
+    report = compiled.report
+    targets = list(dict.fromkeys(item.target for item in report.agreements))
+    console.line("agreement", f"{report.observations:,} decisions compared, 0 differ ({', '.join(targets)})")
+    for reason in report.skipped:
+        console.line("SKIPPED", reason)
