@@ -1,6 +1,6 @@
 """Extraction: the paper's formulas written out slowly, joint growth, rounding, repeatability."""
 
-from itertools import product
+from itertools import pairwise, product
 
 import numpy as np
 import pytest
@@ -331,7 +331,6 @@ def test_stopping_needs_a_gain_above_the_interval(world, expert, monkeypatch, pa
 
 def test_each_team_is_scored_against_the_others_experts(world, expert):
     """`team_success` mixes per team: defenders' trees against the expert adversary, and the other way round."""
-    from maviper.evaluate import metrics
     from maviper.evaluate.metrics import success, team_success
 
     seeds = range(200)
@@ -340,7 +339,6 @@ def test_each_team_is_scored_against_the_others_experts(world, expert):
     found = team_success(world, idle, experts, seeds)[0]
     assert found["defenders"] == success(world, [experts[0], idle[1], idle[2]], seeds)[0]["defenders"]
     assert found["adversaries"] == success(world, [idle[0], experts[1], experts[2]], seeds)[0]["adversaries"]
-    assert found != success(world, idle, seeds)[0] and metrics.ROLLOUT_SEEDS > metrics.ON_POLICY_SEEDS
 
 
 def test_no_two_purposes_share_episodes():
@@ -358,4 +356,4 @@ def test_no_two_purposes_share_episodes():
         metrics.SELECTION_SEEDS: 2**32 * module.EPISODES_PER_SEED,
     }
     starts = sorted(longest)
-    assert all(start + longest[start] <= following for start, following in zip(starts, starts[1:], strict=False))
+    assert all(start + longest[start] <= following for start, following in pairwise(starts))
