@@ -231,6 +231,25 @@ def test_what_is_not_an_expert(place, document, source, monkeypatch):
     assert not (place / "p.json").exists()
 
 
+@pytest.mark.parametrize("command", ["show", "verify", "compile"])
+def test_huge_files_are_refused_before_they_are_read(place, command):
+    with (place / "huge.json").open("wb") as file:
+        file.truncate(policy_json.MAX_BYTES + 1)  # sparse: takes no room on the disk
+    options = ["-o", place / "out"] if command == "compile" else []
+    assert run("-q", command, place / "huge.json", *options) == ExitCode.INPUT
+
+
+def test_a_profile_of_a_hundred_thousand_nodes(document, place):
+    """Large but legal numbers of nodes: an unbalanced chain is refused for its depth, not by a crash."""
+    changed = {key: value for key, value in copy.deepcopy(document).items() if key != "content_hash"}
+    split = next(node for node in changed["agents"][1]["tree"] if "feature" in node)
+    n = 50_000
+    chain = [split | {"left": k + 1, "right": 2 * n - k} for k in range(n)]
+    changed["agents"][1] |= {"tree": chain + [{"action": "stay"}] * (n + 1), "grown": None}
+    (place / "profile.json").write_text(json.dumps(changed))
+    assert run("-q", "show", place / "profile.json") == ExitCode.INPUT
+
+
 # --- places that cannot be written
 
 

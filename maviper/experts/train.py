@@ -64,23 +64,7 @@ def train(
         raise InputError(f"steps must be at least {least}, the seed from 0 to 4294967295", "--steps, --seed")
     torch.set_num_threads(1)  # small products: threads cost more than they give, and one thread repeats bit for bit
     runs.folder(folder)
-    command = " ".join(
-        [
-            "maviper train",
-            world.name,
-            *(f"--{key.replace('_', '-')} {value}" for key, value in sorted(overrides.items())),
-        ]
-    )
-    card: dict[str, Any] = {
-        "world": world.name,
-        "reference": world.spec.reference,
-        "algorithm": "maddpg",
-        "command": command,
-        "hidden": settings.hidden,
-        "settings": asdict(settings),
-        "versions": versions(),
-        "rule": RULE,
-    }
+    card = _card(world, asdict(settings), overrides)
     runs.write(folder / "config.json", json.dumps(card, indent=2, sort_keys=True) + "\n")
     log: list[str] = []
     finalists: list[tuple[float, int, dict[str, Float32]]] = []  # a heap, the worst first
@@ -107,6 +91,21 @@ def train(
     card |= {"steps": steps, "measured": facts(world, tensors, settings.hidden)}
     runs.write(folder / EXPERT_FILE, store.encode(tensors, card))
     return card
+
+
+def _card(world: ParticleWorld, settings: dict[str, Any], overrides: dict[str, Any]) -> dict[str, Any]:
+    """What is known of an expert before it is trained."""
+    options = (f"--{key.replace('_', '-')} {value}" for key, value in sorted(overrides.items()))
+    return {
+        "world": world.name,
+        "reference": world.spec.reference,
+        "algorithm": "maddpg",
+        "command": " ".join(["maviper train", world.name, *options]),
+        "hidden": settings["hidden"],
+        "settings": settings,
+        "versions": versions(),
+        "rule": RULE,
+    }
 
 
 def measured(

@@ -296,7 +296,7 @@ def test_ctrl_c_during_the_search_is_no_verdict():
 import sys, z3
 from verify.encode import Question
 from verify.solve import ask
-n = 12
+n = 18
 hole = [[z3.Bool(f"{i} {j}") for j in range(n - 1)] for i in range(n)]
 rules = [z3.Or(row) for row in hole]
 rules += [z3.Or(z3.Not(hole[i][k]), z3.Not(hole[j][k])) for k in range(n - 1) for i in range(n) for j in range(i)]
