@@ -59,10 +59,11 @@ class LiveLine:
         """Shows that `done` of the total are done."""
         now = time.monotonic()
         elapsed = max(now - self.started, 1e-9)
-        text = f"{text}  {done / elapsed:.3g}/s"
+        rate = f"{done / elapsed:.3g}/s"
         if self.progress is not None and self.task is not None:
-            self.progress.update(self.task, completed=done, total=self.total, description=text)
+            # the rate first: on a narrow terminal the end of the line is cut
+            self.progress.update(self.task, completed=done, total=self.total, description=f"{rate}  {text}")
         elif now - self.printed >= PLAIN_SECONDS or done >= self.total:
             self.printed = now
             left = elapsed / max(done, 1) * (self.total - done)
-            self.console.line(self.label, f"{done}/{self.total}  {text}  {left:.0f} s left")
+            self.console.line(self.label, f"{done}/{self.total}  {text}  {rate}  {left:.0f} s left")
