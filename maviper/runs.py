@@ -6,36 +6,34 @@ Does not: know what is in the files.
 """
 
 import contextlib
+import itertools
 import os
-import tempfile
 from pathlib import Path
 
 from codegen.errors import InputError
+
+_serial = itertools.count()
 
 
 def write(path: Path, content: str | bytes) -> Path:
     """Writes a file atomically: a reader sees the old file or the new one, an interruption leaves the old one."""
     data = content.encode() if isinstance(content, str) else content
     folder(path.parent)
-    name = ""
+    # named before it is made, so that an interruption at any point knows what to remove
+    scratch = path.parent / f".{path.name}.{os.getpid()}-{next(_serial)}.part"
     try:
-        handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=".part")
-        with os.fdopen(handle, "wb") as file:
+        with scratch.open("wb") as file:
             file.write(data)
             file.flush()
             os.fsync(file.fileno())
-        umask = os.umask(0)
-        os.umask(umask)
-        Path(name).chmod(0o666 & ~umask)
-        Path(name).replace(path)
+        scratch.replace(path)
     except OSError as error:
         raise InputError(
             f"cannot write {path.name}", f"{path}: {error.strerror}", "choose another folder with -o"
         ) from None
     finally:
         with contextlib.suppress(OSError):
-            if name:
-                Path(name).unlink()
+            scratch.unlink()
     return path
 
 
