@@ -56,8 +56,9 @@ class Settings:
             raise InputError(f"max_depth must be at most {ir.MAX_DEPTH}", "--max-depth")
         if not 0 <= self.seed < 2**32:
             raise InputError("the seed must be from 0 to 4294967295", "--seed")
-        if self.iterations * self.rollouts > EPISODES_PER_SEED:
-            raise InputError(f"more than {EPISODES_PER_SEED} rollouts in all", "--iterations, --rollouts")
+        if max(self.iterations * self.rollouts, self.selection_episodes) > EPISODES_PER_SEED:
+            where = "--iterations times --rollouts, --selection-episodes"
+            raise InputError(f"more than {EPISODES_PER_SEED} episodes in all", where)
         return self
 
 
