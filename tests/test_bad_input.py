@@ -213,7 +213,8 @@ def test_options_of_verify(document, place, option, value):
 
 EXTRACT = [
     ["--seed", "-1"], ["--seed", "9" * 30], ["--max-depth", "65"], ["--max-depth", "0"], ["--rollouts", "0"],
-    ["--iterations", "1000000"], ["--selection-episodes", "-5"], ["--selection-episodes", "100001"], ["--preset", ""], ["--algorithm", "viper"],
+    ["--iterations", "1000000"], ["--selection-episodes", "-5"], ["--selection-episodes", "100001"],
+    ["--preset", ""], ["--algorithm", "viper"],
 ]  # fmt: skip
 
 
