@@ -65,5 +65,5 @@ class LiveLine:
             self.progress.update(self.task, completed=done, total=self.total, description=f"{rate}  {text}")
         elif now - self.printed >= PLAIN_SECONDS or done >= self.total:
             self.printed = now
-            left = elapsed / max(done, 1) * (self.total - done)
+            left = elapsed / max(done, 1) * max(self.total - done, 0)
             self.console.line(self.label, f"{done}/{self.total}  {text}  {rate}  {left:.0f} s left")
