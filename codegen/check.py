@@ -54,19 +54,20 @@ def violations(profile: PolicyProfile) -> Iterator[Violation]:
 
 
 def _names(path: str, kind: str, names: Sequence[str], taken: Sequence[str] = ()) -> Iterator[Violation]:
-    seen = {_folded(name) for name in taken}
+    seen = {identifier(name) for name in taken}
     for index, name in enumerate(names):
         if not NAME.fullmatch(name):
             yield Violation(
                 f"{path}[{index}]", f"not a legal {kind} name: {name!r} (a letter, then letters, digits, _ or -)"
             )
         # generated code folds case and turns '-' into '_', so names must differ after that
-        if _folded(name) in seen:
+        if identifier(name) in seen:
             yield Violation(f"{path}[{index}]", f"{kind} '{name}' appears twice, or is taken")
-        seen.add(_folded(name))
+        seen.add(identifier(name))
 
 
-def _folded(name: str) -> str:
+def identifier(name: str) -> str:
+    """What generated code makes of a legal name: lower case, `_` for `-`."""
     return name.lower().replace("-", "_")
 
 

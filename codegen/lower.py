@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from codegen import ir
+from codegen.check import identifier
 from codegen.errors import InputError
 from codegen.floats import deciding_double, decimal_literal, hex_literal
 from codegen.policy_json import content_hash
@@ -97,7 +98,7 @@ class Model:
 
 def lower(profile: ir.PolicyProfile, prefix: str | None = None) -> Model:
     """The emission model of a profile. `prefix` starts every public name of the generated code."""
-    prefix = _identifier(profile.world.name) if prefix is None else prefix
+    prefix = identifier(profile.world.name) if prefix is None else prefix
     if not PREFIX.fullmatch(prefix):
         raise InputError(
             f"not a usable prefix: {prefix!r}", "--prefix", "a lower-case letter, then letters, digits or _"
@@ -136,16 +137,12 @@ def _distinct(model: Model) -> None:
         raise InputError(f"two names of the profile become the same name in code: {twice[0]}", "", "rename one of them")
 
 
-def _identifier(name: str) -> str:
-    return name.lower().replace("-", "_")
-
-
 def _agent(policy: ir.AgentPolicy) -> Agent:
     features = tuple(
         Feature(
             index,
             feature.name,
-            _identifier(feature.name).upper(),
+            identifier(feature.name).upper(),
             feature.unit,
             decimal_literal(feature.low),
             decimal_literal(feature.high),
@@ -154,10 +151,10 @@ def _agent(policy: ir.AgentPolicy) -> Agent:
         for index, feature in enumerate(policy.features)
     )
     actions = tuple(
-        Action(index, action.name, _identifier(action.name).upper()) for index, action in enumerate(policy.actions)
+        Action(index, action.name, identifier(action.name).upper()) for index, action in enumerate(policy.actions)
     )
     nodes = tuple(_node(policy.tree, node, features, actions) for node in range(len(policy.tree.feature)))
-    lower_name = _identifier(policy.agent)
+    lower_name = identifier(policy.agent)
     return Agent(
         name=policy.agent,
         lower=lower_name,

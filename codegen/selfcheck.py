@@ -13,7 +13,7 @@ import shlex
 import shutil
 import subprocess
 import tempfile
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, cast
@@ -32,7 +32,6 @@ STRICT = (
 INPUT_CHECK = "c input check"
 RANDOM_OBSERVATIONS = 100_000
 SEED = 20_220_526  # of the random probes
-Decide = Callable[[Float32], Int32]
 
 
 @dataclass(frozen=True)

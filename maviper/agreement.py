@@ -5,7 +5,7 @@ Assumes: the profile's world is one of ours; otherwise on-policy checks are repo
 Does not: write files.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -19,7 +19,7 @@ from codegen.policy_json import content_hash, layout
 from codegen.selfcheck import Agreement, CompiledC, Report
 from codegen.targets import TARGETS, emit
 from maviper.evaluate import metrics
-from maviper.evaluate.play import Episodes, play
+from maviper.evaluate.play import Episodes, Policy, play
 from maviper.worlds import WORLDS, ParticleWorld, find
 
 NO_WORLD = "no world of this version has the profile's spec, agents, features and actions"
@@ -77,10 +77,11 @@ def matching_world(profile: ir.PolicyProfile) -> ParticleWorld | None:
     return world if world.spec == profile.world and ours == theirs else None
 
 
-def on_policy(profile: ir.PolicyProfile, world: ParticleWorld) -> Episodes:
-    """Episodes of the profile's own trees."""
+def on_policy(profile: ir.PolicyProfile, world: ParticleWorld, policies: Sequence[Policy] | None = None) -> Episodes:
+    """Episodes of the profile's own trees, or the same episodes driven by `policies`."""
     seeds = range(metrics.ON_POLICY_SEEDS, metrics.ON_POLICY_SEEDS + ON_POLICY_EPISODES)
-    return play(world, [metrics.tree_policy(policy) for policy in profile.agents], world.start_from_seeds(seeds))
+    trees = [metrics.tree_policy(policy) for policy in profile.agents]
+    return play(world, trees if policies is None else policies, world.start_from_seeds(seeds))
 
 
 def _grown(profile: ir.PolicyProfile, episodes: Episodes) -> list[Agreement]:
@@ -97,10 +98,8 @@ def _driven(
     """The same episodes, driven by the compiled C: every action and position must be the same."""
     compiler = selfcheck.find_compiler()
     assert compiler is not None
-    seeds = range(metrics.ON_POLICY_SEEDS, metrics.ON_POLICY_SEEDS + ON_POLICY_EPISODES)
     with CompiledC(header, lower(profile, prefix), compiler) as compiled:
-        policies = [partial(compiled.act, policy.agent) for policy in profile.agents]
-        again = play(world, policies, world.start_from_seeds(seeds))
+        again = on_policy(profile, world, [partial(compiled.act, policy.agent) for policy in profile.agents])
     if again.position.tobytes() != episodes.position.tobytes():
         raise DisagreementError(
             "episodes driven by the compiled C take another course", "", "this is a bug; nothing was written"

@@ -50,11 +50,12 @@ def verify_claims(
     """A result for each (property, region)."""
     ir.ensure(profile)
     world = agreement.matching_world(profile)
-    skipped = [] if selfcheck.find_compiler() else ["compiled C: no compiler found"]
+    compiler = selfcheck.find_compiler()
+    skipped = [] if compiler else ["compiled C: no compiler found"]
     skipped += [] if world else [f"{profile.world.reference}: {agreement.NO_WORLD}"]
     episodes = None if world is None else agreement.on_policy(profile, world)
     results = []
-    with _replays(profile, world) as replays_of:
+    with _replays(profile, world, compiler) as replays_of:
         for claim, region in questions:
             visited = None if world is None or episodes is None else _visited(world, episodes, region)
             results.append(engine.verify(profile, claim, region, replays_of(claim), budget, visited, skipped))
@@ -63,11 +64,10 @@ def verify_claims(
 
 @contextmanager
 def _replays(
-    profile: ir.PolicyProfile, world: ParticleWorld | None
+    profile: ir.PolicyProfile, world: ParticleWorld | None, compiler: list[str] | None
 ) -> Iterator[Callable[[Property], Mapping[str, Replay]]]:
     """A function from a claim to the replays of its team: the compiled C where there is a compiler, the environment."""
     with ExitStack() as stack:
-        compiler = selfcheck.find_compiler()
         compiled = None
         if compiler is not None:
             model = lower(profile)
@@ -127,12 +127,16 @@ def _visited(world: ParticleWorld, episodes: Episodes, region: Region) -> Visite
     return Visited(int(within.sum()), len(within), batch)
 
 
+def digests(files: Mapping[str, str]) -> dict[str, str]:
+    """SHA-256 of each text in hexadecimal, by name."""
+    return {name: hashlib.sha256(text.encode()).hexdigest() for name, text in sorted(files.items())}
+
+
 def report_files(
     profile: ir.PolicyProfile, results: Sequence[Result], commands: Sequence[str], files: Mapping[str, str]
 ) -> dict[str, str]:
     """report.html, report.json and report.txt, name -> text. `files`: texts whose hashes the report names."""
-    digests = {name: hashlib.sha256(text.encode()).hexdigest() for name, text in sorted(files.items())}
-    facts = report.document(profile, results, commands, digests)
+    facts = report.document(profile, results, commands, digests(files))
     return {
         "report.json": report.as_json(facts),
         "report.txt": report.as_text(facts),

@@ -13,7 +13,7 @@ from maviper import agreement, claims, publish, runs
 from maviper.compilation import say_agreement
 from maviper.console import Console
 from maviper.experts import store
-from maviper.extract.maviper import Settings
+from maviper.extract.maviper import Settings, success_of
 from maviper.extraction import extract_live
 from maviper.show import rules
 from maviper.verification import say_results
@@ -64,9 +64,7 @@ def run(folder: Path, console: Console, seed: int | None) -> int:
 
 
 def _reached(profile: ir.PolicyProfile, world: ParticleWorld, console: Console) -> bool:
-    label = f"r={world.squared_radii[0] ** 0.5:.3g}"
-    measured = profile.provenance.evaluation
-    ours, theirs = (float(measured[f"{DEFENDERS} {kind} {label}"]) for kind in ("success", "expert success"))
+    ours, theirs = success_of(profile.provenance.evaluation, DEFENDERS, world.squared_radii[0])
     if ours >= LEAST_RATIO * theirs:
         return True
     console.line(

@@ -53,7 +53,7 @@ def say_success(profile: ir.PolicyProfile, world: ParticleWorld, console: Consol
         label = f"r={squared**0.5:.3g}"
         parts = []
         for team in world.teams:
-            ours, theirs = (float(measured[f"{team} {kind} {label}"]) for kind in ("success", "expert success"))
+            ours, theirs = algorithm.success_of(measured, team, squared)
             ratio = f"ratio {ours / theirs:.2f}" if theirs else "no ratio"
             parts.append(f"{team} {ours:.3f} (expert {theirs:.3f}, {ratio})")
         console.line("success", f"{label}: {'; '.join(parts)}, {measured['episodes']} held-out episodes")

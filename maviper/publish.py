@@ -5,7 +5,6 @@ Assumes: the profile's own seed, so that a committed profile gives the same file
 Does not: extract, write files or print.
 """
 
-import hashlib
 from collections.abc import Mapping, Sequence
 from importlib import metadata
 
@@ -71,6 +70,6 @@ def manifest(profile: ir.PolicyProfile, files: Mapping[str, str]) -> str:
         "profile": content_hash(profile),
         "expert": profile.provenance.expert,
         "versions": {name: metadata.version(name) for name in TOOLS},
-        "sha256": {name: hashlib.sha256(text.encode()).hexdigest() for name, text in sorted(files.items())},
+        "sha256": claims.digests(files),
     }
     return layout(facts) + "\n"

@@ -17,16 +17,14 @@ from codegen.errors import DisagreementError
 from codegen.ir import PolicyProfile
 from codegen.observe import observe
 from verify.encode import question
-from verify.shares import violating
+from verify.shares import SAMPLE_SEED, SAMPLES, violating
 from verify.solve import Answer, ask
 from verify.spec import Property, Region
-from verify.world import Point, chosen, engaged_exactly, inside, sample, violates
+from verify.world import Point, chosen, engaged_exactly, inside, point_of, sample, violates
 
 SLACKS = tuple(Fraction(1, 2**power) for power in (3, 4, 5, 7, 10, 20, 40))
 SPACED_SLACKS = 3  # so many of the slacks are first tried with all entities SPACE apart, which reads better
 SPACE = Fraction(1, 5)
-SAMPLES = 100_000
-SAMPLE_SEED = 11
 MOST_REFEREED = 50  # sampled violations that the referee looks at, at most
 MOST_PLACES = 12  # decimal places that shrinking tries before it keeps all digits
 ROOM = 0.1  # shrinking keeps entities at least so far apart, or as far as they were
@@ -91,13 +89,10 @@ def confirmed(
 
 
 def violating_samples(profile: PolicyProfile, claim: Property, region: Region) -> Iterator[Point]:
-    """Sampled float64 world states of the region that violate the claim, each confirmed by the referee."""
+    """The sampled world states of the violating fraction, of the same draw, that the referee confirms."""
     coordinates, goals = sample(region, profile.world, SAMPLES, SAMPLE_SEED)
-    names = profile.world.coordinates()
     for row in np.flatnonzero(violating(profile, claim, coordinates))[:MOST_REFEREED]:
-        position = {name: float(coordinates[row, names.index(name)]) for name in region.box}
-        goal = profile.world.landmarks[goals[row]].name if region.goals else ""
-        point = Point(position, goal)
+        point = point_of(region, profile.world, coordinates[row], int(goals[row]))
         if _stands(profile, claim, region, point):
             yield point
 

@@ -16,7 +16,7 @@ from codegen.ir import PolicyProfile
 from verify import shares
 from verify.engine import decide, shuffled
 from verify.spec import Interval, Property, Region, Verdict, start_region
-from verify.world import Point, sample
+from verify.world import Point, point_of, sample
 
 GRID = Fraction(1, 100)
 CUTS = 60  # counterexamples that are cut off before a seed is given up
@@ -41,11 +41,8 @@ def proved_boxes(profile: PolicyProfile, claim: Property, seed: int) -> Iterator
     start = start_region(profile.world)
     coordinates, goals = sample(start, profile.world, SEEDS_DRAWN, seed)
     good = shares.conflicts(profile, claim, coordinates) & ~shares.violating(profile, claim, coordinates)
-    names = profile.world.coordinates()
-    landmarks = [entity.name for entity in profile.world.landmarks]
     for row in np.flatnonzero(good):
-        position = {name: float(coordinates[row, names.index(name)]) for name in start.box}
-        centre = Point(position, landmarks[goals[row]] if start.goals else "")
+        centre = point_of(start, profile.world, coordinates[row], int(goals[row]))
         region = shrunk(profile, claim, start, centre)
         if region is None:
             continue

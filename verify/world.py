@@ -139,6 +139,13 @@ def sample(region: Region, world: ir.WorldSpec, count: int, seed: int) -> tuple[
     return coordinates[within], goal[within]
 
 
+def point_of(region: Region, world: ir.WorldSpec, coordinates: Float64, goal: int) -> Point:
+    """One sampled world state (a row [n_coordinates] and its goal's index) as a point of the region."""
+    names = world.coordinates()
+    position = {name: float(coordinates[names.index(name)]) for name in region.box}
+    return Point(position, world.landmarks[goal].name if region.goals else "")
+
+
 def offsets(profile: PolicyProfile, claim: Property, coordinates: Float64) -> Float64:
     """Landmark minus agent, [batch, n_agents, n_landmarks, 2]."""
     index = {name: place for place, name in enumerate(profile.world.coordinates())}

@@ -18,8 +18,6 @@ from codegen.ir import Float32
 from maviper.experts.network import LAYERS
 from maviper.worlds import ParticleWorld
 
-TENSOR_KINDS = ("weight", "bias")
-
 
 @dataclass(frozen=True)
 class Settings:

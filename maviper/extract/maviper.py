@@ -5,7 +5,7 @@ Assumes: an expert with centralized critics.
 Does not: write files or print; progress goes to a callback.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from types import MappingProxyType
 
@@ -67,7 +67,6 @@ class Progress:
     """What one iteration gave: the mean over teams of the ratio to the expert, and the best so far."""
 
     iteration: int
-    points: int
     score: float
     best: float
     half_width: float  # of the best score's 95 % interval
@@ -103,11 +102,9 @@ def extract(
         score, half_width = joint_ratio(success, expert_success)
         if best is None or score > best[0]:
             n_leaves = sum(int((tree.feature == ir.NO_FEATURE).sum()) for tree in grown)
-            best = score, grown, Progress(iteration, len(data), score, score, half_width, success, n_leaves)
+            best = score, grown, Progress(iteration, score, score, half_width, success, n_leaves)
         chosen = best[2]
-        on_iteration(
-            Progress(iteration, len(data), score, best[0], chosen.half_width, chosen.best_success, chosen.leaves)
-        )
+        on_iteration(Progress(iteration, score, best[0], chosen.half_width, chosen.best_success, chosen.leaves))
         since_gain += 1
         if best[0] > reference:
             reference, since_gain = best[0] + chosen.half_width, 0
@@ -193,3 +190,9 @@ def evaluation(world: ParticleWorld, agents: Sequence[ir.AgentPolicy], expert: E
             rows |= {f"{team} success {label} low": round(low, 6), f"{team} success {label} high": round(high, 6)}
             rows[f"{team} expert success {label}"] = theirs[team].value
     return rows
+
+
+def success_of(measured: Mapping[str, float | int | str], team: str, squared_radius: float) -> tuple[float, float]:
+    """A team's success and its expert's in what `evaluation` wrote, at one radius."""
+    label = f"r={squared_radius**0.5:.3g}"
+    return float(measured[f"{team} success {label}"]), float(measured[f"{team} expert success {label}"])

@@ -12,7 +12,7 @@ import json
 import numpy as np
 
 from maviper.experts import store
-from maviper.extract.maviper import Settings, extract
+from maviper.extract.maviper import Settings, extract, success_of
 
 DEMO_RATIO = 0.80
 
@@ -31,7 +31,7 @@ def main() -> None:
         measured = extract(world, expert, Settings(seed=seed, **size)).provenance.evaluation
         row = []
         for team in world.teams:
-            ours, theirs = (float(measured[f"{team} {kind} r=0.316"]) for kind in ("success", "expert success"))
+            ours, theirs = success_of(measured, team, world.squared_radii[0])
             ratios[team].append(ours / theirs)
             row.append(f"{team} {ours:.3f} of {theirs:.3f} ({ours / theirs:.2f})")
         if not options.json:
