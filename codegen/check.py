@@ -81,12 +81,17 @@ def _world(world: WorldSpec) -> Iterator[Violation]:
     taken += [entity.name for entity in world.agents]
     yield from _names(f"{path}.landmarks", "entity", [entity.name for entity in world.landmarks], taken)
     numbers = {"dt": world.dt, "damping": world.damping, "start_low": world.start_low, "start_high": world.start_high}
+    numbers |= {"contact_force": world.contact_force, "contact_margin": world.contact_margin}
     for group, entities in (("agents", world.agents), ("landmarks", world.landmarks)):
         for index, entity in enumerate(entities):
             numbers |= {f"{group}[{index}].size": entity.size, f"{group}[{index}].force": entity.force}
+            if entity.start is not None and not -MOST_LENGTH <= entity.start[0] <= entity.start[1] <= MOST_LENGTH:
+                yield Violation(f"{path}.{group}[{index}].start_box", f"needs low <= high within {MOST_LENGTH:g}")
     for name, value in numbers.items():
         if not abs(value) <= MOST_LENGTH:
             yield Violation(f"{path}.{name}", f"must be finite and at most {MOST_LENGTH:g}")
+    if 0 < world.contact_force <= MOST_LENGTH and world.contact_margin <= 0:
+        yield Violation(f"{path}.contact_margin", "must be positive where there is a contact force")
     if world.start_low > world.start_high:
         yield Violation(f"{path}.start_low", "is above start_high")
     if world.episode_steps < 1:
@@ -111,7 +116,11 @@ def _agent(path: str, policy: AgentPolicy, world: WorldSpec) -> Iterator[Violati
             yield Violation(
                 here, f"needs a range with low <= high within {MOST_LENGTH:g}, has [{feature.low}, {feature.high}]"
             )
-        for weight, coordinate in feature.meaning.terms if feature.meaning else ():
+        meaning = feature.meaning
+        # always 0 has one spelling, and of two functions one would be lost
+        if meaning and meaning.sign + meaning.positive > (1 if meaning.terms else 0):
+            yield Violation(f"{here}.meaning", "is a sum, the sign of a sum or whether it is positive; nothing else")
+        for weight, coordinate in meaning.terms if meaning else ():
             if weight not in (-1, 1):
                 yield Violation(f"{here}.meaning", f"weights are +1 or -1, not {weight}")
             if coordinate not in known:

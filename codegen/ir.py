@@ -78,20 +78,21 @@ class GrownTree(_Arrays):
 
 @dataclass(frozen=True)
 class Meaning:
-    """What a feature measures: a sum of signed world coordinates, or the sign (-1, 0, 1) of one."""
+    """What a feature measures: a sum of signed world coordinates (none: 0), its sign (-1, 0, 1) or if positive."""
 
     terms: tuple[tuple[int, str], ...]  # (+1 or -1, coordinate such as "agent_0.x")
     sign: bool = False
+    positive: bool = False
 
     def __str__(self) -> str:
         text = " ".join(f"{'-' if weight < 0 else '+'} {coordinate}" for weight, coordinate in self.terms)
-        text = text.removeprefix("+ ")
-        return f"sign({text})" if self.sign else text
+        text = text.removeprefix("+ ") or "0"
+        return f"sign({text})" if self.sign else f"positive({text})" if self.positive else text
 
 
 @dataclass(frozen=True)
 class FeatureSpec:
-    """One number of an observation. `low` and `high` (in `unit`) bound it over an episode from the start box."""
+    """One number of an observation. Actions alone keep it within `low` and `high` (in `unit`) over an episode."""
 
     name: str
     unit: str
@@ -113,19 +114,21 @@ class EntitySpec:
     """An agent or a landmark: `force` is the acceleration of a unit action (length / s^2), 0 for what cannot move."""
 
     name: str
-    size: float
+    size: float  # radius
     force: float
-    max_speed: float | None
+    max_speed: float | None  # length / s
     collides: bool
+    start: tuple[float, float] | None = None  # bounds of its start position on each axis; None: the world's
 
 
 @dataclass(frozen=True)
 class WorldSpec:
     """The world that a profile was learned in: its entities and dynamics.
 
-    A step of `dt` seconds moves every position with the old velocity, then damps the velocity by the share
-    `damping` and adds dt * force * effect of the action. Episodes start at rest with every coordinate uniform in
-    [start_low, start_high] and last `episode_steps` steps.
+    A step of `dt` seconds moves every position with the old velocity, then damps the velocity by the share `damping`,
+    adds dt * (force * effect of the action + contacts) and cuts the speed at `max_speed`. Entities that collide push
+    each other apart by contact_force * contact_margin * log(1 + exp(overlap / contact_margin)). Episodes start at rest,
+    uniform in [start_low, start_high], and last `episode_steps` steps. `options` make this variant of the game.
     """
 
     name: str
@@ -138,6 +141,9 @@ class WorldSpec:
     start_low: float
     start_high: float
     episode_steps: int
+    contact_force: float = 0.0
+    contact_margin: float = 0.0
+    options: Mapping[str, int | str] = field(default_factory=lambda: MappingProxyType({}))
 
     def coordinates(self) -> tuple[str, ...]:
         """Names of all coordinates: positions of agents and landmarks, agents' velocities, then the goal's position."""

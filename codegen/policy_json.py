@@ -146,6 +146,9 @@ def _document(profile: PolicyProfile) -> dict[str, Any]:
             "damping": float(world.damping),
             "start_box": [float(world.start_low), float(world.start_high)],
             "episode_steps": world.episode_steps,
+            "contact_force": float(world.contact_force),
+            "contact_margin": float(world.contact_margin),
+            "options": dict(world.options),
         },
         "agents": [_agent(policy) for policy in profile.agents],
         "provenance": {
@@ -163,7 +166,14 @@ def _document(profile: PolicyProfile) -> dict[str, Any]:
 def _entity(entity: EntitySpec) -> dict[str, Any]:
     speed = None if entity.max_speed is None else float(entity.max_speed)
     moving = {"force": float(entity.force), "max_speed": speed}
-    return {"name": entity.name, "size": float(entity.size), **moving, "collides": entity.collides}
+    start = None if entity.start is None else [float(bound) for bound in entity.start]
+    return {
+        "name": entity.name,
+        "size": float(entity.size),
+        **moving,
+        "collides": entity.collides,
+        "start_box": start,
+    }
 
 
 def _agent(policy: AgentPolicy) -> dict[str, Any]:
@@ -223,6 +233,9 @@ def _profile(raw: ProfileJson, where: str) -> PolicyProfile:
         start_low=world.start_box[0],
         start_high=world.start_box[1],
         episode_steps=world.episode_steps,
+        contact_force=world.contact_force,
+        contact_margin=world.contact_margin,
+        options=world.options,
     )
     agents = tuple(_policy(agent, f"{where}: $.agents[{index}]") for index, agent in enumerate(raw.agents))
     given = msgspec.structs.asdict(raw.provenance)
@@ -292,11 +305,13 @@ _TERM = re.compile(r"\s*([+-]?)\s*([A-Za-z][\w-]*\.[a-z]+)")
 
 
 def _meaning(text: str | None, path: str) -> Meaning | None:
-    """`goal.x - agent_0.x` or `sign(...)` as a Meaning."""
+    """`goal.x - agent_0.x`, `sign(...)`, `positive(...)` or `0` as a Meaning."""
     if text is None:
         return None
-    sign = text.startswith("sign(") and text.endswith(")")
-    body = text[5:-1] if sign else text
+    if text == "0":
+        return Meaning(())
+    wrapped = re.fullmatch(r"(sign|positive)\((.*)\)", text)
+    function, body = wrapped.groups() if wrapped else ("", text)
     terms: list[tuple[int, str]] = []
     place = 0
     while place < len(body):
@@ -305,10 +320,10 @@ def _meaning(text: str | None, path: str) -> Meaning | None:
             raise ProfileError(
                 "not a valid policy profile",
                 f"{path}: cannot read {text[:80]!r}",
-                "write `a.x - b.x` or `sign(a.x - b.x)`",
+                "write `a.x - b.x`, `sign(...)`, `positive(...)` or `0`",
             )
         terms.append((-1 if match[1] == "-" else 1, match[2]))
         place = match.end()
     if not terms:
         raise ProfileError("not a valid policy profile", f"{path}: empty", "write `a.x - b.x`, or null")
-    return Meaning(tuple(terms), sign)
+    return Meaning(tuple(terms), sign=function == "sign", positive=function == "positive")

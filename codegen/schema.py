@@ -66,6 +66,7 @@ class EntityJson(_Strict):
     force: float
     max_speed: float | None
     collides: bool
+    start_box: tuple[float, float] | None
 
 
 class WorldJson(_Strict):
@@ -78,6 +79,9 @@ class WorldJson(_Strict):
     damping: float
     start_box: tuple[float, float]
     episode_steps: int
+    contact_force: float
+    contact_margin: float
+    options: dict[str, int | str]
 
 
 class AgentJson(_Strict):

@@ -5,7 +5,7 @@ Assumes: the profile's world is one of ours; otherwise on-policy checks are repo
 Does not: write files.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -13,14 +13,15 @@ from typing import Any
 import numpy as np
 
 from codegen import ir, selfcheck
-from codegen.errors import DisagreementError
+from codegen.errors import DisagreementError, InputError
 from codegen.lower import lower
 from codegen.policy_json import content_hash, layout
 from codegen.selfcheck import Agreement, CompiledC, Report
 from codegen.targets import TARGETS, emit
 from maviper.evaluate import metrics
-from maviper.evaluate.play import Episodes, Policy, play
-from maviper.worlds import WORLDS, ParticleWorld, find
+from maviper.evaluate.play import Controller, Episodes, Policies, play, tree_policies
+from maviper.worlds import ParticleWorld, built_in
+from maviper.worlds.world import world_name
 
 NO_WORLD = "no world of this version has the profile's spec, agents, features and actions"
 ON_POLICY_EPISODES = 4_000  # of 25 steps: 100,000 observations an agent
@@ -66,9 +67,10 @@ def compile_profile(
 
 def matching_world(profile: ir.PolicyProfile) -> ParticleWorld | None:
     """Our world with exactly the profile's spec, agents, teams, features and actions, or None."""
-    if profile.world.name not in WORLDS:
+    try:
+        world = built_in(world_name(profile.world))
+    except InputError:  # another's world, or options of another version
         return None
-    world = find(profile.world.name)
     ours = [
         (agent, world.team_of(agent), features, actions)
         for agent, features, actions in zip(world.agents, world.features, world.actions, strict=True)
@@ -77,11 +79,11 @@ def matching_world(profile: ir.PolicyProfile) -> ParticleWorld | None:
     return world if world.spec == profile.world and ours == theirs else None
 
 
-def on_policy(profile: ir.PolicyProfile, world: ParticleWorld, policies: Sequence[Policy] | None = None) -> Episodes:
-    """Episodes of the profile's own trees, or the same episodes driven by `policies`."""
+def on_policy(profile: ir.PolicyProfile, world: ParticleWorld, driver: Controller | None = None) -> Episodes:
+    """Episodes of the profile's own trees, or the same episodes driven by `driver`."""
     seeds = range(metrics.ON_POLICY_SEEDS, metrics.ON_POLICY_SEEDS + ON_POLICY_EPISODES)
-    trees = [metrics.tree_policy(policy) for policy in profile.agents]
-    return play(world, trees if policies is None else policies, world.start_from_seeds(seeds))
+    controller = tree_policies(profile.agents) if driver is None else driver
+    return play(world, [controller] * len(profile.agents), world.start_from_seeds(seeds))
 
 
 def _grown(profile: ir.PolicyProfile, episodes: Episodes) -> list[Agreement]:
@@ -99,8 +101,9 @@ def _driven(
     compiler = selfcheck.find_compiler()
     assert compiler is not None
     with CompiledC(header, lower(profile, prefix), compiler) as compiled:
-        again = on_policy(profile, world, [partial(compiled.act, policy.agent) for policy in profile.agents])
-    if again.position.tobytes() != episodes.position.tobytes():
+        driver = Policies([partial(compiled.act, policy.agent) for policy in profile.agents])
+        again = on_policy(profile, world, driver)
+    if any(a.position.tobytes() != b.position.tobytes() for a, b in zip(again.states, episodes.states, strict=True)):
         raise DisagreementError(
             "episodes driven by the compiled C take another course", "", "this is a bug; nothing was written"
         )

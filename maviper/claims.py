@@ -116,15 +116,12 @@ def _state(profile: ir.PolicyProfile, point: Point) -> WorldState:
 
 def _visited(world: ParticleWorld, episodes: Episodes, region: Region) -> Visited:
     """How many on-policy states lie inside a region, its goals included."""
-    steps, batch = episodes.position.shape[:2]
-    position = episodes.position.reshape(steps * batch, -1, 2)
-    still = np.zeros((len(position), len(world.agents), 2))
-    state = WorldState(position, still, np.tile(episodes.goal, steps))
+    state = WorldState.joined(episodes.states[1:])
     within = contains(region, world.coordinates(state), world.spec)
     if region.goals:
         names = np.array([landmark.name for landmark in world.spec.landmarks])
         within &= np.isin(names[state.goal], region.goals)
-    return Visited(int(within.sum()), len(within), batch)
+    return Visited(int(within.sum()), len(within), len(episodes.states[0]))
 
 
 def digests(files: Mapping[str, str]) -> dict[str, str]:

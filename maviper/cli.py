@@ -84,13 +84,15 @@ def worlds() -> None:
 
 @worlds.command("list")
 def worlds_list() -> int:
-    """Names of the worlds and of their shipped experts."""
+    """The worlds, their options with defaults, and their shipped experts (EXPERT@SEED is one trained seed)."""
     from maviper.experts.store import SHIPPED
-    from maviper.worlds import WORLDS, find
+    from maviper.worlds import WORLDS, find, options_of
 
     for name in WORLDS:
         agents = ", ".join(f"{team} ({len(members)})" for team, members in find(name).teams.items())
-        click.echo(f"{name}  {agents}{'  expert shipped' if name in SHIPPED else ''}")
+        click.echo(f"{name}  {agents}")
+        click.echo(f"  options: {', '.join(f'{key}={value}' for key, value in options_of(name).items())}")
+        click.echo(f"  experts: {', '.join(expert for expert in SHIPPED if expert.startswith(name))}")
     return ExitCode.DONE
 
 
@@ -101,56 +103,56 @@ def worlds_show(world: str) -> int:
     from maviper.worlds import find
 
     found = find(world)
-    click.echo(f"{found.name}, after {found.spec.reference}, {found.spec.episode_steps} steps of {found.spec.dt} s")
+    pace = f" of {found.spec.dt} s" if found.spec.dt else ""
+    click.echo(f"{found.name}, after {found.spec.reference}, {found.spec.episode_steps} steps{pace}")
     for agent, features, actions in zip(found.agents, found.features, found.actions, strict=True):
         click.echo(f"\n{agent}, team {found.team_of(agent)}")
         for feature in features:
-            click.echo(f"  {feature.name:<16} {feature.unit} [{feature.low:g}, {feature.high:g}]  {feature.meaning}")
+            meaning = feature.meaning or "no meaning"
+            click.echo(f"  {feature.name:<16} {feature.unit} [{feature.low:g}, {feature.high:g}]  {meaning}")
         click.echo(f"  actions: {', '.join(action.name for action in actions)}")
     return ExitCode.DONE
 
 
+@worlds.command("check")
+@click.argument("world")
+def worlds_check(world: str) -> int:
+    """What WORLD has, lacks or has wrong, one line each; 2 when it cannot be used.
+
+    WORLD is a name from `maviper worlds list`, or module:function for a PettingZoo parallel environment of your own,
+    with options after commas: module:function,n=3,max_steps=50.
+    """
+    from maviper.worlds.checking import check, usable
+
+    findings = check(world)
+    for finding in findings:
+        click.echo(str(finding))
+    return ExitCode.DONE if usable(findings) else ExitCode.INPUT
+
+
 @cli.command()
 @click.argument("world")
+@click.option("--algorithm", default="", help="mappo, maddpg or vdn (default: the recipe's).")
+@click.option("--recipe", default="default", show_default=True, help="default, or paper: MADDPG as released.")
 @click.option("--seed", default=0, show_default=True, help="Seed of everything random.")
-@click.option(
-    "--steps", default=None, type=int, help="Joint environment steps (default: 6,000,000, as for the shipped expert)."
-)
+@click.option("--seeds", default=1, show_default=True, help="Train so many seeds, from --seed on; keep the best.")
+@click.option("--steps", default=None, type=int, help="Joint environment steps (default: the recipe's).")
+@click.option("--set", "settings", multiple=True, metavar="NAME=VALUE", help="Another setting of the algorithm.")
+@click.option("--device", default="cpu", show_default=True, help="Any device that torch has.")
+@click.option("--jobs", default=1, show_default=True, help="Seeds trained at the same time.")
+@click.option("--resume", is_flag=True, help="Go on with the run in the folder.")
 @OUTPUT
 @click.pass_context
-def train(context: click.Context, world: str, seed: int, steps: int | None, output: Path) -> int:
+def train(context: click.Context, world: str, output: Path, **options: Any) -> int:
     """Train an expert for WORLD into a run folder (needs the extra maviper[train]).
 
-    The folder holds the best checkpoint so far at all times, so an interrupted run still has a valid expert.
+    WORLD is a game, with options after commas (predator-prey,prey=1), or module:function for an environment of yours.
+    The folder holds the best checkpoint so far at all times; an interrupted run goes on with --resume and ends with
+    the same expert.
     """
-    from maviper.experts import train as training
-    from maviper.worlds import find
+    from maviper.training import train_command
 
-    console = _console(context)
-    found = find(world)
-    overrides = {"seed": seed} | ({} if steps is None else {"steps": steps})
-    console.line("training", f"{found.name}, MADDPG, seed {seed}")
-    lines: dict[str, Any] = {}
-    with console.live("steps", 1) as live:
-
-        def show(checkpoint: training.Checkpoint, total: int) -> None:
-            if not lines or checkpoint.score > lines["best"].score:
-                lines["best"] = checkpoint
-            live.total = total
-            live.update(checkpoint.steps, "best " + _shares(lines["best"].success))
-
-        card = training.train(found, output, overrides, show)
-    for name, value in card["measured"].items():
-        if isinstance(value, list):
-            console.line("measured", f"{name}: {value[0]:.3f} [{value[1]:.3f}, {value[2]:.3f}]")
-    console.line("wrote", str(output / training.EXPERT_FILE))
-    return ExitCode.DONE
-
-
-def _shares(success: dict[str, Any]) -> str:
-    from maviper.evaluate.metrics import shown
-
-    return ", ".join(f"{team} {shown(won)}" for team, won in success.items())
+    return train_command(world, output, options, _console(context))
 
 
 @cli.command()
@@ -162,12 +164,15 @@ def _shares(success: dict[str, Any]) -> str:
 @click.option("--rollouts", default=50, show_default=True, help="Episodes a round.")
 @click.option("--selection-episodes", default=100, show_default=True, help="Episodes to score each iterate.")
 @click.option("--seed", default=0, show_default=True, help="Seed of everything random.")
+@click.option("--critic", default="learned", show_default=True, help="Whose Q weighs states: learned or measured.")
+@click.option("--world", default=None, help="module:function of the environment that the expert plays, if it is yours.")
 @OUTPUT
 @click.pass_context
 def extract(context: click.Context, expert: str, algorithm: str, output: Path, **settings: Any) -> int:
-    """Extract a policy profile from EXPERT: a world's name for its shipped expert, or an expert file or run folder.
+    """Extract a policy profile from EXPERT: a world's name, an expert file or a run folder.
 
-    -o names the profile's JSON file.
+    A world's name means its shipped expert, or its scripted one where no network is shipped
+    (cooperative-navigation,agents=12); module:function calls yours. -o names the profile's JSON file.
     """
     from codegen.errors import UnknownNameError
     from maviper.extraction import extract_to_file

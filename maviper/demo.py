@@ -13,11 +13,11 @@ from maviper import agreement, claims, publish, runs
 from maviper.compilation import say_agreement
 from maviper.console import Console
 from maviper.experts import store
-from maviper.extract.maviper import Settings, success_of
+from maviper.extract.maviper import Settings, measured_of
 from maviper.extraction import extract_live
 from maviper.show import rules
 from maviper.verification import say_results
-from maviper.worlds import ParticleWorld
+from maviper.worlds import World
 from maviper.worlds.physical_deception import DEFENDERS
 from verify.spec import Verdict
 
@@ -63,8 +63,8 @@ def run(folder: Path, console: Console, seed: int | None) -> int:
     return ExitCode.DONE if expected else ExitCode.VIOLATED
 
 
-def _reached(profile: ir.PolicyProfile, world: ParticleWorld, console: Console) -> bool:
-    ours, theirs = success_of(profile.provenance.evaluation, DEFENDERS, world.squared_radii[0])
+def _reached(profile: ir.PolicyProfile, world: World, console: Console) -> bool:
+    ours, theirs = measured_of(profile.provenance.evaluation, world.primary(DEFENDERS))
     if ours >= LEAST_RATIO * theirs:
         return True
     console.line(

@@ -12,17 +12,20 @@ from typing import Any
 from codegen import ir, policy_json
 from maviper import runs
 from maviper.console import Console
-from maviper.evaluate.metrics import shown
-from maviper.experts import store
-from maviper.experts.network import Expert
+from maviper.evaluate.metrics import ratio, shown
+from maviper.experts.expert import Expert
+from maviper.experts.finding import LEARNED, find_expert
+from maviper.experts.measured import Measured
 from maviper.extract import maviper as algorithm
-from maviper.worlds import ParticleWorld
+from maviper.worlds import World
 
 
 def extract_to_file(expert: str, settings: Mapping[str, Any], output: Path, console: Console) -> ir.PolicyProfile:
     """Extracts from the named expert and writes the profile to `output`."""
-    checked = algorithm.Settings(**settings).checked()
-    found, world = store.load(expert)
+    chosen = dict(settings)
+    critic, named = chosen.pop("critic", LEARNED), chosen.pop("world", None)
+    checked = algorithm.Settings(**chosen).checked()
+    found, world = find_expert(expert, critic, named)
     runs.target(output)  # before the work, not after it
     profile = extract_live(world, found, checked, console)
     runs.write(output, policy_json.dumps(profile))
@@ -30,30 +33,31 @@ def extract_to_file(expert: str, settings: Mapping[str, Any], output: Path, cons
     return profile
 
 
-def extract_live(
-    world: ParticleWorld, expert: Expert, settings: algorithm.Settings, console: Console
-) -> ir.PolicyProfile:
+def extract_live(world: World, expert: Expert, settings: algorithm.Settings, console: Console) -> ir.PolicyProfile:
     """Extracts with a live line, then says what the trees reach."""
-    console.line("expert", f"{expert.card.get('algorithm', 'unknown')} for {world.name}, id {expert.hash[:16]}")
+    made = expert.card.get("algorithm", "unknown")
+    critic = ", measured critic" if isinstance(expert, Measured) else ""
+    console.line("expert", f"{made} for {world.name}{critic}{f', id {expert.hash[:16]}' if expert.hash else ''}")
     with console.live("extracting", settings.iterations) as live:
 
         def show(progress: algorithm.Progress) -> None:
-            best = ", ".join(f"{team} {shown(won)}" for team, won in progress.best_success.items())
+            best = ", ".join(f"{team} {shown(found)}" for team, found in progress.best_measured.items())
             live.update(progress.iteration + 1, f"best {best}  {progress.leaves} leaves")
 
         profile = algorithm.extract(world, expert, settings, show)
-    say_success(profile, world, console)
+    say_measured(profile, world, console)
     return profile
 
 
-def say_success(profile: ir.PolicyProfile, world: ParticleWorld, console: Console) -> None:
-    """Each team's success against expert opponents beside the expert's own, at both radii, on held-out episodes."""
+def say_measured(profile: ir.PolicyProfile, world: World, console: Console) -> None:
+    """Each team's measures against expert opponents beside the expert's own, on held-out episodes."""
     measured = profile.provenance.evaluation
-    for squared in world.squared_radii:
-        label = f"r={squared**0.5:.3g}"
+    for name in dict.fromkeys(measure.name for measure in world.measures):
         parts = []
-        for team in world.teams:
-            ours, theirs = algorithm.success_of(measured, team, squared)
-            ratio = f"ratio {ours / theirs:.2f}" if theirs else "no ratio"
-            parts.append(f"{team} {ours:.3f} (expert {theirs:.3f}, {ratio})")
-        console.line("success", f"{label}: {'; '.join(parts)}, {measured['episodes']} held-out episodes")
+        for measure in world.measures:
+            if measure.name == name:
+                ours, theirs = algorithm.measured_of(measured, measure)
+                found = ratio(measure, ours, theirs)
+                text = "no ratio" if found is None else f"ratio {found:.2f}"
+                parts.append(f"{measure.team} {ours:.3f} (expert {theirs:.3f}, {text})")
+        console.line("measured", f"{name}: {'; '.join(parts)}, {measured['episodes']} held-out episodes")

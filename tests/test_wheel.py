@@ -40,9 +40,9 @@ def test_templates_and_experts_are_inside_and_nothing_else(wheel):
     names = zipfile.ZipFile(wheel).namelist()
     templates = {str(path.relative_to(ROOT / "templates")) for path in (ROOT / "templates").rglob("*.j2")}
     assert {name.removeprefix("codegen/templates/") for name in names if name.endswith(".j2")} == templates
-    assert "maviper/experts/shipped/physical_deception.safetensors" in names
+    assert "maviper/experts/shipped/physical_deception.0.safetensors" in names
     kinds = {Path(name).suffix for name in names if ".dist-info/" not in name}
-    assert kinds == {".py", ".j2", ".safetensors"}
+    assert kinds == {".py", ".j2", ".safetensors", ".json", ".svg"}
 
 
 def test_the_demo_runs_from_another_folder(wheel, tmp_path):

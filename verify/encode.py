@@ -178,10 +178,11 @@ def _tests(feature: FeatureSpec, tree: Tree, node: int, at: dict[str, Any], slac
     meaning = feature.meaning
     if meaning is None or len(meaning.terms) > 2:
         raise InputError(f"feature {feature.name} is not a coordinate or a difference of two", str(meaning))
-    measured = z3.Sum(*(at[name] if weight > 0 else -at[name] for weight, name in _known(feature, at)))
+    parts = [at[name] if weight > 0 else -at[name] for weight, name in _known(feature, at)]
+    measured = z3.Sum(*parts) if parts else z3.RealVal(0)
     threshold = float(tree.threshold[node])
-    if meaning.sign:
-        line = _sign_line(threshold)
+    if meaning.sign or meaning.positive:
+        line = _sign_line(threshold) if meaning.sign else _positive_line(threshold)
     elif len(meaning.terms) == 1:
         line = last_double(threshold)
     else:
@@ -203,6 +204,11 @@ def _known(feature: FeatureSpec, at: dict[str, Any]) -> tuple[tuple[int, str], .
                 f"feature {feature.name} observes {name}, which regions do not bound yet", str(feature.meaning)
             )
     return terms
+
+
+def _positive_line(threshold: float) -> HalfLine | None:
+    """The numbers for which "is positive" (0 or 1) is at most `threshold`; None when all or none are."""
+    return HalfLine(Fraction(0), strict=False) if 0 <= threshold < 1 else None
 
 
 def _sign_line(threshold: float) -> HalfLine | None:

@@ -131,9 +131,14 @@ def positions(world: WorldSpec) -> tuple[str, ...]:
 
 
 def start_region(world: WorldSpec) -> Region:
-    """Every position in the world's start box, any goal."""
-    bounds = (Fraction(world.start_low), Fraction(world.start_high))
-    return Region(dict.fromkeys(positions(world), bounds), world.goals, name="start")
+    """Every position in its start box, any goal."""
+    return Region(_start_box(world), world.goals, name="start")
+
+
+def _start_box(world: WorldSpec) -> dict[str, tuple[Fraction, Fraction]]:
+    bounds = [entity.start or (world.start_low, world.start_high) for entity in world.agents + world.landmarks]
+    exact_bounds = [(Fraction(low), Fraction(high)) for low, high in bounds for _ in "xy"]
+    return dict(zip(positions(world), exact_bounds, strict=True))
 
 
 def read_region(source: str, world: WorldSpec, where: str) -> Region:
@@ -145,10 +150,9 @@ def read_region(source: str, world: WorldSpec, where: str) -> Region:
     for key in document:
         if key not in ("goals", "default", "box", "difference", "apart"):
             raise UnknownNameError("key", key, ("goals", "default", "box", "difference", "apart"), where)
-    default = (Fraction(world.start_low), Fraction(world.start_high))
+    box = _start_box(world)
     if "default" in document:
-        default = _interval(document["default"], f"{where}: default")
-    box = dict.fromkeys(positions(world), default)
+        box = dict.fromkeys(box, _interval(document["default"], f"{where}: default"))
     for name, bounds in _table(document, "box", where).items():
         if name not in box:
             raise UnknownNameError("coordinate", name, box, f"{where}: box")

@@ -1,6 +1,6 @@
 /* Decision tree policies of 3 agents for the world physical-deception. Generated: do not edit.
  *
- * profile     883d3c4df60f96b6cb01ad91094f7a24fa39078550d2035691b80c4e5ca4e01f
+ * profile     a27715e718578d546237e99100a168586463d44b95b222d117df233b9ef66d68
  * made by     maviper 0.1.0, maviper, preset paper, seed 0
  *
  * C99, no heap, no libc, no recursion, no state. For each agent A:
@@ -10,14 +10,14 @@
  * A split goes left iff x[feature] <= threshold, both float32, thresholds exact. NaN compares false and so goes right;
  * infinities follow <=. Check untrusted input with ..._finite first.
  */
-#ifndef PHYSICAL_DECEPTION_883D3C4DF60F96B6_H
-#define PHYSICAL_DECEPTION_883D3C4DF60F96B6_H
+#ifndef PHYSICAL_DECEPTION_A27715E718578D54_H
+#define PHYSICAL_DECEPTION_A27715E718578D54_H
 
 #ifdef __FAST_MATH__
 #error "compile without -ffast-math: it changes what comparisons with NaN and tiny numbers mean"
 #endif
 
-#define PHYSICAL_DECEPTION_PROFILE "883d3c4df60f96b6cb01ad91094f7a24fa39078550d2035691b80c4e5ca4e01f"
+#define PHYSICAL_DECEPTION_PROFILE "a27715e718578d546237e99100a168586463d44b95b222d117df233b9ef66d68"
 
 /* adversary_0, team adversaries: 16 leaves, at most 4 comparisons */
 
@@ -44,60 +44,60 @@ enum {
 
 static inline int physical_deception_adversary_0_act(const float *x)
 {
-    if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_0_DX] <= -0x1.4df79ap-2f) { /* node 0: -0.32614 */
-        if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_1_DX] <= -0x1.501c4p-5f) { /* node 1: -0.0410291 */
-            if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_1_DY] <= -0x1.143428p+0f) { /* node 2: -1.07892 */
-                if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_0_DY] <= -0x1.1a098ap-2f) { /* node 3: -0.275427 */
-                    return PHYSICAL_DECEPTION_ADVERSARY_0_DOWN; /* leaf 4 */
+    if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_AGENT_0_DY] <= 0x1.63f876p-2f) { /* node 0: 0.347627 */
+        if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_1_DX] <= -0x1.157072p-1f) { /* node 1: -0.541874 */
+            if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_AGENT_1_DY] <= -0x1.72e956p-1f) { /* node 2: -0.724436 */
+                if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_0_DX] <= -0x1.f9dba2p-3f) { /* node 3: -0.247001 */
+                    return PHYSICAL_DECEPTION_ADVERSARY_0_LEFT; /* leaf 4 */
                 } else {
-                    return PHYSICAL_DECEPTION_ADVERSARY_0_LEFT; /* leaf 5 */
+                    return PHYSICAL_DECEPTION_ADVERSARY_0_DOWN; /* leaf 5 */
                 }
             } else {
-                if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_0_DY] <= 0x1.47306cp+0f) { /* node 6: 1.27808 */
+                if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_1_DY] <= 0x1.1757d2p+0f) { /* node 6: 1.09118 */
                     return PHYSICAL_DECEPTION_ADVERSARY_0_LEFT; /* leaf 7 */
                 } else {
                     return PHYSICAL_DECEPTION_ADVERSARY_0_UP; /* leaf 8 */
                 }
             }
         } else {
-            if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_0_DY] <= -0x1.8ef392p-2f) { /* node 9: -0.389601 */
-                if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_1_DY] <= 0x1.14483ap-2f) { /* node 10: 0.269807 */
+            if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_1_DY] <= -0x1.944ddcp-2f) { /* node 9: -0.394828 */
+                if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_0_DY] <= -0x1.2fb1bp-2f) { /* node 10: -0.296576 */
                     return PHYSICAL_DECEPTION_ADVERSARY_0_DOWN; /* leaf 11 */
                 } else {
                     return PHYSICAL_DECEPTION_ADVERSARY_0_DOWN; /* leaf 12 */
                 }
             } else {
-                if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_0_DY] <= 0x1.b5a286p-1f) { /* node 13: 0.854756 */
-                    return PHYSICAL_DECEPTION_ADVERSARY_0_LEFT; /* leaf 14 */
+                if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_0_DX] <= 0x1.347e68p-1f) { /* node 13: 0.602527 */
+                    return PHYSICAL_DECEPTION_ADVERSARY_0_DOWN; /* leaf 14 */
                 } else {
-                    return PHYSICAL_DECEPTION_ADVERSARY_0_UP; /* leaf 15 */
+                    return PHYSICAL_DECEPTION_ADVERSARY_0_RIGHT; /* leaf 15 */
                 }
             }
         }
     } else {
-        if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_0_DY] <= -0x1.ee3d9cp-4f) { /* node 16: -0.120664 */
-            if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_1_DY] <= -0x1.537738p-3f) { /* node 17: -0.165755 */
-                if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_0_DX] <= 0x1.14ceb4p+0f) { /* node 18: 1.08128 */
-                    return PHYSICAL_DECEPTION_ADVERSARY_0_DOWN; /* leaf 19 */
+        if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_1_DX] <= 0x1.69d13ep-1f) { /* node 16: 0.706675 */
+            if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_0_DY] <= 0x1.51083cp-1f) { /* node 17: 0.658266 */
+                if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_AGENT_0_DX] <= -0x1.5a89a4p-2f) { /* node 18: -0.338416 */
+                    return PHYSICAL_DECEPTION_ADVERSARY_0_LEFT; /* leaf 19 */
                 } else {
-                    return PHYSICAL_DECEPTION_ADVERSARY_0_RIGHT; /* leaf 20 */
+                    return PHYSICAL_DECEPTION_ADVERSARY_0_UP; /* leaf 20 */
                 }
             } else {
-                if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_1_DX] <= -0x1.cdb10ap-4f) { /* node 21: -0.112718 */
+                if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_0_DX] <= -0x1.243a66p+0f) { /* node 21: -1.14152 */
                     return PHYSICAL_DECEPTION_ADVERSARY_0_LEFT; /* leaf 22 */
                 } else {
-                    return PHYSICAL_DECEPTION_ADVERSARY_0_RIGHT; /* leaf 23 */
+                    return PHYSICAL_DECEPTION_ADVERSARY_0_UP; /* leaf 23 */
                 }
             }
         } else {
-            if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_1_DY] <= 0x1.9b6a98p-2f) { /* node 24: 0.401774 */
-                if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_1_DX] <= 0x1.7020b4p-3f) { /* node 25: 0.17975 */
+            if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_0_DY] <= 0x1.db755ap-1f) { /* node 24: 0.92863 */
+                if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_AGENT_0_DY] <= 0x1.6b5c76p-2f) { /* node 25: 0.354845 */
                     return PHYSICAL_DECEPTION_ADVERSARY_0_UP; /* leaf 26 */
                 } else {
                     return PHYSICAL_DECEPTION_ADVERSARY_0_RIGHT; /* leaf 27 */
                 }
             } else {
-                if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_0_DX] <= 0x1.4bdfbap+0f) { /* node 28: 1.29638 */
+                if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_AGENT_1_DX] <= 0x1.6b605ep-1f) { /* node 28: 0.70972 */
                     return PHYSICAL_DECEPTION_ADVERSARY_0_UP; /* leaf 29 */
                 } else {
                     return PHYSICAL_DECEPTION_ADVERSARY_0_RIGHT; /* leaf 30 */
@@ -145,30 +145,30 @@ enum {
 
 static inline int physical_deception_agent_0_act(const float *x)
 {
-    if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DY] <= -0x1.297874p-4f) { /* node 0: -0.0726246 */
-        if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DX] <= 0x1.1a4ebap-1f) { /* node 1: 0.551382 */
-            if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DX] <= -0x1.866fa2p-4f) { /* node 2: -0.0953213 */
-                if (x[PHYSICAL_DECEPTION_AGENT_0_X_GOAL_DY] <= -0x1.2a8976p-2f) { /* node 3: -0.29154 */
+    if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DY] <= -0x1.52160ep-5f) { /* node 0: -0.0412703 */
+        if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DX] <= 0x1.de4decp-3f) { /* node 1: 0.233547 */
+            if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DX] <= -0x1.e6dc5ep-3f) { /* node 2: -0.237725 */
+                if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DY] <= -0x1.b6c192p-2f) { /* node 3: -0.428473 */
                     return PHYSICAL_DECEPTION_AGENT_0_DOWN; /* leaf 4 */
                 } else {
                     return PHYSICAL_DECEPTION_AGENT_0_LEFT; /* leaf 5 */
                 }
             } else {
-                if (x[PHYSICAL_DECEPTION_AGENT_0_X_GOAL_DY] <= -0x1.49955p-3f) { /* node 6: -0.160929 */
+                if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DY] <= -0x1.263716p-3f) { /* node 6: -0.14366 */
                     return PHYSICAL_DECEPTION_AGENT_0_DOWN; /* leaf 7 */
                 } else {
                     return PHYSICAL_DECEPTION_AGENT_0_DOWN; /* leaf 8 */
                 }
             }
         } else {
-            if (x[PHYSICAL_DECEPTION_AGENT_0_X_GOAL_DX] <= -0x1.438634p-2f) { /* node 9: -0.315942 */
-                if (x[PHYSICAL_DECEPTION_AGENT_0_X_ADVERSARY_0_DX] <= -0x1.8f1d3ep-2f) { /* node 10: -0.38976 */
+            if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DX] <= 0x1.3631b2p-1f) { /* node 9: 0.605848 */
+                if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DY] <= -0x1.2bec7cp-2f) { /* node 10: -0.292894 */
                     return PHYSICAL_DECEPTION_AGENT_0_DOWN; /* leaf 11 */
                 } else {
-                    return PHYSICAL_DECEPTION_AGENT_0_LEFT; /* leaf 12 */
+                    return PHYSICAL_DECEPTION_AGENT_0_RIGHT; /* leaf 12 */
                 }
             } else {
-                if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DY] <= -0x1.8b97p-1f) { /* node 13: -0.772636 */
+                if (x[PHYSICAL_DECEPTION_AGENT_0_X_GOAL_DY] <= -0x1.362542p+0f) { /* node 13: -1.21151 */
                     return PHYSICAL_DECEPTION_AGENT_0_DOWN; /* leaf 14 */
                 } else {
                     return PHYSICAL_DECEPTION_AGENT_0_RIGHT; /* leaf 15 */
@@ -176,29 +176,29 @@ static inline int physical_deception_agent_0_act(const float *x)
             }
         }
     } else {
-        if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DX] <= 0x1.4d3938p-3f) { /* node 16: 0.162707 */
-            if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DY] <= 0x1.2b887cp-3f) { /* node 17: 0.146256 */
-                if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DX] <= -0x1.059c5p-6f) { /* node 18: -0.0159674 */
+        if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DX] <= 0x1.93c616p-3f) { /* node 16: 0.197155 */
+            if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DX] <= -0x1.895cb4p-3f) { /* node 17: -0.192071 */
+                if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DY] <= 0x1.58f2ccp-1f) { /* node 18: 0.673727 */
                     return PHYSICAL_DECEPTION_AGENT_0_LEFT; /* leaf 19 */
                 } else {
                     return PHYSICAL_DECEPTION_AGENT_0_UP; /* leaf 20 */
                 }
             } else {
-                if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DX] <= -0x1.749c52p-3f) { /* node 21: -0.181939 */
-                    return PHYSICAL_DECEPTION_AGENT_0_LEFT; /* leaf 22 */
+                if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DY] <= 0x1.6b17aep-4f) { /* node 21: 0.0886456 */
+                    return PHYSICAL_DECEPTION_AGENT_0_UP; /* leaf 22 */
                 } else {
                     return PHYSICAL_DECEPTION_AGENT_0_UP; /* leaf 23 */
                 }
             }
         } else {
-            if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DY] <= 0x1.6bf024p-2f) { /* node 24: 0.355408 */
-                if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_1_DY] <= 0x1.c7009p+0f) { /* node 25: 1.77735 */
+            if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DY] <= 0x1.f837a6p-3f) { /* node 24: 0.2462 */
+                if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DX] <= 0x1.222b44p-2f) { /* node 25: 0.283368 */
                     return PHYSICAL_DECEPTION_AGENT_0_RIGHT; /* leaf 26 */
                 } else {
-                    return PHYSICAL_DECEPTION_AGENT_0_UP; /* leaf 27 */
+                    return PHYSICAL_DECEPTION_AGENT_0_RIGHT; /* leaf 27 */
                 }
             } else {
-                if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DX] <= 0x1.f8c5a4p-2f) { /* node 28: 0.492941 */
+                if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DX] <= 0x1.43d682p-1f) { /* node 28: 0.632496 */
                     return PHYSICAL_DECEPTION_AGENT_0_UP; /* leaf 29 */
                 } else {
                     return PHYSICAL_DECEPTION_AGENT_0_RIGHT; /* leaf 30 */
@@ -246,60 +246,60 @@ enum {
 
 static inline int physical_deception_agent_1_act(const float *x)
 {
-    if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DX] <= -0x1.8880b8p-5f) { /* node 0: -0.0479129 */
-        if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DY] <= -0x1.090a6ep-3f) { /* node 1: -0.129414 */
-            if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DX] <= -0x1.ad38dcp-2f) { /* node 2: -0.419162 */
-                if (x[PHYSICAL_DECEPTION_AGENT_1_X_GOAL_DY] <= 0x1.9bf8e4p-2f) { /* node 3: 0.402317 */
+    if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DX] <= -0x1.ddadfap-4f) { /* node 0: -0.116621 */
+        if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DY] <= 0x1.36c47cp-3f) { /* node 1: 0.151742 */
+            if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DY] <= -0x1.a4aa48p-3f) { /* node 2: -0.205403 */
+                if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DX] <= -0x1.71d20cp-2f) { /* node 3: -0.361153 */
                     return PHYSICAL_DECEPTION_AGENT_1_LEFT; /* leaf 4 */
                 } else {
-                    return PHYSICAL_DECEPTION_AGENT_1_UP; /* leaf 5 */
+                    return PHYSICAL_DECEPTION_AGENT_1_DOWN; /* leaf 5 */
                 }
             } else {
-                if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DY] <= -0x1.2fafeep-2f) { /* node 6: -0.29657 */
-                    return PHYSICAL_DECEPTION_AGENT_1_DOWN; /* leaf 7 */
+                if (x[PHYSICAL_DECEPTION_AGENT_1_X_ADVERSARY_0_DX] <= 0x1.74d392p-4f) { /* node 6: 0.0910221 */
+                    return PHYSICAL_DECEPTION_AGENT_1_LEFT; /* leaf 7 */
                 } else {
-                    return PHYSICAL_DECEPTION_AGENT_1_DOWN; /* leaf 8 */
+                    return PHYSICAL_DECEPTION_AGENT_1_LEFT; /* leaf 8 */
                 }
             }
         } else {
-            if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DY] <= 0x1.63aa22p-1f) { /* node 9: 0.694657 */
-                if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DX] <= -0x1.2d665cp-3f) { /* node 10: -0.147168 */
+            if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DX] <= -0x1.861fdp-2f) { /* node 9: -0.380981 */
+                if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DY] <= 0x1.174a9cp-1f) { /* node 10: 0.545491 */
                     return PHYSICAL_DECEPTION_AGENT_1_LEFT; /* leaf 11 */
                 } else {
-                    return PHYSICAL_DECEPTION_AGENT_1_LEFT; /* leaf 12 */
+                    return PHYSICAL_DECEPTION_AGENT_1_UP; /* leaf 12 */
                 }
             } else {
-                if (x[PHYSICAL_DECEPTION_AGENT_1_X_GOAL_DY] <= 0x1.aad256p-3f) { /* node 13: 0.208409 */
-                    return PHYSICAL_DECEPTION_AGENT_1_LEFT; /* leaf 14 */
+                if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DY] <= 0x1.148748p-2f) { /* node 13: 0.270047 */
+                    return PHYSICAL_DECEPTION_AGENT_1_UP; /* leaf 14 */
                 } else {
                     return PHYSICAL_DECEPTION_AGENT_1_UP; /* leaf 15 */
                 }
             }
         }
     } else {
-        if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DY] <= 0x1.2cd81ap-3f) { /* node 16: 0.146897 */
-            if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DX] <= 0x1.7355fep-2f) { /* node 17: 0.362633 */
-                if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DY] <= -0x1.8bcf1ap-3f) { /* node 18: -0.193266 */
+        if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DY] <= 0x1.3be7a8p-4f) { /* node 16: 0.0771252 */
+            if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DX] <= 0x1.06bb86p-3f) { /* node 17: 0.128287 */
+                if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DY] <= -0x1.9a277cp-4f) { /* node 18: -0.100135 */
                     return PHYSICAL_DECEPTION_AGENT_1_DOWN; /* leaf 19 */
                 } else {
                     return PHYSICAL_DECEPTION_AGENT_1_RIGHT; /* leaf 20 */
                 }
             } else {
-                if (x[PHYSICAL_DECEPTION_AGENT_1_X_GOAL_DY] <= -0x1.c2b5d4p-1f) { /* node 21: -0.880293 */
-                    return PHYSICAL_DECEPTION_AGENT_1_DOWN; /* leaf 22 */
+                if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DY] <= -0x1.cdc5ecp-3f) { /* node 21: -0.225475 */
+                    return PHYSICAL_DECEPTION_AGENT_1_RIGHT; /* leaf 22 */
                 } else {
                     return PHYSICAL_DECEPTION_AGENT_1_RIGHT; /* leaf 23 */
                 }
             }
         } else {
-            if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DX] <= 0x1.8bfd4cp-1f) { /* node 24: 0.773417 */
-                if (x[PHYSICAL_DECEPTION_AGENT_1_X_ADVERSARY_0_DY] <= -0x1.818364p-1f) { /* node 25: -0.752956 */
+            if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DX] <= 0x1.6eb53p-3f) { /* node 24: 0.179057 */
+                if (x[PHYSICAL_DECEPTION_AGENT_1_X_GOAL_DX] <= -0x1.815536p+0f) { /* node 25: -1.50521 */
                     return PHYSICAL_DECEPTION_AGENT_1_RIGHT; /* leaf 26 */
                 } else {
                     return PHYSICAL_DECEPTION_AGENT_1_UP; /* leaf 27 */
                 }
             } else {
-                if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_0_DY] <= 0x1.b9dd64p-2f) { /* node 28: 0.431509 */
+                if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DY] <= 0x1.43699p-1f) { /* node 28: 0.631665 */
                     return PHYSICAL_DECEPTION_AGENT_1_RIGHT; /* leaf 29 */
                 } else {
                     return PHYSICAL_DECEPTION_AGENT_1_UP; /* leaf 30 */
@@ -320,4 +320,4 @@ static inline int physical_deception_agent_1_finite(const float *x)
     return 1;
 }
 
-#endif /* PHYSICAL_DECEPTION_883D3C4DF60F96B6_H */
+#endif /* PHYSICAL_DECEPTION_A27715E718578D54_H */

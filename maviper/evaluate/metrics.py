@@ -1,17 +1,20 @@
-"""What episodes are worth: each team's primary measure, with intervals.
+"""What episodes are worth: each team's measures, with intervals.
 
-Does: success shares at the world's radii, returns, and the joint measure of a profile against expert opponents.
+Does: estimates the world's measures over episodes, and of each team against given opponents.
 Assumes: evaluation seeds are episode seeds of the reference environment, so that every number can be replayed there.
 Does not: run experiments over training seeds.
 """
 
-from collections.abc import Sequence
-from functools import partial
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
-from codegen import ir
-from maviper.evaluate.play import Policy, play
-from maviper.worlds import ParticleWorld
-from verify.shares import Share
+import numpy as np
+
+from codegen.ir import Float64
+from maviper.evaluate.play import Controller, rollout
+from maviper.worlds import Measure, World
+from verify.shares import Z95, Share
 
 # Episode seeds. The first three have fixed lengths; extraction seeds shift the rollouts and the selection by 100,000
 # each, up to 2**32 of them, so those lie far apart. No purpose meets another's episodes.
@@ -21,39 +24,73 @@ MEASUREMENT_SEEDS = 3_000_000
 ON_POLICY_SEEDS = 4_000_000
 ROLLOUT_SEEDS = 1_000_000_000_000_000
 SELECTION_SEEDS = 2_000_000_000_000_000
+RETURN = "return"
 
 
-def shown(won: Share) -> str:
-    """A share with its interval, for people: `0.910 [0.891, 0.926]`."""
-    low, high = won.interval
-    return f"{won.value:.3f} [{low:.3f}, {high:.3f}]"
+@dataclass(frozen=True)
+class Mean:
+    """The mean of a number over `count` episodes."""
+
+    value: float
+    half_width: float  # of its 95 % interval, by the normal approximation
+    count: int
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """The 95 % interval."""
+        return self.value - self.half_width, self.value + self.half_width
 
 
-def tree_policy(policy: ir.AgentPolicy) -> Policy:
-    """The reference semantics of a tree policy, as a function from observations to actions."""
-    return partial(ir.act, policy)
+Estimate = Share | Mean
 
 
-def success(world: ParticleWorld, policies: Sequence[Policy], seeds: Sequence[int]) -> list[dict[str, Share]]:
-    """Each team's success share over the episodes `seeds`, one dictionary for each of the world's radii."""
-    episodes = play(world, policies, world.start_from_seeds(seeds))
-    return [
-        {
-            team: Share(int(won.sum()), len(won))
-            for team, won in world.success(episodes.position, episodes.goal, radius).items()
-        }
-        for radius in world.squared_radii
-    ]
+def estimate(measure: Measure, values: Float64) -> Estimate:
+    """A measure over episodes, `values` [batch]."""
+    if measure.share:
+        return Share(int(values.sum()), len(values))
+    deviation = float(values.std(ddof=1)) if len(values) > 1 else math.inf
+    return Mean(float(values.mean()), Z95 * deviation / math.sqrt(len(values)), len(values))
 
 
-def team_success(
-    world: ParticleWorld, ours: Sequence[Policy], opponents: Sequence[Policy], seeds: Sequence[int]
-) -> list[dict[str, Share]]:
-    """As `success`, with each team played by `ours` against all other teams played by `opponents`."""
-    tables: list[dict[str, Share]] = [{} for _ in world.squared_radii]
+def shown(found: Estimate) -> str:
+    """An estimate with its interval, for people: `0.910 [0.891, 0.926]`."""
+    low, high = found.interval
+    return f"{found.value:.3f} [{low:.3f}, {high:.3f}]"
+
+
+def ratio(measure: Measure, ours: float, theirs: float) -> float | None:
+    """Performance ratio: ours over theirs, the inverse where lower is better; None where that divides by zero.
+
+    A negative return is no divisor: 1 + (ours - theirs) / |theirs| is the same where theirs is positive.
+    """
+    if measure.lower_is_better:
+        return theirs / ours if ours else None
+    return 1 + (ours - theirs) / abs(theirs) if theirs else None
+
+
+def evaluate(world: World, controllers: Sequence[Controller], seeds: Sequence[int]) -> dict[Measure, Estimate]:
+    """Every measure of the world over the episodes `seeds`, and each team's return (its agents' mean)."""
+    played = rollout(world, controllers, seeds)
+    values = np.concatenate([episodes.values for episodes in played], axis=1)
+    returns = np.concatenate([episodes.returns for episodes in played], axis=1)
+    found = {measure: estimate(measure, row) for measure, row in zip(world.measures, values, strict=True)}
+    paid = {Measure(team, RETURN): returns[world.members(team)].mean(axis=0) for team in world.teams}
+    return found | {measure: estimate(measure, row) for measure, row in paid.items()}
+
+
+def evaluate_teams(
+    world: World, ours: Sequence[Controller], opponents: Sequence[Controller], seeds: Sequence[int]
+) -> dict[Measure, Estimate]:
+    """As `evaluate`, with each team played by `ours` against all other teams played by `opponents`."""
+    found: dict[Measure, Estimate] = {}
     for team in world.teams:
         members = world.members(team)
         mixed = [ours[agent] if agent in members else opponents[agent] for agent in range(len(ours))]
-        for table, row in zip(tables, success(world, mixed, seeds), strict=True):
-            table[team] = row[team]
-    return tables
+        table = evaluate(world, mixed, seeds)
+        found |= {measure: value for measure, value in table.items() if measure.team == team}
+    return {measure: found[measure] for measure in world.measures}
+
+
+def primary(world: World, found: Mapping[Measure, Estimate]) -> dict[str, Estimate]:
+    """Each team's primary measure."""
+    return {team: found[world.primary(team)] for team in world.teams}

@@ -1,6 +1,6 @@
-"""A MADDPG expert as numpy arrays: one actor and one centralized critic per agent.
+"""Experts as numpy arrays: per agent an actor and a centralized critic, or one value network.
 
-Does: the forward pass of actors (argmax of logits) and critics (Q of joint actions).
+Does: the forward pass of actors (argmax of logits), critics (Q of joint actions) and value networks (Q of own actions).
 Assumes: two hidden ReLU layers; a critic reads all observations, then all agents' actions one-hot.
 Does not: learn, or need torch.
 
@@ -10,24 +10,28 @@ processors, and in float64 that is too small to turn a decision, so an extractio
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import partial
 from typing import Any
 
 import numpy as np
 
+from codegen.errors import InputError
 from codegen.ir import Float32, Float64
-from maviper.evaluate.play import Policy
-from maviper.worlds.particle import Int
+from maviper.experts.expert import AS_GIVEN
+from maviper.worlds.world import Int
 
 LAYERS = (1, 2, 3)
-AS_GIVEN = -1  # in a column of `joint`: take each state's own action
+NO_CRITIC = "finish its training, or measure Q: --critic measured"
+ACTOR, CRITIC, VALUE = "actor", "critic", "value"
+# what an expert's file may hold for each agent, and its card says
+ACTOR_CRITIC = "actor-critic"
+NETS = {ACTOR_CRITIC: (ACTOR, CRITIC), ACTOR: (ACTOR,), VALUE: (VALUE,)}
 
 
 @dataclass(frozen=True)
-class Expert:
+class NetworkExpert:
     """Weights of all agents' networks.
 
-    `tensors` holds, for each agent name A, each net in (actor, critic) and each layer L in 1, 2, 3,
+    `tensors` holds, for each agent name A, each net (actor and critic, or value) and each layer L in 1, 2, 3,
     `A.net.L.weight` [inputs, outputs] and `A.net.L.bias` [outputs], float32. `card` says what made them and how
     good they are; `hash` is the SHA-256 of the file.
     """
@@ -42,39 +46,45 @@ class Expert:
     def __post_init__(self) -> None:
         object.__setattr__(self, "_wide", {name: tensor.astype(np.float64) for name, tensor in self.tensors.items()})
 
-    def policies(self) -> list[Policy]:
-        """Each agent's greedy policy."""
-        return [partial(self.act, agent) for agent in range(len(self.agents))]
+    @property
+    def centralized(self) -> bool:
+        """Critics see all agents; value networks see their own."""
+        return not self._has(VALUE)
 
-    def act(self, agent: int, obs: Float32) -> Int:
-        """The greedy action of one agent, [batch]. `obs`: [batch, n_features] float32."""
-        return np.argmax(self._head(f"{self.agents[agent]}.actor", self._first(agent, obs)), axis=1)
+    def _has(self, net: str) -> bool:
+        return f"{self.agents[0]}.{net}.1.weight" in self.tensors
 
-    def q(self, agent: int, observations: Sequence[Float32], joint: Int, given: Int) -> Float64:
-        """Q of one agent for chosen joint actions, [batch, n_joint].
+    def act(self, agents: Sequence[int], observations: Sequence[Float32], state: Any = None) -> Int:
+        """As `Controller.act`: each agent's greedy action."""
+        return np.stack([np.argmax(self.logits(agent, observations[agent]), axis=1) for agent in agents], axis=1)
 
-        `observations`: every agent's, each [batch, n_features]. `joint`: [n_joint, n_agents] action indices asked for
-        in every state; where it says AS_GIVEN, the agent's action is that of `given` [batch, n_agents]. The first
-        layer's part for observations and given actions is computed once per state.
-        """
-        net = f"{self.agents[agent]}.critic"
+    def logits(self, agent: int, obs: Float32) -> Float64:
+        """What the greedy action is the argmax of, [batch, n_actions]."""
+        net = f"{self.agents[agent]}.{ACTOR if self.centralized else VALUE}"
+        wide = self._wide
+        return self._head(net, np.asarray(obs, np.float64) @ wide[f"{net}.1.weight"] + wide[f"{net}.1.bias"])
+
+    def q(self, agent: int, observations: Sequence[Float32], state: Any, joint: Int, given: Int) -> Float64:
+        """As `Expert.q`. The first layer's part for observations and given actions is computed once per state."""
+        if not self.centralized:
+            chosen = np.where(joint[:, agent] == AS_GIVEN, given[:, agent, None], joint[:, agent])
+            return np.take_along_axis(self.logits(agent, observations[agent]), chosen, axis=1)
+        if not self._has(CRITIC):
+            raise InputError("this expert has no critic", self.card.get("world", ""), NO_CRITIC)
+        net = f"{self.agents[agent]}.{CRITIC}"
         weight = self._wide[f"{net}.1.weight"]
         seen = np.concatenate(list(observations), axis=1).astype(np.float64)
-        state = seen @ weight[: seen.shape[1]] + self._wide[f"{net}.1.bias"]
+        shared = seen @ weight[: seen.shape[1]] + self._wide[f"{net}.1.bias"]
         first_row = seen.shape[1] + np.concatenate([[0], np.cumsum(self.n_actions)[:-1]])
-        asked = np.zeros((len(joint), state.shape[1]))
+        asked = np.zeros((len(joint), shared.shape[1]))
         for other, row in enumerate(first_row):
             if joint[0, other] == AS_GIVEN:
-                state = state + weight[row + given[:, other]]
+                shared = shared + weight[row + given[:, other]]
             else:
                 asked = asked + weight[row + joint[:, other]]
-        first = state[:, None, :] + asked
+        first = shared[:, None, :] + asked
         flat = self._head(net, first.reshape(-1, first.shape[-1]))
         return flat.reshape(first.shape[:2])
-
-    def _first(self, agent: int, obs: Float32) -> Float64:
-        net = f"{self.agents[agent]}.actor"
-        return np.asarray(obs, np.float64) @ self._wide[f"{net}.1.weight"] + self._wide[f"{net}.1.bias"]
 
     def _head(self, net: str, first: Float64) -> Float64:
         hidden = np.maximum(first, 0)

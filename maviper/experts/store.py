@@ -17,13 +17,29 @@ import numpy as np
 from codegen.errors import InputError, UnknownNameError
 from codegen.ir import Float32
 from maviper import runs
-from maviper.experts.network import LAYERS, Expert
-from maviper.worlds import ParticleWorld, find
+from maviper.experts.network import ACTOR_CRITIC, CRITIC, LAYERS, NETS, NetworkExpert
+from maviper.worlds import World, built_in
+from maviper.worlds.copies import named_by_user
 
 FORMAT = "maviper-expert-1"
 MOST_HIDDEN = 4096
 MAX_BYTES = 64 * 2**20
-SHIPPED = {"physical-deception": "physical_deception.safetensors"}
+# world -> (file name, trained seeds, the one of the best score on its finalists' episodes)
+_TRAINED = {
+    "physical-deception": ("physical_deception", (0, 1, 2), 2),
+    "physical-deception,velocity=1": ("physical_deception_velocity", (0, 1, 2), 1),
+    "cooperative-navigation": ("cooperative_navigation", (0, 1), 1),
+    "predator-prey": ("predator_prey", (0,), 0),
+}
+# name on the command line -> file: `physical-deception` is the best seed's, `physical-deception@1` that of seed 1
+SHIPPED = {
+    **{world: f"{stem}.{best}.safetensors" for world, (stem, _, best) in _TRAINED.items()},
+    **{
+        f"{world}@{seed}": f"{stem}.{seed}.safetensors"
+        for world, (stem, seeds, _) in _TRAINED.items()
+        for seed in seeds
+    },
+}
 
 
 def encode(tensors: Mapping[str, Float32], card: Mapping[str, Any]) -> bytes:
@@ -34,8 +50,11 @@ def encode(tensors: Mapping[str, Float32], card: Mapping[str, Any]) -> bytes:
     return save(contiguous, metadata={FORMAT: json.dumps(card, sort_keys=True)})
 
 
-def decode(data: bytes, where: str) -> Expert:
-    """The expert in a file's bytes; InputError when it is damaged or not an expert of ours."""
+def decode(data: bytes, where: str, world: World | None = None) -> NetworkExpert:
+    """The expert in a file's bytes; InputError when it is damaged, not an expert of ours, or another world's.
+
+    `world`: what it plays; needed for a user's environment, since a file's word is not enough to import code.
+    """
     from safetensors import SafetensorError
     from safetensors.numpy import load
 
@@ -44,28 +63,40 @@ def decode(data: bytes, where: str) -> Expert:
         tensors = load(data)
         header = json.loads(data[8 : 8 + int.from_bytes(data[:8], "little")])
         card = json.loads(header["__metadata__"][FORMAT])
-        world = find(card["world"])
+        name = str(card["world"])
         hidden = range(1, MOST_HIDDEN + 1)[int(card["hidden"]) - 1]
-    except UnknownNameError:
-        raise
+        networks = card.get("networks", ACTOR_CRITIC)
+        NETS[networks]
     except (SafetensorError, ValueError, LookupError, TypeError, AttributeError, RecursionError):
         raise InputError("not an expert file", where, advice) from None
+    if world is None and named_by_user(name):
+        raise InputError("the expert plays an environment of yours", f"{where}: {name}", f"name it: --world {name}")
+    world = world or built_in(name)
+    if name != world.name:
+        raise InputError("the expert plays another world", f"{where}: {name}, not {world.name}", advice)
     n_actions = tuple(len(choices) for choices in world.actions)
-    for name, shape in shapes(world, hidden).items():
+    for name, shape in shapes(world, hidden, networks).items():
         found = tensors[name].shape if name in tensors else None
         if found != shape or not np.isfinite(tensors[name]).all():
             raise InputError(
                 "not a sound expert file", f"{where}: {name}: shape {found}, expected {shape}, finite", advice
             )
-    return Expert(world.agents, n_actions, tensors, card, hashlib.sha256(data).hexdigest())
+    return NetworkExpert(world.agents, n_actions, tensors, card, hashlib.sha256(data).hexdigest())
 
 
-def shapes(world: ParticleWorld, hidden: int) -> dict[str, tuple[int, ...]]:
+def built(world: World, tensors: Mapping[str, Float32], card: Mapping[str, Any]) -> NetworkExpert:
+    """An expert from its parts, without a file."""
+    n_actions = tuple(len(choices) for choices in world.actions)
+    return NetworkExpert(world.agents, n_actions, tensors, card, "")
+
+
+def shapes(world: World, hidden: int, networks: str = ACTOR_CRITIC) -> dict[str, tuple[int, ...]]:
     """Names and shapes of the tensors that an expert for `world` consists of."""
     n_all = sum(len(features) for features in world.features) + sum(len(choices) for choices in world.actions)
     expected: dict[str, tuple[int, ...]] = {}
     for agent, features, choices in zip(world.agents, world.features, world.actions, strict=True):
-        for net, inputs, outputs in (("actor", len(features), len(choices)), ("critic", n_all, 1)):
+        for net in NETS[networks]:
+            inputs, outputs = (n_all, 1) if net == CRITIC else (len(features), len(choices))
             sizes = (inputs, hidden, hidden, outputs)
             for layer in LAYERS:
                 expected[f"{agent}.{net}.{layer}.weight"] = sizes[layer - 1 : layer + 1]
@@ -73,15 +104,15 @@ def shapes(world: ParticleWorld, hidden: int) -> dict[str, tuple[int, ...]]:
     return expected
 
 
-def load(name_or_path: str) -> tuple[Expert, ParticleWorld]:
+def load(name_or_path: str, world: World | None = None) -> tuple[NetworkExpert, World]:
     """A shipped expert by its world's name, or one from a file or run folder, with the world that it plays."""
     if name_or_path in SHIPPED:
         data = (resources.files("maviper.experts.shipped") / SHIPPED[name_or_path]).read_bytes()
-        expert = decode(data, f"shipped expert {name_or_path}")
+        expert = decode(data, f"shipped expert {name_or_path}", world)
     else:
         path = Path(name_or_path)
         path = path / "expert.safetensors" if path.is_dir() else path
         if not path.exists() and path.suffix == "" and path.parent == Path():
             raise UnknownNameError("expert", name_or_path, SHIPPED, "neither a shipped expert nor a file or run folder")
-        expert = decode(runs.read(path, MAX_BYTES), str(path))
-    return expert, find(expert.card["world"])
+        expert = decode(runs.read(path, MAX_BYTES), str(path), world)
+    return expert, world or built_in(str(expert.card["world"]))

@@ -7,13 +7,14 @@ Does not: compute weights (weights.py).
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from codegen.ir import Float32, Float64
 from maviper.evaluate.play import Episodes
-from maviper.experts.network import Expert
-from maviper.worlds.particle import Int
+from maviper.experts.expert import Expert
+from maviper.worlds.world import Int
 
 
 @dataclass(frozen=True)
@@ -33,14 +34,15 @@ class Dataset:
         return Dataset(observations, labels, np.concatenate([self.weights, other.weights]))
 
 
-def states(episodes: Episodes) -> tuple[Float32, ...]:
-    """All observations of a batch of episodes, per agent [steps * batch, n_features]."""
-    return tuple(seen.reshape(-1, seen.shape[-1]) for seen in episodes.observations)
+def points(episodes: Episodes) -> tuple[tuple[Float32, ...], Any]:
+    """All observations of a batch of episodes, per agent [steps * batch, n_features], and the states they show."""
+    observations = tuple(seen.reshape(-1, seen.shape[-1]) for seen in episodes.observations)
+    return observations, type(episodes.states[0]).joined(episodes.states[:-1])
 
 
-def labels(expert: Expert, observations: Sequence[Float32]) -> Int:
+def labels(expert: Expert, observations: Sequence[Float32], state: Any) -> Int:
     """The expert's joint action in each state, [n, n_agents]."""
-    return np.stack([policy(seen) for policy, seen in zip(expert.policies(), observations, strict=True)], axis=1)
+    return expert.act(range(len(observations)), observations, state)
 
 
 def resample(weights: Float64, max_samples: int, rng: np.random.Generator) -> Int:

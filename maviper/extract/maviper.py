@@ -7,6 +7,8 @@ Does not: write files or print; progress goes to a callback.
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
+from functools import reduce
+from operator import add
 from types import MappingProxyType
 
 import numpy as np
@@ -16,14 +18,14 @@ from codegen.errors import InputError, UnknownNameError
 from codegen.ir import GrownTree
 from maviper import version
 from maviper.evaluate import metrics
-from maviper.evaluate.play import Policy, play
-from maviper.experts.network import Expert
-from maviper.extract.dataset import Dataset, labels, resample, states
+from maviper.evaluate.metrics import Estimate
+from maviper.evaluate.play import Controller, rollout, tree_policies
+from maviper.experts.expert import Expert
+from maviper.extract.dataset import Dataset, labels, points, resample
 from maviper.extract.deploy import deployed
 from maviper.extract.grow import train_joint_trees
 from maviper.extract.weights import maviper_weights
-from maviper.worlds import ParticleWorld
-from verify.shares import Share
+from maviper.worlds import Measure, World
 
 PRESETS = ("paper",)
 EVALUATION_EPISODES = 1_000
@@ -70,12 +72,12 @@ class Progress:
     score: float
     best: float
     half_width: float  # of the best score's 95 % interval
-    best_success: dict[str, Share]  # team -> success of the best iterate, against expert opponents
+    best_measured: dict[str, Estimate]  # team -> primary measure of the best iterate, against expert opponents
     leaves: int  # of the best iterate, all agents
 
 
 def extract(
-    world: ParticleWorld,
+    world: World,
     expert: Expert,
     settings: Settings,
     on_iteration: Callable[[Progress], None] = lambda progress: None,
@@ -85,8 +87,8 @@ def extract(
     rng = np.random.default_rng(settings.seed)
     offset = settings.seed * EPISODES_PER_SEED
     selection = range(metrics.SELECTION_SEEDS + offset, metrics.SELECTION_SEEDS + offset + settings.selection_episodes)
-    experts = expert.policies()
-    expert_success = metrics.team_success(world, experts, experts, selection)[0]
+    experts: list[Controller] = [expert] * len(world.agents)
+    expert_measured = metrics.evaluate(world, experts, selection)
     data: Dataset | None = None
     policies = experts  # line 1: no data yet, the first policies are the experts
     best: tuple[float, list[GrownTree], Progress] | None = None
@@ -97,24 +99,33 @@ def extract(
         data = met if data is None else data + met  # line 4
         counts = [resample(weights, settings.max_samples, rng) for weights in data.weights.T]  # line 5
         grown = grow_teams(world, data, counts, settings.max_depth, rng)  # line 6
-        policies = [metrics.tree_policy(policy) for policy in agent_policies(world, grown)]
-        success = metrics.team_success(world, policies, experts, selection)[0]
-        score, half_width = joint_ratio(success, expert_success)
+        policies = [tree_policies(agent_policies(world, grown))] * len(world.agents)
+        measured = metrics.evaluate_teams(world, policies, experts, selection)
+        score, half_width = joint_ratio(world, measured, expert_measured)
         if best is None or score > best[0]:
-            n_leaves = sum(int((tree.feature == ir.NO_FEATURE).sum()) for tree in grown)
-            best = score, grown, Progress(iteration, score, score, half_width, success, n_leaves)
+            leaves = sum(int((tree.feature == ir.NO_FEATURE).sum()) for tree in grown)
+            reached = metrics.primary(world, measured)
+            best = score, grown, Progress(iteration, score, score, half_width, reached, leaves)
         chosen = best[2]
-        on_iteration(Progress(iteration, score, best[0], chosen.half_width, chosen.best_success, chosen.leaves))
+        on_iteration(Progress(iteration, score, best[0], chosen.half_width, chosen.best_measured, chosen.leaves))
         since_gain += 1
         if best[0] > reference:
             reference, since_gain = best[0] + chosen.half_width, 0
         if since_gain >= settings.patience:
             break
     assert best is not None and data is not None
-    training = asdict(settings) | {"stopped_after": iteration + 1, "best_iteration": best[2].iteration + 1}
-    training |= {"points": len(data), "opponents_in_selection": "expert"}
+    facts = {"stopped_after": iteration + 1, "best_iteration": best[2].iteration + 1, "points": len(data)}
+    return _profile(world, expert, settings, best[1], facts)
+
+
+def _profile(
+    world: World, expert: Expert, settings: Settings, grown: Sequence[GrownTree], facts: Mapping[str, int]
+) -> ir.PolicyProfile:
+    """The trees with where they come from and what they reach on held-out episodes."""
+    training = asdict(settings) | dict(facts) | {"opponents_in_selection": "expert"}
+    training["expert_algorithm"] = str(expert.card.get("algorithm", "unknown"))
     del training["seed"], training["preset"]
-    agents = agent_policies(world, best[1])
+    agents = agent_policies(world, grown)
     provenance = ir.Provenance(
         algorithm="maviper",
         preset=settings.preset,
@@ -127,15 +138,18 @@ def extract(
     return ir.ensure(ir.PolicyProfile(world.spec, agents, provenance))
 
 
-def rollouts(world: ParticleWorld, expert: Expert, policies: Sequence[Policy], seeds: Sequence[int]) -> Dataset:
+def rollouts(world: World, expert: Expert, policies: Sequence[Controller], seeds: Sequence[int]) -> Dataset:
     """Episodes of `policies`, labelled by the expert, with each agent's weights."""
-    observations = states(play(world, policies, world.start_from_seeds(seeds)))
-    wanted = labels(expert, observations)
-    return Dataset(observations, wanted, maviper_weights(world, expert, observations, wanted))
+    parts = []
+    for episodes in rollout(world, policies, seeds):
+        observations, state = points(episodes)
+        wanted = labels(expert, observations, state)
+        parts.append(Dataset(observations, wanted, maviper_weights(world, expert, observations, state, wanted)))
+    return reduce(add, parts)
 
 
 def grow_teams(
-    world: ParticleWorld, data: Dataset, counts: Sequence[np.ndarray], max_depth: int, rng: np.random.Generator
+    world: World, data: Dataset, counts: Sequence[np.ndarray], max_depth: int, rng: np.random.Generator
 ) -> list[GrownTree]:
     """TrainJointTrees for each team; returns the trees in the world's order of agents."""
     trees: list[GrownTree | None] = [None] * len(world.agents)
@@ -155,7 +169,7 @@ def grow_teams(
     return [tree for tree in trees if tree is not None]
 
 
-def agent_policies(world: ParticleWorld, grown: Sequence[GrownTree]) -> tuple[ir.AgentPolicy, ...]:
+def agent_policies(world: World, grown: Sequence[GrownTree]) -> tuple[ir.AgentPolicy, ...]:
     """The grown trees as deployed policies."""
     return tuple(
         ir.AgentPolicy(agent, world.team_of(agent), features, actions, deployed(tree), tree)
@@ -163,36 +177,39 @@ def agent_policies(world: ParticleWorld, grown: Sequence[GrownTree]) -> tuple[ir
     )
 
 
-def joint_ratio(success: dict[str, Share], expert_success: dict[str, Share]) -> tuple[float, float]:
-    """Mean over teams of tree success over expert success, and the half width of its 95 % interval."""
+def joint_ratio(
+    world: World, ours: Mapping[Measure, Estimate], theirs: Mapping[Measure, Estimate]
+) -> tuple[float, float]:
+    """Mean over teams of the primary measure's ratio to the expert's, and the half width of its 95 % interval."""
     ratios, widths = [], []
-    for team, measured in success.items():
-        base = max(expert_success[team].value, 1 / expert_success[team].count)  # an expert that never wins
-        ratios.append(measured.value / base)
-        low, high = measured.interval
-        widths.append((high - low) / 2 / base)
+    for team in world.teams:
+        measure = world.primary(team)
+        # a divisor of zero counts as if it were one hit among all episodes
+        value, base = ours[measure].value, max(abs(theirs[measure].value), 1 / theirs[measure].count)
+        ratio, slope = 1 + (value - theirs[measure].value) / base, 1 / base
+        if measure.lower_is_better:
+            value = max(value, 1 / ours[measure].count)
+            ratio, slope = base / value, base / value**2
+        low, high = ours[measure].interval
+        ratios.append(ratio)
+        widths.append((high - low) / 2 * slope)
     return float(np.mean(ratios)), float(np.sqrt(np.square(widths).sum()) / len(widths))
 
 
-def evaluation(world: ParticleWorld, agents: Sequence[ir.AgentPolicy], expert: Expert) -> dict[str, float | int | str]:
-    """Success of the trees against expert opponents and of the expert, on held-out episodes, at each radius."""
+def evaluation(world: World, agents: Sequence[ir.AgentPolicy], expert: Expert) -> dict[str, float | int | str]:
+    """Every measure of the trees against expert opponents and of the expert, on held-out episodes."""
     seeds = range(metrics.MEASUREMENT_SEEDS, metrics.MEASUREMENT_SEEDS + EVALUATION_EPISODES)
-    trees = [metrics.tree_policy(policy) for policy in agents]
-    experts = expert.policies()
+    trees: list[Controller] = [tree_policies(agents)] * len(agents)
+    experts: list[Controller] = [expert] * len(agents)
     rows: dict[str, float | int | str] = {"episodes": EVALUATION_EPISODES}
-    tree_rows = metrics.team_success(world, trees, experts, seeds)
-    expert_rows = metrics.success(world, experts, seeds)
-    for squared_radius, ours, theirs in zip(world.squared_radii, tree_rows, expert_rows, strict=True):
-        label = f"r={squared_radius**0.5:.3g}"
-        for team, measured in ours.items():
-            rows[f"{team} success {label}"] = measured.value
-            low, high = measured.interval
-            rows |= {f"{team} success {label} low": round(low, 6), f"{team} success {label} high": round(high, 6)}
-            rows[f"{team} expert success {label}"] = theirs[team].value
+    theirs = metrics.evaluate(world, experts, seeds)
+    for measure, ours in metrics.evaluate_teams(world, trees, experts, seeds).items():
+        low, high = (round(end, 6) for end in ours.interval)
+        rows |= {measure.label: ours.value, f"{measure.label} low": low, f"{measure.label} high": high}
+        rows[f"{measure.team} expert {measure.name}"] = theirs[measure].value
     return rows
 
 
-def success_of(measured: Mapping[str, float | int | str], team: str, squared_radius: float) -> tuple[float, float]:
-    """A team's success and its expert's in what `evaluation` wrote, at one radius."""
-    label = f"r={squared_radius**0.5:.3g}"
-    return float(measured[f"{team} success {label}"]), float(measured[f"{team} expert success {label}"])
+def measured_of(rows: Mapping[str, float | int | str], measure: Measure) -> tuple[float, float]:
+    """The trees' and the expert's value of a measure in what `evaluation` wrote."""
+    return float(rows[measure.label]), float(rows[f"{measure.team} expert {measure.name}"])

@@ -1,24 +1,81 @@
 """The games: batched simulators that reproduce the reference environments, one file a game.
 
-Does: finds a world by its name.
-Assumes: every game is a `ParticleWorld`.
+Does: finds a world by its name and options, `predator-prey,prey=1`; a user's environment by `module:function`.
+Assumes: a game is a class whose constructor's parameters are its options.
 Does not: know policies, experts or learning.
 """
 
+import inspect
 from collections.abc import Callable
 
-from codegen.errors import UnknownNameError
+from codegen.errors import InputError, UnknownNameError
+from maviper.worlds.cooperative_navigation import CooperativeNavigation
+from maviper.worlds.copies import named_by_user
 from maviper.worlds.particle import ParticleWorld, WorldState
+from maviper.worlds.pettingzoo import PettingZooWorld, user_world
 from maviper.worlds.physical_deception import PhysicalDeception
+from maviper.worlds.predator_prey import PredatorPrey
+from maviper.worlds.world import Measure, World
 
-WORLDS: dict[str, Callable[[], ParticleWorld]] = {"physical-deception": PhysicalDeception}
+WORLDS: dict[str, Callable[..., ParticleWorld]] = {
+    "physical-deception": PhysicalDeception,
+    "cooperative-navigation": CooperativeNavigation,
+    "predator-prey": PredatorPrey,
+}
+MOST_OF_A_KIND = 24  # agents, targets, obstacles
+SWITCHES = ("velocity",)
 
 
-def find(name: str) -> ParticleWorld:
-    """The world of that name; UnknownNameError with the closest match otherwise."""
-    if name not in WORLDS:
-        raise UnknownNameError("world", name, WORLDS)
-    return WORLDS[name]()
+def find(name: str) -> World:
+    """The world of that name and options; UnknownNameError with the closest match, or InputError, otherwise.
+
+    `module:function` imports and runs a user's code, so a name that a data file states goes to `built_in` instead.
+    """
+    return user_world(name) if named_by_user(name) else built_in(name)
 
 
-__all__ = ["WORLDS", "ParticleWorld", "PhysicalDeception", "WorldState", "find"]
+def built_in(name: str) -> ParticleWorld:
+    """As `find`, among our own games only: nothing is imported or run, whatever the name says."""
+    game, *choices = name.split(",")
+    if game not in WORLDS:
+        raise UnknownNameError("world", game, WORLDS)
+    usual = options_of(game)
+    options: dict[str, int | str] = {}
+    for choice in choices:
+        key, separator, value = choice.partition("=")
+        if key not in usual:
+            raise UnknownNameError("option", key, usual, name)
+        if not separator or not value:
+            raise InputError(f"option {key} has no value", name, f"write {game},{key}=VALUE")
+        if key in options:
+            raise InputError(f"option {key} is given twice", name, "give it once")
+        options[key] = _number(key, value, name) if isinstance(usual[key], int) else value
+    return WORLDS[game](**options)
+
+
+def options_of(game: str) -> dict[str, int | str]:
+    """The options of one of our games, with their defaults."""
+    return {key: parameter.default for key, parameter in inspect.signature(WORLDS[game]).parameters.items()}
+
+
+def _number(key: str, text: str, where: str) -> int:
+    low, high = (0, 1) if key in SWITCHES else (0 if key == "obstacles" else 1, MOST_OF_A_KIND)
+    if not (text.isascii() and text.isdigit() and len(text) < 9) or not low <= int(text) <= high:
+        raise InputError(f"option {key} is '{text[:20]}'", where, f"give a number from {low} to {high}")
+    return int(text)
+
+
+__all__ = [
+    "WORLDS",
+    "CooperativeNavigation",
+    "Measure",
+    "ParticleWorld",
+    "PettingZooWorld",
+    "PhysicalDeception",
+    "PredatorPrey",
+    "World",
+    "WorldState",
+    "built_in",
+    "find",
+    "options_of",
+]

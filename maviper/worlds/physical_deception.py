@@ -5,30 +5,46 @@ Assumes: full observability, discrete actions.
 Does not: collisions (the game has none).
 """
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
-from codegen.ir import Bool, EntitySpec, FeatureSpec, Float64, Meaning, WorldSpec
-from maviper.worlds.particle import ACTIONS, Int, ParticleWorld, WorldState
-from verify.matching import matched
+from codegen.ir import Bool, EntitySpec, FeatureSpec, Float64, WorldSpec
+from maviper.worlds.particle import (
+    ACTIONS,
+    DAMPING,
+    DT,
+    EPISODE_STEPS,
+    FORCE,
+    SQUARED_RADII,
+    SUCCESS,
+    ParticleWorld,
+    WorldState,
+    covered,
+    distances,
+    own,
+    planes,
+    relative,
+    squared_distances,
+)
+from maviper.worlds.world import Measure
 
 ADVERSARIES = "adversaries"
 DEFENDERS = "defenders"
-FORCE = 5.0
-DT = 0.1
-DAMPING = 0.25
-EPISODE_STEPS = 25
-# The released evaluation compares squared distances with 0.1, so the radius of the paper's tables is its root, 0.316.
-SQUARED_RADII = (0.1, 0.1**2)
 
 
 class PhysicalDeception(ParticleWorld):
-    """The game with `n_defenders` defenders and as many targets."""
+    """The game with `defenders` defenders and as many targets.
 
-    def __init__(self, n_defenders: int = 2) -> None:
-        agents = ("adversary_0", *(f"agent_{index}" for index in range(n_defenders)))
-        landmarks = tuple(f"landmark_{index}" for index in range(n_defenders))
+    `velocity` 1 adds each agent's own velocity to what it observes; mpe2's game has 0.
+    """
+
+    def __init__(self, defenders: int = 2, velocity: int = 0) -> None:
+        agents = ("adversary_0", *(f"agent_{index}" for index in range(defenders)))
+        landmarks = tuple(f"landmark_{index}" for index in range(defenders))
+        given = {"defenders": defenders, "velocity": velocity}
+        usual = {"defenders": 2, "velocity": 0}
         self.spec = WorldSpec(
             name="physical-deception",
             reference="mpe2.simple_adversary_v3",
@@ -42,72 +58,55 @@ class PhysicalDeception(ParticleWorld):
             start_low=-1.0,
             start_high=1.0,
             episode_steps=EPISODE_STEPS,
+            options={key: value for key, value in given.items() if value != usual[key]},
         )
         self.teams = {ADVERSARIES: agents[:1], DEFENDERS: agents[1:]}
         self.actions = tuple(ACTIONS for _ in agents)
-        self.features = tuple(self._features(agent) for agent in agents)
-        self.squared_radii = SQUARED_RADII
+        self.features = tuple(self._features(agent, bool(velocity)) for agent in agents)
+        self.measures = tuple(Measure(team, name, share=True) for name in SUCCESS for team in self.teams)
 
-    def _features(self, agent: str) -> tuple[FeatureSpec, ...]:
+    def _features(self, agent: str, velocity: bool) -> tuple[FeatureSpec, ...]:
         seen = [entity.name for entity in self.spec.landmarks] + [name for name in self.agents if name != agent]
         if agent in self.teams[DEFENDERS]:
             seen = ["goal", *seen]
-        reach = farthest(self.spec)
-        features: list[FeatureSpec] = []
-        for other in seen:
-            bound = 2.0 + (2 * reach if other in self.agents else reach)
-            for axis in "xy":
-                meaning = Meaning(((1, f"{other}.{axis}"), (-1, f"{agent}.{axis}")))
-                features.append(FeatureSpec(f"{other}_d{axis}", "length", -bound, bound, meaning))
-        return tuple(features)
+        features = [feature for other in seen for feature in relative(other, agent, self.spec)]
+        return tuple(features + own(agent, self.spec)["velocity"] if velocity else features)
 
     def rewards(self, state: WorldState) -> Float64:
         """Adversary: minus its distance to the goal. Defenders: that distance minus the nearest defender's."""
         n_agents = len(self.agents)
-        goal = state.position[np.arange(len(state)), n_agents + state.goal]
-        distance = _distance(state.position[:, :n_agents], goal[:, None])
-        shared = -distance[:, 1:].min(axis=1) + distance[:, 0]
-        rewards = np.repeat(shared[:, None], n_agents, axis=1)
-        rewards[:, 0] = -distance[:, 0]
-        return rewards
+        distance = distances(planes(state.position)[:n_agents], self.goal_position(state).T)
+        rewards = np.empty((n_agents, len(state)))
+        rewards[1:] = -distance[1:].min(axis=0) + distance[0]
+        rewards[0] = -distance[0]
+        return rewards.T
 
     def shaping(self, state: WorldState) -> Float64:
         """The covering term: for defenders, minus the sum over targets of the nearest defender's distance."""
         n_agents = len(self.agents)
-        distance = _distance(state.position[:, 1:n_agents, None], state.position[:, None, n_agents:])
-        terms = np.zeros((len(state), n_agents))
-        terms[:, 1:] = -distance.min(axis=1).sum(axis=1)[:, None]
-        return terms
+        position = planes(state.position)
+        distance = distances(position[1:n_agents, None], position[None, n_agents:])
+        terms = np.zeros((n_agents, len(state)))
+        terms[1:] = -distance.min(axis=0).sum(axis=0)
+        return terms.T
 
-    def success(self, position: Float64, goal: Int, squared_radius: float) -> dict[str, Bool]:
+    def values(self, states: Sequence[WorldState]) -> Float64:
         """Adversary: within the radius of the goal at some step. Defenders: at some one step every target has a
         defender of its own within the radius.
         """
+        reached = np.stack([self._reached(state) for state in states])
+        return reached.any(axis=0).reshape(-1, reached.shape[-1]).astype(np.float64)
+
+    def _reached(self, state: WorldState) -> Bool:
+        """[n_radii, n_teams, batch]: which team is where it wants to be in a state."""
         n_agents = len(self.agents)
-        batch = np.arange(len(goal))
-        adversary = _squared(position[:, :, 0], position[:, batch, n_agents + goal]) < squared_radius
-        near = _squared(position[:, :, 1:n_agents, None], position[:, :, None, n_agents:]) < squared_radius
-        return {ADVERSARIES: np.any(adversary, axis=0), DEFENDERS: np.any(matched(near), axis=0)}
+        position = planes(state.position)
+        adversary = squared_distances(position[0], self.goal_position(state).T)
+        gap = squared_distances(position[1:n_agents, None], position[None, n_agents:])
+        return np.stack([[adversary < squared, covered(gap < squared)] for squared in SQUARED_RADII])
 
     def reference_env(self) -> Any:
         """mpe2's parallel environment."""
         from mpe2 import simple_adversary_v3
 
         return simple_adversary_v3.parallel_env(N=len(self.teams[DEFENDERS]), max_cycles=EPISODE_STEPS)
-
-
-def farthest(spec: WorldSpec) -> float:
-    """How far an agent can travel from rest within an episode along one axis, rounded up to a tenth."""
-    place = speed = 0.0
-    for _ in range(spec.episode_steps):
-        place += speed * spec.dt
-        speed = speed * (1 - spec.damping) + max(entity.force for entity in spec.agents) * spec.dt
-    return float(np.ceil(place * 10) / 10)
-
-
-def _squared(a: Float64, b: Float64) -> Float64:
-    return np.square(a - b).sum(axis=-1)
-
-
-def _distance(a: Float64, b: Float64) -> Float64:
-    return np.sqrt(_squared(a, b))

@@ -87,6 +87,47 @@ def test_each_broken_invariant_is_named_with_its_path(tree, path, message, profi
     assert any(item.path == f"$.agents[1].{path}" and message in item.message for item in found), found
 
 
+@pytest.mark.parametrize(
+    ("change", "path"),
+    [
+        ({"contact_force": np.inf}, "$.world.contact_force"),
+        ({"contact_margin": np.nan}, "$.world.contact_margin"),
+        ({"agents": {"start": (1.0, -1.0)}}, "$.world.agents[0].start_box"),
+        ({"landmarks": {"start": (np.nan, 1.0)}}, "$.world.landmarks[0].start_box"),
+        ({"landmarks": {"start": (0.0, np.inf)}}, "$.world.landmarks[0].start_box"),
+        ({"landmarks": {"size": np.inf}}, "$.world.landmarks[0].size"),
+    ],
+)
+def test_each_broken_rule_of_the_world_is_named_with_its_path(change, path, profile):
+    for group in ("agents", "landmarks"):
+        if group in change:
+            first, *rest = getattr(profile.world, group)
+            change = {group: (replace(first, **change[group]), *rest)}
+    found = ir.check(replace(profile, world=replace(profile.world, **change)))
+    assert [item.path for item in found] == [path], found
+
+
+@pytest.mark.parametrize(
+    "meaning",
+    [
+        ir.Meaning((), sign=True),  # always 0 has one spelling
+        ir.Meaning((), positive=True),
+        ir.Meaning(((1, "agent_0.x"),), sign=True, positive=True),  # one of the two would be lost
+    ],
+)
+def test_a_meaning_says_one_thing(meaning, profile):
+    policy = profile.agents[1]
+    features = (replace(policy.features[0], meaning=meaning), *policy.features[1:])
+    agents = (profile.agents[0], replace(policy, features=features), *profile.agents[2:])
+    found = ir.check(replace(profile, agents=agents))
+    assert [item.path for item in found] == ["$.agents[1].features[0].meaning"], found
+
+
+def test_a_start_box_may_be_a_point(profile):
+    landmarks = tuple(replace(entity, start=(0.5, 0.5)) for entity in profile.world.landmarks)
+    assert ir.check(replace(profile, world=replace(profile.world, landmarks=landmarks))) == ()
+
+
 def test_all_violations_are_reported_at_once(profile):
     tree = broken(feature=[10, -1, -1], threshold=[np.nan, 0, 0])
     agents = tuple(replace(policy, tree=tree) for policy in profile.agents)

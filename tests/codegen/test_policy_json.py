@@ -9,6 +9,7 @@ from hypothesis import given
 from codegen import ir, policy_json
 from codegen.errors import ProfileError
 from codegen.schema import schema
+from tests.codegen.games import NAMES, random_profile
 from tests.strategies import profiles
 
 
@@ -29,6 +30,52 @@ def test_round_trip_keeps_every_byte(profile):
 def test_text_fits_the_published_schema(profile):
     jsonschema.Draft202012Validator.check_schema(schema())
     jsonschema.validate(json.loads(policy_json.dumps(profile)), schema())
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_game_reads_back(name):
+    """Contacts, start boxes, options and every kind of meaning."""
+    profile = random_profile(name)
+    assert ir.check(profile) == ()
+    text = policy_json.dumps(profile)
+    jsonschema.validate(json.loads(text), schema())
+    again = policy_json.loads(text)
+    assert policy_json.dumps(again) == text and again.world == profile.world
+    assert [policy.features for policy in again.agents] == [policy.features for policy in profile.agents]
+    assert again.world.options == profile.world.options
+
+
+MEANINGS = {
+    "0": ir.Meaning(()),
+    "agent_0.vx": ir.Meaning(((1, "agent_0.vx"),)),
+    "- goal.x + agent_1.y": ir.Meaning(((-1, "goal.x"), (1, "agent_1.y"))),
+    "sign(goal.x - agent_0.x)": ir.Meaning(((1, "goal.x"), (-1, "agent_0.x")), sign=True),
+    "sign(agent_0.x)": ir.Meaning(((1, "agent_0.x"),), sign=True),
+    "positive(goal.x - agent_0.x)": ir.Meaning(((1, "goal.x"), (-1, "agent_0.x")), positive=True),
+    "positive(- agent_0.vy)": ir.Meaning(((-1, "agent_0.vy"),), positive=True),
+    "agent_0.x + agent_1.x - landmark_0.x": ir.Meaning(((1, "agent_0.x"), (1, "agent_1.x"), (-1, "landmark_0.x"))),
+}
+
+
+@pytest.mark.parametrize("text", MEANINGS)
+def test_meanings_read_back(profile, text):
+    document = json.loads(edited(profile, ["agents", 1, "features", 0, "meaning"], text))
+    del document["content_hash"]
+    again = policy_json.loads(json.dumps(document))
+    assert again.agents[1].features[0].meaning == MEANINGS[text]
+    assert json.loads(policy_json.dumps(again))["agents"][1]["features"][0]["meaning"] == text
+    assert policy_json.loads(policy_json.dumps(again)).agents[1].features == again.agents[1].features
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["", " ", "positive()", "sign()", "sign(goal.x", "positive(goal.x", "positiv(goal.x)", "sign(positive(goal.x))",
+     "0 + goal.x", "0.0", "00", "goal.x)", "positive(goal.z)", "sign(goal.x)\n", "SIGN(goal.x)"],
+)  # fmt: skip
+def test_other_meanings_are_refused_with_the_path(profile, text):
+    with pytest.raises(ProfileError) as error:
+        policy_json.loads(edited(profile, ["agents", 1, "features", 0, "meaning"], text), "x.json")
+    assert "x.json: $.agents[1].features[0].meaning" in str(error.value)
 
 
 def edited(profile, path, value):
@@ -65,6 +112,20 @@ FAULTS = [
     (["world", "agents", 0, "name"], "goal", "$.world.agents[0]"),
     (["world", "dt"], KeyError, "$.world"),
     (["world", "extra"], 1, "$.world"),
+    (["world", "contact_force"], 1e300, "$.world.contact_force"),
+    (["world", "contact_force"], "much", "$.world.contact_force"),
+    (["world", "contact_margin"], -1e300, "$.world.contact_margin"),
+    (["world", "contact_margin"], KeyError, "$.world: Object missing required field `contact_margin`"),
+    (["world", "options"], KeyError, "$.world: Object missing required field `options`"),
+    (["world", "options"], {"prey": 1.5}, "$.world.options"),
+    (["world", "options"], [], "$.world.options"),
+    (["world", "agents", 0, "start_box"], KeyError, "$.world.agents[0]"),
+    (["world", "agents", 0, "start_box"], [1, -1], "$.world.agents[0].start_box"),
+    (["world", "landmarks", 1, "start_box"], [1], "$.world.landmarks[1].start_box"),
+    (["world", "landmarks", 1, "start_box"], [-1e300, 0], "$.world.landmarks[1].start_box"),
+    (["world", "contact_margin"], 1.0, "$.content_hash"),
+    (["world", "options"], {"prey": 1}, "$.content_hash"),
+    (["world", "landmarks", 0, "start_box"], [-0.5, 0.5], "$.content_hash"),
     (["world", "goals", 0], "landmark_9", "$.world.goals[0]"),
     (["schema_version"], 2, "$.schema_version"),
     (["semantics"], "round to nearest", "$.semantics"),

@@ -15,6 +15,7 @@ from codegen.errors import DisagreementError, InputError, UnknownNameError
 from codegen.lower import lower
 from codegen.render import comment
 from codegen.targets import emit
+from tests.codegen.games import NAMES, random_profile
 from tests.strategies import profiles
 
 FEW = 1_000  # random observations; the boundary ones are what counts
@@ -35,6 +36,20 @@ def test_no_machine_facts_in_text(profile):
 def test_random_profiles_agree_everywhere(profile):
     report = selfcheck.check_files(profile, emit(profile), random=FEW).ensure()
     assert {item.target for item in report.agreements} >= {"c", "c input check", "python", "python batch", "json"}
+
+
+@pytest.mark.compile
+@pytest.mark.parametrize("name", NAMES)
+def test_every_game_agrees_everywhere(name):
+    """Signs, 0 or 1, and features that are always 0 are numbers like any other; their meanings stand in the text."""
+    profile = random_profile(name)
+    files = emit(profile)
+    report = selfcheck.check_files(profile, files, random=FEW).ensure()
+    assert {item.agent for item in report.agreements} == {policy.agent for policy in profile.agents}
+    header = next(text for file, text in files.items() if file.endswith(".h"))
+    for policy in profile.agents:
+        tested = policy.tree.feature[policy.tree.feature != ir.NO_FEATURE]
+        assert all(str(policy.features[feature].meaning) in header for feature in tested)
 
 
 @pytest.mark.compile

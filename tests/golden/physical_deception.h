@@ -1,6 +1,6 @@
 /* Decision tree policies of 3 agents for the world physical-deception. Generated: do not edit.
  *
- * profile     6642af96408c460d6e476ded899e0a8a1d451c04dd3feb7402a9fa23c72a8165
+ * profile     d7c7e9951b353c845e3729dfb7383e9f94192c6dfd621196d4fd4879d989808d
  * made by     tests, hand-made, preset none, seed 0
  *
  * C99, no heap, no libc, no recursion, no state. For each agent A:
@@ -10,14 +10,14 @@
  * A split goes left iff x[feature] <= threshold, both float32, thresholds exact. NaN compares false and so goes right;
  * infinities follow <=. Check untrusted input with ..._finite first.
  */
-#ifndef PHYSICAL_DECEPTION_6642AF96408C460D_H
-#define PHYSICAL_DECEPTION_6642AF96408C460D_H
+#ifndef PHYSICAL_DECEPTION_D7C7E9951B353C84_H
+#define PHYSICAL_DECEPTION_D7C7E9951B353C84_H
 
 #ifdef __FAST_MATH__
 #error "compile without -ffast-math: it changes what comparisons with NaN and tiny numbers mean"
 #endif
 
-#define PHYSICAL_DECEPTION_PROFILE "6642af96408c460d6e476ded899e0a8a1d451c04dd3feb7402a9fa23c72a8165"
+#define PHYSICAL_DECEPTION_PROFILE "d7c7e9951b353c845e3729dfb7383e9f94192c6dfd621196d4fd4879d989808d"
 
 /* adversary_0, team adversaries: 1 leaves, at most 0 comparisons */
 
@@ -169,4 +169,4 @@ static inline int physical_deception_agent_1_finite(const float *x)
     return 1;
 }
 
-#endif /* PHYSICAL_DECEPTION_6642AF96408C460D_H */
+#endif /* PHYSICAL_DECEPTION_D7C7E9951B353C84_H */

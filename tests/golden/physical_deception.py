@@ -1,6 +1,6 @@
 """Decision tree policies of 3 agents for the world physical-deception. Generated: do not edit.
 
-profile     6642af96408c460d6e476ded899e0a8a1d451c04dd3feb7402a9fa23c72a8165
+profile     d7c7e9951b353c845e3729dfb7383e9f94192c6dfd621196d4fd4879d989808d
 made by     tests, hand-made, preset none, seed 0
 
 For each agent A: act_A(x) takes one observation (a sequence of floats) and returns the action's number;
@@ -11,7 +11,7 @@ double that rounds to a float32 not above it, so doubles decide as if they had b
 NaN compares false and so goes right; infinities follow <=.
 """
 
-PROFILE = "6642af96408c460d6e476ded899e0a8a1d451c04dd3feb7402a9fa23c72a8165"
+PROFILE = "d7c7e9951b353c845e3729dfb7383e9f94192c6dfd621196d4fd4879d989808d"
 AGENTS = ("adversary_0", "agent_0", "agent_1",)
 FEATURES = {
     "adversary_0": ("landmark_0_dx", "landmark_0_dy", "landmark_1_dx", "landmark_1_dy", "agent_0_dx", "agent_0_dy", "agent_1_dx", "agent_1_dy",),

@@ -169,7 +169,7 @@ def test_the_report_is_self_contained_and_repeats(capsys, profile_file, tmp_path
 
 def test_worlds_list_and_show(capsys):
     code, out, _ = run(capsys, "worlds", "list")
-    assert code == 0 and "physical-deception" in out and "expert shipped" in out
+    assert code == 0 and "physical-deception@1" in out and "observation=paper" in out
     code, out, _ = run(capsys, "worlds", "show", "physical-deception")
     assert code == 0 and "goal.x - agent_0.x" in out
 

@@ -1,6 +1,10 @@
 """Extraction: the paper's formulas written out slowly, joint growth, rounding, repeatability."""
 
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from itertools import pairwise, product
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -9,26 +13,37 @@ from sklearn.tree import DecisionTreeClassifier
 
 from codegen import ir, policy_json, probes, selfcheck
 from codegen.errors import InputError, UnknownNameError
-from maviper.experts.network import AS_GIVEN
+from maviper import agreement
+from maviper.evaluate import metrics
+from maviper.evaluate.metrics import Mean
+from maviper.evaluate.play import Policies, play, tree_policies
+from maviper.experts.expert import AS_GIVEN
+from maviper.experts.scripted import Scripted, scripted
 from maviper.extract import grow
-from maviper.extract.dataset import labels, resample
+from maviper.extract.dataset import labels, points, resample
 from maviper.extract.deploy import deployed
 from maviper.extract.grow import train_joint_trees
-from maviper.extract.maviper import Settings, extract, joint_ratio
+from maviper.extract.maviper import Settings, extract, joint_ratio, measured_of
 from maviper.extract.weights import maviper_weights
+from maviper.worlds import Measure, WorldState, find
 from tests.strategies import grown_trees
 from verify.shares import Share
 
 
 @pytest.fixture(scope="module")
-def observed(world):
-    return world.observe(world.start(12, np.random.default_rng(5)))
+def state(world):
+    return world.start(12, np.random.default_rng(5))
 
 
-def test_weights_are_the_papers_formula(world, expert, observed):
+@pytest.fixture(scope="module")
+def observed(world, state):
+    return world.observe(state)
+
+
+def test_weights_are_the_papers_formula(world, expert, observed, state):
     """E over opponents' joint actions of [Q(expert's a_i) - min over a_i Q], team-mates at expert actions."""
-    wanted = labels(expert, observed)
-    found = maviper_weights(world, expert, observed, wanted)
+    wanted = labels(expert, observed, state)
+    found = maviper_weights(world, expert, observed, state, wanted)
     teams = [[0], [1, 2], [1, 2]]
     for agent, team in enumerate(teams):
         opponents = [other for other in range(3) if other not in team]
@@ -41,10 +56,32 @@ def test_weights_are_the_papers_formula(world, expert, observed):
                 for own in range(5):
                     joint[agent] = own
                     one = [seen[row : row + 1] for seen in observed]
-                    q.append(expert.q(agent, one, np.full((1, 3), AS_GIVEN), joint[None])[0, 0])
+                    given = np.full((1, 3), AS_GIVEN)  # every action is asked for by name
+                    q.append(expert.q(agent, one, state[row : row + 1], joint[None], given)[0, 0])
                 total += q[wanted[row, agent]] - min(q)
             assert found[row, agent] == pytest.approx(total / 5 ** len(opponents), rel=1e-9)
     assert (found >= 0).all()
+
+
+def test_weights_do_not_depend_on_how_many_states_are_asked_at_once(world, expert, observed, state, monkeypatch):
+    from maviper.extract import weights
+
+    wanted = labels(expert, observed, state)
+    whole = maviper_weights(world, expert, observed, state, wanted)
+    monkeypatch.setattr(weights, "STATES_AT_ONCE", 5)
+    np.testing.assert_allclose(maviper_weights(world, expert, observed, state, wanted), whole, rtol=1e-12)
+
+
+def test_points_are_the_states_that_were_acted_on(world, expert):
+    """Row by row: an observation, the state that it shows, and the action that was taken there."""
+    episodes = play(world, [expert] * 3, world.start_from_seeds(range(7)))
+    observations, state = points(episodes)
+    assert len(state) == 7 * world.spec.episode_steps
+    for seen, again in zip(observations, world.observe(state), strict=True):
+        assert seen.tobytes() == again.tobytes()
+    assert (labels(expert, observations, state) == episodes.actions.reshape(-1, 3)).all()
+    first = WorldState.joined([state[:7]])
+    assert first.position.tobytes() == world.start_from_seeds(range(7)).position.tobytes()
 
 
 def test_resampling_draws_with_replacement_by_weight():
@@ -231,10 +268,50 @@ def test_early_stopping(world, expert):
     assert found.provenance.training["stopped_after"] < 60
 
 
-def test_the_score_is_the_mean_ratio_over_teams():
-    ours, theirs = {"a": Share(30, 100), "b": Share(50, 100)}, {"a": Share(60, 100), "b": Share(50, 100)}
-    assert joint_ratio(ours, theirs)[0] == pytest.approx(0.75)
-    assert np.isfinite(joint_ratio(ours, {"a": Share(0, 100), "b": Share(50, 100)})[0])
+def primaries(world, *values):
+    return {world.primary(team): value for team, value in zip(world.teams, values, strict=True)}
+
+
+def test_the_score_is_the_mean_ratio_over_teams(world):
+    ours, theirs = (primaries(world, Share(hits, 100), Share(50, 100)) for hits in (30, 60))
+    assert joint_ratio(world, ours, theirs)[0] == pytest.approx(0.75)
+    nothing = primaries(world, Share(0, 100), Share(50, 100))
+    score, half_width = joint_ratio(world, ours, nothing)
+    assert np.isfinite(score) and np.isfinite(half_width)
+    low, high = Share(50, 100).interval
+    one = primaries(world, Share(100, 100), Share(50, 100))
+    ends = Share(100, 100).interval
+    wanted = np.hypot((ends[1] - ends[0]) / 2, (high - low) / 2 / 0.5) / 2  # of (a / 1 + b / 0.5) / 2
+    assert joint_ratio(world, one, one)[1] == pytest.approx(wanted)
+
+
+def test_where_lower_is_better_the_score_is_the_inverse():
+    world = find("predator-prey")  # touches: predators want many, prey few
+    ours, theirs = primaries(world, Mean(2, 0.1, 100), Mean(4, 0.4, 100)), primaries(world, *[Mean(1, 0.1, 100)] * 2)
+    score, half_width = joint_ratio(world, ours, theirs)
+    assert score == pytest.approx((2 / 1 + 1 / 4) / 2)
+    # the interval of 1 / x has the width of x's over x squared
+    assert half_width == pytest.approx(np.hypot(0.1 / 1, 0.4 * 1 / 4**2) / 2)
+    better = primaries(world, Mean(2, 0.1, 100), Mean(0.5, 0.1, 100))
+    assert joint_ratio(world, better, theirs)[0] == pytest.approx((2 + 2) / 2)
+    never = primaries(world, Mean(2, 0.1, 100), Mean(0, 0, 100))  # touched in no episode: as if once in all of them
+    assert joint_ratio(world, never, theirs)[0] == pytest.approx((2 + 100) / 2)
+    assert np.isfinite(joint_ratio(world, never, never)).all()
+    assert [metrics.ratio(measure, 2, 4) for measure in theirs] == [0.5, 2]
+    assert [metrics.ratio(measure, 0, 4) for measure in theirs] == [0, None]
+    assert [metrics.ratio(measure, 2, 0) for measure in theirs] == [None, 0]
+
+
+def test_a_negative_return_is_no_divisor():
+    """As for a positive one, more is better, and a gain as large as the expert's return adds 1."""
+    measure = Measure("all", "return")
+    world = SimpleNamespace(teams={"all": ("a",)}, primary=lambda team: measure)
+    for theirs, ours, wanted in ((-10, -5, 1.5), (-10, -10, 1), (-10, -25, -0.5), (-10, 10, 3), (10, 5, 0.5)):
+        score, half_width = joint_ratio(world, {measure: Mean(ours, 2, 100)}, {measure: Mean(theirs, 1, 100)})
+        assert score == pytest.approx(wanted) == metrics.ratio(measure, ours, theirs)
+        assert half_width == pytest.approx(0.2)
+    assert metrics.ratio(measure, -5, 0) is None
+    assert np.isfinite(joint_ratio(world, {measure: Mean(-5, 2, 100)}, {measure: Mean(0, 0, 100)})).all()
 
 
 @pytest.mark.parametrize(
@@ -258,12 +335,12 @@ class Recorder:
     """Stands in for parts of the outer loop and writes down what it is asked."""
 
     def __init__(self, monkeypatch, scores):
-        from maviper.evaluate import metrics
         from maviper.extract import maviper as module
 
         self.scores, self.played, self.counts, self.sizes, self.opponents = list(scores), [], [], [], []
-        self.grown = []
-        rollouts, grow_teams, success = module.rollouts, module.grow_teams, metrics.team_success
+        self.grown, self.trees, self.evaluated = [], {}, []
+        rollouts, grow_teams, tree_policies = module.rollouts, module.grow_teams, module.tree_policies
+        evaluate, evaluate_teams = metrics.evaluate, metrics.evaluate_teams
 
         def record_rollouts(world, expert, policies, seeds):
             self.played.append((policies, list(seeds)))
@@ -275,17 +352,32 @@ class Recorder:
             self.grown.append(grow_teams(world, data, counts, max_depth, rng))
             return self.grown[-1]
 
-        def scripted_success(world, ours, opponents, seeds):
+        def record_trees(policies):
+            controller = tree_policies(policies)
+            self.trees[id(controller)] = controller, policies
+            return controller
+
+        def record_evaluation(world, controllers, seeds):
+            self.evaluated.append((controllers, list(seeds)))
+            return evaluate(world, controllers, seeds)
+
+        def scripted_evaluation(world, ours, opponents, seeds):
             self.opponents.append((ours, opponents, list(seeds)))
-            tables = success(world, ours, opponents, seeds)
-            if len(seeds) != 10 or len(self.opponents) == 1:
-                return tables  # the experts' own score first, the final evaluation last
-            hits = self.scores[len(self.opponents) - 2]
-            return [{team: Share(hits, 100) for team in world.teams} for _ in tables]
+            table = evaluate_teams(world, ours, opponents, seeds)
+            if len(seeds) != 10:
+                return table  # the final evaluation
+            hits = self.scores[len(self.opponents) - 1]
+            return dict.fromkeys(table, Share(hits, 100))
 
         monkeypatch.setattr(module, "rollouts", record_rollouts)
         monkeypatch.setattr(module, "grow_teams", record_growth)
-        monkeypatch.setattr(metrics, "team_success", scripted_success)
+        monkeypatch.setattr(module, "tree_policies", record_trees)
+        monkeypatch.setattr(metrics, "evaluate", record_evaluation)
+        monkeypatch.setattr(metrics, "evaluate_teams", scripted_evaluation)
+
+    def trees_of(self, controllers):
+        """The tree policies that a list of controllers, one an agent, plays."""
+        return [self.trees[id(controller)][1][agent] for agent, controller in enumerate(controllers)]
 
 
 def small(**settings):
@@ -311,15 +403,24 @@ def test_the_outer_loop_is_the_algorithm(world, expert, monkeypatch, best):
     assert not same_trees(found.agents, recorder.grown[(best + 1) % 4])
     assert recorder.sizes == [100, 200, 300, 400]  # 4 episodes of 25 steps more each time
     policies = [policies for policies, _ in recorder.played]
-    assert all(policy.func.__self__ is expert for policy in policies[0])
+    assert all(controller is expert for controller in policies[0]) and len(policies[0]) == 3
     for played, grown in zip(policies[1:], recorder.grown, strict=False):
-        assert same_trees([policy.args[0] for policy in played], grown)
+        assert same_trees(recorder.trees_of(played), grown)
     seeds = [set(seeds) for _, seeds in recorder.played]
     assert all(not a & b for k, a in enumerate(seeds) for b in seeds[k + 1 :])
     assert all((counts[1] != counts[2]).any() for counts in recorder.counts), "team members share a data set"
-    for ours, opponents, selection in recorder.opponents[1:5]:
-        assert opponents[0].func.__self__ is expert and ours[0].args[0] is not None
+    assert len(recorder.opponents) == 5  # four candidates, and the winner on held-out episodes
+    for (ours, opponents, selection), grown in zip(
+        recorder.opponents, [*recorder.grown, recorder.grown[best]], strict=True
+    ):
+        assert all(controller is expert for controller in opponents)
+        assert same_trees(recorder.trees_of(ours), grown)
         assert not set(selection) & set().union(*seeds)
+    selections = [selection for _, _, selection in recorder.opponents]
+    assert selections[0] == selections[1] == selections[2] == selections[3], "candidates meet different episodes"
+    assert not set(selections[4]) & set(selections[0])
+    controllers, own = recorder.evaluated[0]
+    assert all(controller is expert for controller in controllers) and own == selections[0]
 
 
 @pytest.mark.parametrize(("patience", "stopped"), [(1, 2), (2, 3), (3, 4), (10, 6)])
@@ -330,20 +431,37 @@ def test_stopping_needs_a_gain_above_the_interval(world, expert, monkeypatch, pa
 
 
 def test_each_team_is_scored_against_the_others_experts(world, expert):
-    """`team_success` mixes per team: defenders' trees against the expert adversary, and the other way round."""
-    from maviper.evaluate.metrics import success, team_success
-
+    """`evaluate_teams` mixes per team: defenders' trees against the expert adversary, and the other way round."""
     seeds = range(200)
-    idle = [lambda obs: np.zeros(len(obs), dtype=np.int64)] * 3
-    experts = expert.policies()
-    found = team_success(world, idle, experts, seeds)[0]
-    assert found["defenders"] == success(world, [experts[0], idle[1], idle[2]], seeds)[0]["defenders"]
-    assert found["adversaries"] == success(world, [idle[0], experts[1], experts[2]], seeds)[0]["adversaries"]
+    idle = Policies([lambda obs: np.zeros(len(obs), dtype=np.int64)] * 3)
+    found = metrics.evaluate_teams(world, [idle] * 3, [expert] * 3, seeds)
+    assert tuple(found) == world.measures
+    mixes = {"defenders": [expert, idle, idle], "adversaries": [idle, expert, expert]}
+    tables = {team: metrics.evaluate(world, mix, seeds) for team, mix in mixes.items()}
+    for measure, value in found.items():
+        assert value == tables[measure.team][measure]
+    other = {"defenders": "adversaries", "adversaries": "defenders"}
+    assert any(value != tables[other[measure.team]][measure] for measure, value in found.items())
+
+
+def test_returns_are_the_summed_rewards_of_the_reference(world, expert):
+    """Of a team: the mean over its agents."""
+    env = world.reference_env()
+    total = dict.fromkeys(world.agents, 0.0)
+    episodes = play(world, [expert] * 3, world.start_from_seeds(range(5)))
+    for seed in range(5):
+        env.reset(seed=seed)
+        for acted in episodes.actions[:, seed]:
+            _, reward, *_ = env.step(dict(zip(world.agents, acted.tolist(), strict=True)))
+            for agent in world.agents:
+                total[agent] += reward[agent]
+    assert episodes.returns.sum(axis=1) == pytest.approx(list(total.values()), abs=1e-9)
+    found = {measure.label: value for measure, value in metrics.evaluate(world, [expert] * 3, range(5)).items()}
+    assert found["adversaries return"].value == pytest.approx(total["adversary_0"] / 5)
+    assert found["defenders return"].value == pytest.approx((total["agent_0"] + total["agent_1"]) / 2 / 5)
 
 
 def test_no_two_purposes_share_episodes():
-    from maviper import agreement
-    from maviper.evaluate import metrics
     from maviper.experts import train
     from maviper.extract import maviper as module
 
@@ -357,3 +475,88 @@ def test_no_two_purposes_share_episodes():
     }
     starts = sorted(longest)
     assert all(start + longest[start] <= following for start, following in pairwise(starts))
+
+
+# --- another game: teams of three, lower is better, a script for an expert
+
+
+@dataclass(frozen=True)
+class Sure:
+    """A controller that finds its own action worth 1 and every other one worth 0."""
+
+    controller: Scripted
+    card: Mapping[str, Any] = field(default_factory=dict)
+    hash: str = ""
+    centralized: bool = True
+
+    @property
+    def agents(self):
+        return self.controller.agents
+
+    def act(self, agents, observations, state):
+        return self.controller.act(agents, observations, state)
+
+    def q(self, agent, observations, state, joint, given):
+        mine = self.act([agent], observations, state)
+        asked = np.where(joint[None, :, agent] == AS_GIVEN, given[:, agent, None], joint[None, :, agent])
+        return (asked == mine).astype(np.float64)
+
+
+@pytest.fixture(scope="module")
+def spread():
+    return find("cooperative-navigation")
+
+
+@pytest.fixture(scope="module")
+def spread_run(spread):
+    """A profile and the progress of each iteration."""
+    settings, progress = Settings(max_depth=4, iterations=3, rollouts=40, selection_episodes=40), []
+    return extract(spread, Sure(scripted(spread)), settings, progress.append), progress
+
+
+@pytest.fixture(scope="module")
+def spread_profile(spread_run):
+    return spread_run[0]
+
+
+def test_a_sure_expert_weighs_every_point_alike(spread):
+    state = spread.start(20, np.random.default_rng(0))
+    expert, observations = Sure(scripted(spread)), spread.observe(state)
+    wanted = labels(expert, observations, state)
+    assert (maviper_weights(spread, expert, observations, state, wanted) == 1).all()
+    others = (wanted + 1) % 5
+    assert (maviper_weights(spread, expert, observations, state, others) == 0).all()
+
+
+def test_a_game_where_lower_is_better_is_extracted(spread, spread_profile):
+    assert ir.check(spread_profile) == ()
+    found = spread_profile.provenance.evaluation
+    for measure in spread.measures:
+        ours, theirs = measured_of(found, measure)
+        assert found[f"{measure.label} low"] <= round(ours, 6) <= found[f"{measure.label} high"]
+        assert np.isfinite(theirs)
+    ours, theirs = measured_of(found, spread.primary("agents"))
+    assert theirs < ours < 2.2, "no better than random actions"
+    assert (ours, theirs) == (found["agents D + collisions"], found["agents expert D + collisions"])
+
+
+def test_the_best_of_a_game_where_lower_is_better_is_the_lowest(spread, spread_run):
+    profile, scores = spread_run
+    values = {progress.iteration: progress.score for progress in scores}
+    assert profile.provenance.training["best_iteration"] - 1 == max(values, key=values.get)
+    seeds = range(metrics.SELECTION_SEEDS, metrics.SELECTION_SEEDS + 40)
+    trees = metrics.evaluate(spread, [tree_policies(profile.agents)] * 3, seeds)[spread.primary("agents")]
+    expert = metrics.evaluate(spread, [scripted(spread)] * 3, seeds)[spread.primary("agents")]
+    assert max(values.values()) == pytest.approx(expert.value / trees.value)
+
+
+def test_its_profile_is_a_file_like_any_other(spread, spread_profile):
+    text = policy_json.dumps(spread_profile)
+    again = policy_json.loads(text)
+    assert policy_json.dumps(again) == text and again.world == spread_profile.world
+    found = agreement.matching_world(again)
+    assert found is not None and found.name == spread.name
+    rows = spread.observe(spread.start(500, np.random.default_rng(0)))
+    for before, after, seen in zip(spread_profile.agents, again.agents, rows, strict=True):
+        assert (ir.act(before, seen) == ir.act(after, seen)).all()
+        assert before.features == after.features

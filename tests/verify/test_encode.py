@@ -1,15 +1,25 @@
-"""Machine thresholds: the ends of half lines, against the roundings themselves."""
+"""Machine thresholds: the ends of half lines, against the roundings themselves; meanings against the referee."""
 
 import math
+from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
 import pytest
-from hypothesis import assume, given
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from tests.strategies import FLOAT32
-from verify.encode import half_line, last_double
+from codegen import ir
+from codegen.errors import InputError
+from codegen.ir import Meaning
+from maviper.extract.deploy import deployed
+from maviper.worlds import find
+from tests.strategies import FLOAT32, grown_trees
+from tests.teams import DOWN, LEFT, RIGHT, STAY, UP, tree
+from verify.encode import half_line, last_double, question
+from verify.engine import decide, verify
+from verify.spec import Property, Region, Verdict, positions, start_region
+from verify.world import Point, inside, violates
 
 NORMAL = FLOAT32.filter(lambda value: value == 0 or abs(value) >= 2.0**-126)
 
@@ -74,3 +84,163 @@ def test_float32_theory_agrees_with_the_half_line():
         solver = z3.Solver()
         solver.add(z3.Not(z3.fpIsNaN(d)), ours != theirs)
         assert solver.check() == z3.unsat, threshold
+
+
+# --- every kind of meaning: what the solver is asked, against the referee, who observes and decides like the machine
+
+
+WORLD = find("physical-deception")
+CLAIM = Property("distinct_targets", "defenders")
+BACK = "agent_0"
+
+
+def meanings(agent):
+    """One of each kind: nothing, coordinates and differences as numbers, as signs, as 0 or 1."""
+    across = ((1, "landmark_0.x"), (-1, f"{agent}.x"))
+    up = ((-1, f"{agent}.y"), (1, "landmark_1.y"))
+    goal = ((1, "goal.x"), (-1, f"{agent}.x"))
+    mine, backwards = ((1, f"{agent}.x"),), ((-1, f"{agent}.y"),)
+    numbers = [Meaning(()), Meaning(across), Meaning(mine), Meaning(backwards)]
+    signs = [Meaning(terms, sign=True) for terms in (across, up, mine, goal)]
+    return [*numbers, *signs, *(Meaning(terms, positive=True) for terms in (across, up, backwards, goal))]
+
+
+def with_meanings(trees):
+    """A deception profile whose defenders observe `meanings`, with these trees."""
+    agents = []
+    for name, features, actions in zip(WORLD.agents, WORLD.features, WORLD.actions, strict=True):
+        if name in trees:
+            kinds = enumerate(meanings(name))
+            features = tuple(ir.FeatureSpec(f"f{k}", "none", -2.0, 2.0, meaning) for k, meaning in kinds)
+        agents.append(ir.AgentPolicy(name, WORLD.team_of(name), features, actions, trees.get(name, tree(STAY))))
+    return ir.PolicyProfile(WORLD.spec, tuple(agents), ir.Provenance("", "", 0, "", ""))
+
+
+def asked(profile, claim, point, slack=Fraction(0)):
+    """Whether the solver's constraints hold in one world state: all variables replaced, then worked out."""
+    import z3
+
+    region = start_region(profile.world)
+    wide = Region(dict.fromkeys(region.box, (Fraction(-9), Fraction(9))), region.goals)
+    query = question(profile, claim, wide, point.goal, slack)
+    values = [
+        (variable, z3.RatVal(*Fraction(point.position[name]).as_integer_ratio()))
+        for name, variable in query.variables.items()
+    ]
+    answer = z3.simplify(z3.substitute(z3.And(*query.constraints), *values))
+    assert z3.is_true(answer) or z3.is_false(answer), answer
+    return z3.is_true(answer)
+
+
+def tied_points(count, seed):
+    """World states on a coarse grid, where differences are often exactly 0, and beside it by one float64."""
+    rng = np.random.default_rng(seed)
+    names = positions(WORLD.spec)
+    grid = rng.integers(-2, 3, size=(count, len(names))) / 4
+    beside = np.nextafter(grid, rng.choice([-9.0, 9.0], size=grid.shape))
+    values = np.where(rng.random(grid.shape) < 0.2, beside, grid)
+    return [Point(dict(zip(names, map(float, row), strict=True)), f"landmark_{rng.integers(2)}") for row in values]
+
+
+@pytest.mark.solver
+@pytest.mark.parametrize("kind", range(12))
+def test_each_meaning_at_each_threshold_against_the_referee(kind):
+    """At, between and beyond the values that signs and 0-or-1 features take."""
+    assert len(meanings(BACK)) == 12
+    beside = [float(np.nextafter(np.float32(end), np.float32(way))) for end in (-1, 1) for way in (-9, 9)]
+    violated = []
+    for place, threshold in enumerate([-2.0, -1.0, -0.5, -0.0, 0.0, 0.25, 0.5, 1.0, 2.0, *beside, 2.0**-126]):
+        for low, high in ((LEFT, RIGHT), (DOWN, UP)):
+            profile = with_meanings({BACK: tree((kind, threshold, 1, 2), low, high), "agent_1": tree(UP)})
+            for point in tied_points(6, seed=100 * kind + place):
+                violated.append(violates(profile, CLAIM, point))
+                assert asked(profile, CLAIM, point) == violated[-1], (threshold, point)
+    assert 0.1 < np.mean(violated) < 0.98
+
+
+@pytest.mark.solver
+@settings(max_examples=30)
+@given(grown_trees(n_features=12, max_depth=3), grown_trees(n_features=12, max_depth=3), st.integers(0, 999))
+def test_trees_over_all_meanings_against_the_referee(first, second, seed):
+    trees = {BACK: deployed(first), "agent_1": deployed(second)}
+    assume(not any(((t.threshold != 0) & (np.abs(t.threshold) < 2.0**-126)).any() for t in trees.values()))
+    profile = with_meanings(trees)
+    for point in tied_points(15, seed):
+        wrong = violates(profile, CLAIM, point)
+        assert asked(profile, CLAIM, point) == wrong, point
+        assert wrong or not asked(profile, CLAIM, point, Fraction(1, 16)), "a stronger question has more answers"
+
+
+def sideways(sign):
+    """Goes to landmark 0 along x, by whether it is to the right; where it is on neither side, up or left."""
+    feature = meanings(BACK).index(Meaning(((1, "landmark_0.x"), (-1, f"{BACK}.x")), sign=sign, positive=not sign))
+    if sign:
+        return tree((feature, -0.5, 1, 2), LEFT, (feature, 0.5, 3, 4), UP, RIGHT)
+    return tree((feature, 0.5, 1, 2), LEFT, RIGHT)
+
+
+@pytest.mark.solver
+@pytest.mark.parametrize("sign", [True, False])
+def test_verdicts_that_hang_on_a_single_value(sign):
+    """The agent misses its target only where it is exactly below it, or above: a state that no sample meets."""
+    across = Region(start_region(WORLD.spec).box | {"agent_1.y": (Fraction(-2), Fraction(-2))}, ("landmark_0",))
+    apart = replace(across, apart=((BACK, "landmark_0", Fraction(1, 2)),))
+    second = tree(UP)  # closes on both
+    profile = with_meanings({BACK: sideways(sign), "agent_1": second})
+    found = verify(profile, CLAIM, apart, {})
+    assert found.verdict is Verdict.VIOLATED and found.shares.violating.hits == 0
+    point = found.counterexample.point
+    assert point.position[f"{BACK}.x"] == point.position["landmark_0.x"] and violates(profile, CLAIM, point)
+    assert inside(apart, point)
+    # on one side of the target nothing is left to refute
+    for low, high in ((Fraction(1, 1000), Fraction(2)), (Fraction(-2), Fraction(-1, 1000))):
+        side = replace(apart, differences=((f"{BACK}.x", "landmark_0.x", (low, high)),))
+        assert decide(profile, CLAIM, side).verdict is Verdict.PROVED
+
+
+@pytest.mark.solver
+@pytest.mark.parametrize(("threshold", "reached"), [(0.0, 0), (-0.0, 0), (0.5, 0), (-0.5, 1), (-(2.0**-126), 1)])
+def test_what_is_always_nought_takes_one_branch(threshold, reached):
+    """A feature without terms: the other branch may do what it likes."""
+    still = {BACK: tree(STAY), "agent_1": tree(UP)}
+    region = start_region(WORLD.spec)
+    box = dict.fromkeys(region.box, (Fraction(0), Fraction(0))) | {"agent_1.y": (Fraction(-2), Fraction(-2))}
+    box |= {f"landmark_{k}.x": (Fraction(1), Fraction(2)) for k in (0, 1)}
+    here = Region(box, ("landmark_0",))
+    assert decide(with_meanings(still), CLAIM, here).verdict is Verdict.VIOLATED
+    for good, verdict in ((1 - reached, Verdict.VIOLATED), (reached, Verdict.PROVED)):
+        actions = [STAY, STAY]
+        actions[good] = RIGHT
+        profile = with_meanings(still | {BACK: tree((0, threshold, 1, 2), *actions)})
+        assert decide(profile, CLAIM, here).verdict is verdict
+
+
+@pytest.mark.solver
+def test_navigation_is_verified_like_deception():
+    """Three agents, no goal, words that are always 0; velocities are refused, for a region does not bound them."""
+    world = find("cooperative-navigation")
+    claim = Property("distinct_targets", "agents")
+    names = [[feature.name for feature in features] for features in world.features]
+
+    def profile(*trees):
+        agents = tuple(
+            ir.AgentPolicy(name, "agents", features, actions, one)
+            for name, features, actions, one in zip(world.agents, world.features, world.actions, trees, strict=True)
+        )
+        return ir.PolicyProfile(world.spec, agents, ir.Provenance("", "", 0, "", ""))
+
+    def roles(k):
+        dx, dy = names[k].index(f"landmark_{k}_dx"), names[k].index(f"landmark_{k}_dy")
+        word = names[k].index(f"agent_{(k + 1) % 3}_word1")
+        return tree(
+            (word, 0.0, 1, 8), (dx, -0.05, 2, 3), LEFT, (dx, 0.05, 4, 7), (dy, 0.0, 5, 6), DOWN, UP, RIGHT, STAY
+        )
+
+    region = start_region(world.spec)
+    assert region.goals == () and decide(profile(*map(roles, range(3))), claim, region).verdict is Verdict.PROVED
+    lost = verify(profile(roles(0), roles(1), roles(1)), claim, region, {})
+    assert lost.verdict is Verdict.VIOLATED
+    assert violates(profile(roles(0), roles(1), roles(1)), claim, lost.counterexample.point)
+    fast = tree((names[0].index("vx"), 0.0, 1, 2), LEFT, RIGHT)
+    with pytest.raises(InputError, match=r"observes agent_0\.vx, which regions do not bound"):
+        decide(profile(fast, roles(1), roles(2)), claim, region)

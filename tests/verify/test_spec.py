@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from codegen.errors import InputError
+from maviper.worlds import find
 from tests.strategies import WORLD
 from verify.matching import matched
 from verify.shares import Share
@@ -43,6 +44,30 @@ def test_defaults(tmp_path):
     assert region.box["agent_0.x"] == (Fraction(1, 10), Fraction(1, 3))
     assert region.box["agent_1.x"] == (-2, 2)
     assert region.goals == ("landmark_0", "landmark_1")
+
+
+def test_entities_start_in_boxes_of_their_own():
+    """Predator-prey: obstacles within 0.9, the float64 number, everybody else within 1; no goal."""
+    spec = find("predator-prey").spec
+    region = start_region(spec)
+    assert tuple(region.box) == positions(spec) and region.goals == ()
+    for name, bounds in region.box.items():
+        end = Fraction(0.9) if name.startswith("obstacle") else Fraction(1)
+        assert bounds == (-end, end)
+    assert read_region(region.toml(), spec, "r") == region
+    assert read_region("", spec, "r") == region  # what a file does not say is as at the start
+    assert read_region("[box]\n", spec, "r").box["obstacle_1.y"] == (-Fraction(0.9), Fraction(0.9))
+    assert set(read_region("default = [-2, 2]", spec, "r").box.values()) == {(-2, 2)}
+    one = read_region('[box]\n"obstacle_0.x" = [0.5, 1]', spec, "r")
+    assert one.box["obstacle_0.x"] == (Fraction(1, 2), 1) and one.box["obstacle_0.y"] == (-Fraction(0.9), Fraction(0.9))
+    coordinates, goals = sample(region, spec, 1_000, 0)
+    assert len(coordinates) == 1_000 and contains(region, coordinates, spec).all() and not goals.any()
+    names = spec.coordinates()
+    obstacles = [names.index(name) for name in region.box if name.startswith("obstacle")]
+    assert 0.85 < np.abs(coordinates[:, obstacles]).max() <= 0.9
+    assert not coordinates[:, [place for place, name in enumerate(names) if ".v" in name]].any()
+    with pytest.raises(InputError, match=r"unknown landmark|goals"):
+        read_region('goals = ["obstacle_0"]', spec, "r")
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,98 @@
+"""What is written down about an expert: how it was made, how good it is, how it learned.
+
+Does: the config of a run, tables of estimates as plain data, the learning curve as an SVG picture.
+Assumes: the curve needs matplotlib (the extra `maviper[train]`).
+Does not: measure anything.
+"""
+
+import io
+import json
+import os
+import platform
+from collections.abc import Mapping, Sequence
+from importlib import metadata
+from typing import Any
+
+from maviper.evaluate.metrics import Estimate
+from maviper.experts.judging import Judged
+from maviper.experts.network import ACTOR_CRITIC
+from maviper.experts.recipes import DEFAULT, Request
+from maviper.worlds import Measure, World
+
+PACKAGES = ("maviper", "mpe2", "numpy", "torch")
+
+
+def config(world: World, request: Request, settings: Mapping[str, Any], rule: str) -> dict[str, Any]:
+    """What is known of an expert before it is trained."""
+    command = ["maviper train", world.name, f"--algorithm {request.algorithm}"]
+    command += [f"--recipe {request.recipe}"] if request.recipe != DEFAULT else []
+    for name, value in sorted(request.overrides.items()):
+        command.append(f"--{name} {value}" if name in ("seed", "steps") else f"--set {name}={value}")
+    return {
+        "world": world.name,
+        "reference": world.spec.reference,
+        "algorithm": request.algorithm,
+        "recipe": request.recipe,
+        "networks": ACTOR_CRITIC,
+        "command": " ".join(command),
+        "hidden": settings["hidden"],
+        "settings": dict(settings),
+        "versions": {"python": platform.python_version()} | {name: metadata.version(name) for name in PACKAGES},
+        "rule": rule,
+    }
+
+
+def machine(device: str) -> str:
+    """The kind of machine, without its name."""
+    return f"{platform.system()} {platform.machine()}, {os.cpu_count()} cores, device {device}"
+
+
+def row(found: Estimate) -> list[float]:
+    """An estimate as [value, low, high]."""
+    return [found.value, *(round(end, 6) for end in found.interval)]
+
+
+def table(judged: Judged) -> dict[str, list[float]]:
+    """All estimates by label; against scripts, and the scripts' own, where a game is judged so."""
+    parts = (("", judged.among), (" against scripts", judged.against), (" of scripts", judged.scripts))
+    return {
+        f"{measure.label}{suffix}": row(value)
+        for suffix, found in parts
+        for measure, value in found.items()
+        if measure in judged.among
+    }
+
+
+def as_json(card: Mapping[str, Any]) -> str:
+    """A card as a JSON text."""
+    return json.dumps(card, indent=2, sort_keys=True) + "\n"
+
+
+def learning_curve(world: World, lines: Sequence[Mapping[str, Any]]) -> str:
+    """Each team's primary measure over the steps of a training, with its 95 % intervals, as SVG; the same bytes for the
+    same lines.
+    """
+    import matplotlib as mpl  # pyright: ignore[reportMissingImports]
+    from matplotlib.figure import Figure  # pyright: ignore[reportMissingImports]
+
+    measures = [world.primary(team) for team in world.teams]
+    with mpl.rc_context({"svg.hashsalt": "maviper", "svg.fonttype": "none", "font.size": 9}):
+        figure = Figure(figsize=(6, 2.6 * len(measures)), layout="constrained")
+        panels = figure.subplots(len(measures), 1, squeeze=False, sharex=True)[:, 0]
+        for panel, measure in zip(panels, measures, strict=True):
+            _curve(panel, measure, lines)
+        panels[-1].set_xlabel("joint environment steps, millions")
+        file = io.StringIO()
+        figure.savefig(file, format="svg", metadata={"Date": None, "Creator": None})
+    return file.getvalue()
+
+
+def _curve(panel: Any, measure: Measure, lines: Sequence[Mapping[str, Any]]) -> None:
+    millions = [line["steps"] / 1e6 for line in lines]
+    versus = f"{measure.label} against scripts"
+    label = versus if lines and versus in lines[0] else measure.label
+    values, lows, highs = zip(*(line[label] for line in lines), strict=True)
+    panel.fill_between(millions, lows, highs, alpha=0.25, linewidth=0)
+    panel.plot(millions, values, linewidth=1.2)
+    panel.set_title(label + (" (lower is better)" if measure.lower_is_better else ""), loc="left")
+    panel.grid(alpha=0.3)

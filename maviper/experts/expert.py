@@ -1,0 +1,48 @@
+"""What extraction asks of an expert, however it came about.
+
+Does: states the protocol that networks, scripts, adapters and measured critics share.
+Assumes: discrete actions; the critic is asked for joint actions in states that some controller met.
+Does not: know any kind of expert.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import Any, Protocol
+
+from codegen.ir import Float32, Float64
+from maviper.evaluate.play import Controller
+from maviper.worlds.world import Int
+
+AS_GIVEN = -1  # in a column of `joint`: take each state's own action
+
+
+class Expert(Controller, Protocol):
+    """Decides for all agents (`act`, greedily) and says what joint actions are worth (`q`)."""
+
+    @property
+    def agents(self) -> tuple[str, ...]:
+        """Names, in the world's order."""
+        ...
+
+    @property
+    def card(self) -> Mapping[str, Any]:
+        """What made it and how good it is; {} when nobody knows."""
+        ...
+
+    @property
+    def hash(self) -> str:
+        """Of its content; "" when there is none."""
+        ...
+
+    @property
+    def centralized(self) -> bool:
+        """Whether Q depends on all agents' observations and actions, or on the agent's own only."""
+        ...
+
+    def q(self, agent: int, observations: Sequence[Float32], state: Any, joint: Int, given: Int) -> Float64:
+        """Q of one agent for chosen joint actions, [batch, n_joint].
+
+        `observations`: every agent's, each [batch, n_features]; `state`: the world's state. `joint`:
+        [n_joint, n_agents] action indices asked for in every state; where it says AS_GIVEN, the agent's action is that
+        of `given` [batch, n_agents].
+        """
+        ...

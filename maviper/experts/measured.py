@@ -1,0 +1,88 @@
+"""Critics without a network: Q measured by branching the simulator from a state.
+
+Does: gives any controller a critic: step once with the joint action that is asked for, follow the controller for a
+  while, add up the discounted rewards.
+Assumes: a world whose states can be stepped more than once (ours; not a user's environment).
+Does not: say what happens beyond its horizon.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from codegen.errors import InputError
+from codegen.ir import Float32, Float64
+from maviper.evaluate.play import Controller
+from maviper.experts.expert import AS_GIVEN
+from maviper.worlds import ParticleWorld, World
+from maviper.worlds.world import Int
+
+GAMMA = 0.95
+HORIZON = 12  # steps; what lies beyond it weighs at most 0.95^12 = 0.54 of what lies within
+BRANCHES_AT_ONCE = 16_384  # bounds the memory
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A controller with measured Q, an expert. `shaping`: weight of the world's shaping term in what is added up."""
+
+    world: World
+    controller: Controller
+    shaping: float = 0.0
+    horizon: int = HORIZON
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.world, ParticleWorld):
+            raise InputError("Q cannot be measured in this world", self.world.name, "its states cannot be branched")
+
+    @property
+    def card(self) -> Mapping[str, Any]:
+        """The controller's."""
+        return getattr(self.controller, "card", {})
+
+    @property
+    def hash(self) -> str:
+        """The controller's."""
+        return getattr(self.controller, "hash", "")
+
+    @property
+    def agents(self) -> tuple[str, ...]:
+        """The world's agents."""
+        return self.world.agents
+
+    @property
+    def centralized(self) -> bool:
+        """What is measured depends on everybody's actions."""
+        return True
+
+    def act(self, agents: Sequence[int], observations: Sequence[Float32], state: Any) -> Int:
+        """As `Controller.act`."""
+        return self.controller.act(agents, observations, state)
+
+    def q(self, agent: int, observations: Sequence[Float32], state: Any, joint: Int, given: Int) -> Float64:
+        """As `Expert.q`."""
+        return self.all_q(state, joint, given)[..., agent]
+
+    def all_q(self, state: Any, joint: Int, given: Int) -> Float64:
+        """Q of all agents at once, [batch, n_joint, n_agents]; one branch serves them all."""
+        n_joint = len(joint)
+        found = np.empty((len(state), n_joint, len(self.agents)))
+        at_once = max(1, BRANCHES_AT_ONCE // n_joint)
+        for low in range(0, len(state), at_once):
+            rows = np.arange(low, min(low + at_once, len(state)))
+            asked = np.where(joint[None] == AS_GIVEN, given[rows, None], joint[None]).reshape(-1, len(self.agents))
+            returns = self._returns(state[np.repeat(rows, n_joint)], asked)
+            found[rows] = returns.reshape(len(rows), n_joint, -1)
+        return found
+
+    def _returns(self, state: Any, first: Int) -> Float64:
+        """Discounted rewards of following the controller after a first joint action, [batch, n_agents]."""
+        everybody = range(len(self.agents))
+        total, actions = np.zeros((len(state), len(self.agents))), first
+        for step in range(self.horizon):
+            state = self.world.step(state, actions)
+            total += GAMMA**step * (self.world.rewards(state) + self.shaping * self.world.shaping(state))
+            actions = self.controller.act(everybody, self.world.observe(state), state)
+        return total

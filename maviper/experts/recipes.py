@@ -1,0 +1,98 @@
+"""How each game's expert is trained when nobody says otherwise, and what may be said.
+
+Does: knows the algorithms, the settings of each recipe, and turns a user's `name=value` into settings.
+Assumes: settings are frozen dataclasses of numbers.
+Does not: import torch.
+"""
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, fields, replace
+from typing import Any
+
+from codegen.errors import InputError, UnknownNameError
+from maviper.worlds import World
+
+DEFAULT, PAPER = "default", "paper"
+RECIPES = (DEFAULT, PAPER)
+ALGORITHMS = ("mappo", "maddpg", "vdn")
+LEAST, MOST = {"steps": 1, "games": 1, "epochs": 1, "minibatch": 1, "hidden": 1, "batch": 1, "buffer": 1}, 1e12
+
+# What the default recipe changes in an algorithm's own defaults, for a game or one of its variants.
+CHOSEN: dict[tuple[str, str], dict[str, Any]] = {
+    ("physical-deception", "mappo"): {"imitate_steps": 512_000, "steps": 2_048_000, "learning_rate": 5e-4},
+    ("cooperative-navigation", "mappo"): {
+        "hidden": 128,
+        "imitate_steps": 2_048_000,
+        "steps": 4_096_000,
+        "learning_rate": 5e-4,
+        "entropy": 0.003,
+    },
+    ("predator-prey", "mappo"): {
+        "hidden": 128,
+        "imitate_steps": 768_000,
+        "steps": 4_096_000,
+        "scripted": 0.5,
+        "shaping": 3.0,
+        "learning_rate": 5e-4,
+    },
+}
+# The released code's training: no shaping, large batches, long, the best of many checkpoints.
+PAPER_MADDPG = {"steps": 2_000_000, "batch": 25_600, "shaping": 0.0, "final_rate": 1.0, "explore_share": 0.3125}
+
+
+@dataclass(frozen=True)
+class Request:
+    """What a training is asked for."""
+
+    algorithm: str = ""  # "": the recipe's
+    recipe: str = DEFAULT
+    overrides: Mapping[str, Any] = None  # pyright: ignore[reportAssignmentType]
+    device: str = "cpu"
+
+    def checked(self) -> "Request":
+        """The request with its algorithm; UnknownNameError for a recipe or algorithm that there is not."""
+        if self.recipe not in RECIPES:
+            raise UnknownNameError("recipe", self.recipe, RECIPES, "--recipe")
+        algorithm = self.algorithm or ("maddpg" if self.recipe == PAPER else "mappo")
+        if algorithm not in ALGORITHMS:
+            raise UnknownNameError("algorithm", algorithm, ALGORITHMS, "--algorithm")
+        if self.recipe == PAPER and algorithm != "maddpg":
+            raise InputError(f"the paper has no recipe for {algorithm}", "--recipe paper", "leave --algorithm out")
+        return replace(self, algorithm=algorithm, overrides=dict(self.overrides or {}))
+
+
+def settings(world: World, request: Request, kind: type) -> Any:
+    """The settings of a request: the recipe's, with the user's on top. `kind`: the algorithm's settings class.
+
+    UnknownNameError for a name that there is not, InputError for a value that cannot be used.
+    """
+    chosen: dict[str, Any] = dict(PAPER_MADDPG) if request.recipe == PAPER else {}
+    if request.recipe == DEFAULT:
+        general = CHOSEN.get((world.spec.name, request.algorithm), {})
+        chosen = CHOSEN.get((world.name, request.algorithm), general)
+    types = {field.name: type(field.default) for field in fields(kind)}
+    given = {name: _value(name, value, types) for name, value in (request.overrides or {}).items()}
+    found = kind(**{**chosen, **given})
+    _check(asdict(found), world)
+    return found
+
+
+def _value(name: str, value: Any, types: Mapping[str, type]) -> Any:
+    if name not in types:
+        raise UnknownNameError("setting", name, types, "--set")
+    try:
+        return types[name](value)
+    except (TypeError, ValueError):
+        kind = "a whole number" if types[name] is int else "a number"
+        raise InputError(f"setting {name} must be {kind}, not '{value}'", "--set", f"--set {name}=VALUE") from None
+
+
+def _check(values: Mapping[str, Any], world: World) -> None:
+    for name, value in values.items():
+        if not LEAST.get(name, 0) <= value <= MOST:
+            raise InputError(f"setting {name} must be from {LEAST.get(name, 0)} to {MOST:g}, not {value}", f"--{name}")
+    if not values["seed"] < 2**32:
+        raise InputError("the seed must be from 0 to 4294967295", "--seed")
+    least = values["games"] * world.spec.episode_steps
+    if values["steps"] < least:
+        raise InputError(f"steps must be at least {least}: one episode of each game", "--steps")

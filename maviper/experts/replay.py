@@ -1,0 +1,118 @@
+"""Learning from a replay buffer: what MADDPG and VDN share.
+
+Does: keeps transitions in a ring, plays with exploration, updates as often as the settings say.
+Assumes: the extra `maviper[train]`; settings with `batch`, `buffer` and `steps_per_update`.
+Does not: know what an update is.
+"""
+
+from abc import abstractmethod
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from maviper.experts.nets import Joint
+from maviper.experts.trainer import Trainer
+from maviper.worlds import World
+
+
+class Replay:
+    """A ring of transitions: joint observations before and after, actions, rewards."""
+
+    def __init__(self, joint: Joint, size: int) -> None:
+        self.joint, self.size = joint, size
+        wide = joint.n_obs + 1
+        self.columns = {
+            "seen": torch.zeros(size, wide, device=joint.device),
+            "following": torch.zeros(size, wide, device=joint.device),
+            "acted": torch.zeros(size, joint.n_agents, dtype=torch.int64, device=joint.device),
+            "reward": torch.zeros(size, joint.n_agents, device=joint.device),
+        }
+        self.filled = self.cursor = 0
+
+    def store(self, seen: Tensor, acted: Any, reward: Any, following: Tensor) -> None:
+        """Appends a batch of transitions, over the oldest ones when full."""
+        count = len(acted)
+        rows = (torch.arange(count) + self.cursor) % self.size
+        added = (seen, following, torch.from_numpy(acted), torch.from_numpy(reward).float())
+        for column, values in zip(self.columns.values(), added, strict=True):
+            column[rows] = values.to(column.device)
+        self.cursor = (self.cursor + count) % self.size
+        self.filled = min(self.filled + count, self.size)
+
+    def sample(self, count: int, generator: torch.Generator) -> dict[str, Tensor]:
+        """`count` transitions, uniform, with replacement."""
+        rows = torch.randint(self.filled, (count,), generator=generator).to(self.joint.device)
+        return {name: column[rows] for name, column in self.columns.items()}
+
+    def state(self) -> dict[str, Tensor]:
+        """What is filled, by name, and where it ends."""
+        kept = {name: column[: self.filled].cpu() for name, column in self.columns.items()}
+        return kept | {"cursor": torch.tensor(self.cursor)}
+
+    def restore(self, state: Mapping[str, Tensor]) -> None:
+        """Takes over what `state` gave."""
+        self.filled, self.cursor = len(state["acted"]), int(state["cursor"])
+        for name, column in self.columns.items():
+            column[: self.filled] = state[name].to(column.device)
+
+
+class OffPolicy(Trainer):
+    """A trainer that learns from a replay buffer."""
+
+    def __init__(self, world: World, settings: Any, device: str) -> None:
+        super().__init__(world, settings, device)
+        self.replay = Replay(self.joint, settings.buffer)
+        self.updates = 0
+
+    @abstractmethod
+    def act(self, seen: Tensor) -> tuple[Any, float]:
+        """The learner's actions, [batch, n_agents], and the share of uniform ones that shall replace them."""
+
+    @abstractmethod
+    def update(self) -> float:
+        """One update; returns its loss."""
+
+    def advance(self) -> dict[str, float]:
+        """As `Trainer.advance`: every game plays one episode, with an update for every `steps_per_update`."""
+        settings, world = self.settings, self.world
+        state = world.start(self.games, self.rng)
+        seen = self.joint.tensor(world.observe(state))
+        paid, loss = 0.0, 0.0
+        for _ in range(world.spec.episode_steps):
+            chosen, share = self.act(seen)
+            uniform = self.rng.integers(self.joint.choices, size=chosen.shape)
+            acted = np.where(self.rng.random(chosen.shape) < share, uniform, chosen)
+            state = world.step(state, acted)
+            reward = self.rewards(state)
+            following = self.joint.tensor(world.observe(state))
+            self.replay.store(seen, acted, reward, following)
+            seen = following
+            self.steps += len(acted)
+            self.running.add(reward)
+            paid += float(reward.mean()) / world.spec.episode_steps
+            while self.updates < (self.steps - settings.batch) // settings.steps_per_update:
+                loss = self.update()
+                self.updates += 1
+        return {"reward": paid, "loss": loss}
+
+    def exploration(self, start: float) -> float:
+        """The share of uniform actions, falling linearly from `start` to `explore_end` over `explore_share`."""
+        done = min(1.0, self.progress / self.settings.explore_share)
+        return start + (self.settings.explore_end - start) * done
+
+    def scaled(self, reward: Tensor) -> Tensor:
+        """Rewards [batch, n_agents] standardised by everything seen so far, [n_agents, batch]."""
+        mean, deviation = (torch.from_numpy(part).float().to(self.device) for part in self.running.scale())
+        return ((reward - mean) / deviation).T
+
+    def memory(self) -> dict[str, Tensor]:
+        """As `Trainer.memory`."""
+        return self.replay.state() | {"updates": torch.tensor(self.updates)}
+
+    def remember(self, memory: Mapping[str, Tensor]) -> None:
+        """As `Trainer.remember`."""
+        self.replay.restore(memory)
+        self.updates = int(memory["updates"])

@@ -1,0 +1,187 @@
+"""Scripted experts: controllers that read the whole world state, as bounds, teachers, opponents and stand-ins.
+
+Does: one script a game, for any number of agents; landing on a point by short look-ahead, pursuit and flight.
+Assumes: the dynamics of `worlds/particle.py`, contacts left out of the look-ahead.
+Does not: learn, or give a critic (measured.py makes one).
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import product
+from typing import Any
+
+import numpy as np
+
+from codegen.errors import InputError
+from codegen.ir import Float32, Float64
+from maviper.worlds import CooperativeNavigation, ParticleWorld, PhysicalDeception, PredatorPrey, World
+from maviper.worlds.particle import WorldState, distances, planes, squared_distances
+from maviper.worlds.predator_prey import PREDATORS, PREY, outside
+from maviper.worlds.world import Int
+
+PLANNED = 2  # actions that a look-ahead chooses; it coasts after them
+HORIZON = 6  # steps whose distances it adds up
+HELD = 4  # steps for which pursuit and flight imagine one action held
+GAMES_AT_ONCE = 8_192  # bounds the memory of look-aheads
+
+
+@dataclass(frozen=True)
+class Scripted:
+    """What all scripts share: an expert without networks. `q` is left to `measured.Measured`."""
+
+    world: ParticleWorld
+    hash: str = ""
+
+    @property
+    def agents(self) -> tuple[str, ...]:
+        """The world's agents."""
+        return self.world.agents
+
+    @property
+    def card(self) -> Mapping[str, Any]:
+        """What it is."""
+        return {"algorithm": "scripted", "world": self.world.name}
+
+    @property
+    def centralized(self) -> bool:
+        """A script sees everything."""
+        return True
+
+    def q(self, agent: int, observations: Sequence[Float32], state: Any, joint: Int, given: Int) -> Float64:
+        """InputError: a script has no critic."""
+        raise InputError("a scripted expert has no critic", self.world.name, "measure Q: --critic measured")
+
+    def act(self, agents: Sequence[int], observations: Sequence[Float32], state: WorldState) -> Int:
+        """As `Controller.act`."""
+        parts = [
+            self._act(agents, state[low : low + GAMES_AT_ONCE]) for low in range(0, max(len(state), 1), GAMES_AT_ONCE)
+        ]
+        return np.concatenate(parts)
+
+    def _act(self, agents: Sequence[int], state: WorldState) -> Int:
+        raise NotImplementedError
+
+    @cached_property
+    def _landing(self) -> "Landing":
+        return Landing(self.world)
+
+
+class Landing:
+    """Choosing the action that brings an agent onto a point and keeps it there.
+
+    All sequences of PLANNED actions are tried, coasting after them; the first action of the one with the least summed
+    distance over HORIZON steps is taken (the first of equals). Exact while nothing pushes and no speed limit binds.
+    """
+
+    def __init__(self, world: ParticleWorld) -> None:
+        spec = world.spec
+        effects = np.array([action.effect or (0.0, 0.0) for action in world.actions[0]])
+        sequences = np.array(list(product(range(len(effects)), repeat=PLANNED)))
+        self.first = sequences[:, 0]
+        self.force = [entity.force for entity in spec.agents]
+        moved = speed = np.zeros((2, len(sequences)))
+        self.moved = np.empty((HORIZON, 2, len(sequences)))  # for a unit force
+        self.coasted: list[float] = []  # displacement for a unit velocity
+        coasted, damped = 0.0, 1.0
+        for step in range(HORIZON):
+            moved = moved + speed * spec.dt
+            speed = speed * (1 - spec.damping)
+            if step < PLANNED:
+                speed = speed + effects[sequences[:, step]].T * spec.dt
+            self.moved[step] = moved
+            coasted += damped * spec.dt
+            damped *= 1 - spec.damping
+            self.coasted.append(coasted)
+
+    def __call__(self, agent: int, offset: Float64, velocity: Float64) -> Int:
+        """The action of one agent, [batch]; `offset` to the target and `velocity`: [2, batch]."""
+        cost = np.zeros((len(self.first), offset.shape[1]))
+        for coasted, moved in zip(self.coasted, self.moved * self.force[agent], strict=True):
+            left = offset - coasted * velocity
+            dx, dy = left[0] - moved[0][:, None], left[1] - moved[1][:, None]
+            cost += np.sqrt(dx * dx + dy * dy)
+        return self.first[cost.argmin(axis=0)]
+
+
+class SplitUp(Scripted):
+    """Physical deception: defender k lands on landmark k, so that nothing it does depends on the goal; the adversary
+    goes to the landmark that defenders are nearer to in sum.
+    """
+
+    def _act(self, agents: Sequence[int], state: WorldState) -> Int:
+        position, velocity = planes(state.position), planes(state.velocity)
+        n_agents = len(self.agents)
+        gaps = distances(position[1:n_agents, None], position[None, n_agents:])
+        busiest = gaps.sum(axis=0).argmin(axis=0)
+        chosen = []
+        for agent in agents:
+            landmark = busiest if agent == 0 else np.full(len(state), agent - 1)
+            target = np.take_along_axis(position[n_agents:], landmark[None, None], axis=0)[0]
+            chosen.append(self._landing(agent, target - position[agent], velocity[agent]))
+        return np.stack(chosen, axis=1)
+
+
+class Assignment(Scripted):
+    """Cooperative navigation: agents land on the landmarks of the assignment with the least sum of squared distances,
+    in which no two straight paths cross.
+    """
+
+    def _act(self, agents: Sequence[int], state: WorldState) -> Int:
+        from scipy.optimize import linear_sum_assignment
+
+        position, velocity = planes(state.position), planes(state.velocity)
+        n_agents = len(self.agents)
+        gaps = squared_distances(position[:n_agents, None], position[None, n_agents:]).transpose(2, 0, 1)
+        landmark = np.array([linear_sum_assignment(gap)[1] for gap in gaps], dtype=np.int64).reshape(-1, n_agents)
+        chosen = []
+        for agent in agents:
+            target = np.take_along_axis(position[n_agents:], landmark[None, None, :, agent], axis=0)[0]
+            chosen.append(self._landing(agent, target - position[agent], velocity[agent]))
+        return np.stack(chosen, axis=1)
+
+
+class Chase(Scripted):
+    """Predator-prey. A pursuer imagines each action held for HELD steps and takes the one after which it is nearest to
+    the prey that is nearest now, all others keeping their velocities. A fleer takes the one after which its nearest
+    predator is farthest, less the price of being outside the arena. Obstacles and contacts are not foreseen.
+    """
+
+    def _act(self, agents: Sequence[int], state: WorldState) -> Int:
+        position, velocity = planes(state.position), planes(state.velocity)
+        spec = self.world.spec
+        hunters, prey = self.world.members(PREDATORS), self.world.members(PREY)
+        ahead = position[: len(self.agents)] + HELD * spec.dt * velocity
+        chosen = []
+        for agent in agents:
+            reached = self._held(agent, position[agent], velocity[agent])  # [n_actions, 2, batch]
+            if agent in hunters:
+                nearest = distances(position[agent], position[prey]).argmin(axis=0)
+                target = np.take_along_axis(ahead[prey], nearest[None, None], axis=0)
+                score = -distances(reached, target)
+            else:
+                score = distances(reached[:, None], ahead[hunters]).min(axis=1) - outside(np.abs(reached)).sum(axis=1)
+            chosen.append(score.argmax(axis=0))
+        return np.stack(chosen, axis=1)
+
+    def _held(self, agent: int, position: Float64, velocity: Float64) -> Float64:
+        """Where an agent is after holding each action, [n_actions, 2, batch]."""
+        spec = self.world.spec
+        entity = spec.agents[agent]
+        effect = np.array([action.effect or (0.0, 0.0) for action in self.world.actions[agent]])[:, :, None]
+        limit = entity.max_speed or np.inf
+        place, speed = np.broadcast_to(position, (len(effect), *position.shape)), velocity
+        for _ in range(HELD):
+            place = place + speed * spec.dt
+            speed = speed * (1 - spec.damping) + effect * entity.force * spec.dt
+            size = np.sqrt(np.square(speed).sum(axis=1, keepdims=True))
+            speed = speed * np.minimum(1.0, limit / np.maximum(size, 1e-12))
+        return place
+
+
+def scripted(world: World) -> Scripted:
+    """The script of a game; InputError when there is none."""
+    for game, script in ((PhysicalDeception, SplitUp), (CooperativeNavigation, Assignment), (PredatorPrey, Chase)):
+        if isinstance(world, game):
+            return script(world)
+    raise InputError("there is no scripted expert for this world", world.name, "train one, or bring your own")

@@ -1,0 +1,281 @@
+"""What a world has, lacks or has wrong: `maviper worlds check`.
+
+Does: imports and makes a user's environment, looks at its spaces, plays it twice; compares our games with theirs.
+Assumes: whoever calls it means to run the code that the name names.
+Does not: print; judge whether a game is worth learning.
+"""
+
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import redirect_stdout
+from dataclasses import dataclass
+from enum import StrEnum
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from codegen.errors import InputError
+from maviper.worlds import World, built_in
+from maviper.worlds.copies import (
+    MAX_STEPS,
+    Copy,
+    Outcome,
+    Source,
+    fault,
+    imported,
+    made,
+    named_by_user,
+    parsed,
+    space,
+)
+from maviper.worlds.pettingzoo import MOST_STEPS, PettingZooWorld, attribute, faults
+
+SEED = 2_000_000_000_000_000  # as large as those of an extraction
+COMPARED = 10  # episode seeds whose first observations are compared with the reference's
+FIRST_STEPS = 5  # played before the episode that is repeated, so that what an environment keeps would show
+
+
+class Mark(StrEnum):
+    """What was found of one thing; only what is wrong prevents use."""
+
+    OK = "ok"
+    MISSING = "missing"
+    WRONG = "wrong"
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing that was looked at, and what to do about it where something is to be done."""
+
+    mark: Mark
+    what: str
+    next_step: str = ""
+
+    def __str__(self) -> str:
+        said = "; ".join(part for part in (self.what, self.next_step) if part)
+        return f"{self.mark:<8} {' '.join(said.split())}"
+
+
+def usable(findings: Sequence[Finding]) -> bool:
+    """Whether nothing was found that prevents use."""
+    return all(finding.mark is not Mark.WRONG for finding in findings)
+
+
+def check(name: str) -> list[Finding]:
+    """The findings on a world by its name or `module:function`; they end where a fault leaves nothing more to look at.
+
+    UnknownNameError or InputError for a name that is neither.
+    """
+    steps = _user(parsed(name)) if named_by_user(name) else _built_in(name)
+    found: list[Finding] = []
+    try:
+        with redirect_stdout(sys.stderr):  # whatever an environment prints
+            for finding in steps:
+                found.append(finding)
+    except InputError as error:
+        if not found and not named_by_user(name):
+            raise
+        place = error.where.removeprefix(name).removeprefix(": ")
+        found.append(Finding(Mark.WRONG, f"{error.what} ({place})" if place else error.what, error.next_step))
+    return found
+
+
+def _user(source: Source) -> Iterator[Finding]:
+    function = imported(source)
+    yield Finding(Mark.OK, f"import: {source.reference}")
+    env = made(function, source)
+    yield Finding(Mark.OK, "environment: a PettingZoo parallel environment")
+    wrong = [Finding(Mark.WRONG, each.what, each.next_step) for each in faults(env)]
+    if wrong:
+        yield from wrong
+        return
+    yield from _spaces(env)
+    yield from (found := list(_start(env, source)))
+    if not usable(found):
+        return
+    world = PettingZooWorld(function, source.text)
+    try:
+        yield from _length(world)
+        yield from _names(world)
+        yield from _play(env, world, partial(_by_world, world), Copy(made(function, source), source))
+    finally:
+        world.close()
+    yield from _meanings(world)
+
+
+def _built_in(name: str) -> Iterator[Finding]:
+    world = built_in(name)
+    module, _, function = world.spec.reference.rpartition(".")
+    source = Source(module, function, {})  # for messages only
+    yield Finding(Mark.OK, f"world: {world.name}, after {world.spec.reference}")
+    env = world.reference_env()
+    yield from _spaces(env)
+    yield from _start(env, source)
+    if attribute(env, "max_cycles", source) == world.spec.episode_steps:
+        yield Finding(Mark.OK, f"episode length: {world.spec.episode_steps} steps, as in the reference")
+    else:
+        yield Finding(Mark.WRONG, "episode length: not the reference's", "please report it")
+    yield from _names(world)
+    yield from _play(env, world, partial(_by_copy, Copy(env, source)), Copy(world.reference_env(), source))
+    yield from _like_reference(env, world)
+    yield from _meanings(world)
+
+
+# --- before anything is played
+
+
+def _spaces(env: Any) -> Iterator[Finding]:
+    agents = env.possible_agents
+    yield Finding(Mark.OK, f"agents: {', '.join(map(str, agents))}")
+    n_actions = ", ".join(str(space(env, "action", agent).n) for agent in agents)
+    yield Finding(Mark.OK, f"actions: Discrete, {n_actions}")
+    sizes = ", ".join(str(space(env, "observation", agent).shape[0]) for agent in agents)
+    yield Finding(Mark.OK, f"observations: vectors of {sizes} numbers")
+
+
+def _start(env: Any, source: Source) -> Iterator[Finding]:
+    """What `reset` gives, for a seed as large as those of an extraction."""
+    try:
+        Copy(env, source).ask("reset", SEED)
+    except InputError as error:
+        try:
+            Copy(env, source).ask("reset", 0)
+        except InputError:
+            raise error from None
+        advice = "seed a numpy generator with it: np.random.default_rng(seed)"
+        yield Finding(Mark.WRONG, f"reset: takes seed 0 but not {SEED}: {error.what}", advice)
+        return
+    try:
+        observations, _ = env.reset(seed=SEED)
+        missing = [str(agent) for agent in env.possible_agents if agent not in observations or agent not in env.agents]
+    except (Exception, SystemExit) as error:
+        raise fault(error, source, "the environment's second reset") from error
+    if missing:
+        advice = "all of possible_agents must observe and act from the start"
+        yield Finding(Mark.WRONG, f"reset: no observation of {', '.join(missing)}, or not in `agents`", advice)
+    else:
+        yield Finding(Mark.OK, "reset: with a seed, observations of all agents")
+
+
+# --- what the environment says about itself
+
+
+def _length(world: PettingZooWorld) -> Iterator[Finding]:
+    steps = world.spec.episode_steps
+    if world.length_known:
+        yield Finding(Mark.OK, f"episode length: {steps} steps")
+    else:
+        said = f"episode length: no max_cycles, and a random episode was not cut within {MOST_STEPS} steps"
+        advice = f"{steps} steps are taken; give the environment max_cycles, or write {world.source.reference}"
+        yield Finding(Mark.MISSING, said, f"{advice},{MAX_STEPS}=NUMBER")
+
+
+def _names(world: World) -> Iterator[Finding]:
+    if isinstance(world, PettingZooWorld):
+        called = zip(map(str, world.env_agents), world.agents, strict=True)
+        renamed = [f"{own} is {name}" for own, name in called if own != name]
+        if renamed:
+            yield Finding(Mark.OK, f"names: as profiles have them, {', '.join(renamed)}")
+    teams = "; ".join(f"{team}: {', '.join(members)}" for team, members in world.teams.items())
+    yield Finding(Mark.OK, f"teams: {teams}")
+
+
+def _meanings(world: World) -> Iterator[Finding]:
+    lacking = [
+        agent
+        for agent, features in zip(world.agents, world.features, strict=True)
+        if any(feature.meaning is None for feature in features)
+    ]
+    if lacking:
+        said = f"meanings: some features of {', '.join(lacking)} have none"
+        said = said if len(lacking) < len(world.agents) else "meanings: none that cover all features of an agent"
+        advice = "verification will speak about observations only; the environment may give `features`"
+        yield Finding(Mark.MISSING, said, advice)
+    else:
+        yield Finding(Mark.OK, "meanings: every feature has one")
+
+
+# --- playing
+
+
+Player = Callable[[int, Sequence[list[int]]], list[Outcome]]  # the episode of a seed and of all agents' actions
+
+
+def _play(env: Any, world: World, play: Player, fresh: Copy) -> Iterator[Finding]:
+    """A random episode, after the beginning of another, and the same one in a fresh copy."""
+    rng = np.random.default_rng(0)
+    sizes = [len(choices) for choices in world.actions]
+    actions = rng.integers(sizes, size=(min(world.spec.episode_steps, MOST_STEPS), len(sizes))).tolist()
+    play(0, actions[:FIRST_STEPS])
+    played = play(SEED, actions)
+    ended = next((step for step, (_, _, done) in enumerate(played) if all(done)), None)
+    said = "cut at our length" if ended is None else f"all agents done after step {ended}"
+    yield Finding(Mark.OK, f"play: a random episode, {said}")
+    yield from _sound(env, played)
+    same = (_bytes(a) == _bytes(b) for a, b in zip(played, _by_copy(fresh, SEED, actions), strict=True))
+    first = next((step for step, equal in enumerate(same) if not equal), None)
+    if first is None:
+        yield Finding(Mark.OK, "repeats: the same seed and actions give the same episode in a fresh copy")
+    else:
+        place = f"step {first}" if first else "its start"
+        advice = "let reset(seed=...) decide everything random, and keep nothing from the episode before"
+        yield Finding(Mark.WRONG, f"repeats: the same seed and actions give another episode from {place} on", advice)
+
+
+def _by_copy(copy: Copy, seed: int, actions: Sequence[list[int]]) -> list[Outcome]:
+    return [copy.ask("reset", seed), *(copy.ask("step", acted) for acted in actions)]
+
+
+def _by_world(world: PettingZooWorld, seed: int, actions: Sequence[list[int]]) -> list[Outcome]:
+    """By the world's own copy, in whatever process that lives."""
+    states = [world.start_from_seeds([seed])]
+    for acted in actions:
+        states.append(world.step(states[-1], np.array([acted])))
+    return [([seen[0] for seen in s.observations], s.rewards[0].tolist(), s.done[0].tolist()) for s in states]
+
+
+def _bytes(outcome: Outcome) -> tuple[list[bytes], bytes, list[bool]]:
+    seen, rewards, done = outcome
+    return [vector.tobytes() for vector in seen], np.array(rewards).tobytes(), list(done)
+
+
+def _sound(env: Any, played: Sequence[Outcome]) -> Iterator[Finding]:
+    """Whether all numbers of an episode are finite and the observations within their spaces."""
+    wrong: list[Finding] = []
+    for index, agent in enumerate(env.possible_agents):
+        box = space(env, "observation", agent)
+        seen = np.stack([observations[index] for observations, _, _ in played])
+        # NaN compares false, so it is never inside
+        inside = (seen >= box.low.astype(np.float32)) & (seen <= box.high.astype(np.float32)) & np.isfinite(seen)
+        for step, number in np.argwhere(~inside)[:1]:
+            value = seen[step, number]
+            said = (
+                f"observations: {agent}'s number {number} is {value:g} at step {step}, outside its space or not finite"
+            )
+            wrong.append(
+                Finding(Mark.WRONG, said, "widen the space" if np.isfinite(value) else "observe finite numbers")
+            )
+        rewards = np.array([rewards[index] for _, rewards, _ in played])
+        if not np.isfinite(rewards).all():
+            said = f"rewards: {agent} gets {rewards[~np.isfinite(rewards)][0]}"
+            wrong.append(Finding(Mark.WRONG, said, "give finite rewards"))
+    yield from wrong or [Finding(Mark.OK, "numbers: observations finite and in their spaces, rewards finite")]
+
+
+def _like_reference(env: Any, world: World) -> Iterator[Finding]:
+    """Our games' first observations against the reference's, for a few seeds."""
+    ours = world.observe(world.start_from_seeds(range(COMPARED)))
+    for seed in range(COMPARED):
+        observations, _ = env.reset(seed=seed)
+        for agent, seen in zip(world.agents, ours, strict=True):
+            theirs = observations[agent]
+            if theirs.shape != seen[seed].shape:
+                said = f"reference: {agent} observes {len(theirs)} numbers there, {len(seen[seed])} here"
+                yield Finding(Mark.MISSING, said, "this variant of the game has no reference to compare with")
+                return
+            if theirs.tobytes() != seen[seed].tobytes():
+                said = f"reference: {agent} observes something else after reset(seed={seed})"
+                yield Finding(Mark.WRONG, said, "please report it")
+                return
+    yield Finding(Mark.OK, f"reference: the same observations after reset, for {COMPARED} seeds")

@@ -1,0 +1,328 @@
+"""A user's PettingZoo parallel environment as a world, by `module:function,option=value`. The slow path.
+
+Does: derives spec, teams, features, actions and measures from an environment; plays one copy a core.
+Assumes: discrete actions, vector observations, episodes that follow from their seed (`maviper worlds check` tests it).
+Does not: know the dynamics, or where episodes start. What a profile must state about them says so: time step, damping,
+  sizes and forces are 0, there are no landmarks or goals, and the start box is the widest that a profile may have.
+
+An environment may say more about itself by attributes (its own, or its `unwrapped` environment's):
+- `max_cycles`: how long episodes are; the option `max_steps` counts more.
+- `teams`: team -> its agents. Without it, a team is what agents share before the last `_`: `agent_0` is in `agent`.
+- `features`: agent -> a FeatureSpec for each number that it observes, with unit, range and meaning.
+"""
+
+import re
+import weakref
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import partial
+from itertools import count
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from codegen import ir
+from codegen.check import MOST_LENGTH, identifier
+from codegen.errors import InputError
+from codegen.ir import ActionSpec, Bool, EntitySpec, FeatureSpec, Float32, Float64, WorldSpec
+from maviper.worlds.copies import (
+    MAX_STEPS,
+    Copies,
+    Copy,
+    Outcome,
+    Source,
+    copies_at_once,
+    fault,
+    imported,
+    made,
+    parsed,
+    space,
+)
+from maviper.worlds.world import Int, Measure, World
+
+DEFAULT_STEPS = 25  # where nobody knows how long an episode is
+MOST_STEPS = 1_000  # of the episode that is played to find out
+LONGEST_NAME = 40  # of a world: generated code starts with it
+RETURN = "return"
+PAST = -1  # the moment of a state that cannot be stepped: a part of one, or several joined
+_moments = count()  # unlike in all worlds
+
+
+@dataclass(frozen=True)
+class EnvStates:
+    """What is known of a batch of games at one step; the games themselves live in their copies."""
+
+    observations: tuple[Float32, ...]  # per agent [batch, n_features]
+    rewards: Float64  # [batch, n_agents] on entering the state
+    done: Bool  # [batch, n_agents] whose episode has ended
+    moment: int = PAST
+
+    def __len__(self) -> int:
+        return len(self.rewards)
+
+    def __getitem__(self, rows: Any) -> "EnvStates":
+        return EnvStates(tuple(seen[rows] for seen in self.observations), self.rewards[rows], self.done[rows])
+
+    @staticmethod
+    def joined(states: Sequence["EnvStates"]) -> "EnvStates":
+        """Several batches as one, in their order."""
+        observations = zip(*(state.observations for state in states), strict=True)
+        rewards, done = [state.rewards for state in states], [state.done for state in states]
+        return EnvStates(tuple(map(np.concatenate, observations)), np.concatenate(rewards), np.concatenate(done))
+
+
+class PettingZooWorld(World):
+    """The environment that `function` returns; `text` is its name, `module:function,option=value`.
+
+    `games`: how many copies play at once; None: one a core, or 1 where other processes cannot import the function.
+    InputError when the environment cannot be played. `close` ends the copies; so does the end of the world.
+    """
+
+    games: int
+
+    def __init__(self, function: Callable[..., Any], text: str, games: int | None = None) -> None:
+        self.source = parsed(text)
+        self._function = function
+        env = self.reference_env()
+        wrong = list(faults(env))
+        if wrong:
+            places = "\n".join(f"{self.source.text}: {each.what}" for each in wrong)
+            raise InputError("the environment cannot be played", places, wrong[0].next_step)
+        self.env_agents = tuple(env.possible_agents)  # the environment's own names, in the order of `agents`
+        names = legal_names([str(agent) for agent in self.env_agents], "agent")
+        called = dict(zip(self.env_agents, names, strict=True))
+        sizes = [int(space(env, "action", agent).n) for agent in self.env_agents]
+        self.actions = tuple(tuple(ActionSpec(f"action_{k}", None) for k in range(size)) for size in sizes)
+        self.teams = _teams(env, called, self.source)
+        self.measures = tuple(Measure(team, RETURN) for team in self.teams)
+        self.features = tuple(_features(env, agent, self.source) for agent in self.env_agents)
+        steps, self.length_known = episode_steps(env, self.source)
+        self.spec = _spec(self.source, names, steps)
+        self._ensure()
+        with suppress(Exception):  # it has said what it had to
+            env.close()
+        self.games = copies_at_once(function, self.source) if games is None else games
+        self._copies = Copies(self.source, partial(made, function, self.source), self.games)
+        self._moment = PAST
+        weakref.finalize(self, self._copies.close)
+
+    @property
+    def name(self) -> str:
+        """`module:function,option=value`."""
+        return self.source.text
+
+    def _ensure(self) -> None:
+        """InputError where a profile could not be what the environment says about itself."""
+        leaf = ir.Tree(*(np.array([value]) for value in (ir.NO_FEATURE, 0, ir.NO_CHILD, ir.NO_CHILD, 0)))
+        policies = tuple(
+            ir.AgentPolicy(agent, self.team_of(agent), features, actions, leaf)
+            for agent, features, actions in zip(self.agents, self.features, self.actions, strict=True)
+        )
+        profile = ir.PolicyProfile(self.spec, policies, ir.Provenance("", "", 0, "", ""))
+        wrong = "\n".join(f"{self.source.text}: {each.path}: {each.message}" for each in ir.check(profile))
+        if wrong:
+            raise InputError("a profile cannot state what the environment says", wrong, "mend its `features`")
+
+    def start(self, n: int, rng: np.random.Generator) -> EnvStates:
+        """`n` random start states, `n` at most `games`: every copy is reset with a seed of its own."""
+        return self.start_from_seeds(rng.integers(2**32, size=n))
+
+    def start_from_seeds(self, seeds: Sequence[int] | Int) -> EnvStates:
+        """The start states after `reset(seed=...)`, one for each of at most `games` seeds."""
+        assert 0 < len(seeds) <= self.games, f"{len(seeds)} games asked of {self.games} copies"
+        return self._entered("reset", [int(seed) for seed in seeds])
+
+    def step(self, state: EnvStates, actions: Int) -> EnvStates:
+        """The next states; RuntimeError for any state but the newest, since the copies cannot go back."""
+        if state.moment == PAST or state.moment != self._moment:
+            raise RuntimeError("only the newest state of all games can be stepped: the copies have moved on")
+        assert len(actions) == len(state)
+        return self._entered("step", np.asarray(actions).tolist())
+
+    def _entered(self, verb: str, arguments: Sequence[Any]) -> EnvStates:
+        self._moment = PAST  # in case the copies fail
+        outcomes: list[Outcome] = self._copies.ask(verb, arguments)
+        observations = zip(*(seen for seen, _, _ in outcomes), strict=True)
+        rewards, done = (np.array([outcome[part] for outcome in outcomes]) for part in (1, 2))
+        self._moment = next(_moments)
+        return EnvStates(tuple(map(np.stack, observations)), rewards, done, self._moment)
+
+    def observe(self, state: EnvStates) -> tuple[Float32, ...]:
+        """Each agent's observation, [batch, n_features] float32."""
+        return state.observations
+
+    def rewards(self, state: EnvStates) -> Float64:
+        """The environment's rewards on entering `state`, [batch, n_agents]; 0 at the start and for who is done."""
+        return state.rewards
+
+    def values(self, states: Sequence[EnvStates]) -> Float64:
+        """Each team's return, [n_teams, batch]: the mean over its agents of the rewards of an episode, summed."""
+        total = np.sum([state.rewards for state in states], axis=0)
+        return np.stack([total[:, self.members(team)].mean(axis=1) for team in self.teams])
+
+    def reference_env(self) -> Any:
+        """A fresh environment."""
+        return made(self._function, self.source)
+
+    def close(self) -> None:
+        """Ends the copies; a later start makes fresh ones."""
+        self._moment = PAST
+        self._copies.close()
+
+
+def user_world(text: str) -> PettingZooWorld:
+    """The world `module:function,option=value`. It runs the user's code: never call it with a name from a data file."""
+    source = parsed(text)
+    return PettingZooWorld(imported(source), source.text)
+
+
+# --- what an environment must be
+
+
+class Fault(NamedTuple):
+    """Why an environment cannot be played, and what its author can do."""
+
+    what: str
+    next_step: str
+
+
+def faults(env: Any) -> Iterator[Fault]:
+    """What is wrong with the agents and spaces of a parallel environment."""
+    agents = list(getattr(env, "possible_agents", []))
+    if not agents:
+        yield Fault("agents: possible_agents is missing or empty", "list the names of all agents there")
+    if len({str(agent) for agent in agents}) < len(agents):
+        yield Fault("agents: a name appears twice in possible_agents", "give each agent a name of its own")
+    for agent in agents:
+        for kind, wrong in (("action", _action_fault), ("observation", _observation_fault)):
+            try:
+                found = wrong(space(env, kind, agent))
+            except (Exception, SystemExit) as error:
+                said = f"{type(error).__name__}: {error}"
+                found = Fault(f"{kind}_space raised {said}", f"return the agent's space from {kind}_space(agent)")
+            if found:
+                yield Fault(f"{kind}s: {agent}: {found.what}", found.next_step)
+
+
+def _action_fault(found: Any) -> Fault | None:
+    from gymnasium.spaces import Discrete
+
+    if not isinstance(found, Discrete):
+        return Fault(f"the space is a {type(found).__name__}, not Discrete", "let agents choose among numbered actions")
+    return Fault(f"actions count from {found.start}", "make the space Discrete(n), from 0") if found.start else None
+
+
+def _observation_fault(found: Any) -> Fault | None:
+    from gymnasium.spaces import Box
+
+    if not isinstance(found, Box):
+        advice = "flatten it to a vector: gymnasium.spaces.flatten"
+        return Fault(f"the space is a {type(found).__name__}, not a Box", advice)
+    if len(found.shape) != 1 or found.shape[0] < 1:
+        return Fault(f"the space has shape {found.shape}, not (n,)", "flatten it to a vector")
+    if not np.issubdtype(found.dtype, np.floating):
+        return Fault(f"the space holds {found.dtype}, not floats", "make it a Box of float32")
+    return None
+
+
+# --- what an environment says about itself
+
+
+def attribute(env: Any, name: str, source: Source) -> Any:
+    """An attribute of the environment or of the one that it wraps, or None; InputError when it raises."""
+    try:
+        given = (getattr(place, name, None) for place in (env, getattr(env, "unwrapped", None)))
+        return next((value for value in given if value is not None), None)
+    except (Exception, SystemExit) as error:
+        raise fault(error, source, f"the environment's {name}") from error
+
+
+def legal_names(names: Sequence[str], kind: str) -> tuple[str, ...]:
+    """Names as a profile may have them, all different, each as much like the given one as it can be."""
+    found: dict[str, str] = {}
+    for name in names:
+        legal = re.sub(r"[^A-Za-z0-9_-]+", "_", name)[:50]
+        legal = legal if legal[:1].isalpha() else f"{kind}_{legal}"
+        tries = (f"{legal}_{k}" if k > 1 else legal for k in count(1))
+        chosen = next(each for each in tries if identifier(each) not in found)
+        found[identifier(chosen)] = chosen
+    return tuple(found.values())
+
+
+def _spec(source: Source, agents: Sequence[str], steps: int) -> WorldSpec:
+    name = re.sub(r"[^A-Za-z0-9_-]+", "-", f"{source.module}-{source.function}")[-LONGEST_NAME:].lstrip("-_0123456789")
+    return WorldSpec(
+        name=name or "environment",
+        reference=source.reference,
+        agents=tuple(EntitySpec(agent, size=0.0, force=0.0, max_speed=None, collides=False) for agent in agents),
+        landmarks=(),
+        goals=(),
+        dt=0.0,
+        damping=0.0,
+        start_low=-MOST_LENGTH,
+        start_high=MOST_LENGTH,
+        episode_steps=steps,
+        options=dict(source.options),
+    )
+
+
+def _teams(env: Any, called: Mapping[Any, str], source: Source) -> dict[str, tuple[str, ...]]:
+    given = attribute(env, "teams", source)
+    if not isinstance(given, Mapping):
+        teams: dict[str, tuple[str, ...]] = {}
+        for name in called.values():
+            team = name.rsplit("_", 1)[0]
+            teams[team] = (*teams.get(team, ()), name)
+        return teams
+    members = [agent for team in given.values() for agent in team]
+    if sorted(map(str, members)) != sorted(map(str, called)) or not all(given.values()):
+        places = f"{source.text}: teams: {', '.join(map(str, members))}; agents: {', '.join(map(str, called))}"
+        raise InputError("the environment's teams are not its agents", places, "name every agent in one team")
+    names = legal_names([str(team) for team in given], "team")
+    return {
+        name: tuple(legal for agent, legal in called.items() if agent in team)
+        for name, team in zip(names, given.values(), strict=True)
+    }
+
+
+def _features(env: Any, agent: Any, source: Source) -> tuple[FeatureSpec, ...]:
+    box = space(env, "observation", agent)
+    given = attribute(env, "features", source)
+    if isinstance(given, Mapping) and agent in given:
+        features = tuple(given[agent])
+        if len(features) != box.shape[0] or not all(isinstance(feature, FeatureSpec) for feature in features):
+            what = f"the features of {agent} are not {box.shape[0]} FeatureSpecs, one for each number that it observes"
+            raise InputError(what, source.text, "mend the environment's `features`, or leave the agent out of it")
+        return features
+    bounds = zip(_within(box.low), _within(box.high), strict=True)
+    return tuple(FeatureSpec(f"feature_{k}", "none", low, high, None) for k, (low, high) in enumerate(bounds))
+
+
+def _within(bounds: Any) -> list[float]:
+    return np.clip(np.asarray(bounds, dtype=np.float64), -MOST_LENGTH, MOST_LENGTH).tolist()
+
+
+def episode_steps(env: Any, source: Source) -> tuple[int, bool]:
+    """How many steps an episode has at most, and whether that is known: by option or attribute, else from a random
+    episode that the environment itself cut; DEFAULT_STEPS, or as many as that episode had, otherwise.
+    """
+    limit = source.options.get(MAX_STEPS)
+    if limit is not None:
+        if not isinstance(limit, int) or limit < 1:
+            raise InputError(f"{MAX_STEPS} is '{limit}'", source.text, "give a number from 1")
+        return limit, True
+    metadata = attribute(env, "metadata", source)
+    stated_there = metadata.get("max_cycles") if isinstance(metadata, Mapping) else None
+    for stated in (attribute(env, "max_cycles", source), stated_there):
+        if isinstance(stated, (int, np.integer)) and stated > 0:
+            return int(stated), True
+    rng = np.random.default_rng(0)
+    copy = Copy(env, source)
+    sizes = [space(env, "action", agent).n for agent in copy.names]
+    copy.ask("reset", 0)
+    for step in range(1, MOST_STEPS + 1):
+        _, _, done = copy.ask("step", rng.integers(sizes).tolist())
+        if all(done):
+            return (step, True) if copy.truncated else (max(step, DEFAULT_STEPS), False)
+    return DEFAULT_STEPS, False

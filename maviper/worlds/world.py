@@ -1,0 +1,103 @@
+"""What a world is: agents in teams that observe, act and are measured, many games at once.
+
+Does: states what extraction, training and evaluation may ask of a game, ours or a user's.
+Assumes: discrete actions, vector observations, episodes of a fixed length at most.
+Does not: know any game.
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from codegen.ir import ActionSpec, FeatureSpec, Float32, Float64, WorldSpec
+
+Int = npt.NDArray[np.integer[Any]]
+
+
+@dataclass(frozen=True)
+class Measure:
+    """One number of an episode for a team, such as `success r=0.316`."""
+
+    team: str
+    name: str
+    share: bool = False  # 0 or 1 in each episode, so that its mean is a share
+    lower_is_better: bool = False
+
+    @property
+    def label(self) -> str:
+        """The measure's name with its team's, as in tables and files."""
+        return f"{self.team} {self.name}"
+
+
+def world_name(spec: WorldSpec) -> str:
+    """The game's name with its options, as the command line reads it."""
+    return ",".join([spec.name, *(f"{key}={value}" for key, value in sorted(spec.options.items()))])
+
+
+class World(ABC):
+    """A game. `State` stands for whatever a game's batch of states is; it knows its length."""
+
+    spec: WorldSpec
+    teams: Mapping[str, tuple[str, ...]]  # team -> its agents, in the order of `agents`
+    features: tuple[tuple[FeatureSpec, ...], ...]  # per agent
+    actions: tuple[tuple[ActionSpec, ...], ...]  # per agent
+    measures: tuple[Measure, ...]  # the first of each team is its primary one
+    games: int | None = None  # how many games are played at once; None: as many as asked
+
+    @property
+    def name(self) -> str:
+        """The game's name with the options that differ from its defaults, as the command line reads it."""
+        return world_name(self.spec)
+
+    @property
+    def agents(self) -> tuple[str, ...]:
+        """Agents' names, in the order of every per-agent array."""
+        return tuple(entity.name for entity in self.spec.agents)
+
+    def team_of(self, agent: str) -> str:
+        """The team that an agent plays for."""
+        return next(team for team, members in self.teams.items() if agent in members)
+
+    def members(self, team: str) -> list[int]:
+        """Indices of a team's agents."""
+        return [self.agents.index(agent) for agent in self.teams[team]]
+
+    def primary(self, team: str) -> Measure:
+        """The measure that a team is judged by."""
+        return next(measure for measure in self.measures if measure.team == team)
+
+    @abstractmethod
+    def start(self, n: int, rng: np.random.Generator) -> Any:
+        """`n` random start states from one generator."""
+
+    @abstractmethod
+    def start_from_seeds(self, seeds: Sequence[int] | Int) -> Any:
+        """The start states of the reference environment after `reset(seed=...)`, one for each seed."""
+
+    @abstractmethod
+    def step(self, state: Any, actions: Int) -> Any:
+        """The next states. `actions`: [batch, n_agents] indices."""
+
+    @abstractmethod
+    def observe(self, state: Any) -> tuple[Float32, ...]:
+        """Each agent's observation, [batch, n_features] float32."""
+
+    @abstractmethod
+    def rewards(self, state: Any) -> Float64:
+        """The environment's rewards on entering `state`, [batch, n_agents]."""
+
+    def shaping(self, state: Any) -> Float64:
+        """A training aid that may be added to the rewards, [batch, n_agents]; never part of a measure."""
+        return np.zeros((len(state), len(self.agents)))
+
+    @abstractmethod
+    def values(self, states: Sequence[Any]) -> Float64:
+        """The measures of whole episodes, [n_measures, batch], from the states after each step."""
+
+    @abstractmethod
+    def reference_env(self) -> Any:
+        """The reference environment (a PettingZoo parallel environment)."""

@@ -1,0 +1,45 @@
+"""Profiles of any of our games, with random trees: thresholds within the ranges, at 0 and at the ends of signs."""
+
+import numpy as np
+
+from codegen import ir
+from maviper.extract.deploy import deployed
+from maviper.worlds import find
+
+NAMES = [
+    "physical-deception,velocity=1",
+    "cooperative-navigation",
+    "cooperative-navigation,agents=2",
+    "predator-prey",
+    "predator-prey,observation=released,predators=3",
+    "predator-prey,observation=mpe2,obstacles=0,prey=1",
+]
+
+
+def random_tree(features, n_actions, rng, depth=5):
+    """A full tree as a learner would have grown it, numbered level by level."""
+    splits = 2**depth - 1
+    node = np.arange(2 * splits + 1)
+    split = node < splits
+    feature = np.where(split, rng.integers(len(features), size=len(node)), ir.NO_FEATURE)
+    low = np.array([features[k].low for k in feature])
+    high = np.array([features[k].high for k in feature])
+    special = rng.choice([-1.0, -0.5, 0.0, 0.5, 1.0, 0.1], size=len(node))
+    threshold = np.where(rng.random(len(node)) < 0.5, special, rng.uniform(low, high))
+    return ir.GrownTree(
+        feature,
+        np.where(split, threshold, 0),
+        np.where(split, 2 * node + 1, ir.NO_CHILD),
+        np.where(split, 2 * node + 2, ir.NO_CHILD),
+        np.where(split, ir.NO_ACTION, rng.integers(n_actions, size=len(node))),
+    )
+
+
+def random_profile(name, seed=0):
+    """A profile of the game `name`."""
+    world, rng = find(name), np.random.default_rng(seed)
+    agents = []
+    for agent, features, actions in zip(world.agents, world.features, world.actions, strict=True):
+        grown = random_tree(features, len(actions), rng)
+        agents.append(ir.AgentPolicy(agent, world.team_of(agent), features, actions, deployed(grown), grown))
+    return ir.PolicyProfile(world.spec, tuple(agents), ir.Provenance("random", "none", seed, "", "tests"))

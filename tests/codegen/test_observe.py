@@ -1,0 +1,90 @@
+"""Observations by their meanings, against the meanings read aloud."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from codegen.ir import EntitySpec, FeatureSpec, Meaning, WorldSpec
+from codegen.observe import Observer, observe
+
+SPEC = WorldSpec(
+    name="flat",
+    reference="none",
+    agents=tuple(EntitySpec(name, 0.1, 5.0, None, False) for name in ("a", "b")),
+    landmarks=(EntitySpec("c", 0.1, 0.0, None, False),),
+    goals=("c",),
+    dt=0.1,
+    damping=0.25,
+    start_low=-1.0,
+    start_high=1.0,
+    episode_steps=25,
+)
+COORDINATES = SPEC.coordinates()
+TERMS = st.lists(st.tuples(st.sampled_from([-1, 1]), st.sampled_from(COORDINATES)), max_size=3).map(tuple)
+MEANINGS = st.builds(
+    lambda terms, kind: Meaning(terms, sign=kind == "sign", positive=kind == "positive"),
+    TERMS,
+    st.sampled_from(["", "sign", "positive"]),
+)
+# a coarse grid, so that sums are 0 and ties happen, and numbers that are rounded
+NUMBERS = st.one_of(st.integers(-4, 4).map(lambda k: k / 4), st.floats(-3, 3, allow_subnormal=False))
+
+
+def read_aloud(meaning, at):
+    """One number at a time: added in float64 in the order of the terms, then rounded to float32."""
+    total = np.float64(0)
+    for place, (weight, name) in enumerate(meaning.terms):
+        part = np.float64(weight) * np.float64(at[name])
+        total = part if place == 0 else total + part
+    if meaning.sign:
+        return np.float32(-1 if total < 0 else 1 if total > 0 else 0)
+    if meaning.positive:
+        return np.float32(1 if total > 0 else 0)
+    return np.float32(total)
+
+
+def features_of(meanings):
+    return [FeatureSpec(f"f{k}", "none", -9.0, 9.0, meaning) for k, meaning in enumerate(meanings)]
+
+
+@given(st.lists(MEANINGS, min_size=1, max_size=6), st.lists(st.tuples(*[NUMBERS] * len(COORDINATES)), max_size=5))
+def test_observations_are_the_meanings_read_aloud(meanings, rows):
+    coordinates = np.array(rows, dtype=np.float64).reshape(-1, len(COORDINATES))
+    found = observe(features_of(meanings), coordinates, SPEC)
+    assert found.shape == (len(rows), len(meanings)) and found.dtype == np.float32
+    for seen, row in zip(found, rows, strict=True):
+        wanted = [read_aloud(meaning, dict(zip(COORDINATES, row, strict=True))) for meaning in meanings]
+        assert (seen == np.array(wanted)).all()
+
+
+def test_each_kind_of_meaning_by_example():
+    difference = ((1, "a.x"), (-1, "b.x"))
+    kinds = [Meaning(()), Meaning(difference), Meaning(difference, sign=True), Meaning(difference, positive=True)]
+    coordinates = np.zeros((4, len(COORDINATES)))
+    coordinates[:, COORDINATES.index("a.x")] = [0.5, 0.25, -1.0, 1e-300]
+    coordinates[:, COORDINATES.index("b.x")] = [0.25, 0.25, 0.5, 0.0]
+    found = observe(features_of(kinds), coordinates, SPEC)
+    # the smallest difference has a sign, though as a number it rounds to 0
+    assert found.tolist() == [[0, 0.25, 1, 1], [0, 0, 0, 0], [0, -1.5, -1, 0], [0, 0, 1, 1]]
+
+
+def test_meanings_are_written_as_they_are_read():
+    difference = ((-1, "a.vx"), (1, "goal.y"))
+    assert [str(Meaning(())), str(Meaning(difference))] == ["0", "- a.vx + goal.y"]
+    assert str(Meaning(difference, sign=True)) == "sign(- a.vx + goal.y)"
+    assert str(Meaning(difference, positive=True)) == "positive(- a.vx + goal.y)"
+
+
+def test_one_observer_serves_many_batches():
+    features = features_of([Meaning(((1, "a.x"), (-1, "c.y"))), Meaning(((1, "b.vx"),), positive=True), Meaning(())])
+    observer = Observer(features, SPEC)
+    rng = np.random.default_rng(0)
+    for batch in (1, 7, 0, 1_000):
+        coordinates = rng.normal(size=(batch, len(COORDINATES)))
+        assert observer(coordinates.T).T.tobytes() == observe(features, coordinates, SPEC).tobytes()
+
+
+def test_what_has_no_meaning_cannot_be_observed():
+    with pytest.raises(ValueError, match="feature f has no meaning"):
+        observe([FeatureSpec("f", "none", 0.0, 1.0, None)], np.zeros((1, len(COORDINATES))), SPEC)

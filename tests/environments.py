@@ -1,0 +1,204 @@
+"""Environments as users write them, sound and unsound: `tests.environments:NAME`."""
+
+import os
+
+import numpy as np
+from gymnasium.spaces import Box, Discrete
+from pettingzoo import ParallelEnv
+
+from codegen.ir import FeatureSpec, Meaning
+
+
+class Line(ParallelEnv):
+    """Two runners on a line; `left runner` is done once it has made `goal` steps. Cut after `length` steps."""
+
+    metadata = {"name": "line"}  # noqa: RUF012
+
+    def __init__(self, goal=99, length=8, bound=20.0):
+        self.possible_agents = ["left runner", "runner_1"]
+        self.goal, self.length = goal, length
+        self._box = Box(-bound, bound, (3,), np.float32)
+        self._seen = np.zeros(3, np.float32)  # one buffer for ever, as some environments have it
+
+    def observation_space(self, agent):
+        return self._box
+
+    def action_space(self, agent):
+        return Discrete(3)
+
+    def reset(self, seed=None, options=None):
+        self.rng = np.random.default_rng(seed)
+        self.place = dict(zip(self.possible_agents, self.rng.uniform(-1, 1, 2), strict=True))
+        self.agents, self.time = list(self.possible_agents), 0
+        return self.observations(), {agent: {} for agent in self.agents}
+
+    def observations(self):
+        return {agent: self.observe(agent) for agent in self.agents}
+
+    def observe(self, agent):
+        self._seen[:] = (self.place[agent], self.time, 0)
+        return self._seen.copy() if agent == "left runner" else self._seen
+
+    def step(self, actions):
+        assert set(actions) == set(self.agents), actions
+        assert all(type(action) is int for action in actions.values())
+        self.time += 1
+        for agent, action in actions.items():
+            self.place[agent] += action - 1
+        rewards = {agent: -abs(self.place[agent]) for agent in self.agents}
+        ended = {agent: agent == "left runner" and self.time >= self.goal for agent in self.agents}
+        cut = dict.fromkeys(self.agents, self.length is not None and self.time >= self.length)
+        observations, infos = self.observations(), {agent: {} for agent in self.agents}
+        self.agents = [agent for agent in self.agents if not ended[agent] and not cut[agent]]
+        return observations, rewards, ended, cut, infos
+
+
+def spread(**options):
+    from mpe2 import simple_spread_v3
+
+    return simple_spread_v3.parallel_env(**options)
+
+
+def adversary(**options):
+    from mpe2 import simple_adversary_v3
+
+    return simple_adversary_v3.parallel_env(**options)
+
+
+def in_turns():
+    from mpe2 import simple_spread_v3
+
+    return simple_spread_v3.env()
+
+
+def early():
+    return Line(goal=3)
+
+
+def short(length: int):
+    return Line(length=length)
+
+
+class _Vanishing(Line):
+    """All are done after three steps, of themselves."""
+
+    def step(self, actions):
+        observations, rewards, _, _, infos = super().step(actions)
+        over = dict.fromkeys(actions, self.time >= 3)
+        self.agents = [] if self.time >= 3 else self.agents
+        return observations, rewards, over, dict.fromkeys(actions, False), infos
+
+
+def vanishing():
+    return _Vanishing()
+
+
+def small_space():
+    return Line(bound=1.5)
+
+
+def nothing():
+    return "no environment"
+
+
+class _Continuous(Line):
+    def action_space(self, agent):
+        return Box(0, 1, (2,)) if agent == "runner_1" else Discrete(3, start=1)
+
+    def observation_space(self, agent):
+        return Discrete(4) if agent == "runner_1" else Box(0, 255, (2, 2), np.float32)
+
+
+def continuous():
+    return _Continuous()
+
+
+class _Raising(Line):
+    def step(self, actions):
+        if self.time == 2:
+            raise ArithmeticError("the line is broken")
+        return super().step(actions)
+
+
+def raising():
+    return _Raising()
+
+
+class _Dying(Line):
+    def step(self, actions):
+        os._exit(9)
+
+
+def dying():
+    env = _Dying()
+    env.max_cycles = 5
+    return env
+
+
+class _Random(Line):
+    def reset(self, seed=None, options=None):
+        return super().reset()
+
+
+def nondeterministic():
+    return _Random()
+
+
+class _SmallSeeds(Line):
+    def reset(self, seed=None, options=None):
+        return super().reset(np.random.RandomState(seed).randint(9))
+
+
+def small_seeds():
+    return _SmallSeeds()
+
+
+class _NotANumber(Line):
+    def observations(self):
+        return {agent: np.full(3, np.nan) for agent in self.agents}
+
+
+def not_a_number():
+    return _NotANumber()
+
+
+def described():
+    env = Line()
+    env.max_cycles = 6
+    env.teams = {"first!": ["runner_1"], "second": ["left runner"]}
+    place = FeatureSpec("place", "length", -20.0, 20.0, Meaning(((1, "runner_1.x"),)))
+    env.features = {
+        "runner_1": [
+            place,
+            FeatureSpec("time", "steps", 0.0, 6.0, None),
+            FeatureSpec("zero", "none", 0.0, 0.0, Meaning(())),
+        ]
+    }
+    return env
+
+
+def misdescribed():
+    env = described()
+    env.features["runner_1"][0] = FeatureSpec("place", "length", -1.0, 1.0, Meaning(((1, "runer_1.x"),)))
+    return env
+
+
+def mistaken_teams():
+    env = Line()
+    env.teams = {"all": ["runner_1"]}
+    return env
+
+
+class _Talking(Line):
+    def reset(self, seed=None, options=None):
+        print("hello from the environment")
+        return super().reset(seed)
+
+
+def talking():
+    print("hello from the function")
+    return _Talking()
+
+
+def leaving():
+    raise SystemExit("this is a script")
