@@ -26,6 +26,8 @@ def main() -> NoReturn:
 
 
 def _command() -> object:
+    # our matrix products are small: threads cost more than they give, all the more beside other processes
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     from maviper.cli import cli
 
     return cli.main(prog_name="maviper", standalone_mode=False)

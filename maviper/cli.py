@@ -14,6 +14,8 @@ import click
 from codegen.errors import ExitCode, suggestion
 from maviper import exits
 
+# named here again, so that --help imports nothing; a test compares them with the ones that there are
+ALGORITHMS = "maviper, maviper-no-prediction, maviper-iviper-resampling, iviper, viper, imitation, fitted-q"
 EXIT_CODES = """\b
 Exit codes:
   0   done, and everything asked was proved
@@ -157,30 +159,58 @@ def train(context: click.Context, world: str, output: Path, **options: Any) -> i
 
 @cli.command()
 @click.argument("expert")
-@click.option("--algorithm", default="maviper", show_default=True, help="How trees are grown (maviper).")
-@click.option("--preset", default="paper", show_default=True, help="Whose reading of the algorithm (paper).")
+@click.option("--algorithm", default="maviper", show_default=True, metavar="NAME", help=f"One of {ALGORITHMS}.")
+@click.option("--preset", default="default", show_default=True, help="default, or paper: the paper to the letter.")
 @click.option("--max-depth", default=4, show_default=True, help="Splits on the longest path.")
-@click.option("--iterations", default=100, show_default=True, help="Rounds of rollouts and joint growth.")
-@click.option("--rollouts", default=50, show_default=True, help="Episodes a round.")
+@click.option("--iterations", type=int, default=None, help="Rounds of rollouts and growth (default: the paper's).")
+@click.option("--rollouts", type=int, default=None, help="Episodes a round (default: the paper's).")
 @click.option("--selection-episodes", default=100, show_default=True, help="Episodes to score each iterate.")
+@click.option("--patience", type=int, default=None, help="Stop after so many rounds without a gain (default: 10).")
+@click.option("--splits", default=None, help="exact or histogram (default: the preset's).")
+@click.option("--agent", default=None, help="VIPER's one agent.")
 @click.option("--seed", default=0, show_default=True, help="Seed of everything random.")
+@click.option("--jobs", default=1, show_default=True, help="IVIPER's agents at the same time.")
 @click.option("--critic", default="learned", show_default=True, help="Whose Q weighs states: learned or measured.")
 @click.option("--world", default=None, help="module:function of the environment that the expert plays, if it is yours.")
 @OUTPUT
 @click.pass_context
-def extract(context: click.Context, expert: str, algorithm: str, output: Path, **settings: Any) -> int:
+def extract(context: click.Context, expert: str, output: Path, **settings: Any) -> int:
     """Extract a policy profile from EXPERT: a world's name, an expert file or a run folder.
 
     A world's name means its shipped expert, or its scripted one where no network is shipped
     (cooperative-navigation,agents=12); module:function calls yours. -o names the profile's JSON file.
     """
-    from codegen.errors import UnknownNameError
     from maviper.extraction import extract_to_file
 
-    if algorithm != "maviper":
-        raise UnknownNameError("algorithm", algorithm, ["maviper"], "--algorithm")
     extract_to_file(expert, settings, output, _console(context))
     return ExitCode.DONE
+
+
+@cli.command()
+@click.argument("subject")
+@click.option("--with", "replaced", multiple=True, metavar="NAME=SUBJECT", help="Another SUBJECT for an agent or team.")
+@click.option("--against", multiple=True, metavar="OPPONENT", help="Another SUBJECT, scripted or random (repeatable).")
+@click.option(
+    "--expert", default=None, help="What ratios and agreement refer to (default: a profile's own, if shipped)."
+)
+@click.option("--team", default=None, help="Measure one team only.")
+@click.option("--episodes", default=1_000, show_default=True, help="Held-out episodes, at most 100,000.")
+@click.option("--world", default=None, help="module:function of the environment, if it is yours.")
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+@click.pass_context
+def evaluate(context: click.Context, subject: str, **options: Any) -> int:
+    """Measure SUBJECT in play: a profile (FILE.json), or an expert as `maviper extract` reads it, or a mix.
+
+    Each team plays against the opponents, beside the expert in the same place in the same episodes: measures, returns
+    and ratios (joint: the whole team is SUBJECT; individual: one agent among experts), all with intervals; the trees'
+    size, comparisons and agreement with the expert. Opponents are the expert by default, or SUBJECT where there is
+    none. FILE.json is always a profile; what else is named is an expert.
+    """
+    console = _console(context)
+    console.line("evaluating", subject)
+    from maviper.evaluation import evaluate_command
+
+    return evaluate_command(subject, options, console)
 
 
 @cli.command()

@@ -13,7 +13,8 @@ from maviper import agreement, claims, publish, runs
 from maviper.compilation import say_agreement
 from maviper.console import Console
 from maviper.experts import store
-from maviper.extract.maviper import Settings, measured_of
+from maviper.extract.outcome import measured_of
+from maviper.extract.settings import Settings
 from maviper.extraction import extract_live
 from maviper.show import rules
 from maviper.verification import say_results
@@ -33,13 +34,12 @@ def run(folder: Path, console: Console, seed: int | None) -> int:
     expected = True
     seed = SEED if seed is None else seed
     expert, world = store.load(WORLD)
-    settings = Settings(
-        max_depth=MAX_DEPTH, iterations=ITERATIONS, rollouts=ROLLOUTS, selection_episodes=SELECTION_EPISODES, seed=seed
-    )
+    sizes = {"max_depth": MAX_DEPTH, "iterations": ITERATIONS, "rollouts": ROLLOUTS}
+    settings = Settings.of(sizes | {"selection_episodes": SELECTION_EPISODES, "seed": seed})
     size = f"depth {MAX_DEPTH}, {ITERATIONS} iterations of {ROLLOUTS} rollouts"
     console.line("", f"{size}, selection on {SELECTION_EPISODES} episodes each")
     console.line("", "(a short extraction; the paper's is 100 iterations, see `maviper extract --help`)")
-    profile = extract_live(world, expert, settings.checked(), console)
+    profile = extract_live(world, expert, settings, console)
     expected &= _reached(profile, world, console)
     _say_rules(profile, console)
 

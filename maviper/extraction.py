@@ -16,35 +16,37 @@ from maviper.evaluate.metrics import ratio, shown
 from maviper.experts.expert import Expert
 from maviper.experts.finding import LEARNED, find_expert
 from maviper.experts.measured import Measured
-from maviper.extract import maviper as algorithm
+from maviper.extract.algorithms import extract
+from maviper.extract.outcome import Progress, measured_of
+from maviper.extract.settings import Settings
 from maviper.worlds import World
 
 
 def extract_to_file(expert: str, settings: Mapping[str, Any], output: Path, console: Console) -> ir.PolicyProfile:
     """Extracts from the named expert and writes the profile to `output`."""
     chosen = dict(settings)
-    critic, named = chosen.pop("critic", LEARNED), chosen.pop("world", None)
-    checked = algorithm.Settings(**chosen).checked()
+    critic, named, jobs = chosen.pop("critic", LEARNED), chosen.pop("world", None), chosen.pop("jobs", 1)
+    checked = Settings.of(chosen)
     found, world = find_expert(expert, critic, named)
     runs.target(output)  # before the work, not after it
-    profile = extract_live(world, found, checked, console)
+    profile = extract_live(world, found, checked, console, jobs)
     runs.write(output, policy_json.dumps(profile))
     console.line("wrote", f"{output}  id {policy_json.content_hash(profile)[:16]}")
     return profile
 
 
-def extract_live(world: World, expert: Expert, settings: algorithm.Settings, console: Console) -> ir.PolicyProfile:
+def extract_live(world: World, expert: Expert, settings: Settings, console: Console, jobs: int = 1) -> ir.PolicyProfile:
     """Extracts with a live line, then says what the trees reach."""
     made = expert.card.get("algorithm", "unknown")
     critic = ", measured critic" if isinstance(expert, Measured) else ""
     console.line("expert", f"{made} for {world.name}{critic}{f', id {expert.hash[:16]}' if expert.hash else ''}")
     with console.live("extracting", settings.iterations) as live:
 
-        def show(progress: algorithm.Progress) -> None:
+        def show(progress: Progress) -> None:
             best = ", ".join(f"{team} {shown(found)}" for team, found in progress.best_measured.items())
             live.update(progress.iteration + 1, f"best {best}  {progress.leaves} leaves")
 
-        profile = algorithm.extract(world, expert, settings, show)
+        profile = extract(world, expert, settings, show, jobs)
     say_measured(profile, world, console)
     return profile
 
@@ -56,7 +58,7 @@ def say_measured(profile: ir.PolicyProfile, world: World, console: Console) -> N
         parts = []
         for measure in world.measures:
             if measure.name == name:
-                ours, theirs = algorithm.measured_of(measured, measure)
+                ours, theirs = measured_of(measured, measure)
                 found = ratio(measure, ours, theirs)
                 text = "no ratio" if found is None else f"ratio {found:.2f}"
                 parts.append(f"{measure.team} {ours:.3f} (expert {theirs:.3f}, {text})")

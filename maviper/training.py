@@ -16,6 +16,7 @@ from maviper.console import Console
 from maviper.evaluate.metrics import Estimate, shown
 from maviper.experts import train as training
 from maviper.experts.recipes import Request
+from maviper.jobs import side_by_side
 from maviper.worlds import World, find
 
 MOST_SEEDS = 1_000
@@ -78,17 +79,14 @@ def _several(
     name: str, folder: Path, request: Request, seeds: Sequence[int], jobs: int, resume: bool, console: Console
 ) -> dict[str, Any]:
     """Each seed in a folder of its own; the one with the best score on its finalists' episodes becomes the run's."""
-    from joblib import Parallel, delayed
-
     folders = [folder / f"seed-{seed}" for seed in seeds]
     asked = [replace(request, overrides={**(request.overrides or {}), "seed": seed}) for seed in seeds]
-    work = Parallel(n_jobs=min(jobs, len(seeds)), return_as="generator")(
-        delayed(_quietly)(name, place, one, resume and (place / training.CONFIG_FILE).exists())
+    tasks = [
+        (name, place, one, resume and (place / training.CONFIG_FILE).exists())
         for place, one in zip(folders, asked, strict=True)
-    )
+    ]
     cards: list[dict[str, Any]] = []
-    card: Any
-    for seed, card in zip(seeds, work, strict=True):
+    for seed, card in zip(seeds, side_by_side(_quietly, tasks, jobs), strict=True):
         cards.append(card)
         console.line("seed", f"{seed}: score {card['score']:.3f}, {card['steps']} steps, {card['seconds']:.0f} s")
     best = max(range(len(cards)), key=lambda index: (cards[index]["score"], -index))

@@ -65,6 +65,14 @@ ERRORS = [
     ["extract", "physical-deception", "--critic", "guessed", "-o", "p.json"],
     ["extract", "no_such_module:expert", "-o", "p.json"],
     ["worlds", "check", "no_such_module:make"],
+    ["extract", "physical-deception", "--algorithm", "mavipr", "-o", "p.json"],
+    ["extract", "physical-deception", "--algorithm", "viper", "-o", "p.json"],
+    ["extract", "physical-deception", "--splits", "histograms", "-o", "p.json"],
+    ["extract", "profile.json", "-o", "p.json"],
+    ["evaluate", "physical-decption"],
+    ["evaluate", "physical-deception", "--against", "randm"],
+    ["evaluate", "physical-deception", "--with", "agnt_0=random"],
+    ["evaluate", "physical-deception", "--episodes", "0"],
 ]
 
 

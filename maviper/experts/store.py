@@ -28,8 +28,9 @@ MAX_BYTES = 64 * 2**20
 _TRAINED = {
     "physical-deception": ("physical_deception", (0, 1, 2), 2),
     "physical-deception,velocity=1": ("physical_deception_velocity", (0, 1, 2), 1),
-    "cooperative-navigation": ("cooperative_navigation", (0, 1), 1),
-    "predator-prey": ("predator_prey", (0,), 0),
+    "cooperative-navigation": ("cooperative_navigation", (0, 1, 2), 1),
+    "predator-prey": ("predator_prey", (0, 1, 2), 0),
+    "predator-prey,observation=mpe2": ("predator_prey_mpe2", (0, 1), 0),
 }
 # name on the command line -> file: `physical-deception` is the best seed's, `physical-deception@1` that of seed 1
 SHIPPED = {
@@ -111,8 +112,12 @@ def load(name_or_path: str, world: World | None = None) -> tuple[NetworkExpert, 
         expert = decode(data, f"shipped expert {name_or_path}", world)
     else:
         path = Path(name_or_path)
-        path = path / "expert.safetensors" if path.is_dir() else path
-        if not path.exists() and path.suffix == "" and path.parent == Path():
+        try:
+            path = path / "expert.safetensors" if path.is_dir() else path
+            missing = not path.exists()
+        except (OSError, ValueError) as error:  # too long, or not a path at all
+            raise InputError("cannot read the file", f"{name_or_path[:80]}: {error}"[:200], "check the path") from None
+        if missing and path.suffix == "" and path.parent == Path():
             raise UnknownNameError("expert", name_or_path, SHIPPED, "neither a shipped expert nor a file or run folder")
         expert = decode(runs.read(path, MAX_BYTES), str(path), world)
     return expert, world or built_in(str(expert.card["world"]))

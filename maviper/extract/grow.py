@@ -104,12 +104,15 @@ def train_joint_trees(
     n_actions: Sequence[int],
     max_depth: int,
     seeds: Sequence[int],
+    least_right: int | None = None,
 ) -> list[GrownTree]:
     """TrainJointTrees for one team of N agents over n shared points.
 
     `observations`: per agent [n, n_features]; `labels`: [n, N]; `counts`: per agent [n], how often its data set D_i
-    holds each point; `seeds`: per agent, for ties between features.
+    holds each point; `seeds`: per agent, for ties between features; `least_right`: how many right predictions a point
+    needs (None: N - 1).
     """
+    least_right = len(observations) - 1 if least_right is None else least_right
     team = [
         _Growing(obs, labels[:, agent], counts[agent], n_actions[agent], max_depth, seeds[agent])
         for agent, obs in enumerate(observations)
@@ -117,9 +120,9 @@ def train_joint_trees(
     everything = np.ones(len(labels), dtype=bool)
     for _ in range(max_depth):
         for agent in team:  # round robin, one level each
-            if len(team) == 1:
-                agent.build(everything)  # at least 0 right predictions: nothing to ask
+            if least_right <= 0:
+                agent.build(everything)  # nothing to ask
             else:
                 votes = np.sum([member.predicted_right() for member in team], axis=0)
-                agent.build(votes >= len(team) - 1)
+                agent.build(votes >= least_right)
     return [agent.tree() for agent in team]

@@ -15,8 +15,10 @@ from scipy.stats import spearmanr
 from maviper.evaluate.play import play
 from maviper.experts import store
 from maviper.experts.measured import Measured
+from maviper.extract.algorithms import extract
 from maviper.extract.dataset import labels, points
-from maviper.extract.maviper import Settings, extract, measured_of
+from maviper.extract.outcome import measured_of
+from maviper.extract.settings import Settings
 from maviper.extract.weights import maviper_weights
 
 EPISODES = range(9_200_000, 9_200_030)
@@ -38,7 +40,7 @@ def compare(name, seeds):
     for kind, found in critics.items():
         rows = []
         for seed in range(seeds):
-            measured = extract(world, found, Settings(iterations=10, selection_episodes=50, seed=seed))
+            measured = extract(world, found, Settings.of({"iterations": 10, "selection_episodes": 50, "seed": seed}))
             rows.append([measured_of(measured.provenance.evaluation, world.primary(team))[0] for team in world.teams])
         for team, value in zip(world.teams, np.mean(rows, axis=0), strict=True):
             yield f"{name}: {world.primary(team).label} of trees with {kind} weights", float(value)

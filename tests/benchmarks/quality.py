@@ -14,7 +14,9 @@ import numpy as np
 
 from maviper.evaluate.metrics import ratio
 from maviper.experts import store
-from maviper.extract.maviper import Settings, extract, measured_of
+from maviper.extract.algorithms import extract
+from maviper.extract.outcome import measured_of
+from maviper.extract.settings import Settings
 
 DEMO_RATIO = 0.80
 
@@ -30,7 +32,7 @@ def main() -> None:
     size = {} if options.full else {"iterations": 10, "selection_episodes": 50}
     ratios: dict[str, list[float]] = {team: [] for team in world.teams}
     for seed in range(options.seeds):
-        measured = extract(world, expert, Settings(seed=seed, **size)).provenance.evaluation
+        measured = extract(world, expert, Settings.of({"seed": seed, **size})).provenance.evaluation
         row = []
         for team in world.teams:
             measure = world.primary(team)

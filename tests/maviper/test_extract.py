@@ -23,7 +23,9 @@ from maviper.extract import grow
 from maviper.extract.dataset import labels, points, resample
 from maviper.extract.deploy import deployed
 from maviper.extract.grow import train_joint_trees
-from maviper.extract.maviper import Settings, extract, joint_ratio, measured_of
+from maviper.extract.maviper import extract
+from maviper.extract.outcome import joint_ratio, measured_of
+from maviper.extract.settings import Settings
 from maviper.extract.weights import maviper_weights
 from maviper.worlds import Measure, WorldState, find
 from tests.strategies import grown_trees
@@ -68,7 +70,7 @@ def test_weights_do_not_depend_on_how_many_states_are_asked_at_once(world, exper
 
     wanted = labels(expert, observed, state)
     whole = maviper_weights(world, expert, observed, state, wanted)
-    monkeypatch.setattr(weights, "STATES_AT_ONCE", 5)
+    monkeypatch.setattr(weights, "ROWS_AT_ONCE", 125)
     np.testing.assert_allclose(maviper_weights(world, expert, observed, state, wanted), whole, rtol=1e-12)
 
 
@@ -336,20 +338,21 @@ class Recorder:
 
     def __init__(self, monkeypatch, scores):
         from maviper.extract import maviper as module
+        from maviper.extract import outcome
 
         self.scores, self.played, self.counts, self.sizes, self.opponents = list(scores), [], [], [], []
         self.grown, self.trees, self.evaluated = [], {}, []
         rollouts, grow_teams, tree_policies = module.rollouts, module.grow_teams, module.tree_policies
         evaluate, evaluate_teams = metrics.evaluate, metrics.evaluate_teams
 
-        def record_rollouts(world, expert, policies, seeds):
+        def record_rollouts(world, expert, policies, seeds, settings):
             self.played.append((policies, list(seeds)))
-            return rollouts(world, expert, policies, seeds)
+            return rollouts(world, expert, policies, seeds, settings)
 
-        def record_growth(world, data, counts, max_depth, rng):
+        def record_growth(world, data, counts, *rest):
             self.counts.append(counts)
             self.sizes.append(len(data))
-            self.grown.append(grow_teams(world, data, counts, max_depth, rng))
+            self.grown.append(grow_teams(world, data, counts, *rest))
             return self.grown[-1]
 
         def record_trees(policies):
@@ -372,6 +375,7 @@ class Recorder:
         monkeypatch.setattr(module, "rollouts", record_rollouts)
         monkeypatch.setattr(module, "grow_teams", record_growth)
         monkeypatch.setattr(module, "tree_policies", record_trees)
+        monkeypatch.setattr(outcome, "tree_policies", record_trees)
         monkeypatch.setattr(metrics, "evaluate", record_evaluation)
         monkeypatch.setattr(metrics, "evaluate_teams", scripted_evaluation)
 
@@ -463,15 +467,15 @@ def test_returns_are_the_summed_rewards_of_the_reference(world, expert):
 
 def test_no_two_purposes_share_episodes():
     from maviper.experts import train
-    from maviper.extract import maviper as module
+    from maviper.extract import outcome, settings
 
     longest = {
         metrics.CHECKPOINT_SEEDS: train.CHECKPOINT_EPISODES,
         metrics.FINALIST_SEEDS: train.FINAL_EPISODES,
-        metrics.MEASUREMENT_SEEDS: max(train.FINAL_EPISODES, module.EVALUATION_EPISODES),
+        metrics.MEASUREMENT_SEEDS: max(train.FINAL_EPISODES, outcome.EVALUATION_EPISODES),
         metrics.ON_POLICY_SEEDS: agreement.ON_POLICY_EPISODES,
-        metrics.ROLLOUT_SEEDS: 2**32 * module.EPISODES_PER_SEED,
-        metrics.SELECTION_SEEDS: 2**32 * module.EPISODES_PER_SEED,
+        metrics.ROLLOUT_SEEDS: 2**32 * settings.EPISODES_PER_SEED,
+        metrics.SELECTION_SEEDS: 2**32 * settings.EPISODES_PER_SEED,
     }
     starts = sorted(longest)
     assert all(start + longest[start] <= following for start, following in pairwise(starts))

@@ -17,7 +17,9 @@ from codegen.ir import NAME
 from maviper import agreement, cli
 from maviper.evaluate.play import Policies, rollout
 from maviper.experts.expert import AS_GIVEN
-from maviper.extract import maviper as algorithm
+from maviper.extract import outcome
+from maviper.extract.maviper import extract
+from maviper.extract.settings import Settings
 from maviper.worlds import PettingZooWorld, built_in, find
 from maviper.worlds.checking import Mark, check, usable
 from maviper.worlds.copies import imported, named_by_user, parsed
@@ -361,10 +363,10 @@ class Expert:
 @pytest.fixture(scope="module")
 def extracted():
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(algorithm, "EVALUATION_EPISODES", 10)
+        patch.setattr(outcome, "EVALUATION_EPISODES", 10)
         world = world_of("early", games=2)
-        settings = algorithm.Settings(max_depth=2, iterations=2, rollouts=4, selection_episodes=4)
-        profile = algorithm.extract(world, Expert(world), settings)
+        settings = Settings(max_depth=2, iterations=2, rollouts=4, selection_episodes=4)
+        profile = extract(world, Expert(world), settings)
         world.close()
     return profile
 

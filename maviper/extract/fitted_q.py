@@ -1,0 +1,128 @@
+"""Fitted Q-Iteration (Ernst et al. 2005), the paper's second baseline: a tree of Q, laid over into a tree of actions.
+
+Does: fits a regression tree to Q(o_i, a_i) from expert episodes, iterates, turns argmax over actions into one tree.
+Assumes: observations cut into the ten bins at -1, -0.75, ..., 1; rewards of the environment.
+Does not: look at the expert's critic, or explore beyond the expert's episodes.
+"""
+
+from typing import Any
+
+import numpy as np
+
+from codegen import ir
+from codegen.errors import InputError
+from codegen.ir import NO_ACTION, NO_CHILD, NO_FEATURE, Float64, GrownTree
+from maviper.evaluate import metrics
+from maviper.evaluate.play import Episodes, rollout
+from maviper.experts.expert import Expert
+from maviper.extract.outcome import OnIteration, Selection
+from maviper.extract.settings import EPISODES_PER_SEED, Settings
+from maviper.worlds import World
+from maviper.worlds.world import Int
+
+EDGES = np.arange(-1, 1.01, 0.25)  # bin k holds EDGES[k - 1] <= x < EDGES[k]
+GAMMA = 0.95
+
+
+def fitted_q(world: World, expert: Expert, settings: Settings, on_iteration: OnIteration) -> ir.PolicyProfile:
+    """The profile of the best of `iterations` rounds over `rollouts` expert episodes."""
+    first = metrics.ROLLOUT_SEEDS + settings.seed * EPISODES_PER_SEED
+    seeds = range(first, first + settings.rollouts)
+    played = rollout(world, [expert] * len(world.agents), seeds)
+    selection = Selection(world, expert, settings, on_iteration)
+    agents = [_Agent(world, index, played, settings) for index in range(len(world.agents))]
+    for _ in range(settings.iterations):
+        if selection.offer([agent.round() for agent in agents]):
+            break
+    return selection.profile(expert, {"points": sum(episodes.actions[..., 0].size for episodes in played)})
+
+
+class _Agent:
+    """One agent's transitions, binned, and its Q so far."""
+
+    def __init__(self, world: World, index: int, played: list[Episodes], settings: Settings) -> None:
+        self.settings, self.n_actions = settings, len(world.actions[index])
+        seen, following, acted, paid = [], [], [], []
+        for episodes in played:
+            width = episodes.observations[index].shape[-1]
+            last = world.observe(episodes.states[-1])[index]
+            after = np.concatenate([episodes.observations[index][1:], last[None]])
+            seen.append(episodes.observations[index].reshape(-1, width))
+            following.append(after.reshape(-1, width))
+            acted.append(episodes.actions[..., index].ravel())
+            paid += [world.rewards(state)[:, index] for state in episodes.states[1:]]
+        self.seen, self.following = (binned(np.concatenate(parts)) for parts in (seen, following))
+        self.acted, self.reward = np.concatenate(acted), np.concatenate(paid)
+        self.tree: Any = None
+
+    def round(self) -> GrownTree:
+        """One iteration: Q becomes the reward and what the best action is worth afterwards; the greedy tree."""
+        from sklearn.tree import DecisionTreeRegressor
+
+        target = self.reward
+        if self.tree is not None:
+            ahead = [self.tree.predict(self._inputs(self.following, action)) for action in range(self.n_actions)]
+            target = target + GAMMA * np.max(ahead, axis=0)
+        tree = DecisionTreeRegressor(max_depth=self.settings.max_depth, random_state=self.settings.seed)
+        self.tree = tree.fit(self._inputs(self.seen, self.acted), target)
+        return greedy(self.tree.tree_, self.seen.shape[1], self.n_actions)
+
+    def _inputs(self, seen: Int, acted: Int | int) -> Float64:
+        """[n, n_features + n_actions]: bins, then the action one-hot."""
+        one_hot = np.zeros((len(seen), self.n_actions))
+        one_hot[np.arange(len(seen)), acted] = 1.0
+        return np.concatenate([seen.astype(np.float64), one_hot], axis=1)
+
+
+def binned(obs: np.ndarray) -> Int:
+    """The bin of every number, [n, n_features] from 0 to 9."""
+    return np.searchsorted(EDGES, obs.astype(np.float64), side="right")
+
+
+def greedy(tree: Any, n_features: int, n_actions: int) -> GrownTree:
+    """The actions that maximise a tree of Q over (bins, one-hot action), as a tree of actions.
+
+    One Q tree a action lies over the other; a split that an earlier one on the path decides is left out, and equal
+    siblings become one leaf. "bin <= k" is "x < EDGES[k]", which is "x <= the float before it". The depth may grow.
+    """
+    nodes: list[tuple[int, float, int, int, int]] = []  # feature, threshold, left, right, action
+
+    def skip(node: int, action: int, low: Int, high: Int) -> int:
+        """Down to a split on an observation that is still open between the bins `low` and `high`, or to a leaf."""
+        while tree.children_left[node] != -1:
+            feature, cut = int(tree.feature[node]), tree.threshold[node]
+            if feature >= n_features:
+                goes_left = (feature - n_features == action) <= cut
+            elif high[feature] <= cut or low[feature] > cut:
+                goes_left = high[feature] <= cut
+            else:
+                return node
+            node = int(tree.children_left[node] if goes_left else tree.children_right[node])
+        return node
+
+    def overlay(at: list[int], low: Int, high: Int, depth: int) -> int:
+        at = [skip(node, action, low, high) for action, node in enumerate(at)]
+        opened = [node for node in at if tree.children_left[node] != -1]
+        place = len(nodes)
+        if not opened:
+            best = int(np.argmax([tree.value[node].ravel()[0] for node in at]))
+            nodes.append((NO_FEATURE, 0.0, NO_CHILD, NO_CHILD, best))
+            return place
+        if depth >= ir.MAX_DEPTH:
+            raise InputError("the tree of actions is too deep", "--max-depth", "ask for a smaller depth")
+        feature, cut = int(tree.feature[opened[0]]), int(np.floor(tree.threshold[opened[0]]))
+        nodes.append((feature, float(np.nextafter(EDGES[cut], -np.inf)), NO_CHILD, NO_CHILD, NO_ACTION))
+        below, above = high.copy(), low.copy()
+        below[feature], above[feature] = cut, cut + 1
+        left = overlay(at, low, below, depth + 1)
+        right = overlay(at, above, high, depth + 1)
+        if nodes[left][0] == NO_FEATURE and nodes[left] == nodes[right]:
+            merged = nodes[left]
+            del nodes[place:]
+            nodes.append(merged)
+        else:
+            nodes[place] = (*nodes[place][:2], left, right, NO_ACTION)
+        return place
+
+    overlay([0] * n_actions, np.zeros(n_features, np.int64), np.full(n_features, len(EDGES), np.int64), 0)
+    return GrownTree(*(np.array(column) for column in zip(*nodes, strict=True)))

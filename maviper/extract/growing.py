@@ -1,0 +1,72 @@
+"""Growing trees by either way of searching splits: every threshold (scikit-learn's CART), or histograms.
+
+Does: keeps the bins of a data set that only grows; grows a team jointly, or one agent alone.
+Assumes: points are appended, never changed.
+Does not: know where the points come from.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from codegen.ir import Float32, GrownTree
+from maviper.extract.grow import train_joint_trees
+from maviper.extract.histogram import Bins, Codes, HistogramTree, grow_jointly
+from maviper.extract.settings import EXACT, Settings
+from maviper.worlds import World
+from maviper.worlds.world import Int
+
+REFIT_FACTOR = 1.5  # bins are made anew when there are so many times more points than when they were made
+
+
+class Growth:
+    """Trees of a world's agents from points that accumulate."""
+
+    def __init__(self, world: World, settings: Settings) -> None:
+        self.settings = settings
+        self.n_actions = [len(choices) for choices in world.actions]
+        self._bins: dict[int, tuple[Bins, int, Codes]] = {}  # agent -> bins, points when made, codes so far
+
+    def team(
+        self,
+        members: Sequence[int],
+        observations: Sequence[Float32],
+        labels: Int,
+        counts: Sequence[Int],
+        seeds: Sequence[int] | Int,
+        least_right: int,
+    ) -> list[GrownTree]:
+        """TrainJointTrees for agents over shared points.
+
+        `observations`, `counts`, `seeds`: by agent, of all agents; `labels`: [n, n_agents]. A point counts at a level
+        when at least `least_right` members are predicted right.
+        """
+        depth = self.settings.max_depth
+        if self.settings.splits == EXACT:
+            return train_joint_trees(
+                [observations[agent] for agent in members],
+                labels[:, members],
+                [counts[agent] for agent in members],
+                [self.n_actions[agent] for agent in members],
+                depth,
+                [int(seeds[agent]) for agent in members],
+                least_right,
+            )
+        team = []
+        for agent in members:
+            bins, codes = self._coded(agent, observations[agent])
+            given = (np.ascontiguousarray(labels[:, agent]), counts[agent], self.n_actions[agent], depth)
+            team.append(HistogramTree(bins, codes, *given))
+        return grow_jointly(team, depth, least_right)
+
+    def _coded(self, agent: int, obs: Float32) -> tuple[Bins, Codes]:
+        """An agent's bins and the codes of all its points; only new points are coded."""
+        if agent not in self._bins or len(obs) > REFIT_FACTOR * self._bins[agent][1]:
+            bins = Bins.of(obs)
+            self._bins[agent] = bins, len(obs), bins.codes(obs)
+        bins, made, codes = self._bins[agent]
+        known = codes.shape[1]
+        if len(obs) > known:
+            codes = np.concatenate([codes, bins.codes(obs[known:])], axis=1)
+            self._bins[agent] = bins, made, codes
+        return bins, codes
