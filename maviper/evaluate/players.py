@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from codegen import ir, policy_json
-from codegen.errors import InputError
+from codegen.errors import InputError, UnknownNameError
 from maviper import runs
 from maviper.agreement import NO_WORLD, matching_world
 from maviper.evaluate.crossplay import Uniform
@@ -57,7 +57,12 @@ def find_player(text: str, where: str, world: World | None) -> tuple[Player, Wor
     if _holds_json(Path(text)):
         raise InputError("JSON, not an expert's file", f"{where}: {text}", "let a profile's name end in .json")
     named = world.name if world and named_by_user(world.name) else None
-    expert, plays = find_expert(text, world=named)
+    try:
+        expert, plays = find_expert(text, world=named)
+    except UnknownNameError as error:
+        if not error.where.startswith("neither"):  # a world's option, say
+            raise
+        raise UnknownNameError("player", text, (*store.SHIPPED, SCRIPTED, RANDOM), where) from None
     if world and plays.name != world.name:
         raise InputError("the expert plays another world", f"{where}: {text}: {plays.name}, not {world.name}", _ADVICE)
     return Player(Path(text).name or text, EXPERT, getattr(expert, "hash", ""), expert), world or plays

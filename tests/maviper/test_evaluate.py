@@ -432,7 +432,7 @@ def test_one_team_has_no_opponents(capsys):
         (["{profile}", "--with", "agent_0="], "write --with AGENT=SUBJECT"),
         (["{profile}", "--team", "defender"], "did you mean 'defenders'?"),
         (["{profile}", "--against", "predator-prey"], "predator-prey, not physical-deception"),
-        (["{profile}", "--against", "rando"], "neither a shipped expert nor a file"),
+        (["{profile}", "--against", "rando"], "unknown player"),
         (["{profile}", "--expert", "physical-deception,velocity=1"], "velocity=1, not physical-deception"),
         (["{profile}", "--expert", "random"], "chance is no expert"),
         (["predator-prey", "--against", "{profile}"], "physical-deception, not predator-prey"),

@@ -1,0 +1,122 @@
+"""How long extraction takes, what it needs, and what histograms cost against exact splits.
+
+    python tests/benchmarks/extraction.py [--full] [--json]
+
+Whole protocol: every iteration of the paper's 100 x 50 rollouts, selection over all iterates on 100 episodes. By
+default a tenth of it (10 iterations, named so); --full runs all of it, on deception, navigation (depth 6) and
+predator-prey. Then exact against histogram splits on the same data, interleaved; then time per agent, sample and
+non-constant feature over N in navigation, with the scripted expert and measured Q.
+"""
+
+import argparse
+import json
+import resource
+import subprocess
+import sys
+import time
+
+import numpy as np
+
+GAMES = (("physical-deception", 4, 90, 30), ("cooperative-navigation", 6, 240, 90), ("predator-prey", 4, 240, 90))
+SIZES = (3, 6, 12, 24)
+
+
+def figure(name, value, reach=None, stretch=None):
+    return {"name": name, "value": value, "reach": reach, "stretch": stretch, "better": "lower"}
+
+
+def one_run(name, depth, iterations):
+    """Seconds of a run in a process of its own."""
+    code = (
+        "import os; os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')\n"
+        "from maviper.experts import store\n"
+        "from maviper.extract.algorithms import extract\n"
+        "from maviper.extract.settings import Settings\n"
+        f"expert, world = store.load({name!r})\n"
+        f"extract(world, expert, Settings.of({{'max_depth': {depth}, 'iterations': {iterations}, 'patience': 1000}}))\n"
+    )
+    started = time.perf_counter()
+    subprocess.run([sys.executable, "-c", code], check=True)
+    return time.perf_counter() - started
+
+
+def growth(splits, rounds):
+    """CPU seconds of a joint growth of deception's teams on 25,000 points, by way of searching splits, interleaved."""
+    from maviper.evaluate.play import play
+    from maviper.experts import store
+    from maviper.extract.dataset import labels, points
+    from maviper.extract.growing import Growth
+    from maviper.extract.settings import Settings
+
+    expert, world = store.load("physical-deception")
+    episodes = play(world, [expert] * 3, world.start_from_seeds(range(1_000)))
+    observations, state = points(episodes)
+    wanted = labels(expert, observations, state)
+    ones = [np.ones(len(wanted), dtype=np.int64)] * 3
+    found = {way: [] for way in splits}
+    for _ in range(rounds):
+        for way in splits:
+            grow = Growth(world, Settings.of({"splits": way}))
+            started = time.process_time()
+            for team in ([0], [1, 2]):
+                grow.team(team, observations, wanted, ones, [0, 0, 0], len(team) - 1)
+            found[way].append(time.process_time() - started)
+    return found
+
+
+def by_size(n):
+    """CPU seconds per agent, sample and non-constant feature of one iteration in navigation with `n` agents: the
+    script's rollouts and labels, measured Q, weights and growth.
+    """
+    from maviper.experts.measured import Measured
+    from maviper.experts.scripted import scripted
+    from maviper.extract.growing import Growth
+    from maviper.extract.maviper import grow_teams, rollouts
+    from maviper.extract.settings import Settings
+    from maviper.worlds import find
+
+    world = find(f"cooperative-navigation,agents={n}")
+    expert = Measured(world, scripted(world))
+    settings = Settings.of({})
+    started = time.process_time()
+    data = rollouts(world, expert, [expert] * n, range(4), settings)
+    ones = [np.ones(len(data), dtype=np.int64)] * n
+    grow_teams(world, data, ones, settings, Growth(world, settings), np.random.default_rng(0))
+    seconds = time.process_time() - started
+    features = sum(feature.low < feature.high for feature in world.features[0])
+    return seconds / (n * len(data) * features)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--full", action="store_true")
+    parser.add_argument("--json", action="store_true")
+    options = parser.parse_args()
+    figures = []
+    for name, depth, reach, stretch in GAMES:
+        iterations = 100 if options.full else 10
+        targets = (reach, stretch) if options.full else (None, None)
+        figures.append(
+            figure(f"{name}, depth {depth}, {iterations} iterations, s", one_run(name, depth, iterations), *targets)
+        )
+    peak = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 2**20
+    figures.append(figure("peak memory of these runs, GB", peak, 1.5, 0.5))
+    found = growth(("exact", "histogram"), 5 if options.full else 2)
+    ratios = np.array(found["histogram"]) / np.array(found["exact"])
+    figures.append(
+        figure("histogram over exact splits, CPU time of a joint growth, 25,000 points", float(np.median(ratios)))
+    )
+    costs = {n: by_size(n) for n in SIZES}
+    for n in SIZES[1:]:
+        text = f"navigation, measured Q: time per agent, sample and feature with {n} agents over that with 3"
+        figures.append(figure(text, costs[n] / costs[3], 2.0, 1.0))
+    if options.json:
+        print(json.dumps({"figures": figures}))
+        return
+    for item in figures:
+        goal = "" if item["reach"] is None else f"  (reach {item['reach']:g}, stretch {item['stretch']:g})"
+        print(f"{item['name']}: {item['value']:.3f}{goal}")
+
+
+if __name__ == "__main__":
+    main()
