@@ -20,7 +20,7 @@ from codegen.selfcheck import Agreement, CompiledC, Report
 from codegen.targets import TARGETS, emit
 from maviper.evaluate import metrics
 from maviper.evaluate.play import Controller, Episodes, Policies, play, tree_policies
-from maviper.worlds import ParticleWorld, built_in
+from maviper.worlds import ParticleWorld, World, built_in
 from maviper.worlds.world import world_name
 
 NO_WORLD = "no world of this version has the profile's spec, agents, features and actions"
@@ -71,12 +71,17 @@ def matching_world(profile: ir.PolicyProfile) -> ParticleWorld | None:
         world = built_in(world_name(profile.world))
     except InputError:  # another's world, or options of another version
         return None
+    return world if plays(profile, world) else None
+
+
+def plays(profile: ir.PolicyProfile, world: World) -> bool:
+    """Whether a world has exactly the profile's spec, agents, teams, features and actions."""
     ours = [
         (agent, world.team_of(agent), features, actions)
         for agent, features, actions in zip(world.agents, world.features, world.actions, strict=True)
     ]
     theirs = [(policy.agent, policy.team, policy.features, policy.actions) for policy in profile.agents]
-    return world if world.spec == profile.world and ours == theirs else None
+    return world.spec == profile.world and ours == theirs
 
 
 def on_policy(profile: ir.PolicyProfile, world: ParticleWorld, driver: Controller | None = None) -> Episodes:

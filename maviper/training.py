@@ -80,7 +80,7 @@ def _several(
 ) -> dict[str, Any]:
     """Each seed in a folder of its own; the one with the best score on its finalists' episodes becomes the run's."""
     folders = [folder / f"seed-{seed}" for seed in seeds]
-    asked = [replace(request, overrides={**(request.overrides or {}), "seed": seed}) for seed in seeds]
+    asked = [replace(request, overrides={**request.overrides, "seed": seed}) for seed in seeds]
     tasks = [
         (name, place, one, resume and (place / training.CONFIG_FILE).exists())
         for place, one in zip(folders, asked, strict=True)

@@ -18,7 +18,7 @@ from maviper.evaluate import metrics
 from maviper.evaluate.metrics import Estimate
 from maviper.evaluate.play import Controller, Episodes, play
 from maviper.worlds import Measure, World
-from maviper.worlds.world import Int
+from maviper.worlds.world import RETURN, Int
 from verify.shares import Share
 
 DRAWS = 2_000  # bootstrap samples of the episodes
@@ -122,7 +122,7 @@ class Stage:
 
     def __init__(self, world: World, seeds: range) -> None:
         self.world, self.seeds = world, seeds
-        returns = (Measure(team, metrics.RETURN) for team in world.teams)
+        returns = (Measure(team, RETURN) for team in world.teams)
         self.measures = tuple(dict.fromkeys((*world.measures, *returns)))  # a user's world measures returns itself
         self._played: dict[Key, tuple[Lineup, Float64]] = {}  # the line-up is kept, so that its key stays its own
         self._draws: dict[Key, Float64] = {}
@@ -132,9 +132,7 @@ class Stage:
         """Plays a line-up; what `watch` saw in its episodes, [..., n]."""
         values, seen = [], []
         for episodes in self._episodes(lineup):
-            rows = dict(zip(self.world.measures, episodes.values, strict=True))
-            for team in self.world.teams:
-                rows[Measure(team, metrics.RETURN)] = episodes.returns[self.world.members(team)].mean(axis=0)
+            rows = metrics.table(self.world, episodes)
             values.append(np.stack([rows[measure] for measure in self.measures]))
             seen.append(watch(episodes) if watch else np.empty((0, episodes.actions.shape[1])))
         self._played[key(lineup)] = lineup, np.concatenate(values, axis=1)

@@ -6,14 +6,15 @@ Does not: run experiments over training seeds.
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from codegen.ir import Float64
-from maviper.evaluate.play import Controller, rollout
+from maviper.evaluate.play import Controller, Episodes, rollout
 from maviper.worlds import Measure, World
+from maviper.worlds.world import RETURN
 from verify.shares import Z95, Share
 
 # Episode seeds. The first three have fixed lengths; extraction seeds shift the rollouts and the selection by 100,000
@@ -24,7 +25,6 @@ MEASUREMENT_SEEDS = 3_000_000
 ON_POLICY_SEEDS = 4_000_000
 ROLLOUT_SEEDS = 1_000_000_000_000_000
 SELECTION_SEEDS = 2_000_000_000_000_000
-RETURN = "return"
 
 
 @dataclass(frozen=True)
@@ -70,12 +70,14 @@ def ratio(measure: Measure, ours: float, theirs: float) -> float | None:
 
 def evaluate(world: World, controllers: Sequence[Controller], seeds: Sequence[int]) -> dict[Measure, Estimate]:
     """Every measure of the world over the episodes `seeds`, and each team's return (its agents' mean)."""
-    played = rollout(world, controllers, seeds)
-    values = np.concatenate([episodes.values for episodes in played], axis=1)
-    returns = np.concatenate([episodes.returns for episodes in played], axis=1)
-    found = {measure: estimate(measure, row) for measure, row in zip(world.measures, values, strict=True)}
-    paid = {Measure(team, RETURN): returns[world.members(team)].mean(axis=0) for team in world.teams}
-    return found | {measure: estimate(measure, row) for measure, row in paid.items()}
+    tables = [table(world, episodes) for episodes in rollout(world, controllers, seeds)]
+    return {measure: estimate(measure, np.concatenate([rows[measure] for rows in tables])) for measure in tables[0]}
+
+
+def table(world: World, episodes: Episodes) -> dict[Measure, Float64]:
+    """Every measure of each episode, and each team's return (its agents' mean), [batch]."""
+    rows = dict(zip(world.measures, episodes.values, strict=True))
+    return rows | {Measure(team, RETURN): episodes.returns[world.members(team)].mean(axis=0) for team in world.teams}
 
 
 def evaluate_teams(
@@ -89,8 +91,3 @@ def evaluate_teams(
         table = evaluate(world, mixed, seeds)
         found |= {measure: value for measure, value in table.items() if measure.team == team}
     return {measure: found[measure] for measure in world.measures}
-
-
-def primary(world: World, found: Mapping[Measure, Estimate]) -> dict[str, Estimate]:
-    """Each team's primary measure."""
-    return {team: found[world.primary(team)] for team in world.teams}

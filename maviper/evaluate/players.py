@@ -12,7 +12,7 @@ from pathlib import Path
 from codegen import ir, policy_json
 from codegen.errors import InputError, UnknownNameError
 from maviper import runs
-from maviper.agreement import NO_WORLD, matching_world
+from maviper.agreement import NO_WORLD, matching_world, plays
 from maviper.evaluate.crossplay import Uniform
 from maviper.evaluate.play import Controller, tree_policies
 from maviper.experts import store
@@ -58,14 +58,14 @@ def find_player(text: str, where: str, world: World | None) -> tuple[Player, Wor
         raise InputError("JSON, not an expert's file", f"{where}: {text}", "let a profile's name end in .json")
     named = world.name if world and named_by_user(world.name) else None
     try:
-        expert, plays = find_expert(text, world=named)
+        expert, played = find_expert(text, world=named)
     except UnknownNameError as error:
         if not error.where.startswith("neither"):  # a world's option, say
             raise
         raise UnknownNameError("player", text, (*store.SHIPPED, SCRIPTED, RANDOM), where) from None
-    if world and plays.name != world.name:
-        raise InputError("the expert plays another world", f"{where}: {text}: {plays.name}, not {world.name}", _ADVICE)
-    return Player(Path(text).name or text, EXPERT, getattr(expert, "hash", ""), expert), world or plays
+    if world and played.name != world.name:
+        raise InputError("the expert plays another world", f"{where}: {text}: {played.name}, not {world.name}", _ADVICE)
+    return Player(Path(text).name or text, EXPERT, getattr(expert, "hash", ""), expert), world or played
 
 
 def _holds_json(path: Path) -> bool:
@@ -81,23 +81,17 @@ def _profile(text: str, where: str, world: World | None) -> tuple[Player, World]
     if data[8:9] == b"{" and not data.lstrip().startswith(b"{"):  # safetensors: a length, then its header
         raise InputError("an expert's file, not a policy profile", f"{where}: {text}", "only profiles end in .json")
     profile = policy_json.loads(data, Path(text).name)
-    plays = world or matching_world(profile)
-    if plays is None:
+    played = world or matching_world(profile)
+    if played is None:
         advice = "extract it again, or name your environment: --world module:function"
         raise InputError("the profile's world cannot be played", f"{where}: {text}: {NO_WORLD}", advice)
-    if not _fits(profile, plays):
+    if not plays(profile, played):
         theirs = world_name(profile.world)
-        found = f"{theirs}, not {plays.name}" if theirs != plays.name else f"{theirs} in another version"
+        found = f"{theirs}, not {played.name}" if theirs != played.name else f"{theirs} in another version"
         raise InputError("the profile plays another world", f"{where}: {text}: {found}", _ADVICE)
     name, controller = Path(text).name, tree_policies(profile.agents)
     known = policy_json.content_hash(profile)
-    return Player(name, PROFILE, known, controller, profile.agents, profile.provenance.expert), plays
-
-
-def _fits(profile: ir.PolicyProfile, world: World) -> bool:
-    ours = [(a, world.team_of(a), f, c) for a, f, c in zip(world.agents, world.features, world.actions, strict=True)]
-    theirs = [(policy.agent, policy.team, policy.features, policy.actions) for policy in profile.agents]
-    return world.spec == profile.world and ours == theirs
+    return Player(name, PROFILE, known, controller, profile.agents, profile.provenance.expert), played
 
 
 def shipped_expert(origin: str, world: World) -> Player | None:

@@ -15,7 +15,6 @@ from typing import Any
 
 from maviper.evaluate.metrics import Estimate
 from maviper.experts.judging import Judged
-from maviper.experts.network import ACTOR_CRITIC
 from maviper.experts.recipes import DEFAULT, Request
 from maviper.worlds import Measure, World
 
@@ -33,7 +32,6 @@ def config(world: World, request: Request, settings: Mapping[str, Any], rule: st
         "reference": world.spec.reference,
         "algorithm": request.algorithm,
         "recipe": request.recipe,
-        "networks": ACTOR_CRITIC,
         "command": " ".join(command),
         "hidden": settings["hidden"],
         "settings": dict(settings),

@@ -10,7 +10,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
 import torch
 
 from codegen.ir import Float32
@@ -58,21 +57,9 @@ class Fit(Trainer):
 
     def advance(self) -> dict[str, float]:
         """As `Trainer.advance`."""
-        world, settings = self.world, self.settings
-        state = world.start(self.games, self.rng)
-        seen = self.joint.tensor(world.observe(state))
-        for _ in range(world.spec.episode_steps):
-            greedy = self._greedy(seen).cpu().numpy()
-            uniform = self.rng.integers(self.joint.choices, size=greedy.shape)
-            acted = np.where(self.rng.random(greedy.shape) < settings.explore, uniform, greedy)
-            state = world.step(state, acted)
-            reward = self.rewards(state)
-            following = self.joint.tensor(world.observe(state))
-            self.replay.store(seen, acted, reward, following)
-            self.running.add(reward)
-            self.steps += len(acted)
-            seen = following
-        return {"loss": sum(self._update() for _ in range(settings.updates)) / settings.updates}
+        for transition in self.transitions(lambda seen: (self._greedy(seen).cpu().numpy(), self.settings.explore)):
+            self.replay.store(*transition)
+        return {"loss": sum(self._update() for _ in range(self.settings.updates)) / self.settings.updates}
 
     def _greedy(self, seen: torch.Tensor) -> torch.Tensor:
         with torch.no_grad():
@@ -81,8 +68,7 @@ class Fit(Trainer):
     def _update(self) -> float:
         settings, joint = self.settings, self.joint
         batch = self.replay.sample(settings.batch, self.generator)
-        mean, deviation = (torch.from_numpy(part).float().to(self.device) for part in self.running.scale())
-        reward = ((batch["reward"] - mean) / deviation).T[:, :, None]
+        reward = self.scaled(batch["reward"])[:, :, None]
         with torch.no_grad():
             then = joint.one_hot(self._greedy(batch["following"]))
             target = reward + settings.gamma * self.slow(joint.critic_input(batch["following"], then))

@@ -6,7 +6,7 @@ Does not: import torch.
 """
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, fields, replace
+from dataclasses import asdict, dataclass, field, fields, replace
 from typing import Any
 
 from codegen.errors import InputError, UnknownNameError
@@ -46,7 +46,7 @@ class Request:
 
     algorithm: str = ""  # "": the recipe's
     recipe: str = DEFAULT
-    overrides: Mapping[str, Any] = None  # pyright: ignore[reportAssignmentType]
+    overrides: Mapping[str, Any] = field(default_factory=dict)
     device: str = "cpu"
 
     def checked(self) -> "Request":
@@ -58,7 +58,7 @@ class Request:
             raise UnknownNameError("algorithm", algorithm, ALGORITHMS, "--algorithm")
         if self.recipe == PAPER and algorithm != "maddpg":
             raise InputError(f"the paper has no recipe for {algorithm}", "--recipe paper", "leave --algorithm out")
-        return replace(self, algorithm=algorithm, overrides=dict(self.overrides or {}))
+        return replace(self, algorithm=algorithm)
 
 
 def settings(world: World, request: Request, kind: type) -> Any:
@@ -70,8 +70,8 @@ def settings(world: World, request: Request, kind: type) -> Any:
     if request.recipe == DEFAULT:
         general = CHOSEN.get((world.spec.name, request.algorithm), {})
         chosen = CHOSEN.get((world.name, request.algorithm), general)
-    types = {field.name: type(field.default) for field in fields(kind)}
-    given = {name: _value(name, value, types) for name, value in (request.overrides or {}).items()}
+    types = {item.name: type(item.default) for item in fields(kind)}
+    given = {name: _value(name, value, types) for name, value in request.overrides.items()}
     found = kind(**{**chosen, **given})
     _check(asdict(found), world)
     return found

@@ -9,7 +9,6 @@ from abc import abstractmethod
 from collections.abc import Mapping
 from typing import Any
 
-import numpy as np
 import torch
 from torch import Tensor
 
@@ -77,22 +76,10 @@ class OffPolicy(Trainer):
 
     def advance(self) -> dict[str, float]:
         """As `Trainer.advance`: every game plays one episode, with an update for every `steps_per_update`."""
-        settings, world = self.settings, self.world
-        state = world.start(self.games, self.rng)
-        seen = self.joint.tensor(world.observe(state))
-        paid, loss = 0.0, 0.0
-        for _ in range(world.spec.episode_steps):
-            chosen, share = self.act(seen)
-            uniform = self.rng.integers(self.joint.choices, size=chosen.shape)
-            acted = np.where(self.rng.random(chosen.shape) < share, uniform, chosen)
-            state = world.step(state, acted)
-            reward = self.rewards(state)
-            following = self.joint.tensor(world.observe(state))
-            self.replay.store(seen, acted, reward, following)
-            seen = following
-            self.steps += len(acted)
-            self.running.add(reward)
-            paid += float(reward.mean()) / world.spec.episode_steps
+        settings, loss, paid = self.settings, 0.0, 0.0
+        for transition in self.transitions(self.act):
+            self.replay.store(*transition)
+            paid += float(transition[2].mean()) / self.world.spec.episode_steps
             while self.updates < (self.steps - settings.batch) // settings.steps_per_update:
                 loss = self.update()
                 self.updates += 1
@@ -102,11 +89,6 @@ class OffPolicy(Trainer):
         """The share of uniform actions, falling linearly from `start` to `explore_end` over `explore_share`."""
         done = min(1.0, self.progress / self.settings.explore_share)
         return start + (self.settings.explore_end - start) * done
-
-    def scaled(self, reward: Tensor) -> Tensor:
-        """Rewards [batch, n_agents] standardised by everything seen so far, [n_agents, batch]."""
-        mean, deviation = (torch.from_numpy(part).float().to(self.device) for part in self.running.scale())
-        return ((reward - mean) / deviation).T
 
     def memory(self) -> dict[str, Tensor]:
         """As `Trainer.memory`."""

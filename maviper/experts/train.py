@@ -28,6 +28,7 @@ from maviper.experts.judging import Judged, judge
 from maviper.experts.network import ACTOR, ACTOR_CRITIC
 from maviper.experts.recipes import Request, settings
 from maviper.worlds import World
+from maviper.worlds.world import RETURN
 
 CHECKPOINT_EPISODES = 1_000
 FINALISTS = 5
@@ -180,7 +181,7 @@ class _Run:
             judged = self._judge(trainer.tensors(), metrics.CHECKPOINT_SEEDS, _episodes(self.world)[0])
             self.seconds = before + time.monotonic() - started
             self._save(judged, logged)
-            returns = {m.team: found for m, found in judged.among.items() if m.name == metrics.RETURN}
+            returns = {m.team: found for m, found in judged.among.items() if m.name == RETURN}
             on_checkpoint(
                 Checkpoint(trainer.steps, judged.score, judged.primary(self.world), returns), trainer.settings.steps
             )

@@ -7,7 +7,7 @@ Does not: know an algorithm or touch files.
 
 import json
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -17,6 +17,10 @@ from torch import Tensor
 from codegen.ir import Float32
 from maviper.experts.nets import Adam, Joint, Nets, Running
 from maviper.worlds import World
+
+# from joint observations to actions, [batch, n_agents], and the share of uniform ones that shall replace them
+Choose = Callable[[Tensor], tuple[Any, float]]
+Transition = tuple[Tensor, Any, Any, Tensor]  # joint observations, actions, rewards, joint observations afterwards
 
 
 class Trainer(ABC):
@@ -59,6 +63,28 @@ class Trainer(ABC):
     def uniform(self, *shape: int) -> Tensor:
         """Numbers in [0, 1) from the trainer's own generator."""
         return torch.rand(*shape, generator=self.generator).to(self.device)
+
+    def transitions(self, choose: Choose) -> Iterator[Transition]:
+        """One episode of every game, step by step; some actions of `choose` are replaced by uniform ones."""
+        world = self.world
+        state = world.start(self.games, self.rng)
+        seen = self.joint.tensor(world.observe(state))
+        for _ in range(world.spec.episode_steps):
+            chosen, share = choose(seen)
+            uniform = self.rng.integers(self.joint.choices, size=chosen.shape)
+            acted = np.where(self.rng.random(chosen.shape) < share, uniform, chosen)
+            state = world.step(state, acted)
+            reward = self.rewards(state)
+            following = self.joint.tensor(world.observe(state))
+            self.steps += len(acted)
+            self.running.add(reward)
+            yield seen, acted, reward, following
+            seen = following
+
+    def scaled(self, reward: Tensor) -> Tensor:
+        """Rewards [batch, n_agents] standardised by everything seen so far, [n_agents, batch]."""
+        mean, deviation = (torch.from_numpy(part).float().to(self.device) for part in self.running.scale())
+        return ((reward - mean) / deviation).T
 
     # --- saving
 

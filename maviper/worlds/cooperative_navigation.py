@@ -11,13 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from codegen.ir import EntitySpec, FeatureSpec, Float64, Meaning, WorldSpec
+from codegen.ir import EntitySpec, FeatureSpec, Float64, Meaning
 from maviper.worlds.particle import (
     ACTIONS,
-    CONTACT_FORCE,
-    CONTACT_MARGIN,
-    DAMPING,
-    DT,
     EPISODE_STEPS,
     FORCE,
     SQUARED_RADII,
@@ -26,6 +22,7 @@ from maviper.worlds.particle import (
     WorldState,
     covered,
     distances,
+    mpe2_spec,
     own,
     planes,
     relative,
@@ -43,23 +40,14 @@ class CooperativeNavigation(ParticleWorld):
 
     def __init__(self, agents: int = 3) -> None:
         names = tuple(f"agent_{index}" for index in range(agents))
-        self.spec = WorldSpec(
+        targets = [f"landmark_{index}" for index in range(agents)]
+        self.spec = mpe2_spec(
+            CooperativeNavigation,
+            {"agents": agents},
             name="cooperative-navigation",
             reference="mpe2.simple_spread_v3",
-            agents=tuple(EntitySpec(name, size=0.15, force=FORCE, max_speed=None, collides=True) for name in names),
-            landmarks=tuple(
-                EntitySpec(f"landmark_{index}", size=0.05, force=0.0, max_speed=None, collides=False)
-                for index in range(agents)
-            ),
-            goals=(),
-            dt=DT,
-            damping=DAMPING,
-            start_low=-1.0,
-            start_high=1.0,
-            episode_steps=EPISODE_STEPS,
-            contact_force=CONTACT_FORCE,
-            contact_margin=CONTACT_MARGIN,
-            options={} if agents == 3 else {"agents": agents},
+            agents=(EntitySpec(name, size=0.15, force=FORCE, max_speed=None, collides=True) for name in names),
+            landmarks=(EntitySpec(name, size=0.05, force=0.0, max_speed=None, collides=False) for name in targets),
         )
         self.teams = {AGENTS: names}
         self.actions = tuple(ACTIONS for _ in names)

@@ -9,9 +9,10 @@ Arrays of states have the shapes that their comments give, but their memory is l
 one coordinate lie side by side, so that each operation runs over one contiguous row.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from inspect import signature
 from itertools import combinations
 from typing import Any
 
@@ -229,6 +230,36 @@ def _matched_one(near: Bool) -> bool:
 # --- features and specs that games share
 
 
+def mpe2_spec(
+    game: type,
+    options: Mapping[str, int | str],
+    name: str,
+    reference: str,
+    agents: Iterable[EntitySpec],
+    landmarks: Iterable[EntitySpec],
+    has_goal: bool = False,
+) -> WorldSpec:
+    """The spec of a game with mpe2's dynamics. Of `options` it keeps those that differ from the defaults of `game`."""
+    usual = {key: parameter.default for key, parameter in signature(game).parameters.items()}
+    movers, fixed = tuple(agents), tuple(landmarks)
+    contacts = any(entity.collides for entity in movers)
+    return WorldSpec(
+        name=name,
+        reference=reference,
+        agents=movers,
+        landmarks=fixed,
+        goals=tuple(entity.name for entity in fixed) if has_goal else (),
+        dt=DT,
+        damping=DAMPING,
+        start_low=-1.0,
+        start_high=1.0,
+        episode_steps=EPISODE_STEPS,
+        contact_force=CONTACT_FORCE if contacts else 0.0,
+        contact_margin=CONTACT_MARGIN if contacts else 0.0,
+        options={key: value for key, value in options.items() if value != usual[key]},
+    )
+
+
 def relative(other: str, agent: str, spec: WorldSpec) -> list[FeatureSpec]:
     """Two features: where another entity is, seen from an agent."""
     reach = farthest(spec)
@@ -251,12 +282,6 @@ def velocity(agent: str, prefix: str, speed: float) -> list[FeatureSpec]:
     return [
         FeatureSpec(f"{prefix}v{axis}", "length/s", -speed, speed, Meaning(((1, f"{agent}.v{axis}"),))) for axis in "xy"
     ]
-
-
-def sign_of(feature: FeatureSpec, name: str) -> FeatureSpec:
-    """The sign of another feature."""
-    assert feature.meaning is not None
-    return FeatureSpec(name, "sign", -1.0, 1.0, Meaning(feature.meaning.terms, sign=True))
 
 
 def top_speed(spec: WorldSpec) -> float:

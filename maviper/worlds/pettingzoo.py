@@ -39,12 +39,11 @@ from maviper.worlds.copies import (
     parsed,
     space,
 )
-from maviper.worlds.world import Int, Measure, World
+from maviper.worlds.world import RETURN, Int, Measure, World
 
 DEFAULT_STEPS = 25  # where nobody knows how long an episode is
 MOST_STEPS = 1_000  # of the episode that is played to find out
 LONGEST_NAME = 40  # of a world: generated code starts with it
-RETURN = "return"
 PAST = -1  # the moment of a state that cannot be stepped: a part of one, or several joined
 _moments = count()  # unlike in all worlds
 

@@ -10,11 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from codegen.ir import Bool, EntitySpec, FeatureSpec, Float64, WorldSpec
+from codegen.ir import Bool, EntitySpec, FeatureSpec, Float64
 from maviper.worlds.particle import (
     ACTIONS,
-    DAMPING,
-    DT,
     EPISODE_STEPS,
     FORCE,
     SQUARED_RADII,
@@ -23,6 +21,7 @@ from maviper.worlds.particle import (
     WorldState,
     covered,
     distances,
+    mpe2_spec,
     own,
     planes,
     relative,
@@ -43,22 +42,14 @@ class PhysicalDeception(ParticleWorld):
     def __init__(self, defenders: int = 2, velocity: int = 0) -> None:
         agents = ("adversary_0", *(f"agent_{index}" for index in range(defenders)))
         landmarks = tuple(f"landmark_{index}" for index in range(defenders))
-        given = {"defenders": defenders, "velocity": velocity}
-        usual = {"defenders": 2, "velocity": 0}
-        self.spec = WorldSpec(
+        self.spec = mpe2_spec(
+            PhysicalDeception,
+            {"defenders": defenders, "velocity": velocity},
             name="physical-deception",
             reference="mpe2.simple_adversary_v3",
-            agents=tuple(EntitySpec(name, size=0.15, force=FORCE, max_speed=None, collides=False) for name in agents),
-            landmarks=tuple(
-                EntitySpec(name, size=0.08, force=0.0, max_speed=None, collides=False) for name in landmarks
-            ),
-            goals=landmarks,
-            dt=DT,
-            damping=DAMPING,
-            start_low=-1.0,
-            start_high=1.0,
-            episode_steps=EPISODE_STEPS,
-            options={key: value for key, value in given.items() if value != usual[key]},
+            agents=(EntitySpec(name, size=0.15, force=FORCE, max_speed=None, collides=False) for name in agents),
+            landmarks=(EntitySpec(name, size=0.08, force=0.0, max_speed=None, collides=False) for name in landmarks),
+            has_goal=True,
         )
         self.teams = {ADVERSARIES: agents[:1], DEFENDERS: agents[1:]}
         self.actions = tuple(ACTIONS for _ in agents)

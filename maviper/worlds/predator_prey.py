@@ -12,17 +12,14 @@ from typing import Any
 import numpy as np
 
 from codegen.errors import UnknownNameError
-from codegen.ir import EntitySpec, FeatureSpec, Float64, Meaning, WorldSpec
+from codegen.ir import EntitySpec, FeatureSpec, Float64, Meaning
 from maviper.worlds.particle import (
     ACTIONS,
-    CONTACT_FORCE,
-    CONTACT_MARGIN,
-    DAMPING,
-    DT,
     EPISODE_STEPS,
     ParticleWorld,
     WorldState,
     distances,
+    mpe2_spec,
     own,
     planes,
     relative,
@@ -53,27 +50,16 @@ class PredatorPrey(ParticleWorld):
         hunters = tuple(f"adversary_{index}" for index in range(predators))
         hunted = tuple(f"agent_{index}" for index in range(prey))
         given = {"predators": predators, "prey": prey, "obstacles": obstacles, "observation": observation}
-        usual = {"predators": 2, "prey": 2, "obstacles": 2, "observation": "paper"}
         predator = {"size": 0.075, "force": 3.0, "max_speed": 1.0, "collides": True}
         runner = {"size": 0.05, "force": 4.0, "max_speed": 1.3, "collides": True}
         block = {"size": 0.2, "force": 0.0, "max_speed": None, "collides": True, "start": OBSTACLE_START}
-        self.spec = WorldSpec(
+        self.spec = mpe2_spec(
+            PredatorPrey,
+            given,
             name="predator-prey",
             reference="mpe2.simple_tag_v3",
-            agents=(
-                *(EntitySpec(name, **predator) for name in hunters),
-                *(EntitySpec(name, **runner) for name in hunted),
-            ),
-            landmarks=tuple(EntitySpec(f"obstacle_{index}", **block) for index in range(obstacles)),
-            goals=(),
-            dt=DT,
-            damping=DAMPING,
-            start_low=-1.0,
-            start_high=1.0,
-            episode_steps=EPISODE_STEPS,
-            contact_force=CONTACT_FORCE,
-            contact_margin=CONTACT_MARGIN,
-            options={key: value for key, value in given.items() if value != usual[key]},
+            agents=[EntitySpec(name, **predator) for name in hunters] + [EntitySpec(name, **runner) for name in hunted],
+            landmarks=(EntitySpec(f"obstacle_{index}", **block) for index in range(obstacles)),
         )
         self.teams = {PREDATORS: hunters, PREY: hunted}
         self.observation = observation

@@ -16,6 +16,7 @@ import numpy.typing as npt
 from codegen.ir import ActionSpec, FeatureSpec, Float32, Float64, WorldSpec
 
 Int = npt.NDArray[np.integer[Any]]
+RETURN = "return"  # the measure of summed rewards, a team's being its agents' mean
 
 
 @dataclass(frozen=True)

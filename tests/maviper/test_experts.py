@@ -48,7 +48,7 @@ def test_shipped_predator_prey_against_the_scripts():
     judged = judging.judge(world, expert, FRESH)
     ratios = judging.ratios(world, judged.against, judged.scripts)
     assert ratios[PREY] >= 1 / 0.80
-    assert ratios[PREDATORS] >= 0.25  # signs alone do not show how far the prey is: see CHANGELOG
+    assert ratios[PREDATORS] >= 0.25  # signs alone do not show how far the prey is: see README, Limits
 
 
 @pytest.mark.parametrize("name", store.SHIPPED)
