@@ -12,6 +12,7 @@ import numpy as np
 
 from codegen.errors import suggestion
 from codegen.ir import (
+    FUNCTIONS,
     GOAL,
     MAX_DEPTH,
     MAX_NODES,
@@ -117,9 +118,9 @@ def _agent(path: str, policy: AgentPolicy, world: WorldSpec) -> Iterator[Violati
                 here, f"needs a range with low <= high within {MOST_LENGTH:g}, has [{feature.low}, {feature.high}]"
             )
         meaning = feature.meaning
-        # always 0 has one spelling, and of two functions one would be lost
-        if meaning and meaning.sign + meaning.positive > (1 if meaning.terms else 0):
-            yield Violation(f"{here}.meaning", "is a sum, the sign of a sum or whether it is positive; nothing else")
+        # always 0 has one spelling
+        if meaning and meaning.function not in ("", *(FUNCTIONS if meaning.terms else ())):
+            yield Violation(f"{here}.meaning", f"is 0, a sum, or {', '.join(FUNCTIONS)} of a sum; nothing else")
         for weight, coordinate in meaning.terms if meaning else ():
             if weight not in (-1, 1):
                 yield Violation(f"{here}.meaning", f"weights are +1 or -1, not {weight}")

@@ -17,15 +17,15 @@ def neighbour(values: Any, towards: float) -> Any:
         return np.nextafter(np.asarray(values, dtype=np.float32), np.float32(towards))
 
 
-def round_down(threshold: float) -> np.float32:
-    """The largest float32 that is not above a finite float64.
+def round_down(threshold: Any) -> Any:
+    """The largest float32 that is not above a finite float64, element by element.
 
     For a float32 x and a float64 t, `x <= t` and `x <= round_down(t)` say the same; round-to-nearest does not, when
     it rounds up. Below every float32 the result is -infinity, which no finite observation is below.
     """
     with np.errstate(over="ignore"):
-        near = np.float32(threshold)
-    return near if float(near) <= threshold else np.float32(neighbour(near, -math.inf))
+        near = np.asarray(threshold, dtype=np.float64).astype(np.float32)
+    return np.where(near.astype(np.float64) <= threshold, near, neighbour(near, -math.inf))[()]
 
 
 def deciding_double(threshold: np.float32) -> float:

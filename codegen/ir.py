@@ -34,6 +34,7 @@ MAX_DEPTH: Final = 64  # nested code beyond it meets the limits of compilers; a 
 MAX_NODES: Final = 1 << 20
 MAX_VIOLATIONS: Final = 20
 GOAL: Final = "goal"  # in coordinates: the landmark that is the goal
+FUNCTIONS: Final = ("sign", "positive", "zero")  # of a sum: -1, 0 or 1; 1 where it is above 0; 1 where it is 0
 NAME: Final = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,63}")
 _INT32: Final = {"dtype": np.int32}
 _FLOAT32: Final = {"dtype": np.float32}
@@ -78,16 +79,15 @@ class GrownTree(_Arrays):
 
 @dataclass(frozen=True)
 class Meaning:
-    """What a feature measures: a sum of signed world coordinates (none: 0), its sign (-1, 0, 1) or if positive."""
+    """What a feature measures: a sum of signed world coordinates (none: 0), or a function of it (see FUNCTIONS)."""
 
     terms: tuple[tuple[int, str], ...]  # (+1 or -1, coordinate such as "agent_0.x")
-    sign: bool = False
-    positive: bool = False
+    function: str = ""
 
     def __str__(self) -> str:
         text = " ".join(f"{'-' if weight < 0 else '+'} {coordinate}" for weight, coordinate in self.terms)
         text = text.removeprefix("+ ") or "0"
-        return f"sign({text})" if self.sign else f"positive({text})" if self.positive else text
+        return f"{self.function}({text})" if self.function else text
 
 
 @dataclass(frozen=True)

@@ -45,10 +45,13 @@ class Observer:
                     np.multiply(terms[0][0], rows[terms[0][1]], out=total)
                     for weight, row in terms[1:]:
                         total += weight * rows[row]
-            if meaning.positive:
-                np.greater(total, 0, out=out, casting="unsafe")
-            else:
-                out[...] = _sign(total) if meaning.sign else total
+            match meaning.function:
+                case "positive":
+                    np.greater(total, 0, out=out, casting="unsafe")
+                case "zero":
+                    np.equal(total, 0, out=out, casting="unsafe")
+                case _:
+                    out[...] = _sign(total) if meaning.function else total
         return seen
 
 

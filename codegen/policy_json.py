@@ -20,6 +20,7 @@ import numpy as np
 from codegen.errors import ProfileError, suggestion
 from codegen.floats import deciding_double, short_hex
 from codegen.ir import (
+    FUNCTIONS,
     NO_ACTION,
     NO_CHILD,
     NO_FEATURE,
@@ -305,12 +306,12 @@ _TERM = re.compile(r"\s*([+-]?)\s*([A-Za-z][\w-]*\.[a-z]+)")
 
 
 def _meaning(text: str | None, path: str) -> Meaning | None:
-    """`goal.x - agent_0.x`, `sign(...)`, `positive(...)` or `0` as a Meaning."""
+    """`goal.x - agent_0.x`, `sign(...)` or another function of it, or `0` as a Meaning."""
     if text is None:
         return None
     if text == "0":
         return Meaning(())
-    wrapped = re.fullmatch(r"(sign|positive)\((.*)\)", text)
+    wrapped = re.fullmatch(rf"({'|'.join(FUNCTIONS)})\((.*)\)", text)
     function, body = wrapped.groups() if wrapped else ("", text)
     terms: list[tuple[int, str]] = []
     place = 0
@@ -320,10 +321,10 @@ def _meaning(text: str | None, path: str) -> Meaning | None:
             raise ProfileError(
                 "not a valid policy profile",
                 f"{path}: cannot read {text[:80]!r}",
-                "write `a.x - b.x`, `sign(...)`, `positive(...)` or `0`",
+                f"write `a.x - b.x`, {', '.join(f'`{name}(...)`' for name in FUNCTIONS)} or `0`",
             )
         terms.append((-1 if match[1] == "-" else 1, match[2]))
         place = match.end()
     if not terms:
         raise ProfileError("not a valid policy profile", f"{path}: empty", "write `a.x - b.x`, or null")
-    return Meaning(tuple(terms), sign=function == "sign", positive=function == "positive")
+    return Meaning(tuple(terms), function)

@@ -98,12 +98,21 @@ def _in_compiled(
 def _in_reference(
     profile: ir.PolicyProfile, team: Sequence[ir.AgentPolicy], world: ParticleWorld, point: Point
 ) -> list[int]:
-    """The team's actions on what the reference environment itself observes in the world state."""
+    """The team's actions on what the reference environment itself observes in the world state; features that it does
+    not have are observed by their meanings.
+    """
     env = world.reference_env()
     env.reset(seed=0)
-    placed(env, _state(profile, point))
-    seen = [env.aec_env.unwrapped.observe(policy.agent) for policy in team]
-    return [int(ir.act(policy, obs)[0]) for policy, obs in zip(team, seen, strict=True)]
+    state = _state(profile, point)
+    placed(env, state)
+    found = []
+    for policy in team:
+        agent = world.agents.index(policy.agent)
+        obs = world.observe(state)[agent].copy()
+        shown = env.aec_env.unwrapped.observe(policy.agent)
+        obs[0, : world.shown[agent]] = shown[: world.shown[agent]]
+        found.append(int(ir.act(policy, obs)[0]))
+    return found
 
 
 def _state(profile: ir.PolicyProfile, point: Point) -> WorldState:

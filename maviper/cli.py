@@ -16,6 +16,7 @@ from maviper import exits
 
 # named here again, so that --help imports nothing; a test compares them with the ones that there are
 ALGORITHMS = "maviper, maviper-no-prediction, maviper-iviper-resampling, iviper, viper, imitation, fitted-q"
+FEATURES = "velocity, goal, differences, signs (several with +)"
 EXIT_CODES = """\b
 Exit codes:
   0   done, and everything asked was proved
@@ -164,26 +165,40 @@ def train(context: click.Context, world: str, output: Path, **options: Any) -> i
 @click.option("--max-depth", default=4, show_default=True, help="Splits on the longest path.")
 @click.option("--iterations", type=int, default=None, help="Rounds of rollouts and growth (default: the paper's).")
 @click.option("--rollouts", type=int, default=None, help="Episodes a round (default: the paper's).")
-@click.option("--selection-episodes", default=100, show_default=True, help="Episodes to score each iterate.")
+@click.option("--selection-episodes", type=int, default=None, help="Episodes an iterate and team (default: 100).")
+@click.option("--selection", default=None, help="uniform or race (default: the preset's).")
+@click.option("--refinement", type=int, default=None, help="Episodes a team to refine by (default: the preset's).")
+@click.option("--budget", type=int, default=None, help="Episodes in all, instead of the counts above.")
 @click.option("--patience", type=int, default=None, help="Stop after so many rounds without a gain (default: 10).")
 @click.option("--splits", default=None, help="exact or histogram (default: the preset's).")
 @click.option("--agent", default=None, help="VIPER's one agent.")
 @click.option("--seed", default=0, show_default=True, help="Seed of everything random.")
-@click.option("--jobs", default=1, show_default=True, help="IVIPER's agents at the same time.")
-@click.option("--critic", default="learned", show_default=True, help="Whose Q weighs states: learned or measured.")
+@click.option("--jobs", default=1, show_default=True, help="IVIPER's agents, or teams to refine, at the same time.")
+@click.option("--critic", default="learned", show_default=True, help="Whose Q weighs states; also measured, none.")
+@click.option("--features", default="", metavar="NAMES", help=f"Further features: {FEATURES}, or auto.")
 @click.option("--world", default=None, help="module:function of the environment that the expert plays, if it is yours.")
+@click.option("--resume", is_flag=True, help="Go on with the run in the folder.")
 @OUTPUT
 @click.pass_context
-def extract(context: click.Context, expert: str, output: Path, **settings: Any) -> int:
+def extract(context: click.Context, expert: str, output: Path, **options: Any) -> int:
     """Extract a policy profile from EXPERT: a world's name, an expert file or a run folder.
 
     A world's name means its shipped expert, or its scripted one where no network is shipped
-    (cooperative-navigation,agents=12); module:function calls yours. -o names the profile's JSON file.
+    (cooperative-navigation,agents=12); module:function calls yours. -o names the profile's JSON file, or a folder for
+    the whole run: config, metrics, finished steps, profile. An interrupted run in a folder goes on with --resume and
+    ends with the same profile.
     """
-    from maviper.extraction import extract_to_file
+    from maviper.extraction import extract_command
 
-    extract_to_file(expert, settings, output, _console(context))
+    said = [f"--{name.replace('_', '-')} {value}" for name, value in sorted(options.items()) if _said(context, name)]
+    command = " ".join(["maviper extract", expert, *(text for text in said if not text.startswith("--resume"))])
+    extract_command(expert, output, {**options, "command": command}, _console(context))
     return ExitCode.DONE
+
+
+def _said(context: click.Context, name: str) -> bool:
+    """Whether a user gave an option."""
+    return context.get_parameter_source(name) is click.core.ParameterSource.COMMANDLINE
 
 
 @cli.command()

@@ -24,7 +24,7 @@ from verify.spec import Verdict
 
 WORLD = "physical-deception"
 SEED = 0
-ITERATIONS, ROLLOUTS, SELECTION_EPISODES, MAX_DEPTH = 10, 50, 50, 4
+ITERATIONS, ROLLOUTS, SELECTION_EPISODES, REFINEMENT, MAX_DEPTH = 10, 50, 50, 60_000, 4
 LEAST_RATIO = 0.80  # of the expert's defender success
 
 
@@ -35,9 +35,10 @@ def run(folder: Path, console: Console, seed: int | None) -> int:
     seed = SEED if seed is None else seed
     expert, world = store.load(WORLD)
     sizes = {"max_depth": MAX_DEPTH, "iterations": ITERATIONS, "rollouts": ROLLOUTS}
-    settings = Settings.of(sizes | {"selection_episodes": SELECTION_EPISODES, "seed": seed})
+    sizes |= {"selection_episodes": SELECTION_EPISODES, "refinement": REFINEMENT}
+    settings = Settings.of(sizes | {"seed": seed})
     size = f"depth {MAX_DEPTH}, {ITERATIONS} iterations of {ROLLOUTS} rollouts"
-    console.line("", f"{size}, selection on {SELECTION_EPISODES} episodes each")
+    console.line("", f"{size}, selection on {SELECTION_EPISODES} episodes each, refinement on {REFINEMENT:,}")
     console.line("", "(a short extraction; the paper's is 100 iterations, see `maviper extract --help`)")
     profile = extract_live(world, expert, settings, console)
     expected &= _reached(profile, world, console)

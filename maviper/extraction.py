@@ -1,54 +1,126 @@
-"""Extraction as a command: find the expert, extract with a live line, write the profile.
+"""Extraction as a command: find the expert, extract with a live line, write the profile or a whole run folder.
 
 Does: joins expert store, algorithm, console and file.
 Assumes: settings come from the command line or the demo.
 Does not: know how trees are grown.
 """
 
+import json
+import time
 from collections.abc import Mapping
+from contextlib import ExitStack
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 from codegen import ir, policy_json
-from maviper import runs
-from maviper.console import Console
+from codegen.errors import InputError
+from maviper import runs, version
+from maviper.console import Console, LiveLine
 from maviper.evaluate.metrics import ratio, shown
 from maviper.experts.expert import Expert
-from maviper.experts.finding import LEARNED, find_expert
+from maviper.experts.finding import find_expert, seeing
 from maviper.experts.measured import Measured
 from maviper.extract.algorithms import extract
-from maviper.extract.outcome import Progress, measured_of
+from maviper.extract.choosing import helpful_features
+from maviper.extract.journal import NOTHING_KEPT, Journal
+from maviper.extract.outcome import measured_of
+from maviper.extract.selection import EXTRACTING, Progress
 from maviper.extract.settings import Settings
-from maviper.worlds import World
+from maviper.worlds import ParticleWorld, World
+
+AUTOMATIC = "auto"
+FORMAT = "maviper-extraction-1"
+PROFILE_FILE, METRICS_FILE, STEPS = "profile.json", "metrics.jsonl", "steps"
 
 
-def extract_to_file(expert: str, settings: Mapping[str, Any], output: Path, console: Console) -> ir.PolicyProfile:
-    """Extracts from the named expert and writes the profile to `output`."""
-    chosen = dict(settings)
-    critic, named, jobs = chosen.pop("critic", LEARNED), chosen.pop("world", None), chosen.pop("jobs", 1)
-    checked = Settings.of(chosen)
-    found, world = find_expert(expert, critic, named)
-    runs.target(output)  # before the work, not after it
-    profile = extract_live(world, found, checked, console, jobs)
-    runs.write(output, policy_json.dumps(profile))
-    console.line("wrote", f"{output}  id {policy_json.content_hash(profile)[:16]}")
-    return profile
+def extract_command(expert: str, output: Path, options: Mapping[str, Any], console: Console) -> Path:
+    """Extracts from the named expert; returns where the profile is: `output` if that is a .json file, else in the run
+    folder of that name.
+    """
+    chosen = dict(options)
+    critic, named, jobs, features = (chosen.pop(name) for name in ("critic", "world", "jobs", "features"))
+    resume, command = chosen.pop("resume"), chosen.pop("command")
+    if jobs < 1:
+        raise InputError(f"there are no {jobs} jobs", "--jobs", "give 1 or more")
+    found, world = find_expert(expert, critic, named, "" if features == AUTOMATIC else features)
+    settings = Settings.of(chosen, world)
+    if features == AUTOMATIC and isinstance(world, ParticleWorld):
+        features = helpful_features(world, found, settings)
+        console.line("features", features or "none helps")
+        found, world = seeing(found, world, features) if features else (found, world)
+    if output.suffix == ".json":
+        if resume:
+            raise InputError(
+                "only a run folder can be resumed", str(output), "name a folder with -o: a name without .json"
+            )
+        runs.target(output)  # before the work, not after it
+        profile = extract_live(world, found, settings, console, jobs)
+        return _written(output, profile, console)
+    config = {
+        "format": FORMAT,
+        "tool": f"maviper {version()}",
+        "world": world.name,
+        "expert": found.hash or expert,
+        "critic": critic,
+        "command": command,
+        "settings": asdict(settings),
+    }
+    runs.claim(output, config, ("format", "tool", "world", "expert", "critic"), resume)
+    profile = extract_live(world, found, settings, console, jobs, output)
+    return _written(output / PROFILE_FILE, profile, console)
 
 
-def extract_live(world: World, expert: Expert, settings: Settings, console: Console, jobs: int = 1) -> ir.PolicyProfile:
-    """Extracts with a live line, then says what the trees reach."""
+def _written(place: Path, profile: ir.PolicyProfile, console: Console) -> Path:
+    runs.write(place, policy_json.dumps(profile))
+    console.line("wrote", f"{place}  id {policy_json.content_hash(profile)[:16]}")
+    return place
+
+
+def extract_live(
+    world: World, expert: Expert, settings: Settings, console: Console, jobs: int = 1, folder: Path | None = None
+) -> ir.PolicyProfile:
+    """Extracts with a live line, then says what the trees reach. `folder`: of a run that is kept and goes on."""
     made = expert.card.get("algorithm", "unknown")
     critic = ", measured critic" if isinstance(expert, Measured) else ""
     console.line("expert", f"{made} for {world.name}{critic}{f', id {expert.hash[:16]}' if expert.hash else ''}")
-    with console.live("extracting", settings.iterations) as live:
-
-        def show(progress: Progress) -> None:
-            best = ", ".join(f"{team} {shown(found)}" for team, found in progress.best_measured.items())
-            live.update(progress.iteration + 1, f"best {best}  {progress.leaves} leaves")
-
-        profile = extract(world, expert, settings, show, jobs)
+    journal = Journal(folder / STEPS) if folder else NOTHING_KEPT
+    with Stages(console, folder / METRICS_FILE if folder else None) as stages:
+        profile = extract(world, expert, settings, stages.show, jobs, journal)
     say_measured(profile, world, console)
     return profile
+
+
+class Stages:
+    """A live line for each stage of an extraction, and a line of `metrics` for each step."""
+
+    def __init__(self, console: Console, metrics: Path | None = None) -> None:
+        self.console, self.metrics, self.stage = console, metrics, ""
+        self._since = time.monotonic()
+        self._lines: list[str] = []
+        self._open = ExitStack()
+        self._live: LiveLine | None = None
+
+    def __enter__(self) -> "Stages":
+        return self
+
+    def __exit__(self, *caught: object) -> None:
+        self._open.close()
+
+    def show(self, progress: Progress) -> None:
+        """Shows and writes one step. A run that goes on shows the steps that are done again, so the file is whole."""
+        if self.metrics:
+            self._lines.append(json.dumps(progress.line) + "\n")
+            runs.write(self.metrics, "".join(self._lines))
+        label = progress.stage if progress.stage == EXTRACTING else f"{progress.stage} {'+'.join(progress.measured)}"
+        if label != self.stage or self._live is None:
+            self._open.close()
+            self.stage, self._live = label, self._open.enter_context(self.console.live(progress.stage, progress.total))
+            self._live.started = self._since  # its first step was done before it was shown
+        best = ", ".join(f"{team} {shown(found)}" for team, found in progress.measured.items())
+        agreed = "" if progress.agreement is None else f"  agreement {progress.agreement:.2f}"
+        self._live.update(progress.done, f"best {best}{agreed}  {progress.leaves} leaves")
+        self._since = time.monotonic()
 
 
 def say_measured(profile: ir.PolicyProfile, world: World, console: Console) -> None:

@@ -1,17 +1,23 @@
-"""Files that are never half written.
+"""Files that are never half written, and folders of runs that can go on.
 
-Does: writes a file under its final name only when it is complete; makes output folders, with errors a user understands.
+Does: writes a file under its final name only when it is complete; makes output folders and claims run folders, with
+  errors a user understands.
 Assumes: the folder's file system can rename atomically.
 Does not: know what is in the files.
 """
 
 import contextlib
 import itertools
+import json
 import os
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from codegen.errors import InputError
 
+CONFIG_FILE = "config.json"
+MOST_CONFIG_BYTES = 2**20
 _serial = itertools.count()
 
 
@@ -71,3 +77,38 @@ def read(path: Path, limit: int) -> bytes:
         return path.read_bytes()
     except OSError as error:
         raise InputError("cannot read the file", f"{path}: {error.strerror}", "check the path") from None
+
+
+def as_json(content: Any) -> str:
+    """JSON as our files hold it."""
+    return json.dumps(content, indent=2, sort_keys=True) + "\n"
+
+
+def claim(folder_: Path, config: Mapping[str, Any], same: Sequence[str], resume: bool) -> bool:
+    """Makes a folder a run's, or makes sure that it is this run's already; returns whether there was one to go on with.
+
+    `config`: what the run is started with: `settings`, the entries named in `same`, which a later call must repeat, and
+    the `command`. InputError for a folder that holds a run unless `resume`, another run, or none with `resume`.
+    """
+    folder(folder_)
+    place = folder_ / CONFIG_FILE
+    if not place.exists():
+        if resume:
+            raise InputError("there is no run to resume", str(place), "leave --resume out, or check the folder")
+        write(place, as_json(config))
+        return False
+    if not resume:
+        advice = "go on with --resume, or choose another folder with -o"
+        raise InputError("the folder already holds a run", str(folder_), advice)
+    try:
+        found = json.loads(read(place, MOST_CONFIG_BYTES))
+        differing = [key for key in same if found.get(key) != config[key]]
+        names = sorted({*config["settings"], *found["settings"]})
+        differing += [name for name in names if found["settings"].get(name) != config["settings"].get(name)]
+        command = str(found["command"])
+    except (ValueError, LookupError, TypeError, AttributeError):
+        raise InputError("not a readable run folder", str(place), "start again in another folder") from None
+    if differing:
+        where = f"{place}: {', '.join(differing)} differ"
+        raise InputError("the run in the folder is another", where, f"it was started with: {command}")
+    return True

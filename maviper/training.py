@@ -82,7 +82,7 @@ def _several(
     folders = [folder / f"seed-{seed}" for seed in seeds]
     asked = [replace(request, overrides={**request.overrides, "seed": seed}) for seed in seeds]
     tasks = [
-        (name, place, one, resume and (place / training.CONFIG_FILE).exists())
+        (name, place, one, resume and (place / runs.CONFIG_FILE).exists())
         for place, one in zip(folders, asked, strict=True)
     ]
     cards: list[dict[str, Any]] = []
@@ -93,7 +93,7 @@ def _several(
     for file in (training.EXPERT_FILE, training.CARD_FILE, training.CURVE_FILE):
         runs.write(folder / file, (folders[best] / file).read_bytes())
     table = {str(seed): {"score": card["score"], **card["measured"]} for seed, card in zip(seeds, cards, strict=True)}
-    runs.write(folder / SEEDS_FILE, training.cards.as_json({"best": seeds[best], "seeds": table}))
+    runs.write(folder / SEEDS_FILE, runs.as_json({"best": seeds[best], "seeds": table}))
     console.line("best", f"seed {seeds[best]}")
     return cards[best]
 

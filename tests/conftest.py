@@ -34,7 +34,7 @@ def expert():
 @pytest.fixture(scope="session")
 def profile(world, expert) -> ir.PolicyProfile:
     """A real profile, extracted quickly: few iterations, depth 3."""
-    from maviper.extract.maviper import extract
+    from maviper.extract.algorithms import extract
     from maviper.extract.settings import Settings
 
     return extract(world, expert, Settings(max_depth=3, iterations=4, rollouts=30, selection_episodes=30))

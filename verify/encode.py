@@ -1,7 +1,7 @@
 """The question for Z3: is there a world state of the region in which the claim fails?
 
 Does: encodes trees, observation maps with machine rounding, region and claim over exact rationals, one query a goal.
-Assumes: features are coordinates, differences of two, or signs of those; trees passed `verifiable`.
+Assumes: features are coordinates, differences of two, or functions of those; trees passed `verifiable`.
 Does not: share the arithmetic of thresholds with codegen or with any other engine, so that agreement means something.
 
 Machine rounding: a difference d of two float64 positions is observed as fl32(fl64(d)). Rounding is monotone, so
@@ -181,8 +181,10 @@ def _tests(feature: FeatureSpec, tree: Tree, node: int, at: dict[str, Any], slac
     parts = [at[name] if weight > 0 else -at[name] for weight, name in _known(feature, at)]
     measured = z3.Sum(*parts) if parts else z3.RealVal(0)
     threshold = float(tree.threshold[node])
-    if meaning.sign or meaning.positive:
-        line = _sign_line(threshold) if meaning.sign else _positive_line(threshold)
+    if meaning.function == "zero":
+        return _zero_tests(measured, threshold, slack)
+    if meaning.function:
+        line = _sign_line(threshold) if meaning.function == "sign" else _positive_line(threshold)
     elif len(meaning.terms) == 1:
         line = last_double(threshold)
     else:
@@ -194,6 +196,18 @@ def _tests(feature: FeatureSpec, tree: Tree, node: int, at: dict[str, Any], slac
         return measured <= number(line.end - slack), measured >= number(line.end + slack)
     below = measured < number(line.end) if line.strict else measured <= number(line.end)
     return below, z3.Not(below)
+
+
+def _zero_tests(measured: Any, threshold: float, slack: Fraction) -> tuple[Any, Any]:
+    """As `_tests`, for "is zero" (0 or 1). A difference of two float64 numbers is zero iff they are equal, so rounding
+    does not matter; being equal has nothing to spare.
+    """
+    if not 0 <= threshold < 1:
+        always = z3.BoolVal(threshold >= 1)
+        return always, z3.Not(always)
+    if slack:
+        return z3.Or(measured <= number(-slack), measured >= number(slack)), measured == 0
+    return measured != 0, measured == 0
 
 
 def _known(feature: FeatureSpec, at: dict[str, Any]) -> tuple[tuple[int, str], ...]:

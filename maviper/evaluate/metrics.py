@@ -6,7 +6,7 @@ Does not: run experiments over training seeds.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,7 +17,7 @@ from maviper.worlds import Measure, World
 from maviper.worlds.world import RETURN
 from verify.shares import Z95, Share
 
-# Episode seeds. The first three have fixed lengths; extraction seeds shift the rollouts and the selection by 100,000
+# Episode seeds. The first three have fixed lengths; extraction seeds shift the others by 100,000
 # each, up to 2**32 of them, so those lie far apart. No purpose meets another's episodes.
 CHECKPOINT_SEEDS = 1_000_000
 FINALIST_SEEDS = 2_000_000
@@ -25,6 +25,7 @@ MEASUREMENT_SEEDS = 3_000_000
 ON_POLICY_SEEDS = 4_000_000
 ROLLOUT_SEEDS = 1_000_000_000_000_000
 SELECTION_SEEDS = 2_000_000_000_000_000
+REFINEMENT_SEEDS = 3_000_000_000_000_000
 
 
 @dataclass(frozen=True)
@@ -68,10 +69,10 @@ def ratio(measure: Measure, ours: float, theirs: float) -> float | None:
     return 1 + (ours - theirs) / abs(theirs) if theirs else None
 
 
-def evaluate(world: World, controllers: Sequence[Controller], seeds: Sequence[int]) -> dict[Measure, Estimate]:
-    """Every measure of the world over the episodes `seeds`, and each team's return (its agents' mean)."""
+def values(world: World, controllers: Sequence[Controller], seeds: Sequence[int]) -> dict[Measure, Float64]:
+    """Every measure of the world in each of the episodes `seeds`, and each team's return (its agents' mean)."""
     tables = [table(world, episodes) for episodes in rollout(world, controllers, seeds)]
-    return {measure: estimate(measure, np.concatenate([rows[measure] for rows in tables])) for measure in tables[0]}
+    return {measure: np.concatenate([rows[measure] for rows in tables]) for measure in tables[0]}
 
 
 def table(world: World, episodes: Episodes) -> dict[Measure, Float64]:
@@ -80,14 +81,30 @@ def table(world: World, episodes: Episodes) -> dict[Measure, Float64]:
     return rows | {Measure(team, RETURN): episodes.returns[world.members(team)].mean(axis=0) for team in world.teams}
 
 
-def evaluate_teams(
+def team_values(
     world: World, ours: Sequence[Controller], opponents: Sequence[Controller], seeds: Sequence[int]
-) -> dict[Measure, Estimate]:
-    """As `evaluate`, with each team played by `ours` against all other teams played by `opponents`."""
-    found: dict[Measure, Estimate] = {}
+) -> dict[Measure, Float64]:
+    """The world's measures in each episode, each team played by `ours` against all others played by `opponents`."""
+    found: dict[Measure, Float64] = {}
     for team in world.teams:
         members = world.members(team)
         mixed = [ours[agent] if agent in members else opponents[agent] for agent in range(len(ours))]
-        table = evaluate(world, mixed, seeds)
-        found |= {measure: value for measure, value in table.items() if measure.team == team}
+        found |= {measure: row for measure, row in values(world, mixed, seeds).items() if measure.team == team}
     return {measure: found[measure] for measure in world.measures}
+
+
+def evaluate(world: World, controllers: Sequence[Controller], seeds: Sequence[int]) -> dict[Measure, Estimate]:
+    """The estimates of `values`."""
+    return estimates(values(world, controllers, seeds))
+
+
+def evaluate_teams(
+    world: World, ours: Sequence[Controller], opponents: Sequence[Controller], seeds: Sequence[int]
+) -> dict[Measure, Estimate]:
+    """The estimates of `team_values`."""
+    return estimates(team_values(world, ours, opponents, seeds))
+
+
+def estimates(found: Mapping[Measure, Float64]) -> dict[Measure, Estimate]:
+    """An estimate of each measure."""
+    return {measure: estimate(measure, row) for measure, row in found.items()}

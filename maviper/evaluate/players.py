@@ -16,7 +16,7 @@ from maviper.agreement import NO_WORLD, matching_world, plays
 from maviper.evaluate.crossplay import Uniform
 from maviper.evaluate.play import Controller, tree_policies
 from maviper.experts import store
-from maviper.experts.finding import find_expert
+from maviper.experts.finding import FEATURES, find_expert, plain_name, seeing
 from maviper.experts.scripted import scripted
 from maviper.worlds import World
 from maviper.worlds.copies import named_by_user
@@ -63,6 +63,9 @@ def find_player(text: str, where: str, world: World | None) -> tuple[Player, Wor
         if not error.where.startswith("neither"):  # a world's option, say
             raise
         raise UnknownNameError("player", text, (*store.SHIPPED, SCRIPTED, RANDOM), where) from None
+    features = "" if world is None else str(world.spec.options.get(FEATURES, ""))
+    if features and FEATURES not in played.spec.options:
+        expert, played = seeing(expert, played, features)
     if world and played.name != world.name:
         raise InputError("the expert plays another world", f"{where}: {text}: {played.name}, not {world.name}", _ADVICE)
     return Player(Path(text).name or text, EXPERT, getattr(expert, "hash", ""), expert), world or played
@@ -97,6 +100,6 @@ def _profile(text: str, where: str, world: World | None) -> tuple[Player, World]
 def shipped_expert(origin: str, world: World) -> Player | None:
     """The shipped expert with that id, or None."""
     for name in store.SHIPPED:
-        if name.partition("@")[0] == world.name and store.load(name)[0].hash == origin:
+        if name.partition("@")[0] == plain_name(world.name)[0] and store.load(name)[0].hash == origin:
             return find_player(name, "", world)[0]
     return None

@@ -6,7 +6,6 @@ Does not: measure anything.
 """
 
 import io
-import json
 import os
 import platform
 from collections.abc import Mapping, Sequence
@@ -59,11 +58,6 @@ def table(judged: Judged) -> dict[str, list[float]]:
         for measure, value in found.items()
         if measure in judged.among
     }
-
-
-def as_json(card: Mapping[str, Any]) -> str:
-    """A card as a JSON text."""
-    return json.dumps(card, indent=2, sort_keys=True) + "\n"
 
 
 def learning_curve(world: World, lines: Sequence[Mapping[str, Any]]) -> str:

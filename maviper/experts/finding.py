@@ -10,26 +10,58 @@ from codegen.errors import InputError, UnknownNameError
 from maviper.experts import store
 from maviper.experts.expert import Expert
 from maviper.experts.measured import Measured
-from maviper.experts.scripted import scripted
-from maviper.worlds import WORLDS, World, built_in, find
+from maviper.experts.scripted import SCRIPTS, scripted
+from maviper.experts.wrapped import Narrowed, Unweighted
+from maviper.worlds import WORLDS, ParticleWorld, World, built_in, find
 from maviper.worlds.copies import imported, named_by_user, parsed
 
-LEARNED, MEASURED = "learned", "measured"
-CRITICS = (LEARNED, MEASURED)
+FEATURES = "features"  # the option of our worlds
+LEARNED, MEASURED, NONE = "learned", "measured", "none"
+CRITICS = (LEARNED, MEASURED, NONE)
 
 
-def find_expert(text: str, critic: str = LEARNED, world: str | None = None) -> tuple[Expert, World]:
+def find_expert(text: str, critic: str = LEARNED, world: str | None = None, features: str = "") -> tuple[Expert, World]:
     """The expert and the world that it plays. `critic`: `learned`, the expert's own where it has one, or `measured`.
-    `world`: where the expert's file cannot say it, a user's environment.
+    `world`: where the expert's file cannot say it, a user's environment. `features`: groups that agents shall observe
+    beyond what the expert does.
     """
     if critic not in CRITICS:
         raise UnknownNameError("critic", critic, CRITICS, "--critic")
     expert, played = _found(text, None if world is None else find(world))
+    if features:
+        expert, played = seeing(expert, played, features)
+    if critic == NONE:
+        return Unweighted(expert), played
     measured = critic == MEASURED and not isinstance(expert, Measured)
     return (Measured(played, expert) if measured else expert), played
 
 
+def seeing(expert: Expert, world: World, features: str) -> tuple[Expert, World]:
+    """An expert in its world with further groups of features, which it does not look at."""
+    if not isinstance(world, ParticleWorld):
+        raise InputError("this world declares no further features", f"--features {features}", "leave them out")
+    if FEATURES in world.spec.options:
+        raise InputError("the expert's world has further features already", world.name, "leave --features out")
+    wide = built_in(f"{world.name},{FEATURES}={features}")
+    return Narrowed(expert, world), wide
+
+
+def plain_name(name: str) -> tuple[str, str]:
+    """A world's name without the option `features`, and what the option said."""
+    parts = name.split(",")
+    said = [part.partition("=")[2] for part in parts[1:] if part.startswith(f"{FEATURES}=")]
+    return ",".join(part for part in parts if not part.startswith(f"{FEATURES}=")), said[0] if said else ""
+
+
 def _found(text: str, world: World | None) -> tuple[Expert, World]:
+    name, _, script = text.partition("@")
+    if script in SCRIPTS and name.partition(",")[0] in WORLDS:
+        game = built_in(name)
+        return Measured(game, scripted(game, script)), game
+    plain, features = plain_name(text) if name.partition(",")[0] in WORLDS else (text, "")
+    if features:  # no expert is shipped for it: the one of the plain world
+        built_in(text)
+        return seeing(*_found(plain, None), features)
     if "@" not in text and text not in store.SHIPPED and text.partition(",")[0] in WORLDS:
         game = built_in(text)
         return (Measured(game, scripted(game)), game) if game.name not in store.SHIPPED else store.load(game.name)

@@ -141,6 +141,17 @@ class Assignment(Scripted):
         return np.stack(chosen, axis=1)
 
 
+class FixedRoles(Scripted):
+    """Cooperative navigation: agent k lands on landmark k. Worse than `Assignment`, and far easier for a tree: no agent
+    needs to see the others.
+    """
+
+    def _act(self, agents: Sequence[int], state: WorldState) -> Int:
+        position, velocity = planes(state.position), planes(state.velocity)
+        target = position[len(self.agents) :]
+        return np.stack([self._landing(agent, target[agent] - position[agent], velocity[agent]) for agent in agents], 1)
+
+
 class Chase(Scripted):
     """Predator-prey. A pursuer imagines each action held for HELD steps and takes the one after which it is nearest to
     the prey that is nearest now, all others keeping their velocities. A fleer takes the one after which its nearest
@@ -179,9 +190,18 @@ class Chase(Scripted):
         return place
 
 
-def scripted(world: World) -> Scripted:
-    """The script of a game; InputError when there is none."""
-    for game, script in ((PhysicalDeception, SplitUp), (CooperativeNavigation, Assignment), (PredatorPrey, Chase)):
+SCRIPTED, FIXED_ROLES = "scripted", "fixed-roles"
+_SCRIPTS: dict[str, tuple[tuple[type[ParticleWorld], type[Scripted]], ...]] = {
+    SCRIPTED: ((PhysicalDeception, SplitUp), (CooperativeNavigation, Assignment), (PredatorPrey, Chase)),
+    FIXED_ROLES: ((PhysicalDeception, SplitUp), (CooperativeNavigation, FixedRoles)),
+}
+SCRIPTS = tuple(_SCRIPTS)
+
+
+def scripted(world: World, script: str = SCRIPTED) -> Scripted:
+    """A script of a game; InputError when there is none."""
+    for game, made in _SCRIPTS[script]:
         if isinstance(world, game):
-            return script(world)
-    raise InputError("there is no scripted expert for this world", world.name, "train one, or bring your own")
+            return made(world)
+    what = "scripted expert" if script == SCRIPTED else f"script with {script}"
+    raise InputError(f"there is no {what} for this world", world.name, "train one, or bring your own")

@@ -35,7 +35,7 @@ FINALISTS = 5
 FINAL_EPISODES = 4_000
 SLOW = 10  # a world that plays few games at once is judged on so many times fewer episodes
 EXPERT_FILE, CARD_FILE, CURVE_FILE = "expert.safetensors", "card.json", "learning_curve.svg"
-CONFIG_FILE, METRICS_FILE, STATE_FILE, CHECKPOINTS = "config.json", "metrics.jsonl", "state.safetensors", "checkpoints"
+METRICS_FILE, STATE_FILE, CHECKPOINTS = "metrics.jsonl", "state.safetensors", "checkpoints"
 STATE_FORMAT = "maviper-training-1"
 MOST_STATE_BYTES = 2**33
 
@@ -67,7 +67,6 @@ def train(
     chosen = settings(world, request, trainer_of.settings)
     _check_device(request.device)
     config = cards.config(world, request, asdict(chosen), _rule(world))
-    runs.folder(folder)
     done = _prepared(folder, config, resume)
     if done is not None:
         return done
@@ -80,7 +79,7 @@ def train(
     runs.write(folder / CURVE_FILE, cards.learning_curve(world, run.lines))
     circumstances = {"seconds": round(run.seconds, 1), "machine": cards.machine(request.device)}
     card = card | circumstances
-    runs.write(folder / CARD_FILE, cards.as_json(card))
+    runs.write(folder / CARD_FILE, runs.as_json(card))
     return card
 
 
@@ -136,27 +135,13 @@ def _rule(world: World) -> str:
 
 def _prepared(folder: Path, config: Mapping[str, Any], resume: bool) -> dict[str, Any] | None:
     """Makes sure that the folder is this run's; the card when the run is done already."""
-    place = folder / CONFIG_FILE
-    if not place.exists():
-        if resume:
-            raise InputError("there is no run to resume", str(place), "leave --resume out, or check the folder")
-        runs.write(place, cards.as_json(config))
+    place = folder / CARD_FILE
+    if not runs.claim(folder, config, ("world", "algorithm", "recipe"), resume) or not place.exists():
         return None
-    if not resume:
-        advice = "go on with --resume, or choose another folder with -o"
-        raise InputError("the folder already holds a run", str(folder), advice)
     try:
-        found = json.loads(runs.read(place, 2**20))
-        differing = sorted(key for key in config["settings"] if found["settings"].get(key) != config["settings"][key])
-        differing += [key for key in ("world", "algorithm", "recipe") if found[key] != config[key]]
-        if differing:
-            where = f"{place}: {', '.join(differing)} differ"
-            raise InputError("the run in the folder is another", where, f"it was started with: {found['command']}")
-        if (folder / CARD_FILE).exists():
-            return json.loads(runs.read(folder / CARD_FILE, 2**20))
-    except (ValueError, LookupError, TypeError, AttributeError):
+        return json.loads(runs.read(place, runs.MOST_CONFIG_BYTES))
+    except ValueError:
         raise InputError("not a readable run folder", str(place), "start again in another folder") from None
-    return None
 
 
 class _Run:

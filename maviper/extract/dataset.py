@@ -1,19 +1,22 @@
 """The aggregated data of an extraction: states met, the expert's actions there, and each agent's weights.
 
-Does: labels episodes, aggregates them, resamples per agent as multiplicities.
+Does: plays and labels rollouts, aggregates them, resamples per agent as multiplicities.
 Assumes: every point carries all agents' observations and labels (the paper's x and joint action).
 Does not: compute weights (weights.py).
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import reduce
+from operator import add
 from typing import Any
 
 import numpy as np
 
 from codegen.ir import Float32, Float64
-from maviper.evaluate.play import Episodes
+from maviper.evaluate.play import Controller, Episodes, rollout
 from maviper.experts.expert import Expert
+from maviper.worlds import World
 from maviper.worlds.world import Int
 
 
@@ -32,6 +35,57 @@ class Dataset:
         observations = tuple(np.concatenate(pair) for pair in zip(self.observations, other.observations, strict=True))
         labels = np.concatenate([self.labels, other.labels])
         return Dataset(observations, labels, np.concatenate([self.weights, other.weights]))
+
+
+# from all agents' observations, the states and the expert's actions to each agent's weights
+Weigh = Callable[[tuple[Float32, ...], Any, Int], Float64]
+
+
+@dataclass(frozen=True)
+class Met:
+    """What rollouts gave: points; each team's primary measure in its episodes; how far the agents acted as experts."""
+
+    data: Dataset
+    values: Mapping[str, Float64]
+    agreement: float  # share of the actions of the agents that the rollouts were about
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        """As named arrays."""
+        seen = {f"observations.{agent:03d}": rows for agent, rows in enumerate(self.data.observations)}
+        values = {f"values.{team}": row for team, row in self.values.items()}
+        agreement = np.array([self.agreement])
+        return seen | values | {"labels": self.data.labels, "weights": self.data.weights, "agreement": agreement}
+
+    @staticmethod
+    def of(arrays: Mapping[str, np.ndarray]) -> "Met":
+        """From what `arrays` gave."""
+        seen = tuple(arrays[key] for key in sorted(arrays) if key.startswith("observations."))
+        values = {key.partition(".")[2]: row for key, row in arrays.items() if key.startswith("values.")}
+        return Met(Dataset(seen, arrays["labels"], arrays["weights"]), values, float(arrays["agreement"][0]))
+
+
+def collect(
+    world: World,
+    expert: Expert,
+    controllers: Sequence[Controller],
+    agents: Sequence[int],
+    seeds: Sequence[int],
+    weigh: Weigh,
+) -> Met:
+    """Plays episodes and labels what they meet. `agents`: those that the rollouts are about."""
+    found: list[Dataset] = []
+    values: dict[str, list[Float64]] = {world.team_of(world.agents[agent]): [] for agent in agents}
+    agreed = asked = 0
+    for episodes in rollout(world, controllers, seeds):
+        observations, state = points(episodes)
+        wanted = labels(expert, observations, state)
+        found.append(Dataset(observations, wanted, weigh(observations, state, wanted)))
+        agreed += int((episodes.actions.reshape(wanted.shape) == wanted)[:, list(agents)].sum())
+        asked += len(wanted) * len(agents)
+        for team, rows in values.items():
+            rows.append(episodes.values[world.measures.index(world.primary(team))])
+    joined = {team: np.concatenate(rows) for team, rows in values.items()}
+    return Met(reduce(add, found), joined, agreed / asked)
 
 
 def points(episodes: Episodes) -> tuple[tuple[Float32, ...], Any]:

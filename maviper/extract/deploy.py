@@ -22,11 +22,11 @@ def deployed(grown: GrownTree) -> Tree:
             stack += [int(grown.right[node]), int(grown.left[node])]
     new_id = {node: place for place, node in enumerate(order)} | {NO_CHILD: NO_CHILD}
     split = grown.feature != NO_FEATURE
-    threshold = [round_down(float(grown.threshold[node])) if split[node] else np.float32(0) for node in order]
+    threshold = np.where(split, round_down(grown.threshold), np.float32(0))
     return Tree(
         feature=grown.feature[order],
         # adding zero turns -0.0 into 0.0, which compares alike and has one spelling
-        threshold=np.array(threshold, dtype=np.float32) + np.float32(0),
+        threshold=threshold[order] + np.float32(0),
         left=np.array([new_id[int(node)] for node in grown.left[order]]),
         right=np.array([new_id[int(node)] for node in grown.right[order]]),
         action=grown.action[order],

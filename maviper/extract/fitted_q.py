@@ -15,7 +15,7 @@ from codegen.ir import NO_ACTION, NO_CHILD, NO_FEATURE, Float64, GrownTree
 from maviper.evaluate import metrics
 from maviper.evaluate.play import Episodes, rollout
 from maviper.experts.expert import Expert
-from maviper.extract.outcome import OnIteration, Selection
+from maviper.extract.selection import Selection
 from maviper.extract.settings import EPISODES_PER_SEED, Settings
 from maviper.worlds import World
 from maviper.worlds.world import Int
@@ -24,17 +24,18 @@ EDGES = np.arange(-1, 1.01, 0.25)  # bin k holds EDGES[k - 1] <= x < EDGES[k]
 GAMMA = 0.95
 
 
-def fitted_q(world: World, expert: Expert, settings: Settings, on_iteration: OnIteration) -> ir.PolicyProfile:
-    """The profile of the best of `iterations` rounds over `rollouts` expert episodes."""
+def fitted_q(world: World, expert: Expert, settings: Settings, selection: Selection) -> int:
+    """Offers the trees of every round over `rollouts` expert episodes; returns how many points there were.
+
+    Episodes and rounds are made again when a run goes on: together they take seconds.
+    """
     first = metrics.ROLLOUT_SEEDS + settings.seed * EPISODES_PER_SEED
-    seeds = range(first, first + settings.rollouts)
-    played = rollout(world, [expert] * len(world.agents), seeds)
-    selection = Selection(world, expert, settings, on_iteration)
+    played = rollout(world, [expert] * len(world.agents), range(first, first + settings.rollouts))
     agents = [_Agent(world, index, played, settings) for index in range(len(world.agents))]
     for _ in range(settings.iterations):
         if selection.offer([agent.round() for agent in agents]):
             break
-    return selection.profile(expert, {"points": sum(episodes.actions[..., 0].size for episodes in played)})
+    return sum(episodes.actions[..., 0].size for episodes in played)
 
 
 class _Agent:

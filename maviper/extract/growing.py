@@ -16,7 +16,9 @@ from maviper.extract.settings import EXACT, Settings
 from maviper.worlds import World
 from maviper.worlds.world import Int
 
-REFIT_FACTOR = 1.5  # bins are made anew when there are so many times more points than when they were made
+# Bins are those of the first REFIT_FACTOR**k points, k as large as there are points: a matter of their number alone, so
+# that a run that goes on makes the same ones.
+REFIT_FACTOR = 1.5
 
 
 class Growth:
@@ -25,7 +27,7 @@ class Growth:
     def __init__(self, world: World, settings: Settings) -> None:
         self.settings = settings
         self.n_actions = [len(choices) for choices in world.actions]
-        self._bins: dict[int, tuple[Bins, int, Codes]] = {}  # agent -> bins, points when made, codes so far
+        self._bins: dict[int, tuple[Bins, int, Codes]] = {}  # agent -> bins, points that they are of, codes so far
 
     def team(
         self,
@@ -61,12 +63,13 @@ class Growth:
 
     def _coded(self, agent: int, obs: Float32) -> tuple[Bins, Codes]:
         """An agent's bins and the codes of all its points; only new points are coded."""
-        if agent not in self._bins or len(obs) > REFIT_FACTOR * self._bins[agent][1]:
-            bins = Bins.of(obs)
-            self._bins[agent] = bins, len(obs), bins.codes(obs)
-        bins, made, codes = self._bins[agent]
+        fitted = int(REFIT_FACTOR ** np.floor(np.log(len(obs)) / np.log(REFIT_FACTOR) + 1e-9))
+        if agent not in self._bins or fitted != self._bins[agent][1]:
+            bins = Bins.of(obs[:fitted])
+            self._bins[agent] = bins, fitted, bins.codes(obs)
+        bins, _, codes = self._bins[agent]
         known = codes.shape[1]
         if len(obs) > known:
             codes = np.concatenate([codes, bins.codes(obs[known:])], axis=1)
-            self._bins[agent] = bins, made, codes
+            self._bins[agent] = bins, fitted, codes
         return bins, codes

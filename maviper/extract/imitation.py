@@ -1,42 +1,54 @@
 """Imitation DT, the paper's simplest baseline: trees fitted to what the experts do in their own episodes.
 
-Does: collects expert episodes, refits every agent's tree on all of them, keeps the best refit.
+Does: collects expert episodes, refits every agent's tree on all of them.
 Assumes: nothing of the expert but its actions.
-Does not: visit the states that the trees lead to, or weigh points.
+Does not: visit the states that the trees lead to, weigh points, or choose among refits (selection.py).
 """
 
 import numpy as np
 
-from codegen import ir
+from codegen.ir import Float32, Float64, GrownTree
 from maviper.evaluate import metrics
-from maviper.evaluate.play import rollout
 from maviper.experts.expert import Expert
-from maviper.extract.dataset import Dataset, labels, points
+from maviper.extract.dataset import Dataset, Met, collect
 from maviper.extract.growing import Growth
-from maviper.extract.outcome import OnIteration, Selection
+from maviper.extract.journal import Journal
+from maviper.extract.selection import Selection
 from maviper.extract.settings import EPISODES_PER_SEED, Settings
 from maviper.worlds import World
+from maviper.worlds.world import Int
 
 
-def imitation(world: World, expert: Expert, settings: Settings, on_iteration: OnIteration) -> ir.PolicyProfile:
-    """The profile of the best refit: `iterations` times `rollouts` more expert episodes, all points alike."""
-    rng = np.random.default_rng(settings.seed)
-    selection = Selection(world, expert, settings, on_iteration)
+def imitation(world: World, expert: Expert, settings: Settings, selection: Selection, journal: Journal) -> int:
+    """Offers every refit, each on `rollouts` more expert episodes; returns how many points there were in the end."""
     growth = Growth(world, settings)
-    everybody = range(len(world.agents))
     data: Dataset | None = None
     for iteration in range(settings.iterations):
-        first = metrics.ROLLOUT_SEEDS + settings.seed * EPISODES_PER_SEED + iteration * settings.rollouts
-        for episodes in rollout(world, [expert] * len(world.agents), range(first, first + settings.rollouts)):
-            observations, state = points(episodes)
-            wanted = labels(expert, observations, state)
-            met = Dataset(observations, wanted, np.ones(wanted.shape))
-            data = met if data is None else data + met
-        assert data is not None
-        counts = [np.ones(len(data), dtype=np.int64)] * len(world.agents)
-        seeds = rng.integers(2**31, size=len(world.agents))
-        grown = [growth.team([agent], data.observations, data.labels, counts, seeds, 0)[0] for agent in everybody]
+        step = f"{iteration:04d}"
+        met = journal.met(f"{step}-rollouts", rollouts, world, expert, settings, iteration)
+        data = met.data if data is None else data + met.data
+        grown = journal.trees(f"{step}-trees", refit, data, settings, growth, iteration)
         if selection.offer(grown):
             break
-    assert data is not None
-    return selection.profile(expert, {"points": len(data)})
+    return len(data) if data else 0
+
+
+def rollouts(world: World, expert: Expert, settings: Settings, iteration: int) -> Met:
+    """Expert episodes; every point weighs the same."""
+    first = metrics.ROLLOUT_SEEDS + settings.seed * EPISODES_PER_SEED + iteration * settings.rollouts
+    everybody = range(len(world.agents))
+    seeds = range(first, first + settings.rollouts)
+    return collect(world, expert, [expert] * len(everybody), everybody, seeds, _alike)
+
+
+def _alike(observations: tuple[Float32, ...], state: object, wanted: Int) -> Float64:
+    del observations, state
+    return np.ones(wanted.shape)
+
+
+def refit(data: Dataset, settings: Settings, growth: Growth, iteration: int) -> list[GrownTree]:
+    """Every agent's tree on all points."""
+    everybody = range(len(data.observations))
+    counts = [np.ones(len(data), dtype=np.int64)] * len(everybody)
+    seeds = np.random.default_rng([settings.seed, iteration]).integers(2**31, size=len(everybody))
+    return [growth.team([agent], data.observations, data.labels, counts, seeds, 0)[0] for agent in everybody]

@@ -1,91 +1,77 @@
 """MAVIPER: joint extraction of the trees of all teams (paper, Algorithm MAVIPER, mixed cooperative-competitive form).
 
-Does: the algorithm, line by line, with both of the paper's ablations; returns the best iterate as a profile.
+Does: the algorithm, line by line, with both of the paper's ablations.
 Assumes: an expert with a critic, or one of value networks.
-Does not: write files or print; progress goes to a callback.
+Does not: choose among iterates (selection.py), write files or print.
 """
 
 from collections.abc import Sequence
-from functools import reduce
-from operator import add
+from functools import partial
 
 import numpy as np
 
-from codegen import ir
-from codegen.ir import Float64, GrownTree
+from codegen.ir import Float32, Float64, GrownTree
 from maviper.evaluate import metrics
-from maviper.evaluate.play import Controller, Episodes, rollout, tree_policies
+from maviper.evaluate.play import Controller, tree_policies
 from maviper.experts.expert import Expert
-from maviper.extract.dataset import Dataset, labels, points, resample
+from maviper.extract.dataset import Dataset, Met, collect, resample
 from maviper.extract.growing import Growth
-from maviper.extract.outcome import OnIteration, Selection, agent_policies
+from maviper.extract.journal import Journal
+from maviper.extract.outcome import agent_policies
+from maviper.extract.selection import Selection
 from maviper.extract.settings import EPISODES_PER_SEED, IVIPER_RESAMPLING, NO_PREDICTION, Settings
 from maviper.extract.weights import iviper_weights, maviper_weights
 from maviper.worlds import World
+from maviper.worlds.world import Int
 
 
-def extract(
-    world: World, expert: Expert, settings: Settings, on_iteration: OnIteration = lambda progress: None
-) -> ir.PolicyProfile:
-    """The policy profile of the best iterate, with its measures and provenance."""
-    settings.checked()
-    rng = np.random.default_rng(settings.seed)
-    selection = Selection(world, expert, settings, on_iteration)
+def maviper(world: World, expert: Expert, settings: Settings, selection: Selection, journal: Journal) -> int:
+    """Offers every iterate to `selection`; returns how many points there were in the end."""
     growth = Growth(world, settings)
     data: Dataset | None = None
-    policies: Sequence[Controller] = [expert] * len(world.agents)  # line 1: no data yet, the experts play first
+    policies: Controller = expert  # line 1: no data yet, the experts play first
     for iteration in range(settings.iterations):
-        first = metrics.ROLLOUT_SEEDS + settings.seed * EPISODES_PER_SEED + iteration * settings.rollouts
-        met = rollouts(world, expert, policies, range(first, first + settings.rollouts), settings)  # line 3
-        data = met if data is None else data + met  # line 4
-        counts = [resample(weights, settings.max_samples, rng) for weights in data.weights.T]  # line 5
-        grown = grow_teams(world, data, counts, settings, growth, rng)  # line 6
-        policies = [tree_policies(agent_policies(world, grown))] * len(world.agents)
+        step = f"{iteration:04d}"
+        met = journal.met(f"{step}-rollouts", rollouts, world, expert, policies, settings, iteration)  # line 3
+        selection.met(met.values, met.agreement)
+        data = met.data if data is None else data + met.data  # line 4
+        grown = journal.trees(f"{step}-trees", grow_teams, world, data, settings, growth, iteration)  # lines 5 and 6
+        policies = tree_policies(agent_policies(world, grown))
         if selection.offer(grown):
             break
-    assert data is not None
-    return selection.profile(expert, {"points": len(data)})
+    return len(data) if data else 0
 
 
-def rollouts(
-    world: World, expert: Expert, policies: Sequence[Controller], seeds: Sequence[int], settings: Settings
-) -> Dataset:
-    """Episodes of `policies`, labelled by the expert, with each agent's weights."""
-    played = rollout(world, policies, seeds)
-    return reduce(add, [labelled(world, expert, episodes, settings) for episodes in played])
+def rollouts(world: World, expert: Expert, policies: Controller, settings: Settings, iteration: int) -> Met:
+    """Episodes of `policies` for all agents, labelled by the expert, with each agent's weights."""
+    first = metrics.ROLLOUT_SEEDS + settings.seed * EPISODES_PER_SEED + iteration * settings.rollouts
+    everybody = range(len(world.agents))
+    seeds = range(first, first + settings.rollouts)
+    return collect(
+        world, expert, [policies] * len(everybody), everybody, seeds, partial(weights, world, expert, settings)
+    )
 
 
-def labelled(world: World, expert: Expert, episodes: Episodes, settings: Settings) -> Dataset:
-    """The points of some episodes, with the expert's actions and each agent's weights."""
-    observations, state = points(episodes)
-    wanted = labels(expert, observations, state)
-    weights: Float64
-    if settings.algorithm == IVIPER_RESAMPLING:
-        columns = [
-            iviper_weights(world, expert, observations, state, wanted, agent) for agent in range(len(world.agents))
-        ]
-        weights = np.stack(columns, axis=1)
-    else:
-        weights = maviper_weights(world, expert, observations, state, wanted)
-    return Dataset(observations, wanted, weights)
+def weights(
+    world: World, expert: Expert, settings: Settings, observations: tuple[Float32, ...], state: object, wanted: Int
+) -> Float64:
+    """Each agent's weights, [n, n_agents]."""
+    if settings.algorithm != IVIPER_RESAMPLING:
+        return maviper_weights(world, expert, observations, state, wanted)
+    agents = range(len(world.agents))
+    return np.stack([iviper_weights(world, expert, observations, state, wanted, agent) for agent in agents], axis=1)
 
 
-def grow_teams(
-    world: World,
-    data: Dataset,
-    counts: Sequence[np.ndarray],
-    settings: Settings,
-    growth: Growth,
-    rng: np.random.Generator,
-) -> list[GrownTree]:
-    """TrainJointTrees for each team; returns the trees in the world's order of agents."""
-    trees: list[GrownTree | None] = [None] * len(world.agents)
+def grow_teams(world: World, data: Dataset, settings: Settings, growth: Growth, iteration: int) -> Sequence[GrownTree]:
+    """Resampling and TrainJointTrees for each team; the trees in the world's order of agents."""
+    rng = np.random.default_rng([settings.seed, iteration])
+    counts = [resample(column, settings.max_samples, rng) for column in data.weights.T]
     seeds = rng.integers(2**31, size=len(world.agents))
+    trees: dict[int, GrownTree] = {}
     for team in world.teams:
         members = world.members(team)
         # the ablation without prediction keeps every point, as a team that needs no right prediction does
         least_right = 0 if settings.algorithm == NO_PREDICTION else len(members) - 1
         grown = growth.team(members, data.observations, data.labels, counts, seeds, least_right)
-        for agent, tree in zip(members, grown, strict=True):
-            trees[agent] = tree
-    return [tree for tree in trees if tree is not None]
+        trees |= dict(zip(members, grown, strict=True))
+    return [trees[agent] for agent in range(len(world.agents))]

@@ -1,12 +1,12 @@
-"""What all algorithms end with: candidates scored on common episodes, the best of them as a profile.
+"""What all algorithms end with: trees, provenance and held-out measures as a profile.
 
-Does: keeps the best candidate and knows when to stop; puts trees, provenance and held-out measures into a profile.
-Assumes: candidates are scored against expert opponents on the same episodes (common random numbers).
-Does not: make candidates.
+Does: trees as policies and as controllers among others; the ratio to the expert; the profile.
+Assumes: trees in the world's order of agents.
+Does not: make or choose trees.
 """
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from types import MappingProxyType
 
 import numpy as np
@@ -19,81 +19,10 @@ from maviper.evaluate.metrics import Estimate
 from maviper.evaluate.play import Controller, tree_policies
 from maviper.experts.expert import Expert
 from maviper.extract.deploy import deployed
-from maviper.extract.settings import EPISODES_PER_SEED, Settings
+from maviper.extract.settings import Settings
 from maviper.worlds import Measure, World
 
 EVALUATION_EPISODES = 1_000
-
-
-@dataclass(frozen=True)
-class Progress:
-    """What one iteration gave: the mean over teams of the ratio to the expert, and the best so far."""
-
-    iteration: int
-    score: float
-    best: float
-    half_width: float  # of the best score's 95 % interval
-    best_measured: dict[str, Estimate]  # team -> primary measure of the best iterate, against expert opponents
-    leaves: int  # of the best iterate, all agents
-
-
-OnIteration = Callable[[Progress], None]
-
-
-class Selection:
-    """The best of the candidates so far, scored by the mean ratio of the teams to the expert.
-
-    A candidate has trees of all agents, each team of which meets expert opponents; or of some `agents`, among experts.
-    """
-
-    def __init__(
-        self,
-        world: World,
-        expert: Expert,
-        settings: Settings,
-        on_iteration: OnIteration,
-        agents: Sequence[int] | None = None,
-    ) -> None:
-        self.world, self.settings, self.on_iteration = world, settings, on_iteration
-        self.agents = list(range(len(world.agents)) if agents is None else agents)
-        self.teams = [team for team in world.teams if set(world.members(team)) & set(self.agents)]
-        first = metrics.SELECTION_SEEDS + settings.seed * EPISODES_PER_SEED
-        self.seeds = range(first, first + settings.selection_episodes)
-        self.experts: list[Controller] = [expert] * len(world.agents)
-        self.base = metrics.evaluate(world, self.experts, self.seeds)
-        self.trees: list[GrownTree] | None = None
-        self.best: Progress | None = None
-        self.seen, self.reference, self.since_gain = 0, -np.inf, 0
-
-    def offer(self, trees: Sequence[GrownTree]) -> bool:
-        """Scores a candidate, trees in the order of `agents`; returns whether it is time to stop: no gain above the
-        interval for `patience` of them.
-        """
-        world = self.world
-        controllers = among(world, agent_policies(world, trees, self.agents), self.experts)
-        if len(trees) == len(world.agents):
-            measured = metrics.evaluate_teams(world, controllers, self.experts, self.seeds)
-        else:
-            measured = metrics.evaluate(world, controllers, self.seeds)
-        score, half_width = joint_ratio(world, measured, self.base, self.teams)
-        if self.best is None or score > self.best.score:
-            leaves = sum(int((tree.feature == ir.NO_FEATURE).sum()) for tree in trees)
-            reached = {team: measured[world.primary(team)] for team in self.teams}
-            self.trees = list(trees)
-            self.best = Progress(self.seen, score, score, half_width, reached, leaves)
-        best = self.best
-        self.on_iteration(Progress(self.seen, score, best.score, best.half_width, best.best_measured, best.leaves))
-        self.seen, self.since_gain = self.seen + 1, self.since_gain + 1
-        if best.score > self.reference:
-            self.reference, self.since_gain = best.score + best.half_width, 0
-        return self.since_gain >= self.settings.patience
-
-    def profile(self, expert: Expert, facts: Mapping[str, int]) -> ir.PolicyProfile:
-        """The best candidate as a profile."""
-        assert self.trees is not None and self.best is not None
-        found = {"stopped_after": self.seen, "best_iteration": self.best.iteration + 1, **facts}
-        policies = agent_policies(self.world, self.trees, self.agents)
-        return profile_of(self.world, expert, self.settings, policies, found)
 
 
 def agent_policies(

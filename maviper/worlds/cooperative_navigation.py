@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from codegen.ir import EntitySpec, FeatureSpec, Float64, Meaning
+from maviper.worlds.features import own, relative
 from maviper.worlds.particle import (
     ACTIONS,
     EPISODE_STEPS,
@@ -23,9 +24,7 @@ from maviper.worlds.particle import (
     covered,
     distances,
     mpe2_spec,
-    own,
     planes,
-    relative,
     squared_distances,
 )
 from maviper.worlds.world import Measure
@@ -38,12 +37,12 @@ LOCAL_RATIO = 0.5  # mpe2's default: half the shared reward, half the agent's ow
 class CooperativeNavigation(ParticleWorld):
     """The game with `agents` agents and as many targets."""
 
-    def __init__(self, agents: int = 3) -> None:
+    def __init__(self, agents: int = 3, features: str = "") -> None:
         names = tuple(f"agent_{index}" for index in range(agents))
         targets = [f"landmark_{index}" for index in range(agents)]
         self.spec = mpe2_spec(
             CooperativeNavigation,
-            {"agents": agents},
+            {"agents": agents, "features": features},
             name="cooperative-navigation",
             reference="mpe2.simple_spread_v3",
             agents=(EntitySpec(name, size=0.15, force=FORCE, max_speed=None, collides=True) for name in names),
@@ -51,7 +50,8 @@ class CooperativeNavigation(ParticleWorld):
         )
         self.teams = {AGENTS: names}
         self.actions = tuple(ACTIONS for _ in names)
-        self.features = tuple(self._features(name) for name in names)
+        base = [self._features(name) for name in names]
+        self.features, self.shown = self.extended(base, features), tuple(len(each) for each in base)
         lower = (Measure(AGENTS, name, lower_is_better=True) for name in ("D + collisions", "D", "collisions"))
         self.measures = (*lower, *(Measure(AGENTS, name, share=True) for name in SUCCESS))
 

@@ -18,8 +18,10 @@ from typing import Any
 
 import numpy as np
 
-from codegen.ir import ActionSpec, Bool, EntitySpec, FeatureSpec, Float32, Float64, Meaning, WorldSpec
+from codegen.errors import InputError
+from codegen.ir import ActionSpec, Bool, EntitySpec, FeatureSpec, Float32, Float64, WorldSpec
 from codegen.observe import Observer
+from maviper.worlds.features import extended, groups_of
 from maviper.worlds.world import Int, World
 from verify.matching import matched
 
@@ -79,6 +81,8 @@ def games(array: Float64) -> Float64:
 
 class ParticleWorld(World):
     """A game of mpe2. Subclasses state `spec`, `teams`, `features`, `actions`, `measures`, rewards and values."""
+
+    shown: tuple[int, ...]  # per agent, how many of its features, the first ones, the reference environment shows
 
     # --- starting
 
@@ -166,6 +170,21 @@ class ParticleWorld(World):
 
     # --- observations
 
+    def extended(self, base: Sequence[Sequence[FeatureSpec]], chosen: str) -> tuple[tuple[FeatureSpec, ...], ...]:
+        """Each agent's features with those of the groups that the option `features` names. InputError for a group that
+        adds nothing to any agent's.
+        """
+        found = list(base)
+        for group in groups_of(chosen):
+            more = []
+            for agent, features in zip(self.agents, found, strict=True):
+                mates = [name for name in self.teams[self.team_of(agent)] if name != agent]
+                more.append(extended(features, group, agent, mates, self.spec))
+            if more == [tuple(features) for features in found]:
+                raise InputError(f"the features '{group}' add nothing here", self.name, "leave them out")
+            found = more
+        return tuple(tuple(features) for features in found)
+
     def coordinates(self, state: WorldState) -> Float64:
         """All world coordinates, [batch, n_coordinates], in the order of `spec.coordinates()`."""
         parts = [planes(state.position)]
@@ -227,7 +246,7 @@ def _matched_one(near: Bool) -> bool:
     return bool((maximum_bipartite_matching(csr_array(near)) >= 0).all())
 
 
-# --- features and specs that games share
+# --- specs that games share
 
 
 def mpe2_spec(
@@ -258,50 +277,6 @@ def mpe2_spec(
         contact_margin=CONTACT_MARGIN if contacts else 0.0,
         options={key: value for key, value in options.items() if value != usual[key]},
     )
-
-
-def relative(other: str, agent: str, spec: WorldSpec) -> list[FeatureSpec]:
-    """Two features: where another entity is, seen from an agent."""
-    reach = farthest(spec)
-    moves = {entity.name for entity in spec.agents}
-    bound = 2.0 + (2 * reach if other in moves else reach)
-    meanings = [(axis, Meaning(((1, f"{other}.{axis}"), (-1, f"{agent}.{axis}")))) for axis in "xy"]
-    return [FeatureSpec(f"{other}_d{axis}", "length", -bound, bound, meaning) for axis, meaning in meanings]
-
-
-def own(agent: str, spec: WorldSpec) -> dict[str, list[FeatureSpec]]:
-    """An agent's own `position` and `velocity`, two features each."""
-    reach = 1.0 + farthest(spec)
-    speed = top_speed(spec)
-    position = [FeatureSpec(axis, "length", -reach, reach, Meaning(((1, f"{agent}.{axis}"),))) for axis in "xy"]
-    return {"position": position, "velocity": velocity(agent, "", speed)}
-
-
-def velocity(agent: str, prefix: str, speed: float) -> list[FeatureSpec]:
-    """Two features: an agent's velocity."""
-    return [
-        FeatureSpec(f"{prefix}v{axis}", "length/s", -speed, speed, Meaning(((1, f"{agent}.v{axis}"),))) for axis in "xy"
-    ]
-
-
-def top_speed(spec: WorldSpec) -> float:
-    """The highest speed along one axis that actions lead to, rounded up to a tenth; contacts may exceed it."""
-    free = max(entity.force for entity in spec.agents) * spec.dt / spec.damping
-    limits = [entity.max_speed for entity in spec.agents]
-    return float(np.ceil(10 * max(limit for limit in limits if limit) if all(limits) else 10 * free) / 10)
-
-
-def farthest(spec: WorldSpec) -> float:
-    """How far an agent can travel from rest within an episode along one axis, rounded up to a tenth.
-
-    Contacts can add to it: a range says what actions reach, and nothing depends on it but pictures and regions.
-    """
-    place = speed = 0.0
-    limit = top_speed(spec)
-    for _ in range(spec.episode_steps):
-        place += speed * spec.dt
-        speed = min(limit, speed * (1 - spec.damping) + max(entity.force for entity in spec.agents) * spec.dt)
-    return float(np.ceil(place * 10) / 10)
 
 
 def placed(env: Any, state: WorldState) -> Any:

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from codegen.ir import Bool, EntitySpec, FeatureSpec, Float64
+from maviper.worlds.features import relative
 from maviper.worlds.particle import (
     ACTIONS,
     EPISODE_STEPS,
@@ -22,9 +23,7 @@ from maviper.worlds.particle import (
     covered,
     distances,
     mpe2_spec,
-    own,
     planes,
-    relative,
     squared_distances,
 )
 from maviper.worlds.world import Measure
@@ -39,12 +38,12 @@ class PhysicalDeception(ParticleWorld):
     `velocity` 1 adds each agent's own velocity to what it observes; mpe2's game has 0.
     """
 
-    def __init__(self, defenders: int = 2, velocity: int = 0) -> None:
+    def __init__(self, defenders: int = 2, velocity: int = 0, features: str = "") -> None:
         agents = ("adversary_0", *(f"agent_{index}" for index in range(defenders)))
         landmarks = tuple(f"landmark_{index}" for index in range(defenders))
         self.spec = mpe2_spec(
             PhysicalDeception,
-            {"defenders": defenders, "velocity": velocity},
+            {"defenders": defenders, "velocity": velocity, "features": features},
             name="physical-deception",
             reference="mpe2.simple_adversary_v3",
             agents=(EntitySpec(name, size=0.15, force=FORCE, max_speed=None, collides=False) for name in agents),
@@ -53,15 +52,18 @@ class PhysicalDeception(ParticleWorld):
         )
         self.teams = {ADVERSARIES: agents[:1], DEFENDERS: agents[1:]}
         self.actions = tuple(ACTIONS for _ in agents)
-        self.features = tuple(self._features(agent, bool(velocity)) for agent in agents)
+        base = [self._features(agent) for agent in agents]
+        self.shown = tuple(len(each) for each in base)
+        if velocity:
+            base = self.extended(base, "velocity")
+        self.features = self.extended(base, features)
         self.measures = tuple(Measure(team, name, share=True) for name in SUCCESS for team in self.teams)
 
-    def _features(self, agent: str, velocity: bool) -> tuple[FeatureSpec, ...]:
+    def _features(self, agent: str) -> tuple[FeatureSpec, ...]:
         seen = [entity.name for entity in self.spec.landmarks] + [name for name in self.agents if name != agent]
         if agent in self.teams[DEFENDERS]:
             seen = ["goal", *seen]
-        features = [feature for other in seen for feature in relative(other, agent, self.spec)]
-        return tuple(features + own(agent, self.spec)["velocity"] if velocity else features)
+        return tuple(feature for other in seen for feature in relative(other, agent, self.spec))
 
     def rewards(self, state: WorldState) -> Float64:
         """Adversary: minus its distance to the goal. Defenders: that distance minus the nearest defender's."""

@@ -13,6 +13,7 @@ import numpy as np
 
 from codegen.errors import UnknownNameError
 from codegen.ir import EntitySpec, FeatureSpec, Float64, Meaning
+from maviper.worlds.features import own, relative, top_speed, velocity
 from maviper.worlds.particle import (
     ACTIONS,
     EPISODE_STEPS,
@@ -20,11 +21,7 @@ from maviper.worlds.particle import (
     WorldState,
     distances,
     mpe2_spec,
-    own,
     planes,
-    relative,
-    top_speed,
-    velocity,
 )
 from maviper.worlds.world import Measure
 
@@ -44,12 +41,15 @@ class PredatorPrey(ParticleWorld):
     of it, 0 or 1 instead of signs) or `mpe2` (everything as numbers).
     """
 
-    def __init__(self, predators: int = 2, prey: int = 2, obstacles: int = 2, observation: str = "paper") -> None:
+    def __init__(
+        self, predators: int = 2, prey: int = 2, obstacles: int = 2, observation: str = "paper", features: str = ""
+    ) -> None:
         if observation not in OBSERVATIONS:
             raise UnknownNameError("observation", observation, OBSERVATIONS, "predator-prey")
         hunters = tuple(f"adversary_{index}" for index in range(predators))
         hunted = tuple(f"agent_{index}" for index in range(prey))
-        given = {"predators": predators, "prey": prey, "obstacles": obstacles, "observation": observation}
+        given = {"predators": predators, "prey": prey, "obstacles": obstacles}
+        given |= {"observation": observation, "features": features}
         predator = {"size": 0.075, "force": 3.0, "max_speed": 1.0, "collides": True}
         runner = {"size": 0.05, "force": 4.0, "max_speed": 1.3, "collides": True}
         block = {"size": 0.2, "force": 0.0, "max_speed": None, "collides": True, "start": OBSTACLE_START}
@@ -65,7 +65,9 @@ class PredatorPrey(ParticleWorld):
         self.observation = observation
         self.actions = tuple(ACTIONS for _ in self.agents)
         layout = {"paper": self._paper, "released": self._released, "mpe2": self._mpe2}[observation]
-        self.features = tuple(layout(agent) for agent in self.agents)
+        base = [layout(agent) for agent in self.agents]
+        self.features = self.extended(base, features)
+        self.shown = tuple(len(each) if observation == "mpe2" else 0 for each in base)
         self.measures = (Measure(PREDATORS, TOUCHES), Measure(PREY, TOUCHES, lower_is_better=True))
 
     # --- observations
@@ -185,7 +187,7 @@ def outside(x: Float64) -> Float64:
 
 
 def _signed(name: str, *terms: tuple[int, str]) -> FeatureSpec:
-    return FeatureSpec(name, "sign", -1.0, 1.0, Meaning(terms, sign=True))
+    return FeatureSpec(name, "sign", -1.0, 1.0, Meaning(terms, "sign"))
 
 
 def _sign(feature: FeatureSpec) -> FeatureSpec:
@@ -195,4 +197,4 @@ def _sign(feature: FeatureSpec) -> FeatureSpec:
 
 def _positive(feature: FeatureSpec) -> FeatureSpec:
     assert feature.meaning is not None
-    return FeatureSpec(f"{feature.name}_positive", "none", 0.0, 1.0, Meaning(feature.meaning.terms, positive=True))
+    return FeatureSpec(f"{feature.name}_positive", "none", 0.0, 1.0, Meaning(feature.meaning.terms, "positive"))

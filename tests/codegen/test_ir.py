@@ -110,9 +110,10 @@ def test_each_broken_rule_of_the_world_is_named_with_its_path(change, path, prof
 @pytest.mark.parametrize(
     "meaning",
     [
-        ir.Meaning((), sign=True),  # always 0 has one spelling
-        ir.Meaning((), positive=True),
-        ir.Meaning(((1, "agent_0.x"),), sign=True, positive=True),  # one of the two would be lost
+        ir.Meaning((), "sign"),  # always 0 has one spelling
+        ir.Meaning((), "positive"),
+        ir.Meaning((), "zero"),
+        ir.Meaning(((1, "agent_0.x"),), "cosine"),
     ],
 )
 def test_a_meaning_says_one_thing(meaning, profile):

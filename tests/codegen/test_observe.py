@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from codegen.ir import EntitySpec, FeatureSpec, Meaning, WorldSpec
+from codegen.ir import FUNCTIONS, EntitySpec, FeatureSpec, Meaning, WorldSpec
 from codegen.observe import Observer, observe
 
 SPEC = WorldSpec(
@@ -23,9 +23,9 @@ SPEC = WorldSpec(
 COORDINATES = SPEC.coordinates()
 TERMS = st.lists(st.tuples(st.sampled_from([-1, 1]), st.sampled_from(COORDINATES)), max_size=3).map(tuple)
 MEANINGS = st.builds(
-    lambda terms, kind: Meaning(terms, sign=kind == "sign", positive=kind == "positive"),
+    lambda terms, kind: Meaning(terms, kind if terms else ""),
     TERMS,
-    st.sampled_from(["", "sign", "positive"]),
+    st.sampled_from(["", *FUNCTIONS]),
 )
 # a coarse grid, so that sums are 0 and ties happen, and numbers that are rounded
 NUMBERS = st.one_of(st.integers(-4, 4).map(lambda k: k / 4), st.floats(-3, 3, allow_subnormal=False))
@@ -37,10 +37,12 @@ def read_aloud(meaning, at):
     for place, (weight, name) in enumerate(meaning.terms):
         part = np.float64(weight) * np.float64(at[name])
         total = part if place == 0 else total + part
-    if meaning.sign:
+    if meaning.function == "sign":
         return np.float32(-1 if total < 0 else 1 if total > 0 else 0)
-    if meaning.positive:
+    if meaning.function == "positive":
         return np.float32(1 if total > 0 else 0)
+    if meaning.function == "zero":
+        return np.float32(1 if total == 0 else 0)
     return np.float32(total)
 
 
@@ -60,7 +62,7 @@ def test_observations_are_the_meanings_read_aloud(meanings, rows):
 
 def test_each_kind_of_meaning_by_example():
     difference = ((1, "a.x"), (-1, "b.x"))
-    kinds = [Meaning(()), Meaning(difference), Meaning(difference, sign=True), Meaning(difference, positive=True)]
+    kinds = [Meaning(()), Meaning(difference), Meaning(difference, "sign"), Meaning(difference, "positive")]
     coordinates = np.zeros((4, len(COORDINATES)))
     coordinates[:, COORDINATES.index("a.x")] = [0.5, 0.25, -1.0, 1e-300]
     coordinates[:, COORDINATES.index("b.x")] = [0.25, 0.25, 0.5, 0.0]
@@ -72,12 +74,12 @@ def test_each_kind_of_meaning_by_example():
 def test_meanings_are_written_as_they_are_read():
     difference = ((-1, "a.vx"), (1, "goal.y"))
     assert [str(Meaning(())), str(Meaning(difference))] == ["0", "- a.vx + goal.y"]
-    assert str(Meaning(difference, sign=True)) == "sign(- a.vx + goal.y)"
-    assert str(Meaning(difference, positive=True)) == "positive(- a.vx + goal.y)"
+    assert str(Meaning(difference, "sign")) == "sign(- a.vx + goal.y)"
+    assert str(Meaning(difference, "positive")) == "positive(- a.vx + goal.y)"
 
 
 def test_one_observer_serves_many_batches():
-    features = features_of([Meaning(((1, "a.x"), (-1, "c.y"))), Meaning(((1, "b.vx"),), positive=True), Meaning(())])
+    features = features_of([Meaning(((1, "a.x"), (-1, "c.y"))), Meaning(((1, "b.vx"),), "positive"), Meaning(())])
     observer = Observer(features, SPEC)
     rng = np.random.default_rng(0)
     for batch in (1, 7, 0, 1_000):

@@ -49,10 +49,10 @@ MEANINGS = {
     "0": ir.Meaning(()),
     "agent_0.vx": ir.Meaning(((1, "agent_0.vx"),)),
     "- goal.x + agent_1.y": ir.Meaning(((-1, "goal.x"), (1, "agent_1.y"))),
-    "sign(goal.x - agent_0.x)": ir.Meaning(((1, "goal.x"), (-1, "agent_0.x")), sign=True),
-    "sign(agent_0.x)": ir.Meaning(((1, "agent_0.x"),), sign=True),
-    "positive(goal.x - agent_0.x)": ir.Meaning(((1, "goal.x"), (-1, "agent_0.x")), positive=True),
-    "positive(- agent_0.vy)": ir.Meaning(((-1, "agent_0.vy"),), positive=True),
+    "sign(goal.x - agent_0.x)": ir.Meaning(((1, "goal.x"), (-1, "agent_0.x")), "sign"),
+    "sign(agent_0.x)": ir.Meaning(((1, "agent_0.x"),), "sign"),
+    "positive(goal.x - agent_0.x)": ir.Meaning(((1, "goal.x"), (-1, "agent_0.x")), "positive"),
+    "positive(- agent_0.vy)": ir.Meaning(((-1, "agent_0.vy"),), "positive"),
     "agent_0.x + agent_1.x - landmark_0.x": ir.Meaning(((1, "agent_0.x"), (1, "agent_1.x"), (-1, "landmark_0.x"))),
 }
 

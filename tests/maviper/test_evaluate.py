@@ -17,7 +17,8 @@ from maviper.evaluation import MOST_EPISODES, document, evaluate, question
 from maviper.experts import store
 from maviper.experts.measured import Measured
 from maviper.experts.scripted import scripted
-from maviper.extract.maviper import Settings, extract
+from maviper.extract.algorithms import extract
+from maviper.extract.settings import Settings
 from maviper.worlds import Measure, PettingZooWorld, find
 from tests.environments import Line
 from tests.teams import tree

@@ -20,10 +20,10 @@ from maviper.evaluate.play import Policies, play, tree_policies
 from maviper.experts.expert import AS_GIVEN
 from maviper.experts.scripted import Scripted, scripted
 from maviper.extract import grow
+from maviper.extract.algorithms import extract
 from maviper.extract.dataset import labels, points, resample
 from maviper.extract.deploy import deployed
 from maviper.extract.grow import train_joint_trees
-from maviper.extract.maviper import extract
 from maviper.extract.outcome import joint_ratio, measured_of
 from maviper.extract.settings import Settings
 from maviper.extract.weights import maviper_weights
@@ -341,18 +341,21 @@ class Recorder:
         from maviper.extract import outcome
 
         self.scores, self.played, self.counts, self.sizes, self.opponents = list(scores), [], [], [], []
-        self.grown, self.trees, self.evaluated = [], {}, []
-        rollouts, grow_teams, tree_policies = module.rollouts, module.grow_teams, module.tree_policies
-        evaluate, evaluate_teams = metrics.evaluate, metrics.evaluate_teams
+        self.grown, self.trees, self.seeds = [], {}, []
+        collect, grow_teams, resample = module.collect, module.grow_teams, module.resample
+        tree_policies, team_values = module.tree_policies, metrics.team_values
 
-        def record_rollouts(world, expert, policies, seeds, settings):
-            self.played.append((policies, list(seeds)))
-            return rollouts(world, expert, policies, seeds, settings)
+        def record_rollouts(world, expert, controllers, agents, seeds, weigh):
+            self.played.append((controllers, list(seeds)))
+            return collect(world, expert, controllers, agents, seeds, weigh)
 
-        def record_growth(world, data, counts, *rest):
-            self.counts.append(counts)
+        def record_resampling(weights, most, rng):
+            self.counts.append(resample(weights, most, rng))
+            return self.counts[-1]
+
+        def record_growth(world, data, *rest):
             self.sizes.append(len(data))
-            self.grown.append(grow_teams(world, data, counts, *rest))
+            self.grown.append(grow_teams(world, data, *rest))
             return self.grown[-1]
 
         def record_trees(policies):
@@ -360,24 +363,20 @@ class Recorder:
             self.trees[id(controller)] = controller, policies
             return controller
 
-        def record_evaluation(world, controllers, seeds):
-            self.evaluated.append((controllers, list(seeds)))
-            return evaluate(world, controllers, seeds)
-
-        def scripted_evaluation(world, ours, opponents, seeds):
+        def scripted_values(world, ours, opponents, seeds):
             self.opponents.append((ours, opponents, list(seeds)))
-            table = evaluate_teams(world, ours, opponents, seeds)
+            found = team_values(world, ours, opponents, seeds)
             if len(seeds) != 10:
-                return table  # the final evaluation
+                return found  # the final evaluation
             hits = self.scores[len(self.opponents) - 1]
-            return dict.fromkeys(table, Share(hits, 100))
+            return dict.fromkeys(found, np.repeat([1.0, 0.0], [hits, 100 - hits]))
 
-        monkeypatch.setattr(module, "rollouts", record_rollouts)
+        monkeypatch.setattr(module, "collect", record_rollouts)
+        monkeypatch.setattr(module, "resample", record_resampling)
         monkeypatch.setattr(module, "grow_teams", record_growth)
         monkeypatch.setattr(module, "tree_policies", record_trees)
         monkeypatch.setattr(outcome, "tree_policies", record_trees)
-        monkeypatch.setattr(metrics, "evaluate", record_evaluation)
-        monkeypatch.setattr(metrics, "evaluate_teams", scripted_evaluation)
+        monkeypatch.setattr(metrics, "team_values", scripted_values)
 
     def trees_of(self, controllers):
         """The tree policies that a list of controllers, one an agent, plays."""
@@ -412,7 +411,8 @@ def test_the_outer_loop_is_the_algorithm(world, expert, monkeypatch, best):
         assert same_trees(recorder.trees_of(played), grown)
     seeds = [set(seeds) for _, seeds in recorder.played]
     assert all(not a & b for k, a in enumerate(seeds) for b in seeds[k + 1 :])
-    assert all((counts[1] != counts[2]).any() for counts in recorder.counts), "team members share a data set"
+    drawn = recorder.counts
+    assert len(drawn) == 12 and all((a != b).any() for a, b in zip(drawn[1::3], drawn[2::3], strict=True)), "shared"
     assert len(recorder.opponents) == 5  # four candidates, and the winner on held-out episodes
     for (ours, opponents, selection), grown in zip(
         recorder.opponents, [*recorder.grown, recorder.grown[best]], strict=True
@@ -423,8 +423,6 @@ def test_the_outer_loop_is_the_algorithm(world, expert, monkeypatch, best):
     selections = [selection for _, _, selection in recorder.opponents]
     assert selections[0] == selections[1] == selections[2] == selections[3], "candidates meet different episodes"
     assert not set(selections[4]) & set(selections[0])
-    controllers, own = recorder.evaluated[0]
-    assert all(controller is expert for controller in controllers) and own == selections[0]
 
 
 @pytest.mark.parametrize(("patience", "stopped"), [(1, 2), (2, 3), (3, 4), (10, 6)])
@@ -546,8 +544,8 @@ def test_a_game_where_lower_is_better_is_extracted(spread, spread_profile):
 
 def test_the_best_of_a_game_where_lower_is_better_is_the_lowest(spread, spread_run):
     profile, scores = spread_run
-    values = {progress.iteration: progress.score for progress in scores}
-    assert profile.provenance.training["best_iteration"] - 1 == max(values, key=values.get)
+    values = {progress.done: progress.score for progress in scores}
+    assert profile.provenance.training["best_iteration"] == max(values, key=values.get)
     seeds = range(metrics.SELECTION_SEEDS, metrics.SELECTION_SEEDS + 40)
     trees = metrics.evaluate(spread, [tree_policies(profile.agents)] * 3, seeds)[spread.primary("agents")]
     expert = metrics.evaluate(spread, [scripted(spread)] * 3, seeds)[spread.primary("agents")]

@@ -18,7 +18,7 @@ from maviper import agreement, cli
 from maviper.evaluate.play import Policies, rollout
 from maviper.experts.expert import AS_GIVEN
 from maviper.extract import outcome
-from maviper.extract.maviper import extract
+from maviper.extract.algorithms import extract
 from maviper.extract.settings import Settings
 from maviper.worlds import PettingZooWorld, built_in, find
 from maviper.worlds.checking import Mark, check, usable

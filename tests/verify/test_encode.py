@@ -95,14 +95,15 @@ BACK = "agent_0"
 
 
 def meanings(agent):
-    """One of each kind: nothing, coordinates and differences as numbers, as signs, as 0 or 1."""
+    """One of each kind: nothing, coordinates and differences as numbers, as signs, as 0 or 1, as being equal."""
     across = ((1, "landmark_0.x"), (-1, f"{agent}.x"))
     up = ((-1, f"{agent}.y"), (1, "landmark_1.y"))
     goal = ((1, "goal.x"), (-1, f"{agent}.x"))
     mine, backwards = ((1, f"{agent}.x"),), ((-1, f"{agent}.y"),)
     numbers = [Meaning(()), Meaning(across), Meaning(mine), Meaning(backwards)]
-    signs = [Meaning(terms, sign=True) for terms in (across, up, mine, goal)]
-    return [*numbers, *signs, *(Meaning(terms, positive=True) for terms in (across, up, backwards, goal))]
+    signs = [Meaning(terms, "sign") for terms in (across, up, mine, goal)]
+    same = [Meaning(((1, "goal.x"), (-1, "landmark_0.x")), "zero"), Meaning(across, "zero")]
+    return [*numbers, *signs, *(Meaning(terms, "positive") for terms in (across, up, backwards, goal)), *same]
 
 
 def with_meanings(trees):
@@ -143,10 +144,10 @@ def tied_points(count, seed):
 
 
 @pytest.mark.solver
-@pytest.mark.parametrize("kind", range(12))
+@pytest.mark.parametrize("kind", range(14))
 def test_each_meaning_at_each_threshold_against_the_referee(kind):
     """At, between and beyond the values that signs and 0-or-1 features take."""
-    assert len(meanings(BACK)) == 12
+    assert len(meanings(BACK)) == 14
     beside = [float(np.nextafter(np.float32(end), np.float32(way))) for end in (-1, 1) for way in (-9, 9)]
     violated = []
     for place, threshold in enumerate([-2.0, -1.0, -0.5, -0.0, 0.0, 0.25, 0.5, 1.0, 2.0, *beside, 2.0**-126]):
@@ -160,7 +161,7 @@ def test_each_meaning_at_each_threshold_against_the_referee(kind):
 
 @pytest.mark.solver
 @settings(max_examples=30)
-@given(grown_trees(n_features=12, max_depth=3), grown_trees(n_features=12, max_depth=3), st.integers(0, 999))
+@given(grown_trees(n_features=14, max_depth=3), grown_trees(n_features=14, max_depth=3), st.integers(0, 999))
 def test_trees_over_all_meanings_against_the_referee(first, second, seed):
     trees = {BACK: deployed(first), "agent_1": deployed(second)}
     assume(not any(((t.threshold != 0) & (np.abs(t.threshold) < 2.0**-126)).any() for t in trees.values()))
@@ -173,7 +174,7 @@ def test_trees_over_all_meanings_against_the_referee(first, second, seed):
 
 def sideways(sign):
     """Goes to landmark 0 along x, by whether it is to the right; where it is on neither side, up or left."""
-    feature = meanings(BACK).index(Meaning(((1, "landmark_0.x"), (-1, f"{BACK}.x")), sign=sign, positive=not sign))
+    feature = meanings(BACK).index(Meaning(((1, "landmark_0.x"), (-1, f"{BACK}.x")), "sign" if sign else "positive"))
     if sign:
         return tree((feature, -0.5, 1, 2), LEFT, (feature, 0.5, 3, 4), UP, RIGHT)
     return tree((feature, 0.5, 1, 2), LEFT, RIGHT)

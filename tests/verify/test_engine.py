@@ -264,7 +264,7 @@ def test_signs_and_single_coordinates_against_the_referee(profile, claim, meanin
     """Features of the other games: a sign, and one coordinate, rounded once."""
     policy = profile.policy("agent_0")
     one = ir.Meaning(((1, "landmark_0.x"),)) if meaning == "coordinate" else ir.Meaning(
-        ((1, "landmark_0.x"), (-1, "agent_0.x")), sign=True
+        ((1, "landmark_0.x"), (-1, "agent_0.x")), "sign"
     )  # fmt: skip
     features = (replace(policy.features[0], meaning=one), *policy.features[1:])
     for threshold in (-0.5, 0.0, 0.5) if meaning == "sign" else (0.1, -0.3):

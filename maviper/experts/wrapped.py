@@ -1,0 +1,80 @@
+"""Experts with something changed around them: in a world that shows agents more, or without a critic.
+
+Does: passes an expert the features that it knows; gives every action the same worth.
+Assumes: a world that differs from the expert's by further features alone.
+Does not: change what the expert does.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from codegen.ir import Float32, Float64
+from maviper.experts.expert import Expert
+from maviper.worlds import World
+from maviper.worlds.world import Int
+
+
+@dataclass(frozen=True)
+class Wrapped:
+    """An expert as it is."""
+
+    expert: Expert
+
+    @property
+    def card(self) -> Mapping[str, Any]:
+        """The expert's."""
+        return self.expert.card
+
+    @property
+    def hash(self) -> str:
+        """The expert's."""
+        return self.expert.hash
+
+    @property
+    def agents(self) -> tuple[str, ...]:
+        """The expert's."""
+        return self.expert.agents
+
+    @property
+    def centralized(self) -> bool:
+        """The expert's."""
+        return self.expert.centralized
+
+    def act(self, agents: Sequence[int], observations: Sequence[Float32], state: Any) -> Int:
+        """As `Controller.act`."""
+        return self.expert.act(agents, observations, state)
+
+    def q(self, agent: int, observations: Sequence[Float32], state: Any, joint: Int, given: Int) -> Float64:
+        """As `Expert.q`."""
+        return self.expert.q(agent, observations, state, joint, given)
+
+
+@dataclass(frozen=True)
+class Narrowed(Wrapped):
+    """An expert of `world` in a world of the same states that shows more, the first features being the expert's."""
+
+    world: World
+
+    def act(self, agents: Sequence[int], observations: Sequence[Float32], state: Any) -> Int:
+        """As `Controller.act`."""
+        return super().act(agents, self._known(observations), state)
+
+    def q(self, agent: int, observations: Sequence[Float32], state: Any, joint: Int, given: Int) -> Float64:
+        """As `Expert.q`."""
+        return super().q(agent, self._known(observations), state, joint, given)
+
+    def _known(self, observations: Sequence[Float32]) -> list[Float32]:
+        return [seen[:, : len(mine)] for seen, mine in zip(observations, self.world.features, strict=True)]
+
+
+@dataclass(frozen=True)
+class Unweighted(Wrapped):
+    """An expert to whom all actions are worth the same, so that all states weigh the same: plain DAgger."""
+
+    def q(self, agent: int, observations: Sequence[Float32], state: Any, joint: Int, given: Int) -> Float64:
+        """As `Expert.q`: 0."""
+        del agent, observations, state
+        return np.zeros((len(given), len(joint)))

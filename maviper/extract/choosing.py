@@ -1,0 +1,62 @@
+"""Which further features would help trees to act as an expert does.
+
+Does: grows trees with and without each group on the expert's own episodes and keeps what predicts held-out ones better.
+Assumes: groups that are derived from what agents observe already; a further sensor is a user's decision.
+Does not: play trees.
+"""
+
+import numpy as np
+
+from codegen import ir
+from codegen.errors import InputError
+from codegen.ir import Float32
+from maviper.evaluate import metrics
+from maviper.evaluate.play import rollout
+from maviper.experts.expert import Expert
+from maviper.extract.dataset import labels, points
+from maviper.extract.growing import Growth
+from maviper.extract.settings import EPISODES_PER_SEED, Settings
+from maviper.worlds import ParticleWorld, built_in
+from maviper.worlds.features import DERIVED, SEPARATOR
+from maviper.worlds.world import Int
+
+EPISODES, HELD_OUT = 200, 50
+LEAST_GAIN = 0.01  # of the share of held-out actions that are predicted right, all agents together
+
+
+def helpful_features(world: ParticleWorld, expert: Expert, settings: Settings) -> str:
+    """Groups of features, best first, joined as an option says them; "" when none helps."""
+    first = metrics.ROLLOUT_SEEDS + settings.seed * EPISODES_PER_SEED
+    (played,) = rollout(world, [expert] * len(world.agents), range(first, first + EPISODES))
+    observations, state = points(played)
+    wanted = labels(expert, observations, state)
+    held = np.arange(len(wanted)) % EPISODES < HELD_OUT
+    chosen: list[str] = []
+    reached = _right(world, world.observe(state), wanted, held, settings)
+    while True:
+        found: dict[str, float] = {}
+        for group in DERIVED:
+            try:
+                wide = built_in(f"{world.name},features={SEPARATOR.join([*chosen, group])}")
+            except InputError:  # it is there already, or adds nothing
+                continue
+            found[group] = _right(wide, wide.observe(state), wanted, held, settings)
+        best = max(found, key=lambda group: found[group], default="")
+        if not best or found[best] < reached + LEAST_GAIN:
+            return SEPARATOR.join(chosen)
+        chosen.append(best)
+        reached = found[best]
+
+
+def _right(
+    world: ParticleWorld, observations: tuple[Float32, ...], wanted: Int, held: ir.Bool, settings: Settings
+) -> float:
+    """The share of held-out actions that trees grown on the others predict."""
+    growth = Growth(world, settings)
+    known = [seen[~held] for seen in observations]
+    ones = [np.ones(int((~held).sum()), dtype=np.int64)] * len(known)
+    found = []
+    for agent, seen in enumerate(observations):
+        (tree,) = growth.team([agent], known, wanted[~held], ones, [settings.seed] * len(known), 0)
+        found.append((tree.action[ir.apply(tree, seen[held])] == wanted[held, agent]).mean())
+    return float(np.mean(found))

@@ -1,0 +1,140 @@
+"""What agents may observe: the features that games are made of, and groups of further ones that a user may add.
+
+Does: offsets, own position and velocity; groups derived from what an agent observes already, or from its own sensors.
+Assumes: mpe2's dynamics (for the ranges).
+Does not: observe; a feature is a meaning, read by `codegen.observe`.
+"""
+
+from collections.abc import Sequence
+from itertools import combinations
+
+import numpy as np
+
+from codegen.errors import InputError, UnknownNameError
+from codegen.ir import GOAL, FeatureSpec, Meaning, WorldSpec
+
+SEPARATOR = "+"  # between groups in an option
+
+
+def relative(other: str, agent: str, spec: WorldSpec) -> list[FeatureSpec]:
+    """Two features: where another entity is, seen from an agent."""
+    reach = farthest(spec)
+    moves = {entity.name for entity in spec.agents}
+    bound = 2.0 + (2 * reach if other in moves else reach)
+    meanings = [(axis, Meaning(((1, f"{other}.{axis}"), (-1, f"{agent}.{axis}")))) for axis in "xy"]
+    return [FeatureSpec(f"{other}_d{axis}", "length", -bound, bound, meaning) for axis, meaning in meanings]
+
+
+def own(agent: str, spec: WorldSpec) -> dict[str, list[FeatureSpec]]:
+    """An agent's own `position` and `velocity`, two features each."""
+    reach = 1.0 + farthest(spec)
+    speed = top_speed(spec)
+    position = [FeatureSpec(axis, "length", -reach, reach, Meaning(((1, f"{agent}.{axis}"),))) for axis in "xy"]
+    return {"position": position, "velocity": velocity(agent, "", speed)}
+
+
+def velocity(agent: str, prefix: str, speed: float) -> list[FeatureSpec]:
+    """Two features: an agent's velocity."""
+    return [
+        FeatureSpec(f"{prefix}v{axis}", "length/s", -speed, speed, Meaning(((1, f"{agent}.v{axis}"),))) for axis in "xy"
+    ]
+
+
+def top_speed(spec: WorldSpec) -> float:
+    """The highest speed along one axis that actions lead to, rounded up to a tenth; contacts may exceed it."""
+    free = max(entity.force for entity in spec.agents) * spec.dt / spec.damping
+    limits = [entity.max_speed for entity in spec.agents]
+    return float(np.ceil(10 * max(limit for limit in limits if limit) if all(limits) else 10 * free) / 10)
+
+
+def farthest(spec: WorldSpec) -> float:
+    """How far an agent can travel from rest within an episode along one axis, rounded up to a tenth.
+
+    Contacts can add to it: a range says what actions reach, and nothing depends on it but pictures and regions.
+    """
+    place = speed = 0.0
+    limit = top_speed(spec)
+    for _ in range(spec.episode_steps):
+        place += speed * spec.dt
+        speed = min(limit, speed * (1 - spec.damping) + max(entity.force for entity in spec.agents) * spec.dt)
+    return float(np.ceil(place * 10) / 10)
+
+
+# --- groups that a user may add
+
+
+def extended(
+    features: Sequence[FeatureSpec], chosen: str, agent: str, mates: Sequence[str], spec: WorldSpec
+) -> tuple[FeatureSpec, ...]:
+    """An agent's features with those of the groups in `chosen`, without what it observes already."""
+    found = list(features)
+    for name in groups_of(chosen):
+        known = {feature.meaning for feature in found}
+        found += [feature for feature in GROUPS[name](features, agent, mates, spec) if feature.meaning not in known]
+    return tuple(found)
+
+
+def groups_of(chosen: str) -> list[str]:
+    """The groups that an option names; UnknownNameError, or InputError where one is named twice."""
+    names = chosen.split(SEPARATOR) if chosen else []
+    for name in names:
+        if name not in GROUPS:
+            raise UnknownNameError("group of features", name, GROUPS, "features")
+        if names.count(name) > 1:
+            raise InputError(f"the features '{name}' are named twice", "features", "name them once")
+    return names
+
+
+def _velocity(features: Sequence[FeatureSpec], agent: str, mates: Sequence[str], spec: WorldSpec) -> list[FeatureSpec]:
+    """The agent's own velocity: a sensor that mpe2's deception does not have."""
+    del features, mates
+    return own(agent, spec)["velocity"]
+
+
+def _goal(features: Sequence[FeatureSpec], agent: str, mates: Sequence[str], spec: WorldSpec) -> list[FeatureSpec]:
+    """Which landmark is the goal, for agents that observe the goal: 1 for it, 0 for others; the last follows."""
+    del mates
+    if not any(feature.meaning and _offset(feature.meaning, agent) == f"{GOAL}.x" for feature in features):
+        return []
+    return [
+        FeatureSpec(f"goal_is_{name}", "none", 0.0, 1.0, Meaning(((1, f"{GOAL}.x"), (-1, f"{name}.x")), "zero"))
+        for name in spec.goals[:-1]
+    ]
+
+
+def _differences(
+    features: Sequence[FeatureSpec], agent: str, mates: Sequence[str], spec: WorldSpec
+) -> list[FeatureSpec]:
+    """Differences between observed offsets along an axis: where one entity is, seen from another."""
+    del mates, spec
+    seen = [(feature, _offset(feature.meaning, agent)) for feature in features if feature.meaning]
+    found = []
+    for (a, of_a), (b, of_b) in combinations([(feature, name) for feature, name in seen if name], 2):
+        if of_a[-2:] == of_b[-2:]:
+            name = f"{of_a[:-2]}_{of_b[:-2]}_d{of_a[-1]}"
+            meaning = Meaning(((1, of_a), (-1, of_b)))
+            found.append(FeatureSpec(name, a.unit, a.low - b.high, a.high - b.low, meaning))
+    return found
+
+
+def _signs(features: Sequence[FeatureSpec], agent: str, mates: Sequence[str], spec: WorldSpec) -> list[FeatureSpec]:
+    """The signs of observed offsets of team-mates."""
+    del spec
+    places = {f"{mate}.{axis}" for mate in mates for axis in "xy"}
+    return [
+        FeatureSpec(f"{feature.name}_sign", "sign", -1.0, 1.0, Meaning(feature.meaning.terms, "sign"))
+        for feature in features
+        if feature.meaning and _offset(feature.meaning, agent) in places
+    ]
+
+
+def _offset(meaning: Meaning, agent: str) -> str:
+    """The coordinate whose offset from the agent a feature is, or ""."""
+    match meaning:
+        case Meaning(((1, other), (-1, own_)), "") if own_ == f"{agent}{other[-2:]}":
+            return other
+    return ""
+
+
+GROUPS = {"velocity": _velocity, "goal": _goal, "differences": _differences, "signs": _signs}
+DERIVED = ("goal", "differences", "signs")  # from what an agent observes already
