@@ -382,6 +382,7 @@ WRITER = """
 import sys
 from pathlib import Path
 from maviper import runs
+runs.write(Path("file"), "a" * 300_000)
 print("ready", file=sys.stderr, flush=True)
 while True:
     for letter in "ab":
