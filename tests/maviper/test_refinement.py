@@ -18,7 +18,7 @@ from maviper import cli
 from maviper.evaluate import metrics
 from maviper.evaluate.play import tree_policies
 from maviper.experts.finding import find_expert
-from maviper.extract import arena, outcome, refine
+from maviper.extract import arena, outcome, refine, released
 from maviper.extract.algorithms import extract
 from maviper.extract.arena import Arena, halving
 from maviper.extract.deploy import deployed
@@ -460,3 +460,46 @@ def test_scripts_are_named_after_their_world(world):
     assert np.median(apart) < 0.1, "agent k is at landmark k"
     with pytest.raises(InputError, match="no script with fixed-roles"):
         find_expert("predator-prey@fixed-roles")
+
+
+# --- unusual experts
+
+
+class Stubborn:
+    """Always does the same, and finds every action worth the same or, with `sure`, its own worth more."""
+
+    card, hash, agents, centralized = {}, "", ("adversary_0", "agent_0", "agent_1"), True
+
+    def __init__(self, sure):
+        self.sure = sure
+
+    def act(self, agents, observations, state):
+        return np.full((len(observations[0]), len(agents)), 3)
+
+    def q(self, agent, observations, state, joint, given):
+        return np.zeros((len(given), len(joint))) + self.sure * (joint[:, agent] == 3)
+
+
+@pytest.mark.parametrize("preset", ["paper", "default", "released"])
+@pytest.mark.parametrize("sure", [0, 1])
+@pytest.mark.parametrize("algorithm", ["maviper", "iviper", "imitation"])
+def test_points_without_weight_and_actions_that_are_never_used(world, preset, sure, algorithm, quick, monkeypatch):
+    """Where all weights are 0, all points count alike; an action that the expert never takes is never a leaf's."""
+    monkeypatch.setattr(released, "WARM_UP", 5)
+    settings = Settings.of({**SMALL, "preset": preset, "algorithm": algorithm, "refinement": 0})
+    found = extract(world, Stubborn(sure), settings)
+    assert all(policy.tree.action.tolist() == [3] for policy in found.agents)
+    assert all(len(policy.actions) == 5 for policy in found.agents)
+
+
+def test_a_profile_is_no_expert(tmp_path, capsys, profile):
+    place = tmp_path / "profile.json"
+    place.write_text(policy_json.dumps(profile))
+    assert cli.run(["extract", str(place), "-o", str(tmp_path / "out.json")]) == 2
+    assert "not an expert file" in capsys.readouterr().err
+
+
+def test_an_expert_of_another_world_is_refused(tmp_path, capsys):
+    asked = ["extract", "physical-deception", "--world", "predator-prey", "-o", str(tmp_path / "out.json")]
+    assert cli.run(asked) == 2
+    assert "the expert plays another world" in capsys.readouterr().err
