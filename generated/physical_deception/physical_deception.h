@@ -1,6 +1,6 @@
 /* Decision tree policies of 3 agents for the world physical-deception. Generated: do not edit.
  *
- * profile     e211f345166706452eb3d8a90b6927f886f2b2421f373afddae9e3e0ed1c9b58
+ * profile     998f947371f7a582f40e6363adbaddbd84ef25c55e31b4e533bd3f47abeebfba
  * made by     maviper 0.1.0, maviper, preset default, seed 0
  *
  * C99, no heap, no libc, no recursion, no state. For each agent A:
@@ -10,14 +10,14 @@
  * A split goes left iff x[feature] <= threshold, both float32, thresholds exact. NaN compares false and so goes right;
  * infinities follow <=. Check untrusted input with ..._finite first.
  */
-#ifndef PHYSICAL_DECEPTION_E211F34516670645_H
-#define PHYSICAL_DECEPTION_E211F34516670645_H
+#ifndef PHYSICAL_DECEPTION_998F947371F7A582_H
+#define PHYSICAL_DECEPTION_998F947371F7A582_H
 
 #ifdef __FAST_MATH__
 #error "compile without -ffast-math: it changes what comparisons with NaN and tiny numbers mean"
 #endif
 
-#define PHYSICAL_DECEPTION_PROFILE "e211f345166706452eb3d8a90b6927f886f2b2421f373afddae9e3e0ed1c9b58"
+#define PHYSICAL_DECEPTION_PROFILE "998f947371f7a582f40e6363adbaddbd84ef25c55e31b4e533bd3f47abeebfba"
 
 /* adversary_0, team adversaries: 15 leaves, at most 4 comparisons */
 
@@ -44,56 +44,56 @@ enum {
 
 static inline int physical_deception_adversary_0_act(const float *x)
 {
-    if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_AGENT_0_DX] <= 0x1.c1e8aep-2f) { /* node 0: 0.439364 */
-        if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_AGENT_0_DY] <= 0x1.71283ep-1f) { /* node 1: 0.72101 */
-            if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_AGENT_1_DY] <= 0x1.c270b6p-2f) { /* node 2: 0.439883 */
-                if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_1_DX] <= -0x1.6c7296p-2f) { /* node 3: -0.355906 */
-                    return PHYSICAL_DECEPTION_ADVERSARY_0_LEFT; /* leaf 4 */
+    if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_AGENT_0_DY] <= 0x1.ada46p-2f) { /* node 0: 0.419572 */
+        if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_0_DX] <= 0x1.f2536ep-2f) { /* node 1: 0.486646 */
+            if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_1_DX] <= -0x1.1ae498p-1f) { /* node 2: -0.552525 */
+                if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_1_DY] <= -0x1.ef118cp-1f) { /* node 3: -0.966931 */
+                    return PHYSICAL_DECEPTION_ADVERSARY_0_DOWN; /* leaf 4 */
                 } else {
-                    return PHYSICAL_DECEPTION_ADVERSARY_0_DOWN; /* leaf 5 */
+                    return PHYSICAL_DECEPTION_ADVERSARY_0_LEFT; /* leaf 5 */
                 }
             } else {
-                if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_AGENT_1_DX] <= -0x1.2530e2p-1f) { /* node 6: -0.572639 */
-                    return PHYSICAL_DECEPTION_ADVERSARY_0_LEFT; /* leaf 7 */
+                if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_AGENT_1_DY] <= 0x1.a74b4ep-2f) { /* node 6: 0.413373 */
+                    return PHYSICAL_DECEPTION_ADVERSARY_0_DOWN; /* leaf 7 */
                 } else {
                     return PHYSICAL_DECEPTION_ADVERSARY_0_UP; /* leaf 8 */
                 }
             }
         } else {
-            if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_1_DX] <= 0x1.b40be8p-1f) { /* node 9: 0.851653 */
-                if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_AGENT_0_DX] <= -0x1.342e5p+0f) { /* node 10: -1.20383 */
-                    return PHYSICAL_DECEPTION_ADVERSARY_0_LEFT; /* leaf 11 */
+            if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_1_DY] <= -0x1.945faep-2f) { /* node 9: -0.394896 */
+                if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_AGENT_0_DY] <= -0x1.8cc316p-3f) { /* node 10: -0.193731 */
+                    return PHYSICAL_DECEPTION_ADVERSARY_0_DOWN; /* leaf 11 */
                 } else {
-                    return PHYSICAL_DECEPTION_ADVERSARY_0_UP; /* leaf 12 */
+                    return PHYSICAL_DECEPTION_ADVERSARY_0_RIGHT; /* leaf 12 */
                 }
             } else {
-                if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_AGENT_1_DY] <= 0x1.46e6c4p-3f) { /* node 13: 0.15962 */
-                    return PHYSICAL_DECEPTION_ADVERSARY_0_RIGHT; /* leaf 14 */
+                if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_AGENT_1_DX] <= -0x1.d1593ep-2f) { /* node 13: -0.454442 */
+                    return PHYSICAL_DECEPTION_ADVERSARY_0_LEFT; /* leaf 14 */
                 } else {
-                    return PHYSICAL_DECEPTION_ADVERSARY_0_UP; /* leaf 15 */
+                    return PHYSICAL_DECEPTION_ADVERSARY_0_RIGHT; /* leaf 15 */
                 }
             }
         }
     } else {
-        if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_0_DY] <= -0x1.5aa9cap-1f) { /* node 16: -0.677077 */
-            if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_AGENT_1_DX] <= 0x1.bd6d3p-5f) { /* node 17: 0.0543734 */
-                if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_1_DX] <= -0x1.91bccap-1f) { /* node 18: -0.784643 */
+        if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_0_DX] <= 0x1.393f82p+0f) { /* node 16: 1.22363 */
+            if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_AGENT_0_DX] <= -0x1.a541a2p-1f) { /* node 17: -0.822766 */
+                if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_0_DY] <= 0x1.e61e42p-1f) { /* node 18: 0.94945 */
                     return PHYSICAL_DECEPTION_ADVERSARY_0_LEFT; /* leaf 19 */
                 } else {
-                    return PHYSICAL_DECEPTION_ADVERSARY_0_DOWN; /* leaf 20 */
+                    return PHYSICAL_DECEPTION_ADVERSARY_0_UP; /* leaf 20 */
                 }
             } else {
-                if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_1_DY] <= 0x1.86d9fp-2f) { /* node 21: 0.381691 */
-                    return PHYSICAL_DECEPTION_ADVERSARY_0_RIGHT; /* leaf 22 */
+                if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_1_DX] <= 0x1.7f8ed8p-2f) { /* node 21: 0.374568 */
+                    return PHYSICAL_DECEPTION_ADVERSARY_0_UP; /* leaf 22 */
                 } else {
-                    return PHYSICAL_DECEPTION_ADVERSARY_0_UP; /* leaf 23 */
+                    return PHYSICAL_DECEPTION_ADVERSARY_0_RIGHT; /* leaf 23 */
                 }
             }
         } else {
-            if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_0_DY] <= 0x1.50c096p-1f) { /* node 24: 0.657719 */
+            if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_AGENT_1_DY] <= 0x1.fcaea2p-1f) { /* node 24: 0.99352 */
                 return PHYSICAL_DECEPTION_ADVERSARY_0_RIGHT; /* leaf 25 */
             } else {
-                if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_1_DX] <= 0x1.79919ep-1f) { /* node 26: 0.737439 */
+                if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_0_DX] <= 0x1.935708p+0f) { /* node 26: 1.57555 */
                     return PHYSICAL_DECEPTION_ADVERSARY_0_UP; /* leaf 27 */
                 } else {
                     return PHYSICAL_DECEPTION_ADVERSARY_0_RIGHT; /* leaf 28 */
@@ -114,7 +114,7 @@ static inline int physical_deception_adversary_0_finite(const float *x)
     return 1;
 }
 
-/* agent_0, team defenders: 12 leaves, at most 4 comparisons */
+/* agent_0, team defenders: 14 leaves, at most 4 comparisons */
 
 enum {
     PHYSICAL_DECEPTION_AGENT_0_X_GOAL_DX = 0, /* length, [-6.3, 6.3]: goal.x - agent_0.x */
@@ -141,47 +141,55 @@ enum {
 
 static inline int physical_deception_agent_0_act(const float *x)
 {
-    if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DY] <= -0x1.3a4392p-6f) { /* node 0: -0.0191811 */
-        if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DX] <= 0x1.09afap-2f) { /* node 1: 0.259459 */
-            if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DX] <= -0x1.ce136p-3f) { /* node 2: -0.225623 */
-                if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DY] <= -0x1.b21d1cp-2f) { /* node 3: -0.423939 */
+    if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DY] <= 0x1.22071cp-5f) { /* node 0: 0.0354038 */
+        if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DX] <= 0x1.774214p-3f) { /* node 1: 0.183232 */
+            if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DX] <= -0x1.065586p-3f) { /* node 2: -0.128093 */
+                if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DY] <= -0x1.7d8ed6p-2f) { /* node 3: -0.372615 */
                     return PHYSICAL_DECEPTION_AGENT_0_DOWN; /* leaf 4 */
                 } else {
                     return PHYSICAL_DECEPTION_AGENT_0_LEFT; /* leaf 5 */
                 }
             } else {
-                return PHYSICAL_DECEPTION_AGENT_0_DOWN; /* leaf 6 */
+                if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DY] <= -0x1.2dc2b2p-4f) { /* node 6: -0.073672 */
+                    return PHYSICAL_DECEPTION_AGENT_0_DOWN; /* leaf 7 */
+                } else {
+                    return PHYSICAL_DECEPTION_AGENT_0_RIGHT; /* leaf 8 */
+                }
             }
         } else {
-            if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DY] <= -0x1.308222p-1f) { /* node 7: -0.594743 */
-                if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DX] <= 0x1.e5efb2p-1f) { /* node 8: 0.949094 */
-                    return PHYSICAL_DECEPTION_AGENT_0_DOWN; /* leaf 9 */
+            if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_1_DX] <= 0x1.614428p-2f) { /* node 9: 0.344987 */
+                if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DY] <= -0x1.c54bd2p-3f) { /* node 10: -0.221336 */
+                    return PHYSICAL_DECEPTION_AGENT_0_DOWN; /* leaf 11 */
                 } else {
-                    return PHYSICAL_DECEPTION_AGENT_0_RIGHT; /* leaf 10 */
+                    return PHYSICAL_DECEPTION_AGENT_0_RIGHT; /* leaf 12 */
                 }
             } else {
-                return PHYSICAL_DECEPTION_AGENT_0_RIGHT; /* leaf 11 */
+                if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_1_DY] <= -0x1.9ae1d2p+0f) { /* node 13: -1.60501 */
+                    return PHYSICAL_DECEPTION_AGENT_0_DOWN; /* leaf 14 */
+                } else {
+                    return PHYSICAL_DECEPTION_AGENT_0_RIGHT; /* leaf 15 */
+                }
             }
         }
     } else {
-        if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DX] <= 0x1.b3bd56p-3f) { /* node 12: 0.212763 */
-            if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DX] <= -0x1.5d66e4p-3f) { /* node 13: -0.170606 */
-                if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DY] <= 0x1.692ddap-1f) { /* node 14: 0.705428 */
-                    return PHYSICAL_DECEPTION_AGENT_0_LEFT; /* leaf 15 */
+        if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DX] <= 0x1.6d19eep-3f) { /* node 16: 0.178272 */
+            if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DX] <= -0x1.8ce0f8p-3f) { /* node 17: -0.193788 */
+                if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DY] <= 0x1.6c1a2cp-1f) { /* node 18: 0.711137 */
+                    return PHYSICAL_DECEPTION_AGENT_0_LEFT; /* leaf 19 */
                 } else {
-                    return PHYSICAL_DECEPTION_AGENT_0_UP; /* leaf 16 */
+                    return PHYSICAL_DECEPTION_AGENT_0_UP; /* leaf 20 */
                 }
             } else {
-                return PHYSICAL_DECEPTION_AGENT_0_UP; /* leaf 17 */
+                return PHYSICAL_DECEPTION_AGENT_0_UP; /* leaf 21 */
             }
         } else {
-            if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DY] <= 0x1.b6319ep-2f) { /* node 18: 0.427924 */
-                return PHYSICAL_DECEPTION_AGENT_0_RIGHT; /* leaf 19 */
+            if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DY] <= 0x1.608b3ap-2f) { /* node 22: 0.344281 */
+                return PHYSICAL_DECEPTION_AGENT_0_RIGHT; /* leaf 23 */
             } else {
-                if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DX] <= 0x1.61ad88p-1f) { /* node 20: 0.690777 */
-                    return PHYSICAL_DECEPTION_AGENT_0_UP; /* leaf 21 */
+                if (x[PHYSICAL_DECEPTION_AGENT_0_X_GOAL_DX] <= 0x1.a9a436p-1f) { /* node 24: 0.831331 */
+                    return PHYSICAL_DECEPTION_AGENT_0_UP; /* leaf 25 */
                 } else {
-                    return PHYSICAL_DECEPTION_AGENT_0_RIGHT; /* leaf 22 */
+                    return PHYSICAL_DECEPTION_AGENT_0_RIGHT; /* leaf 26 */
                 }
             }
         }
@@ -199,7 +207,7 @@ static inline int physical_deception_agent_0_finite(const float *x)
     return 1;
 }
 
-/* agent_1, team defenders: 13 leaves, at most 4 comparisons */
+/* agent_1, team defenders: 14 leaves, at most 4 comparisons */
 
 enum {
     PHYSICAL_DECEPTION_AGENT_1_X_GOAL_DX = 0, /* length, [-6.3, 6.3]: goal.x - agent_1.x */
@@ -226,7 +234,7 @@ enum {
 
 static inline int physical_deception_agent_1_act(const float *x)
 {
-    if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DX] <= 0x1.6c8436p-3f) { /* node 0: 0.177987 */
+    if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DX] <= 0x1.4ffd48p-3f) { /* node 0: 0.164057 */
         if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DY] <= -0x1.20050ap-4f) { /* node 1: -0.0703173 */
             if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DX] <= -0x1.07c544p-2f) { /* node 2: -0.257588 */
                 if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DY] <= -0x1.7531aep-1f) { /* node 3: -0.728895 */
@@ -235,43 +243,47 @@ static inline int physical_deception_agent_1_act(const float *x)
                     return PHYSICAL_DECEPTION_AGENT_1_LEFT; /* leaf 5 */
                 }
             } else {
-                return PHYSICAL_DECEPTION_AGENT_1_DOWN; /* leaf 6 */
+                if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DY] <= -0x1.dce96cp-4f) { /* node 6: -0.116434 */
+                    return PHYSICAL_DECEPTION_AGENT_1_DOWN; /* leaf 7 */
+                } else {
+                    return PHYSICAL_DECEPTION_AGENT_1_UP; /* leaf 8 */
+                }
             }
         } else {
-            if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DX] <= -0x1.10e0f4p-3f) { /* node 7: -0.133242 */
-                if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DY] <= 0x1.0f966ap-1f) { /* node 8: 0.530444 */
-                    return PHYSICAL_DECEPTION_AGENT_1_LEFT; /* leaf 9 */
+            if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DX] <= -0x1.10e0f4p-3f) { /* node 9: -0.133242 */
+                if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DY] <= 0x1.0f966ap-1f) { /* node 10: 0.530444 */
+                    return PHYSICAL_DECEPTION_AGENT_1_LEFT; /* leaf 11 */
                 } else {
-                    return PHYSICAL_DECEPTION_AGENT_1_UP; /* leaf 10 */
+                    return PHYSICAL_DECEPTION_AGENT_1_UP; /* leaf 12 */
                 }
             } else {
-                if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DY] <= 0x1.35fe34p-4f) { /* node 11: 0.0756819 */
-                    return PHYSICAL_DECEPTION_AGENT_1_STAY; /* leaf 12 */
+                if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DY] <= 0x1.35fe34p-4f) { /* node 13: 0.0756819 */
+                    return PHYSICAL_DECEPTION_AGENT_1_STAY; /* leaf 14 */
                 } else {
-                    return PHYSICAL_DECEPTION_AGENT_1_UP; /* leaf 13 */
+                    return PHYSICAL_DECEPTION_AGENT_1_UP; /* leaf 15 */
                 }
             }
         }
     } else {
-        if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DY] <= 0x1.fe2a84p-1f) { /* node 14: 0.996418 */
-            if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DX] <= 0x1.144d04p-2f) { /* node 15: 0.269825 */
-                if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DY] <= -0x1.e44826p-3f) { /* node 16: -0.236466 */
-                    return PHYSICAL_DECEPTION_AGENT_1_DOWN; /* leaf 17 */
+        if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DY] <= 0x1.fe2a84p-1f) { /* node 16: 0.996418 */
+            if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DX] <= 0x1.144d04p-2f) { /* node 17: 0.269825 */
+                if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DY] <= -0x1.e44826p-3f) { /* node 18: -0.236466 */
+                    return PHYSICAL_DECEPTION_AGENT_1_DOWN; /* leaf 19 */
                 } else {
-                    return PHYSICAL_DECEPTION_AGENT_1_RIGHT; /* leaf 18 */
+                    return PHYSICAL_DECEPTION_AGENT_1_RIGHT; /* leaf 20 */
                 }
             } else {
-                if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_0_DY] <= 0x1.ad4dd4p+0f) { /* node 19: 1.67697 */
-                    return PHYSICAL_DECEPTION_AGENT_1_RIGHT; /* leaf 20 */
+                if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_0_DY] <= 0x1.ad4dd4p+0f) { /* node 21: 1.67697 */
+                    return PHYSICAL_DECEPTION_AGENT_1_RIGHT; /* leaf 22 */
                 } else {
-                    return PHYSICAL_DECEPTION_AGENT_1_UP; /* leaf 21 */
+                    return PHYSICAL_DECEPTION_AGENT_1_UP; /* leaf 23 */
                 }
             }
         } else {
-            if (x[PHYSICAL_DECEPTION_AGENT_1_X_GOAL_DX] <= 0x1.09743cp+0f) { /* node 22: 1.03693 */
-                return PHYSICAL_DECEPTION_AGENT_1_UP; /* leaf 23 */
+            if (x[PHYSICAL_DECEPTION_AGENT_1_X_GOAL_DX] <= 0x1.09743cp+0f) { /* node 24: 1.03693 */
+                return PHYSICAL_DECEPTION_AGENT_1_UP; /* leaf 25 */
             } else {
-                return PHYSICAL_DECEPTION_AGENT_1_RIGHT; /* leaf 24 */
+                return PHYSICAL_DECEPTION_AGENT_1_RIGHT; /* leaf 26 */
             }
         }
     }
@@ -288,4 +300,4 @@ static inline int physical_deception_agent_1_finite(const float *x)
     return 1;
 }
 
-#endif /* PHYSICAL_DECEPTION_E211F34516670645_H */
+#endif /* PHYSICAL_DECEPTION_998F947371F7A582_H */

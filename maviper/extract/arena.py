@@ -35,19 +35,32 @@ class _Stacked:
 
 
 class Arena:
-    """Where candidates of one team meet the same episodes. Every call draws the next episodes of `seeds`."""
+    """Where candidates of one team meet the same episodes. Every call draws the next episodes of `seeds`.
 
-    def __init__(self, world: World, expert: Controller, agents: Sequence[int], seeds: range) -> None:
+    `secondary`: weight in a score of the mean of the team's other shares (such as success at a smaller radius), which
+    still tell candidates apart where the primary measure is near its end.
+    """
+
+    def __init__(
+        self, world: World, expert: Controller, agents: Sequence[int], seeds: range, secondary: float = 0.0
+    ) -> None:
         self.world, self.expert, self.agents, self.seeds = world, expert, list(agents), seeds
         self.primary = world.primary(world.team_of(world.agents[self.agents[0]]))
+        self.secondary = secondary
+        self._others = [
+            place
+            for place, measure in enumerate(world.measures)
+            if measure.share and measure.team == self.primary.team and measure != self.primary
+        ]
         self.used = 0  # episode seeds
         self.played = 0  # episodes
         self.seen: list[Float32] = []  # per agent, what it observed in the last call's first candidate
+        self.values = np.zeros((0, 0))  # the primary measure of the last call, [n_candidates, episodes]
 
     def scores(self, candidates: Sequence[Candidate], episodes: int) -> Float64:
         """Scores of each candidate in each of the next `episodes`, [n_candidates, episodes]; higher is better."""
         seeds = self._next(episodes)
-        parts, which = [], np.repeat(np.arange(len(candidates)), episodes)
+        values, parts, which = [], [], np.repeat(np.arange(len(candidates)), episodes)
         starts = self.world.start_from_seeds(seeds) if self.world.games is None else None
         at_once = self.world.games or GAMES_AT_ONCE
         for low in range(0, len(which), at_once):
@@ -60,8 +73,12 @@ class Arena:
                     played.observations[agent][:, first].reshape(-1, played.observations[agent].shape[-1])
                     for agent in self.agents
                 ]
-            parts.append(score(self.primary, played.values[self.world.measures.index(self.primary)]))
+            values.append(played.values[self.world.measures.index(self.primary)])
+            parts.append(score(self.primary, values[-1]))
+            if self.secondary and self._others:
+                parts[-1] = parts[-1] + self.secondary * played.values[self._others].mean(axis=0)
         self.played += len(which)
+        self.values = np.concatenate(values).reshape(len(candidates), episodes)
         return np.concatenate(parts).reshape(len(candidates), episodes)
 
     def _next(self, episodes: int) -> Int:

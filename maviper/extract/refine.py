@@ -29,6 +29,7 @@ MOVES = 48  # raced in a round
 FIRST, GROWTH, LAST = 64, 4, 1_024  # episodes of the first heat, how many times more in each further one, of the last
 FEWEST = 4  # that run the last heat
 SPREADS = (0.02, 0.1, 0.3)  # of a threshold's new rank around its old one, among the observations that reach it
+SECONDARY = 0.2  # weight of the team's other shares beside its primary measure
 LEAST_ROWS = 10  # observations that must reach a node before anything is changed there
 
 Trees = list[GrownTree]
@@ -94,7 +95,7 @@ def _team(task: _Task, on_progress: OnProgress) -> tuple[Trees, int, Progress | 
     """Rounds for one team until its episodes are spent: its trees, the episodes played, and the last progress."""
     settings = task.settings
     first = metrics.REFINEMENT_SEEDS + settings.seed * EPISODES_PER_SEED
-    arena = Arena(task.world, task.expert, task.agents, range(first, first + EPISODES_PER_SEED))
+    arena = Arena(task.world, task.expert, task.agents, range(first, first + EPISODES_PER_SEED), SECONDARY)
     trees, others = [trees[0] for trees in task.chosen], [trees[1:] for trees in task.chosen]
     total, last = settings.refinement // round_cost(), None
     for number in range(total):
@@ -104,16 +105,16 @@ def _team(task: _Task, on_progress: OnProgress) -> tuple[Trees, int, Progress | 
         )
         trees = unpacked({name: array for name, array in step.items() if "." in name})
         arena.used, arena.played = int(step["used"][0]), int(step["played"][0])
-        found = {task.team: estimate(arena.primary, score(arena.primary, step["scores"]))}
-        mean = float(step["scores"].mean())
+        found = {task.team: estimate(arena.primary, step["values"])}
+        mean = float(score(arena.primary, step["values"]).mean())
         last = Progress(REFINING, number + 1, total, mean, mean, found, None, count_leaves(trees))
         on_progress(last)
     return [merged(tree) for tree in trees], arena.played, last
 
 
 def _round(arena: Arena, trees: Trees, others: Sequence[Trees], max_depth: int, rng: np.random.Generator) -> Arrays:
-    trees, scores = refine_once(arena, trees, others, max_depth, rng)
-    spent = {"used": np.array([arena.used]), "played": np.array([arena.played]), "scores": scores}
+    trees, values = refine_once(arena, trees, others, max_depth, rng)
+    spent = {"used": np.array([arena.used]), "played": np.array([arena.played]), "values": values}
     return packed(trees) | spent
 
 
@@ -138,7 +139,8 @@ def round_cost() -> int:
 def refine_once(
     arena: Arena, trees: Trees, others: Sequence[Trees], max_depth: int, rng: np.random.Generator
 ) -> tuple[Trees, Float64]:
-    """One round: the team after the best move, or the same team when none helps, and its scores in the last heat.
+    """One round: the team after the best move, or the same team when none helps, and its primary measure in the
+    episodes of the last heat.
 
     `others`: further trees of each agent, for exchange.
     """
@@ -146,7 +148,7 @@ def refine_once(
     found = proposals(arena.world, arena.agents, trees, others, arena.seen, max_depth, rng)
     found = [found[place] for place in rng.permutation(len(found))[:MOVES]]
     gains = np.zeros((len(found), 0))
-    episodes, scored = FIRST, np.zeros((1, 0))
+    episodes = FIRST
     while found:
         scored = arena.scores([trees, *found], episodes)  # the team as it is, then the moves
         gains = np.concatenate([gains, scored[1:] - scored[0]], axis=1)
@@ -157,7 +159,7 @@ def refine_once(
         episodes = gains.shape[1] * (GROWTH - 1)
     best = int(gains.mean(axis=1).argmax())
     gain, error = gains[best].mean(), gains[best].std() / np.sqrt(gains.shape[1])
-    return (list(found[best]), scored[best + 1]) if gain > error else (trees, scored[0])
+    return (list(found[best]), arena.values[best + 1]) if gain > error else (trees, arena.values[0])
 
 
 def proposals(
