@@ -9,7 +9,7 @@ import json
 import time
 from collections.abc import Mapping
 from contextlib import ExitStack
-from dataclasses import asdict
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -24,14 +24,16 @@ from maviper.experts.measured import Measured
 from maviper.extract.algorithms import extract
 from maviper.extract.choosing import helpful_features
 from maviper.extract.journal import NOTHING_KEPT, Journal
-from maviper.extract.outcome import measured_of
+from maviper.extract.outcome import finalist_score, measured_of
 from maviper.extract.selection import EXTRACTING, Progress
 from maviper.extract.settings import Settings
+from maviper.jobs import side_by_side
 from maviper.worlds import ParticleWorld, World
 
 AUTOMATIC = "auto"
 FORMAT = "maviper-extraction-1"
-PROFILE_FILE, METRICS_FILE, STEPS = "profile.json", "metrics.jsonl", "steps"
+PROFILE_FILE, METRICS_FILE, SEEDS_FILE, STEPS = "profile.json", "metrics.jsonl", "seeds.json", "steps"
+MOST_SEEDS = 1_000
 
 
 def extract_command(expert: str, output: Path, options: Mapping[str, Any], console: Console) -> Path:
@@ -39,10 +41,10 @@ def extract_command(expert: str, output: Path, options: Mapping[str, Any], conso
     folder of that name.
     """
     chosen = dict(options)
-    critic, named, jobs, features = (chosen.pop(name) for name in ("critic", "world", "jobs", "features"))
-    resume, command = chosen.pop("resume"), chosen.pop("command")
-    if jobs < 1:
-        raise InputError(f"there are no {jobs} jobs", "--jobs", "give 1 or more")
+    given = [chosen.pop(name) for name in ("critic", "world", "features", "jobs", "seeds", "resume", "command")]
+    critic, named, features, jobs, seeds, resume, command = given
+    if jobs < 1 or not 1 <= seeds <= MOST_SEEDS:
+        raise InputError(f"--seeds must be from 1 to {MOST_SEEDS}, --jobs at least 1", "--seeds, --jobs")
     found, world = find_expert(expert, critic, named, "" if features == AUTOMATIC else features)
     settings = Settings.of(chosen, world)
     if features == AUTOMATIC and isinstance(world, ParticleWorld):
@@ -50,25 +52,62 @@ def extract_command(expert: str, output: Path, options: Mapping[str, Any], conso
         console.line("features", features or "none helps")
         found, world = seeing(found, world, features) if features else (found, world)
     if output.suffix == ".json":
-        if resume:
-            raise InputError(
-                "only a run folder can be resumed", str(output), "name a folder with -o: a name without .json"
-            )
+        if resume or seeds > 1:
+            what = "only a run folder can be resumed" if resume else "several seeds need a run folder"
+            raise InputError(what, str(output), "name a folder with -o: a name without .json")
         runs.target(output)  # before the work, not after it
-        profile = extract_live(world, found, settings, console, jobs)
-        return _written(output, profile, console)
+        return _written(output, extract_live(world, found, settings, console, jobs), console)
+    task = _Task(output, expert, critic, command, resume)
+    if seeds == 1:
+        return _written(output / PROFILE_FILE, _run(task, world, found, settings, console, jobs), console)
+    runs.folder(output)
+    tasks = [
+        (replace(task, folder=folder, resume=resume and (folder / runs.CONFIG_FILE).exists()), world, found, each)
+        for seed in range(seeds)
+        for each in [replace(settings, seed=settings.seed + seed)]
+        for folder in [output / f"seed-{each.seed}"]
+    ]
+    profiles: list[ir.PolicyProfile] = []
+    scores: list[float] = []
+    for profile in side_by_side(_run, tasks, jobs):
+        profiles.append(profile)
+        scores.append(finalist_score(world, found, settings, profile.agents))
+        console.line("seed", f"{profile.provenance.seed}: score {scores[-1]:.3f}")
+    best = max(range(seeds), key=lambda place: (scores[place], -place))
+    table = {str(profile.provenance.seed): value for profile, value in zip(profiles, scores, strict=True)}
+    runs.write(output / SEEDS_FILE, runs.as_json({"best": profiles[best].provenance.seed, "scores": table}))
+    say_measured(profiles[best], world, console)
+    return _written(output / PROFILE_FILE, profiles[best], console)
+
+
+@dataclass(frozen=True)
+class _Task:
+    """A run: its folder and how it was asked for."""
+
+    folder: Path
+    expert: str
+    critic: str
+    command: str
+    resume: bool
+
+
+def _run(
+    task: _Task, world: World, expert: Expert, settings: Settings, console: Console | None = None, jobs: int = 1
+) -> ir.PolicyProfile:
+    """One extraction in a run folder, with its profile there."""
     config = {
         "format": FORMAT,
         "tool": f"maviper {version()}",
         "world": world.name,
-        "expert": found.hash or expert,
-        "critic": critic,
-        "command": command,
+        "expert": expert.hash or task.expert,
+        "critic": task.critic,
+        "command": task.command,
         "settings": asdict(settings),
     }
-    runs.claim(output, config, ("format", "tool", "world", "expert", "critic"), resume)
-    profile = extract_live(world, found, settings, console, jobs, output)
-    return _written(output / PROFILE_FILE, profile, console)
+    runs.claim(task.folder, config, ("format", "tool", "world", "expert", "critic"), task.resume)
+    profile = extract_live(world, expert, settings, console or Console(quiet=True), jobs, task.folder)
+    runs.write(task.folder / PROFILE_FILE, policy_json.dumps(profile))
+    return profile
 
 
 def _written(place: Path, profile: ir.PolicyProfile, console: Console) -> Path:

@@ -19,7 +19,7 @@ from maviper.evaluate.metrics import Estimate
 from maviper.evaluate.play import Controller, tree_policies
 from maviper.experts.expert import Expert
 from maviper.extract.deploy import deployed
-from maviper.extract.settings import Settings
+from maviper.extract.settings import EPISODES_PER_SEED, Settings
 from maviper.worlds import Measure, World
 
 EVALUATION_EPISODES = 1_000
@@ -69,6 +69,18 @@ def joint_ratio(
         ratios.append(ratio)
         widths.append((high - low) / 2 * slope)
     return float(np.mean(ratios)), float(np.sqrt(np.square(widths).sum()) / len(widths))
+
+
+def finalist_score(world: World, expert: Expert, settings: Settings, agents: Sequence[ir.AgentPolicy]) -> float:
+    """The mean ratio of the teams to the expert, on episodes that no extraction with these settings has seen: to choose
+    among extraction seeds.
+    """
+    last = metrics.SELECTION_SEEDS + (settings.seed + 1) * EPISODES_PER_SEED
+    seeds = range(last - EVALUATION_EPISODES, last)
+    experts: list[Controller] = [expert] * len(world.agents)
+    ours = metrics.evaluate_teams(world, among(world, agents, experts), experts, seeds)
+    teams = [team for team in world.teams if any(policy.team == team for policy in agents)]
+    return joint_ratio(world, ours, metrics.evaluate(world, experts, seeds), teams)[0]
 
 
 def profile_of(

@@ -503,3 +503,21 @@ def test_an_expert_of_another_world_is_refused(tmp_path, capsys):
     asked = ["extract", "physical-deception", "--world", "predator-prey", "-o", str(tmp_path / "out.json")]
     assert cli.run(asked) == 2
     assert "the expert plays another world" in capsys.readouterr().err
+
+
+def test_several_seeds_side_by_side(tmp_path, capsys):
+    asked = ["extract", "physical-deception", "--iterations", "1", "--max-depth", "2", "--refinement", "0"]
+    asked += ["--rollouts", "20", "--selection-episodes", "4", "--seed", "5", "-o", str(tmp_path / "run")]
+    assert cli.run([*asked, "--seeds", "2", "--jobs", "2"]) == 0
+    found = json.loads((tmp_path / "run" / "seeds.json").read_text())
+    assert set(found["scores"]) == {"5", "6"} and found["scores"][str(found["best"])] == max(found["scores"].values())
+    chosen = (tmp_path / "run" / "profile.json").read_bytes()
+    assert chosen == (tmp_path / "run" / f"seed-{found['best']}" / "profile.json").read_bytes()
+    (tmp_path / "run" / "seed-6" / "profile.json").unlink()
+    assert cli.run([*asked, "--seeds", "2", "--resume"]) == 0
+    assert (tmp_path / "run" / "profile.json").read_bytes() == chosen
+    assert (tmp_path / "run" / "seed-6" / "profile.json").exists()
+    capsys.readouterr()
+    assert cli.run([*asked[:-1], str(tmp_path / "x.json"), "--seeds", "2"]) == 2
+    assert "several seeds need a run folder" in capsys.readouterr().err
+    assert cli.run([*asked, "--seeds", "0"]) == 2
