@@ -11,12 +11,21 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Literal
 
+import numpy as np
+
 from codegen import ir
 from codegen.check import identifier
-from codegen.errors import InputError
-from codegen.floats import deciding_double, decimal_literal, hex_literal
+from codegen.errors import InputError, UnknownNameError
+from codegen.floats import deciding_double, decimal_literal, hex_literal, round_down
 from codegen.policy_json import content_hash
 
+NESTED, ORDERED, WALK, AUTO = "nested", "ordered", "walk", "auto"
+STYLES = (NESTED, ORDERED, WALK, AUTO)
+NESTED_LEVELS = 100  # MSVC stops at 128 nested blocks
+NESTED_SPLITS = 10_000
+COMPLETE_LEVELS = 8
+SELECTS = 100  # splits up to which evaluating all of them beats walking
+_BYTES = {"unsigned char": 1, "unsigned short": 2, "unsigned int": 4}
 PREFIX = re.compile(r"[a-z][a-z0-9_]{0,40}")
 
 
@@ -30,7 +39,11 @@ class Feature:
     unit: str
     low: str
     high: str
+    low_hex: str  # the range as float32, rounded outwards
+    high_hex: str
     meaning: str
+    function: str  # of the sum of `terms`; "" for the sum itself
+    terms: tuple[tuple[str, str], ...] | None  # (sign, coordinate); None: no meaning
 
 
 @dataclass(frozen=True)
@@ -50,6 +63,8 @@ class Node:
     feature: Feature | None
     action: Action | None
     float_hex: str  # the float32 threshold, exact, as a C literal
+    bits: str  # its bits as a C integer literal: signed where it is not negative, else unsigned
+    negative: bool
     double: str  # the deciding double, shortest decimal
     shown: str  # for comments only
     left: int
@@ -66,6 +81,33 @@ class Line:
 
 
 @dataclass(frozen=True)
+class Tables:
+    """A tree as arrays. `complete`: the children of node i are 2 i + 1 and 2 i + 2, and `actions` has an entry for each
+    path of `levels` tests; else `children` has two entries a node, a leaf being its own child.
+    """
+
+    complete: bool
+    levels: int
+    features: tuple[int, ...]
+    thresholds: tuple[str, ...]  # hexadecimal floats
+    children: tuple[int, ...]
+    actions: tuple[int, ...]  # per path, or per node
+    feature_type: str
+    child_type: str
+    action_type: str
+
+    @property
+    def size(self) -> int:
+        """Bytes of all arrays."""
+        widths = [
+            (self.features, self.feature_type),
+            (self.children, self.child_type),
+            (self.actions, self.action_type),
+        ]
+        return 4 * len(self.thresholds) + sum(len(array) * _BYTES[kind] for array, kind in widths)
+
+
+@dataclass(frozen=True)
 class Agent:
     """One agent's policy, ready to be written."""
 
@@ -77,8 +119,12 @@ class Agent:
     actions: tuple[Action, ...]
     nodes: tuple[Node, ...]
     lines: tuple[Line, ...]
+    tables: Tables
+    used: tuple[Feature, ...]  # features that the tree tests
     comparisons: int  # in the worst case
     n_leaves: int
+    selects: bool  # whether a batch over columns evaluates every split (else it walks)
+    located: bool  # whether every feature has a meaning
 
 
 @dataclass(frozen=True)
@@ -93,11 +139,24 @@ class Model:
     algorithm: str
     preset: str
     seed: int
+    style: str  # one of STYLES but `auto`
+    coordinates: tuple[str, ...]  # upper-case names, in the order of the world's coordinates
     agents: tuple[Agent, ...]
 
+    @property
+    def located(self) -> bool:
+        """Whether every agent can decide from world coordinates."""
+        return all(agent.located for agent in self.agents)
 
-def lower(profile: ir.PolicyProfile, prefix: str | None = None) -> Model:
-    """The emission model of a profile. `prefix` starts every public name of the generated code."""
+
+def lower(profile: ir.PolicyProfile, prefix: str | None = None, style: str = AUTO) -> Model:
+    """The emission model of a profile. `prefix` starts every public name of the generated code; `style`: how C decides.
+
+    `auto` is nested ifs, which read like the tree and decide NaN as stated, up to NESTED_LEVELS levels and
+    NESTED_SPLITS splits a tree; beyond that compilers give up on nested code, and it is a walk over tables.
+    """
+    if style not in STYLES:
+        raise UnknownNameError("style", style, STYLES, "--style")
     prefix = identifier(profile.world.name) if prefix is None else prefix
     if not PREFIX.fullmatch(prefix):
         raise InputError(
@@ -113,6 +172,8 @@ def lower(profile: ir.PolicyProfile, prefix: str | None = None) -> Model:
         algorithm=profile.provenance.algorithm,
         preset=profile.provenance.preset,
         seed=profile.provenance.seed,
+        style=_automatic(profile) if style == AUTO else style,
+        coordinates=tuple(identifier(name.replace(".", "_")).upper() for name in profile.world.coordinates()),
         agents=tuple(_agent(policy) for policy in profile.agents),
     )
     _distinct(model)
@@ -121,9 +182,11 @@ def lower(profile: ir.PolicyProfile, prefix: str | None = None) -> Model:
 
 def _distinct(model: Model) -> None:
     """Names that are legal one by one may meet once prefixes are joined to them."""
-    names: list[str] = []
+    names: list[str] = ["act_team", "bits", *(f"W_{name}" for name in model.coordinates), "N_COORDINATES", "PROFILE"]
     for agent in model.agents:
-        names += [f"{agent.lower}_act", f"{agent.lower}_finite"]
+        names += [
+            f"{agent.lower}_{name}" for name in ("act", "finite", "in_range", "act_rows", "act_columns", "act_world")
+        ]
         names += [f"{agent.upper}_X_{feature.upper}" for feature in agent.features]
         names += [f"{agent.upper}_{action.upper}" for action in agent.actions]
         names += [
@@ -146,7 +209,11 @@ def _agent(policy: ir.AgentPolicy) -> Agent:
             feature.unit,
             decimal_literal(feature.low),
             decimal_literal(feature.high),
+            hex_literal(round_down(feature.low)),
+            hex_literal(-round_down(-feature.high)),
             str(feature.meaning) if feature.meaning else "",
+            feature.meaning.function if feature.meaning else "",
+            None if feature.meaning is None else tuple(_term(*term) for term in feature.meaning.terms),
         )
         for index, feature in enumerate(policy.features)
     )
@@ -155,6 +222,8 @@ def _agent(policy: ir.AgentPolicy) -> Agent:
     )
     nodes = tuple(_node(policy.tree, node, features, actions) for node in range(len(policy.tree.feature)))
     lower_name = identifier(policy.agent)
+    tested = {node.feature.index for node in nodes if node.feature}
+    comparisons = int(ir.depth(policy.tree).max())
     return Agent(
         name=policy.agent,
         lower=lower_name,
@@ -164,20 +233,79 @@ def _agent(policy: ir.AgentPolicy) -> Agent:
         actions=actions,
         nodes=nodes,
         lines=tuple(_lines(nodes)),
-        comparisons=int(ir.depth(policy.tree).max()),
+        tables=_tables(policy, nodes, comparisons),
+        used=tuple(feature for feature in features if feature.index in tested),
+        comparisons=comparisons,
         n_leaves=len(ir.leaves(policy.tree)),
+        selects=len(nodes) // 2 <= SELECTS,
+        located=all(feature.terms is not None for feature in features),
     )
+
+
+def _automatic(profile: ir.PolicyProfile) -> str:
+    deepest = max(int(ir.depth(policy.tree).max()) for policy in profile.agents)
+    largest = max(len(policy.tree.feature) // 2 for policy in profile.agents)
+    return NESTED if deepest <= NESTED_LEVELS and largest <= NESTED_SPLITS else WALK
+
+
+def _term(weight: int, coordinate: str) -> tuple[str, str]:
+    return ("-" if weight < 0 else "+", identifier(coordinate.replace(".", "_")).upper())
+
+
+def _tables(policy: ir.AgentPolicy, nodes: tuple[Node, ...], levels: int) -> Tables:
+    """Complete where that is not much larger than the tree: it needs no children and no test for the end."""
+    types = (
+        _unsigned(len(policy.features)),
+        _unsigned(len(nodes)),
+        _unsigned(len(policy.actions)),
+    )
+    zero = hex_literal(np.float32(0))
+    if levels <= COMPLETE_LEVELS:
+        n = 2**levels - 1
+        features, thresholds, actions = [0] * n, [zero] * n, [0] * (n + 1)
+        stack = [(nodes[ir.ROOT], 0)]
+        while stack:
+            node, place = stack.pop()
+            children = (2 * place + 1, 2 * place + 2)
+            if node.feature:
+                features[place], thresholds[place] = node.feature.index, node.float_hex
+                stack += [(nodes[node.left], children[0]), (nodes[node.right], children[1])]
+            elif place >= n:
+                assert node.action
+                actions[place - n] = node.action.index
+            else:  # both sides of what is never asked
+                stack += [(node, children[0]), (node, children[1])]
+        return Tables(True, levels, tuple(features), tuple(thresholds), (), tuple(actions), *types)
+    return Tables(
+        False,
+        levels,
+        tuple(node.feature.index if node.feature else 0 for node in nodes),
+        tuple(node.float_hex if node.feature else zero for node in nodes),
+        tuple(child for node in nodes for child in ((node.left, node.right) if node.feature else (node.id, node.id))),
+        tuple(node.action.index if node.action else 0 for node in nodes),
+        *types,
+    )
+
+
+def _unsigned(count: int) -> str:
+    """The smallest C type that holds so many numbers from 0 on."""
+    return next(kind for kind, width in _BYTES.items() if count <= 256**width)
 
 
 def _node(tree: ir.Tree, node: int, features: tuple[Feature, ...], actions: tuple[Action, ...]) -> Node:
     if tree.feature[node] == ir.NO_FEATURE:
-        return Node(node, None, actions[int(tree.action[node])], "", "", "", ir.NO_CHILD, ir.NO_CHILD)
+        leaf = actions[int(tree.action[node])]
+        return Node(node, None, leaf, "", "", False, "", "", ir.NO_CHILD, ir.NO_CHILD)
     threshold = tree.threshold[node]
+    bits = int(threshold.view(np.uint32))
+    negative = bits >= 2**31
     return Node(
         id=node,
         feature=features[int(tree.feature[node])],
         action=None,
         float_hex=hex_literal(threshold),
+        bits=f"UINT32_C(0x{bits:08x})" if negative else f"INT32_C(0x{bits:08x})",
+        negative=negative,
         double=decimal_literal(deciding_double(threshold)),
         shown=f"{float(threshold):.6g}",
         left=int(tree.left[node]),

@@ -96,3 +96,27 @@ def doubles(tree: Tree, features: tuple[ir.FeatureSpec, ...], rng: np.random.Gen
             filled[:, int(tree.feature[node])] = value
             rows.append(filled)
     return np.concatenate(rows)
+
+
+def worlds(profile: ir.PolicyProfile, rng: np.random.Generator) -> Float64:
+    """World states in which features tie, are zero, or are anything, [n, n_coordinates] float64.
+
+    Each feature of each split is put at its threshold, or at a neighbour of it, by moving its first coordinate; the
+    others are random on a coarse grid, or anywhere.
+    """
+    names = profile.world.coordinates()
+    index = {name: place for place, name in enumerate(names)}
+    rows: list[Float64] = [np.zeros((1, len(names)))]
+    for policy in profile.agents:
+        for node in ir.splits(policy.tree):
+            meaning = policy.features[int(policy.tree.feature[node])].meaning
+            filled = rng.uniform(-2, 2, (FILLINGS, len(names)))
+            filled[::2] = np.round(filled[::2] * 4) / 4
+            if meaning and meaning.terms:
+                (weight, first), *rest = meaning.terms
+                near = neighbours(float(policy.tree.threshold[node])).clip(-HUGE, HUGE)
+                at = near[rng.integers(3, size=FILLINGS)].astype(np.float64)
+                others = sum((w * filled[:, index[name]] for w, name in rest), np.zeros(FILLINGS))
+                filled[:, index[first]] = weight * (at - others)
+            rows.append(filled)
+    return np.concatenate(rows)

@@ -22,14 +22,17 @@ import numpy as np
 
 from codegen import ir, probes
 from codegen.errors import DisagreementError, MissingToolError
-from codegen.ir import Float32, Int32
-from codegen.lower import Model, lower
+from codegen.floats import round_down
+from codegen.ir import Float32, Float64, Int32
+from codegen.lower import AUTO, ORDERED, Model, lower
+from codegen.observe import observe
 from codegen.targets import c
 
 STRICT = (
     "-std=c99 -pedantic -Wall -Wextra -Werror -Wconversion -Wdouble-promotion -Wshadow -Wfloat-equal".split()  # noqa: SIM905
 )
 INPUT_CHECK = "c input check"
+TEAM = "c team from world states"
 RANDOM_OBSERVATIONS = 100_000
 SEED = 20_220_526  # of the random probes
 
@@ -151,18 +154,38 @@ class CompiledC:
         """The compiled decisions, [batch] int32. `rows`: [batch, n_features] float32."""
         return self._run(agent, rows)[0]
 
-    def finite(self, agent: str, rows: Float32) -> Int32:
-        """The compiled input check, [batch] int32, 1 or 0."""
+    def checks(self, agent: str, rows: Float32) -> Int32:
+        """The compiled input checks, [batch] int32: 1 for finite, 2 for within the ranges, their sum for both."""
         return self._run(agent, rows)[1]
+
+    def batch(self, agent: str, rows: Float32) -> tuple[Int32, Int32]:
+        """The decisions of the batch functions, over rows and over columns, [batch] each."""
+        rows = np.ascontiguousarray(rows, dtype=np.float32)
+        kind = {"unsigned char": np.uint8, "unsigned short": np.uint16}.get(self._agents[agent].tables.action_type)
+        found = [np.full(len(rows), 255, dtype=kind or np.uint32) for _ in range(2)]
+        columns = np.ascontiguousarray(rows.T)
+        run = self._library[f"{self._agents[agent].lower}_batch"]
+        run(_pointer(rows), _pointer(columns), ctypes.c_long(len(rows)), *map(_pointer, found))
+        return found[0].astype(np.int32), found[1].astype(np.int32)
+
+    def team(self, worlds: Float64) -> Int32:
+        """The team's actions in world states [batch, n_coordinates], [batch, n_agents]."""
+        worlds = np.ascontiguousarray(worlds, dtype=np.float64)
+        found = np.full((len(worlds), len(self._agents)), -1, dtype=np.int32)
+        self._library["team_rows"](_pointer(worlds), ctypes.c_long(len(worlds)), _pointer(found))
+        return found
 
     def _run(self, agent: str, rows: Float32) -> tuple[Int32, Int32]:
         rows = np.ascontiguousarray(rows, dtype=np.float32)
         actions = np.full(len(rows), -1, dtype=np.int32)
-        finite = np.full(len(rows), -1, dtype=np.int32)
-        pointers = [array.ctypes.data_as(ctypes.c_void_p) for array in (rows, actions, finite)]
+        checks = np.full(len(rows), -1, dtype=np.int32)
         run = self._library[f"{self._agents[agent].lower}_rows"]
-        run(pointers[0], ctypes.c_long(len(rows)), pointers[1], pointers[2])
-        return actions, finite
+        run(_pointer(rows), ctypes.c_long(len(rows)), _pointer(actions), _pointer(checks))
+        return actions, checks
+
+
+def _pointer(array: np.ndarray) -> ctypes.c_void_p:
+    return array.ctypes.data_as(ctypes.c_void_p)
 
 
 def json_act(text: str, agent: str, rows: Any) -> list[int]:
@@ -191,13 +214,17 @@ def load_python(text: str) -> Mapping[str, Any]:
 
 
 def check_files(
-    profile: ir.PolicyProfile, files: Mapping[str, str], prefix: str | None = None, random: int = RANDOM_OBSERVATIONS
+    profile: ir.PolicyProfile,
+    files: Mapping[str, str],
+    prefix: str | None = None,
+    random: int = RANDOM_OBSERVATIONS,
+    style: str = AUTO,
 ) -> Report:
     """Replays every emitted file (name -> text) against the reference; the report holds differences too.
 
     `random`: random observations an agent, beside all boundary and special ones.
     """
-    model = lower(profile, prefix)
+    model = lower(profile, prefix, style)
     compiler = find_compiler()
     found: list[Agreement] = []
     skipped: list[str] = []
@@ -229,14 +256,29 @@ def _check_c(
     found: list[Agreement] = []
     with CompiledC(header, model, compiler) as compiled:
         for policy in profile.agents:
-            rows = asked[policy.agent]
-            found.append(compare("c", policy, rows, wanted[policy.agent], compiled.act(policy.agent, rows)))
-            finite = np.isfinite(rows).all(axis=1).astype(np.int32)
-            wrong = int((compiled.finite(policy.agent, rows) != finite).sum())
-            found.append(
-                Agreement(INPUT_CHECK, policy.agent, len(rows), wrong, "a finite check is wrong" if wrong else "")
-            )
+            rows, expected = asked[policy.agent], wanted[policy.agent]
+            # by its contract, the style that compares bits is not asked about NaN
+            held = ~np.isnan(rows).any(axis=1) if model.style == ORDERED else np.ones(len(rows), dtype=bool)
+            acted = compiled.act(policy.agent, rows[held])
+            found.append(compare("c", policy, rows[held], expected[held], acted))
+            for name, actions in zip(("c rows", "c columns"), compiled.batch(policy.agent, rows), strict=True):
+                found.append(compare(name, policy, rows, expected, actions))
+            wrong = int((compiled.checks(policy.agent, rows) != _checks(policy, rows)).sum())
+            found.append(Agreement(INPUT_CHECK, policy.agent, len(rows), wrong, "a check is wrong" if wrong else ""))
+        if model.located:
+            worlds = probes.worlds(profile, np.random.default_rng(SEED))
+            for policy, actions in zip(profile.agents, compiled.team(worlds).T, strict=True):
+                seen = observe(policy.features, worlds, profile.world)
+                found.append(compare(TEAM, policy, seen, ir.act(policy, seen), actions))
     return found
+
+
+def _checks(policy: ir.AgentPolicy, rows: Float32) -> Int32:
+    """What the input checks should say of observations."""
+    low, high = (np.array([getattr(feature, end) for feature in policy.features]) for end in ("low", "high"))
+    low, high = round_down(low), -round_down(-high)
+    within = ((rows >= low) & (rows <= high)).all(axis=1)
+    return (np.isfinite(rows).all(axis=1) + 2 * within).astype(np.int32)
 
 
 def _check_python(

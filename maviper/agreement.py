@@ -14,7 +14,7 @@ import numpy as np
 
 from codegen import ir, selfcheck
 from codegen.errors import DisagreementError, InputError
-from codegen.lower import lower
+from codegen.lower import AUTO, lower
 from codegen.policy_json import content_hash, layout
 from codegen.selfcheck import Agreement, CompiledC, Report
 from codegen.targets import TARGETS, emit
@@ -41,13 +41,16 @@ class Compiled:
 
 
 def compile_profile(
-    profile: ir.PolicyProfile, targets: Iterable[str] = tuple(TARGETS), prefix: str | None = None
+    profile: ir.PolicyProfile,
+    targets: Iterable[str] = tuple(TARGETS),
+    prefix: str | None = None,
+    style: str = AUTO,
 ) -> Compiled:
     """Emits `targets` and replays them, tolerance zero. On any difference DisagreementError, and no files."""
     ir.ensure(profile)
-    files = emit(profile, targets, prefix)
+    files = emit(profile, targets, prefix, style)
     stem = lower(profile, prefix).prefix
-    report = selfcheck.check_files(profile, files, prefix)
+    report = selfcheck.check_files(profile, files, prefix, style=style)
     agreements, skipped = list(report.agreements), list(report.skipped)
     missing = [policy.agent for policy in profile.agents if policy.grown is None]
     if missing:

@@ -264,13 +264,17 @@ def show(profile: Path, agent: str | None) -> int:
 @click.argument("profile", type=click.Path(path_type=Path))
 @click.option("--target", default="c,python,json", show_default=True, help="Languages, with commas between them.")
 @click.option("--prefix", default=None, help="Start of every public name (default: the world's name).")
+@click.option("--style", default="auto", show_default=True, help="How C decides: nested, ordered, walk or auto.")
 @OUTPUT
 @click.pass_context
-def compile_command(context: click.Context, profile: Path, target: str, prefix: str | None, output: Path) -> int:
+def compile_command(
+    context: click.Context, profile: Path, target: str, prefix: str | None, style: str, output: Path
+) -> int:
     """Compile PROFILE to code in a folder, after proving by replay that code, profile and learned tree decide alike."""
     from maviper.compilation import compile_to_folder
 
-    return compile_to_folder(profile, [name.strip() for name in target.split(",")], prefix, output, _console(context))
+    targets = [name.strip() for name in target.split(",")]
+    return compile_to_folder(profile, targets, prefix, style, output, _console(context))
 
 
 def _fraction(_context: click.Context, parameter: click.Parameter, value: str) -> Fraction:

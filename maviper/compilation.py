@@ -15,10 +15,10 @@ from maviper.console import Console
 
 
 def compile_to_folder(
-    profile: Path, targets: Iterable[str], prefix: str | None, output: Path, console: Console
+    profile: Path, targets: Iterable[str], prefix: str | None, style: str, output: Path, console: Console
 ) -> ExitCode:
     """The command `maviper compile`; its exit code. Nothing is written when any decision differs."""
-    compiled = compile_profile(load(profile), targets, prefix)
+    compiled = compile_profile(load(profile), targets, prefix, style)
     for name, text in compiled.files.items():
         runs.write(output / name, text)
         console.line("wrote", str(output / name))

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable
 
 from codegen import ir
 from codegen.errors import UnknownNameError
-from codegen.lower import Model, lower
+from codegen.lower import AUTO, Model, lower
 from codegen.targets import c, json, python
 
 Emitter = Callable[[Model, ir.PolicyProfile], dict[str, str]]
@@ -17,10 +17,10 @@ TARGETS: dict[str, Emitter] = {"c": c.emit, "python": python.emit, "json": json.
 
 
 def emit(
-    profile: ir.PolicyProfile, targets: Iterable[str] = tuple(TARGETS), prefix: str | None = None
+    profile: ir.PolicyProfile, targets: Iterable[str] = tuple(TARGETS), prefix: str | None = None, style: str = AUTO
 ) -> dict[str, str]:
-    """File name -> text for the chosen targets; equal profiles give equal bytes."""
-    model = lower(profile, prefix)
+    """File name -> text for the chosen targets; equal profiles give equal bytes. `style`: of the C."""
+    model = lower(profile, prefix, style)
     files: dict[str, str] = {}
     for target in targets:
         if target not in TARGETS:

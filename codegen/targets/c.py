@@ -1,4 +1,4 @@
-"""C99: one header with every agent's policy as nested ifs.
+"""C99: one header with every agent's policy, for one observation, many, or a world state.
 
 Does: emits PREFIX.h.
 Assumes: IEEE binary32 `float`; a compiler without fast-math (the header refuses it).

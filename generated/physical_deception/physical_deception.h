@@ -2,24 +2,59 @@
  *
  * profile     998f947371f7a582f40e6363adbaddbd84ef25c55e31b4e533bd3f47abeebfba
  * made by     maviper 0.1.0, maviper, preset default, seed 0
+ * style       nested
  *
- * C99, no heap, no libc, no recursion, no state. For each agent A:
- *   int physical_deception_A_act(const float *x)      the action, from an observation of float32
- *   int physical_deception_A_finite(const float *x)   1 when every number of the observation is finite, else 0
+ * C99, also C++17; no heap, no libc, no recursion, no state. For each agent A:
+ *   int physical_deception_A_act(const float *x)        the action, from an observation of float32
+ *   int physical_deception_A_finite(const float *x)     1 when every number of the observation is finite, else 0
+ *   int physical_deception_A_in_range(const float *x)   1 when every number is within its feature's range, else 0
+ *   void physical_deception_A_act_rows(const float *x, long n, T *actions)              n observations, one after the other
+ *   void physical_deception_A_act_columns(const float *const *x, long n, T *actions)    n observations, an array a feature
+ *   int physical_deception_A_act_world(const double *w)  the action, from a world state: PHYSICAL_DECEPTION_W_... are its places
+ * and for all agents:
+ *   void physical_deception_act_team(const double *w, int *actions)   the actions, in the order of this file
  *
  * A split goes left iff x[feature] <= threshold, both float32, thresholds exact. NaN compares false and so goes right;
  * infinities follow <=. Check untrusted input with ..._finite first.
+ * From a world state an observation is made as the reference environment makes it: added in double, then rounded to float.
  */
 #ifndef PHYSICAL_DECEPTION_998F947371F7A582_H
 #define PHYSICAL_DECEPTION_998F947371F7A582_H
 
+#include <float.h>
+
 #ifdef __FAST_MATH__
 #error "compile without -ffast-math: it changes what comparisons with NaN and tiny numbers mean"
+#endif
+#if FLT_RADIX != 2 || FLT_MANT_DIG != 24 || FLT_MAX_EXP != 128 || DBL_MANT_DIG != 53
+#error "float must be IEEE binary32 and double binary64"
 #endif
 
 #define PHYSICAL_DECEPTION_PROFILE "998f947371f7a582f40e6363adbaddbd84ef25c55e31b4e533bd3f47abeebfba"
 
-/* adversary_0, team adversaries: 15 leaves, at most 4 comparisons */
+enum {
+    PHYSICAL_DECEPTION_W_ADVERSARY_0_X = 0,
+    PHYSICAL_DECEPTION_W_ADVERSARY_0_Y = 1,
+    PHYSICAL_DECEPTION_W_AGENT_0_X = 2,
+    PHYSICAL_DECEPTION_W_AGENT_0_Y = 3,
+    PHYSICAL_DECEPTION_W_AGENT_1_X = 4,
+    PHYSICAL_DECEPTION_W_AGENT_1_Y = 5,
+    PHYSICAL_DECEPTION_W_LANDMARK_0_X = 6,
+    PHYSICAL_DECEPTION_W_LANDMARK_0_Y = 7,
+    PHYSICAL_DECEPTION_W_LANDMARK_1_X = 8,
+    PHYSICAL_DECEPTION_W_LANDMARK_1_Y = 9,
+    PHYSICAL_DECEPTION_W_GOAL_X = 10,
+    PHYSICAL_DECEPTION_W_GOAL_Y = 11,
+    PHYSICAL_DECEPTION_W_ADVERSARY_0_VX = 12,
+    PHYSICAL_DECEPTION_W_ADVERSARY_0_VY = 13,
+    PHYSICAL_DECEPTION_W_AGENT_0_VX = 14,
+    PHYSICAL_DECEPTION_W_AGENT_0_VY = 15,
+    PHYSICAL_DECEPTION_W_AGENT_1_VX = 16,
+    PHYSICAL_DECEPTION_W_AGENT_1_VY = 17,
+    PHYSICAL_DECEPTION_N_COORDINATES = 18
+};
+
+/* adversary_0, team adversaries: 15 leaves, at most 4 comparisons; tables of 91 bytes where they are used; 32 bytes of stack for ..._act_world */
 
 enum {
     PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_0_DX = 0, /* length, [-6.3, 6.3]: landmark_0.x - adversary_0.x */
@@ -114,7 +149,111 @@ static inline int physical_deception_adversary_0_finite(const float *x)
     return 1;
 }
 
-/* agent_0, team defenders: 14 leaves, at most 4 comparisons */
+static inline int physical_deception_adversary_0_in_range(const float *x)
+{
+    if (!(x[0] >= -0x1.933334p+2f && x[0] <= 0x1.933334p+2f)) {
+        return 0;
+    }
+    if (!(x[1] >= -0x1.933334p+2f && x[1] <= 0x1.933334p+2f)) {
+        return 0;
+    }
+    if (!(x[2] >= -0x1.933334p+2f && x[2] <= 0x1.933334p+2f)) {
+        return 0;
+    }
+    if (!(x[3] >= -0x1.933334p+2f && x[3] <= 0x1.933334p+2f)) {
+        return 0;
+    }
+    if (!(x[4] >= -0x1.533334p+3f && x[4] <= 0x1.533334p+3f)) {
+        return 0;
+    }
+    if (!(x[5] >= -0x1.533334p+3f && x[5] <= 0x1.533334p+3f)) {
+        return 0;
+    }
+    if (!(x[6] >= -0x1.533334p+3f && x[6] <= 0x1.533334p+3f)) {
+        return 0;
+    }
+    if (!(x[7] >= -0x1.533334p+3f && x[7] <= 0x1.533334p+3f)) {
+        return 0;
+    }
+    return 1;
+}
+
+static inline void physical_deception_adversary_0_act_rows(const float *x, long n, unsigned char *actions)
+{
+    static const float threshold[15] = {0x1.ada46p-2f, 0x1.f2536ep-2f, 0x1.393f82p+0f, -0x1.1ae498p-1f, -0x1.945faep-2f, -0x1.a541a2p-1f, 0x1.fcaea2p-1f, -0x1.ef118cp-1f, 0x1.a74b4ep-2f, -0x1.8cc316p-3f, -0x1.d1593ep-2f, 0x1.e61e42p-1f, 0x1.7f8ed8p-2f, 0x0p+0f, 0x1.935708p+0f};
+    static const unsigned char feature[15] = {5, 0, 0, 2, 3, 4, 7, 3, 7, 5, 6, 1, 2, 0, 0};
+    static const unsigned char action[16] = {3, 1, 3, 4, 3, 2, 1, 2, 1, 4, 4, 2, 2, 2, 4, 2};
+    long row;
+    /* eight observations side by side, so that none waits for another */
+    for (row = 0; row + 8 <= n; row += 8) {
+        int i[8] = {0, 0, 0, 0, 0, 0, 0, 0};
+        int level, k;
+        const float *seen = x + row * PHYSICAL_DECEPTION_ADVERSARY_0_N_FEATURES;
+        for (level = 0; level < 4; level++) {
+            for (k = 0; k < 8; k++) {
+                i[k] = 2 * i[k] + 1 + !(seen[k * PHYSICAL_DECEPTION_ADVERSARY_0_N_FEATURES + feature[i[k]]] <= threshold[i[k]]);
+            }
+        }
+        for (k = 0; k < 8; k++) {
+            actions[row + k] = action[i[k] - 15];
+        }
+    }
+    for (; row < n; row++) {
+        const float *seen = x + row * PHYSICAL_DECEPTION_ADVERSARY_0_N_FEATURES;
+        int i, level;
+        for (i = 0, level = 0; level < 4; level++) {
+            i = 2 * i + 1 + !(seen[feature[i]] <= threshold[i]);
+        }
+        actions[row] = action[i - 15];
+    }
+}
+
+static inline void physical_deception_adversary_0_act_columns(const float *const *x, long n, unsigned char *actions)
+{
+    const float *const x0 = x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_0_DX];
+    const float *const x1 = x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_0_DY];
+    const float *const x2 = x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_1_DX];
+    const float *const x3 = x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_1_DY];
+    const float *const x4 = x[PHYSICAL_DECEPTION_ADVERSARY_0_X_AGENT_0_DX];
+    const float *const x5 = x[PHYSICAL_DECEPTION_ADVERSARY_0_X_AGENT_0_DY];
+    const float *const x6 = x[PHYSICAL_DECEPTION_ADVERSARY_0_X_AGENT_1_DX];
+    const float *const x7 = x[PHYSICAL_DECEPTION_ADVERSARY_0_X_AGENT_1_DY];
+    long row;
+    /* a select a split, leaves first: what compilers turn into vectors */
+    for (row = 0; row < n; row++) {
+        const float n26 = x0[row] <= 0x1.935708p+0f ? 4.0f : 2.0f;
+        const float n24 = x7[row] <= 0x1.fcaea2p-1f ? 2.0f : n26;
+        const float n21 = x2[row] <= 0x1.7f8ed8p-2f ? 4.0f : 2.0f;
+        const float n18 = x1[row] <= 0x1.e61e42p-1f ? 1.0f : 4.0f;
+        const float n17 = x4[row] <= -0x1.a541a2p-1f ? n18 : n21;
+        const float n16 = x0[row] <= 0x1.393f82p+0f ? n17 : n24;
+        const float n13 = x6[row] <= -0x1.d1593ep-2f ? 1.0f : 2.0f;
+        const float n10 = x5[row] <= -0x1.8cc316p-3f ? 3.0f : 2.0f;
+        const float n9 = x3[row] <= -0x1.945faep-2f ? n10 : n13;
+        const float n6 = x7[row] <= 0x1.a74b4ep-2f ? 3.0f : 4.0f;
+        const float n3 = x3[row] <= -0x1.ef118cp-1f ? 3.0f : 1.0f;
+        const float n2 = x2[row] <= -0x1.1ae498p-1f ? n3 : n6;
+        const float n1 = x0[row] <= 0x1.f2536ep-2f ? n2 : n9;
+        const float n0 = x5[row] <= 0x1.ada46p-2f ? n1 : n16;
+        actions[row] = (unsigned char)n0;
+    }
+}
+
+static inline int physical_deception_adversary_0_act_world(const double *w)
+{
+    float x[PHYSICAL_DECEPTION_ADVERSARY_0_N_FEATURES];
+    x[0] = (float)(w[PHYSICAL_DECEPTION_W_LANDMARK_0_X] - w[PHYSICAL_DECEPTION_W_ADVERSARY_0_X]);
+    x[1] = (float)(w[PHYSICAL_DECEPTION_W_LANDMARK_0_Y] - w[PHYSICAL_DECEPTION_W_ADVERSARY_0_Y]);
+    x[2] = (float)(w[PHYSICAL_DECEPTION_W_LANDMARK_1_X] - w[PHYSICAL_DECEPTION_W_ADVERSARY_0_X]);
+    x[3] = (float)(w[PHYSICAL_DECEPTION_W_LANDMARK_1_Y] - w[PHYSICAL_DECEPTION_W_ADVERSARY_0_Y]);
+    x[4] = (float)(w[PHYSICAL_DECEPTION_W_AGENT_0_X] - w[PHYSICAL_DECEPTION_W_ADVERSARY_0_X]);
+    x[5] = (float)(w[PHYSICAL_DECEPTION_W_AGENT_0_Y] - w[PHYSICAL_DECEPTION_W_ADVERSARY_0_Y]);
+    x[6] = (float)(w[PHYSICAL_DECEPTION_W_AGENT_1_X] - w[PHYSICAL_DECEPTION_W_ADVERSARY_0_X]);
+    x[7] = (float)(w[PHYSICAL_DECEPTION_W_AGENT_1_Y] - w[PHYSICAL_DECEPTION_W_ADVERSARY_0_Y]);
+    return physical_deception_adversary_0_act(x);
+}
+
+/* agent_0, team defenders: 14 leaves, at most 4 comparisons; tables of 91 bytes where they are used; 40 bytes of stack for ..._act_world */
 
 enum {
     PHYSICAL_DECEPTION_AGENT_0_X_GOAL_DX = 0, /* length, [-6.3, 6.3]: goal.x - agent_0.x */
@@ -207,7 +346,115 @@ static inline int physical_deception_agent_0_finite(const float *x)
     return 1;
 }
 
-/* agent_1, team defenders: 14 leaves, at most 4 comparisons */
+static inline int physical_deception_agent_0_in_range(const float *x)
+{
+    if (!(x[0] >= -0x1.933334p+2f && x[0] <= 0x1.933334p+2f)) {
+        return 0;
+    }
+    if (!(x[1] >= -0x1.933334p+2f && x[1] <= 0x1.933334p+2f)) {
+        return 0;
+    }
+    if (!(x[2] >= -0x1.933334p+2f && x[2] <= 0x1.933334p+2f)) {
+        return 0;
+    }
+    if (!(x[3] >= -0x1.933334p+2f && x[3] <= 0x1.933334p+2f)) {
+        return 0;
+    }
+    if (!(x[4] >= -0x1.933334p+2f && x[4] <= 0x1.933334p+2f)) {
+        return 0;
+    }
+    if (!(x[5] >= -0x1.933334p+2f && x[5] <= 0x1.933334p+2f)) {
+        return 0;
+    }
+    if (!(x[6] >= -0x1.533334p+3f && x[6] <= 0x1.533334p+3f)) {
+        return 0;
+    }
+    if (!(x[7] >= -0x1.533334p+3f && x[7] <= 0x1.533334p+3f)) {
+        return 0;
+    }
+    if (!(x[8] >= -0x1.533334p+3f && x[8] <= 0x1.533334p+3f)) {
+        return 0;
+    }
+    if (!(x[9] >= -0x1.533334p+3f && x[9] <= 0x1.533334p+3f)) {
+        return 0;
+    }
+    return 1;
+}
+
+static inline void physical_deception_agent_0_act_rows(const float *x, long n, unsigned char *actions)
+{
+    static const float threshold[15] = {0x1.22071cp-5f, 0x1.774214p-3f, 0x1.6d19eep-3f, -0x1.065586p-3f, 0x1.614428p-2f, -0x1.8ce0f8p-3f, 0x1.608b3ap-2f, -0x1.7d8ed6p-2f, -0x1.2dc2b2p-4f, -0x1.c54bd2p-3f, -0x1.9ae1d2p+0f, 0x1.6c1a2cp-1f, 0x0p+0f, 0x0p+0f, 0x1.a9a436p-1f};
+    static const unsigned char feature[15] = {3, 2, 2, 2, 4, 2, 3, 3, 3, 3, 5, 3, 0, 0, 0};
+    static const unsigned char action[16] = {3, 1, 3, 2, 3, 2, 3, 2, 1, 4, 4, 4, 2, 2, 4, 2};
+    long row;
+    /* eight observations side by side, so that none waits for another */
+    for (row = 0; row + 8 <= n; row += 8) {
+        int i[8] = {0, 0, 0, 0, 0, 0, 0, 0};
+        int level, k;
+        const float *seen = x + row * PHYSICAL_DECEPTION_AGENT_0_N_FEATURES;
+        for (level = 0; level < 4; level++) {
+            for (k = 0; k < 8; k++) {
+                i[k] = 2 * i[k] + 1 + !(seen[k * PHYSICAL_DECEPTION_AGENT_0_N_FEATURES + feature[i[k]]] <= threshold[i[k]]);
+            }
+        }
+        for (k = 0; k < 8; k++) {
+            actions[row + k] = action[i[k] - 15];
+        }
+    }
+    for (; row < n; row++) {
+        const float *seen = x + row * PHYSICAL_DECEPTION_AGENT_0_N_FEATURES;
+        int i, level;
+        for (i = 0, level = 0; level < 4; level++) {
+            i = 2 * i + 1 + !(seen[feature[i]] <= threshold[i]);
+        }
+        actions[row] = action[i - 15];
+    }
+}
+
+static inline void physical_deception_agent_0_act_columns(const float *const *x, long n, unsigned char *actions)
+{
+    const float *const x0 = x[PHYSICAL_DECEPTION_AGENT_0_X_GOAL_DX];
+    const float *const x2 = x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DX];
+    const float *const x3 = x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DY];
+    const float *const x4 = x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_1_DX];
+    const float *const x5 = x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_1_DY];
+    long row;
+    /* a select a split, leaves first: what compilers turn into vectors */
+    for (row = 0; row < n; row++) {
+        const float n24 = x0[row] <= 0x1.a9a436p-1f ? 4.0f : 2.0f;
+        const float n22 = x3[row] <= 0x1.608b3ap-2f ? 2.0f : n24;
+        const float n18 = x3[row] <= 0x1.6c1a2cp-1f ? 1.0f : 4.0f;
+        const float n17 = x2[row] <= -0x1.8ce0f8p-3f ? n18 : 4.0f;
+        const float n16 = x2[row] <= 0x1.6d19eep-3f ? n17 : n22;
+        const float n13 = x5[row] <= -0x1.9ae1d2p+0f ? 3.0f : 2.0f;
+        const float n10 = x3[row] <= -0x1.c54bd2p-3f ? 3.0f : 2.0f;
+        const float n9 = x4[row] <= 0x1.614428p-2f ? n10 : n13;
+        const float n6 = x3[row] <= -0x1.2dc2b2p-4f ? 3.0f : 2.0f;
+        const float n3 = x3[row] <= -0x1.7d8ed6p-2f ? 3.0f : 1.0f;
+        const float n2 = x2[row] <= -0x1.065586p-3f ? n3 : n6;
+        const float n1 = x2[row] <= 0x1.774214p-3f ? n2 : n9;
+        const float n0 = x3[row] <= 0x1.22071cp-5f ? n1 : n16;
+        actions[row] = (unsigned char)n0;
+    }
+}
+
+static inline int physical_deception_agent_0_act_world(const double *w)
+{
+    float x[PHYSICAL_DECEPTION_AGENT_0_N_FEATURES];
+    x[0] = (float)(w[PHYSICAL_DECEPTION_W_GOAL_X] - w[PHYSICAL_DECEPTION_W_AGENT_0_X]);
+    x[1] = (float)(w[PHYSICAL_DECEPTION_W_GOAL_Y] - w[PHYSICAL_DECEPTION_W_AGENT_0_Y]);
+    x[2] = (float)(w[PHYSICAL_DECEPTION_W_LANDMARK_0_X] - w[PHYSICAL_DECEPTION_W_AGENT_0_X]);
+    x[3] = (float)(w[PHYSICAL_DECEPTION_W_LANDMARK_0_Y] - w[PHYSICAL_DECEPTION_W_AGENT_0_Y]);
+    x[4] = (float)(w[PHYSICAL_DECEPTION_W_LANDMARK_1_X] - w[PHYSICAL_DECEPTION_W_AGENT_0_X]);
+    x[5] = (float)(w[PHYSICAL_DECEPTION_W_LANDMARK_1_Y] - w[PHYSICAL_DECEPTION_W_AGENT_0_Y]);
+    x[6] = (float)(w[PHYSICAL_DECEPTION_W_ADVERSARY_0_X] - w[PHYSICAL_DECEPTION_W_AGENT_0_X]);
+    x[7] = (float)(w[PHYSICAL_DECEPTION_W_ADVERSARY_0_Y] - w[PHYSICAL_DECEPTION_W_AGENT_0_Y]);
+    x[8] = (float)(w[PHYSICAL_DECEPTION_W_AGENT_1_X] - w[PHYSICAL_DECEPTION_W_AGENT_0_X]);
+    x[9] = (float)(w[PHYSICAL_DECEPTION_W_AGENT_1_Y] - w[PHYSICAL_DECEPTION_W_AGENT_0_Y]);
+    return physical_deception_agent_0_act(x);
+}
+
+/* agent_1, team defenders: 14 leaves, at most 4 comparisons; tables of 91 bytes where they are used; 40 bytes of stack for ..._act_world */
 
 enum {
     PHYSICAL_DECEPTION_AGENT_1_X_GOAL_DX = 0, /* length, [-6.3, 6.3]: goal.x - agent_1.x */
@@ -298,6 +545,120 @@ static inline int physical_deception_agent_1_finite(const float *x)
         }
     }
     return 1;
+}
+
+static inline int physical_deception_agent_1_in_range(const float *x)
+{
+    if (!(x[0] >= -0x1.933334p+2f && x[0] <= 0x1.933334p+2f)) {
+        return 0;
+    }
+    if (!(x[1] >= -0x1.933334p+2f && x[1] <= 0x1.933334p+2f)) {
+        return 0;
+    }
+    if (!(x[2] >= -0x1.933334p+2f && x[2] <= 0x1.933334p+2f)) {
+        return 0;
+    }
+    if (!(x[3] >= -0x1.933334p+2f && x[3] <= 0x1.933334p+2f)) {
+        return 0;
+    }
+    if (!(x[4] >= -0x1.933334p+2f && x[4] <= 0x1.933334p+2f)) {
+        return 0;
+    }
+    if (!(x[5] >= -0x1.933334p+2f && x[5] <= 0x1.933334p+2f)) {
+        return 0;
+    }
+    if (!(x[6] >= -0x1.533334p+3f && x[6] <= 0x1.533334p+3f)) {
+        return 0;
+    }
+    if (!(x[7] >= -0x1.533334p+3f && x[7] <= 0x1.533334p+3f)) {
+        return 0;
+    }
+    if (!(x[8] >= -0x1.533334p+3f && x[8] <= 0x1.533334p+3f)) {
+        return 0;
+    }
+    if (!(x[9] >= -0x1.533334p+3f && x[9] <= 0x1.533334p+3f)) {
+        return 0;
+    }
+    return 1;
+}
+
+static inline void physical_deception_agent_1_act_rows(const float *x, long n, unsigned char *actions)
+{
+    static const float threshold[15] = {0x1.4ffd48p-3f, -0x1.20050ap-4f, 0x1.fe2a84p-1f, -0x1.07c544p-2f, -0x1.10e0f4p-3f, 0x1.144d04p-2f, 0x1.09743cp+0f, -0x1.7531aep-1f, -0x1.dce96cp-4f, 0x1.0f966ap-1f, 0x1.35fe34p-4f, -0x1.e44826p-3f, 0x1.ad4dd4p+0f, 0x0p+0f, 0x0p+0f};
+    static const unsigned char feature[15] = {4, 5, 5, 4, 4, 4, 0, 5, 5, 5, 5, 5, 3, 0, 0};
+    static const unsigned char action[16] = {3, 1, 3, 4, 1, 4, 0, 4, 3, 2, 2, 4, 4, 4, 2, 2};
+    long row;
+    /* eight observations side by side, so that none waits for another */
+    for (row = 0; row + 8 <= n; row += 8) {
+        int i[8] = {0, 0, 0, 0, 0, 0, 0, 0};
+        int level, k;
+        const float *seen = x + row * PHYSICAL_DECEPTION_AGENT_1_N_FEATURES;
+        for (level = 0; level < 4; level++) {
+            for (k = 0; k < 8; k++) {
+                i[k] = 2 * i[k] + 1 + !(seen[k * PHYSICAL_DECEPTION_AGENT_1_N_FEATURES + feature[i[k]]] <= threshold[i[k]]);
+            }
+        }
+        for (k = 0; k < 8; k++) {
+            actions[row + k] = action[i[k] - 15];
+        }
+    }
+    for (; row < n; row++) {
+        const float *seen = x + row * PHYSICAL_DECEPTION_AGENT_1_N_FEATURES;
+        int i, level;
+        for (i = 0, level = 0; level < 4; level++) {
+            i = 2 * i + 1 + !(seen[feature[i]] <= threshold[i]);
+        }
+        actions[row] = action[i - 15];
+    }
+}
+
+static inline void physical_deception_agent_1_act_columns(const float *const *x, long n, unsigned char *actions)
+{
+    const float *const x0 = x[PHYSICAL_DECEPTION_AGENT_1_X_GOAL_DX];
+    const float *const x3 = x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_0_DY];
+    const float *const x4 = x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DX];
+    const float *const x5 = x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DY];
+    long row;
+    /* a select a split, leaves first: what compilers turn into vectors */
+    for (row = 0; row < n; row++) {
+        const float n24 = x0[row] <= 0x1.09743cp+0f ? 4.0f : 2.0f;
+        const float n21 = x3[row] <= 0x1.ad4dd4p+0f ? 2.0f : 4.0f;
+        const float n18 = x5[row] <= -0x1.e44826p-3f ? 3.0f : 2.0f;
+        const float n17 = x4[row] <= 0x1.144d04p-2f ? n18 : n21;
+        const float n16 = x5[row] <= 0x1.fe2a84p-1f ? n17 : n24;
+        const float n13 = x5[row] <= 0x1.35fe34p-4f ? 0.0f : 4.0f;
+        const float n10 = x5[row] <= 0x1.0f966ap-1f ? 1.0f : 4.0f;
+        const float n9 = x4[row] <= -0x1.10e0f4p-3f ? n10 : n13;
+        const float n6 = x5[row] <= -0x1.dce96cp-4f ? 3.0f : 4.0f;
+        const float n3 = x5[row] <= -0x1.7531aep-1f ? 3.0f : 1.0f;
+        const float n2 = x4[row] <= -0x1.07c544p-2f ? n3 : n6;
+        const float n1 = x5[row] <= -0x1.20050ap-4f ? n2 : n9;
+        const float n0 = x4[row] <= 0x1.4ffd48p-3f ? n1 : n16;
+        actions[row] = (unsigned char)n0;
+    }
+}
+
+static inline int physical_deception_agent_1_act_world(const double *w)
+{
+    float x[PHYSICAL_DECEPTION_AGENT_1_N_FEATURES];
+    x[0] = (float)(w[PHYSICAL_DECEPTION_W_GOAL_X] - w[PHYSICAL_DECEPTION_W_AGENT_1_X]);
+    x[1] = (float)(w[PHYSICAL_DECEPTION_W_GOAL_Y] - w[PHYSICAL_DECEPTION_W_AGENT_1_Y]);
+    x[2] = (float)(w[PHYSICAL_DECEPTION_W_LANDMARK_0_X] - w[PHYSICAL_DECEPTION_W_AGENT_1_X]);
+    x[3] = (float)(w[PHYSICAL_DECEPTION_W_LANDMARK_0_Y] - w[PHYSICAL_DECEPTION_W_AGENT_1_Y]);
+    x[4] = (float)(w[PHYSICAL_DECEPTION_W_LANDMARK_1_X] - w[PHYSICAL_DECEPTION_W_AGENT_1_X]);
+    x[5] = (float)(w[PHYSICAL_DECEPTION_W_LANDMARK_1_Y] - w[PHYSICAL_DECEPTION_W_AGENT_1_Y]);
+    x[6] = (float)(w[PHYSICAL_DECEPTION_W_ADVERSARY_0_X] - w[PHYSICAL_DECEPTION_W_AGENT_1_X]);
+    x[7] = (float)(w[PHYSICAL_DECEPTION_W_ADVERSARY_0_Y] - w[PHYSICAL_DECEPTION_W_AGENT_1_Y]);
+    x[8] = (float)(w[PHYSICAL_DECEPTION_W_AGENT_0_X] - w[PHYSICAL_DECEPTION_W_AGENT_1_X]);
+    x[9] = (float)(w[PHYSICAL_DECEPTION_W_AGENT_0_Y] - w[PHYSICAL_DECEPTION_W_AGENT_1_Y]);
+    return physical_deception_agent_1_act(x);
+}
+
+static inline void physical_deception_act_team(const double *w, int *actions)
+{
+    actions[0] = physical_deception_adversary_0_act_world(w);
+    actions[1] = physical_deception_agent_0_act_world(w);
+    actions[2] = physical_deception_agent_1_act_world(w);
 }
 
 #endif /* PHYSICAL_DECEPTION_998F947371F7A582_H */

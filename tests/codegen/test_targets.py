@@ -12,6 +12,7 @@ from hypothesis import given, settings
 
 from codegen import ir, probes, selfcheck
 from codegen.errors import DisagreementError, InputError, UnknownNameError
+from codegen.floats import neighbour
 from codegen.lower import lower
 from codegen.render import comment
 from codegen.targets import emit
@@ -157,7 +158,7 @@ def test_boundary_probes_reach_their_split(profile):
     policy = profile.agents[1]
     tree = policy.tree
     for node, low, high in probes.paths(tree, len(policy.features)):
-        x = np.minimum(np.nextafter(low, np.float32(np.inf)), high)
+        x = np.minimum(neighbour(low, np.inf), high)
         assert ((low < x) & (x <= high)).all()
         here = 0
         while here != node:
