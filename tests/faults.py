@@ -38,15 +38,25 @@ class Fault:
 # --- in the emitted text: the agreement check
 
 
-def text_fault(name: str, file: str, change: Callable[[str], str]) -> Fault:
+def text_fault(name: str, file: str, change: Callable[[str], str], style: str = "auto") -> Fault:
     def plant(profile, patch):
-        text = emit(profile)[file]
+        text = emit(profile, style=style)[file]
         wrong = change(text)
         assert wrong != text, f"the fault {name} changes nothing"
-        report = selfcheck.check_files(profile, {file: wrong}, random=1_000)
+        report = selfcheck.check_files(profile, {file: wrong}, random=1_000, style=style)
         return any(item.differences for item in report.agreements)
 
     return Fault(f"{file.rpartition('.')[2]}: {name}", "agreement check", plant)
+
+
+def within(function: str, old: str, new: str) -> Callable[[str], str]:
+    """Replaces text once, inside the first function whose name ends so."""
+
+    def change(text: str) -> str:
+        start = re.search(rf"{function}\([^;]*?\)\n{{", text).start()
+        return text[:start] + text[start:].replace(old, new, 1)
+
+    return change
 
 
 def swap_leaves(text: str) -> str:
@@ -81,6 +91,21 @@ TEXT = [
     text_fault("renumbered action", H, lambda text: re.sub(r"(_AGENT_1_LEFT) = 1", r"\1 = 2", text)),
     text_fault("no upper end in the input check", H, lambda text: text.replace(" && x[i] <= 0x1.fffffep+127f", "")),
     text_fault("NaN passes the input check", H, lambda text: text.replace(FINITE, "x[i] < -0x1.fffffep+127f || x[i] > 0x1.fffffep+127f")),
+    text_fault("no lower end in the range check", H, lambda text: re.sub(r"x\[0\] >= \S+ && ", "", text)),
+    text_fault("< for <= in a batch of rows", H, within("agent_1_act_rows", "<= threshold[i[k]]", "< threshold[i[k]]")),
+    text_fault("the last rows are forgotten", H, within("agent_0_act_rows", "row < n; row++", "row < n - 1; row++")),
+    text_fault("the wrong child in a batch of rows", H, within("agent_0_act_rows", "2 * i[k] + 1", "2 * i[k] + 2")),
+    text_fault("a NaN goes left in a batch of rows", H, within("agent_0_act_rows", "!(seen[k * PHYSICAL_DECEPTION_AGENT_0_N_FEATURES + feature[i[k]]] <= threshold[i[k]])", "(seen[k * PHYSICAL_DECEPTION_AGENT_0_N_FEATURES + feature[i[k]]] > threshold[i[k]])")),
+    text_fault("< for <= in a batch of columns", H, lambda text: text.replace("[row] <= ", "[row] < ")),
+    text_fault("swapped sides in a batch of columns", H, lambda text: re.sub(r"(const float n0 = .*) \? (\w+) : (\w+);", r"\1 ? \3 : \2;", text, count=1)),
+    text_fault("another's column", H, within("agent_1_act_columns", "= x[PHYSICAL_DECEPTION_AGENT_1_X_", "= x[1 + (int)PHYSICAL_DECEPTION_AGENT_1_X_")),
+    text_fault("turned difference in a world state", H, lambda text: re.sub(r"\(float\)\((w\[\w+\]) - (w\[\w+\])\)", r"(float)(\2 - \1)", text)),
+    text_fault("rounded before it is subtracted", H, lambda text: re.sub(r"\(float\)\((w\[\w+\]) - (w\[\w+\])\)", r"((float)\1 - (float)\2)", text)),
+    text_fault("agents' actions in another order", H, lambda text: text.replace("actions[1] =", "actions[9] =").replace("actions[2] =", "actions[1] =").replace("actions[9] =", "actions[2] =")),
+    text_fault("signed compare below zero", H, lambda text: re.sub(r"\(uint32_t\)(\w+_bits\(x\[\w+\]\)) >= UINT32_C\((0x\w+)\)", r"\1 >= (int32_t)\2", text), "ordered"),
+    text_fault("the next integer", H, lambda text: re.sub(r"<= INT32_C\((0x\w+)\)", lambda m: f"<= INT32_C({int(m[1], 16) + 1:#x})", text), "ordered"),
+    text_fault("the threshold before", H, lambda text: re.sub(r"(threshold\[\d+\] = \{)([^,}]+)", lambda m: m[1] + float(np.nextafter(np.float32(float.fromhex(m[2][:-1])), np.float32(-9))).hex() + "f", text), "walk"),
+    text_fault("a NaN goes left", H, within("agent_0_act", "!(x[feature[i]] <= threshold[i])", "(x[feature[i]] > threshold[i])"), "walk"),
     text_fault("< for <=", PY, lambda text: text.replace("] <= ", "] < ")),
     text_fault("six decimals", PY, lambda text: re.sub(r"(?<=\] <= )-?[\d.e-]+", lambda m: f"{float(m[0]):.6f}", text)),
     text_fault("the float32 for the deciding double", PY, lambda text: re.sub(r"(?<=\] <= )-?[\d.e-]+", lambda m: repr(float(np.float32(float(m[0])))), text)),

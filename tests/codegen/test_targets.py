@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given, settings
 
 from codegen import ir, probes, selfcheck
+from codegen import lower as lower_module
 from codegen.errors import DisagreementError, InputError, UnknownNameError
 from codegen.floats import neighbour
 from codegen.lower import lower
@@ -40,6 +41,62 @@ def test_random_profiles_agree_everywhere(profile):
 
 
 @pytest.mark.compile
+@pytest.mark.parametrize("style", ["nested", "ordered", "walk"])
+@settings(max_examples=4)
+@given(profile=profiles())
+def test_every_style_agrees(style, profile):
+    report = selfcheck.check_files(profile, emit(profile, ["c"], style=style), random=FEW, style=style).ensure()
+    assert {item.target for item in report.agreements} >= {"c", "c rows", "c columns", "c input check"}
+
+
+@pytest.mark.compile
+@pytest.mark.parametrize("style", ["nested", "ordered", "walk"])
+@pytest.mark.parametrize("name", NAMES)
+def test_every_game_decides_from_world_states(name, style):
+    profile = random_profile(name)
+    report = selfcheck.check_files(profile, emit(profile, ["c"], style=style), random=FEW, style=style).ensure()
+    teams = [item for item in report.agreements if item.target == selfcheck.TEAM]
+    assert {item.agent for item in teams} == {policy.agent for policy in profile.agents}
+    assert all(item.observations > 100 for item in teams)
+
+
+def test_without_meanings_there_is_no_world_to_decide_from(profile):
+    policy = profile.agents[0]
+    features = (replace(policy.features[0], meaning=None), *policy.features[1:])
+    header = emit(replace(profile, agents=(replace(policy, features=features), *profile.agents[1:])), ["c"])
+    assert "act_world" not in next(iter(header.values()))
+
+
+def test_the_automatic_style_is_nested_until_compilers_give_up(profile):
+    assert lower(profile).style == "nested"
+    for deep in (chain(lower_module.NESTED_LEVELS + 1), chain(lower_module.NESTED_LEVELS)):
+        policies = tuple(replace(policy, tree=deep, grown=None) for policy in profile.agents)
+        found = lower(replace(profile, agents=policies))
+        assert found.style == ("walk" if ir.depth(deep).max() > lower_module.NESTED_LEVELS else "nested")
+        assert not found.agents[0].tables.complete
+    with pytest.raises(UnknownNameError, match="did you mean 'ordered'"):
+        emit(profile, ["c"], style="orderd")
+
+
+def chain(n):
+    """A tree that tests one feature again and again, ever lower."""
+    feature = [0] * n + [-1] * (n + 1)
+    left = [*range(1, n + 1)] + [-1] * (n + 1)
+    right = [2 * n - node for node in range(n)] + [-1] * (n + 1)
+    action = [-1] * n + [node % 5 for node in range(n + 1)]
+    threshold = np.concatenate([np.linspace(1, -1, n), np.zeros(n + 1)])
+    return ir.Tree(feature, threshold, left, right, action)
+
+
+@pytest.mark.compile
+def test_a_chain_of_a_thousand_splits_walks(profile):
+    """Deeper than a profile may be, so lowered without the checker: tables without end to nest."""
+    policies = tuple(replace(policy, tree=chain(1_000), grown=None) for policy in profile.agents)
+    deep = replace(profile, agents=policies)
+    selfcheck.check_files(deep, emit(deep, ["c"]), random=FEW).ensure()
+
+
+@pytest.mark.compile
 @pytest.mark.parametrize("name", NAMES)
 def test_every_game_agrees_everywhere(name):
     """Signs, 0 or 1, and features that are always 0 are numbers like any other; their meanings stand in the text."""
@@ -62,13 +119,7 @@ def test_a_profile_of_single_leaves_compiles(profile):
 
 @pytest.mark.compile
 def test_the_deepest_trees_compile(profile):
-    n = ir.MAX_DEPTH
-    feature = [0] * n + [-1] * (n + 1)
-    left = [*range(1, n + 1)] + [-1] * (n + 1)
-    right = [2 * n - node for node in range(n)] + [-1] * (n + 1)
-    action = [-1] * n + [node % 5 for node in range(n + 1)]
-    threshold = np.concatenate([np.linspace(1, -1, n), np.zeros(n + 1)])
-    tree = ir.Tree(feature, threshold, left, right, action)
+    tree = chain(ir.MAX_DEPTH)
     deep = replace(profile, agents=tuple(replace(policy, tree=tree, grown=None) for policy in profile.agents))
     assert ir.check(deep) == ()
     selfcheck.check_files(deep, emit(deep), random=FEW).ensure()
