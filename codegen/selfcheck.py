@@ -6,9 +6,7 @@ Does not: trust the emitters: each target is read back from its text by means th
 """
 
 import ctypes
-import json
 import os
-import runpy
 import shlex
 import shutil
 import subprocess
@@ -16,11 +14,11 @@ import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 
-from codegen import ir, probes
+from codegen import ir, probes, readback
 from codegen.errors import DisagreementError, MissingToolError
 from codegen.floats import round_down
 from codegen.ir import Float32, Float64, Int32
@@ -59,7 +57,7 @@ class Report:
     @property
     def observations(self) -> int:
         """How many decisions were compared (answers of the input check are not decisions)."""
-        return sum(item.observations for item in self.agreements if item.target != INPUT_CHECK)
+        return sum(item.observations for item in self.agreements if not item.target.endswith("input check"))
 
     def ensure(self) -> "Report":
         """The report itself; DisagreementError when any decision differs."""
@@ -188,31 +186,6 @@ def _pointer(array: np.ndarray) -> ctypes.c_void_p:
     return array.ctypes.data_as(ctypes.c_void_p)
 
 
-def json_act(text: str, agent: str, rows: Any) -> list[int]:
-    """Decisions read from the JSON alone, as a stranger's program would make them."""
-    document = cast(dict[str, Any], json.loads(text))
-    policy = next(item for item in document["agents"] if item["agent"] == agent)
-    index: dict[str, int] = {feature["name"]: place for place, feature in enumerate(policy["features"])}
-    number: dict[str, int] = {action["name"]: place for place, action in enumerate(policy["actions"])}
-    nodes = cast(list[dict[str, Any]], policy["tree"])
-    decisions: list[int] = []
-    for row in cast(list[list[float]], rows.tolist()):
-        place = 0
-        while "feature" in nodes[place]:
-            node = nodes[place]
-            place = int(node["left"] if row[index[node["feature"]]] <= node["threshold"] else node["right"])
-        decisions.append(number[nodes[place]["action"]])
-    return decisions
-
-
-def load_python(text: str) -> Mapping[str, Any]:
-    """The namespace of a generated module, run from a file as its user would import it."""
-    with tempfile.TemporaryDirectory(prefix="maviper-") as folder:
-        path = Path(folder) / "generated_policy.py"
-        path.write_text(text)
-        return runpy.run_path(str(path))
-
-
 def check_files(
     profile: ir.PolicyProfile,
     files: Mapping[str, str],
@@ -237,11 +210,21 @@ def check_files(
         found += _check_c(profile, header, model, compiler, asked, wanted)
     if module is not None:
         found += _check_python(profile, module, model, asked, wanted)
-    if document is not None:
-        for policy in profile.agents:
-            rows = asked[policy.agent]
-            decisions = json_act(document, policy.agent, rows)
-            found.append(compare("json", policy, rows, wanted[policy.agent], decisions))
+    for policy, agent in zip(profile.agents, model.agents, strict=True):
+        rows, expected = asked[policy.agent], wanted[policy.agent]
+        if document is not None:
+            found.append(compare("json", policy, rows, expected, readback.json_act(document, policy.agent, rows)))
+        picture = files.get(f"{model.prefix}_{agent.lower}.svg")
+        if picture is not None:
+            few = np.flatnonzero(np.arange(len(rows)) % 7 == 0)
+            found.append(compare("svg", policy, rows[few], expected[few], readback.svg_act(picture, rows[few])))
+    for suffix, check in (("mjs", _check_javascript), ("rs", _check_rust)):
+        text = files.get(f"{model.prefix}.{suffix}")
+        if text is not None:
+            try:
+                found += check(profile, text, model, asked, wanted)
+            except MissingToolError as error:
+                skipped.append(f"{suffix}: {error.what}")
     return Report(tuple(found), tuple(skipped), " ".join(compiler or []))
 
 
@@ -285,7 +268,7 @@ def _check_python(
     profile: ir.PolicyProfile, module: str, model: Model, asked: Mapping[str, Float32], wanted: Mapping[str, Int32]
 ) -> list[Agreement]:
     found: list[Agreement] = []
-    namespace = load_python(module)
+    namespace = readback.load_python(module)
     for policy, agent in zip(profile.agents, model.agents, strict=True):
         rows = asked[policy.agent]
         act, batch = namespace[f"act_{agent.lower}"], namespace[f"act_{agent.lower}_batch"]
@@ -300,6 +283,33 @@ def _check_python(
                 singles = near.astype(np.float32)
             scalars = [act(list(row)) for row in singles]
             found.append(compare("python float32 scalars", policy, singles, expected, scalars))
+    return found
+
+
+def _check_javascript(
+    profile: ir.PolicyProfile, module: str, model: Model, asked: Mapping[str, Float32], wanted: Mapping[str, Int32]
+) -> list[Agreement]:
+    near = {p.agent: probes.doubles(p.tree, p.features, np.random.default_rng(SEED)) for p in profile.agents}
+    rows = {name: np.concatenate([seen.astype(np.float64), near[name]]) for name, seen in asked.items()}
+    ran = readback.javascript_act(module, model, rows)
+    found: list[Agreement] = []
+    for policy in profile.agents:
+        expected = np.concatenate([wanted[policy.agent], ir.act(policy, near[policy.agent])])
+        acted = ran[policy.agent]
+        for name, actions in zip(("javascript", "javascript rows"), acted, strict=True):
+            found.append(compare(name, policy, rows[policy.agent], expected, actions))
+    return found
+
+
+def _check_rust(
+    profile: ir.PolicyProfile, module: str, model: Model, asked: Mapping[str, Float32], wanted: Mapping[str, Int32]
+) -> list[Agreement]:
+    found: list[Agreement] = []
+    for name, (actions, checks) in readback.rust_act(module, model, asked).items():
+        policy, rows = profile.policy(name), asked[name]
+        found.append(compare("rust", policy, rows, wanted[name], actions))
+        wrong = int((checks != np.isfinite(rows).all(axis=1)).sum())
+        found.append(Agreement("rust input check", name, len(rows), wrong, "a check is wrong" if wrong else ""))
     return found
 
 

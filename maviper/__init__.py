@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from maviper.agreement import Compiled
     from verify.engine import Result
 
-__all__ = ["compile", "load", "verify", "version"]
+__all__ = ["compile", "from_onnx", "from_sklearn", "load", "verify", "version"]
 
 
 def version() -> str:
@@ -37,16 +37,33 @@ def load(path: str | Path) -> PolicyProfile:
     return policy_json.loads(runs.read(Path(path), policy_json.MAX_BYTES), Path(path).name)
 
 
+def from_sklearn(classifier: object, **names: object) -> PolicyProfile:
+    """A profile from a fitted scikit-learn DecisionTreeClassifier; arguments as `codegen.importers.from_sklearn`."""
+    from codegen.importers import from_sklearn as imported
+
+    return imported(classifier, **names)  # pyright: ignore[reportArgumentType]
+
+
+def from_onnx(model: Path | bytes, **names: object) -> PolicyProfile:
+    """A profile from an ONNX ensemble of one tree; arguments as `codegen.importers.from_onnx`."""
+    from codegen.importers import from_onnx as imported
+
+    return imported(model, **names)  # pyright: ignore[reportArgumentType]
+
+
 def compile(
-    profile: PolicyProfile, targets: Iterable[str] = ("c", "python", "json"), prefix: str | None = None
+    profile: PolicyProfile,
+    targets: Iterable[str] = ("c", "python", "json"),
+    prefix: str | None = None,
+    style: str = "auto",
 ) -> Compiled:
-    """Code for a profile, replayed against it with tolerance zero before it is returned.
+    """Code for a profile, replayed against it with tolerance zero before it is returned. `style`: of the C.
 
     DisagreementError when any decision differs. `Compiled.files` maps file names to texts.
     """
     from maviper.agreement import compile_profile
 
-    return compile_profile(profile, targets, prefix)
+    return compile_profile(profile, targets, prefix, style)
 
 
 def verify(profile: PolicyProfile, property_name: str = "distinct_targets", region: str = "start") -> Result:

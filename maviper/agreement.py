@@ -17,12 +17,13 @@ from codegen.errors import DisagreementError, InputError
 from codegen.lower import AUTO, lower
 from codegen.policy_json import content_hash, layout
 from codegen.selfcheck import Agreement, CompiledC, Report
-from codegen.targets import TARGETS, emit
+from codegen.targets import USUAL, emit, smt
 from maviper.evaluate import metrics
 from maviper.evaluate.play import Controller, Episodes, Policies, play, tree_policies
 from maviper.worlds import ParticleWorld, World, built_in
 from maviper.worlds.world import world_name
 
+SOLVER_ROWS = 1_000  # an agent; a solver takes milliseconds each
 NO_WORLD = "no world of this version has the profile's spec, agents, features and actions"
 ON_POLICY_EPISODES = 4_000  # of 25 steps: 100,000 observations an agent
 
@@ -42,7 +43,7 @@ class Compiled:
 
 def compile_profile(
     profile: ir.PolicyProfile,
-    targets: Iterable[str] = tuple(TARGETS),
+    targets: Iterable[str] = USUAL,
     prefix: str | None = None,
     style: str = AUTO,
 ) -> Compiled:
@@ -64,8 +65,27 @@ def compile_profile(
         header = files.get(f"{stem}.h")
         if header is not None and report.compiler:
             agreements += _driven(profile, world, header, prefix, episodes)
+    definitions = files.get(f"{stem}.smt2")
+    if definitions is not None:
+        agreements += asked(profile, definitions, prefix)
     checked = Report(tuple(agreements), tuple(skipped), report.compiler).ensure()
     return Compiled(files | {f"{stem}.agreement.json": evidence(profile, checked)}, checked)
+
+
+def asked(profile: ir.PolicyProfile, definitions: str, prefix: str | None) -> list[Agreement]:
+    """What Z3 finds the functions to be at boundaries and special values."""
+    from verify.solve import false_facts
+
+    model = lower(profile, prefix)
+    found = []
+    for policy, agent in zip(profile.agents, model.agents, strict=True):
+        rows = selfcheck.observations(policy, random=1_000)
+        rows = rows[:: 1 + len(rows) // SOLVER_ROWS]
+        wanted = ir.act(policy, rows)
+        wrong = false_facts(definitions, smt.facts(model, agent, rows, wanted))
+        first = f"Z3 denies {smt.facts(model, agent, rows, wanted)[wrong[0]]}" if wrong else ""
+        found.append(Agreement("smt", policy.agent, len(rows), len(wrong), first))
+    return found
 
 
 def matching_world(profile: ir.PolicyProfile) -> ParticleWorld | None:

@@ -262,19 +262,28 @@ def show(profile: Path, agent: str | None) -> int:
 
 @cli.command("compile")
 @click.argument("profile", type=click.Path(path_type=Path))
-@click.option("--target", default="c,python,json", show_default=True, help="Languages, with commas between them.")
+@click.option(
+    "--target", default="c,python,json", show_default=True, help="Some of c,python,json,javascript,rust,smt,svg."
+)
 @click.option("--prefix", default=None, help="Start of every public name (default: the world's name).")
 @click.option("--style", default="auto", show_default=True, help="How C decides: nested, ordered, walk or auto.")
+@click.option("--test-vectors", is_flag=True, help="Also write observations with answers, and a short test of them.")
 @OUTPUT
 @click.pass_context
 def compile_command(
-    context: click.Context, profile: Path, target: str, prefix: str | None, style: str, output: Path
+    context: click.Context,
+    profile: Path,
+    target: str,
+    prefix: str | None,
+    style: str,
+    test_vectors: bool,
+    output: Path,
 ) -> int:
     """Compile PROFILE to code in a folder, after proving by replay that code, profile and learned tree decide alike."""
     from maviper.compilation import compile_to_folder
 
     targets = [name.strip() for name in target.split(",")]
-    return compile_to_folder(profile, targets, prefix, style, output, _console(context))
+    return compile_to_folder(profile, targets, prefix, style, test_vectors, output, _console(context))
 
 
 def _fraction(_context: click.Context, parameter: click.Parameter, value: str) -> Fraction:

@@ -8,18 +8,28 @@ Does not: emit or compare anything itself.
 from collections.abc import Iterable
 from pathlib import Path
 
+from codegen import vectors
 from codegen.errors import ExitCode
+from codegen.lower import lower
 from maviper import load, runs
 from maviper.agreement import Compiled, compile_profile
 from maviper.console import Console
 
 
 def compile_to_folder(
-    profile: Path, targets: Iterable[str], prefix: str | None, style: str, output: Path, console: Console
+    profile: Path,
+    targets: Iterable[str],
+    prefix: str | None,
+    style: str,
+    test_vectors: bool,
+    output: Path,
+    console: Console,
 ) -> ExitCode:
     """The command `maviper compile`; its exit code. Nothing is written when any decision differs."""
-    compiled = compile_profile(load(profile), targets, prefix, style)
-    for name, text in compiled.files.items():
+    loaded, targets = load(profile), list(targets)
+    compiled = compile_profile(loaded, targets, prefix, style)
+    more = vectors.files(loaded, lower(loaded, prefix, style), targets) if test_vectors else {}
+    for name, text in {**compiled.files, **more}.items():
         runs.write(output / name, text)
         console.line("wrote", str(output / name))
     say_agreement(compiled, console)

@@ -16,9 +16,10 @@ import numpy as np
 import z3
 
 from codegen import ir, policy_json, selfcheck
+from codegen.deploy import deployed
 from codegen.errors import MaviperError
-from codegen.targets import emit
-from maviper.extract.deploy import deployed
+from codegen.targets import TARGETS, emit
+from maviper import agreement
 from tests.teams import DOWN, LEFT, RIGHT, STAY, UP, team, towards, tree
 from verify import encode, engine
 from verify.engine import decide
@@ -40,11 +41,14 @@ class Fault:
 
 def text_fault(name: str, file: str, change: Callable[[str], str], style: str = "auto") -> Fault:
     def plant(profile, patch):
-        text = emit(profile, style=style)[file]
+        text = emit(profile, TARGETS, style=style)[file]
         wrong = change(text)
         assert wrong != text, f"the fault {name} changes nothing"
         report = selfcheck.check_files(profile, {file: wrong}, random=1_000, style=style)
-        return any(item.differences for item in report.agreements)
+        found = list(report.agreements)
+        if file == SMT:
+            found += agreement.asked(profile, wrong, None)
+        return any(item.differences for item in found)
 
     return Fault(f"{file.rpartition('.')[2]}: {name}", "agreement check", plant)
 
@@ -78,6 +82,12 @@ def next_float(value: float) -> float:
 
 
 H, PY, JSON = "physical_deception.h", "physical_deception.py", "physical_deception.json"
+JS, RS, SMT, SVG = (
+    "physical_deception.mjs",
+    "physical_deception.rs",
+    "physical_deception.smt2",
+    "physical_deception_agent_0.svg",
+)
 FINITE = "!(x[i] >= -0x1.fffffep+127f && x[i] <= 0x1.fffffep+127f)"
 TEXT = [
     text_fault("< for <=", H, lambda text: text.replace("] <= 0x", "] < 0x").replace("] <= -0x", "] < -0x")),
@@ -112,6 +122,18 @@ TEXT = [
     text_fault("one action", PY, lambda text: text.replace("return 1  #", "return 2  #", 1)),
     text_fault("swapped sides in the batch function", PY, lambda text: re.sub(r"np.where\((.*), (n\d+), (n\d+)\)", r"np.where(\1, \3, \2)", text)),
     text_fault("NaN replaced in the batch function", PY, lambda text: text.replace("x = np.asarray(x, dtype=np.float32)", "x = np.nan_to_num(x)")),
+    text_fault("< for <=", JS, lambda text: text.replace("] <= ", "] < ")),
+    text_fault("six decimals", JS, lambda text: re.sub(r"(?<=\] <= )-?[\d.e-]+", lambda m: f"{float(m[0]):.6f}", text)),
+    text_fault("the float32 for the deciding double", JS, lambda text: re.sub(r"(?<=\] <= )-?[\d.e-]+", lambda m: repr(float(np.float32(float(m[0])))), text)),
+    text_fault("rows of another width", JS, lambda text: re.sub(r"x\.subarray\(row \* (\d+), \(row \+ 1\) \* \d+\)", r"x.subarray(1 + row * \1)", text)),
+    text_fault("< for <=", RS, lambda text: text.replace("] <= f32", "] < f32")),
+    text_fault("the next bits", RS, lambda text: re.sub(r"from_bits\((0x\w+)\)", lambda m: f"from_bits({int(m[1], 16) + 1:#x})", text)),
+    text_fault("infinity passes the input check", RS, lambda text: text.replace("value.is_finite()", "!value.is_nan()")),
+    text_fault("fp.lt for fp.leq", SMT, lambda text: text.replace("fp.leq", "fp.lt")),
+    text_fault("a NaN goes left", SMT, lambda text: re.sub(r"\(fp\.leq (\|\w+\|) (\(fp [^)]*\))\)", r"(not (fp.gt \1 \2))", text)),
+    text_fault("another feature", SMT, lambda text: text.replace("|landmark_0_dx| (_", "|landmark_9_dx| (_").replace("|landmark_0_dy| (_", "|landmark_0_dx| (_").replace("|landmark_9_dx| (_", "|landmark_0_dy| (_")),
+    text_fault("swapped children", SVG, lambda text: re.sub(r'data-left="(\d+)" data-right="(\d+)"', r'data-left="\2" data-right="\1"', text)),
+    text_fault("a leaf's action", SVG, lambda text: re.sub(r'data-action="(\d)"', lambda m: f'data-action="{(int(m[1]) + 1) % 5}"', text, count=1)),
     text_fault("six decimals", JSON, lambda text: re.sub(r'"threshold": (-?[\d.e-]+), "float32"', lambda m: f'"threshold": {float(m[1]):.6f}, "float32"', text)),
     text_fault("swapped children", JSON, lambda text: re.sub(r'"left": (\d+), "right": (\d+)', r'"left": \2, "right": \1', text)),
 ]  # fmt: skip

@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import strategies as st
 
 from codegen import ir
-from maviper.extract.deploy import deployed
+from codegen.deploy import deployed
 from maviper.worlds import PhysicalDeception
 
 WORLD = PhysicalDeception()

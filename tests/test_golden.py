@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from codegen import ir, probes, selfcheck
+from codegen import ir, probes, selfcheck, vectors
+from codegen.deploy import deployed
 from codegen.lower import AUTO, ORDERED, STYLES, lower
 from codegen.policy_json import layout, loads
 from codegen.schema import schema
 from codegen.targets import TARGETS, c, emit
-from maviper.extract.deploy import deployed
 from tests.strategies import WORLD
 from tests.teams import LEFT, RIGHT, STAY, UP, towards, tree
 
@@ -48,8 +48,12 @@ def small_profile() -> ir.PolicyProfile:
 
 
 def test_every_target_has_its_golden_file(golden):
-    files = emit(small_profile())
-    assert len(files) == len(TARGETS)
+    profile = small_profile()
+    files = emit(profile, TARGETS)
+    assert len(files) == len(TARGETS) - 1 + len(profile.agents), "a picture for each agent"
+    files |= {f"walk_{name}": text for name, text in emit(profile, ["c"], style="walk").items()}
+    files |= {f"ordered_{name}": text for name, text in emit(profile, ["c"], style="ordered").items()}
+    files |= vectors.files(profile, lower(profile), list(TARGETS))
     golden(FOLDER, files)
     golden(FOLDER, {"profile.schema.json": layout(schema()) + "\n"})
 

@@ -5,6 +5,7 @@ Assumes: budgets are Z3 resource counts, which repeat from run to run; there is 
 Does not: interpret models.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
@@ -56,3 +57,10 @@ def ask(question: Question, budget: int = DEFAULT_BUDGET) -> Answer:
 def _spent(solver: z3.Solver) -> int:
     statistics = solver.statistics()
     return int(statistics.get_key_value("rlimit count")) if "rlimit count" in statistics.keys() else 0  # noqa: SIM118
+
+
+def false_facts(definitions: str, facts: Sequence[str]) -> list[int]:
+    """Which of some SMT-LIB formulas without variables do not hold, given definitions, by place."""
+    text = definitions + "\n".join(f"(assert {fact})" for fact in facts)
+    parsed = z3.parse_smt2_string(text, ctx=z3.Context())
+    return [place for place in range(len(parsed)) if not z3.is_true(z3.simplify(parsed[place]))]

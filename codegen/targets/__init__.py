@@ -10,14 +10,23 @@ from collections.abc import Callable, Iterable
 from codegen import ir
 from codegen.errors import UnknownNameError
 from codegen.lower import AUTO, Model, lower
-from codegen.targets import c, json, python
+from codegen.targets import c, javascript, json, python, rust, smt, svg
 
 Emitter = Callable[[Model, ir.PolicyProfile], dict[str, str]]
-TARGETS: dict[str, Emitter] = {"c": c.emit, "python": python.emit, "json": json.emit}
+TARGETS: dict[str, Emitter] = {
+    "c": c.emit,
+    "python": python.emit,
+    "json": json.emit,
+    "javascript": javascript.emit,
+    "rust": rust.emit,
+    "smt": smt.emit,
+    "svg": svg.emit,
+}
+USUAL = ("c", "python", "json")
 
 
 def emit(
-    profile: ir.PolicyProfile, targets: Iterable[str] = tuple(TARGETS), prefix: str | None = None, style: str = AUTO
+    profile: ir.PolicyProfile, targets: Iterable[str] = USUAL, prefix: str | None = None, style: str = AUTO
 ) -> dict[str, str]:
     """File name -> text for the chosen targets; equal profiles give equal bytes. `style`: of the C."""
     model = lower(profile, prefix, style)

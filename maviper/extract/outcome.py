@@ -12,13 +12,13 @@ from types import MappingProxyType
 import numpy as np
 
 from codegen import ir
+from codegen.deploy import deployed
 from codegen.ir import GrownTree
 from maviper import version
 from maviper.evaluate import metrics
 from maviper.evaluate.metrics import Estimate
 from maviper.evaluate.play import Controller, tree_policies
 from maviper.experts.expert import Expert
-from maviper.extract.deploy import deployed
 from maviper.extract.settings import EPISODES_PER_SEED, Settings
 from maviper.worlds import Measure, World
 

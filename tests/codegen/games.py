@@ -3,7 +3,7 @@
 import numpy as np
 
 from codegen import ir
-from maviper.extract.deploy import deployed
+from codegen.deploy import deployed
 from maviper.worlds import find
 
 NAMES = [

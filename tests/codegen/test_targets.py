@@ -2,21 +2,25 @@
 
 import ast
 import re
+import shutil
 import subprocess
 import sys
 from dataclasses import replace
+from itertools import pairwise
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from codegen import ir, probes, selfcheck
+from codegen import ir, probes, readback, selfcheck
 from codegen import lower as lower_module
 from codegen.errors import DisagreementError, InputError, UnknownNameError
 from codegen.floats import neighbour
 from codegen.lower import lower
 from codegen.render import comment
 from codegen.targets import emit
+from maviper import agreement
 from tests.codegen.games import NAMES, random_profile
 from tests.strategies import profiles
 
@@ -179,7 +183,7 @@ def test_names_that_collide_in_code_are_refused(profile):
 def test_hostile_provenance_stays_inside_the_comment(profile):
     hostile = replace(profile.provenance, tool='x */ int main; /* """ \\ ??/\n#error', algorithm='"""+evil+"""')
     files = emit(replace(profile, provenance=hostile))
-    selfcheck.load_python(files["physical_deception.py"])
+    readback.load_python(files["physical_deception.py"])
     assert "*/ int" not in files["physical_deception.h"] and "\n#error\n" not in files["physical_deception.h"]
 
 
@@ -225,3 +229,46 @@ def test_boundary_probes_hold_every_threshold_and_both_neighbours(profile):
         threshold = policy.tree.threshold[node]
         for value in (threshold, np.nextafter(threshold, np.float32(9)), np.nextafter(threshold, np.float32(-9))):
             assert value in column
+
+
+# --- further targets
+
+MORE = ("javascript", "rust", "smt", "svg")
+
+
+@pytest.mark.compile
+@settings(max_examples=3)
+@given(profiles())
+def test_further_targets_agree_on_random_profiles(profile):
+    report = selfcheck.check_files(profile, emit(profile, MORE), random=FEW).ensure()
+    missing = {tool for tool in ("node", "rustc") if shutil.which(tool) is None}
+    assert len(report.skipped) == len(missing)
+    assert {item.target for item in report.agreements} >= {"svg"}
+
+
+@pytest.mark.solver
+@pytest.mark.parametrize("name", NAMES)
+def test_a_solver_finds_the_functions_to_be_the_trees(name):
+    profile = random_profile(name)
+    text = next(iter(emit(profile, ["smt"]).values()))
+    found = agreement.asked(profile, text, None)
+    assert [item.agent for item in found] == [policy.agent for policy in profile.agents]
+    assert not any(item.differences for item in found) and min(item.observations for item in found) > 100
+
+
+def test_a_picture_has_room_for_its_leaves(profile):
+    for text in emit(profile, ["svg"]).values():
+        root = ElementTree.fromstring(text)
+        boxes = [rect.attrib for rect in root.iter("{http://www.w3.org/2000/svg}rect") if rect.attrib["width"] == "60"]
+        places = sorted(float(box["x"]) for box in boxes)
+        assert len(boxes) > 1 and min(b - a for a, b in pairwise(places)) >= 60
+    wide = tuple(replace(policy, tree=chain(3_000), grown=None) for policy in profile.agents)
+    with pytest.raises(InputError, match="at most 4096"):
+        emit(replace(profile, agents=wide), ["svg"])
+
+
+def test_a_missing_tool_is_said(profile, monkeypatch):
+    files = emit(profile, ["javascript", "rust"])
+    monkeypatch.setattr(shutil, "which", lambda name: None)
+    report = selfcheck.check_files(profile, files, random=FEW)
+    assert report.skipped == ("mjs: node is not installed", "rs: rustc is not installed") and not report.agreements

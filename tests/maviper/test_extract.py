@@ -12,6 +12,7 @@ from hypothesis import given
 from sklearn.tree import DecisionTreeClassifier
 
 from codegen import ir, policy_json, probes, selfcheck
+from codegen.deploy import deployed
 from codegen.errors import InputError, UnknownNameError
 from maviper import agreement
 from maviper.evaluate import metrics
@@ -22,7 +23,6 @@ from maviper.experts.scripted import Scripted, scripted
 from maviper.extract import grow
 from maviper.extract.algorithms import extract
 from maviper.extract.dataset import labels, points, resample
-from maviper.extract.deploy import deployed
 from maviper.extract.grow import train_joint_trees
 from maviper.extract.outcome import joint_ratio, measured_of
 from maviper.extract.settings import Settings

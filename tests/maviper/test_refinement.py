@@ -13,6 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from codegen import ir, policy_json
+from codegen.deploy import deployed
 from codegen.errors import InputError
 from maviper import cli
 from maviper.evaluate import metrics
@@ -21,7 +22,6 @@ from maviper.experts.finding import find_expert
 from maviper.extract import arena, outcome, refine, released
 from maviper.extract.algorithms import extract
 from maviper.extract.arena import Arena, halving
-from maviper.extract.deploy import deployed
 from maviper.extract.journal import Journal, packed, unpacked
 from maviper.extract.outcome import agent_policies
 from maviper.extract.selection import Raced

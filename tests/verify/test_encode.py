@@ -10,9 +10,9 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from codegen import ir
+from codegen.deploy import deployed
 from codegen.errors import InputError
 from codegen.ir import Meaning
-from maviper.extract.deploy import deployed
 from maviper.worlds import find
 from tests.strategies import FLOAT32, grown_trees
 from tests.teams import DOWN, LEFT, RIGHT, STAY, UP, tree

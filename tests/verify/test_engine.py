@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from codegen import ir
+from codegen.deploy import deployed
 from codegen.errors import DisagreementError, InputError, UnknownNameError
-from maviper.extract.deploy import deployed
 from tests.strategies import grown_trees, profiles
 from tests.teams import LEFT, RIGHT, STAY, team, towards, tree
 from verify import engine, shares

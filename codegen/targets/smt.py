@@ -1,0 +1,35 @@
+"""SMT-LIB: every tree as a function over Float32, for solvers.
+
+Does: emits PREFIX.smt2.
+Assumes: a solver with the theory FloatingPoint.
+Does not: ask anything.
+"""
+
+import numpy as np
+
+from codegen import ir
+from codegen.ir import Float32, Int32
+from codegen.lower import Agent, Model
+from codegen.render import render
+
+
+def emit(model: Model, profile: ir.PolicyProfile) -> dict[str, str]:
+    """The definitions."""
+    return {f"{model.prefix}.smt2": render("smt/trees.smt2.j2", model=model)}
+
+
+def facts(model: Model, agent: Agent, rows: Float32, wanted: Int32) -> list[str]:
+    """Formulas without variables that all hold iff the agent's function takes the wanted actions."""
+    bits = np.ascontiguousarray(rows, dtype=np.float32).view(np.uint32)
+    name = f"{model.prefix}_{agent.lower}_act"
+    return [
+        f"(= ({name} {' '.join(_literal(int(value)) for value in row)}) {action})"
+        for row, action in zip(bits, wanted, strict=True)
+    ]
+
+
+def _literal(bits: int) -> str:
+    """A Float32 by its bits; every NaN is the same one to a solver."""
+    if bits & 0x7FFFFFFF > 0x7F800000:
+        return "(_ NaN 8 24)"
+    return f"(fp #b{bits >> 31:b} #b{bits >> 23 & 0xFF:08b} #b{bits & 0x7FFFFF:023b})"

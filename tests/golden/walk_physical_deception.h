@@ -1,0 +1,457 @@
+/* Decision tree policies of 3 agents for the world physical-deception. Generated: do not edit.
+ *
+ * profile     d7c7e9951b353c845e3729dfb7383e9f94192c6dfd621196d4fd4879d989808d
+ * made by     tests, hand-made, preset none, seed 0
+ * style       walk
+ *
+ * C99, also C++17; no heap, no libc, no recursion, no state. For each agent A:
+ *   int physical_deception_A_act(const float *x)        the action, from an observation of float32
+ *   int physical_deception_A_finite(const float *x)     1 when every number of the observation is finite, else 0
+ *   int physical_deception_A_in_range(const float *x)   1 when every number is within its feature's range, else 0
+ *   void physical_deception_A_act_rows(const float *x, long n, T *actions)              n observations, one after the other
+ *   void physical_deception_A_act_columns(const float *const *x, long n, T *actions)    n observations, an array a feature
+ *   int physical_deception_A_act_world(const double *w)  the action, from a world state: PHYSICAL_DECEPTION_W_... are its places
+ * and for all agents:
+ *   void physical_deception_act_team(const double *w, int *actions)   the actions, in the order of this file
+ *
+ * A split goes left iff x[feature] <= threshold, both float32, thresholds exact. NaN compares false and so goes right;
+ * infinities follow <=. Check untrusted input with ..._finite first.
+ * From a world state an observation is made as the reference environment makes it: added in double, then rounded to float.
+ */
+#ifndef PHYSICAL_DECEPTION_D7C7E9951B353C84_H
+#define PHYSICAL_DECEPTION_D7C7E9951B353C84_H
+
+#include <float.h>
+
+#ifdef __FAST_MATH__
+#error "compile without -ffast-math: it changes what comparisons with NaN and tiny numbers mean"
+#endif
+#if FLT_RADIX != 2 || FLT_MANT_DIG != 24 || FLT_MAX_EXP != 128 || DBL_MANT_DIG != 53
+#error "float must be IEEE binary32 and double binary64"
+#endif
+
+#define PHYSICAL_DECEPTION_PROFILE "d7c7e9951b353c845e3729dfb7383e9f94192c6dfd621196d4fd4879d989808d"
+
+enum {
+    PHYSICAL_DECEPTION_W_ADVERSARY_0_X = 0,
+    PHYSICAL_DECEPTION_W_ADVERSARY_0_Y = 1,
+    PHYSICAL_DECEPTION_W_AGENT_0_X = 2,
+    PHYSICAL_DECEPTION_W_AGENT_0_Y = 3,
+    PHYSICAL_DECEPTION_W_AGENT_1_X = 4,
+    PHYSICAL_DECEPTION_W_AGENT_1_Y = 5,
+    PHYSICAL_DECEPTION_W_LANDMARK_0_X = 6,
+    PHYSICAL_DECEPTION_W_LANDMARK_0_Y = 7,
+    PHYSICAL_DECEPTION_W_LANDMARK_1_X = 8,
+    PHYSICAL_DECEPTION_W_LANDMARK_1_Y = 9,
+    PHYSICAL_DECEPTION_W_GOAL_X = 10,
+    PHYSICAL_DECEPTION_W_GOAL_Y = 11,
+    PHYSICAL_DECEPTION_W_ADVERSARY_0_VX = 12,
+    PHYSICAL_DECEPTION_W_ADVERSARY_0_VY = 13,
+    PHYSICAL_DECEPTION_W_AGENT_0_VX = 14,
+    PHYSICAL_DECEPTION_W_AGENT_0_VY = 15,
+    PHYSICAL_DECEPTION_W_AGENT_1_VX = 16,
+    PHYSICAL_DECEPTION_W_AGENT_1_VY = 17,
+    PHYSICAL_DECEPTION_N_COORDINATES = 18
+};
+
+/* adversary_0, team adversaries: 1 leaves, at most 0 comparisons; tables of 1 bytes where they are used; 32 bytes of stack for ..._act_world */
+
+enum {
+    PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_0_DX = 0, /* length, [-6.3, 6.3]: landmark_0.x - adversary_0.x */
+    PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_0_DY = 1, /* length, [-6.3, 6.3]: landmark_0.y - adversary_0.y */
+    PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_1_DX = 2, /* length, [-6.3, 6.3]: landmark_1.x - adversary_0.x */
+    PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_1_DY = 3, /* length, [-6.3, 6.3]: landmark_1.y - adversary_0.y */
+    PHYSICAL_DECEPTION_ADVERSARY_0_X_AGENT_0_DX = 4, /* length, [-10.6, 10.6]: agent_0.x - adversary_0.x */
+    PHYSICAL_DECEPTION_ADVERSARY_0_X_AGENT_0_DY = 5, /* length, [-10.6, 10.6]: agent_0.y - adversary_0.y */
+    PHYSICAL_DECEPTION_ADVERSARY_0_X_AGENT_1_DX = 6, /* length, [-10.6, 10.6]: agent_1.x - adversary_0.x */
+    PHYSICAL_DECEPTION_ADVERSARY_0_X_AGENT_1_DY = 7, /* length, [-10.6, 10.6]: agent_1.y - adversary_0.y */
+    PHYSICAL_DECEPTION_ADVERSARY_0_N_FEATURES = 8
+};
+
+enum {
+    PHYSICAL_DECEPTION_ADVERSARY_0_STAY = 0,
+    PHYSICAL_DECEPTION_ADVERSARY_0_LEFT = 1,
+    PHYSICAL_DECEPTION_ADVERSARY_0_RIGHT = 2,
+    PHYSICAL_DECEPTION_ADVERSARY_0_DOWN = 3,
+    PHYSICAL_DECEPTION_ADVERSARY_0_UP = 4,
+    PHYSICAL_DECEPTION_ADVERSARY_0_N_ACTIONS = 5
+};
+
+static inline int physical_deception_adversary_0_act(const float *x)
+{
+    static const unsigned char action[1] = {0};
+    (void)x;
+    return (int)action[0];
+}
+
+static inline int physical_deception_adversary_0_finite(const float *x)
+{
+    int i;
+    for (i = 0; i < PHYSICAL_DECEPTION_ADVERSARY_0_N_FEATURES; i++) {
+        if (!(x[i] >= -0x1.fffffep+127f && x[i] <= 0x1.fffffep+127f)) {
+            return 0;
+        }
+    }
+    return 1;
+}
+
+static inline int physical_deception_adversary_0_in_range(const float *x)
+{
+    if (!(x[0] >= -0x1.933334p+2f && x[0] <= 0x1.933334p+2f)) {
+        return 0;
+    }
+    if (!(x[1] >= -0x1.933334p+2f && x[1] <= 0x1.933334p+2f)) {
+        return 0;
+    }
+    if (!(x[2] >= -0x1.933334p+2f && x[2] <= 0x1.933334p+2f)) {
+        return 0;
+    }
+    if (!(x[3] >= -0x1.933334p+2f && x[3] <= 0x1.933334p+2f)) {
+        return 0;
+    }
+    if (!(x[4] >= -0x1.533334p+3f && x[4] <= 0x1.533334p+3f)) {
+        return 0;
+    }
+    if (!(x[5] >= -0x1.533334p+3f && x[5] <= 0x1.533334p+3f)) {
+        return 0;
+    }
+    if (!(x[6] >= -0x1.533334p+3f && x[6] <= 0x1.533334p+3f)) {
+        return 0;
+    }
+    if (!(x[7] >= -0x1.533334p+3f && x[7] <= 0x1.533334p+3f)) {
+        return 0;
+    }
+    return 1;
+}
+
+static inline void physical_deception_adversary_0_act_rows(const float *x, long n, unsigned char *actions)
+{
+    static const unsigned char action[1] = {0};
+    long row;
+    (void)x;
+    for (row = 0; row < n; row++) {
+        actions[row] = action[0];
+    }
+}
+
+static inline void physical_deception_adversary_0_act_columns(const float *const *x, long n, unsigned char *actions)
+{
+    (void)x;
+    long row;
+    /* a select a split, leaves first: what compilers turn into vectors */
+    for (row = 0; row < n; row++) {
+        actions[row] = (unsigned char)0;
+    }
+}
+
+static inline int physical_deception_adversary_0_act_world(const double *w)
+{
+    float x[PHYSICAL_DECEPTION_ADVERSARY_0_N_FEATURES];
+    x[0] = (float)(w[PHYSICAL_DECEPTION_W_LANDMARK_0_X] - w[PHYSICAL_DECEPTION_W_ADVERSARY_0_X]);
+    x[1] = (float)(w[PHYSICAL_DECEPTION_W_LANDMARK_0_Y] - w[PHYSICAL_DECEPTION_W_ADVERSARY_0_Y]);
+    x[2] = (float)(w[PHYSICAL_DECEPTION_W_LANDMARK_1_X] - w[PHYSICAL_DECEPTION_W_ADVERSARY_0_X]);
+    x[3] = (float)(w[PHYSICAL_DECEPTION_W_LANDMARK_1_Y] - w[PHYSICAL_DECEPTION_W_ADVERSARY_0_Y]);
+    x[4] = (float)(w[PHYSICAL_DECEPTION_W_AGENT_0_X] - w[PHYSICAL_DECEPTION_W_ADVERSARY_0_X]);
+    x[5] = (float)(w[PHYSICAL_DECEPTION_W_AGENT_0_Y] - w[PHYSICAL_DECEPTION_W_ADVERSARY_0_Y]);
+    x[6] = (float)(w[PHYSICAL_DECEPTION_W_AGENT_1_X] - w[PHYSICAL_DECEPTION_W_ADVERSARY_0_X]);
+    x[7] = (float)(w[PHYSICAL_DECEPTION_W_AGENT_1_Y] - w[PHYSICAL_DECEPTION_W_ADVERSARY_0_Y]);
+    return physical_deception_adversary_0_act(x);
+}
+
+/* agent_0, team defenders: 5 leaves, at most 3 comparisons; tables of 43 bytes where they are used; 40 bytes of stack for ..._act_world */
+
+enum {
+    PHYSICAL_DECEPTION_AGENT_0_X_GOAL_DX = 0, /* length, [-6.3, 6.3]: goal.x - agent_0.x */
+    PHYSICAL_DECEPTION_AGENT_0_X_GOAL_DY = 1, /* length, [-6.3, 6.3]: goal.y - agent_0.y */
+    PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DX = 2, /* length, [-6.3, 6.3]: landmark_0.x - agent_0.x */
+    PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DY = 3, /* length, [-6.3, 6.3]: landmark_0.y - agent_0.y */
+    PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_1_DX = 4, /* length, [-6.3, 6.3]: landmark_1.x - agent_0.x */
+    PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_1_DY = 5, /* length, [-6.3, 6.3]: landmark_1.y - agent_0.y */
+    PHYSICAL_DECEPTION_AGENT_0_X_ADVERSARY_0_DX = 6, /* length, [-10.6, 10.6]: adversary_0.x - agent_0.x */
+    PHYSICAL_DECEPTION_AGENT_0_X_ADVERSARY_0_DY = 7, /* length, [-10.6, 10.6]: adversary_0.y - agent_0.y */
+    PHYSICAL_DECEPTION_AGENT_0_X_AGENT_1_DX = 8, /* length, [-10.6, 10.6]: agent_1.x - agent_0.x */
+    PHYSICAL_DECEPTION_AGENT_0_X_AGENT_1_DY = 9, /* length, [-10.6, 10.6]: agent_1.y - agent_0.y */
+    PHYSICAL_DECEPTION_AGENT_0_N_FEATURES = 10
+};
+
+enum {
+    PHYSICAL_DECEPTION_AGENT_0_STAY = 0,
+    PHYSICAL_DECEPTION_AGENT_0_LEFT = 1,
+    PHYSICAL_DECEPTION_AGENT_0_RIGHT = 2,
+    PHYSICAL_DECEPTION_AGENT_0_DOWN = 3,
+    PHYSICAL_DECEPTION_AGENT_0_UP = 4,
+    PHYSICAL_DECEPTION_AGENT_0_N_ACTIONS = 5
+};
+
+static inline int physical_deception_agent_0_act(const float *x)
+{
+    static const float threshold[7] = {0x1.999998p-4f, 0x0p+0f, -0x1.555556p-2f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x1.fffffep+127f};
+    static const unsigned char feature[7] = {0, 3, 9, 0, 0, 0, 2};
+    static const unsigned char action[8] = {1, 1, 2, 2, 4, 4, 0, 0};
+    int i, level;
+    for (i = 0, level = 0; level < 3; level++) {
+        i = 2 * i + 1 + !(x[feature[i]] <= threshold[i]);
+    }
+    return (int)action[i - 7];
+}
+
+static inline int physical_deception_agent_0_finite(const float *x)
+{
+    int i;
+    for (i = 0; i < PHYSICAL_DECEPTION_AGENT_0_N_FEATURES; i++) {
+        if (!(x[i] >= -0x1.fffffep+127f && x[i] <= 0x1.fffffep+127f)) {
+            return 0;
+        }
+    }
+    return 1;
+}
+
+static inline int physical_deception_agent_0_in_range(const float *x)
+{
+    if (!(x[0] >= -0x1.933334p+2f && x[0] <= 0x1.933334p+2f)) {
+        return 0;
+    }
+    if (!(x[1] >= -0x1.933334p+2f && x[1] <= 0x1.933334p+2f)) {
+        return 0;
+    }
+    if (!(x[2] >= -0x1.933334p+2f && x[2] <= 0x1.933334p+2f)) {
+        return 0;
+    }
+    if (!(x[3] >= -0x1.933334p+2f && x[3] <= 0x1.933334p+2f)) {
+        return 0;
+    }
+    if (!(x[4] >= -0x1.933334p+2f && x[4] <= 0x1.933334p+2f)) {
+        return 0;
+    }
+    if (!(x[5] >= -0x1.933334p+2f && x[5] <= 0x1.933334p+2f)) {
+        return 0;
+    }
+    if (!(x[6] >= -0x1.533334p+3f && x[6] <= 0x1.533334p+3f)) {
+        return 0;
+    }
+    if (!(x[7] >= -0x1.533334p+3f && x[7] <= 0x1.533334p+3f)) {
+        return 0;
+    }
+    if (!(x[8] >= -0x1.533334p+3f && x[8] <= 0x1.533334p+3f)) {
+        return 0;
+    }
+    if (!(x[9] >= -0x1.533334p+3f && x[9] <= 0x1.533334p+3f)) {
+        return 0;
+    }
+    return 1;
+}
+
+static inline void physical_deception_agent_0_act_rows(const float *x, long n, unsigned char *actions)
+{
+    static const float threshold[7] = {0x1.999998p-4f, 0x0p+0f, -0x1.555556p-2f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x1.fffffep+127f};
+    static const unsigned char feature[7] = {0, 3, 9, 0, 0, 0, 2};
+    static const unsigned char action[8] = {1, 1, 2, 2, 4, 4, 0, 0};
+    long row;
+    /* eight observations side by side, so that none waits for another */
+    for (row = 0; row + 8 <= n; row += 8) {
+        int i[8] = {0, 0, 0, 0, 0, 0, 0, 0};
+        int level, k;
+        const float *seen = x + row * PHYSICAL_DECEPTION_AGENT_0_N_FEATURES;
+        for (level = 0; level < 3; level++) {
+            for (k = 0; k < 8; k++) {
+                i[k] = 2 * i[k] + 1 + !(seen[k * PHYSICAL_DECEPTION_AGENT_0_N_FEATURES + feature[i[k]]] <= threshold[i[k]]);
+            }
+        }
+        for (k = 0; k < 8; k++) {
+            actions[row + k] = action[i[k] - 7];
+        }
+    }
+    for (; row < n; row++) {
+        const float *seen = x + row * PHYSICAL_DECEPTION_AGENT_0_N_FEATURES;
+        int i, level;
+        for (i = 0, level = 0; level < 3; level++) {
+            i = 2 * i + 1 + !(seen[feature[i]] <= threshold[i]);
+        }
+        actions[row] = action[i - 7];
+    }
+}
+
+static inline void physical_deception_agent_0_act_columns(const float *const *x, long n, unsigned char *actions)
+{
+    const float *const x0 = x[PHYSICAL_DECEPTION_AGENT_0_X_GOAL_DX];
+    const float *const x2 = x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DX];
+    const float *const x3 = x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DY];
+    const float *const x9 = x[PHYSICAL_DECEPTION_AGENT_0_X_AGENT_1_DY];
+    long row;
+    /* a select a split, leaves first: what compilers turn into vectors */
+    for (row = 0; row < n; row++) {
+        const float n6 = x2[row] <= 0x1.fffffep+127f ? 0.0f : 0.0f;
+        const float n4 = x9[row] <= -0x1.555556p-2f ? 4.0f : n6;
+        const float n1 = x3[row] <= 0x0p+0f ? 1.0f : 2.0f;
+        const float n0 = x0[row] <= 0x1.999998p-4f ? n1 : n4;
+        actions[row] = (unsigned char)n0;
+    }
+}
+
+static inline int physical_deception_agent_0_act_world(const double *w)
+{
+    float x[PHYSICAL_DECEPTION_AGENT_0_N_FEATURES];
+    x[0] = (float)(w[PHYSICAL_DECEPTION_W_GOAL_X] - w[PHYSICAL_DECEPTION_W_AGENT_0_X]);
+    x[1] = (float)(w[PHYSICAL_DECEPTION_W_GOAL_Y] - w[PHYSICAL_DECEPTION_W_AGENT_0_Y]);
+    x[2] = (float)(w[PHYSICAL_DECEPTION_W_LANDMARK_0_X] - w[PHYSICAL_DECEPTION_W_AGENT_0_X]);
+    x[3] = (float)(w[PHYSICAL_DECEPTION_W_LANDMARK_0_Y] - w[PHYSICAL_DECEPTION_W_AGENT_0_Y]);
+    x[4] = (float)(w[PHYSICAL_DECEPTION_W_LANDMARK_1_X] - w[PHYSICAL_DECEPTION_W_AGENT_0_X]);
+    x[5] = (float)(w[PHYSICAL_DECEPTION_W_LANDMARK_1_Y] - w[PHYSICAL_DECEPTION_W_AGENT_0_Y]);
+    x[6] = (float)(w[PHYSICAL_DECEPTION_W_ADVERSARY_0_X] - w[PHYSICAL_DECEPTION_W_AGENT_0_X]);
+    x[7] = (float)(w[PHYSICAL_DECEPTION_W_ADVERSARY_0_Y] - w[PHYSICAL_DECEPTION_W_AGENT_0_Y]);
+    x[8] = (float)(w[PHYSICAL_DECEPTION_W_AGENT_1_X] - w[PHYSICAL_DECEPTION_W_AGENT_0_X]);
+    x[9] = (float)(w[PHYSICAL_DECEPTION_W_AGENT_1_Y] - w[PHYSICAL_DECEPTION_W_AGENT_0_Y]);
+    return physical_deception_agent_0_act(x);
+}
+
+/* agent_1, team defenders: 4 leaves, at most 3 comparisons; tables of 43 bytes where they are used; 40 bytes of stack for ..._act_world */
+
+enum {
+    PHYSICAL_DECEPTION_AGENT_1_X_GOAL_DX = 0, /* length, [-6.3, 6.3]: goal.x - agent_1.x */
+    PHYSICAL_DECEPTION_AGENT_1_X_GOAL_DY = 1, /* length, [-6.3, 6.3]: goal.y - agent_1.y */
+    PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_0_DX = 2, /* length, [-6.3, 6.3]: landmark_0.x - agent_1.x */
+    PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_0_DY = 3, /* length, [-6.3, 6.3]: landmark_0.y - agent_1.y */
+    PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DX = 4, /* length, [-6.3, 6.3]: landmark_1.x - agent_1.x */
+    PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DY = 5, /* length, [-6.3, 6.3]: landmark_1.y - agent_1.y */
+    PHYSICAL_DECEPTION_AGENT_1_X_ADVERSARY_0_DX = 6, /* length, [-10.6, 10.6]: adversary_0.x - agent_1.x */
+    PHYSICAL_DECEPTION_AGENT_1_X_ADVERSARY_0_DY = 7, /* length, [-10.6, 10.6]: adversary_0.y - agent_1.y */
+    PHYSICAL_DECEPTION_AGENT_1_X_AGENT_0_DX = 8, /* length, [-10.6, 10.6]: agent_0.x - agent_1.x */
+    PHYSICAL_DECEPTION_AGENT_1_X_AGENT_0_DY = 9, /* length, [-10.6, 10.6]: agent_0.y - agent_1.y */
+    PHYSICAL_DECEPTION_AGENT_1_N_FEATURES = 10
+};
+
+enum {
+    PHYSICAL_DECEPTION_AGENT_1_STAY = 0,
+    PHYSICAL_DECEPTION_AGENT_1_LEFT = 1,
+    PHYSICAL_DECEPTION_AGENT_1_RIGHT = 2,
+    PHYSICAL_DECEPTION_AGENT_1_DOWN = 3,
+    PHYSICAL_DECEPTION_AGENT_1_UP = 4,
+    PHYSICAL_DECEPTION_AGENT_1_N_ACTIONS = 5
+};
+
+static inline int physical_deception_agent_1_act(const float *x)
+{
+    static const float threshold[7] = {-0x1.99999ap-5f, 0x0p+0f, 0x1.99999ap-5f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f};
+    static const unsigned char feature[7] = {4, 0, 4, 0, 0, 5, 0};
+    static const unsigned char action[8] = {1, 1, 1, 1, 3, 4, 2, 2};
+    int i, level;
+    for (i = 0, level = 0; level < 3; level++) {
+        i = 2 * i + 1 + !(x[feature[i]] <= threshold[i]);
+    }
+    return (int)action[i - 7];
+}
+
+static inline int physical_deception_agent_1_finite(const float *x)
+{
+    int i;
+    for (i = 0; i < PHYSICAL_DECEPTION_AGENT_1_N_FEATURES; i++) {
+        if (!(x[i] >= -0x1.fffffep+127f && x[i] <= 0x1.fffffep+127f)) {
+            return 0;
+        }
+    }
+    return 1;
+}
+
+static inline int physical_deception_agent_1_in_range(const float *x)
+{
+    if (!(x[0] >= -0x1.933334p+2f && x[0] <= 0x1.933334p+2f)) {
+        return 0;
+    }
+    if (!(x[1] >= -0x1.933334p+2f && x[1] <= 0x1.933334p+2f)) {
+        return 0;
+    }
+    if (!(x[2] >= -0x1.933334p+2f && x[2] <= 0x1.933334p+2f)) {
+        return 0;
+    }
+    if (!(x[3] >= -0x1.933334p+2f && x[3] <= 0x1.933334p+2f)) {
+        return 0;
+    }
+    if (!(x[4] >= -0x1.933334p+2f && x[4] <= 0x1.933334p+2f)) {
+        return 0;
+    }
+    if (!(x[5] >= -0x1.933334p+2f && x[5] <= 0x1.933334p+2f)) {
+        return 0;
+    }
+    if (!(x[6] >= -0x1.533334p+3f && x[6] <= 0x1.533334p+3f)) {
+        return 0;
+    }
+    if (!(x[7] >= -0x1.533334p+3f && x[7] <= 0x1.533334p+3f)) {
+        return 0;
+    }
+    if (!(x[8] >= -0x1.533334p+3f && x[8] <= 0x1.533334p+3f)) {
+        return 0;
+    }
+    if (!(x[9] >= -0x1.533334p+3f && x[9] <= 0x1.533334p+3f)) {
+        return 0;
+    }
+    return 1;
+}
+
+static inline void physical_deception_agent_1_act_rows(const float *x, long n, unsigned char *actions)
+{
+    static const float threshold[7] = {-0x1.99999ap-5f, 0x0p+0f, 0x1.99999ap-5f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f};
+    static const unsigned char feature[7] = {4, 0, 4, 0, 0, 5, 0};
+    static const unsigned char action[8] = {1, 1, 1, 1, 3, 4, 2, 2};
+    long row;
+    /* eight observations side by side, so that none waits for another */
+    for (row = 0; row + 8 <= n; row += 8) {
+        int i[8] = {0, 0, 0, 0, 0, 0, 0, 0};
+        int level, k;
+        const float *seen = x + row * PHYSICAL_DECEPTION_AGENT_1_N_FEATURES;
+        for (level = 0; level < 3; level++) {
+            for (k = 0; k < 8; k++) {
+                i[k] = 2 * i[k] + 1 + !(seen[k * PHYSICAL_DECEPTION_AGENT_1_N_FEATURES + feature[i[k]]] <= threshold[i[k]]);
+            }
+        }
+        for (k = 0; k < 8; k++) {
+            actions[row + k] = action[i[k] - 7];
+        }
+    }
+    for (; row < n; row++) {
+        const float *seen = x + row * PHYSICAL_DECEPTION_AGENT_1_N_FEATURES;
+        int i, level;
+        for (i = 0, level = 0; level < 3; level++) {
+            i = 2 * i + 1 + !(seen[feature[i]] <= threshold[i]);
+        }
+        actions[row] = action[i - 7];
+    }
+}
+
+static inline void physical_deception_agent_1_act_columns(const float *const *x, long n, unsigned char *actions)
+{
+    const float *const x4 = x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DX];
+    const float *const x5 = x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DY];
+    long row;
+    /* a select a split, leaves first: what compilers turn into vectors */
+    for (row = 0; row < n; row++) {
+        const float n3 = x5[row] <= 0x0p+0f ? 3.0f : 4.0f;
+        const float n2 = x4[row] <= 0x1.99999ap-5f ? n3 : 2.0f;
+        const float n0 = x4[row] <= -0x1.99999ap-5f ? 1.0f : n2;
+        actions[row] = (unsigned char)n0;
+    }
+}
+
+static inline int physical_deception_agent_1_act_world(const double *w)
+{
+    float x[PHYSICAL_DECEPTION_AGENT_1_N_FEATURES];
+    x[0] = (float)(w[PHYSICAL_DECEPTION_W_GOAL_X] - w[PHYSICAL_DECEPTION_W_AGENT_1_X]);
+    x[1] = (float)(w[PHYSICAL_DECEPTION_W_GOAL_Y] - w[PHYSICAL_DECEPTION_W_AGENT_1_Y]);
+    x[2] = (float)(w[PHYSICAL_DECEPTION_W_LANDMARK_0_X] - w[PHYSICAL_DECEPTION_W_AGENT_1_X]);
+    x[3] = (float)(w[PHYSICAL_DECEPTION_W_LANDMARK_0_Y] - w[PHYSICAL_DECEPTION_W_AGENT_1_Y]);
+    x[4] = (float)(w[PHYSICAL_DECEPTION_W_LANDMARK_1_X] - w[PHYSICAL_DECEPTION_W_AGENT_1_X]);
+    x[5] = (float)(w[PHYSICAL_DECEPTION_W_LANDMARK_1_Y] - w[PHYSICAL_DECEPTION_W_AGENT_1_Y]);
+    x[6] = (float)(w[PHYSICAL_DECEPTION_W_ADVERSARY_0_X] - w[PHYSICAL_DECEPTION_W_AGENT_1_X]);
+    x[7] = (float)(w[PHYSICAL_DECEPTION_W_ADVERSARY_0_Y] - w[PHYSICAL_DECEPTION_W_AGENT_1_Y]);
+    x[8] = (float)(w[PHYSICAL_DECEPTION_W_AGENT_0_X] - w[PHYSICAL_DECEPTION_W_AGENT_1_X]);
+    x[9] = (float)(w[PHYSICAL_DECEPTION_W_AGENT_0_Y] - w[PHYSICAL_DECEPTION_W_AGENT_1_Y]);
+    return physical_deception_agent_1_act(x);
+}
+
+static inline void physical_deception_act_team(const double *w, int *actions)
+{
+    actions[0] = physical_deception_adversary_0_act_world(w);
+    actions[1] = physical_deception_agent_0_act_world(w);
+    actions[2] = physical_deception_agent_1_act_world(w);
+}
+
+#endif /* PHYSICAL_DECEPTION_D7C7E9951B353C84_H */
