@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from codegen import ir, probes, readback
+from codegen import ir, probes, readback, structure
 from codegen.errors import DisagreementError, MissingToolError
 from codegen.floats import round_down
 from codegen.ir import Float32, Float64, Int32
@@ -30,6 +30,8 @@ STRICT = (
     "-std=c99 -pedantic -Wall -Wextra -Werror -Wconversion -Wdouble-promotion -Wshadow -Wfloat-equal".split()  # noqa: SIM905
 )
 INPUT_CHECK = "c input check"
+STRUCTURE = "c structure"
+MOST_PARSED = 20_000  # nodes of all trees; parsing more takes minutes
 TEAM = "c team from world states"
 RANDOM_OBSERVATIONS = 100_000
 SEED = 20_220_526  # of the random probes
@@ -56,8 +58,10 @@ class Report:
 
     @property
     def observations(self) -> int:
-        """How many decisions were compared (answers of the input check are not decisions)."""
-        return sum(item.observations for item in self.agreements if not item.target.endswith("input check"))
+        """How many decisions were compared (answers of input checks and nodes of syntax trees are not decisions)."""
+        return sum(
+            item.observations for item in self.agreements if not item.target.endswith(("input check", STRUCTURE))
+        )
 
     def ensure(self) -> "Report":
         """The report itself; DisagreementError when any decision differs."""
@@ -206,7 +210,12 @@ def check_files(
     header, module, document = (files.get(f"{model.prefix}.{suffix}") for suffix in ("h", "py", "json"))
     if header is not None and compiler is None:
         skipped.append("C: no compiler found (cc, gcc, clang or $CC)")
-    elif header is not None and compiler is not None:
+    if header is not None:
+        if sum(len(policy.tree.feature) for policy in profile.agents) <= MOST_PARSED:
+            found += _parsed(profile, header, model)
+        else:
+            skipped.append(f"the structural proof of the C: more than {MOST_PARSED} nodes")
+    if header is not None and compiler is not None:
         found += _check_c(profile, header, model, compiler, asked, wanted)
     if module is not None:
         found += _check_python(profile, module, model, asked, wanted)
@@ -254,6 +263,15 @@ def _check_c(
                 seen = observe(policy.features, worlds, profile.world)
                 found.append(compare(TEAM, policy, seen, ir.act(policy, seen), actions))
     return found
+
+
+def _parsed(profile: ir.PolicyProfile, header: str, model: Model) -> list[Agreement]:
+    """The structural proof: the header's syntax tree against the policy trees, node by node."""
+    found = structure.faults(header, profile, model)
+    return [
+        Agreement(STRUCTURE, policy.agent, len(policy.tree.feature), len(found[policy.agent]), *found[policy.agent][:1])
+        for policy in profile.agents
+    ]
 
 
 def _checks(policy: ir.AgentPolicy, rows: Float32) -> Int32:

@@ -34,6 +34,8 @@ class Fault:
     name: str
     guard: str  # what catches it
     plant: Callable[..., bool]
+    change: Callable[[str], str] = str  # of a text
+    style: str = "auto"
 
 
 # --- in the emitted text: the agreement check
@@ -50,7 +52,7 @@ def text_fault(name: str, file: str, change: Callable[[str], str], style: str = 
             found += agreement.asked(profile, wrong, None)
         return any(item.differences for item in found)
 
-    return Fault(f"{file.rpartition('.')[2]}: {name}", "agreement check", plant)
+    return Fault(f"{file.rpartition('.')[2]}: {name}", "agreement check", plant, change, style)
 
 
 def within(function: str, old: str, new: str) -> Callable[[str], str]:
