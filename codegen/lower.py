@@ -99,6 +99,11 @@ class Tables:
     action_type: str
 
     @property
+    def numpy_type(self) -> str:
+        """The numpy type of actions."""
+        return f"uint{8 * _BYTES[self.action_type]}"
+
+    @property
     def size(self) -> int:
         """Bytes of all arrays."""
         widths = [
@@ -123,6 +128,7 @@ class Agent:
     lines: tuple[Line, ...]
     tables: Tables
     used: tuple[Feature, ...]  # features that the tree tests
+    repeated: frozenset[int]  # indices of those that it tests more than once
     comparisons: int  # in the worst case
     n_leaves: int
     selects: bool  # whether a batch over columns evaluates every split (else it walks)
@@ -149,6 +155,16 @@ class Model:
     def located(self) -> bool:
         """Whether every agent can decide from world coordinates."""
         return all(agent.located for agent in self.agents)
+
+    @property
+    def side_by_side(self) -> bool:
+        """Whether all trees are walked in step: complete tables with a test in each."""
+        return all(agent.tables.complete and agent.tables.levels for agent in self.agents)
+
+    @property
+    def most_levels(self) -> int:
+        """Tests on the longest path of any tree."""
+        return max(agent.tables.levels for agent in self.agents)
 
 
 def lower(profile: ir.PolicyProfile, prefix: str | None = None, style: str = AUTO) -> Model:
@@ -184,7 +200,14 @@ def lower(profile: ir.PolicyProfile, prefix: str | None = None, style: str = AUT
 
 def _distinct(model: Model) -> None:
     """Names that are legal one by one may meet once prefixes are joined to them."""
-    names: list[str] = ["act_team", "bits", *(f"W_{name}" for name in model.coordinates), "N_COORDINATES", "PROFILE"]
+    names: list[str] = [
+        "act_team",
+        "act_all",
+        "bits",
+        *(f"W_{name}" for name in model.coordinates),
+        "N_COORDINATES",
+        "PROFILE",
+    ]
     for agent in model.agents:
         names += [
             f"{agent.lower}_{name}" for name in ("act", "finite", "in_range", "act_rows", "act_columns", "act_world")
@@ -224,7 +247,7 @@ def _agent(policy: ir.AgentPolicy) -> Agent:
     )
     nodes = tuple(_node(policy.tree, node, features, actions) for node in range(len(policy.tree.feature)))
     lower_name = identifier(policy.agent)
-    tested = {node.feature.index for node in nodes if node.feature}
+    tested = Counter(node.feature.index for node in nodes if node.feature)
     comparisons = int(ir.depth(policy.tree).max())
     return Agent(
         name=policy.agent,
@@ -237,6 +260,7 @@ def _agent(policy: ir.AgentPolicy) -> Agent:
         lines=tuple(_lines(nodes)),
         tables=_tables(policy, nodes, comparisons),
         used=tuple(feature for feature in features if feature.index in tested),
+        repeated=frozenset(index for index, count in tested.items() if count > 1),
         comparisons=comparisons,
         n_leaves=len(ir.leaves(policy.tree)),
         selects=len(nodes) // 2 <= SELECTS,

@@ -11,7 +11,7 @@ import shlex
 import shutil
 import subprocess
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -32,6 +32,7 @@ STRICT = (
 INPUT_CHECK = "c input check"
 STRUCTURE = "c structure"
 MOST_PARSED = 20_000  # nodes of all trees; parsing more takes minutes
+ALL = "c all agents"
 TEAM = "c team from world states"
 RANDOM_OBSERVATIONS = 100_000
 SEED = 20_220_526  # of the random probes
@@ -170,6 +171,14 @@ class CompiledC:
         run(_pointer(rows), _pointer(columns), ctypes.c_long(len(rows)), *map(_pointer, found))
         return found[0].astype(np.int32), found[1].astype(np.int32)
 
+    def all(self, rows: Sequence[Float32]) -> Int32:
+        """All agents' actions in one call, [batch, n_agents]. `rows`: each agent's observations, equally many."""
+        held = [np.ascontiguousarray(each, dtype=np.float32) for each in rows]
+        pointers = (ctypes.c_void_p * len(held))(*(each.ctypes.data for each in held))
+        found = np.full((len(held[0]), len(held)), -1, dtype=np.int32)
+        self._library["all_rows"](pointers, ctypes.c_long(len(found)), _pointer(found))
+        return found
+
     def team(self, worlds: Float64) -> Int32:
         """The team's actions in world states [batch, n_coordinates], [batch, n_agents]."""
         worlds = np.ascontiguousarray(worlds, dtype=np.float64)
@@ -257,6 +266,12 @@ def _check_c(
                 found.append(compare(name, policy, rows, expected, actions))
             wrong = int((compiled.checks(policy.agent, rows) != _checks(policy, rows)).sum())
             found.append(Agreement(INPUT_CHECK, policy.agent, len(rows), wrong, "a check is wrong" if wrong else ""))
+        n = min(len(rows) for rows in asked.values())
+        seen = [asked[policy.agent][:n] for policy in profile.agents]
+        if model.style == ORDERED and not model.side_by_side:  # the functions of that style, one after the other
+            seen = [np.nan_to_num(rows) for rows in seen]
+        for policy, rows, actions in zip(profile.agents, seen, compiled.all(seen).T, strict=True):
+            found.append(compare(ALL, policy, rows, ir.act(policy, rows), actions))
         if model.located:
             worlds = probes.worlds(profile, np.random.default_rng(SEED))
             for policy, actions in zip(profile.agents, compiled.team(worlds).T, strict=True):

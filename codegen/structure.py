@@ -28,6 +28,10 @@ STEP = {
 }
 WALK = "int i; int level; for (i = 0, level = 0; level < {levels}; level++) {{ {step} }} return (int) action[{place}];"
 
+COUNT = "const long count = ((n - first) < 256) ? (n - first) : (256);"
+LOOPS = ["first = 0;", "first < n;", "first += 256;", "row = 0;", "row < count;", "row++;"]
+COPIED = re.compile(r"for \(row = 0; row < count; row\+\+\) \{ actions\[first \+ row\] = \([a-z ]+\) chosen\[row\]; \}")
+
 
 def faults(header: str, profile: ir.PolicyProfile, model: Model) -> dict[str, list[str]]:
     """Per agent, how its `act` and `act_columns` in the header differ from its tree; nothing where they do not."""
@@ -201,25 +205,27 @@ def _columns(body: c_ast.Compound, tree: Tree, numbers: Mapping[str, int]) -> It
         return
     pointers = [item for item in items if isinstance(item, c_ast.Decl) and item.init is not None]
     columns = {item.name: numbers[item.init.subscript.name] for item in pointers}
-    loop = next(item for item in items if isinstance(item, c_ast.For))
+    blocks = next(item for item in items if isinstance(item, c_ast.For))
+    _, _, loop, copied = blocks.stmt.block_items
     *selects, last = loop.stmt.block_items
+    around = [_text(each) for each in (blocks.init, blocks.cond, blocks.next, loop.init, loop.cond, loop.next, copied)]
+    if _text(blocks.stmt.block_items[1]) != COUNT or around[:6] != LOOPS or not COPIED.fullmatch(around[6]):
+        yield "the loop over rows is another"
     splits = {select.name: select.init for select in selects}
     wanted = {f"n{node}" for node in ir.splits(tree)}
     if set(splits) != wanted:
         yield f"selects for {sorted(set(splits) ^ wanted)[:3]} too many or too few"
     for name, select in splits.items():
         node = int(name[1:])
-        if select.cond.op != "<=" or select.cond.left.subscript.name != "row":
+        if select.cond.op != "<=" or _text(select.cond.left.subscript) != "first + row;":
             yield f"node {node} is compared in another way"
         yield from _differences(tree, node, columns[select.cond.left.name.name], _number(select.cond.right))
         for side, child in ((select.iftrue, tree.left[node]), (select.iffalse, tree.right[node])):
             found = side.name if isinstance(side, c_ast.ID) else float(side.value.rstrip("f"))
             if found != (f"n{child}" if tree.feature[child] != NO_FEATURE else float(tree.action[child])):
                 yield f"node {node} leads to {found}"
-    result = last.rvalue.expr
-    found = result.name if isinstance(result, c_ast.ID) else int(result.value)
-    if found != ("n0" if tree.feature[ROOT] != NO_FEATURE else int(tree.action[ROOT])):
+    found = last.rvalue.name if isinstance(last.rvalue, c_ast.ID) else float(last.rvalue.value.rstrip("f"))
+    if found != ("n0" if tree.feature[ROOT] != NO_FEATURE else float(tree.action[ROOT])):
         yield f"the answer is {found}"
-    written = _text(last.lvalue)
-    if written != "actions[row];" or _text(loop.init) != "row = 0;" or _text(loop.cond) != "row < n;":
-        yield "the loop over rows is another"
+    if _text(last.lvalue) != "chosen[row];":
+        yield "the answer goes elsewhere"

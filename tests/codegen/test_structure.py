@@ -14,11 +14,12 @@ from tests.strategies import profiles
 NOT_ITS_OWN = (
     "input check",
     "range check",
-    "batch of rows",
+    "of rows",
     "last rows",
     "world state",
     "rounded before",
-    "in another order",
+    "order",
+    "for all",
 )
 
 
