@@ -11,8 +11,9 @@
  *   void physical_deception_A_act_rows(const float *x, long n, T *actions)              n observations, one after the other
  *   void physical_deception_A_act_columns(const float *const *x, long n, T *actions)    n observations, an array a feature
  *   int physical_deception_A_act_world(const double *w)  the action, from a world state: PHYSICAL_DECEPTION_W_... are its places
- * and for all agents:
- *   void physical_deception_act_team(const double *w, int *actions)   the actions, in the order of this file
+ * and for all agents, in the order of this file:
+ *   void physical_deception_act_all(const float *const *x, int *actions)   the actions, from an observation of each
+ *   void physical_deception_act_team(const double *w, int *actions)        the actions, from a world state
  *
  * A split goes left iff x[feature] <= threshold, both float32, thresholds exact. NaN compares false and so goes right;
  * infinities follow <=. Check untrusted input with ..._finite first.
@@ -185,26 +186,27 @@ static inline void physical_deception_adversary_0_act_rows(const float *x, long 
     static const unsigned char action[16] = {3, 1, 3, 4, 3, 2, 1, 2, 1, 4, 4, 2, 2, 2, 4, 2};
     long row;
     /* eight observations side by side, so that none waits for another */
-    for (row = 0; row + 8 <= n; row += 8) {
+    const float *seen = x;
+    for (row = 0; n - row >= 8; row += 8) {
         int i[8] = {0, 0, 0, 0, 0, 0, 0, 0};
         int level, k;
-        const float *seen = x + row * PHYSICAL_DECEPTION_ADVERSARY_0_N_FEATURES;
         for (level = 0; level < 4; level++) {
             for (k = 0; k < 8; k++) {
                 i[k] = 2 * i[k] + 1 + !(seen[k * PHYSICAL_DECEPTION_ADVERSARY_0_N_FEATURES + feature[i[k]]] <= threshold[i[k]]);
             }
         }
+        seen += 8 * PHYSICAL_DECEPTION_ADVERSARY_0_N_FEATURES;
         for (k = 0; k < 8; k++) {
             actions[row + k] = action[i[k] - 15];
         }
     }
     for (; row < n; row++) {
-        const float *seen = x + row * PHYSICAL_DECEPTION_ADVERSARY_0_N_FEATURES;
         int i, level;
         for (i = 0, level = 0; level < 4; level++) {
             i = 2 * i + 1 + !(seen[feature[i]] <= threshold[i]);
         }
         actions[row] = action[i - 15];
+        seen += PHYSICAL_DECEPTION_ADVERSARY_0_N_FEATURES;
     }
 }
 
@@ -218,24 +220,31 @@ static inline void physical_deception_adversary_0_act_columns(const float *const
     const float *const x5 = x[PHYSICAL_DECEPTION_ADVERSARY_0_X_AGENT_0_DY];
     const float *const x6 = x[PHYSICAL_DECEPTION_ADVERSARY_0_X_AGENT_1_DX];
     const float *const x7 = x[PHYSICAL_DECEPTION_ADVERSARY_0_X_AGENT_1_DY];
-    long row;
-    /* a select a split, leaves first: what compilers turn into vectors */
-    for (row = 0; row < n; row++) {
-        const float n26 = x0[row] <= 0x1.935708p+0f ? 4.0f : 2.0f;
-        const float n24 = x7[row] <= 0x1.fcaea2p-1f ? 2.0f : n26;
-        const float n21 = x2[row] <= 0x1.7f8ed8p-2f ? 4.0f : 2.0f;
-        const float n18 = x1[row] <= 0x1.e61e42p-1f ? 1.0f : 4.0f;
-        const float n17 = x4[row] <= -0x1.a541a2p-1f ? n18 : n21;
-        const float n16 = x0[row] <= 0x1.393f82p+0f ? n17 : n24;
-        const float n13 = x6[row] <= -0x1.d1593ep-2f ? 1.0f : 2.0f;
-        const float n10 = x5[row] <= -0x1.8cc316p-3f ? 3.0f : 2.0f;
-        const float n9 = x3[row] <= -0x1.945faep-2f ? n10 : n13;
-        const float n6 = x7[row] <= 0x1.a74b4ep-2f ? 3.0f : 4.0f;
-        const float n3 = x3[row] <= -0x1.ef118cp-1f ? 3.0f : 1.0f;
-        const float n2 = x2[row] <= -0x1.1ae498p-1f ? n3 : n6;
-        const float n1 = x0[row] <= 0x1.f2536ep-2f ? n2 : n9;
-        const float n0 = x5[row] <= 0x1.ada46p-2f ? n1 : n16;
-        actions[row] = (unsigned char)n0;
+    long first, row;
+    /* a select a split, leaves first, into a place of its own: what compilers turn into vectors */
+    for (first = 0; first < n; first += 256) {
+        float chosen[256];
+        const long count = n - first < 256 ? n - first : 256;
+        for (row = 0; row < count; row++) {
+            const float n26 = x0[first + row] <= 0x1.935708p+0f ? 4.0f : 2.0f;
+            const float n24 = x7[first + row] <= 0x1.fcaea2p-1f ? 2.0f : n26;
+            const float n21 = x2[first + row] <= 0x1.7f8ed8p-2f ? 4.0f : 2.0f;
+            const float n18 = x1[first + row] <= 0x1.e61e42p-1f ? 1.0f : 4.0f;
+            const float n17 = x4[first + row] <= -0x1.a541a2p-1f ? n18 : n21;
+            const float n16 = x0[first + row] <= 0x1.393f82p+0f ? n17 : n24;
+            const float n13 = x6[first + row] <= -0x1.d1593ep-2f ? 1.0f : 2.0f;
+            const float n10 = x5[first + row] <= -0x1.8cc316p-3f ? 3.0f : 2.0f;
+            const float n9 = x3[first + row] <= -0x1.945faep-2f ? n10 : n13;
+            const float n6 = x7[first + row] <= 0x1.a74b4ep-2f ? 3.0f : 4.0f;
+            const float n3 = x3[first + row] <= -0x1.ef118cp-1f ? 3.0f : 1.0f;
+            const float n2 = x2[first + row] <= -0x1.1ae498p-1f ? n3 : n6;
+            const float n1 = x0[first + row] <= 0x1.f2536ep-2f ? n2 : n9;
+            const float n0 = x5[first + row] <= 0x1.ada46p-2f ? n1 : n16;
+            chosen[row] = n0;
+        }
+        for (row = 0; row < count; row++) {
+            actions[first + row] = (unsigned char)chosen[row];
+        }
     }
 }
 
@@ -388,26 +397,27 @@ static inline void physical_deception_agent_0_act_rows(const float *x, long n, u
     static const unsigned char action[16] = {3, 1, 3, 2, 3, 2, 3, 2, 1, 4, 4, 4, 2, 2, 4, 2};
     long row;
     /* eight observations side by side, so that none waits for another */
-    for (row = 0; row + 8 <= n; row += 8) {
+    const float *seen = x;
+    for (row = 0; n - row >= 8; row += 8) {
         int i[8] = {0, 0, 0, 0, 0, 0, 0, 0};
         int level, k;
-        const float *seen = x + row * PHYSICAL_DECEPTION_AGENT_0_N_FEATURES;
         for (level = 0; level < 4; level++) {
             for (k = 0; k < 8; k++) {
                 i[k] = 2 * i[k] + 1 + !(seen[k * PHYSICAL_DECEPTION_AGENT_0_N_FEATURES + feature[i[k]]] <= threshold[i[k]]);
             }
         }
+        seen += 8 * PHYSICAL_DECEPTION_AGENT_0_N_FEATURES;
         for (k = 0; k < 8; k++) {
             actions[row + k] = action[i[k] - 15];
         }
     }
     for (; row < n; row++) {
-        const float *seen = x + row * PHYSICAL_DECEPTION_AGENT_0_N_FEATURES;
         int i, level;
         for (i = 0, level = 0; level < 4; level++) {
             i = 2 * i + 1 + !(seen[feature[i]] <= threshold[i]);
         }
         actions[row] = action[i - 15];
+        seen += PHYSICAL_DECEPTION_AGENT_0_N_FEATURES;
     }
 }
 
@@ -418,23 +428,30 @@ static inline void physical_deception_agent_0_act_columns(const float *const *x,
     const float *const x3 = x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DY];
     const float *const x4 = x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_1_DX];
     const float *const x5 = x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_1_DY];
-    long row;
-    /* a select a split, leaves first: what compilers turn into vectors */
-    for (row = 0; row < n; row++) {
-        const float n24 = x0[row] <= 0x1.a9a436p-1f ? 4.0f : 2.0f;
-        const float n22 = x3[row] <= 0x1.608b3ap-2f ? 2.0f : n24;
-        const float n18 = x3[row] <= 0x1.6c1a2cp-1f ? 1.0f : 4.0f;
-        const float n17 = x2[row] <= -0x1.8ce0f8p-3f ? n18 : 4.0f;
-        const float n16 = x2[row] <= 0x1.6d19eep-3f ? n17 : n22;
-        const float n13 = x5[row] <= -0x1.9ae1d2p+0f ? 3.0f : 2.0f;
-        const float n10 = x3[row] <= -0x1.c54bd2p-3f ? 3.0f : 2.0f;
-        const float n9 = x4[row] <= 0x1.614428p-2f ? n10 : n13;
-        const float n6 = x3[row] <= -0x1.2dc2b2p-4f ? 3.0f : 2.0f;
-        const float n3 = x3[row] <= -0x1.7d8ed6p-2f ? 3.0f : 1.0f;
-        const float n2 = x2[row] <= -0x1.065586p-3f ? n3 : n6;
-        const float n1 = x2[row] <= 0x1.774214p-3f ? n2 : n9;
-        const float n0 = x3[row] <= 0x1.22071cp-5f ? n1 : n16;
-        actions[row] = (unsigned char)n0;
+    long first, row;
+    /* a select a split, leaves first, into a place of its own: what compilers turn into vectors */
+    for (first = 0; first < n; first += 256) {
+        float chosen[256];
+        const long count = n - first < 256 ? n - first : 256;
+        for (row = 0; row < count; row++) {
+            const float n24 = x0[first + row] <= 0x1.a9a436p-1f ? 4.0f : 2.0f;
+            const float n22 = x3[first + row] <= 0x1.608b3ap-2f ? 2.0f : n24;
+            const float n18 = x3[first + row] <= 0x1.6c1a2cp-1f ? 1.0f : 4.0f;
+            const float n17 = x2[first + row] <= -0x1.8ce0f8p-3f ? n18 : 4.0f;
+            const float n16 = x2[first + row] <= 0x1.6d19eep-3f ? n17 : n22;
+            const float n13 = x5[first + row] <= -0x1.9ae1d2p+0f ? 3.0f : 2.0f;
+            const float n10 = x3[first + row] <= -0x1.c54bd2p-3f ? 3.0f : 2.0f;
+            const float n9 = x4[first + row] <= 0x1.614428p-2f ? n10 : n13;
+            const float n6 = x3[first + row] <= -0x1.2dc2b2p-4f ? 3.0f : 2.0f;
+            const float n3 = x3[first + row] <= -0x1.7d8ed6p-2f ? 3.0f : 1.0f;
+            const float n2 = x2[first + row] <= -0x1.065586p-3f ? n3 : n6;
+            const float n1 = x2[first + row] <= 0x1.774214p-3f ? n2 : n9;
+            const float n0 = x3[first + row] <= 0x1.22071cp-5f ? n1 : n16;
+            chosen[row] = n0;
+        }
+        for (row = 0; row < count; row++) {
+            actions[first + row] = (unsigned char)chosen[row];
+        }
     }
 }
 
@@ -589,26 +606,27 @@ static inline void physical_deception_agent_1_act_rows(const float *x, long n, u
     static const unsigned char action[16] = {3, 1, 3, 4, 1, 4, 0, 4, 3, 2, 2, 4, 4, 4, 2, 2};
     long row;
     /* eight observations side by side, so that none waits for another */
-    for (row = 0; row + 8 <= n; row += 8) {
+    const float *seen = x;
+    for (row = 0; n - row >= 8; row += 8) {
         int i[8] = {0, 0, 0, 0, 0, 0, 0, 0};
         int level, k;
-        const float *seen = x + row * PHYSICAL_DECEPTION_AGENT_1_N_FEATURES;
         for (level = 0; level < 4; level++) {
             for (k = 0; k < 8; k++) {
                 i[k] = 2 * i[k] + 1 + !(seen[k * PHYSICAL_DECEPTION_AGENT_1_N_FEATURES + feature[i[k]]] <= threshold[i[k]]);
             }
         }
+        seen += 8 * PHYSICAL_DECEPTION_AGENT_1_N_FEATURES;
         for (k = 0; k < 8; k++) {
             actions[row + k] = action[i[k] - 15];
         }
     }
     for (; row < n; row++) {
-        const float *seen = x + row * PHYSICAL_DECEPTION_AGENT_1_N_FEATURES;
         int i, level;
         for (i = 0, level = 0; level < 4; level++) {
             i = 2 * i + 1 + !(seen[feature[i]] <= threshold[i]);
         }
         actions[row] = action[i - 15];
+        seen += PHYSICAL_DECEPTION_AGENT_1_N_FEATURES;
     }
 }
 
@@ -618,23 +636,30 @@ static inline void physical_deception_agent_1_act_columns(const float *const *x,
     const float *const x3 = x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_0_DY];
     const float *const x4 = x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DX];
     const float *const x5 = x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DY];
-    long row;
-    /* a select a split, leaves first: what compilers turn into vectors */
-    for (row = 0; row < n; row++) {
-        const float n24 = x0[row] <= 0x1.09743cp+0f ? 4.0f : 2.0f;
-        const float n21 = x3[row] <= 0x1.ad4dd4p+0f ? 2.0f : 4.0f;
-        const float n18 = x5[row] <= -0x1.e44826p-3f ? 3.0f : 2.0f;
-        const float n17 = x4[row] <= 0x1.144d04p-2f ? n18 : n21;
-        const float n16 = x5[row] <= 0x1.fe2a84p-1f ? n17 : n24;
-        const float n13 = x5[row] <= 0x1.35fe34p-4f ? 0.0f : 4.0f;
-        const float n10 = x5[row] <= 0x1.0f966ap-1f ? 1.0f : 4.0f;
-        const float n9 = x4[row] <= -0x1.10e0f4p-3f ? n10 : n13;
-        const float n6 = x5[row] <= -0x1.dce96cp-4f ? 3.0f : 4.0f;
-        const float n3 = x5[row] <= -0x1.7531aep-1f ? 3.0f : 1.0f;
-        const float n2 = x4[row] <= -0x1.07c544p-2f ? n3 : n6;
-        const float n1 = x5[row] <= -0x1.20050ap-4f ? n2 : n9;
-        const float n0 = x4[row] <= 0x1.4ffd48p-3f ? n1 : n16;
-        actions[row] = (unsigned char)n0;
+    long first, row;
+    /* a select a split, leaves first, into a place of its own: what compilers turn into vectors */
+    for (first = 0; first < n; first += 256) {
+        float chosen[256];
+        const long count = n - first < 256 ? n - first : 256;
+        for (row = 0; row < count; row++) {
+            const float n24 = x0[first + row] <= 0x1.09743cp+0f ? 4.0f : 2.0f;
+            const float n21 = x3[first + row] <= 0x1.ad4dd4p+0f ? 2.0f : 4.0f;
+            const float n18 = x5[first + row] <= -0x1.e44826p-3f ? 3.0f : 2.0f;
+            const float n17 = x4[first + row] <= 0x1.144d04p-2f ? n18 : n21;
+            const float n16 = x5[first + row] <= 0x1.fe2a84p-1f ? n17 : n24;
+            const float n13 = x5[first + row] <= 0x1.35fe34p-4f ? 0.0f : 4.0f;
+            const float n10 = x5[first + row] <= 0x1.0f966ap-1f ? 1.0f : 4.0f;
+            const float n9 = x4[first + row] <= -0x1.10e0f4p-3f ? n10 : n13;
+            const float n6 = x5[first + row] <= -0x1.dce96cp-4f ? 3.0f : 4.0f;
+            const float n3 = x5[first + row] <= -0x1.7531aep-1f ? 3.0f : 1.0f;
+            const float n2 = x4[first + row] <= -0x1.07c544p-2f ? n3 : n6;
+            const float n1 = x5[first + row] <= -0x1.20050ap-4f ? n2 : n9;
+            const float n0 = x4[first + row] <= 0x1.4ffd48p-3f ? n1 : n16;
+            chosen[row] = n0;
+        }
+        for (row = 0; row < count; row++) {
+            actions[first + row] = (unsigned char)chosen[row];
+        }
     }
 }
 
@@ -652,6 +677,39 @@ static inline int physical_deception_agent_1_act_world(const double *w)
     x[8] = (float)(w[PHYSICAL_DECEPTION_W_AGENT_0_X] - w[PHYSICAL_DECEPTION_W_AGENT_1_X]);
     x[9] = (float)(w[PHYSICAL_DECEPTION_W_AGENT_0_Y] - w[PHYSICAL_DECEPTION_W_AGENT_1_Y]);
     return physical_deception_agent_1_act(x);
+}
+
+static inline void physical_deception_act_all(const float *const *x, int *actions)
+{
+    /* branch-free walks side by side, so that no agent waits for another and the time does not depend on the data */
+    static const float threshold_0[15] = {0x1.ada46p-2f, 0x1.f2536ep-2f, 0x1.393f82p+0f, -0x1.1ae498p-1f, -0x1.945faep-2f, -0x1.a541a2p-1f, 0x1.fcaea2p-1f, -0x1.ef118cp-1f, 0x1.a74b4ep-2f, -0x1.8cc316p-3f, -0x1.d1593ep-2f, 0x1.e61e42p-1f, 0x1.7f8ed8p-2f, 0x0p+0f, 0x1.935708p+0f};
+    static const unsigned char feature_0[15] = {5, 0, 0, 2, 3, 4, 7, 3, 7, 5, 6, 1, 2, 0, 0};
+    static const unsigned char action_0[16] = {3, 1, 3, 4, 3, 2, 1, 2, 1, 4, 4, 2, 2, 2, 4, 2};
+    static const float threshold_1[15] = {0x1.22071cp-5f, 0x1.774214p-3f, 0x1.6d19eep-3f, -0x1.065586p-3f, 0x1.614428p-2f, -0x1.8ce0f8p-3f, 0x1.608b3ap-2f, -0x1.7d8ed6p-2f, -0x1.2dc2b2p-4f, -0x1.c54bd2p-3f, -0x1.9ae1d2p+0f, 0x1.6c1a2cp-1f, 0x0p+0f, 0x0p+0f, 0x1.a9a436p-1f};
+    static const unsigned char feature_1[15] = {3, 2, 2, 2, 4, 2, 3, 3, 3, 3, 5, 3, 0, 0, 0};
+    static const unsigned char action_1[16] = {3, 1, 3, 2, 3, 2, 3, 2, 1, 4, 4, 4, 2, 2, 4, 2};
+    static const float threshold_2[15] = {0x1.4ffd48p-3f, -0x1.20050ap-4f, 0x1.fe2a84p-1f, -0x1.07c544p-2f, -0x1.10e0f4p-3f, 0x1.144d04p-2f, 0x1.09743cp+0f, -0x1.7531aep-1f, -0x1.dce96cp-4f, 0x1.0f966ap-1f, 0x1.35fe34p-4f, -0x1.e44826p-3f, 0x1.ad4dd4p+0f, 0x0p+0f, 0x0p+0f};
+    static const unsigned char feature_2[15] = {4, 5, 5, 4, 4, 4, 0, 5, 5, 5, 5, 5, 3, 0, 0};
+    static const unsigned char action_2[16] = {3, 1, 3, 4, 1, 4, 0, 4, 3, 2, 2, 4, 4, 4, 2, 2};
+    const float *const x_0 = x[0];
+    const float *const x_1 = x[1];
+    const float *const x_2 = x[2];
+    int i_0 = 0, i_1 = 0, i_2 = 0;
+    i_0 = 2 * i_0 + 1 + !(x_0[feature_0[i_0]] <= threshold_0[i_0]);
+    i_1 = 2 * i_1 + 1 + !(x_1[feature_1[i_1]] <= threshold_1[i_1]);
+    i_2 = 2 * i_2 + 1 + !(x_2[feature_2[i_2]] <= threshold_2[i_2]);
+    i_0 = 2 * i_0 + 1 + !(x_0[feature_0[i_0]] <= threshold_0[i_0]);
+    i_1 = 2 * i_1 + 1 + !(x_1[feature_1[i_1]] <= threshold_1[i_1]);
+    i_2 = 2 * i_2 + 1 + !(x_2[feature_2[i_2]] <= threshold_2[i_2]);
+    i_0 = 2 * i_0 + 1 + !(x_0[feature_0[i_0]] <= threshold_0[i_0]);
+    i_1 = 2 * i_1 + 1 + !(x_1[feature_1[i_1]] <= threshold_1[i_1]);
+    i_2 = 2 * i_2 + 1 + !(x_2[feature_2[i_2]] <= threshold_2[i_2]);
+    i_0 = 2 * i_0 + 1 + !(x_0[feature_0[i_0]] <= threshold_0[i_0]);
+    i_1 = 2 * i_1 + 1 + !(x_1[feature_1[i_1]] <= threshold_1[i_1]);
+    i_2 = 2 * i_2 + 1 + !(x_2[feature_2[i_2]] <= threshold_2[i_2]);
+    actions[0] = (int)action_0[i_0 - 15];
+    actions[1] = (int)action_1[i_1 - 15];
+    actions[2] = (int)action_2[i_2 - 15];
 }
 
 static inline void physical_deception_act_team(const double *w, int *actions)

@@ -77,36 +77,59 @@ def act_adversary_0_batch(x):
     import numpy as np
 
     x = np.asarray(x, dtype=np.float32)
-    n28 = 2
-    n27 = 4
-    n26 = np.where(x[:, 0] <= 1.5755468010902405, n27, n28)
-    n25 = 2
-    n24 = np.where(x[:, 7] <= 0.9935198724269866, n25, n26)
-    n23 = 2
-    n22 = 4
-    n21 = np.where(x[:, 2] <= 0.3745683580636978, n22, n23)
-    n20 = 4
-    n19 = 1
-    n18 = np.where(x[:, 1] <= 0.9494496285915374, n19, n20)
-    n17 = np.where(x[:, 4] <= -0.8227663338184358, n18, n21)
-    n16 = np.where(x[:, 0] <= 1.2236253619194029, n17, n24)
-    n15 = 2
-    n14 = 1
-    n13 = np.where(x[:, 6] <= -0.4544419795274735, n14, n15)
-    n12 = 2
-    n11 = 3
-    n10 = np.where(x[:, 5] <= -0.193731464445591, n11, n12)
-    n9 = np.where(x[:, 3] <= -0.39489622414112097, n10, n13)
-    n8 = 4
-    n7 = 3
-    n6 = np.where(x[:, 7] <= 0.41337321698665613, n7, n8)
-    n5 = 1
-    n4 = 3
-    n3 = np.where(x[:, 3] <= -0.9669307172298431, n4, n5)
-    n2 = np.where(x[:, 2] <= -0.5525252521038055, n3, n6)
-    n1 = np.where(x[:, 0] <= 0.48664639890193934, n2, n9)
-    n0 = np.where(x[:, 5] <= 0.4195723682641983, n1, n16)
-    return n0
+    actions = np.empty(len(x), dtype=np.int64)
+    for start in range(0, len(x), 16384):  # as much as stays in the cache
+        part = x[start : start + 16384]
+        x0 = part[:, 0].copy()
+        x2 = part[:, 2].copy()
+        x3 = part[:, 3].copy()
+        x5 = part[:, 5].copy()
+        x7 = part[:, 7].copy()
+        # each node's actions: those of the right child, with the bits that differ flipped where the test holds
+        n26 = -(x0 <= 1.5755468010902405).view(np.uint8)
+        n26 &= 4 ^ 2
+        n26 ^= 2
+        n24 = -(x7 <= 0.9935198724269866).view(np.uint8)
+        n24 &= 2 ^ n26
+        n24 ^= n26
+        n21 = -(x2 <= 0.3745683580636978).view(np.uint8)
+        n21 &= 4 ^ 2
+        n21 ^= 2
+        n18 = -(part[:, 1] <= 0.9494496285915374).view(np.uint8)
+        n18 &= 1 ^ 4
+        n18 ^= 4
+        n17 = -(part[:, 4] <= -0.8227663338184358).view(np.uint8)
+        n17 &= n18 ^ n21
+        n17 ^= n21
+        n16 = -(x0 <= 1.2236253619194029).view(np.uint8)
+        n16 &= n17 ^ n24
+        n16 ^= n24
+        n13 = -(part[:, 6] <= -0.4544419795274735).view(np.uint8)
+        n13 &= 1 ^ 2
+        n13 ^= 2
+        n10 = -(x5 <= -0.193731464445591).view(np.uint8)
+        n10 &= 3 ^ 2
+        n10 ^= 2
+        n9 = -(x3 <= -0.39489622414112097).view(np.uint8)
+        n9 &= n10 ^ n13
+        n9 ^= n13
+        n6 = -(x7 <= 0.41337321698665613).view(np.uint8)
+        n6 &= 3 ^ 4
+        n6 ^= 4
+        n3 = -(x3 <= -0.9669307172298431).view(np.uint8)
+        n3 &= 3 ^ 1
+        n3 ^= 1
+        n2 = -(x2 <= -0.5525252521038055).view(np.uint8)
+        n2 &= n3 ^ n6
+        n2 ^= n6
+        n1 = -(x0 <= 0.48664639890193934).view(np.uint8)
+        n1 &= n2 ^ n9
+        n1 ^= n9
+        n0 = -(x5 <= 0.4195723682641983).view(np.uint8)
+        n0 &= n1 ^ n16
+        n0 ^= n16
+        actions[start : start + 16384] = n0
+    return actions
 
 
 def act_agent_0(x):
@@ -158,34 +181,53 @@ def act_agent_0_batch(x):
     import numpy as np
 
     x = np.asarray(x, dtype=np.float32)
-    n26 = 2
-    n25 = 4
-    n24 = np.where(x[:, 0] <= 0.8313309848308562, n25, n26)
-    n23 = 2
-    n22 = np.where(x[:, 3] <= 0.34428112208843226, n23, n24)
-    n21 = 4
-    n20 = 4
-    n19 = 1
-    n18 = np.where(x[:, 3] <= 0.71113720536232, n19, n20)
-    n17 = np.where(x[:, 2] <= -0.19378846138715744, n18, n21)
-    n16 = np.where(x[:, 2] <= 0.17827212065458295, n17, n22)
-    n15 = 2
-    n14 = 3
-    n13 = np.where(x[:, 5] <= -1.6050081849098208, n14, n15)
-    n12 = 2
-    n11 = 3
-    n10 = np.where(x[:, 3] <= -0.22133601456880572, n11, n12)
-    n9 = np.where(x[:, 4] <= 0.34498657286167145, n10, n13)
-    n8 = 2
-    n7 = 3
-    n6 = np.where(x[:, 3] <= -0.07367200031876565, n7, n8)
-    n5 = 1
-    n4 = 3
-    n3 = np.where(x[:, 3] <= -0.3726151734590531, n4, n5)
-    n2 = np.where(x[:, 2] <= -0.12809280306100848, n3, n6)
-    n1 = np.where(x[:, 2] <= 0.18323151022195816, n2, n9)
-    n0 = np.where(x[:, 3] <= 0.03540378250181675, n1, n16)
-    return n0
+    actions = np.empty(len(x), dtype=np.int64)
+    for start in range(0, len(x), 16384):  # as much as stays in the cache
+        part = x[start : start + 16384]
+        x2 = part[:, 2].copy()
+        x3 = part[:, 3].copy()
+        # each node's actions: those of the right child, with the bits that differ flipped where the test holds
+        n24 = -(part[:, 0] <= 0.8313309848308562).view(np.uint8)
+        n24 &= 4 ^ 2
+        n24 ^= 2
+        n22 = -(x3 <= 0.34428112208843226).view(np.uint8)
+        n22 &= 2 ^ n24
+        n22 ^= n24
+        n18 = -(x3 <= 0.71113720536232).view(np.uint8)
+        n18 &= 1 ^ 4
+        n18 ^= 4
+        n17 = -(x2 <= -0.19378846138715744).view(np.uint8)
+        n17 &= n18 ^ 4
+        n17 ^= 4
+        n16 = -(x2 <= 0.17827212065458295).view(np.uint8)
+        n16 &= n17 ^ n22
+        n16 ^= n22
+        n13 = -(part[:, 5] <= -1.6050081849098208).view(np.uint8)
+        n13 &= 3 ^ 2
+        n13 ^= 2
+        n10 = -(x3 <= -0.22133601456880572).view(np.uint8)
+        n10 &= 3 ^ 2
+        n10 ^= 2
+        n9 = -(part[:, 4] <= 0.34498657286167145).view(np.uint8)
+        n9 &= n10 ^ n13
+        n9 ^= n13
+        n6 = -(x3 <= -0.07367200031876565).view(np.uint8)
+        n6 &= 3 ^ 2
+        n6 ^= 2
+        n3 = -(x3 <= -0.3726151734590531).view(np.uint8)
+        n3 &= 3 ^ 1
+        n3 ^= 1
+        n2 = -(x2 <= -0.12809280306100848).view(np.uint8)
+        n2 &= n3 ^ n6
+        n2 ^= n6
+        n1 = -(x2 <= 0.18323151022195816).view(np.uint8)
+        n1 &= n2 ^ n9
+        n1 ^= n9
+        n0 = -(x3 <= 0.03540378250181675).view(np.uint8)
+        n0 &= n1 ^ n16
+        n0 ^= n16
+        actions[start : start + 16384] = n0
+    return actions
 
 
 def act_agent_1(x):
@@ -237,34 +279,53 @@ def act_agent_1_batch(x):
     import numpy as np
 
     x = np.asarray(x, dtype=np.float32)
-    n26 = 2
-    n25 = 4
-    n24 = np.where(x[:, 0] <= 1.0369299054145813, n25, n26)
-    n23 = 4
-    n22 = 2
-    n21 = np.where(x[:, 3] <= 1.6769688725471497, n22, n23)
-    n20 = 2
-    n19 = 3
-    n18 = np.where(x[:, 5] <= -0.23646572977304461, n19, n20)
-    n17 = np.where(x[:, 4] <= 0.2698250561952591, n18, n21)
-    n16 = np.where(x[:, 5] <= 0.9964181482791901, n17, n24)
-    n15 = 4
-    n14 = 0
-    n13 = np.where(x[:, 5] <= 0.075681883841753, n14, n15)
-    n12 = 4
-    n11 = 1
-    n10 = np.where(x[:, 5] <= 0.5304444730281829, n11, n12)
-    n9 = np.where(x[:, 4] <= -0.13324155658483505, n10, n13)
-    n8 = 4
-    n7 = 3
-    n6 = np.where(x[:, 5] <= -0.11643354222178459, n7, n8)
-    n5 = 1
-    n4 = 3
-    n3 = np.where(x[:, 5] <= -0.7288946211338044, n4, n5)
-    n2 = np.where(x[:, 4] <= -0.2575884312391281, n3, n6)
-    n1 = np.where(x[:, 5] <= -0.07031730189919473, n2, n9)
-    n0 = np.where(x[:, 4] <= 0.16405732184648514, n1, n16)
-    return n0
+    actions = np.empty(len(x), dtype=np.int64)
+    for start in range(0, len(x), 16384):  # as much as stays in the cache
+        part = x[start : start + 16384]
+        x4 = part[:, 4].copy()
+        x5 = part[:, 5].copy()
+        # each node's actions: those of the right child, with the bits that differ flipped where the test holds
+        n24 = -(part[:, 0] <= 1.0369299054145813).view(np.uint8)
+        n24 &= 4 ^ 2
+        n24 ^= 2
+        n21 = -(part[:, 3] <= 1.6769688725471497).view(np.uint8)
+        n21 &= 2 ^ 4
+        n21 ^= 4
+        n18 = -(x5 <= -0.23646572977304461).view(np.uint8)
+        n18 &= 3 ^ 2
+        n18 ^= 2
+        n17 = -(x4 <= 0.2698250561952591).view(np.uint8)
+        n17 &= n18 ^ n21
+        n17 ^= n21
+        n16 = -(x5 <= 0.9964181482791901).view(np.uint8)
+        n16 &= n17 ^ n24
+        n16 ^= n24
+        n13 = -(x5 <= 0.075681883841753).view(np.uint8)
+        n13 &= 0 ^ 4
+        n13 ^= 4
+        n10 = -(x5 <= 0.5304444730281829).view(np.uint8)
+        n10 &= 1 ^ 4
+        n10 ^= 4
+        n9 = -(x4 <= -0.13324155658483505).view(np.uint8)
+        n9 &= n10 ^ n13
+        n9 ^= n13
+        n6 = -(x5 <= -0.11643354222178459).view(np.uint8)
+        n6 &= 3 ^ 4
+        n6 ^= 4
+        n3 = -(x5 <= -0.7288946211338044).view(np.uint8)
+        n3 &= 3 ^ 1
+        n3 ^= 1
+        n2 = -(x4 <= -0.2575884312391281).view(np.uint8)
+        n2 &= n3 ^ n6
+        n2 ^= n6
+        n1 = -(x5 <= -0.07031730189919473).view(np.uint8)
+        n1 &= n2 ^ n9
+        n1 ^= n9
+        n0 = -(x4 <= 0.16405732184648514).view(np.uint8)
+        n0 &= n1 ^ n16
+        n0 ^= n16
+        actions[start : start + 16384] = n0
+    return actions
 
 
 ACT = {

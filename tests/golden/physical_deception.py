@@ -35,8 +35,7 @@ def act_adversary_0_batch(x):
     import numpy as np
 
     x = np.asarray(x, dtype=np.float32)
-    n0 = np.full(len(x), 0)
-    return n0
+    return np.full(len(x), 0)
 
 
 def act_agent_0(x):
@@ -61,16 +60,24 @@ def act_agent_0_batch(x):
     import numpy as np
 
     x = np.asarray(x, dtype=np.float32)
-    n8 = 0
-    n7 = 0
-    n6 = np.where(x[:, 2] <= 3.4028235677973362e+38, n7, n8)
-    n5 = 4
-    n4 = np.where(x[:, 9] <= -0.33333332836627966, n5, n6)
-    n3 = 2
-    n2 = 1
-    n1 = np.where(x[:, 3] <= 7.006492321624085e-46, n2, n3)
-    n0 = np.where(x[:, 0] <= 0.09999999776482582, n1, n4)
-    return n0
+    actions = np.empty(len(x), dtype=np.int64)
+    for start in range(0, len(x), 16384):  # as much as stays in the cache
+        part = x[start : start + 16384]
+        # each node's actions: those of the right child, with the bits that differ flipped where the test holds
+        n6 = -(part[:, 2] <= 3.4028235677973362e+38).view(np.uint8)
+        n6 &= 0 ^ 0
+        n6 ^= 0
+        n4 = -(part[:, 9] <= -0.33333332836627966).view(np.uint8)
+        n4 &= 4 ^ n6
+        n4 ^= n6
+        n1 = -(part[:, 3] <= 7.006492321624085e-46).view(np.uint8)
+        n1 &= 1 ^ 2
+        n1 ^= 2
+        n0 = -(part[:, 0] <= 0.09999999776482582).view(np.uint8)
+        n0 &= n1 ^ n4
+        n0 ^= n4
+        actions[start : start + 16384] = n0
+    return actions
 
 
 def act_agent_1(x):
@@ -92,14 +99,22 @@ def act_agent_1_batch(x):
     import numpy as np
 
     x = np.asarray(x, dtype=np.float32)
-    n6 = 2
-    n5 = 4
-    n4 = 3
-    n3 = np.where(x[:, 5] <= 7.006492321624085e-46, n4, n5)
-    n2 = np.where(x[:, 4] <= 0.0500000026077032, n3, n6)
-    n1 = 1
-    n0 = np.where(x[:, 4] <= -0.04999999888241292, n1, n2)
-    return n0
+    actions = np.empty(len(x), dtype=np.int64)
+    for start in range(0, len(x), 16384):  # as much as stays in the cache
+        part = x[start : start + 16384]
+        x4 = part[:, 4].copy()
+        # each node's actions: those of the right child, with the bits that differ flipped where the test holds
+        n3 = -(part[:, 5] <= 7.006492321624085e-46).view(np.uint8)
+        n3 &= 3 ^ 4
+        n3 ^= 4
+        n2 = -(x4 <= 0.0500000026077032).view(np.uint8)
+        n2 &= n3 ^ 2
+        n2 ^= 2
+        n0 = -(x4 <= -0.04999999888241292).view(np.uint8)
+        n0 &= 1 ^ n2
+        n0 ^= n2
+        actions[start : start + 16384] = n0
+    return actions
 
 
 ACT = {

@@ -11,8 +11,9 @@
  *   void physical_deception_A_act_rows(const float *x, long n, T *actions)              n observations, one after the other
  *   void physical_deception_A_act_columns(const float *const *x, long n, T *actions)    n observations, an array a feature
  *   int physical_deception_A_act_world(const double *w)  the action, from a world state: PHYSICAL_DECEPTION_W_... are its places
- * and for all agents:
- *   void physical_deception_act_team(const double *w, int *actions)   the actions, in the order of this file
+ * and for all agents, in the order of this file:
+ *   void physical_deception_act_all(const float *const *x, int *actions)   the actions, from an observation of each
+ *   void physical_deception_act_team(const double *w, int *actions)        the actions, from a world state
  *
  * A split goes left iff x[feature] <= threshold, both float32, thresholds exact. NaN compares false and so goes right;
  * infinities follow <=. Check untrusted input with ..._finite first.
@@ -137,10 +138,17 @@ static inline void physical_deception_adversary_0_act_rows(const float *x, long 
 static inline void physical_deception_adversary_0_act_columns(const float *const *x, long n, unsigned char *actions)
 {
     (void)x;
-    long row;
-    /* a select a split, leaves first: what compilers turn into vectors */
-    for (row = 0; row < n; row++) {
-        actions[row] = (unsigned char)0;
+    long first, row;
+    /* a select a split, leaves first, into a place of its own: what compilers turn into vectors */
+    for (first = 0; first < n; first += 256) {
+        float chosen[256];
+        const long count = n - first < 256 ? n - first : 256;
+        for (row = 0; row < count; row++) {
+            chosen[row] = 0.0f;
+        }
+        for (row = 0; row < count; row++) {
+            actions[first + row] = (unsigned char)chosen[row];
+        }
     }
 }
 
@@ -248,26 +256,27 @@ static inline void physical_deception_agent_0_act_rows(const float *x, long n, u
     static const unsigned char action[8] = {1, 1, 2, 2, 4, 4, 0, 0};
     long row;
     /* eight observations side by side, so that none waits for another */
-    for (row = 0; row + 8 <= n; row += 8) {
+    const float *seen = x;
+    for (row = 0; n - row >= 8; row += 8) {
         int i[8] = {0, 0, 0, 0, 0, 0, 0, 0};
         int level, k;
-        const float *seen = x + row * PHYSICAL_DECEPTION_AGENT_0_N_FEATURES;
         for (level = 0; level < 3; level++) {
             for (k = 0; k < 8; k++) {
                 i[k] = 2 * i[k] + 1 + !(seen[k * PHYSICAL_DECEPTION_AGENT_0_N_FEATURES + feature[i[k]]] <= threshold[i[k]]);
             }
         }
+        seen += 8 * PHYSICAL_DECEPTION_AGENT_0_N_FEATURES;
         for (k = 0; k < 8; k++) {
             actions[row + k] = action[i[k] - 7];
         }
     }
     for (; row < n; row++) {
-        const float *seen = x + row * PHYSICAL_DECEPTION_AGENT_0_N_FEATURES;
         int i, level;
         for (i = 0, level = 0; level < 3; level++) {
             i = 2 * i + 1 + !(seen[feature[i]] <= threshold[i]);
         }
         actions[row] = action[i - 7];
+        seen += PHYSICAL_DECEPTION_AGENT_0_N_FEATURES;
     }
 }
 
@@ -277,14 +286,21 @@ static inline void physical_deception_agent_0_act_columns(const float *const *x,
     const float *const x2 = x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DX];
     const float *const x3 = x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DY];
     const float *const x9 = x[PHYSICAL_DECEPTION_AGENT_0_X_AGENT_1_DY];
-    long row;
-    /* a select a split, leaves first: what compilers turn into vectors */
-    for (row = 0; row < n; row++) {
-        const float n6 = x2[row] <= 0x1.fffffep+127f ? 0.0f : 0.0f;
-        const float n4 = x9[row] <= -0x1.555556p-2f ? 4.0f : n6;
-        const float n1 = x3[row] <= 0x0p+0f ? 1.0f : 2.0f;
-        const float n0 = x0[row] <= 0x1.999998p-4f ? n1 : n4;
-        actions[row] = (unsigned char)n0;
+    long first, row;
+    /* a select a split, leaves first, into a place of its own: what compilers turn into vectors */
+    for (first = 0; first < n; first += 256) {
+        float chosen[256];
+        const long count = n - first < 256 ? n - first : 256;
+        for (row = 0; row < count; row++) {
+            const float n6 = x2[first + row] <= 0x1.fffffep+127f ? 0.0f : 0.0f;
+            const float n4 = x9[first + row] <= -0x1.555556p-2f ? 4.0f : n6;
+            const float n1 = x3[first + row] <= 0x0p+0f ? 1.0f : 2.0f;
+            const float n0 = x0[first + row] <= 0x1.999998p-4f ? n1 : n4;
+            chosen[row] = n0;
+        }
+        for (row = 0; row < count; row++) {
+            actions[first + row] = (unsigned char)chosen[row];
+        }
     }
 }
 
@@ -394,26 +410,27 @@ static inline void physical_deception_agent_1_act_rows(const float *x, long n, u
     static const unsigned char action[8] = {1, 1, 1, 1, 3, 4, 2, 2};
     long row;
     /* eight observations side by side, so that none waits for another */
-    for (row = 0; row + 8 <= n; row += 8) {
+    const float *seen = x;
+    for (row = 0; n - row >= 8; row += 8) {
         int i[8] = {0, 0, 0, 0, 0, 0, 0, 0};
         int level, k;
-        const float *seen = x + row * PHYSICAL_DECEPTION_AGENT_1_N_FEATURES;
         for (level = 0; level < 3; level++) {
             for (k = 0; k < 8; k++) {
                 i[k] = 2 * i[k] + 1 + !(seen[k * PHYSICAL_DECEPTION_AGENT_1_N_FEATURES + feature[i[k]]] <= threshold[i[k]]);
             }
         }
+        seen += 8 * PHYSICAL_DECEPTION_AGENT_1_N_FEATURES;
         for (k = 0; k < 8; k++) {
             actions[row + k] = action[i[k] - 7];
         }
     }
     for (; row < n; row++) {
-        const float *seen = x + row * PHYSICAL_DECEPTION_AGENT_1_N_FEATURES;
         int i, level;
         for (i = 0, level = 0; level < 3; level++) {
             i = 2 * i + 1 + !(seen[feature[i]] <= threshold[i]);
         }
         actions[row] = action[i - 7];
+        seen += PHYSICAL_DECEPTION_AGENT_1_N_FEATURES;
     }
 }
 
@@ -421,13 +438,20 @@ static inline void physical_deception_agent_1_act_columns(const float *const *x,
 {
     const float *const x4 = x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DX];
     const float *const x5 = x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DY];
-    long row;
-    /* a select a split, leaves first: what compilers turn into vectors */
-    for (row = 0; row < n; row++) {
-        const float n3 = x5[row] <= 0x0p+0f ? 3.0f : 4.0f;
-        const float n2 = x4[row] <= 0x1.99999ap-5f ? n3 : 2.0f;
-        const float n0 = x4[row] <= -0x1.99999ap-5f ? 1.0f : n2;
-        actions[row] = (unsigned char)n0;
+    long first, row;
+    /* a select a split, leaves first, into a place of its own: what compilers turn into vectors */
+    for (first = 0; first < n; first += 256) {
+        float chosen[256];
+        const long count = n - first < 256 ? n - first : 256;
+        for (row = 0; row < count; row++) {
+            const float n3 = x5[first + row] <= 0x0p+0f ? 3.0f : 4.0f;
+            const float n2 = x4[first + row] <= 0x1.99999ap-5f ? n3 : 2.0f;
+            const float n0 = x4[first + row] <= -0x1.99999ap-5f ? 1.0f : n2;
+            chosen[row] = n0;
+        }
+        for (row = 0; row < count; row++) {
+            actions[first + row] = (unsigned char)chosen[row];
+        }
     }
 }
 
@@ -445,6 +469,13 @@ static inline int physical_deception_agent_1_act_world(const double *w)
     x[8] = (float)(w[PHYSICAL_DECEPTION_W_AGENT_0_X] - w[PHYSICAL_DECEPTION_W_AGENT_1_X]);
     x[9] = (float)(w[PHYSICAL_DECEPTION_W_AGENT_0_Y] - w[PHYSICAL_DECEPTION_W_AGENT_1_Y]);
     return physical_deception_agent_1_act(x);
+}
+
+static inline void physical_deception_act_all(const float *const *x, int *actions)
+{
+    actions[0] = physical_deception_adversary_0_act(x[0]);
+    actions[1] = physical_deception_agent_0_act(x[1]);
+    actions[2] = physical_deception_agent_1_act(x[2]);
 }
 
 static inline void physical_deception_act_team(const double *w, int *actions)
