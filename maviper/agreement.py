@@ -5,7 +5,7 @@ Assumes: the profile's world is one of ours; otherwise on-policy checks are repo
 Does not: write files.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -20,6 +20,7 @@ from codegen.selfcheck import Agreement, CompiledC, Report
 from codegen.targets import USUAL, emit, smt
 from maviper.evaluate import metrics
 from maviper.evaluate.play import Controller, Episodes, Policies, play, tree_policies
+from maviper.fidelity import Fidelity, fidelity
 from maviper.worlds import ParticleWorld, World, built_in
 from maviper.worlds.world import world_name
 
@@ -34,6 +35,7 @@ class Compiled:
 
     files: Mapping[str, str]
     report: Report
+    faithful: tuple[Fidelity, ...] = ()  # how far each tree acts as the expert; nothing where nobody has the expert
 
     @property
     def complete(self) -> bool:
@@ -53,6 +55,7 @@ def compile_profile(
     stem = lower(profile, prefix).prefix
     report = selfcheck.check_files(profile, files, prefix, style=style)
     agreements, skipped = list(report.agreements), list(report.skipped)
+    faithful: tuple[Fidelity, ...] = ()
     missing = [policy.agent for policy in profile.agents if policy.grown is None]
     if missing:
         skipped.append(f"the tree as grown: the profile does not hold it for {', '.join(missing)}")
@@ -61,6 +64,7 @@ def compile_profile(
         skipped.append(f"on-policy observations and episodes: {NO_WORLD}")
     else:
         episodes = on_policy(profile, world)
+        faithful = fidelity(profile, world, episodes)
         agreements += _grown(profile, episodes)
         header = files.get(f"{stem}.h")
         if header is not None and report.compiler:
@@ -69,7 +73,8 @@ def compile_profile(
     if definitions is not None:
         agreements += asked(profile, definitions, prefix)
     checked = Report(tuple(agreements), tuple(skipped), report.compiler).ensure()
-    return Compiled(files | {f"{stem}.agreement.json": evidence(profile, checked)}, checked)
+    files |= {f"{stem}.agreement.json": evidence(profile, checked, faithful)}
+    return Compiled(files, checked, faithful)
 
 
 def asked(profile: ir.PolicyProfile, definitions: str, prefix: str | None) -> list[Agreement]:
@@ -143,10 +148,11 @@ def _driven(
     return found
 
 
-def evidence(profile: ir.PolicyProfile, report: Report) -> str:
-    """What was compared, as a JSON text to keep beside the code."""
+def evidence(profile: ir.PolicyProfile, report: Report, faithful: Sequence[Fidelity] = ()) -> str:
+    """What was compared, and how far the trees act as their expert, as a JSON text to keep beside the code."""
     rows: list[dict[str, Any]] = [
         {"target": item.target, "agent": item.agent, "observations": item.observations, "differences": item.differences}
         for item in report.agreements
     ]
-    return layout({"profile": content_hash(profile), "agreement": rows, "skipped": list(report.skipped)}) + "\n"
+    document = {"profile": content_hash(profile), "agreement": rows, "skipped": list(report.skipped)}
+    return layout(document | {"expert": [item.document() for item in faithful]}) + "\n"

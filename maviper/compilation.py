@@ -41,5 +41,11 @@ def say_agreement(compiled: Compiled, console: Console) -> None:
     report = compiled.report
     targets = list(dict.fromkeys(item.target for item in report.agreements))
     console.line("agreement", f"{report.observations:,} decisions compared, 0 differ ({', '.join(targets)})")
+    if compiled.faithful:
+        texts = [f"{item.agent} {item.whole.share:.3f}" for item in compiled.faithful]
+        states = compiled.faithful[0].whole.states
+        console.line(
+            "fidelity", f"share of {states:,} on-policy states in which a tree acts as its expert: {', '.join(texts)}"
+        )
     for reason in report.skipped:
         console.line("SKIPPED", reason)

@@ -471,3 +471,30 @@ def test_the_function_checks_what_it_is_given(world, expert):
     with pytest.raises(InputError):
         evaluate(world, [expert] * 3, {"e": [expert] * 3}, episodes=MOST_EPISODES + 1)
     assert metrics.MEASUREMENT_SEEDS + MOST_EPISODES <= metrics.ON_POLICY_SEEDS
+
+
+# --- fidelity: how far trees act as their expert
+
+
+def test_fidelity_counts_what_is_equal(world, expert, profile):
+
+    from maviper import agreement
+    from maviper.fidelity import fidelity
+
+    episodes = agreement.on_policy(profile, world)
+    found = fidelity(profile, world, episodes)
+    assert [item.agent for item in found] == list(world.agents)
+    for agent, (item, policy) in enumerate(zip(found, profile.agents, strict=True)):
+        seen = episodes.observations[agent].reshape(-1, len(policy.features))
+        state = [world.observe(each) for each in episodes.states[:-1]]
+        wanted = np.concatenate([expert.act([agent], each, None)[:, 0] for each in state])
+        equal = ir.act(policy, seen) == wanted
+        assert (item.whole.agreeing, item.whole.states) == (equal.sum(), len(equal))
+        assert item.whole.share == equal.mean() and 0.3 < item.whole.share < 1
+        for table in (item.by_action, item.by_leaf):
+            assert sum(each.states for each in table.values()) == len(equal)
+            assert sum(each.agreeing for each in table.values()) == equal.sum()
+        assert item.by_action["left"].states == (wanted == 1).sum()
+        assert set(item.by_leaf) == {int(leaf) for leaf in ir.leaves(policy.tree)}
+    unknown = replace(profile, provenance=replace(profile.provenance, expert="0" * 64))
+    assert fidelity(unknown, world, episodes) == ()
