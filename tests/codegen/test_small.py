@@ -1,0 +1,45 @@
+"""The header on a microcontroller: it compiles for a Cortex-M4 without warnings, and the walk fits where it should."""
+
+import shutil
+import subprocess
+
+import numpy as np
+import pytest
+from sklearn.tree import DecisionTreeClassifier
+
+from codegen import importers
+from codegen.targets import emit
+
+COMPILER = "arm-none-eabi-gcc"
+MOST_BYTES = {4: 160, 6: 450}  # of code and tables, as an array walk by hand takes
+
+
+@pytest.mark.compile
+@pytest.mark.parametrize("depth", MOST_BYTES)
+def test_a_walk_fits_a_cortex_m4(depth, tmp_path):
+    if shutil.which(COMPILER) is None:
+        pytest.skip(f"{COMPILER} is not installed")
+    rng = np.random.default_rng(0)
+    x = rng.uniform(-1, 1, (4_000, 18)).astype(np.float32)
+    classifier = DecisionTreeClassifier(max_depth=depth, random_state=0).fit(x, rng.integers(5, size=len(x)))
+    assert classifier.get_depth() == depth
+    sizes = {}
+    for style in ("nested", "ordered", "walk"):
+        (header,) = emit(importers.from_sklearn(classifier), ["c"], prefix="small", style=style).values()
+        (tmp_path / "small.h").write_text(header)
+        source = (
+            '#include "small.h"\nint act(const float *x);\nint act(const float *x) { return small_agent_0_act(x); }\n'
+        )
+        (tmp_path / "small.c").write_text(source)
+        flags = "-mcpu=cortex-m4 -mthumb -mfloat-abi=hard -mfpu=fpv4-sp-d16 -std=c99 -Os -Wall -Wextra -Werror"
+        built = subprocess.run(
+            [COMPILER, *flags.split(), "-ffreestanding", "-c", "small.c", "-o", "small.o"],
+            cwd=tmp_path, capture_output=True, text=True, check=False,
+        )  # fmt: skip
+        assert built.returncode == 0, built.stderr
+        listed = subprocess.run(
+            [COMPILER.replace("gcc", "size"), "small.o"], cwd=tmp_path, capture_output=True, text=True, check=True
+        )
+        sizes[style] = int(listed.stdout.splitlines()[1].split()[0])
+    print(f"depth {depth}: {sizes} bytes")
+    assert sizes["walk"] <= MOST_BYTES[depth]
