@@ -6,10 +6,12 @@ Does not: know how trees are grown.
 """
 
 import json
+import platform
 import time
 from collections.abc import Mapping
 from contextlib import ExitStack
 from dataclasses import asdict, dataclass, replace
+from importlib import metadata
 from pathlib import Path
 from typing import Any
 
@@ -34,6 +36,7 @@ AUTOMATIC = "auto"
 FORMAT = "maviper-extraction-1"
 PROFILE_FILE, METRICS_FILE, SEEDS_FILE, STEPS = "profile.json", "metrics.jsonl", "seeds.json", "steps"
 MOST_SEEDS = 1_000
+PACKAGES = ("maviper", "mpe2", "numpy", "scikit-learn")
 
 
 def extract_command(expert: str, output: Path, options: Mapping[str, Any], console: Console) -> Path:
@@ -47,8 +50,8 @@ def extract_command(expert: str, output: Path, options: Mapping[str, Any], conso
         raise InputError(f"--seeds must be from 1 to {MOST_SEEDS}, --jobs at least 1", "--seeds, --jobs")
     found, world = find_expert(expert, critic, named, "" if features == AUTOMATIC else features)
     settings = Settings.of(chosen, world)
-    if features == AUTOMATIC and isinstance(world, ParticleWorld):
-        features = helpful_features(world, found, settings)
+    if features == AUTOMATIC:
+        features = helpful_features(world, found, settings) if isinstance(world, ParticleWorld) else ""
         console.line("features", features or "none helps")
         found, world = seeing(found, world, features) if features else (found, world)
     if output.suffix == ".json":
@@ -102,6 +105,7 @@ def _run(
         "expert": expert.hash or task.expert,
         "critic": task.critic,
         "command": task.command,
+        "versions": {"python": platform.python_version()} | {name: metadata.version(name) for name in PACKAGES},
         "settings": asdict(settings),
     }
     runs.claim(task.folder, config, ("format", "tool", "world", "expert", "critic"), task.resume)

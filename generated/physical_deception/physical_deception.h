@@ -1,6 +1,6 @@
 /* Decision tree policies of 3 agents for the world physical-deception. Generated: do not edit.
  *
- * profile     998f947371f7a582f40e6363adbaddbd84ef25c55e31b4e533bd3f47abeebfba
+ * profile     dd6f8b466f85695a93d56909d565a85d0a442eae1365b3dd223025d02bd4458a
  * made by     maviper 0.1.0, maviper, preset default, seed 0
  * style       nested
  *
@@ -19,8 +19,8 @@
  * infinities follow <=. Check untrusted input with ..._finite first.
  * From a world state an observation is made as the reference environment makes it: added in double, then rounded to float.
  */
-#ifndef PHYSICAL_DECEPTION_998F947371F7A582_H
-#define PHYSICAL_DECEPTION_998F947371F7A582_H
+#ifndef PHYSICAL_DECEPTION_DD6F8B466F85695A_H
+#define PHYSICAL_DECEPTION_DD6F8B466F85695A_H
 
 #include <float.h>
 
@@ -31,7 +31,7 @@
 #error "float must be IEEE binary32 and double binary64"
 #endif
 
-#define PHYSICAL_DECEPTION_PROFILE "998f947371f7a582f40e6363adbaddbd84ef25c55e31b4e533bd3f47abeebfba"
+#define PHYSICAL_DECEPTION_PROFILE "dd6f8b466f85695a93d56909d565a85d0a442eae1365b3dd223025d02bd4458a"
 
 enum {
     PHYSICAL_DECEPTION_W_ADVERSARY_0_X = 0,
@@ -719,4 +719,4 @@ static inline void physical_deception_act_team(const double *w, int *actions)
     actions[2] = physical_deception_agent_1_act_world(w);
 }
 
-#endif /* PHYSICAL_DECEPTION_998F947371F7A582_H */
+#endif /* PHYSICAL_DECEPTION_DD6F8B466F85695A_H */

@@ -1,6 +1,6 @@
 """Decision tree policies of 3 agents for the world physical-deception. Generated: do not edit.
 
-profile     998f947371f7a582f40e6363adbaddbd84ef25c55e31b4e533bd3f47abeebfba
+profile     dd6f8b466f85695a93d56909d565a85d0a442eae1365b3dd223025d02bd4458a
 made by     maviper 0.1.0, maviper, preset default, seed 0
 
 For each agent A: act_A(x) takes one observation (a sequence of floats) and returns the action's number;
@@ -11,7 +11,7 @@ double that rounds to a float32 not above it, so doubles decide as if they had b
 NaN compares false and so goes right; infinities follow <=.
 """
 
-PROFILE = "998f947371f7a582f40e6363adbaddbd84ef25c55e31b4e533bd3f47abeebfba"
+PROFILE = "dd6f8b466f85695a93d56909d565a85d0a442eae1365b3dd223025d02bd4458a"
 AGENTS = ("adversary_0", "agent_0", "agent_1",)
 FEATURES = {
     "adversary_0": ("landmark_0_dx", "landmark_0_dy", "landmark_1_dx", "landmark_1_dy", "agent_0_dx", "agent_0_dy", "agent_1_dx", "agent_1_dy",),

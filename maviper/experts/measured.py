@@ -38,6 +38,11 @@ class Measured:
             raise InputError("Q cannot be measured in this world", self.world.name, "its states cannot be branched")
 
     @property
+    def critic(self) -> str:
+        """Whose Q this is."""
+        return "measured"
+
+    @property
     def card(self) -> Mapping[str, Any]:
         """The controller's."""
         return getattr(self.controller, "card", {})

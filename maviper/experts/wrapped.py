@@ -24,6 +24,11 @@ class Wrapped:
     expert: Expert
 
     @property
+    def critic(self) -> str:
+        """Whose Q this is."""
+        return critic_of(self.expert)
+
+    @property
     def card(self) -> Mapping[str, Any]:
         """The expert's."""
         return self.expert.card
@@ -74,7 +79,17 @@ class Narrowed(Wrapped):
 class Unweighted(Wrapped):
     """An expert to whom all actions are worth the same, so that all states weigh the same: plain DAgger."""
 
+    @property
+    def critic(self) -> str:
+        """Nobody's."""
+        return "none"
+
     def q(self, agent: int, observations: Sequence[Float32], state: Any, joint: Int, given: Int) -> Float64:
         """As `Expert.q`: 0."""
         del agent, observations, state
         return np.zeros((len(given), len(joint)))
+
+
+def critic_of(expert: Expert) -> str:
+    """Whose Q an expert answers with: `learned` unless it says otherwise."""
+    return str(getattr(expert, "critic", "learned"))

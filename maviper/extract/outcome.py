@@ -19,6 +19,7 @@ from maviper.evaluate import metrics
 from maviper.evaluate.metrics import Estimate
 from maviper.evaluate.play import Controller, tree_policies
 from maviper.experts.expert import Expert
+from maviper.experts.wrapped import critic_of
 from maviper.extract.settings import EPISODES_PER_SEED, Settings
 from maviper.worlds import Measure, World
 
@@ -92,6 +93,7 @@ def profile_of(
 ) -> ir.PolicyProfile:
     """Policies of all agents, or of some, with where they come from and what they reach on held-out episodes."""
     training = asdict(settings) | dict(facts) | {"opponents_in_selection": "expert"}
+    training["critic"] = critic_of(expert)
     training["expert_algorithm"] = str(expert.card.get("algorithm", "unknown"))
     for name in ("seed", "preset", "algorithm", *(() if settings.agent else ("agent",))):
         del training[name]

@@ -521,3 +521,10 @@ def test_several_seeds_side_by_side(tmp_path, capsys):
     assert cli.run([*asked[:-1], str(tmp_path / "x.json"), "--seeds", "2"]) == 2
     assert "several seeds need a run folder" in capsys.readouterr().err
     assert cli.run([*asked, "--seeds", "0"]) == 2
+
+
+@pytest.mark.parametrize("critic", ["learned", "measured", "none"])
+def test_a_profile_says_whose_q_weighed_its_states(critic, quick):
+    expert, world = find_expert("physical-deception", critic, features="goal")
+    settings = Settings.of({**SMALL, "iterations": 1, "rollouts": 2, "refinement": 0})
+    assert extract(world, expert, settings).provenance.training["critic"] == critic
