@@ -100,9 +100,8 @@ def _team(task: _Task, on_progress: OnProgress) -> tuple[Trees, int, Progress | 
     total, last = settings.refinement // round_cost(), None
     for number in range(total):
         rng = np.random.default_rng([settings.seed, *task.agents, number])
-        step = task.journal.arrays(
-            f"refine-{task.team}-{number:04d}", _round, arena, trees, others, settings.max_depth, rng
-        )
+        name = f"refine-{list(task.world.teams).index(task.team)}-{number:04d}"  # a user's team may have any name
+        step = task.journal.arrays(name, _round, arena, trees, others, settings.max_depth, rng)
         trees = unpacked({name: array for name, array in step.items() if "." in name})
         arena.used, arena.played = int(step["used"][0]), int(step["played"][0])
         found = {task.team: estimate(arena.primary, step["values"])}

@@ -264,7 +264,8 @@ class Raced(Selection):
         """As `Selection.chosen`."""
         found: list[list[GrownTree]] = [[] for _ in self.agents]
         for team in self.teams:
-            order = [int(place) for place in self.journal.arrays(f"race-{team}", self._raced, team)["order"]]
+            step = f"race-{list(self.world.teams).index(team)}"  # a user's team may have any name
+            order = [int(place) for place in self.journal.arrays(step, self._raced, team)["order"]]
             self.best[team] = order[0]
             for candidate in order:
                 for agent, tree in zip(self.members(team), self._trees(candidate, team), strict=True):
