@@ -40,7 +40,7 @@ def compare(name, seeds):
     for kind, found in critics.items():
         rows = []
         for seed in range(seeds):
-            measured = extract(world, found, Settings.of({"iterations": 10, "selection_episodes": 50, "seed": seed}))
+            measured = extract(world, found, Settings.of({"iterations": 10, "refinement": 0, "seed": seed}))
             rows.append([measured_of(measured.provenance.evaluation, world.primary(team))[0] for team in world.teams])
         for team, value in zip(world.teams, np.mean(rows, axis=0), strict=True):
             yield f"{name}: {world.primary(team).label} of trees with {kind} weights", float(value)

@@ -119,7 +119,7 @@ def main() -> None:
             found, kept = interval(values), interval(values, base[measure.label], measure.lower_is_better)
             rows.append((measure.label, f"{algorithm}, {preset}", found, kept, base[measure.label].mean()))
             goal = TARGETS.get((options.expert, options.max_depth, measure.team, measure.name))
-            if goal and place == 0:
+            if goal and place == 0 and not more:
                 reach, stretch, of = goal
                 lower = measure.lower_is_better and of == "value"
                 worse = (kept if of == "ratio" else found)[2 if lower else 1]
