@@ -9,6 +9,7 @@ with it at a node (its bigger side, if it was fitted without); an ONNX node that
 """
 
 from collections.abc import Sequence
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -68,7 +69,7 @@ def from_onnx(
     MissingToolError without the package onnx.
     """
     try:
-        import onnx  # pyright: ignore[reportMissingImports]
+        onnx: Any = import_module("onnx")
     except ImportError:
         raise MissingToolError("reading ONNX needs the package onnx", "", "pip install onnx") from None
     try:
