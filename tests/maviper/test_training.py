@@ -103,7 +103,7 @@ def test_a_finished_run_is_not_trained_again(tmp_path):
         train(world, tmp_path, asked)
     with pytest.raises(InputError, match="hidden differ"):
         train(world, tmp_path, request_of("mappo", hidden=8), resume=True)
-    with pytest.raises(InputError, match="world.* differ"):
+    with pytest.raises(InputError, match=r"world.* differ"):
         train(find("predator-prey"), tmp_path, asked, resume=True)
 
 
