@@ -43,18 +43,23 @@ def from_sklearn(
         raise InputError("not a fitted DecisionTreeClassifier", type(classifier).__name__, "fit it first")
     if tree.n_outputs != 1:
         raise InputError(f"the classifier has {tree.n_outputs} outputs, one is needed", "", "fit one tree an agent")
-    split = tree.children_left != -1
-    grown = GrownTree(
-        np.where(split, tree.feature, NO_FEATURE),
-        np.where(split, tree.threshold, 0.0),
-        np.where(split, tree.children_left, NO_CHILD),
-        np.where(split, tree.children_right, NO_CHILD),
-        np.where(split, NO_ACTION, tree.value[:, 0].argmax(axis=1)),
-    )
+    grown = grown_from_sklearn(tree, tree.value[:, 0].argmax(axis=1))
     fitted = getattr(classifier, "feature_names_in_", None)
     features = feature_names or (None if fitted is None else [str(each) for each in fitted])
     actions = action_names or [str(each) for each in classifier.classes_]
     return _profile(grown, int(tree.n_features), features, actions, name, "scikit-learn")
+
+
+def grown_from_sklearn(tree: Any, action: Any) -> GrownTree:
+    """A fitted estimator's `tree_` with these actions, one a node; those of splits count for nothing."""
+    split = tree.children_left != NO_CHILD
+    return GrownTree(
+        np.where(split, tree.feature, NO_FEATURE),
+        np.where(split, tree.threshold, 0.0),
+        np.where(split, tree.children_left, NO_CHILD),
+        np.where(split, tree.children_right, NO_CHILD),
+        np.where(split, NO_ACTION, action),
+    )
 
 
 def from_onnx(

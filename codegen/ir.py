@@ -222,7 +222,7 @@ def leaves(tree: Tree) -> Int32:
     return np.flatnonzero(tree.feature == NO_FEATURE).astype(np.int32)
 
 
-def depth(tree: Tree) -> Int32:
+def depth(tree: Tree | GrownTree) -> Int32:
     """Depth of each node in splits from the root, [n] int32. Assumes a checked tree (children after parents)."""
     level = np.zeros(len(tree.feature), dtype=np.int32)
     for node in np.flatnonzero(tree.feature != NO_FEATURE):

@@ -6,7 +6,7 @@ Does not: run experiments over training seeds.
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -82,15 +82,21 @@ def table(world: World, episodes: Episodes) -> dict[Measure, Float64]:
 
 
 def team_values(
-    world: World, ours: Sequence[Controller], opponents: Sequence[Controller], seeds: Sequence[int]
+    world: World,
+    ours: Sequence[Controller],
+    opponents: Sequence[Controller],
+    seeds: Sequence[int],
+    teams: Iterable[str] | None = None,
 ) -> dict[Measure, Float64]:
-    """The world's measures in each episode, each team played by `ours` against all others played by `opponents`."""
+    """Measures and returns of teams (None: of all) in each episode, each team played by `ours` against all others
+    played by `opponents`.
+    """
     found: dict[Measure, Float64] = {}
-    for team in world.teams:
+    for team in world.teams if teams is None else teams:
         members = world.members(team)
         mixed = [ours[agent] if agent in members else opponents[agent] for agent in range(len(ours))]
         found |= {measure: row for measure, row in values(world, mixed, seeds).items() if measure.team == team}
-    return {measure: found[measure] for measure in world.measures}
+    return found
 
 
 def evaluate(world: World, controllers: Sequence[Controller], seeds: Sequence[int]) -> dict[Measure, Estimate]:
@@ -101,8 +107,9 @@ def evaluate(world: World, controllers: Sequence[Controller], seeds: Sequence[in
 def evaluate_teams(
     world: World, ours: Sequence[Controller], opponents: Sequence[Controller], seeds: Sequence[int]
 ) -> dict[Measure, Estimate]:
-    """The estimates of `team_values`."""
-    return estimates(team_values(world, ours, opponents, seeds))
+    """The estimates of `team_values`, of the world's measures."""
+    found = team_values(world, ours, opponents, seeds)
+    return estimates({measure: found[measure] for measure in world.measures})
 
 
 def estimates(found: Mapping[Measure, Float64]) -> dict[Measure, Estimate]:

@@ -15,7 +15,7 @@ from maviper.evaluate.play import rollout
 from maviper.experts.expert import Expert
 from maviper.extract.dataset import labels, points
 from maviper.extract.growing import Growth
-from maviper.extract.settings import EPISODES_PER_SEED, Settings
+from maviper.extract.settings import Settings
 from maviper.worlds import ParticleWorld, built_in
 from maviper.worlds.features import DERIVED, SEPARATOR
 from maviper.worlds.world import Int
@@ -26,8 +26,8 @@ LEAST_GAIN = 0.01  # of the share of held-out actions that are predicted right, 
 
 def helpful_features(world: ParticleWorld, expert: Expert, settings: Settings) -> str:
     """Groups of features, best first, joined as an option says them; "" when none helps."""
-    first = metrics.ROLLOUT_SEEDS + settings.seed * EPISODES_PER_SEED
-    (played,) = rollout(world, [expert] * len(world.agents), range(first, first + EPISODES))
+    seeds = settings.episodes(metrics.ROLLOUT_SEEDS)[:EPISODES]
+    (played,) = rollout(world, [expert] * len(world.agents), seeds)
     observations, state = points(played)
     wanted = labels(expert, observations, state)
     held = np.arange(len(wanted)) % EPISODES < HELD_OUT

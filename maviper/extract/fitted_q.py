@@ -12,11 +12,10 @@ import numpy as np
 from codegen import ir
 from codegen.errors import InputError
 from codegen.ir import NO_ACTION, NO_CHILD, NO_FEATURE, Float64, GrownTree
-from maviper.evaluate import metrics
 from maviper.evaluate.play import Episodes, rollout
 from maviper.experts.expert import Expert
 from maviper.extract.selection import Selection
-from maviper.extract.settings import EPISODES_PER_SEED, Settings
+from maviper.extract.settings import Settings
 from maviper.worlds import World
 from maviper.worlds.world import Int
 
@@ -29,8 +28,7 @@ def fitted_q(world: World, expert: Expert, settings: Settings, selection: Select
 
     Episodes and rounds are made again when a run goes on: together they take seconds.
     """
-    first = metrics.ROLLOUT_SEEDS + settings.seed * EPISODES_PER_SEED
-    played = rollout(world, [expert] * len(world.agents), range(first, first + settings.rollouts))
+    played = rollout(world, [expert] * len(world.agents), settings.rollout_episodes(0))
     agents = [_Agent(world, index, played, settings) for index in range(len(world.agents))]
     for _ in range(settings.iterations):
         if selection.offer([agent.round() for agent in agents]):

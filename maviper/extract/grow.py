@@ -11,6 +11,7 @@ the leaves of a tree that is finished it still has 1), and learns from the node'
 """
 
 from collections.abc import Sequence
+from typing import Protocol
 
 import numpy as np
 
@@ -91,10 +92,7 @@ class _Growing:
 
     def tree(self) -> GrownTree:
         """The tree grown so far."""
-        split = np.array(self.feature) != NO_FEATURE
-        action = np.where(split, NO_ACTION, self.action)
-        left, right = zip(*self.children, strict=True)
-        return GrownTree(np.array(self.feature), np.array(self.threshold), np.array(left), np.array(right), action)
+        return grown_tree(self.feature, self.threshold, self.children, self.action)
 
 
 def train_joint_trees(
@@ -117,12 +115,45 @@ def train_joint_trees(
         _Growing(obs, labels[:, agent], counts[agent], n_actions[agent], max_depth, seeds[agent])
         for agent, obs in enumerate(observations)
     ]
-    everything = np.ones(len(labels), dtype=bool)
+    return grow_jointly(team, max_depth, least_right)
+
+
+class Growing(Protocol):
+    """A tree that grows a level at a time, over points that the team shares."""
+
+    labels: Int
+
+    def predicted_right(self) -> Bool:
+        """Whether the projected final tree acts as the expert does, for all points [n]."""
+        ...
+
+    def build(self, keep: Bool) -> None:
+        """Grows one level, on the points that are kept [n]."""
+        ...
+
+    def tree(self) -> GrownTree:
+        """The tree grown so far."""
+        ...
+
+
+def grow_jointly(team: Sequence[Growing], max_depth: int, least_right: int) -> list[GrownTree]:
+    """TrainJointTrees: each member grows a level in turn, on the points where enough members are predicted right."""
+    everything = np.ones(len(team[0].labels), dtype=bool)
     for _ in range(max_depth):
-        for agent in team:  # round robin, one level each
+        for agent in team:
             if least_right <= 0:
                 agent.build(everything)  # nothing to ask
             else:
                 votes = np.sum([member.predicted_right() for member in team], axis=0)
                 agent.build(votes >= least_right)
     return [agent.tree() for agent in team]
+
+
+def grown_tree(
+    feature: Sequence[int], threshold: Sequence[float], children: Sequence[tuple[int, int]], action: Sequence[int]
+) -> GrownTree:
+    """A tree from lists over its nodes; `action` has an entry for splits too, which counts for nothing."""
+    split = np.array(feature) != NO_FEATURE
+    left, right = zip(*children, strict=True)
+    action_ = np.where(split, NO_ACTION, action)
+    return GrownTree(np.array(feature), np.array(threshold), np.array(left), np.array(right), action_)

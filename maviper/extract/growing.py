@@ -10,8 +10,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from codegen.ir import Float32, GrownTree
-from maviper.extract.grow import train_joint_trees
-from maviper.extract.histogram import Bins, Codes, HistogramTree, grow_jointly
+from maviper.extract.grow import grow_jointly, train_joint_trees
+from maviper.extract.histogram import Bins, Codes, HistogramTree
 from maviper.extract.settings import EXACT, Settings
 from maviper.worlds import World
 from maviper.worlds.world import Int

@@ -7,13 +7,13 @@ Does not: try every threshold. A feature with more than BINS distinct values is 
   over its values by rank; with fewer, every midpoint is a candidate, and splits are CART's.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
-from codegen.ir import NO_ACTION, NO_CHILD, NO_FEATURE, Bool, Float32, Float64, GrownTree
+from codegen.ir import NO_CHILD, NO_FEATURE, Bool, Float32, Float64, GrownTree
+from maviper.extract.grow import grown_tree
 from maviper.worlds.world import Int
 
 BINS = 256
@@ -190,20 +190,4 @@ class HistogramTree:
 
     def tree(self) -> GrownTree:
         """The tree grown so far."""
-        split = np.array(self.feature) != NO_FEATURE
-        action = np.where(split, NO_ACTION, self.action)
-        left, right = zip(*self.children, strict=True)
-        return GrownTree(np.array(self.feature), np.array(self.threshold), np.array(left), np.array(right), action)
-
-
-def grow_jointly(team: Sequence[HistogramTree], max_depth: int, least_right: int) -> list[GrownTree]:
-    """TrainJointTrees: each member grows a level in turn, on the points where enough members are predicted right."""
-    everything = np.ones(len(team[0].labels), dtype=bool)
-    for _ in range(max_depth):
-        for agent in team:
-            if least_right <= 0:
-                agent.build(everything)
-            else:
-                votes = np.sum([member.predicted_right() for member in team], axis=0)
-                agent.build(votes >= least_right)
-    return [agent.tree() for agent in team]
+        return grown_tree(self.feature, self.threshold, self.children, self.action)

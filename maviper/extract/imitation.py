@@ -8,13 +8,12 @@ Does not: visit the states that the trees lead to, weigh points, or choose among
 import numpy as np
 
 from codegen.ir import Float32, Float64, GrownTree
-from maviper.evaluate import metrics
 from maviper.experts.expert import Expert
 from maviper.extract.dataset import Dataset, Met, collect
 from maviper.extract.growing import Growth
 from maviper.extract.journal import Journal
 from maviper.extract.selection import Selection
-from maviper.extract.settings import EPISODES_PER_SEED, Settings
+from maviper.extract.settings import Settings
 from maviper.worlds import World
 from maviper.worlds.world import Int
 
@@ -35,9 +34,8 @@ def imitation(world: World, expert: Expert, settings: Settings, selection: Selec
 
 def rollouts(world: World, expert: Expert, settings: Settings, iteration: int) -> Met:
     """Expert episodes; every point weighs the same."""
-    first = metrics.ROLLOUT_SEEDS + settings.seed * EPISODES_PER_SEED + iteration * settings.rollouts
     everybody = range(len(world.agents))
-    seeds = range(first, first + settings.rollouts)
+    seeds = settings.rollout_episodes(iteration)
     return collect(world, expert, [expert] * len(everybody), everybody, seeds, _alike)
 
 

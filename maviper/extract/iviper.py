@@ -11,7 +11,6 @@ import numpy as np
 
 from codegen.errors import InputError, UnknownNameError
 from codegen.ir import Float32, Float64, GrownTree
-from maviper.evaluate import metrics
 from maviper.evaluate.play import Controller
 from maviper.experts.expert import Expert
 from maviper.extract import released
@@ -20,7 +19,7 @@ from maviper.extract.growing import Growth
 from maviper.extract.journal import Journal
 from maviper.extract.outcome import agent_policies, among
 from maviper.extract.selection import KINDS, OnProgress, Selection
-from maviper.extract.settings import EPISODES_PER_SEED, RELEASED, Settings
+from maviper.extract.settings import RELEASED, Settings
 from maviper.extract.weights import iviper_weights
 from maviper.jobs import side_by_side
 from maviper.worlds import World
@@ -58,12 +57,11 @@ def rollouts(
     world: World, expert: Expert, policies: Sequence[Controller], settings: Settings, agent: int, iteration: int
 ) -> Met:
     """Episodes of tree i among experts, labelled by them, with the agent's weights."""
-    first = metrics.ROLLOUT_SEEDS + settings.seed * EPISODES_PER_SEED + iteration * settings.rollouts
 
     def weigh(observations: tuple[Float32, ...], state: object, wanted: Int) -> Float64:
         return iviper_weights(world, expert, observations, state, wanted, agent)[:, None]
 
-    return collect(world, expert, policies, [agent], range(first, first + settings.rollouts), weigh)
+    return collect(world, expert, policies, [agent], settings.rollout_episodes(iteration), weigh)
 
 
 def grow(data: Dataset, settings: Settings, growth: Growth, agent: int, iteration: int) -> list[GrownTree]:

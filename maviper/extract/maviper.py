@@ -11,7 +11,6 @@ from functools import partial
 import numpy as np
 
 from codegen.ir import Float32, Float64, GrownTree
-from maviper.evaluate import metrics
 from maviper.evaluate.play import Controller, tree_policies
 from maviper.experts.expert import Expert
 from maviper.extract.dataset import Dataset, Met, collect, resample
@@ -19,7 +18,7 @@ from maviper.extract.growing import Growth
 from maviper.extract.journal import Journal
 from maviper.extract.outcome import agent_policies
 from maviper.extract.selection import Selection
-from maviper.extract.settings import EPISODES_PER_SEED, IVIPER_RESAMPLING, NO_PREDICTION, Settings
+from maviper.extract.settings import IVIPER_RESAMPLING, NO_PREDICTION, Settings
 from maviper.extract.weights import iviper_weights, maviper_weights
 from maviper.worlds import World
 from maviper.worlds.world import Int
@@ -44,9 +43,8 @@ def maviper(world: World, expert: Expert, settings: Settings, selection: Selecti
 
 def rollouts(world: World, expert: Expert, policies: Controller, settings: Settings, iteration: int) -> Met:
     """Episodes of `policies` for all agents, labelled by the expert, with each agent's weights."""
-    first = metrics.ROLLOUT_SEEDS + settings.seed * EPISODES_PER_SEED + iteration * settings.rollouts
     everybody = range(len(world.agents))
-    seeds = range(first, first + settings.rollouts)
+    seeds = settings.rollout_episodes(iteration)
     return collect(
         world, expert, [policies] * len(everybody), everybody, seeds, partial(weights, world, expert, settings)
     )

@@ -20,7 +20,7 @@ from maviper.evaluate.metrics import Estimate
 from maviper.evaluate.play import Controller, tree_policies
 from maviper.experts.expert import Expert
 from maviper.experts.wrapped import critic_of
-from maviper.extract.settings import EPISODES_PER_SEED, Settings
+from maviper.extract.settings import Settings
 from maviper.worlds import Measure, World
 
 EVALUATION_EPISODES = 1_000
@@ -76,8 +76,7 @@ def finalist_score(world: World, expert: Expert, settings: Settings, agents: Seq
     """The mean ratio of the teams to the expert, on episodes that no extraction with these settings has seen: to choose
     among extraction seeds.
     """
-    last = metrics.SELECTION_SEEDS + (settings.seed + 1) * EPISODES_PER_SEED
-    seeds = range(last - EVALUATION_EPISODES, last)
+    seeds = settings.episodes(metrics.SELECTION_SEEDS)[-EVALUATION_EPISODES:]
     experts: list[Controller] = [expert] * len(world.agents)
     ours = metrics.evaluate_teams(world, among(world, agents, experts), experts, seeds)
     teams = [team for team in world.teams if any(policy.team == team for policy in agents)]

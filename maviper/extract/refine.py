@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from codegen import ir
 from codegen.errors import InputError
 from codegen.ir import NO_FEATURE, Float32, Float64, GrownTree
 from maviper.evaluate import metrics
@@ -20,8 +21,8 @@ from maviper.experts.expert import Expert
 from maviper.extract.arena import Arena, Candidate, score
 from maviper.extract.journal import Arrays, Journal, packed, unpacked
 from maviper.extract.selection import REFINING, OnProgress, Progress, count_leaves
-from maviper.extract.settings import EPISODES_PER_SEED, Settings
-from maviper.extract.stack import levels, merged, reaching, with_leaf, with_new_split, with_split
+from maviper.extract.settings import Settings
+from maviper.extract.stack import merged, reaching, with_leaf, with_new_split, with_split
 from maviper.jobs import side_by_side
 from maviper.worlds import World
 
@@ -94,8 +95,7 @@ def _quietly(task: _Task) -> tuple[Trees, int, Progress | None]:
 def _team(task: _Task, on_progress: OnProgress) -> tuple[Trees, int, Progress | None]:
     """Rounds for one team until its episodes are spent: its trees, the episodes played, and the last progress."""
     settings = task.settings
-    first = metrics.REFINEMENT_SEEDS + settings.seed * EPISODES_PER_SEED
-    arena = Arena(task.world, task.expert, task.agents, range(first, first + EPISODES_PER_SEED), SECONDARY)
+    arena = Arena(task.world, task.expert, task.agents, settings.episodes(metrics.REFINEMENT_SEEDS), SECONDARY)
     trees, others = [trees[0] for trees in task.chosen], [trees[1:] for trees in task.chosen]
     total, last = settings.refinement // round_cost(), None
     for number in range(total):
@@ -182,7 +182,7 @@ def proposals(
 def _changes(
     tree: GrownTree, obs: Float32, n_actions: int, max_depth: int, rng: np.random.Generator
 ) -> Iterator[GrownTree]:
-    depth = levels(tree)
+    depth = ir.depth(tree)
     for node, rows in reaching(tree, obs).items():
         if len(rows) < LEAST_ROWS:
             continue

@@ -2,7 +2,7 @@
 
 Does: its warm-up, weights, resampling, one-hot leaves and data collection; its growth is in released_grow.py, its
   selection in selection.py.
-Assumes: nothing more; `algorithms.py` says which algorithms there are in this form.
+Assumes: the preset `released`; `algorithms.py` says which algorithms there are in this form.
 Does not: repeat its start states (episode 0 of every batch is the same there) or its unseeded order of agents; seeds
   are ours. Nor its Fitted Q, whose look-ups never hit, so that it always stands still.
 
@@ -19,7 +19,8 @@ from itertools import product
 
 import numpy as np
 
-from codegen.ir import NO_ACTION, NO_FEATURE, Float32, Float64, GrownTree
+from codegen.importers import grown_from_sklearn
+from codegen.ir import Float32, Float64, GrownTree
 from maviper.evaluate import metrics
 from maviper.evaluate.play import Controller, tree_policies
 from maviper.experts.expert import AS_GIVEN, Expert
@@ -28,7 +29,7 @@ from maviper.extract.journal import Arrays, Journal
 from maviper.extract.outcome import agent_policies, among
 from maviper.extract.released_grow import grow_team
 from maviper.extract.selection import Selection
-from maviper.extract.settings import EPISODES_PER_SEED, IVIPER_RESAMPLING, NO_PREDICTION, Settings
+from maviper.extract.settings import IVIPER_RESAMPLING, NO_PREDICTION, Settings
 from maviper.worlds import World
 from maviper.worlds.world import Int
 
@@ -46,14 +47,13 @@ def maviper(world: World, expert: Expert, settings: Settings, selection: Selecti
     """As `maviper.maviper`, by the released code."""
     everybody = range(len(world.agents))
     weigh = partial(weights, world, expert, settings)
-    first = metrics.ROLLOUT_SEEDS + settings.seed * EPISODES_PER_SEED
-    warm_up = range(first, first + WARM_UP)
+    warm_up = settings.episodes(metrics.ROLLOUT_SEEDS)[:WARM_UP]
     data = journal.met("warm-up", collect, world, expert, [expert] * len(everybody), everybody, warm_up, weigh).data
     for iteration in range(settings.iterations):
         step = f"{iteration:04d}"
         grown = journal.trees(f"{step}-trees", grow_teams, world, data, settings, iteration)
         policies = tree_policies(agent_policies(world, grown))
-        seeds = _seeds(settings, iteration)
+        seeds = settings.rollout_episodes(iteration, WARM_UP)
         met = journal.met(
             f"{step}-rollouts", collect, world, expert, [policies] * len(everybody), everybody, seeds, weigh
         )
@@ -61,11 +61,6 @@ def maviper(world: World, expert: Expert, settings: Settings, selection: Selecti
         selection.met(met.values, met.agreement)
         selection.offer(grown)
     return len(data)
-
-
-def _seeds(settings: Settings, iteration: int) -> range:
-    first = metrics.ROLLOUT_SEEDS + settings.seed * EPISODES_PER_SEED + WARM_UP + iteration * settings.rollouts
-    return range(first, first + settings.rollouts)
 
 
 def weights(
@@ -98,11 +93,17 @@ def _team_weight(
 
 
 def _own_weight(
-    world: World, expert: Expert, observations: tuple[Float32, ...], state: object, wanted: Int, agent: int
+    world: World,
+    expert: Expert,
+    observations: tuple[Float32, ...],
+    state: object,
+    wanted: Int,
+    agent: int,
+    earlier: int = LAST_ACTION,
 ) -> Float64:
-    """Maximum less minimum over own actions; later agents at expert actions, earlier ones at their last action."""
+    """Maximum less minimum over own actions; later agents at expert actions, earlier ones at one and the same."""
     joint = np.full((len(world.actions[agent]), len(world.agents)), AS_GIVEN, dtype=np.int64)
-    joint[:, :agent] = LAST_ACTION
+    joint[:, :agent] = earlier
     joint[:, agent] = np.arange(len(joint))
     return np.ptp(expert.q(agent, observations, state, joint, wanted), axis=1)
 
@@ -148,17 +149,15 @@ def viper(world: World, expert: Expert, settings: Settings, agent: int, selectio
     experts: list[Controller] = [expert] * len(world.agents)
 
     def weigh(observations: tuple[Float32, ...], state: object, wanted: Int) -> Float64:
-        joint = np.full((len(world.actions[agent]), len(world.agents)), AS_GIVEN, dtype=np.int64)
-        joint[:, agent] = np.arange(len(joint))
-        return np.ptp(expert.q(agent, observations, state, joint, wanted), axis=1)[:, None]
+        return _own_weight(world, expert, observations, state, wanted, agent, earlier=AS_GIVEN)[:, None]
 
-    first = metrics.ROLLOUT_SEEDS + settings.seed * EPISODES_PER_SEED
-    data = journal.met("warm-up", collect, world, expert, experts, [agent], range(first, first + WARM_UP), weigh).data
+    warm_up = settings.episodes(metrics.ROLLOUT_SEEDS)[:WARM_UP]
+    data = journal.met("warm-up", collect, world, expert, experts, [agent], warm_up, weigh).data
     for iteration in range(settings.iterations):
         step = f"{iteration:04d}"
         tree = journal.trees(f"{step}-trees", _resampled_tree, world, data, settings, agent, iteration)
         policies = among(world, agent_policies(world, tree, [agent]), experts)
-        seeds = _seeds(settings, iteration)
+        seeds = settings.rollout_episodes(iteration, WARM_UP)
         met = journal.met(f"{step}-rollouts", collect, world, expert, policies, [agent], seeds, weigh)
         data = data + met.data
         selection.met(met.values, met.agreement)
@@ -202,7 +201,7 @@ def _starts(world: World, expert: Expert, settings: Settings, iteration: int, st
     wanted = settings.rollouts * steps
     found: list[Met] = []
     if iteration == 0:
-        first = metrics.ROLLOUT_SEEDS + settings.seed * EPISODES_PER_SEED
+        first = settings.episodes(metrics.ROLLOUT_SEEDS).start
         everybody = range(len(world.agents))
         zeros = lambda observations, state, acted: np.zeros(acted.shape)  # noqa: E731 - weights are not used here
         found.append(collect(world, expert, [expert] * len(everybody), everybody, [first], zeros))
@@ -235,11 +234,4 @@ def one_hot_tree(obs: Float32, acted: Int, counts: Int, n_actions: int, max_dept
         if 1 in known:
             said[:, output] = tree.value[:, output, int(np.flatnonzero(known == 1)[0])]
     action = np.where((said > 0.5).any(axis=1), said.argmax(axis=1), STAY)
-    split = tree.children_left != -1
-    return GrownTree(
-        np.where(split, tree.feature, NO_FEATURE),
-        np.where(split, tree.threshold, 0.0),
-        np.where(split, tree.children_left, -1),
-        np.where(split, tree.children_right, -1),
-        np.where(split, NO_ACTION, action),
-    )
+    return grown_from_sklearn(tree, action)

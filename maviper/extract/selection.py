@@ -20,7 +20,7 @@ from maviper.experts.expert import Expert
 from maviper.extract.arena import Arena, halving, score
 from maviper.extract.journal import Arrays, Journal
 from maviper.extract.outcome import agent_policies, among, joint_ratio
-from maviper.extract.settings import EPISODES_PER_SEED, RACE, RETURN, UNIFORM, Settings
+from maviper.extract.settings import RACE, RETURN, UNIFORM, Settings
 from maviper.worlds import Measure, World
 from maviper.worlds.world import Int
 
@@ -79,13 +79,17 @@ class Selection(ABC):
         self.agents = list(range(len(world.agents)) if agents is None else agents)
         self.teams = [team for team in world.teams if set(world.members(team)) & set(self.agents)]
         self.experts: list[Controller] = [expert] * len(world.agents)
-        first = metrics.SELECTION_SEEDS + settings.seed * EPISODES_PER_SEED
-        self.seeds = range(first, first + settings.selection_episodes)
+        self.seeds = settings.episodes(metrics.SELECTION_SEEDS)[: settings.selection_episodes]
         arrays = journal.arrays("expert", lambda: self._labelled(metrics.values(world, self.experts, self.seeds)))
         self.base = self._estimates(arrays)
         self.candidates: list[list[GrownTree]] = []
         self.agreement: float | None = None
         self._reference, self._since_gain = -np.inf, 0
+        self._begin()
+
+    @abstractmethod
+    def _begin(self) -> None:
+        """Sets up what a way of selecting keeps besides."""
 
     def members(self, team: str) -> list[int]:
         """The team's agents that candidates have trees for."""
@@ -112,6 +116,11 @@ class Selection(ABC):
     @abstractmethod
     def facts(self) -> dict[str, int]:
         """What the provenance says of the selection."""
+
+    def _played(self, trees: Sequence[GrownTree]) -> dict[Measure, Float64]:
+        """The measures and returns of the candidate's teams against experts, in each of the common episodes."""
+        controllers = among(self.world, agent_policies(self.world, trees, self.agents), self.experts)
+        return metrics.team_values(self.world, controllers, self.experts, self.seeds, self.teams)
 
     def _labelled(self, found: Mapping[Measure, Float64]) -> Arrays:
         return {team: found[self.world.primary(team)] for team in self.teams}
@@ -140,24 +149,21 @@ class Selection(ABC):
 class Uniform(Selection):
     """Every candidate plays the same episodes; one iteration's trees are taken for all agents."""
 
-    best: int = -1
-    score: float = -np.inf
+    def _begin(self) -> None:
+        self.best, self.score = -1, -np.inf
 
     def offer(self, trees: Sequence[GrownTree]) -> bool:
         """As `Selection.offer`."""
         place = len(self.candidates)
         self.candidates.append(list(trees))
-        found = self._estimates(self.journal.arrays(f"{place:04d}-score", self._played, trees))
+        found = self._estimates(self.journal.arrays(f"{place:04d}-score", self._scored, trees))
         reached, _ = self._ratio(found)
         if reached > self.score:
             self.best, self.score, self._found = place, reached, found
         return self._judged(reached, self._found, count_leaves(self.candidates[self.best]))
 
-    def _played(self, trees: Sequence[GrownTree]) -> Arrays:
-        controllers = among(self.world, agent_policies(self.world, trees, self.agents), self.experts)
-        if len(trees) == len(self.world.agents):
-            return self._labelled(metrics.team_values(self.world, controllers, self.experts, self.seeds))
-        return self._labelled(metrics.values(self.world, controllers, self.seeds))
+    def _scored(self, trees: Sequence[GrownTree]) -> Arrays:
+        return self._labelled(self._played(trees))
 
     def chosen(self) -> list[list[GrownTree]]:
         """As `Selection.chosen`."""
@@ -169,75 +175,66 @@ class Uniform(Selection):
         return {"stopped_after": len(self.candidates), "best_iteration": self.best + 1}
 
 
-class ByReturn(Selection):
+class _EachTeams(Selection):
+    """Each team takes its own best iteration."""
+
+    def _begin(self) -> None:
+        self.best = dict.fromkeys(self.teams, 0)
+
+    def _trees(self, candidate: int, team: str) -> list[GrownTree]:
+        return [self.candidates[candidate][self.agents.index(agent)] for agent in self.members(team)]
+
+    @property
+    def facts(self) -> dict[str, int]:
+        """As `Selection.facts`."""
+        best = {f"best_iteration_{team}": place + 1 for team, place in self.best.items()}
+        return {"stopped_after": len(self.candidates), **best}
+
+
+class ByReturn(_EachTeams):
     """Each team's best iteration by its return against experts, as the released code has it; nothing stops early."""
 
-    def __init__(
-        self,
-        world: World,
-        expert: Expert,
-        settings: Settings,
-        journal: Journal,
-        on_progress: OnProgress,
-        agents: Sequence[int] | None = None,
-    ) -> None:
-        super().__init__(world, expert, settings, journal, on_progress, agents)
-        self.best: dict[str, tuple[float, int]] = dict.fromkeys(self.teams, (-np.inf, -1))
+    def _begin(self) -> None:
+        super()._begin()
+        self._returned = dict.fromkeys(self.teams, -np.inf)  # of the best
         self._found: dict[str, Float64] = {}
 
     def offer(self, trees: Sequence[GrownTree]) -> bool:
         """As `Selection.offer`."""
         place = len(self.candidates)
         self.candidates.append(list(trees))
-        found = self.journal.arrays(f"{place:04d}-score", self._played, trees)
+        found = self.journal.arrays(f"{place:04d}-score", self._scored, trees)
         for team in self.teams:
-            if found[f"{team} return"].mean() > self.best[team][0]:
-                self.best[team] = float(found[f"{team} return"].mean()), place
-                self._found[team] = found[team]
+            returned = float(found[_return(team)].mean())
+            if returned > self._returned[team]:
+                self.best[team], self._returned[team], self._found[team] = place, returned, found[team]
         leaves = count_leaves(self.candidates[place])
         self._judged(self._ratio(self._estimates(found))[0], self._estimates(self._found), leaves)
         return False
 
-    def _played(self, trees: Sequence[GrownTree]) -> Arrays:
-        found: dict[str, np.ndarray] = {}
-        controllers = among(self.world, agent_policies(self.world, trees, self.agents), self.experts)
-        for team in self.teams:
-            members = self.members(team)
-            mixed = [controllers[agent] if agent in members else self.expert for agent in range(len(controllers))]
-            values = metrics.values(self.world, mixed, self.seeds)
-            found[team] = values[self.world.primary(team)]
-            found[f"{team} return"] = values[Measure(team, metrics.RETURN)]
-        return found
+    def _scored(self, trees: Sequence[GrownTree]) -> Arrays:
+        found = self._played(trees)
+        returns = {_return(team): found[Measure(team, metrics.RETURN)] for team in self.teams}
+        return {**self._labelled(found), **returns}
 
     def chosen(self) -> list[list[GrownTree]]:
         """As `Selection.chosen`."""
-        places = {agent: self.best[team][1] for team in self.teams for agent in self.members(team)}
+        places = {agent: self.best[team] for team in self.teams for agent in self.members(team)}
         return [[self.candidates[places[agent]][index]] for index, agent in enumerate(self.agents)]
 
-    @property
-    def facts(self) -> dict[str, int]:
-        """As `Selection.facts`."""
-        best = {f"best_iteration_{team}": place + 1 for team, (_, place) in self.best.items()}
-        return {"stopped_after": len(self.candidates), **best}
+
+def _return(team: str) -> str:
+    return Measure(team, metrics.RETURN).label
 
 
-class Raced(Selection):
+class Raced(_EachTeams):
     """Best-arm identification: each team's iterates race, warm-started by their own rollouts, and each team takes its
     own best. Until then, scores are those of the rollouts, where the opponents were trees.
     """
 
-    def __init__(
-        self,
-        world: World,
-        expert: Expert,
-        settings: Settings,
-        journal: Journal,
-        on_progress: OnProgress,
-        agents: Sequence[int] | None = None,
-    ) -> None:
-        super().__init__(world, expert, settings, journal, on_progress, agents)
+    def _begin(self) -> None:
+        super()._begin()
         self.warm: list[dict[str, Float64]] = []  # per candidate: team -> scores in its rollouts
-        self.best = dict.fromkeys(self.teams, 0)
 
     def met(self, values: Mapping[str, Float64], agreement: float) -> None:
         """As `Selection.met`."""
@@ -257,9 +254,6 @@ class Raced(Selection):
         leaves = count_leaves([tree for team in self.teams for tree in self._trees(self.best[team], team)])
         return self._judged(self._ratio(self._estimates(self.warm[-1]))[0], found, leaves)
 
-    def _trees(self, candidate: int, team: str) -> list[GrownTree]:
-        return [self.candidates[candidate][self.agents.index(agent)] for agent in self.members(team)]
-
     def chosen(self) -> list[list[GrownTree]]:
         """As `Selection.chosen`."""
         found: list[list[GrownTree]] = [[] for _ in self.agents]
@@ -273,8 +267,8 @@ class Raced(Selection):
         return found
 
     def _raced(self, team: str) -> Arrays:
-        first = self.seeds.start
-        arena = Arena(self.world, self.expert, self.members(team), range(first, first + EPISODES_PER_SEED))
+        seeds = self.settings.episodes(metrics.SELECTION_SEEDS)
+        arena = Arena(self.world, self.expert, self.members(team), seeds)
         nothing = {name: np.zeros(0) for name in self.teams}
         known = [*self.warm, *[nothing] * (len(self.candidates) - len(self.warm))]
         warm = [score(self.world.primary(team), values[team]) for values in known]
@@ -284,12 +278,6 @@ class Raced(Selection):
 
         episodes = self.settings.selection_episodes * len(self.candidates)
         return {"order": np.array(halving(scores, warm, episodes, min(FINALISTS, len(known))))}
-
-    @property
-    def facts(self) -> dict[str, int]:
-        """As `Selection.facts`."""
-        chosen = {f"best_iteration_{team}": place + 1 for team, place in self.best.items()}
-        return {"stopped_after": len(self.candidates), **chosen}
 
 
 KINDS: Mapping[str, type[Selection]] = {UNIFORM: Uniform, RETURN: ByReturn, RACE: Raced}

@@ -11,6 +11,7 @@ from typing import Any
 
 from codegen import ir
 from codegen.errors import InputError, UnknownNameError
+from maviper.evaluate import metrics
 from maviper.worlds import World
 
 MAVIPER, IVIPER, VIPER, IMITATION, FITTED_Q = "maviper", "iviper", "viper", "imitation", "fitted-q"
@@ -110,6 +111,16 @@ class Settings:
             raise InputError(f"{self.budget} episodes are too few for one iteration", "--budget", least)
         refined = 1 if self.algorithm == VIPER else len(world.teams)
         return replace(found, refinement=(self.budget - 2 * rollouts) // refined) if large else found
+
+    def episodes(self, purpose: int) -> range:
+        """The episode seeds of this extraction seed for a purpose, one of the first seeds in `metrics`."""
+        first = purpose + self.seed * EPISODES_PER_SEED
+        return range(first, first + EPISODES_PER_SEED)
+
+    def rollout_episodes(self, iteration: int, before: int = 0) -> range:
+        """The episode seeds of an iteration's rollouts; `before`: episodes that were played ahead of all."""
+        first = self.episodes(metrics.ROLLOUT_SEEDS).start + before + iteration * self.rollouts
+        return range(first, first + self.rollouts)
 
     def checked(self) -> "Settings":
         """The settings themselves; InputError or UnknownNameError when one cannot be used."""

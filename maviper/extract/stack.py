@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from codegen import ir
 from codegen.floats import round_down
 from codegen.ir import NO_ACTION, NO_CHILD, NO_FEATURE, ROOT, Bool, Float32, GrownTree
 from maviper.worlds.world import Int
@@ -45,7 +46,7 @@ class Stack:
             left[here] = np.where(split, first + tree.left, left[here])
             right[here] = np.where(split, first + tree.right, right[here])
             action[here] = np.where(split, 0, tree.action)
-            depth = max(depth, int(levels(tree).max()))
+            depth = max(depth, int(ir.depth(tree).max()))
         return Stack(feature, threshold, left, right, action, n_nodes, depth)
 
     def act(self, which: Int, obs: Float32) -> Int:
@@ -56,19 +57,6 @@ class Stack:
             goes_left = flat[base + self.feature[node]] <= self.threshold[node]
             node = np.where(goes_left, self.left[node], self.right[node])
         return self.action[node]
-
-
-def levels(tree: GrownTree) -> Int:
-    """Splits above each node, [n]."""
-    found = np.zeros(len(tree.feature), dtype=np.int64)
-    stack = [ROOT]
-    while stack:
-        node = stack.pop()
-        if tree.feature[node] != NO_FEATURE:
-            for child in (int(tree.left[node]), int(tree.right[node])):
-                found[child] = found[node] + 1
-                stack.append(child)
-    return found
 
 
 def reaching(tree: GrownTree, obs: Float32) -> dict[int, Int]:
@@ -118,7 +106,7 @@ def merged(tree: GrownTree) -> GrownTree:
     """The tree without splits that decide nothing: equal sibling leaves become one, from the bottom up."""
     arrays = _copies(tree)
     feature, _, left, right, action = arrays
-    order = np.argsort(-levels(tree), kind="stable")
+    order = np.argsort(-ir.depth(tree), kind="stable")
     for node in order:
         if feature[node] != NO_FEATURE:
             a, b = left[node], right[node]

@@ -17,8 +17,8 @@ from maviper.experts.scripted import scripted
 from maviper.extract import fitted_q, outcome, released
 from maviper.extract.algorithms import extract
 from maviper.extract.dataset import labels, points
-from maviper.extract.grow import train_joint_trees
-from maviper.extract.histogram import BINS, Bins, HistogramTree, best_splits, grow_jointly, projected
+from maviper.extract.grow import grow_jointly, train_joint_trees
+from maviper.extract.histogram import BINS, Bins, HistogramTree, best_splits, projected
 from maviper.extract.journal import NOTHING_KEPT
 from maviper.extract.selection import KINDS
 from maviper.extract.settings import ALGORITHMS, EXACT, FITTED_Q, HISTOGRAM, IMITATION, IVIPER, PRESETS, VIPER, Settings

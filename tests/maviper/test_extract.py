@@ -363,9 +363,9 @@ class Recorder:
             self.trees[id(controller)] = controller, policies
             return controller
 
-        def scripted_values(world, ours, opponents, seeds):
+        def scripted_values(world, ours, opponents, seeds, *teams):
             self.opponents.append((ours, opponents, list(seeds)))
-            found = team_values(world, ours, opponents, seeds)
+            found = team_values(world, ours, opponents, seeds, *teams)
             if len(seeds) != 10:
                 return found  # the final evaluation
             hits = self.scores[len(self.opponents) - 1]

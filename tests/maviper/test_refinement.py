@@ -26,7 +26,7 @@ from maviper.extract.journal import Journal, packed, unpacked
 from maviper.extract.outcome import agent_policies
 from maviper.extract.selection import Raced
 from maviper.extract.settings import Settings
-from maviper.extract.stack import Stack, levels, merged, reaching, with_leaf, with_new_split, with_split
+from maviper.extract.stack import Stack, merged, reaching, with_leaf, with_new_split, with_split
 from maviper.worlds import find
 from tests.strategies import grown_trees
 
@@ -84,7 +84,7 @@ def test_rows_reach_the_nodes_on_their_path(tree):
         assert len(set(leaf[found[node]])) == 1, "one grown leaf is one deployed leaf"
         order[node] = leaf[found[node]][0]
     assert len(set(order.values())) == len(order)
-    assert max(levels(tree)) == ir.depth(deployed(tree)).max()
+    assert max(ir.depth(tree)) == ir.depth(deployed(tree)).max()
 
 
 @given(grown_trees(n_features=3, max_depth=3), st.data())
@@ -178,7 +178,7 @@ def test_moves_differ_in_one_tree_and_keep_the_depth(world, expert):
     assert len(found) > 12
     for a, b in found:
         assert (a is trees[0]) != (b is trees[1])
-        assert max(levels(a).max(), levels(b).max()) <= 2
+        assert max(ir.depth(a).max(), ir.depth(b).max()) <= 2
 
 
 def test_a_round_costs_what_it_says_and_never_takes_what_does_not_pay(world, expert, monkeypatch):

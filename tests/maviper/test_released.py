@@ -15,6 +15,7 @@ from maviper.extract.journal import NOTHING_KEPT
 from maviper.extract.released_grow import _Growing, best_split, grow_team
 from maviper.extract.selection import ByReturn
 from maviper.extract.settings import FITTED_Q, IVIPER_RESAMPLING, Settings
+from maviper.worlds import Measure
 
 
 @pytest.fixture
@@ -138,7 +139,9 @@ def test_each_teams_best_is_that_of_the_highest_return(world, expert, monkeypatc
     def played(trees):
         adversary, defenders = next(returns)
         shares = {"adversaries": np.array([0.0, 1.0]), "defenders": np.array([1.0, 1.0])}
-        return shares | {"adversaries return": np.array([adversary]), "defenders return": np.array([defenders])}
+        paid = {"adversaries": np.array([adversary]), "defenders": np.array([defenders])}
+        primary = {world.primary(team): row for team, row in shares.items()}
+        return primary | {Measure(team, metrics.RETURN): row for team, row in paid.items()}
 
     monkeypatch.setattr(selection, "_played", played)
     trees = [[ir.GrownTree([-1], [0.0], [-1], [-1], [k])] * 3 for k in range(3)]
@@ -161,8 +164,8 @@ def test_imitations_points_are_starts(world, expert):
 
 def test_no_episode_is_for_two_purposes():
     settings = Settings.of({"preset": "released"})
-    last = released._seeds(settings, settings.iterations - 1)
-    assert released._seeds(settings, 0).start == metrics.ROLLOUT_SEEDS + released.WARM_UP
+    last = settings.rollout_episodes(settings.iterations - 1, released.WARM_UP)
+    assert settings.rollout_episodes(0, released.WARM_UP).start == metrics.ROLLOUT_SEEDS + released.WARM_UP
     assert last.stop <= metrics.ROLLOUT_SEEDS + 100_000
 
 
