@@ -69,7 +69,7 @@ def compile(
 def verify(profile: PolicyProfile, property_name: str = "distinct_targets", region: str = "start") -> Result:
     """The verdict on a built-in property in a region: `start` for the start box, or the path of a region file."""
     from maviper.claims import find_region, verify_claims
-    from verify.spec import find_property
+    from verify.properties import find_property
 
     claim = find_property(property_name, profile)
     return verify_claims(profile, [(claim, find_region(region, profile))])[0]

@@ -25,8 +25,9 @@ from maviper.worlds.particle import placed
 from verify import engine, report
 from verify.counterexample import Replay
 from verify.engine import Result, Visited
-from verify.spec import Property, Region, read_region, start_region
-from verify.world import Point, contains
+from verify.properties import Property
+from verify.spec import Region, read_region
+from verify.world import Point, contains, everywhere, observed_velocities
 
 MOST_REGION_BYTES = 2**20
 
@@ -34,14 +35,15 @@ MOST_REGION_BYTES = 2**20
 def find_region(name: str, profile: ir.PolicyProfile) -> Region:
     """`start` for the start box, else the region in the file `name`."""
     if name == "start":
-        return start_region(profile.world)
+        return everywhere(profile)
     path = Path(name)
     try:
         source = runs.read(path, MOST_REGION_BYTES).decode()
     except UnicodeDecodeError:
         raise InputError("not a readable region file", f"{name}: not UTF-8 text", "is this the right file?") from None
     # a file called start must not be taken for the start box when the report names it
-    return read_region(source, profile.world, f"./{path.name}" if path.name == "start" else path.name)
+    where = f"./{path.name}" if path.name == "start" else path.name
+    return read_region(source, profile.world, where, observed_velocities(profile))
 
 
 def verify_claims(
@@ -120,7 +122,8 @@ def _state(profile: ir.PolicyProfile, point: Point) -> WorldState:
     entities = [entity.name for entity in world.agents + world.landmarks]
     position = np.array([[[point.position[f"{name}.{axis}"] for axis in "xy"] for name in entities]])
     goal = [entity.name for entity in world.landmarks].index(point.goal) if point.goal else 0
-    return WorldState(position, np.zeros((1, len(world.agents), 2)), np.array([goal]))
+    speeds = [[[point.position.get(f"{agent.name}.v{axis}", 0.0) for axis in "xy"] for agent in world.agents]]
+    return WorldState(position, np.array(speeds), np.array([goal]))
 
 
 def _visited(world: ParticleWorld, episodes: Episodes, region: Region) -> Visited:

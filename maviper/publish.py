@@ -16,8 +16,10 @@ from maviper import claims
 from maviper.agreement import Compiled
 from maviper.verification import command
 from verify.engine import Result
+from verify.properties import Property, find_property
 from verify.regions import best_proved_box
-from verify.spec import Property, Region, find_property, start_region
+from verify.spec import Region
+from verify.world import everywhere
 
 PROFILE_FILE = "profile.json"
 REGION_FILE = "region.toml"
@@ -29,7 +31,7 @@ Question = tuple[Property, Region]
 def questions(profile: ir.PolicyProfile) -> list[Question]:
     """`distinct_targets` in the start box and, where one is found, in a box around conflicting states."""
     claim = find_property("distinct_targets", profile)
-    asked = [(claim, start_region(profile.world))]
+    asked = [(claim, everywhere(profile))]
     box = best_proved_box(profile, claim, profile.provenance.seed)
     if box is not None:
         asked.append((claim, Region(box.region.box, box.region.goals, name=REGION_FILE)))

@@ -17,7 +17,8 @@ from maviper import load, runs
 from maviper.claims import find_region, report_files, verify_claims
 from maviper.console import Console
 from verify.engine import DEFAULT_BUDGET, Result
-from verify.spec import Property, Verdict, find_property
+from verify.properties import Property, find_property
+from verify.spec import Verdict
 from verify.spec import text as decimal
 
 

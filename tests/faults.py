@@ -21,9 +21,11 @@ from codegen.errors import MaviperError
 from codegen.targets import TARGETS, emit
 from maviper import agreement
 from tests.teams import DOWN, LEFT, RIGHT, STAY, UP, team, towards, tree
-from verify import encode, engine
+from verify import encode, engine, properties
 from verify.engine import decide
-from verify.spec import Property, Verdict, start_region
+from verify.formula import FALSE, TRUE, negated
+from verify.properties import Property
+from verify.spec import Verdict, start_region
 from verify.world import Point, violates
 
 CLAIM = Property("distinct_targets", "defenders")
@@ -310,22 +312,14 @@ def verdicts_wrong(profile: ir.PolicyProfile) -> bool:
     return any(decide(one, CLAIM, region).verdict is not verdict for one, region, verdict in known)
 
 
-def verdict_fault(name: str, attribute: str, change: Callable[[Callable], Callable]) -> Fault:
+def verdict_fault(module, name: str, attribute: str, change: Callable[[Callable], Callable]) -> Fault:
     """Caught by the verdicts of teams whose answer is known."""
 
     def plant(profile, patch):
-        patch.setattr(encode, attribute, change(getattr(encode, attribute)))
+        patch.setattr(module, attribute, change(getattr(module, attribute)))
         return verdicts_wrong(profile)
 
-    return Fault(f"encoder: {name}", "teams with a known verdict", plant)
-
-
-def engine_fault(name: str, attribute: str, change: Callable[[Callable], Callable]) -> Fault:
-    def plant(profile, patch):
-        patch.setattr(engine, attribute, change(getattr(engine, attribute)))
-        return verdicts_wrong(profile)
-
-    return Fault(f"engine: {name}", "teams with a known verdict", plant)
+    return Fault(f"{module.__name__.split('.')[-1]}: {name}", "teams with a known verdict", plant)
 
 
 THRESHOLD = [
@@ -339,15 +333,17 @@ THRESHOLD = [
 ]
 ENCODER = [
     encoder_fault("sides of a split swapped", "_tests", lambda f: lambda *given: f(*given)[::-1]),
-    verdict_fault("only one matching tried", "permutations", lambda _: lambda items, n: [tuple(items)[:n]]),
-    verdict_fault("no matching tried", "permutations", lambda _: lambda items, n: []),
-    verdict_fault("engaged taken for not engaged", "_not_engaged", lambda f: lambda *given: z3.Not(f(*given))),
-    verdict_fault("always engaged", "_not_engaged", lambda f: lambda *given: z3.BoolVal(False)),
-    verdict_fault("never at a landmark", "_not_engaged", lambda f: lambda *given: f(*given).arg(0)),
-    engine_fault("goal taken for landmark 0", "question", lambda f: lambda p, c, r, goal, slack=Fraction(0): f(p, c, r, "landmark_0", slack)),
-    verdict_fault("region forgotten", "_region", lambda f: lambda region, at: [z3.BoolVal(False)]),
-    encoder_fault("margin of one", "_not_engaged", lambda f: lambda p, a, k, claim, at, slack: f(p, a, k, replace(claim, margin=Fraction(1)), at, slack)),
-    encoder_fault("at a landmark within one", "_not_engaged", lambda f: lambda p, a, k, claim, at, slack: f(p, a, k, replace(claim, radius=Fraction(1)), at, slack)),
+    verdict_fault(properties, "only one matching tried", "permutations", lambda _: lambda items, n: [tuple(items)[:n]]),
+    verdict_fault(properties, "no matching tried", "permutations", lambda _: lambda items, n: []),
+    verdict_fault(properties, "engaged taken for not engaged", "engaged", lambda f: lambda *given: negated(f(*given))),
+    verdict_fault(properties, "always engaged", "engaged", lambda f: lambda *given: TRUE),
+    verdict_fault(properties, "never at a landmark", "at", lambda f: lambda *given: FALSE),
+    verdict_fault(engine, "goal taken for landmark 0", "question", lambda f: lambda p, c, r, goal, slack=Fraction(0): f(p, c, r, "landmark_0", slack)),
+    verdict_fault(encode, "region forgotten", "_region", lambda f: lambda region, at: [z3.BoolVal(False)]),
+    encoder_fault("not negated", "negated", lambda f: lambda claim: claim),
+    verdict_fault(encode, "the other way round", "negated", lambda f: lambda claim: claim),
+    encoder_fault("margin of one", "formula", lambda f: lambda p, claim: f(p, replace(claim, margin=Fraction(1)))),
+    encoder_fault("at a landmark within one", "formula", lambda f: lambda p, claim: f(p, replace(claim, radius=Fraction(1)))),
 ]  # fmt: skip
 
 ALL = [*TEXT, *GROWN, *PROFILE, *THRESHOLD, *ENCODER]

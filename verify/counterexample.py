@@ -17,10 +17,11 @@ from codegen.errors import DisagreementError
 from codegen.ir import PolicyProfile
 from codegen.observe import observe
 from verify.encode import question
+from verify.properties import Property
 from verify.shares import SAMPLE_SEED, SAMPLES, violating
 from verify.solve import Answer, ask
-from verify.spec import Property, Region
-from verify.world import Point, chosen, engaged_exactly, inside, point_of, sample, violates
+from verify.spec import Region
+from verify.world import Point, chosen, engaged_with, inside, point_of, sample, violates
 
 SLACKS = tuple(Fraction(1, 2**power) for power in (3, 4, 5, 7, 10, 20, 40))
 SPACED_SLACKS = 3  # so many of the slacks are first tried with all entities SPACE apart, which reads better
@@ -174,15 +175,14 @@ def explain(profile: PolicyProfile, claim: Property, point: Point, replays: Mapp
                 f"reference {actions}, {name} {list(found)}",
                 "this is a bug",
             )
-    engaged = engaged_exactly(profile, claim, point, actions)
+    engaged = engaged_with(profile, claim, point)
     views = []
-    for policy, action, row in zip(team, actions, engaged, strict=True):
+    for policy, action in zip(team, actions, strict=True):
         obs = observe(policy.features, coordinates, profile.world)
-        names = tuple(
-            landmark.name for landmark, is_engaged in zip(profile.world.landmarks, row, strict=True) if is_engaged
-        )
         leaf = int(ir.apply(policy.tree, obs)[0])
-        views.append(AgentView(policy.agent, policy.actions[action].name, leaf, path(policy, obs[0]), names))
+        views.append(
+            AgentView(policy.agent, policy.actions[action].name, leaf, path(policy, obs[0]), engaged[policy.agent])
+        )
     return Counterexample(point, tuple(views), ("reference", *replays))
 
 

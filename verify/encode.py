@@ -11,9 +11,9 @@ question over the reals the machine's own question.
 """
 
 import struct
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from fractions import Fraction
-from itertools import permutations
+from functools import partial
 from typing import Any, NamedTuple
 
 import z3
@@ -21,7 +21,9 @@ import z3
 from codegen import ir
 from codegen.errors import InputError
 from codegen.ir import FeatureSpec, PolicyProfile, Tree
-from verify.spec import Property, Region
+from verify.formula import And, Formula, Linear, Or, agents, given, negated, tightened
+from verify.properties import Property, formula
+from verify.spec import Region
 
 
 class HalfLine(NamedTuple):
@@ -99,7 +101,7 @@ def question(
     at = dict(variables)
     if goal:
         at |= {f"goal.{axis}": variables[f"{goal}.{axis}"] for axis in "xy"}
-    fails = _failing(profile, claim, at, slack)
+    fails = _Encoder(profile, at, slack).encoded(tightened(negated(formula(profile, claim)), slack))
     return Question(goal, variables, [*_region(region, variables), fails])
 
 
@@ -121,40 +123,48 @@ def _region(region: Region, at: dict[str, Any]) -> list[Any]:
     return constraints
 
 
-def _failing(profile: PolicyProfile, claim: Property, at: dict[str, Any], slack: Fraction) -> Any:
-    """No one-to-one matching has every agent engaged: in each, some agent is not engaged with its landmark."""
-    team, landmarks = profile.team(claim.team), profile.world.landmarks
-    loose = [
-        [
-            _chosen(
-                policy,
-                at,
-                slack,
-                lambda action, p=policy, k=landmark.name: _not_engaged(p, action, k, claim, at, slack),
-            )
-            for landmark in landmarks
-        ]
-        for policy in team
-    ]
-    matchings = permutations(range(len(landmarks)), len(team))
-    return z3.And(*(z3.Or(*(loose[agent][landmark] for agent, landmark in enumerate(match))) for match in matchings))
+class _Encoder:
+    """Formulas of `normal` form for one question; equal parts become one expression."""
+
+    def __init__(self, profile: PolicyProfile, at: dict[str, Any], slack: Fraction) -> None:
+        self._profile, self._at, self._slack = profile, at, slack
+        self._known: dict[Formula, Any] = {}
+
+    def encoded(self, claim: Formula) -> Any:
+        """The formula. Where it speaks of one agent's actions only, it follows that agent's tree."""
+        if claim not in self._known:
+            self._known[claim] = self._made(claim)
+        return self._known[claim]
+
+    def _made(self, claim: Formula) -> Any:
+        acting = agents(claim)
+        if len(acting) == 1:
+            (agent,) = acting
+            chosen = partial(self._once_chosen, claim, agent)
+            return _chosen(self._profile.policy(agent), self._at, self._slack, chosen)
+        if isinstance(claim, And):
+            return z3.And(*(self.encoded(part) for part in _grouped(claim.parts, And)))
+        if isinstance(claim, Or):
+            return z3.Or(*(self.encoded(part) for part in _grouped(claim.parts, Or)))
+        assert isinstance(claim, Linear), claim
+        parts = [self._at[name] if weight == 1 else number(weight) * self._at[name] for weight, name in claim.terms]
+        total, bound = z3.Sum(*parts), number(claim.bound)
+        return total < bound if claim.strict else total <= bound
+
+    def _once_chosen(self, claim: Formula, agent: str, action: int) -> Any:
+        return self.encoded(given(claim, {agent: action}))
 
 
-def _not_engaged(
-    policy: ir.AgentPolicy, action: int, landmark: str, claim: Property, at: dict[str, Any], slack: Fraction
-) -> Any:
-    """Agent neither closes on the landmark with `action` nor is at it."""
-    gaps = [at[f"{landmark}.{axis}"] - at[f"{policy.agent}.{axis}"] for axis in "xy"]
-    effect = policy.actions[action].effect or (0.0, 0.0)
-    parts = [number(Fraction(part)) * gap for part, gap in zip(effect, gaps, strict=True) if part != 0]
-    closing = z3.BoolVal(True) if not parts else z3.Sum(*parts) <= number(claim.margin - slack)
-    far = claim.radius + slack
-    # without slack "not at" is strictly outside the closed square
-    sides = [
-        (gap > number(far), gap < number(-far)) if not slack else (gap >= number(far), gap <= number(-far))
-        for gap in gaps
-    ]
-    return z3.And(closing, z3.Or(*(side for pair in sides for side in pair)))
+def _grouped(parts: Sequence[Formula], kind: type[And] | type[Or]) -> list[Formula]:
+    """Parts that speak of the same single agent joined, so that its tree is written once for all of them."""
+    by_agents: dict[frozenset[str], list[Formula]] = {}
+    for part in parts:
+        acting = agents(part)
+        by_agents.setdefault(acting, []).append(part)
+    joined: list[Formula] = []
+    for acting, members in by_agents.items():
+        joined += [kind(tuple(members))] if len(acting) == 1 else members
+    return joined
 
 
 def _chosen(policy: ir.AgentPolicy, at: dict[str, Any], slack: Fraction, of_action: Callable[[int], Any]) -> Any:

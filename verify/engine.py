@@ -15,9 +15,10 @@ from codegen.ir import PolicyProfile
 from verify import solve
 from verify.counterexample import Counterexample, Replay, confirmed, explain, violating_samples
 from verify.encode import question, region_only
+from verify.properties import Property
 from verify.shares import SAMPLE_SEED, Shares, measure
 from verify.solve import DEFAULT_BUDGET, Answer, ask
-from verify.spec import Property, Region, Verdict
+from verify.spec import Region, Verdict
 from verify.world import Point, verifiable
 
 CONTROL_SEED = 0

@@ -15,8 +15,9 @@ import numpy as np
 from codegen.ir import PolicyProfile
 from verify import shares
 from verify.engine import decide, shuffled
-from verify.spec import Interval, Property, Region, Verdict, start_region
-from verify.world import Point, point_of, sample
+from verify.properties import Property
+from verify.spec import Interval, Region, Verdict
+from verify.world import Point, everywhere, point_of, sample
 
 GRID = Fraction(1, 100)
 CUTS = 60  # counterexamples that are cut off before a seed is given up
@@ -38,7 +39,7 @@ def proved_boxes(profile: PolicyProfile, claim: Property, seed: int) -> Iterator
 
     One conflicting world state after another, drawn with `seed`, serves as the centre; yields while there are any.
     """
-    start = start_region(profile.world)
+    start = everywhere(profile)
     coordinates, goals = sample(start, profile.world, SEEDS_DRAWN, seed)
     good = shares.conflicts(profile, claim, coordinates) & ~shares.violating(profile, claim, coordinates)
     for row in np.flatnonzero(good):

@@ -14,6 +14,7 @@ from codegen.policy_json import content_hash, layout
 from codegen.render import render
 from verify.counterexample import AgentView, Counterexample
 from verify.engine import Result
+from verify.properties import sentence
 from verify.spec import Verdict
 from verify.spec import text as decimal
 
@@ -80,7 +81,7 @@ def _result(profile: PolicyProfile, result: Result, command: str) -> dict[str, A
     return {
         "property": claim.name,
         "team": claim.team,
-        "claim": claim.sentence(),
+        "claim": sentence(claim),
         "parameters": {"margin": decimal(claim.margin), "radius": decimal(claim.radius)},
         "region_name": result.region.name,
         "region": result.region.document(),

@@ -6,17 +6,17 @@ Does not: prove anything; the solver's verdict stands on its own.
 """
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
 
 from codegen.errors import InputError
-from codegen.ir import Bool, Float64, Int32, PolicyProfile
-from verify.matching import matched
-from verify.spec import Property, Region
-from verify.world import chosen, offsets, possible, sample
+from codegen.ir import AgentPolicy, Bool, Float64, PolicyProfile
+from verify.formula import Formula, disjunction, given
+from verify.properties import Property, closes, formula
+from verify.spec import Region
+from verify.world import batch, chosen, sample
 
 SAMPLES = 100_000
 SAMPLE_SEED = 7
@@ -87,36 +87,44 @@ def measure(profile: PolicyProfile, claim: Property, region: Region, seed: int, 
 
 def violating(profile: PolicyProfile, claim: Property, coordinates: Float64) -> Bool:
     """Where the team's own actions violate the claim, [batch]."""
-    engaged, _ = possible(profile, claim, coordinates)
-    actions = [chosen(policy, coordinates, profile.world) for policy in profile.team(claim.team)]
-    return ~matched(_taken(engaged, actions))
+    actions = {p.agent: chosen(p, coordinates, profile.world) for p in profile.team(claim.team)}
+    return ~batch(coordinates, profile.world).holds(formula(profile, claim), actions)
 
 
 def conflicts(profile: PolicyProfile, claim: Property, coordinates: Float64) -> Bool:
     """Where some joint action, every agent closing on at least one landmark, violates the claim, [batch]."""
-    engaged, closes = possible(profile, claim, coordinates)
-    n_actions = [len(policy.actions) for policy in profile.team(claim.team)]
+    team, stated = profile.team(claim.team), formula(profile, claim)
+    n_actions = [len(policy.actions) for policy in team]
     if math.prod(n_actions) > MOST_JOINT_ACTIONS:
         raise InputError(
             f"{math.prod(n_actions)} joint actions are too many for the conflict share", f"team {claim.team}"
         )
-    found = np.zeros(len(coordinates), dtype=bool)
+    states, found = batch(coordinates, profile.world), np.zeros(len(coordinates), dtype=bool)
+    willing = [
+        [states.holds(_willing(profile, policy, action, claim), {}) for action in range(n)]
+        for policy, n in zip(team, n_actions, strict=True)
+    ]
     for joint in product(*(range(n) for n in n_actions)):
-        actions = [np.full(len(coordinates), action, dtype=np.int32) for action in joint]
-        willing = np.all(_taken(closes, actions).any(axis=2), axis=1)
-        found |= willing & ~matched(_taken(engaged, actions))
+        moving = np.logical_and.reduce([willing[agent][action] for agent, action in enumerate(joint)])
+        fails = given(stated, {policy.agent: action for policy, action in zip(team, joint, strict=True)})
+        found |= moving & ~states.holds(fails, {})
     return found
 
 
-def _taken(by_action: Bool, actions: Sequence[Int32]) -> Bool:
-    """[batch, n_agents, n_actions, n_landmarks] at the chosen actions, [batch, n_agents, n_landmarks]."""
-    batch = np.arange(len(by_action))
-    return np.stack([by_action[batch, agent, action] for agent, action in enumerate(actions)], axis=1)
+def _willing(profile: PolicyProfile, policy: AgentPolicy, action: int, claim: Property) -> Formula:
+    """The action closes on some landmark."""
+    return disjunction(*(closes(policy, action, mark.name, claim.margin) for mark in profile.world.landmarks))
 
 
 def _contested(profile: PolicyProfile, claim: Property, coordinates: Float64) -> Bool | None:
-    gap = offsets(profile, claim, coordinates)
-    if gap.shape[1:3] != (2, 2):
+    """Two agents, both inside the landmarks' rectangle."""
+    team, landmarks = profile.team(claim.team), profile.world.landmarks
+    if len(team) != 2 or len(landmarks) != 2:
         return None
-    # inside the rectangle: on each axis the two landmarks do not lie on the same side of the agent
-    return np.asarray((gap[:, :, 0] * gap[:, :, 1] <= 0).all(axis=(1, 2)))
+    at = dict(zip(profile.world.coordinates(), coordinates.T, strict=True))
+    found = np.ones(len(coordinates), dtype=bool)
+    for policy, axis in product(team, "xy"):
+        # inside: on each axis the two landmarks do not lie on the same side of the agent
+        first, second = (at[f"{mark.name}.{axis}"] - at[f"{policy.agent}.{axis}"] for mark in landmarks)
+        found &= first * second <= 0
+    return found

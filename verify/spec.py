@@ -1,6 +1,6 @@
-"""What is claimed and where: properties, regions and verdicts.
+"""Where something is claimed, and the possible answers: regions and verdicts.
 
-Does: the data of a question, and the readable TOML form of a region with exact numbers.
+Does: the data of a region, and its readable TOML form with exact numbers.
 Assumes: a world whose coordinates are named by the profile's world spec.
 Does not: decide anything.
 """
@@ -14,7 +14,7 @@ from fractions import Fraction
 from typing import Any
 
 from codegen.errors import InputError, UnknownNameError
-from codegen.ir import PolicyProfile, WorldSpec
+from codegen.ir import WorldSpec
 
 Interval = tuple[Fraction, Fraction]
 MOST = 10**9  # largest length in a question; beyond it float64 positions are coarser than any world
@@ -32,60 +32,10 @@ class Verdict(Enum):
 
 
 @dataclass(frozen=True)
-class Property:
-    """`distinct_targets`: in every world state some one-to-one matching of the team to the landmarks has every agent
-    engaged with its own.
-
-    With u(a) the direction of the chosen action, agent i closes on landmark k iff u(a_i) . (l_k - p_i) > `margin`; it
-    is at k iff their L-infinity distance is at most `radius`; engaged is either. Both in the world's length unit.
-    """
-
-    name: str
-    team: str
-    margin: Fraction = Fraction(0)
-    radius: Fraction = Fraction(1, 10)
-
-    def sentence(self) -> str:
-        """The claim in words."""
-        return (
-            f"in every world state of the region, the {self.team} can be matched one-to-one to the landmarks so that "
-            "each closes on its own landmark or is at it"
-        )
-
-
-PROPERTIES = ("distinct_targets",)
-
-
-def find_property(name: str, profile: PolicyProfile, team: str | None = None, **parameters: Fraction) -> Property:
-    """The named property for a team of `profile`: `team`, or the one team with as many agents as landmarks."""
-    if name not in PROPERTIES:
-        raise UnknownNameError("property", name, PROPERTIES)
-    teams = list(dict.fromkeys(policy.team for policy in profile.agents))
-    wanted = len(profile.world.landmarks)
-    if team is None:
-        fitting = [candidate for candidate in teams if len(profile.team(candidate)) == wanted]
-        if len(fitting) != 1:
-            raise InputError(
-                f"{name} needs a team of {wanted} agents, one for each landmark", "", f"teams: {', '.join(teams)}"
-            )
-        team = fitting[0]
-    elif team not in teams:
-        raise UnknownNameError("team", team, teams)
-    elif len(profile.team(team)) > wanted:
-        raise InputError(
-            f"{name} needs a landmark for each agent; team {team} has more agents than the world landmarks"
-        )
-    for parameter, value in parameters.items():
-        if not 0 <= value <= MOST:
-            raise InputError(f"{parameter} must be between 0 and {MOST}", f"--{parameter}")
-    return Property(name, team, **parameters)
-
-
-@dataclass(frozen=True)
 class Region:
     """A set of world states: a closed interval for each position, bounds on differences, pairs kept apart."""
 
-    box: Mapping[str, Interval]  # coordinate -> bounds; every position of an agent or landmark
+    box: Mapping[str, Interval]  # coordinate -> bounds: every position, and the velocities that matter
     goals: tuple[str, ...]  # landmarks that may be the goal; empty when the world has none
     differences: tuple[tuple[str, str, Interval], ...] = ()  # (a, b, bounds of a - b)
     apart: tuple[tuple[str, str, Fraction], ...] = ()  # (entity, entity, least L-infinity distance)
@@ -130,19 +80,28 @@ def positions(world: WorldSpec) -> tuple[str, ...]:
     return tuple(f"{entity.name}.{axis}" for entity in world.agents + world.landmarks for axis in "xy")
 
 
-def start_region(world: WorldSpec) -> Region:
-    """Every position in its start box, any goal."""
-    return Region(_start_box(world), world.goals, name="start")
+def start_region(world: WorldSpec, velocities: Sequence[str] = ()) -> Region:
+    """Every position in its start box, any goal; the named velocity coordinates as large as actions can make them."""
+    return Region(_start_box(world, velocities), world.goals, name="start")
 
 
-def _start_box(world: WorldSpec) -> dict[str, tuple[Fraction, Fraction]]:
+def _start_box(world: WorldSpec, velocities: Sequence[str]) -> dict[str, Interval]:
     bounds = [entity.start or (world.start_low, world.start_high) for entity in world.agents + world.landmarks]
     exact_bounds = [(Fraction(low), Fraction(high)) for low, high in bounds for _ in "xy"]
-    return dict(zip(positions(world), exact_bounds, strict=True))
+    box = dict(zip(positions(world), exact_bounds, strict=True))
+    for name in velocities:
+        agent = next(entity for entity in world.agents if name.rpartition(".")[0] == entity.name)
+        # what a push adds, summed over all steps: f dt (1 + (1 - d) + (1 - d)^2 + ...)
+        fastest = Fraction(agent.force) * Fraction(world.dt) / Fraction(world.damping)
+        fastest = min(fastest, Fraction(agent.max_speed)) if agent.max_speed is not None else fastest
+        box[name] = (-fastest, fastest)
+    return box
 
 
-def read_region(source: str, world: WorldSpec, where: str) -> Region:
-    """The region of a TOML text. Positions that it does not bound have the bounds `default`, else the start box's."""
+def read_region(source: str, world: WorldSpec, where: str, velocities: Sequence[str] = ()) -> Region:
+    """The region of a TOML text. Coordinates that it does not bound have the start region's bounds; `default` bounds
+    positions. `velocities`: the velocity coordinates that the region bounds too.
+    """
     try:
         document = tomllib.loads(source, parse_float=str)
     except (tomllib.TOMLDecodeError, ValueError, ZeroDivisionError, RecursionError) as error:
@@ -150,9 +109,9 @@ def read_region(source: str, world: WorldSpec, where: str) -> Region:
     for key in document:
         if key not in ("goals", "default", "box", "difference", "apart"):
             raise UnknownNameError("key", key, ("goals", "default", "box", "difference", "apart"), where)
-    box = _start_box(world)
+    box = _start_box(world, velocities)
     if "default" in document:
-        box = dict.fromkeys(box, _interval(document["default"], f"{where}: default"))
+        box |= dict.fromkeys(positions(world), _interval(document["default"], f"{where}: default"))
     for name, bounds in _table(document, "box", where).items():
         if name not in box:
             raise UnknownNameError("coordinate", name, box, f"{where}: box")

@@ -15,19 +15,20 @@ from codegen import ir
 from codegen.errors import InputError
 from codegen.ir import Bool, Float64, Int32, PolicyProfile
 from codegen.observe import observe
-from verify.matching import matched
-from verify.spec import Property, Region, positions
+from verify.formula import Batch, Formula, holds
+from verify.properties import Property, engaged, formula
+from verify.spec import Region, start_region
 
 
 @dataclass(frozen=True)
 class Point:
-    """One world state at rest: every position (coordinate -> length) and the goal landmark ("" without one)."""
+    """One world state: coordinates (velocities that are left out are zero) and the goal landmark ("" without one)."""
 
     position: Mapping[str, float]
     goal: str
 
     def coordinates(self, profile: PolicyProfile) -> Float64:
-        """All world coordinates in the world's order, [1, n_coordinates]; velocities are zero."""
+        """All world coordinates in the world's order, [1, n_coordinates]."""
         world = profile.world
         values = dict.fromkeys(world.coordinates(), 0.0) | dict(self.position)
         if self.goal:
@@ -59,6 +60,18 @@ def verifiable(profile: PolicyProfile, team: str) -> tuple[ir.AgentPolicy, ...]:
     return profile.team(team)
 
 
+def observed_velocities(profile: PolicyProfile) -> tuple[str, ...]:
+    """The velocity coordinates that some agent observes, in the world's order."""
+    meanings = [feature.meaning for policy in profile.agents for feature in policy.features if feature.meaning]
+    seen = {name for meaning in meanings for _, name in meaning.terms}
+    return tuple(name for name in profile.world.coordinates() if name in seen and name.endswith((".vx", ".vy")))
+
+
+def everywhere(profile: PolicyProfile) -> Region:
+    """The start region of a profile: every start position, any goal, every observed velocity that actions can cause."""
+    return start_region(profile.world, observed_velocities(profile))
+
+
 def chosen(policy: ir.AgentPolicy, coordinates: Float64, world: ir.WorldSpec) -> Int32:
     """The actions of one agent in a batch of world states, by the reference semantics. [batch]"""
     return ir.act(policy, observe(policy.features, coordinates, world))
@@ -66,26 +79,30 @@ def chosen(policy: ir.AgentPolicy, coordinates: Float64, world: ir.WorldSpec) ->
 
 def violates(profile: PolicyProfile, claim: Property, point: Point) -> bool:
     """The referee: whether `claim` fails in this float64 world state, with exact arithmetic for the claim itself."""
-    team = profile.team(claim.team)
+    return not _true(profile, formula(profile, claim), point, _actions(profile, claim, point))
+
+
+def engaged_with(profile: PolicyProfile, claim: Property, point: Point) -> dict[str, tuple[str, ...]]:
+    """Agent -> the landmarks that it is engaged with in a world state, exactly."""
+    actions = _actions(profile, claim, point)
+    return {
+        policy.agent: tuple(
+            landmark.name
+            for landmark in profile.world.landmarks
+            if _true(profile, engaged(policy, landmark.name, claim), point, actions)
+        )
+        for policy in profile.team(claim.team)
+    }
+
+
+def _actions(profile: PolicyProfile, claim: Property, point: Point) -> dict[str, int]:
     coordinates = point.coordinates(profile)
-    actions = [int(chosen(policy, coordinates, profile.world)[0]) for policy in team]
-    return not bool(matched(engaged_exactly(profile, claim, point, actions)))
+    return {policy.agent: int(chosen(policy, coordinates, profile.world)[0]) for policy in profile.team(claim.team)}
 
 
-def engaged_exactly(profile: PolicyProfile, claim: Property, point: Point, actions: list[int]) -> Bool:
-    """Who is engaged with which landmark, [n_agents, n_landmarks], in rational arithmetic."""
-    team, landmarks = profile.team(claim.team), profile.world.landmarks
-    engaged = np.zeros((len(team), len(landmarks)), dtype=bool)
-    for i, policy in enumerate(team):
-        effect = policy.actions[actions[i]].effect or (0.0, 0.0)
-        for k, landmark in enumerate(landmarks):
-            offset = [
-                Fraction(point.position[f"{landmark.name}.{axis}"]) - Fraction(point.position[f"{policy.agent}.{axis}"])
-                for axis in "xy"
-            ]
-            ahead = sum((Fraction(part) * gap for part, gap in zip(effect, offset, strict=True)), Fraction(0))
-            engaged[i, k] = ahead > claim.margin or max(abs(gap) for gap in offset) <= claim.radius
-    return engaged
+def _true(profile: PolicyProfile, asked: Formula, point: Point, actions: Mapping[str, int]) -> bool:
+    values = zip(profile.world.coordinates(), point.coordinates(profile)[0], strict=True)
+    return holds(asked, {name: Fraction(float(value)) for name, value in values}, actions)
 
 
 def inside(region: Region, point: Point) -> bool:
@@ -118,15 +135,14 @@ def contains(region: Region, coordinates: Float64, world: ir.WorldSpec) -> Bool:
 
 
 def sample(region: Region, world: ir.WorldSpec, count: int, seed: int) -> tuple[Float64, Int32]:
-    """Uniform world states of a region at rest: coordinates [n, n_coordinates] and goals [n] (landmark indices).
+    """Uniform world states of a region: coordinates [n, n_coordinates] and goals [n] (landmark indices).
 
     At most `count`: states outside the region's differences and distances are drawn and dropped.
     """
     rng = np.random.default_rng(seed)
     names = world.coordinates()
     coordinates = np.zeros((count, len(names)))
-    for name in positions(world):
-        low, high = region.box[name]
+    for name, (low, high) in region.box.items():
         coordinates[:, names.index(name)] = rng.uniform(float(low), float(high), count)
     landmarks = [entity.name for entity in world.landmarks]
     allowed = np.array([landmarks.index(goal) for goal in region.goals] or [0], dtype=np.int32)
@@ -146,26 +162,6 @@ def point_of(region: Region, world: ir.WorldSpec, coordinates: Float64, goal: in
     return Point(position, world.landmarks[goal].name if region.goals else "")
 
 
-def offsets(profile: PolicyProfile, claim: Property, coordinates: Float64) -> Float64:
-    """Landmark minus agent, [batch, n_agents, n_landmarks, 2]."""
-    index = {name: place for place, name in enumerate(profile.world.coordinates())}
-    agents = [[index[f"{policy.agent}.{axis}"] for axis in "xy"] for policy in profile.team(claim.team)]
-    landmarks = [[index[f"{entity.name}.{axis}"] for axis in "xy"] for entity in profile.world.landmarks]
-    return coordinates[:, None, landmarks] - coordinates[:, agents][:, :, None]
-
-
-def effects(profile: PolicyProfile, claim: Property) -> Float64:
-    """Directions of all actions, [n_agents, most actions, 2]; agents with fewer actions are padded with zeros."""
-    team = profile.team(claim.team)
-    directions = np.zeros((len(team), max(len(policy.actions) for policy in team), 2))
-    for agent, policy in enumerate(team):
-        directions[agent, : len(policy.actions)] = [action.effect for action in policy.actions]
-    return directions
-
-
-def possible(profile: PolicyProfile, claim: Property, coordinates: Float64) -> tuple[Bool, Bool]:
-    """For every action: (engaged, closes), each [batch, n_agents, n_actions, n_landmarks]."""
-    gap = offsets(profile, claim, coordinates)
-    closes = np.einsum("nad,bakd->bank", effects(profile, claim).transpose(1, 0, 2), gap) > float(claim.margin)
-    at = (np.abs(gap).max(axis=3) <= float(claim.radius))[:, :, None, :]
-    return closes | at, closes
+def batch(coordinates: Float64, world: ir.WorldSpec) -> Batch:
+    """Formulas over a batch of world states."""
+    return Batch(dict(zip(world.coordinates(), coordinates.T, strict=True)), len(coordinates))

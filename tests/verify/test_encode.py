@@ -18,7 +18,8 @@ from tests.strategies import FLOAT32, grown_trees
 from tests.teams import DOWN, LEFT, RIGHT, STAY, UP, tree
 from verify.encode import half_line, last_double, question
 from verify.engine import decide, verify
-from verify.spec import Property, Region, Verdict, positions, start_region
+from verify.properties import Property
+from verify.spec import Region, Verdict, positions, start_region
 from verify.world import Point, inside, violates
 
 NORMAL = FLOAT32.filter(lambda value: value == 0 or abs(value) >= 2.0**-126)

@@ -16,8 +16,9 @@ from tests.strategies import grown_trees, profiles
 from tests.teams import LEFT, RIGHT, STAY, team, towards, tree
 from verify import engine, shares
 from verify.engine import decide, shuffled, verify
+from verify.properties import PROPERTIES, Property, find_property
 from verify.regions import proved_boxes
-from verify.spec import PROPERTIES, Property, Region, Verdict, find_property, start_region
+from verify.spec import Region, Verdict, start_region
 from verify.world import Point, inside, sample, violates
 
 pytestmark = pytest.mark.solver
@@ -166,7 +167,7 @@ def test_unknown_names_are_answered_with_the_closest(profile):
         find_property("distinct_target", profile)
     with pytest.raises(UnknownNameError, match="defenders"):
         find_property("distinct_targets", profile, "defender")
-    assert PROPERTIES == ("distinct_targets",)
+    assert "distinct_targets" in PROPERTIES
 
 
 def test_boxes_found_are_proved_conflicting_and_discriminating(profile, claim):
