@@ -1,0 +1,207 @@
+"""generated/embedding/: the committed code in mpe2 and in a simulation in C plays episodes as our simulator does."""
+
+import ast
+import math
+import shlex
+import shutil
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from codegen.selfcheck import STRICT, find_compiler
+from maviper import agreement, load
+from maviper.evaluate.play import play, tree_policies
+from maviper.worlds import WorldState
+from maviper.worlds.particle import SUCCESS
+from tests import machines
+from tests.test_generated import FOLDER
+
+EMBEDDING = FOLDER.parent / "embedding"
+PROGRAM = EMBEDDING / "mpe2" / "play.py"
+SIMULATION = EMBEDDING / "c_simulation" / "simulation.c"
+FLAGS = [*STRICT, "-O2", "-ffp-contract=off"]
+SEED, EPISODES, FEW = 9_600_000, 4_000, 200
+WIDE = 5.0  # standard deviations between two measured shares
+
+
+@pytest.fixture(scope="module")
+def team():
+    return load(FOLDER / "profile.json")
+
+
+@pytest.fixture(scope="module")
+def starts(team):
+    return agreement.matching_world(team).start_from_seeds(range(SEED, SEED + EPISODES))
+
+
+def ours(team, starts):
+    """What our simulator says of episodes from these starts, in the lines that both programs print."""
+    world = agreement.matching_world(team)
+    episodes = play(world, [tree_policies(team.agents)] * len(team.agents), starts)
+    rows = [world.measures.index(measure) for measure in world.measures if measure.name == SUCCESS[0]]
+    assert [world.measures[row].team for row in rows] == ["adversaries", "defenders"] and len(starts) > 0
+    successes = episodes.values[rows].astype(int)
+    lines = [
+        " ".join([*map(str, wins), *("".join(map(str, step)) for step in steps)])
+        for wins, steps in zip(successes.T.tolist(), episodes.actions.transpose(1, 0, 2).tolist(), strict=True)
+    ]
+    assert all(0 < row.sum() < len(starts) for row in successes), "nothing to tell apart"
+    return [*lines, *summary(successes)]
+
+
+def summary(successes):
+    n = successes.shape[1]
+    teams = zip(("adversaries", "defenders"), successes.sum(axis=1).tolist(), strict=True)
+    return [f"{team} success r=0.316: {wins} of {n} episodes, {wins / n:.3f}" for team, wins in teams]
+
+
+def printed(*command, **options):
+    done = subprocess.run([*map(str, command)], capture_output=True, text=True, check=False, **options)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout.splitlines()
+
+
+# --- mpe2
+
+
+def test_mpe2_played_by_the_generated_module_is_our_simulator(team, starts, tmp_path):
+    options = ["--episodes", FEW, "--seed", SEED, "--each"]
+    found = printed(sys.executable, PROGRAM, *options, cwd=tmp_path, env={"PATH": "/usr/bin:/bin"})
+    assert found == ours(team, starts[:FEW])
+
+
+def test_the_program_needs_mpe2_and_the_module_only():
+    nodes = list(ast.walk(ast.parse(PROGRAM.read_text())))
+    names = [alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names]
+    names += [node.module for node in nodes if isinstance(node, ast.ImportFrom)]
+    assert {name.split(".")[0] for name in names} - sys.stdlib_module_names == {"mpe2", "physical_deception"}
+
+
+@pytest.mark.parametrize("arguments", [("--episodes", "0"), ("--seed", "-1"), ("--seed", "one"), ("--nothing",)])
+def test_the_program_says_what_is_wrong(arguments):
+    done = subprocess.run([sys.executable, PROGRAM, *arguments], capture_output=True, text=True, check=False)
+    assert done.returncode == 2 and "Traceback" not in done.stderr and arguments[0] in done.stderr
+
+
+# --- C
+
+
+def compilers():
+    """Every compiler here, the one that the tests use first."""
+    usual = find_compiler()
+    found = [usual] if usual else []
+    return found + [[name] for name in ("gcc", "clang") if shutil.which(name) and [name] != usual]
+
+
+@pytest.fixture(scope="module")
+def simulation(tmp_path_factory):
+    program = tmp_path_factory.mktemp("simulation") / "simulation"
+    subprocess.run([*find_compiler(), *FLAGS, str(SIMULATION), "-o", str(program)], check=True)
+    return program
+
+
+def written(starts, place):
+    """Starts as the simulation reads them, in hexadecimal floats."""
+    rows = zip(starts.goal.tolist(), starts.position.reshape(len(starts), -1).tolist(), strict=True)
+    place.write_text("".join(f"{goal} {' '.join(value.hex() for value in row)}\n" for goal, row in rows))
+    return place.name
+
+
+@pytest.mark.compile
+def test_every_compiler_plays_our_starts_as_our_simulator_does(team, starts, tmp_path):
+    wanted, name = ours(team, starts), written(starts, tmp_path / "starts.txt")
+    for place, compiler in enumerate(compilers()):
+        for level in ("-O0", "-O3"):
+            program = tmp_path / f"simulation{place}{level}"
+            built = [*compiler, *FLAGS, level, str(SIMULATION), "-o", str(program)]
+            assert subprocess.run(built, check=False).returncode == 0, built
+            assert printed(program, "--starts", name, "--each", cwd=tmp_path) == wanted, built
+
+
+@pytest.mark.compile
+@pytest.mark.parametrize("machine", machines.MACHINES)
+def test_machines_of_32_bits_play_the_same_episodes(machine, team, starts, tmp_path):
+    name = written(starts[:FEW], tmp_path / "starts.txt")
+    machines.build(machine, tmp_path, SIMULATION, FLAGS)
+    done = machines.run(machine, tmp_path, "--starts", name, "--each")
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.splitlines() == ours(team, starts[:FEW])
+
+
+MASK = 2**64 - 1
+
+
+def splitmix64(state):
+    """The outputs from a state, in integers without a width."""
+    while True:
+        state = state + 0x9E3779B97F4A7C15 & MASK
+        z = (state ^ state >> 30) * 0xBF58476D1CE4E5B9 & MASK
+        z = (z ^ z >> 27) * 0x94D049BB133111EB & MASK
+        yield z ^ z >> 31
+
+
+@pytest.mark.compile
+@pytest.mark.parametrize("seed", [0, 12_345, MASK - 10])
+def test_its_own_starts_are_splitmix64s(seed, team, simulation):
+    rows = [splitmix64(seed + episode & MASK) for episode in range(FEW)]
+    goal = np.array([next(row) >> 63 for row in rows])
+    position = np.array([[(next(row) >> 11) * 2.0**-52 - 1.0 for _ in range(10)] for row in rows])
+    drawn = WorldState(position.reshape(FEW, 5, 2), np.zeros((FEW, 3, 2)), goal)
+    assert printed(simulation, "--seed", seed, "--episodes", FEW, "--each") == ours(team, drawn)
+
+
+@pytest.mark.compile
+def test_the_generator_is_the_published_one():
+    given = splitmix64(1234567)
+    assert [next(given) for _ in range(3)] == [6457827717110365317, 3203168211198807973, 9817491932198370423]
+
+
+@pytest.mark.compile
+def test_its_own_starts_give_the_shares_of_ours(team, starts, simulation):
+    of_ours = [int(line.split()[3]) / EPISODES for line in ours(team, starts)[-2:]]
+    n = 100_000
+    of_its = [int(line.split()[3]) / n for line in printed(simulation, "--episodes", n)]
+    for one, other in zip(of_ours, of_its, strict=True):
+        assert abs(one - other) <= WIDE * math.sqrt(other * (1 - other) * (1 / EPISODES + 1 / n))
+
+
+@pytest.mark.compile
+@pytest.mark.parametrize(
+    ("line", "arguments"),
+    [
+        (None, ["--starts"]), (None, ["--starts", "nowhere"]), ("", ["--starts", "bad"]),
+        ("2" + " 0" * 10, ["--starts", "bad"]), ("-1" + " 0" * 10, ["--starts", "bad"]),
+        ("0" + " 0" * 9, ["--starts", "bad"]), ("0" + " 0" * 11, ["--starts", "bad"]),
+        ("0" + " 0" * 9 + " nan", ["--starts", "bad"]), ("0" + " 0" * 9 + " 1e999", ["--starts", "bad"]),
+        (None, ["--episodes", "0"]), (None, ["--episodes", "x"]), (None, ["--seed", "-1"]),
+        (None, ["--seed", str(MASK + 1)]), (None, ["--huh"]),
+    ],
+)  # fmt: skip
+def test_the_simulation_says_what_is_wrong(line, arguments, simulation, tmp_path):
+    if line is not None:
+        (tmp_path / "bad").write_text(line and f"0{' 0' * 10}\n{line}\n")
+    done = subprocess.run([simulation, *arguments], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 2 and done.stderr.startswith("simulation: ") and not done.stdout
+    assert not line or "line 2" in done.stderr
+
+
+# --- their pages
+
+
+@pytest.mark.compile
+@pytest.mark.parametrize(("name", "tool"), [("c_simulation", "cc"), ("mpe2", "python")])
+def test_a_pages_command_prints_what_it_shows(name, tool, golden, tmp_path):
+    shutil.copytree(FOLDER, tmp_path / FOLDER.name)
+    place = tmp_path / "embedding" / name
+    shutil.copytree(EMBEDDING / name, place)
+    page = (place / "README.md").read_text().splitlines()
+    command, *shown = [number for number, line in enumerate(page) if line.startswith("    ")]
+    run = page[command].strip()
+    assert len(page) <= 25 and (name == "mpe2" or run in SIMULATION.read_text())
+    wanted = find_compiler() if tool == "cc" else [sys.executable]
+    run = run.removeprefix("pip install mpe2 && ").replace(f"{tool} ", f"{shlex.join(wanted)} ", 1)
+    for number, line in zip(shown, printed("sh", "-c", run, cwd=place), strict=True):
+        page[number] = f"    {line}"
+    golden(f"generated/embedding/{name}", {"README.md": "\n".join(page) + "\n"})
