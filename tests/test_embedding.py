@@ -23,6 +23,7 @@ PROGRAM = EMBEDDING / "mpe2" / "play.py"
 SIMULATION = EMBEDDING / "c_simulation" / "simulation.c"
 FLAGS = [*STRICT, "-O2", "-ffp-contract=off"]
 SEED, EPISODES, FEW = 9_600_000, 4_000, 200
+WORDS = 2 + 25  # of a line: two successes, the actions of each step
 WIDE = 5.0  # standard deviations between two measured shares
 
 
@@ -36,17 +37,19 @@ def starts(team):
     return agreement.matching_world(team).start_from_seeds(range(SEED, SEED + EPISODES))
 
 
-def ours(team, starts):
-    """What our simulator says of episodes from these starts, in the lines that both programs print."""
+def ours(team, starts, ends=True):
+    """What our simulator says of episodes from these starts, in the lines of the programs; C's say where they end."""
     world = agreement.matching_world(team)
     episodes = play(world, [tree_policies(team.agents)] * len(team.agents), starts)
     rows = [world.measures.index(measure) for measure in world.measures if measure.name == SUCCESS[0]]
     assert [world.measures[row].team for row in rows] == ["adversaries", "defenders"] and len(starts) > 0
     successes = episodes.values[rows].astype(int)
-    lines = [
-        " ".join([*map(str, wins), *("".join(map(str, step)) for step in steps)])
-        for wins, steps in zip(successes.T.tolist(), episodes.actions.transpose(1, 0, 2).tolist(), strict=True)
-    ]
+    actions = episodes.actions.transpose(1, 0, 2).tolist()
+    last = episodes.states[-1].position[:, : len(team.agents)].reshape(len(starts), -1).tolist()
+    lines = []
+    for wins, steps, end in zip(successes.T.tolist(), actions, last, strict=True):
+        words = [*map(str, wins), *("".join(map(str, step)) for step in steps)]
+        lines.append(" ".join([*words, *(f"{value:.17g}" for value in end)] if ends else words))
     assert all(0 < row.sum() < len(starts) for row in successes), "nothing to tell apart"
     return [*lines, *summary(successes)]
 
@@ -69,7 +72,7 @@ def printed(*command, **options):
 def test_mpe2_played_by_the_generated_module_is_our_simulator(team, starts, tmp_path):
     options = ["--episodes", FEW, "--seed", SEED, "--each"]
     found = printed(sys.executable, PROGRAM, *options, cwd=tmp_path, env={"PATH": "/usr/bin:/bin"})
-    assert found == ours(team, starts[:FEW])
+    assert found == ours(team, starts[:FEW], ends=False)
 
 
 def test_the_program_needs_mpe2_and_the_module_only():
@@ -127,7 +130,13 @@ def test_machines_of_32_bits_play_the_same_episodes(machine, team, starts, tmp_p
     machines.build(machine, tmp_path, SIMULATION, FLAGS)
     done = machines.run(machine, tmp_path, "--starts", name, "--each")
     assert done.returncode == 0, done.stderr
-    assert done.stdout.splitlines() == ours(team, starts[:FEW])
+    found, wanted = done.stdout.splitlines(), ours(team, starts[:FEW])
+    if machine == "x87":  # its products and sums are rounded twice
+        assert [line.split()[:WORDS] for line in found] == [line.split()[:WORDS] for line in wanted]
+        ends = [np.array([line.split()[WORDS:] for line in lines[:FEW]], float) for lines in (found, wanted)]
+        np.testing.assert_allclose(*ends, rtol=0, atol=1e-12)
+    else:
+        assert found == wanted
 
 
 MASK = 2**64 - 1

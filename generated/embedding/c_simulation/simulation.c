@@ -6,6 +6,7 @@
  *   simulation --starts FILE [--each]                starts from a file, one a line: the goal landmark's number, then
  *                                                    x and y of adversary_0, agent_0, agent_1, landmark_0, landmark_1
  *
+ * --each prints a line an episode: adversary's success, defenders' success, each step's actions, where the agents ended.
  * The game is mpe2's simple_adversary, in the order of its float64 operations: a step moves each agent by a tenth of its
  * old velocity, then the velocity is three quarters of what it was, plus half a unit along the action.
  */
@@ -146,7 +147,7 @@ static int fail(const char *what, const char *where)
 static void count(double *w, int each, long *counts)
 {
     const Episode episode = play(w);
-    int t;
+    int t, i;
     counts[0]++;
     counts[1] += episode.adversary;
     counts[2] += episode.defenders;
@@ -154,6 +155,9 @@ static void count(double *w, int each, long *counts)
         printf("%d %d", episode.adversary, episode.defenders);
         for (t = 0; t < STEPS; t++) {
             printf(" %d%d%d", episode.actions[t][0], episode.actions[t][1], episode.actions[t][2]);
+        }
+        for (i = 0; i < 2 * AGENTS; i++) {
+            printf(" %.17g", w[POSITION(0) + i]);
         }
         printf("\n");
     }
