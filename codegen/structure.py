@@ -23,12 +23,12 @@ from codegen.lower import Model
 TYPES = "typedef int int32_t; typedef unsigned int uint32_t;\n"
 # what stands around the tables; {next} is the step to the child
 STEP = {
-    True: "i = ((2 * i) + 1) + (!(x[feature[i]] <= threshold[i]));",
-    False: "i = (int) child[(2 * i) + (!(x[feature[i]] <= threshold[i]))];",
+    True: "i = ((2 * i) + 1) + ((x[feature[i]] <= threshold[i]) ? (0) : (1));",
+    False: "i = (int) child[(2 * i) + ((x[feature[i]] <= threshold[i]) ? (0) : (1))];",
 }
-WALK = "int i; int level; for (i = 0, level = 0; level < {levels}; level++) {{ {step} }} return (int) action[{place}];"
+WALK = "int i = 0; int level; for (level = 0; level < {levels}; level++) {{ {step} }} return (int) action[{place}];"
 
-COUNT = "const long count = ((n - first) < 256) ? (n - first) : (256);"
+COUNT = ["const long left = n - first;", "const long count = (left < 256) ? (left) : (256);"]
 LOOPS = ["first = 0;", "first < n;", "first += 256;", "row = 0;", "row < count;", "row++;"]
 COPIED = re.compile(r"for \(row = 0; row < count; row\+\+\) \{ actions\[first \+ row\] = \([a-z ]+\) chosen\[row\]; \}")
 
@@ -146,13 +146,17 @@ def _declares(item: Any, name: str) -> bool:
     return isinstance(item, c_ast.Decl) and item.name == name
 
 
+def _is_table(item: Any) -> bool:
+    return isinstance(item, c_ast.Decl) and isinstance(item.init, c_ast.InitList)
+
+
 def _is_void(item: Any) -> bool:
     return isinstance(item, c_ast.Cast)  # (void)x;
 
 
 def _walk(items: list[Any], tree: Tree) -> Iterator[str]:
-    tables = {item.name: item.init.exprs for item in items if isinstance(item, c_ast.Decl) and item.init is not None}
-    code = " ".join(_text(item) for item in items if not (isinstance(item, c_ast.Decl) and item.init is not None))
+    tables = {item.name: item.init.exprs for item in items if _is_table(item)}
+    code = " ".join(_text(item) for item in items if not _is_table(item))
     actions = [int(item.value) for item in tables["action"]]
     if "threshold" not in tables:
         if code != "return (int) action[0];":
@@ -206,10 +210,10 @@ def _columns(body: c_ast.Compound, tree: Tree, numbers: Mapping[str, int]) -> It
     pointers = [item for item in items if isinstance(item, c_ast.Decl) and item.init is not None]
     columns = {item.name: numbers[item.init.subscript.name] for item in pointers}
     blocks = next(item for item in items if isinstance(item, c_ast.For))
-    _, _, loop, copied = blocks.stmt.block_items
+    _, *counts, loop, copied = blocks.stmt.block_items
     *selects, last = loop.stmt.block_items
     around = [_text(each) for each in (blocks.init, blocks.cond, blocks.next, loop.init, loop.cond, loop.next, copied)]
-    if _text(blocks.stmt.block_items[1]) != COUNT or around[:6] != LOOPS or not COPIED.fullmatch(around[6]):
+    if [_text(each) for each in counts] != COUNT or around[:6] != LOOPS or not COPIED.fullmatch(around[6]):
         yield "the loop over rows is another"
     splits = {select.name: select.init for select in selects}
     wanted = {f"n{node}" for node in ir.splits(tree)}

@@ -92,7 +92,7 @@ JS, RS, SMT, SVG = (
     "physical_deception.smt2",
     "physical_deception_agent_0.svg",
 )
-FINITE = "!(x[i] >= -0x1.fffffep+127f && x[i] <= 0x1.fffffep+127f)"
+FINITE = "!((x[i] >= -0x1.fffffep+127f) && (x[i] <= 0x1.fffffep+127f))"
 TEXT = [
     text_fault("< for <=", H, lambda text: text.replace("] <= 0x", "] < 0x").replace("] <= -0x", "] < -0x")),
     text_fault("> for <= once", H, lambda text: re.sub(r"(if \(x\[\w+\]) <=", r"\1 >", text, count=1)),
@@ -103,14 +103,14 @@ TEXT = [
     text_fault("neighbouring feature", H, lambda text: re.sub(r"(if \(x\[\w+_X_\w+_D)X\]", r"\1Y]", text, count=1)),
     text_fault("renumbered feature", H, lambda text: re.sub(r"(_X_LANDMARK_0_DX) = \d+", r"\1 = 1", text)),
     text_fault("renumbered action", H, lambda text: re.sub(r"(_AGENT_1_LEFT) = 1", r"\1 = 2", text)),
-    text_fault("no upper end in the input check", H, lambda text: text.replace(" && x[i] <= 0x1.fffffep+127f", "")),
+    text_fault("no upper end in the input check", H, lambda text: text.replace(" && (x[i] <= 0x1.fffffep+127f)", "")),
     text_fault("NaN passes the input check", H, lambda text: text.replace(FINITE, "x[i] < -0x1.fffffep+127f || x[i] > 0x1.fffffep+127f")),
-    text_fault("no lower end in the range check", H, lambda text: re.sub(r"x\[0\] >= \S+ && ", "", text)),
+    text_fault("no lower end in the range check", H, lambda text: re.sub(r"\(x\[0\] >= \S+\) && ", "", text)),
     text_fault("< for <= in a batch of rows", H, within("agent_1_act_rows", "<= threshold[i[k]]", "< threshold[i[k]]")),
     text_fault("the last rows are forgotten", H, within("agent_0_act_rows", "row < n; row++", "row < n - 1; row++")),
-    text_fault("the wrong child in a batch of rows", H, within("agent_0_act_rows", "2 * i[k] + 1", "2 * i[k] + 2")),
-    text_fault("a NaN goes left in a batch of rows", H, within("agent_0_act_rows", "!(seen[k * PHYSICAL_DECEPTION_AGENT_0_N_FEATURES + feature[i[k]]] <= threshold[i[k]])", "(seen[k * PHYSICAL_DECEPTION_AGENT_0_N_FEATURES + feature[i[k]]] > threshold[i[k]])")),
-    text_fault("the wrong child in a call for all", H, lambda text: text.replace("i_1 = 2 * i_1 + 1 +", "i_1 = 2 * i_1 + 2 -", 1)),
+    text_fault("the wrong child in a batch of rows", H, within("agent_0_act_rows", "? 0 : 1", "? 1 : 0")),
+    text_fault("a NaN goes left in a batch of rows", H, within("agent_0_act_rows", "feature[i[k]]] <= threshold[i[k]]) ? 0 : 1", "feature[i[k]]] > threshold[i[k]]) ? 1 : 0")),
+    text_fault("the wrong child in a call for all", H, lambda text: re.sub(r"(i_1 = .*) \? 0 : 1", r"\1 ? 1 : 0", text, count=1)),
     text_fault("another's observation in a call for all", H, lambda text: text.replace("x_1 = x[1]", "x_1 = x[2]")),
     text_fault("< for <= in a batch of columns", H, lambda text: text.replace("[first + row] <= ", "[first + row] < ")),
     text_fault("swapped sides in a batch of columns", H, lambda text: re.sub(r"(const float n0 = .*) \? (\w+) : (\w+);", r"\1 ? \3 : \2;", text, count=1)),
@@ -121,7 +121,7 @@ TEXT = [
     text_fault("signed compare below zero", H, lambda text: re.sub(r"\(uint32_t\)(\w+_bits\(x\[\w+\]\)) >= UINT32_C\((0x\w+)\)", r"\1 >= (int32_t)\2", text), "ordered"),
     text_fault("the next integer", H, lambda text: re.sub(r"<= INT32_C\((0x\w+)\)", lambda m: f"<= INT32_C({int(m[1], 16) + 1:#x})", text), "ordered"),
     text_fault("the threshold before", H, lambda text: re.sub(r"(threshold\[\d+\] = \{)([^,}]+)", lambda m: m[1] + float(np.nextafter(np.float32(float.fromhex(m[2][:-1])), np.float32(-9))).hex() + "f", text), "walk"),
-    text_fault("a NaN goes left", H, within("agent_0_act", "!(x[feature[i]] <= threshold[i])", "(x[feature[i]] > threshold[i])"), "walk"),
+    text_fault("a NaN goes left", H, within("agent_0_act", "(x[feature[i]] <= threshold[i]) ? 0 : 1", "(x[feature[i]] > threshold[i]) ? 1 : 0"), "walk"),
     text_fault("< for <=", PY, lambda text: text.replace("] <= ", "] < ")),
     text_fault("six decimals", PY, lambda text: re.sub(r"(?<=\] <= )-?[\d.e-]+", lambda m: f"{float(m[0]):.6f}", text)),
     text_fault("the float32 for the deciding double", PY, lambda text: re.sub(r"(?<=\] <= )-?[\d.e-]+", lambda m: repr(float(np.float32(float(m[0])))), text)),

@@ -27,7 +27,7 @@
 #ifdef __FAST_MATH__
 #error "compile without -ffast-math: it changes what comparisons with NaN and tiny numbers mean"
 #endif
-#if FLT_RADIX != 2 || FLT_MANT_DIG != 24 || FLT_MAX_EXP != 128 || DBL_MANT_DIG != 53
+#if (FLT_RADIX != 2) || (FLT_MANT_DIG != 24) || (FLT_MAX_EXP != 128) || (DBL_MANT_DIG != 53)
 #error "float must be IEEE binary32 and double binary64"
 #endif
 
@@ -141,42 +141,44 @@ static inline int physical_deception_adversary_0_act(const float *x)
 
 static inline int physical_deception_adversary_0_finite(const float *x)
 {
+    int finite = 1;
     int i;
     for (i = 0; i < PHYSICAL_DECEPTION_ADVERSARY_0_N_FEATURES; i++) {
-        if (!(x[i] >= -0x1.fffffep+127f && x[i] <= 0x1.fffffep+127f)) {
-            return 0;
+        if (!((x[i] >= -0x1.fffffep+127f) && (x[i] <= 0x1.fffffep+127f))) {
+            finite = 0;
         }
     }
-    return 1;
+    return finite;
 }
 
 static inline int physical_deception_adversary_0_in_range(const float *x)
 {
-    if (!(x[0] >= -0x1.933334p+2f && x[0] <= 0x1.933334p+2f)) {
-        return 0;
+    int within = 1;
+    if (!((x[0] >= -0x1.933334p+2f) && (x[0] <= 0x1.933334p+2f))) {
+        within = 0;
     }
-    if (!(x[1] >= -0x1.933334p+2f && x[1] <= 0x1.933334p+2f)) {
-        return 0;
+    if (!((x[1] >= -0x1.933334p+2f) && (x[1] <= 0x1.933334p+2f))) {
+        within = 0;
     }
-    if (!(x[2] >= -0x1.933334p+2f && x[2] <= 0x1.933334p+2f)) {
-        return 0;
+    if (!((x[2] >= -0x1.933334p+2f) && (x[2] <= 0x1.933334p+2f))) {
+        within = 0;
     }
-    if (!(x[3] >= -0x1.933334p+2f && x[3] <= 0x1.933334p+2f)) {
-        return 0;
+    if (!((x[3] >= -0x1.933334p+2f) && (x[3] <= 0x1.933334p+2f))) {
+        within = 0;
     }
-    if (!(x[4] >= -0x1.533334p+3f && x[4] <= 0x1.533334p+3f)) {
-        return 0;
+    if (!((x[4] >= -0x1.533334p+3f) && (x[4] <= 0x1.533334p+3f))) {
+        within = 0;
     }
-    if (!(x[5] >= -0x1.533334p+3f && x[5] <= 0x1.533334p+3f)) {
-        return 0;
+    if (!((x[5] >= -0x1.533334p+3f) && (x[5] <= 0x1.533334p+3f))) {
+        within = 0;
     }
-    if (!(x[6] >= -0x1.533334p+3f && x[6] <= 0x1.533334p+3f)) {
-        return 0;
+    if (!((x[6] >= -0x1.533334p+3f) && (x[6] <= 0x1.533334p+3f))) {
+        within = 0;
     }
-    if (!(x[7] >= -0x1.533334p+3f && x[7] <= 0x1.533334p+3f)) {
-        return 0;
+    if (!((x[7] >= -0x1.533334p+3f) && (x[7] <= 0x1.533334p+3f))) {
+        within = 0;
     }
-    return 1;
+    return within;
 }
 
 static inline void physical_deception_adversary_0_act_rows(const float *x, long n, unsigned char *actions)
@@ -186,27 +188,29 @@ static inline void physical_deception_adversary_0_act_rows(const float *x, long 
     static const unsigned char action[16] = {3, 1, 3, 4, 3, 2, 1, 2, 1, 4, 4, 2, 2, 2, 4, 2};
     long row;
     /* eight observations side by side, so that none waits for another */
-    const float *seen = x;
-    for (row = 0; n - row >= 8; row += 8) {
+    const long together = n - (n % 8);
+    for (row = 0; row < together; row += 8) {
+        const float *const seen = &x[row * PHYSICAL_DECEPTION_ADVERSARY_0_N_FEATURES];
         int i[8] = {0, 0, 0, 0, 0, 0, 0, 0};
-        int level, k;
+        int level;
+        int k;
         for (level = 0; level < 4; level++) {
             for (k = 0; k < 8; k++) {
-                i[k] = 2 * i[k] + 1 + !(seen[k * PHYSICAL_DECEPTION_ADVERSARY_0_N_FEATURES + feature[i[k]]] <= threshold[i[k]]);
+                i[k] = (2 * i[k]) + 1 + ((seen[(k * PHYSICAL_DECEPTION_ADVERSARY_0_N_FEATURES) + feature[i[k]]] <= threshold[i[k]]) ? 0 : 1);
             }
         }
-        seen += 8 * PHYSICAL_DECEPTION_ADVERSARY_0_N_FEATURES;
         for (k = 0; k < 8; k++) {
             actions[row + k] = action[i[k] - 15];
         }
     }
-    for (; row < n; row++) {
-        int i, level;
-        for (i = 0, level = 0; level < 4; level++) {
-            i = 2 * i + 1 + !(seen[feature[i]] <= threshold[i]);
+    for (row = together; row < n; row++) {
+        const float *const seen = &x[row * PHYSICAL_DECEPTION_ADVERSARY_0_N_FEATURES];
+        int i = 0;
+        int level;
+        for (level = 0; level < 4; level++) {
+            i = (2 * i) + 1 + ((seen[feature[i]] <= threshold[i]) ? 0 : 1);
         }
         actions[row] = action[i - 15];
-        seen += PHYSICAL_DECEPTION_ADVERSARY_0_N_FEATURES;
     }
 }
 
@@ -220,26 +224,28 @@ static inline void physical_deception_adversary_0_act_columns(const float *const
     const float *const x5 = x[PHYSICAL_DECEPTION_ADVERSARY_0_X_AGENT_0_DY];
     const float *const x6 = x[PHYSICAL_DECEPTION_ADVERSARY_0_X_AGENT_1_DX];
     const float *const x7 = x[PHYSICAL_DECEPTION_ADVERSARY_0_X_AGENT_1_DY];
-    long first, row;
+    long first;
+    long row;
     /* a select a split, leaves first, into a place of its own: what compilers turn into vectors */
     for (first = 0; first < n; first += 256) {
         float chosen[256];
-        const long count = n - first < 256 ? n - first : 256;
+        const long left = n - first;
+        const long count = (left < 256) ? left : 256;
         for (row = 0; row < count; row++) {
-            const float n26 = x0[first + row] <= 0x1.935708p+0f ? 4.0f : 2.0f;
-            const float n24 = x7[first + row] <= 0x1.fcaea2p-1f ? 2.0f : n26;
-            const float n21 = x2[first + row] <= 0x1.7f8ed8p-2f ? 4.0f : 2.0f;
-            const float n18 = x1[first + row] <= 0x1.e61e42p-1f ? 1.0f : 4.0f;
-            const float n17 = x4[first + row] <= -0x1.a541a2p-1f ? n18 : n21;
-            const float n16 = x0[first + row] <= 0x1.393f82p+0f ? n17 : n24;
-            const float n13 = x6[first + row] <= -0x1.d1593ep-2f ? 1.0f : 2.0f;
-            const float n10 = x5[first + row] <= -0x1.8cc316p-3f ? 3.0f : 2.0f;
-            const float n9 = x3[first + row] <= -0x1.945faep-2f ? n10 : n13;
-            const float n6 = x7[first + row] <= 0x1.a74b4ep-2f ? 3.0f : 4.0f;
-            const float n3 = x3[first + row] <= -0x1.ef118cp-1f ? 3.0f : 1.0f;
-            const float n2 = x2[first + row] <= -0x1.1ae498p-1f ? n3 : n6;
-            const float n1 = x0[first + row] <= 0x1.f2536ep-2f ? n2 : n9;
-            const float n0 = x5[first + row] <= 0x1.ada46p-2f ? n1 : n16;
+            const float n26 = (x0[first + row] <= 0x1.935708p+0f) ? 4.0f : 2.0f;
+            const float n24 = (x7[first + row] <= 0x1.fcaea2p-1f) ? 2.0f : n26;
+            const float n21 = (x2[first + row] <= 0x1.7f8ed8p-2f) ? 4.0f : 2.0f;
+            const float n18 = (x1[first + row] <= 0x1.e61e42p-1f) ? 1.0f : 4.0f;
+            const float n17 = (x4[first + row] <= -0x1.a541a2p-1f) ? n18 : n21;
+            const float n16 = (x0[first + row] <= 0x1.393f82p+0f) ? n17 : n24;
+            const float n13 = (x6[first + row] <= -0x1.d1593ep-2f) ? 1.0f : 2.0f;
+            const float n10 = (x5[first + row] <= -0x1.8cc316p-3f) ? 3.0f : 2.0f;
+            const float n9 = (x3[first + row] <= -0x1.945faep-2f) ? n10 : n13;
+            const float n6 = (x7[first + row] <= 0x1.a74b4ep-2f) ? 3.0f : 4.0f;
+            const float n3 = (x3[first + row] <= -0x1.ef118cp-1f) ? 3.0f : 1.0f;
+            const float n2 = (x2[first + row] <= -0x1.1ae498p-1f) ? n3 : n6;
+            const float n1 = (x0[first + row] <= 0x1.f2536ep-2f) ? n2 : n9;
+            const float n0 = (x5[first + row] <= 0x1.ada46p-2f) ? n1 : n16;
             chosen[row] = n0;
         }
         for (row = 0; row < count; row++) {
@@ -346,48 +352,50 @@ static inline int physical_deception_agent_0_act(const float *x)
 
 static inline int physical_deception_agent_0_finite(const float *x)
 {
+    int finite = 1;
     int i;
     for (i = 0; i < PHYSICAL_DECEPTION_AGENT_0_N_FEATURES; i++) {
-        if (!(x[i] >= -0x1.fffffep+127f && x[i] <= 0x1.fffffep+127f)) {
-            return 0;
+        if (!((x[i] >= -0x1.fffffep+127f) && (x[i] <= 0x1.fffffep+127f))) {
+            finite = 0;
         }
     }
-    return 1;
+    return finite;
 }
 
 static inline int physical_deception_agent_0_in_range(const float *x)
 {
-    if (!(x[0] >= -0x1.933334p+2f && x[0] <= 0x1.933334p+2f)) {
-        return 0;
+    int within = 1;
+    if (!((x[0] >= -0x1.933334p+2f) && (x[0] <= 0x1.933334p+2f))) {
+        within = 0;
     }
-    if (!(x[1] >= -0x1.933334p+2f && x[1] <= 0x1.933334p+2f)) {
-        return 0;
+    if (!((x[1] >= -0x1.933334p+2f) && (x[1] <= 0x1.933334p+2f))) {
+        within = 0;
     }
-    if (!(x[2] >= -0x1.933334p+2f && x[2] <= 0x1.933334p+2f)) {
-        return 0;
+    if (!((x[2] >= -0x1.933334p+2f) && (x[2] <= 0x1.933334p+2f))) {
+        within = 0;
     }
-    if (!(x[3] >= -0x1.933334p+2f && x[3] <= 0x1.933334p+2f)) {
-        return 0;
+    if (!((x[3] >= -0x1.933334p+2f) && (x[3] <= 0x1.933334p+2f))) {
+        within = 0;
     }
-    if (!(x[4] >= -0x1.933334p+2f && x[4] <= 0x1.933334p+2f)) {
-        return 0;
+    if (!((x[4] >= -0x1.933334p+2f) && (x[4] <= 0x1.933334p+2f))) {
+        within = 0;
     }
-    if (!(x[5] >= -0x1.933334p+2f && x[5] <= 0x1.933334p+2f)) {
-        return 0;
+    if (!((x[5] >= -0x1.933334p+2f) && (x[5] <= 0x1.933334p+2f))) {
+        within = 0;
     }
-    if (!(x[6] >= -0x1.533334p+3f && x[6] <= 0x1.533334p+3f)) {
-        return 0;
+    if (!((x[6] >= -0x1.533334p+3f) && (x[6] <= 0x1.533334p+3f))) {
+        within = 0;
     }
-    if (!(x[7] >= -0x1.533334p+3f && x[7] <= 0x1.533334p+3f)) {
-        return 0;
+    if (!((x[7] >= -0x1.533334p+3f) && (x[7] <= 0x1.533334p+3f))) {
+        within = 0;
     }
-    if (!(x[8] >= -0x1.533334p+3f && x[8] <= 0x1.533334p+3f)) {
-        return 0;
+    if (!((x[8] >= -0x1.533334p+3f) && (x[8] <= 0x1.533334p+3f))) {
+        within = 0;
     }
-    if (!(x[9] >= -0x1.533334p+3f && x[9] <= 0x1.533334p+3f)) {
-        return 0;
+    if (!((x[9] >= -0x1.533334p+3f) && (x[9] <= 0x1.533334p+3f))) {
+        within = 0;
     }
-    return 1;
+    return within;
 }
 
 static inline void physical_deception_agent_0_act_rows(const float *x, long n, unsigned char *actions)
@@ -397,27 +405,29 @@ static inline void physical_deception_agent_0_act_rows(const float *x, long n, u
     static const unsigned char action[16] = {3, 1, 3, 2, 3, 2, 3, 2, 1, 4, 4, 4, 2, 2, 4, 2};
     long row;
     /* eight observations side by side, so that none waits for another */
-    const float *seen = x;
-    for (row = 0; n - row >= 8; row += 8) {
+    const long together = n - (n % 8);
+    for (row = 0; row < together; row += 8) {
+        const float *const seen = &x[row * PHYSICAL_DECEPTION_AGENT_0_N_FEATURES];
         int i[8] = {0, 0, 0, 0, 0, 0, 0, 0};
-        int level, k;
+        int level;
+        int k;
         for (level = 0; level < 4; level++) {
             for (k = 0; k < 8; k++) {
-                i[k] = 2 * i[k] + 1 + !(seen[k * PHYSICAL_DECEPTION_AGENT_0_N_FEATURES + feature[i[k]]] <= threshold[i[k]]);
+                i[k] = (2 * i[k]) + 1 + ((seen[(k * PHYSICAL_DECEPTION_AGENT_0_N_FEATURES) + feature[i[k]]] <= threshold[i[k]]) ? 0 : 1);
             }
         }
-        seen += 8 * PHYSICAL_DECEPTION_AGENT_0_N_FEATURES;
         for (k = 0; k < 8; k++) {
             actions[row + k] = action[i[k] - 15];
         }
     }
-    for (; row < n; row++) {
-        int i, level;
-        for (i = 0, level = 0; level < 4; level++) {
-            i = 2 * i + 1 + !(seen[feature[i]] <= threshold[i]);
+    for (row = together; row < n; row++) {
+        const float *const seen = &x[row * PHYSICAL_DECEPTION_AGENT_0_N_FEATURES];
+        int i = 0;
+        int level;
+        for (level = 0; level < 4; level++) {
+            i = (2 * i) + 1 + ((seen[feature[i]] <= threshold[i]) ? 0 : 1);
         }
         actions[row] = action[i - 15];
-        seen += PHYSICAL_DECEPTION_AGENT_0_N_FEATURES;
     }
 }
 
@@ -428,25 +438,27 @@ static inline void physical_deception_agent_0_act_columns(const float *const *x,
     const float *const x3 = x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DY];
     const float *const x4 = x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_1_DX];
     const float *const x5 = x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_1_DY];
-    long first, row;
+    long first;
+    long row;
     /* a select a split, leaves first, into a place of its own: what compilers turn into vectors */
     for (first = 0; first < n; first += 256) {
         float chosen[256];
-        const long count = n - first < 256 ? n - first : 256;
+        const long left = n - first;
+        const long count = (left < 256) ? left : 256;
         for (row = 0; row < count; row++) {
-            const float n24 = x0[first + row] <= 0x1.a9a436p-1f ? 4.0f : 2.0f;
-            const float n22 = x3[first + row] <= 0x1.608b3ap-2f ? 2.0f : n24;
-            const float n18 = x3[first + row] <= 0x1.6c1a2cp-1f ? 1.0f : 4.0f;
-            const float n17 = x2[first + row] <= -0x1.8ce0f8p-3f ? n18 : 4.0f;
-            const float n16 = x2[first + row] <= 0x1.6d19eep-3f ? n17 : n22;
-            const float n13 = x5[first + row] <= -0x1.9ae1d2p+0f ? 3.0f : 2.0f;
-            const float n10 = x3[first + row] <= -0x1.c54bd2p-3f ? 3.0f : 2.0f;
-            const float n9 = x4[first + row] <= 0x1.614428p-2f ? n10 : n13;
-            const float n6 = x3[first + row] <= -0x1.2dc2b2p-4f ? 3.0f : 2.0f;
-            const float n3 = x3[first + row] <= -0x1.7d8ed6p-2f ? 3.0f : 1.0f;
-            const float n2 = x2[first + row] <= -0x1.065586p-3f ? n3 : n6;
-            const float n1 = x2[first + row] <= 0x1.774214p-3f ? n2 : n9;
-            const float n0 = x3[first + row] <= 0x1.22071cp-5f ? n1 : n16;
+            const float n24 = (x0[first + row] <= 0x1.a9a436p-1f) ? 4.0f : 2.0f;
+            const float n22 = (x3[first + row] <= 0x1.608b3ap-2f) ? 2.0f : n24;
+            const float n18 = (x3[first + row] <= 0x1.6c1a2cp-1f) ? 1.0f : 4.0f;
+            const float n17 = (x2[first + row] <= -0x1.8ce0f8p-3f) ? n18 : 4.0f;
+            const float n16 = (x2[first + row] <= 0x1.6d19eep-3f) ? n17 : n22;
+            const float n13 = (x5[first + row] <= -0x1.9ae1d2p+0f) ? 3.0f : 2.0f;
+            const float n10 = (x3[first + row] <= -0x1.c54bd2p-3f) ? 3.0f : 2.0f;
+            const float n9 = (x4[first + row] <= 0x1.614428p-2f) ? n10 : n13;
+            const float n6 = (x3[first + row] <= -0x1.2dc2b2p-4f) ? 3.0f : 2.0f;
+            const float n3 = (x3[first + row] <= -0x1.7d8ed6p-2f) ? 3.0f : 1.0f;
+            const float n2 = (x2[first + row] <= -0x1.065586p-3f) ? n3 : n6;
+            const float n1 = (x2[first + row] <= 0x1.774214p-3f) ? n2 : n9;
+            const float n0 = (x3[first + row] <= 0x1.22071cp-5f) ? n1 : n16;
             chosen[row] = n0;
         }
         for (row = 0; row < count; row++) {
@@ -555,48 +567,50 @@ static inline int physical_deception_agent_1_act(const float *x)
 
 static inline int physical_deception_agent_1_finite(const float *x)
 {
+    int finite = 1;
     int i;
     for (i = 0; i < PHYSICAL_DECEPTION_AGENT_1_N_FEATURES; i++) {
-        if (!(x[i] >= -0x1.fffffep+127f && x[i] <= 0x1.fffffep+127f)) {
-            return 0;
+        if (!((x[i] >= -0x1.fffffep+127f) && (x[i] <= 0x1.fffffep+127f))) {
+            finite = 0;
         }
     }
-    return 1;
+    return finite;
 }
 
 static inline int physical_deception_agent_1_in_range(const float *x)
 {
-    if (!(x[0] >= -0x1.933334p+2f && x[0] <= 0x1.933334p+2f)) {
-        return 0;
+    int within = 1;
+    if (!((x[0] >= -0x1.933334p+2f) && (x[0] <= 0x1.933334p+2f))) {
+        within = 0;
     }
-    if (!(x[1] >= -0x1.933334p+2f && x[1] <= 0x1.933334p+2f)) {
-        return 0;
+    if (!((x[1] >= -0x1.933334p+2f) && (x[1] <= 0x1.933334p+2f))) {
+        within = 0;
     }
-    if (!(x[2] >= -0x1.933334p+2f && x[2] <= 0x1.933334p+2f)) {
-        return 0;
+    if (!((x[2] >= -0x1.933334p+2f) && (x[2] <= 0x1.933334p+2f))) {
+        within = 0;
     }
-    if (!(x[3] >= -0x1.933334p+2f && x[3] <= 0x1.933334p+2f)) {
-        return 0;
+    if (!((x[3] >= -0x1.933334p+2f) && (x[3] <= 0x1.933334p+2f))) {
+        within = 0;
     }
-    if (!(x[4] >= -0x1.933334p+2f && x[4] <= 0x1.933334p+2f)) {
-        return 0;
+    if (!((x[4] >= -0x1.933334p+2f) && (x[4] <= 0x1.933334p+2f))) {
+        within = 0;
     }
-    if (!(x[5] >= -0x1.933334p+2f && x[5] <= 0x1.933334p+2f)) {
-        return 0;
+    if (!((x[5] >= -0x1.933334p+2f) && (x[5] <= 0x1.933334p+2f))) {
+        within = 0;
     }
-    if (!(x[6] >= -0x1.533334p+3f && x[6] <= 0x1.533334p+3f)) {
-        return 0;
+    if (!((x[6] >= -0x1.533334p+3f) && (x[6] <= 0x1.533334p+3f))) {
+        within = 0;
     }
-    if (!(x[7] >= -0x1.533334p+3f && x[7] <= 0x1.533334p+3f)) {
-        return 0;
+    if (!((x[7] >= -0x1.533334p+3f) && (x[7] <= 0x1.533334p+3f))) {
+        within = 0;
     }
-    if (!(x[8] >= -0x1.533334p+3f && x[8] <= 0x1.533334p+3f)) {
-        return 0;
+    if (!((x[8] >= -0x1.533334p+3f) && (x[8] <= 0x1.533334p+3f))) {
+        within = 0;
     }
-    if (!(x[9] >= -0x1.533334p+3f && x[9] <= 0x1.533334p+3f)) {
-        return 0;
+    if (!((x[9] >= -0x1.533334p+3f) && (x[9] <= 0x1.533334p+3f))) {
+        within = 0;
     }
-    return 1;
+    return within;
 }
 
 static inline void physical_deception_agent_1_act_rows(const float *x, long n, unsigned char *actions)
@@ -606,27 +620,29 @@ static inline void physical_deception_agent_1_act_rows(const float *x, long n, u
     static const unsigned char action[16] = {3, 1, 3, 4, 1, 4, 0, 4, 3, 2, 2, 4, 4, 4, 2, 2};
     long row;
     /* eight observations side by side, so that none waits for another */
-    const float *seen = x;
-    for (row = 0; n - row >= 8; row += 8) {
+    const long together = n - (n % 8);
+    for (row = 0; row < together; row += 8) {
+        const float *const seen = &x[row * PHYSICAL_DECEPTION_AGENT_1_N_FEATURES];
         int i[8] = {0, 0, 0, 0, 0, 0, 0, 0};
-        int level, k;
+        int level;
+        int k;
         for (level = 0; level < 4; level++) {
             for (k = 0; k < 8; k++) {
-                i[k] = 2 * i[k] + 1 + !(seen[k * PHYSICAL_DECEPTION_AGENT_1_N_FEATURES + feature[i[k]]] <= threshold[i[k]]);
+                i[k] = (2 * i[k]) + 1 + ((seen[(k * PHYSICAL_DECEPTION_AGENT_1_N_FEATURES) + feature[i[k]]] <= threshold[i[k]]) ? 0 : 1);
             }
         }
-        seen += 8 * PHYSICAL_DECEPTION_AGENT_1_N_FEATURES;
         for (k = 0; k < 8; k++) {
             actions[row + k] = action[i[k] - 15];
         }
     }
-    for (; row < n; row++) {
-        int i, level;
-        for (i = 0, level = 0; level < 4; level++) {
-            i = 2 * i + 1 + !(seen[feature[i]] <= threshold[i]);
+    for (row = together; row < n; row++) {
+        const float *const seen = &x[row * PHYSICAL_DECEPTION_AGENT_1_N_FEATURES];
+        int i = 0;
+        int level;
+        for (level = 0; level < 4; level++) {
+            i = (2 * i) + 1 + ((seen[feature[i]] <= threshold[i]) ? 0 : 1);
         }
         actions[row] = action[i - 15];
-        seen += PHYSICAL_DECEPTION_AGENT_1_N_FEATURES;
     }
 }
 
@@ -636,25 +652,27 @@ static inline void physical_deception_agent_1_act_columns(const float *const *x,
     const float *const x3 = x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_0_DY];
     const float *const x4 = x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DX];
     const float *const x5 = x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DY];
-    long first, row;
+    long first;
+    long row;
     /* a select a split, leaves first, into a place of its own: what compilers turn into vectors */
     for (first = 0; first < n; first += 256) {
         float chosen[256];
-        const long count = n - first < 256 ? n - first : 256;
+        const long left = n - first;
+        const long count = (left < 256) ? left : 256;
         for (row = 0; row < count; row++) {
-            const float n24 = x0[first + row] <= 0x1.09743cp+0f ? 4.0f : 2.0f;
-            const float n21 = x3[first + row] <= 0x1.ad4dd4p+0f ? 2.0f : 4.0f;
-            const float n18 = x5[first + row] <= -0x1.e44826p-3f ? 3.0f : 2.0f;
-            const float n17 = x4[first + row] <= 0x1.144d04p-2f ? n18 : n21;
-            const float n16 = x5[first + row] <= 0x1.fe2a84p-1f ? n17 : n24;
-            const float n13 = x5[first + row] <= 0x1.35fe34p-4f ? 0.0f : 4.0f;
-            const float n10 = x5[first + row] <= 0x1.0f966ap-1f ? 1.0f : 4.0f;
-            const float n9 = x4[first + row] <= -0x1.10e0f4p-3f ? n10 : n13;
-            const float n6 = x5[first + row] <= -0x1.dce96cp-4f ? 3.0f : 4.0f;
-            const float n3 = x5[first + row] <= -0x1.7531aep-1f ? 3.0f : 1.0f;
-            const float n2 = x4[first + row] <= -0x1.07c544p-2f ? n3 : n6;
-            const float n1 = x5[first + row] <= -0x1.20050ap-4f ? n2 : n9;
-            const float n0 = x4[first + row] <= 0x1.4ffd48p-3f ? n1 : n16;
+            const float n24 = (x0[first + row] <= 0x1.09743cp+0f) ? 4.0f : 2.0f;
+            const float n21 = (x3[first + row] <= 0x1.ad4dd4p+0f) ? 2.0f : 4.0f;
+            const float n18 = (x5[first + row] <= -0x1.e44826p-3f) ? 3.0f : 2.0f;
+            const float n17 = (x4[first + row] <= 0x1.144d04p-2f) ? n18 : n21;
+            const float n16 = (x5[first + row] <= 0x1.fe2a84p-1f) ? n17 : n24;
+            const float n13 = (x5[first + row] <= 0x1.35fe34p-4f) ? 0.0f : 4.0f;
+            const float n10 = (x5[first + row] <= 0x1.0f966ap-1f) ? 1.0f : 4.0f;
+            const float n9 = (x4[first + row] <= -0x1.10e0f4p-3f) ? n10 : n13;
+            const float n6 = (x5[first + row] <= -0x1.dce96cp-4f) ? 3.0f : 4.0f;
+            const float n3 = (x5[first + row] <= -0x1.7531aep-1f) ? 3.0f : 1.0f;
+            const float n2 = (x4[first + row] <= -0x1.07c544p-2f) ? n3 : n6;
+            const float n1 = (x5[first + row] <= -0x1.20050ap-4f) ? n2 : n9;
+            const float n0 = (x4[first + row] <= 0x1.4ffd48p-3f) ? n1 : n16;
             chosen[row] = n0;
         }
         for (row = 0; row < count; row++) {
@@ -694,19 +712,21 @@ static inline void physical_deception_act_all(const float *const *x, int *action
     const float *const x_0 = x[0];
     const float *const x_1 = x[1];
     const float *const x_2 = x[2];
-    int i_0 = 0, i_1 = 0, i_2 = 0;
-    i_0 = 2 * i_0 + 1 + !(x_0[feature_0[i_0]] <= threshold_0[i_0]);
-    i_1 = 2 * i_1 + 1 + !(x_1[feature_1[i_1]] <= threshold_1[i_1]);
-    i_2 = 2 * i_2 + 1 + !(x_2[feature_2[i_2]] <= threshold_2[i_2]);
-    i_0 = 2 * i_0 + 1 + !(x_0[feature_0[i_0]] <= threshold_0[i_0]);
-    i_1 = 2 * i_1 + 1 + !(x_1[feature_1[i_1]] <= threshold_1[i_1]);
-    i_2 = 2 * i_2 + 1 + !(x_2[feature_2[i_2]] <= threshold_2[i_2]);
-    i_0 = 2 * i_0 + 1 + !(x_0[feature_0[i_0]] <= threshold_0[i_0]);
-    i_1 = 2 * i_1 + 1 + !(x_1[feature_1[i_1]] <= threshold_1[i_1]);
-    i_2 = 2 * i_2 + 1 + !(x_2[feature_2[i_2]] <= threshold_2[i_2]);
-    i_0 = 2 * i_0 + 1 + !(x_0[feature_0[i_0]] <= threshold_0[i_0]);
-    i_1 = 2 * i_1 + 1 + !(x_1[feature_1[i_1]] <= threshold_1[i_1]);
-    i_2 = 2 * i_2 + 1 + !(x_2[feature_2[i_2]] <= threshold_2[i_2]);
+    int i_0 = 0;
+    int i_1 = 0;
+    int i_2 = 0;
+    i_0 = (2 * i_0) + 1 + ((x_0[feature_0[i_0]] <= threshold_0[i_0]) ? 0 : 1);
+    i_1 = (2 * i_1) + 1 + ((x_1[feature_1[i_1]] <= threshold_1[i_1]) ? 0 : 1);
+    i_2 = (2 * i_2) + 1 + ((x_2[feature_2[i_2]] <= threshold_2[i_2]) ? 0 : 1);
+    i_0 = (2 * i_0) + 1 + ((x_0[feature_0[i_0]] <= threshold_0[i_0]) ? 0 : 1);
+    i_1 = (2 * i_1) + 1 + ((x_1[feature_1[i_1]] <= threshold_1[i_1]) ? 0 : 1);
+    i_2 = (2 * i_2) + 1 + ((x_2[feature_2[i_2]] <= threshold_2[i_2]) ? 0 : 1);
+    i_0 = (2 * i_0) + 1 + ((x_0[feature_0[i_0]] <= threshold_0[i_0]) ? 0 : 1);
+    i_1 = (2 * i_1) + 1 + ((x_1[feature_1[i_1]] <= threshold_1[i_1]) ? 0 : 1);
+    i_2 = (2 * i_2) + 1 + ((x_2[feature_2[i_2]] <= threshold_2[i_2]) ? 0 : 1);
+    i_0 = (2 * i_0) + 1 + ((x_0[feature_0[i_0]] <= threshold_0[i_0]) ? 0 : 1);
+    i_1 = (2 * i_1) + 1 + ((x_1[feature_1[i_1]] <= threshold_1[i_1]) ? 0 : 1);
+    i_2 = (2 * i_2) + 1 + ((x_2[feature_2[i_2]] <= threshold_2[i_2]) ? 0 : 1);
     actions[0] = (int)action_0[i_0 - 15];
     actions[1] = (int)action_1[i_1 - 15];
     actions[2] = (int)action_2[i_2 - 15];

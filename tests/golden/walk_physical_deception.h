@@ -27,7 +27,7 @@
 #ifdef __FAST_MATH__
 #error "compile without -ffast-math: it changes what comparisons with NaN and tiny numbers mean"
 #endif
-#if FLT_RADIX != 2 || FLT_MANT_DIG != 24 || FLT_MAX_EXP != 128 || DBL_MANT_DIG != 53
+#if (FLT_RADIX != 2) || (FLT_MANT_DIG != 24) || (FLT_MAX_EXP != 128) || (DBL_MANT_DIG != 53)
 #error "float must be IEEE binary32 and double binary64"
 #endif
 
@@ -87,42 +87,44 @@ static inline int physical_deception_adversary_0_act(const float *x)
 
 static inline int physical_deception_adversary_0_finite(const float *x)
 {
+    int finite = 1;
     int i;
     for (i = 0; i < PHYSICAL_DECEPTION_ADVERSARY_0_N_FEATURES; i++) {
-        if (!(x[i] >= -0x1.fffffep+127f && x[i] <= 0x1.fffffep+127f)) {
-            return 0;
+        if (!((x[i] >= -0x1.fffffep+127f) && (x[i] <= 0x1.fffffep+127f))) {
+            finite = 0;
         }
     }
-    return 1;
+    return finite;
 }
 
 static inline int physical_deception_adversary_0_in_range(const float *x)
 {
-    if (!(x[0] >= -0x1.933334p+2f && x[0] <= 0x1.933334p+2f)) {
-        return 0;
+    int within = 1;
+    if (!((x[0] >= -0x1.933334p+2f) && (x[0] <= 0x1.933334p+2f))) {
+        within = 0;
     }
-    if (!(x[1] >= -0x1.933334p+2f && x[1] <= 0x1.933334p+2f)) {
-        return 0;
+    if (!((x[1] >= -0x1.933334p+2f) && (x[1] <= 0x1.933334p+2f))) {
+        within = 0;
     }
-    if (!(x[2] >= -0x1.933334p+2f && x[2] <= 0x1.933334p+2f)) {
-        return 0;
+    if (!((x[2] >= -0x1.933334p+2f) && (x[2] <= 0x1.933334p+2f))) {
+        within = 0;
     }
-    if (!(x[3] >= -0x1.933334p+2f && x[3] <= 0x1.933334p+2f)) {
-        return 0;
+    if (!((x[3] >= -0x1.933334p+2f) && (x[3] <= 0x1.933334p+2f))) {
+        within = 0;
     }
-    if (!(x[4] >= -0x1.533334p+3f && x[4] <= 0x1.533334p+3f)) {
-        return 0;
+    if (!((x[4] >= -0x1.533334p+3f) && (x[4] <= 0x1.533334p+3f))) {
+        within = 0;
     }
-    if (!(x[5] >= -0x1.533334p+3f && x[5] <= 0x1.533334p+3f)) {
-        return 0;
+    if (!((x[5] >= -0x1.533334p+3f) && (x[5] <= 0x1.533334p+3f))) {
+        within = 0;
     }
-    if (!(x[6] >= -0x1.533334p+3f && x[6] <= 0x1.533334p+3f)) {
-        return 0;
+    if (!((x[6] >= -0x1.533334p+3f) && (x[6] <= 0x1.533334p+3f))) {
+        within = 0;
     }
-    if (!(x[7] >= -0x1.533334p+3f && x[7] <= 0x1.533334p+3f)) {
-        return 0;
+    if (!((x[7] >= -0x1.533334p+3f) && (x[7] <= 0x1.533334p+3f))) {
+        within = 0;
     }
-    return 1;
+    return within;
 }
 
 static inline void physical_deception_adversary_0_act_rows(const float *x, long n, unsigned char *actions)
@@ -138,11 +140,13 @@ static inline void physical_deception_adversary_0_act_rows(const float *x, long 
 static inline void physical_deception_adversary_0_act_columns(const float *const *x, long n, unsigned char *actions)
 {
     (void)x;
-    long first, row;
+    long first;
+    long row;
     /* a select a split, leaves first, into a place of its own: what compilers turn into vectors */
     for (first = 0; first < n; first += 256) {
         float chosen[256];
-        const long count = n - first < 256 ? n - first : 256;
+        const long left = n - first;
+        const long count = (left < 256) ? left : 256;
         for (row = 0; row < count; row++) {
             chosen[row] = 0.0f;
         }
@@ -196,57 +200,60 @@ static inline int physical_deception_agent_0_act(const float *x)
     static const float threshold[7] = {0x1.999998p-4f, 0x0p+0f, -0x1.555556p-2f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x1.fffffep+127f};
     static const unsigned char feature[7] = {0, 3, 9, 0, 0, 0, 2};
     static const unsigned char action[8] = {1, 1, 2, 2, 4, 4, 0, 0};
-    int i, level;
-    for (i = 0, level = 0; level < 3; level++) {
-        i = 2 * i + 1 + !(x[feature[i]] <= threshold[i]);
+    int i = 0;
+    int level;
+    for (level = 0; level < 3; level++) {
+        i = (2 * i) + 1 + ((x[feature[i]] <= threshold[i]) ? 0 : 1);
     }
     return (int)action[i - 7];
 }
 
 static inline int physical_deception_agent_0_finite(const float *x)
 {
+    int finite = 1;
     int i;
     for (i = 0; i < PHYSICAL_DECEPTION_AGENT_0_N_FEATURES; i++) {
-        if (!(x[i] >= -0x1.fffffep+127f && x[i] <= 0x1.fffffep+127f)) {
-            return 0;
+        if (!((x[i] >= -0x1.fffffep+127f) && (x[i] <= 0x1.fffffep+127f))) {
+            finite = 0;
         }
     }
-    return 1;
+    return finite;
 }
 
 static inline int physical_deception_agent_0_in_range(const float *x)
 {
-    if (!(x[0] >= -0x1.933334p+2f && x[0] <= 0x1.933334p+2f)) {
-        return 0;
+    int within = 1;
+    if (!((x[0] >= -0x1.933334p+2f) && (x[0] <= 0x1.933334p+2f))) {
+        within = 0;
     }
-    if (!(x[1] >= -0x1.933334p+2f && x[1] <= 0x1.933334p+2f)) {
-        return 0;
+    if (!((x[1] >= -0x1.933334p+2f) && (x[1] <= 0x1.933334p+2f))) {
+        within = 0;
     }
-    if (!(x[2] >= -0x1.933334p+2f && x[2] <= 0x1.933334p+2f)) {
-        return 0;
+    if (!((x[2] >= -0x1.933334p+2f) && (x[2] <= 0x1.933334p+2f))) {
+        within = 0;
     }
-    if (!(x[3] >= -0x1.933334p+2f && x[3] <= 0x1.933334p+2f)) {
-        return 0;
+    if (!((x[3] >= -0x1.933334p+2f) && (x[3] <= 0x1.933334p+2f))) {
+        within = 0;
     }
-    if (!(x[4] >= -0x1.933334p+2f && x[4] <= 0x1.933334p+2f)) {
-        return 0;
+    if (!((x[4] >= -0x1.933334p+2f) && (x[4] <= 0x1.933334p+2f))) {
+        within = 0;
     }
-    if (!(x[5] >= -0x1.933334p+2f && x[5] <= 0x1.933334p+2f)) {
-        return 0;
+    if (!((x[5] >= -0x1.933334p+2f) && (x[5] <= 0x1.933334p+2f))) {
+        within = 0;
     }
-    if (!(x[6] >= -0x1.533334p+3f && x[6] <= 0x1.533334p+3f)) {
-        return 0;
+    if (!((x[6] >= -0x1.533334p+3f) && (x[6] <= 0x1.533334p+3f))) {
+        within = 0;
     }
-    if (!(x[7] >= -0x1.533334p+3f && x[7] <= 0x1.533334p+3f)) {
-        return 0;
+    if (!((x[7] >= -0x1.533334p+3f) && (x[7] <= 0x1.533334p+3f))) {
+        within = 0;
     }
-    if (!(x[8] >= -0x1.533334p+3f && x[8] <= 0x1.533334p+3f)) {
-        return 0;
+    if (!((x[8] >= -0x1.533334p+3f) && (x[8] <= 0x1.533334p+3f))) {
+        within = 0;
     }
-    if (!(x[9] >= -0x1.533334p+3f && x[9] <= 0x1.533334p+3f)) {
-        return 0;
+    if (!((x[9] >= -0x1.533334p+3f) && (x[9] <= 0x1.533334p+3f))) {
+        within = 0;
     }
-    return 1;
+    return within;
 }
 
 static inline void physical_deception_agent_0_act_rows(const float *x, long n, unsigned char *actions)
@@ -256,27 +263,29 @@ static inline void physical_deception_agent_0_act_rows(const float *x, long n, u
     static const unsigned char action[8] = {1, 1, 2, 2, 4, 4, 0, 0};
     long row;
     /* eight observations side by side, so that none waits for another */
-    const float *seen = x;
-    for (row = 0; n - row >= 8; row += 8) {
+    const long together = n - (n % 8);
+    for (row = 0; row < together; row += 8) {
+        const float *const seen = &x[row * PHYSICAL_DECEPTION_AGENT_0_N_FEATURES];
         int i[8] = {0, 0, 0, 0, 0, 0, 0, 0};
-        int level, k;
+        int level;
+        int k;
         for (level = 0; level < 3; level++) {
             for (k = 0; k < 8; k++) {
-                i[k] = 2 * i[k] + 1 + !(seen[k * PHYSICAL_DECEPTION_AGENT_0_N_FEATURES + feature[i[k]]] <= threshold[i[k]]);
+                i[k] = (2 * i[k]) + 1 + ((seen[(k * PHYSICAL_DECEPTION_AGENT_0_N_FEATURES) + feature[i[k]]] <= threshold[i[k]]) ? 0 : 1);
             }
         }
-        seen += 8 * PHYSICAL_DECEPTION_AGENT_0_N_FEATURES;
         for (k = 0; k < 8; k++) {
             actions[row + k] = action[i[k] - 7];
         }
     }
-    for (; row < n; row++) {
-        int i, level;
-        for (i = 0, level = 0; level < 3; level++) {
-            i = 2 * i + 1 + !(seen[feature[i]] <= threshold[i]);
+    for (row = together; row < n; row++) {
+        const float *const seen = &x[row * PHYSICAL_DECEPTION_AGENT_0_N_FEATURES];
+        int i = 0;
+        int level;
+        for (level = 0; level < 3; level++) {
+            i = (2 * i) + 1 + ((seen[feature[i]] <= threshold[i]) ? 0 : 1);
         }
         actions[row] = action[i - 7];
-        seen += PHYSICAL_DECEPTION_AGENT_0_N_FEATURES;
     }
 }
 
@@ -286,16 +295,18 @@ static inline void physical_deception_agent_0_act_columns(const float *const *x,
     const float *const x2 = x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DX];
     const float *const x3 = x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DY];
     const float *const x9 = x[PHYSICAL_DECEPTION_AGENT_0_X_AGENT_1_DY];
-    long first, row;
+    long first;
+    long row;
     /* a select a split, leaves first, into a place of its own: what compilers turn into vectors */
     for (first = 0; first < n; first += 256) {
         float chosen[256];
-        const long count = n - first < 256 ? n - first : 256;
+        const long left = n - first;
+        const long count = (left < 256) ? left : 256;
         for (row = 0; row < count; row++) {
-            const float n6 = x2[first + row] <= 0x1.fffffep+127f ? 0.0f : 0.0f;
-            const float n4 = x9[first + row] <= -0x1.555556p-2f ? 4.0f : n6;
-            const float n1 = x3[first + row] <= 0x0p+0f ? 1.0f : 2.0f;
-            const float n0 = x0[first + row] <= 0x1.999998p-4f ? n1 : n4;
+            const float n6 = (x2[first + row] <= 0x1.fffffep+127f) ? 0.0f : 0.0f;
+            const float n4 = (x9[first + row] <= -0x1.555556p-2f) ? 4.0f : n6;
+            const float n1 = (x3[first + row] <= 0x0p+0f) ? 1.0f : 2.0f;
+            const float n0 = (x0[first + row] <= 0x1.999998p-4f) ? n1 : n4;
             chosen[row] = n0;
         }
         for (row = 0; row < count; row++) {
@@ -350,57 +361,60 @@ static inline int physical_deception_agent_1_act(const float *x)
     static const float threshold[7] = {-0x1.99999ap-5f, 0x0p+0f, 0x1.99999ap-5f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f};
     static const unsigned char feature[7] = {4, 0, 4, 0, 0, 5, 0};
     static const unsigned char action[8] = {1, 1, 1, 1, 3, 4, 2, 2};
-    int i, level;
-    for (i = 0, level = 0; level < 3; level++) {
-        i = 2 * i + 1 + !(x[feature[i]] <= threshold[i]);
+    int i = 0;
+    int level;
+    for (level = 0; level < 3; level++) {
+        i = (2 * i) + 1 + ((x[feature[i]] <= threshold[i]) ? 0 : 1);
     }
     return (int)action[i - 7];
 }
 
 static inline int physical_deception_agent_1_finite(const float *x)
 {
+    int finite = 1;
     int i;
     for (i = 0; i < PHYSICAL_DECEPTION_AGENT_1_N_FEATURES; i++) {
-        if (!(x[i] >= -0x1.fffffep+127f && x[i] <= 0x1.fffffep+127f)) {
-            return 0;
+        if (!((x[i] >= -0x1.fffffep+127f) && (x[i] <= 0x1.fffffep+127f))) {
+            finite = 0;
         }
     }
-    return 1;
+    return finite;
 }
 
 static inline int physical_deception_agent_1_in_range(const float *x)
 {
-    if (!(x[0] >= -0x1.933334p+2f && x[0] <= 0x1.933334p+2f)) {
-        return 0;
+    int within = 1;
+    if (!((x[0] >= -0x1.933334p+2f) && (x[0] <= 0x1.933334p+2f))) {
+        within = 0;
     }
-    if (!(x[1] >= -0x1.933334p+2f && x[1] <= 0x1.933334p+2f)) {
-        return 0;
+    if (!((x[1] >= -0x1.933334p+2f) && (x[1] <= 0x1.933334p+2f))) {
+        within = 0;
     }
-    if (!(x[2] >= -0x1.933334p+2f && x[2] <= 0x1.933334p+2f)) {
-        return 0;
+    if (!((x[2] >= -0x1.933334p+2f) && (x[2] <= 0x1.933334p+2f))) {
+        within = 0;
     }
-    if (!(x[3] >= -0x1.933334p+2f && x[3] <= 0x1.933334p+2f)) {
-        return 0;
+    if (!((x[3] >= -0x1.933334p+2f) && (x[3] <= 0x1.933334p+2f))) {
+        within = 0;
     }
-    if (!(x[4] >= -0x1.933334p+2f && x[4] <= 0x1.933334p+2f)) {
-        return 0;
+    if (!((x[4] >= -0x1.933334p+2f) && (x[4] <= 0x1.933334p+2f))) {
+        within = 0;
     }
-    if (!(x[5] >= -0x1.933334p+2f && x[5] <= 0x1.933334p+2f)) {
-        return 0;
+    if (!((x[5] >= -0x1.933334p+2f) && (x[5] <= 0x1.933334p+2f))) {
+        within = 0;
     }
-    if (!(x[6] >= -0x1.533334p+3f && x[6] <= 0x1.533334p+3f)) {
-        return 0;
+    if (!((x[6] >= -0x1.533334p+3f) && (x[6] <= 0x1.533334p+3f))) {
+        within = 0;
     }
-    if (!(x[7] >= -0x1.533334p+3f && x[7] <= 0x1.533334p+3f)) {
-        return 0;
+    if (!((x[7] >= -0x1.533334p+3f) && (x[7] <= 0x1.533334p+3f))) {
+        within = 0;
     }
-    if (!(x[8] >= -0x1.533334p+3f && x[8] <= 0x1.533334p+3f)) {
-        return 0;
+    if (!((x[8] >= -0x1.533334p+3f) && (x[8] <= 0x1.533334p+3f))) {
+        within = 0;
     }
-    if (!(x[9] >= -0x1.533334p+3f && x[9] <= 0x1.533334p+3f)) {
-        return 0;
+    if (!((x[9] >= -0x1.533334p+3f) && (x[9] <= 0x1.533334p+3f))) {
+        within = 0;
     }
-    return 1;
+    return within;
 }
 
 static inline void physical_deception_agent_1_act_rows(const float *x, long n, unsigned char *actions)
@@ -410,27 +424,29 @@ static inline void physical_deception_agent_1_act_rows(const float *x, long n, u
     static const unsigned char action[8] = {1, 1, 1, 1, 3, 4, 2, 2};
     long row;
     /* eight observations side by side, so that none waits for another */
-    const float *seen = x;
-    for (row = 0; n - row >= 8; row += 8) {
+    const long together = n - (n % 8);
+    for (row = 0; row < together; row += 8) {
+        const float *const seen = &x[row * PHYSICAL_DECEPTION_AGENT_1_N_FEATURES];
         int i[8] = {0, 0, 0, 0, 0, 0, 0, 0};
-        int level, k;
+        int level;
+        int k;
         for (level = 0; level < 3; level++) {
             for (k = 0; k < 8; k++) {
-                i[k] = 2 * i[k] + 1 + !(seen[k * PHYSICAL_DECEPTION_AGENT_1_N_FEATURES + feature[i[k]]] <= threshold[i[k]]);
+                i[k] = (2 * i[k]) + 1 + ((seen[(k * PHYSICAL_DECEPTION_AGENT_1_N_FEATURES) + feature[i[k]]] <= threshold[i[k]]) ? 0 : 1);
             }
         }
-        seen += 8 * PHYSICAL_DECEPTION_AGENT_1_N_FEATURES;
         for (k = 0; k < 8; k++) {
             actions[row + k] = action[i[k] - 7];
         }
     }
-    for (; row < n; row++) {
-        int i, level;
-        for (i = 0, level = 0; level < 3; level++) {
-            i = 2 * i + 1 + !(seen[feature[i]] <= threshold[i]);
+    for (row = together; row < n; row++) {
+        const float *const seen = &x[row * PHYSICAL_DECEPTION_AGENT_1_N_FEATURES];
+        int i = 0;
+        int level;
+        for (level = 0; level < 3; level++) {
+            i = (2 * i) + 1 + ((seen[feature[i]] <= threshold[i]) ? 0 : 1);
         }
         actions[row] = action[i - 7];
-        seen += PHYSICAL_DECEPTION_AGENT_1_N_FEATURES;
     }
 }
 
@@ -438,15 +454,17 @@ static inline void physical_deception_agent_1_act_columns(const float *const *x,
 {
     const float *const x4 = x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DX];
     const float *const x5 = x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DY];
-    long first, row;
+    long first;
+    long row;
     /* a select a split, leaves first, into a place of its own: what compilers turn into vectors */
     for (first = 0; first < n; first += 256) {
         float chosen[256];
-        const long count = n - first < 256 ? n - first : 256;
+        const long left = n - first;
+        const long count = (left < 256) ? left : 256;
         for (row = 0; row < count; row++) {
-            const float n3 = x5[first + row] <= 0x0p+0f ? 3.0f : 4.0f;
-            const float n2 = x4[first + row] <= 0x1.99999ap-5f ? n3 : 2.0f;
-            const float n0 = x4[first + row] <= -0x1.99999ap-5f ? 1.0f : n2;
+            const float n3 = (x5[first + row] <= 0x0p+0f) ? 3.0f : 4.0f;
+            const float n2 = (x4[first + row] <= 0x1.99999ap-5f) ? n3 : 2.0f;
+            const float n0 = (x4[first + row] <= -0x1.99999ap-5f) ? 1.0f : n2;
             chosen[row] = n0;
         }
         for (row = 0; row < count; row++) {
