@@ -6,6 +6,7 @@ Does not: judge whether a policy is any good.
 """
 
 import math
+import re
 from collections.abc import Iterator, Sequence
 
 import numpy as np
@@ -28,7 +29,9 @@ from codegen.ir import (
     WorldSpec,
     depth,
 )
+from codegen.region import RegionSpec
 
+NUMBER = re.compile(r"-?\d{1,30}(\.\d{1,60})?|-?\d{1,99}/[1-9]\d{0,99}")  # as the verifier writes bounds
 MOST_LENGTH = 1e9  # of ranges, start boxes, sizes: beyond it float64 positions are coarser than any world
 
 
@@ -48,10 +51,30 @@ def violations(profile: PolicyProfile) -> Iterator[Violation]:
         if not NAME.fullmatch(policy.team):
             yield Violation(f"{path}.team", f"not a legal name: {policy.team!r}")
         yield from _agent(path, policy, profile.world)
+    if profile.region is not None:
+        yield from _region(profile.region, profile.world)
     for group, values in (("training", profile.provenance.training), ("evaluation", profile.provenance.evaluation)):
         for key, value in values.items():
             if isinstance(value, float) and not math.isfinite(value):
                 yield Violation(f"$.provenance.{group}.{key}", "must be finite")
+
+
+def _region(region: RegionSpec, world: WorldSpec) -> Iterator[Violation]:
+    names = world.coordinates()
+    entities = [entity.name for entity in world.agents + world.landmarks]
+    for goal in region.goals:
+        if goal not in world.goals:
+            yield Violation("$.region.goals", f"no goal '{goal}' in the world; {suggestion(goal, world.goals)}")
+    for kind, pairs, known in (
+        ("box", [(name, [name], bounds) for name, bounds in region.box.items()], names),
+        ("difference", [(name, name.split(" - "), bounds) for name, bounds in region.difference.items()], names),
+        ("apart", [(name, name.split(" - "), (least, least)) for name, least in region.apart.items()], entities),
+    ):
+        for name, parts, bounds in pairs:
+            if len(parts) != (1 if kind == "box" else 2) or any(part not in known for part in parts):
+                yield Violation(f"$.region.{kind}", f"cannot read {name!r}")
+            elif not all(NUMBER.fullmatch(text) for text in bounds):
+                yield Violation(f"$.region.{kind}.{name}", f"not numbers: {bounds}")
 
 
 def _names(path: str, kind: str, names: Sequence[str], taken: Sequence[str] = ()) -> Iterator[Violation]:

@@ -20,6 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 from codegen.errors import ProfileError
+from codegen.region import RegionSpec
 
 Int32 = npt.NDArray[np.int32]
 Float32 = npt.NDArray[np.float32]
@@ -64,10 +65,9 @@ class Tree(_Arrays):
 
 @dataclass(frozen=True, eq=False)
 class GrownTree(_Arrays):
-    """A tree as the learner grew it: float64 thresholds, the learner's own numbering of nodes, root first.
+    """A tree as the learner grew it, kept as evidence: float64 thresholds, the learner's own numbering, root first.
 
-    Evidence only, kept so that anyone can check that nothing changed between learning and deployment. A float32
-    observation goes left iff it is `<=` the float64 threshold, as in scikit-learn.
+    A float32 observation goes left iff it is `<=` the float64 threshold, as in scikit-learn.
     """
 
     feature: Int32 = field(metadata=_INT32)
@@ -185,6 +185,7 @@ class PolicyProfile:
     world: WorldSpec
     agents: tuple[AgentPolicy, ...]
     provenance: Provenance
+    region: RegionSpec | None = None  # the world states that the trees are meant for; None: all
 
     def policy(self, agent: str) -> AgentPolicy:
         """The policy of the named agent; KeyError when there is none."""
@@ -249,8 +250,7 @@ def ensure(profile: PolicyProfile, where: str = "") -> PolicyProfile:
     found = check(profile)
     if found:
         shown = [f"{where}{': ' if where else ''}{item.path}: {item.message}" for item in found[:MAX_VIOLATIONS]]
-        rest = len(found) - len(shown)
-        shown += [f"... and {rest} more"] if rest > 0 else []
+        shown += [f"... and {len(found) - len(shown)} more"] if len(found) > len(shown) else []
         raise ProfileError("not a valid policy profile", "\n".join(shown), "extract it again, or undo the edit")
     return profile
 

@@ -16,8 +16,9 @@ import numpy as np
 from codegen import ir
 from codegen.check import identifier
 from codegen.errors import InputError, UnknownNameError
-from codegen.floats import deciding_double, decimal_literal, hex_literal, round_down
+from codegen.floats import deciding_double, decimal_literal, hex_literal, round_down, short_hex
 from codegen.policy_json import content_hash
+from codegen.region import RegionSpec
 
 NESTED, ORDERED, WALK, AUTO = "nested", "ordered", "walk", "auto"
 STYLES = (NESTED, ORDERED, WALK, AUTO)
@@ -136,6 +137,15 @@ class Agent:
 
 
 @dataclass(frozen=True)
+class Region:
+    """The world states that the code is meant for, as its check compares them: coordinates are upper-case names."""
+
+    bounds: tuple[tuple[str, str, str, str], ...]  # coordinate, the one subtracted or "", low, high
+    apart: tuple[tuple[str, str, str], ...]  # entity, entity, least distance
+    goals: tuple[str, ...]
+
+
+@dataclass(frozen=True)
 class Model:
     """A whole profile, ready to be written."""
 
@@ -150,6 +160,7 @@ class Model:
     style: str  # one of STYLES but `auto`
     coordinates: tuple[str, ...]  # upper-case names, in the order of the world's coordinates
     agents: tuple[Agent, ...]
+    region: Region | None
 
     @property
     def located(self) -> bool:
@@ -191,8 +202,9 @@ def lower(profile: ir.PolicyProfile, prefix: str | None = None, style: str = AUT
         preset=profile.provenance.preset,
         seed=profile.provenance.seed,
         style=_automatic(profile) if style == AUTO else style,
-        coordinates=tuple(identifier(name.replace(".", "_")).upper() for name in profile.world.coordinates()),
+        coordinates=tuple(_upper(name) for name in profile.world.coordinates()),
         agents=tuple(_agent(policy) for policy in profile.agents),
+        region=None if profile.region is None else _region(profile.region),
     )
     _distinct(model)
     return model
@@ -203,6 +215,7 @@ def _distinct(model: Model) -> None:
     names: list[str] = [
         "act_team",
         "act_all",
+        "in_region",
         "bits",
         *(f"W_{name}" for name in model.coordinates),
         "N_COORDINATES",
@@ -268,6 +281,19 @@ def _agent(policy: ir.AgentPolicy) -> Agent:
     )
 
 
+def _region(region: RegionSpec) -> Region:
+    return Region(
+        tuple((_upper(a), _upper(b), short_hex(low), short_hex(high)) for a, b, low, high in region.bounds()),
+        tuple((_upper(a), _upper(b), short_hex(least)) for a, b, least in region.distances()),
+        tuple(_upper(goal) for goal in region.goals),
+    )
+
+
+def _upper(name: str) -> str:
+    """A coordinate or an entity as names in code have it."""
+    return identifier(name.replace(".", "_")).upper()
+
+
 def _automatic(profile: ir.PolicyProfile) -> str:
     deepest = max(int(ir.depth(policy.tree).max()) for policy in profile.agents)
     largest = max(len(policy.tree.feature) // 2 for policy in profile.agents)
@@ -275,7 +301,7 @@ def _automatic(profile: ir.PolicyProfile) -> str:
 
 
 def _term(weight: int, coordinate: str) -> tuple[str, str]:
-    return ("-" if weight < 0 else "+", identifier(coordinate.replace(".", "_")).upper())
+    return ("-" if weight < 0 else "+", _upper(coordinate))
 
 
 def _tables(policy: ir.AgentPolicy, nodes: tuple[Node, ...], levels: int) -> Tables:

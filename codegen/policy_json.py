@@ -37,6 +37,7 @@ from codegen.ir import (
     ensure,
 )
 from codegen.json_fault import place
+from codegen.region import RegionSpec
 from codegen.schema import SCHEMA_VERSION, AgentJson, GrownJson, NodeJson, ProfileJson, SplitJson
 
 LINE_WIDTH = 140
@@ -161,6 +162,16 @@ def _document(profile: PolicyProfile) -> dict[str, Any]:
             "training": dict(provenance.training),
             "evaluation": dict(provenance.evaluation),
         },
+        **({} if profile.region is None else {"region": _region(profile.region)}),
+    }
+
+
+def _region(region: RegionSpec) -> dict[str, Any]:
+    return {
+        "goals": list(region.goals),
+        "box": {name: list(bounds) for name, bounds in region.box.items()},
+        "difference": {pair: list(bounds) for pair, bounds in region.difference.items()},
+        "apart": dict(region.apart),
     }
 
 
@@ -240,7 +251,8 @@ def _profile(raw: ProfileJson, where: str) -> PolicyProfile:
     )
     agents = tuple(_policy(agent, f"{where}: $.agents[{index}]") for index, agent in enumerate(raw.agents))
     given = msgspec.structs.asdict(raw.provenance)
-    return PolicyProfile(spec, agents, Provenance(**cast(Mapping[str, Any], given)))
+    region = raw.region and RegionSpec(tuple(raw.region.goals), raw.region.box, raw.region.difference, raw.region.apart)
+    return PolicyProfile(spec, agents, Provenance(**cast(Mapping[str, Any], given)), region)
 
 
 def _policy(raw: AgentJson, path: str) -> AgentPolicy:

@@ -12,6 +12,7 @@ import numpy as np
 from codegen import ir
 from codegen.floats import deciding_double, neighbour, round_down
 from codegen.ir import Float32, Float64, GrownTree, Tree
+from codegen.region import RegionSpec
 
 INFINITY = np.float32(np.inf)
 HUGE = 1e30  # drawing beyond it overflows; paths that demand more get their own bounds
@@ -19,6 +20,8 @@ FILLINGS = 16  # random completions of each boundary value
 _LIMITS = np.finfo(np.float32)
 _EXTREMES = (_LIMITS.max, _LIMITS.tiny, _LIMITS.smallest_subnormal, np.float32(np.inf), np.float32(0))
 SPECIAL = np.array([np.nan, *_EXTREMES, *(-extreme for extreme in _EXTREMES)], dtype=np.float32)
+
+AROUND = 64  # states at each border of a region
 
 
 def neighbours(threshold: float) -> Float32:
@@ -119,4 +122,29 @@ def worlds(profile: ir.PolicyProfile, rng: np.random.Generator) -> Float64:
                 others = sum((w * filled[:, index[name]] for w, name in rest), np.zeros(FILLINGS))
                 filled[:, index[first]] = weight * (at - others)
             rows.append(filled)
+    return np.concatenate(rows)
+
+
+def bordering(region: RegionSpec, world: ir.WorldSpec, rng: np.random.Generator) -> Float64:
+    """World states in a region, at and beside each of its borders, and anywhere, [n, n_coordinates] float64."""
+    names = world.coordinates()
+    index = {name: place for place, name in enumerate(names)}
+    drawn = rng.uniform(-2, 2, (100 * AROUND, len(names)))
+    for first, second, low, high in region.bounds():
+        if not second:
+            drawn[:, index[first]] = rng.uniform(low, high, len(drawn))
+    if region.goals:
+        for axis in "xy":
+            drawn[:, index[f"goal.{axis}"]] = drawn[:, index[f"{region.goals[0]}.{axis}"]]
+    within = region.holds(drawn, names)
+    # first what is inside, so that each border is the only one that a state near it may cross
+    inside = np.concatenate([drawn[within], drawn[~within]])[:AROUND]
+    rows = [inside, rng.uniform(-2, 2, (AROUND, len(names)))]
+    moved = [(first, second, end) for first, second, *ends in region.bounds() for end in ends]
+    moved += [(f"{a}.x", f"{b}.x", side * least) for a, b, least in region.distances() for side in (1, -1)]
+    for first, second, end in moved:
+        at = inside.copy()
+        beside = np.array([np.nextafter(end, -np.inf), end, np.nextafter(end, np.inf)])
+        at[:, index[first]] = beside[rng.integers(3, size=AROUND)] + (at[:, index[second]] if second else 0.0)
+        rows.append(at)
     return np.concatenate(rows)

@@ -103,14 +103,26 @@ class ProvenanceJson(_Strict):
     evaluation: dict[str, Number]
 
 
+class RegionJson(_Strict):
+    """World states: bounds of coordinates and of differences `a - b`, pairs kept apart; numbers are exact text."""
+
+    goals: list[str]
+    box: dict[str, tuple[str, str]]
+    difference: dict[str, tuple[str, str]]
+    apart: dict[str, str]
+
+
 class ProfileJson(_Strict):
-    """A policy profile. `content_hash` covers everything else; leave it out after an edit made on purpose."""
+    """A policy profile. `content_hash` covers everything else; leave it out after an edit made on purpose.
+    `region`: the world states that the trees are meant for; without it, all.
+    """
 
     schema_version: int
     semantics: str
     world: WorldJson
     agents: list[AgentJson]
     provenance: ProvenanceJson
+    region: RegionJson | None = None
     content_hash: str | None = None
 
 

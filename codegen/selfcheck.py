@@ -186,6 +186,13 @@ class CompiledC:
         self._library["team_rows"](_pointer(worlds), ctypes.c_long(len(worlds)), _pointer(found))
         return found
 
+    def region(self, worlds: Float64) -> Int32:
+        """The compiled check of the region, [batch] int32: 1 within, else 0. `worlds`: [batch, n_coordinates]."""
+        worlds = np.ascontiguousarray(worlds, dtype=np.float64)
+        within = np.full(len(worlds), -1, dtype=np.int32)
+        self._library["region_rows"](_pointer(worlds), ctypes.c_long(len(worlds)), _pointer(within))
+        return within
+
     def _run(self, agent: str, rows: Float32) -> tuple[Int32, Int32]:
         rows = np.ascontiguousarray(rows, dtype=np.float32)
         actions = np.full(len(rows), -1, dtype=np.int32)
@@ -277,6 +284,11 @@ def _check_c(
             for policy, actions in zip(profile.agents, compiled.team(worlds).T, strict=True):
                 seen = observe(policy.features, worlds, profile.world)
                 found.append(compare(TEAM, policy, seen, ir.act(policy, seen), actions))
+        if model.region and profile.region is not None:
+            worlds = probes.bordering(profile.region, profile.world, np.random.default_rng(SEED))
+            within = profile.region.holds(worlds, profile.world.coordinates())
+            wrong = int((compiled.region(worlds) != within).sum())
+            found.append(Agreement(f"region {INPUT_CHECK}", "all", len(worlds), wrong, "the check is wrong"))
     return found
 
 

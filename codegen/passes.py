@@ -1,0 +1,269 @@
+"""Passes over trees, each optional, each proved not to change a decision.
+
+Does: merges what decides alike, drops leaves that no state of a region reaches, reorders tests for fewer on average;
+  proves two trees equal box by box.
+Assumes: sound trees; that leaves are dead is given as data, by whoever can prove it.
+Does not: read regions, know worlds, or touch the profile's other parts.
+"""
+
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+
+from codegen.errors import DisagreementError
+from codegen.ir import NO_ACTION, NO_CHILD, NO_FEATURE, ROOT, Float32, Tree
+
+MERGE, DROP, REORDER = "merge", "drop", "reorder"
+PASSES = (DROP, MERGE, REORDER)  # in the order in which they run: each leaves more for the next
+MOST_REORDERED = 500  # splits; the work grows with their square
+
+
+@dataclass(frozen=True)
+class _Split:
+    feature: int
+    threshold: float  # a float32
+    left: "_Node"
+    right: "_Node"
+    size: int  # splits in it
+    levels: int
+
+
+_Node: TypeAlias = _Split | int  # a leaf is its action
+
+
+@dataclass(frozen=True)
+class Box:
+    """Observations within intervals (low, high] of features; one without `high` holds infinity and NaN too."""
+
+    low: dict[int, float]
+    high: dict[int, float]
+
+    def halved(self, feature: int, threshold: float) -> tuple["Box | None", "Box | None"]:
+        """What of it goes left and what goes right at a test; None for nothing."""
+        low, high = self.low.get(feature), self.high.get(feature)
+        left = right = None
+        if low is None or low < threshold:
+            left = self if high is not None and high <= threshold else Box(self.low, self.high | {feature: threshold})
+        if high is None or threshold < high:
+            right = self if low is not None and low >= threshold else Box(self.low | {feature: threshold}, self.high)
+        return left, right
+
+    def point(self, n_features: int) -> Float32:
+        """An observation in it, [n_features]."""
+        found = np.zeros(n_features, dtype=np.float32)
+        for feature in self.low.keys() | self.high.keys():
+            high, low = self.high.get(feature), self.low.get(feature, 0.0)
+            with np.errstate(over="ignore", under="ignore"):  # beyond the largest float32 is infinity
+                found[feature] = np.nextafter(np.float32(low), np.float32(np.inf)) if high is None else high
+        return found
+
+
+EVERYTHING = Box({}, {})
+
+
+def merged(tree: Tree) -> Tree:
+    """Without splits whose sides decide alike, and without tests that the tests before them decide."""
+    return _proved(MERGE, tree, _arrays(_within(_nested(tree), EVERYTHING)))
+
+
+def dropped(tree: Tree, dead: Collection[int]) -> Tree:
+    """Without the leaves `dead` (ids): decisions change only for observations that reach one of them."""
+    found = _without(tree, ROOT, frozenset(dead))
+    if found is None:
+        raise ValueError("every leaf is dead: nothing can be observed")
+    return _proved(DROP, tree, _arrays(found), dead)
+
+
+def reordered(tree: Tree, seen: Float32) -> Tree:
+    """With fewer tests on average over `seen` [n, n_features]; never more splits, nor a longer longest path.
+
+    From the root on, of all tests of a subtree the one comes first with which the subtree's tests are fewest; that
+    which is first already is among them, so that no step makes it worse. Trees beyond MOST_REORDERED splits stay.
+    """
+    nested = _nested(tree)
+    if isinstance(nested, int) or nested.size > MOST_REORDERED:
+        return tree
+    tests = sorted(set(_tests(nested)))
+    signs = np.column_stack([seen[:, feature] <= np.float32(threshold) for feature, threshold in tests])
+    patterns, counts = np.unique(signs, axis=0, return_counts=True)
+    column = {test: place for place, test in enumerate(tests)}
+    found = _better(nested, EVERYTHING, np.arange(len(patterns)), _Seen(patterns, counts, column), nested.levels)
+    return _proved(REORDER, tree, _arrays(found))
+
+
+def average_tests(tree: Tree, seen: Float32) -> float:
+    """The mean number of tests on the paths of observations [n, n_features]."""
+    nested = _nested(tree)
+    tests = sorted(set(_tests(nested)))
+    signs = np.column_stack(
+        [np.ones(len(seen), dtype=bool), *(seen[:, feature] <= np.float32(threshold) for feature, threshold in tests)]
+    )
+    column = {test: 1 + place for place, test in enumerate(tests)}
+    return _asked(nested, np.arange(len(seen)), _Seen(signs, np.ones(len(seen)), column)) / max(1, len(seen))
+
+
+def difference(a: Tree, b: Tree, n_features: int, aside: Collection[int] = ()) -> Float32 | None:
+    """An observation [n_features] for which two trees act differently, or None: a proof that there is none.
+
+    Every leaf's box of `a`, NaN and infinities included, is followed through `b`. `aside`: leaves of `a` that may be
+    decided otherwise.
+    """
+    stack = [(ROOT, ROOT, EVERYTHING)]
+    while stack:
+        here, there, box = stack.pop()
+        tree, node = (a, here) if a.feature[here] != NO_FEATURE else (b, there)
+        if tree.feature[node] == NO_FEATURE:
+            if a.action[here] != b.action[there] and here not in aside:
+                return box.point(n_features)
+            continue
+        if tree is b and here in aside:
+            continue
+        sides = box.halved(int(tree.feature[node]), float(tree.threshold[node]))
+        for child, part in zip((int(tree.left[node]), int(tree.right[node])), sides, strict=True):
+            if part is not None:
+                stack.append((child, there, part) if tree is a else (here, child, part))
+    return None
+
+
+def _proved(name: str, before: Tree, after: Tree, aside: Collection[int] = ()) -> Tree:
+    n_features = int(max(before.feature.max(initial=0), after.feature.max(initial=0))) + 1
+    found = difference(before, after, n_features, frozenset(aside))
+    if found is not None:
+        values = ", ".join(repr(float(value)) for value in found)
+        raise DisagreementError(f"the pass {name} changes a decision", f"at x = ({values})", "this is a bug")
+    return after
+
+
+# --- nested form
+
+
+def _split(feature: int, threshold: float, left: _Node, right: _Node) -> _Node:
+    """The split, or one of its sides where both are equal."""
+    return left if left == right else _joined(feature, threshold, left, right)
+
+
+def _joined(feature: int, threshold: float, left: _Node, right: _Node) -> _Split:
+    """The split as it is."""
+    levels = 1 + max(_levels(left), _levels(right))
+    return _Split(feature, threshold, left, right, 1 + _size(left) + _size(right), levels)
+
+
+def _size(node: _Node) -> int:
+    return node.size if isinstance(node, _Split) else 0
+
+
+def _levels(node: _Node) -> int:
+    return node.levels if isinstance(node, _Split) else 0
+
+
+def _nested(tree: Tree) -> _Node:
+    """The tree as it is, equal sides included."""
+    found: dict[int, _Node] = {}
+    for node in reversed(range(len(tree.feature))):  # preorder: children come after their parents
+        if tree.feature[node] == NO_FEATURE:
+            found[node] = int(tree.action[node])
+            continue
+        left, right = found.pop(int(tree.left[node])), found.pop(int(tree.right[node]))
+        found[node] = _joined(int(tree.feature[node]), float(tree.threshold[node]), left, right)
+    return found[ROOT]
+
+
+def _arrays(root: _Node) -> Tree:
+    """The tree in preorder."""
+    rows: list[list[float]] = []
+    stack: list[tuple[_Node, int, int]] = [(root, -1, 0)]
+    while stack:
+        node, parent, column = stack.pop()
+        place = len(rows)
+        if parent >= 0:
+            rows[parent][column] = place
+        if isinstance(node, int):
+            rows.append([NO_FEATURE, 0.0, NO_CHILD, NO_CHILD, node])
+            continue
+        rows.append([node.feature, node.threshold, NO_CHILD, NO_CHILD, NO_ACTION])
+        stack += [(node.right, place, 3), (node.left, place, 2)]
+    columns = np.array(rows).T
+    return Tree(*columns)
+
+
+def _tests(node: _Node) -> Iterator[tuple[int, float]]:
+    if isinstance(node, _Split):
+        yield node.feature, node.threshold
+        yield from _tests(node.left)
+        yield from _tests(node.right)
+
+
+def _within(node: _Node, box: Box) -> _Node:
+    """What is left of a subtree for the observations of a box."""
+    if isinstance(node, int):
+        return node
+    left, right = box.halved(node.feature, node.threshold)
+    if left is None or right is None:
+        return _within(node.left if right is None else node.right, box)
+    return _split(node.feature, node.threshold, _within(node.left, left), _within(node.right, right))
+
+
+def _without(tree: Tree, node: int, dead: frozenset[int]) -> _Node | None:
+    """The subtree without its dead leaves; None when no leaf is left."""
+    if tree.feature[node] == NO_FEATURE:
+        return None if node in dead else int(tree.action[node])
+    left, right = (_without(tree, int(child), dead) for child in (tree.left[node], tree.right[node]))
+    if left is None or right is None:
+        return right if left is None else left
+    return _joined(int(tree.feature[node]), float(tree.threshold[node]), left, right)
+
+
+# --- the order of tests
+
+
+@dataclass(frozen=True)
+class _Seen:
+    """What was observed: for each pattern of answers to all tests, how often."""
+
+    patterns: np.ndarray  # [n, n_tests] bool
+    counts: np.ndarray  # [n]
+    column: dict[tuple[int, float], int]
+
+    def halved(self, rows: np.ndarray, feature: int, threshold: float) -> tuple[np.ndarray, np.ndarray]:
+        left = self.patterns[rows, self.column[feature, threshold]]
+        return rows[left], rows[~left]
+
+
+def _asked(node: _Node, rows: np.ndarray, seen: _Seen) -> float:
+    """How many tests a subtree makes for the patterns `rows`, summed."""
+    if isinstance(node, int) or not len(rows):
+        return 0.0
+    left, right = seen.halved(rows, node.feature, node.threshold)
+    return float(seen.counts[rows].sum()) + _asked(node.left, left, seen) + _asked(node.right, right, seen)
+
+
+def _better(node: _Node, box: Box, rows: np.ndarray, seen: _Seen, levels: int) -> _Node:
+    """The subtree of a box with its tests in the better order, at most `levels` deep and no larger than it is."""
+    if isinstance(node, int):
+        return node
+    best, least = (node.feature, node.threshold, node.left, node.right), _asked(node, rows, seen)
+    total = float(seen.counts[rows].sum())
+    for feature, threshold in sorted(set(_tests(node))):
+        below, above = box.halved(feature, threshold)
+        if below is None or above is None:
+            continue
+        left, right = _within(node, below), _within(node, above)
+        if 1 + _size(left) + _size(right) > node.size or 1 + max(_levels(left), _levels(right)) > levels:
+            continue
+        sides = seen.halved(rows, feature, threshold)
+        asked = total + _asked(left, sides[0], seen) + _asked(right, sides[1], seen)
+        if asked < least:
+            best, least = (feature, threshold, left, right), asked
+    feature, threshold, left, right = best
+    below, above = box.halved(feature, threshold)
+    if below is None or above is None:  # decided by the tests before
+        return _better(left if above is None else right, box, rows, seen, levels)
+    sides = seen.halved(rows, feature, threshold)
+    return _split(
+        feature,
+        threshold,
+        _better(left, below, sides[0], seen, levels - 1),
+        _better(right, above, sides[1], seen, levels - 1),
+    )
