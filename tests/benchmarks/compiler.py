@@ -5,20 +5,22 @@
 A full tree of synthetic thresholds over 18 features, five actions, random float32 observations (a pool that a branch
 predictor cannot learn), gcc -O3, one thread. chain: the next observation depends on the last action; free: decisions
 that do not wait for one another; rows and columns: batches; all: four different trees in one call, on random
-observations and along a slow trajectory. Python: one decision against the same nested ifs over a list; batches against
-scikit-learn's `tree_.predict`. Medians over rounds of the ratio within a round.
+observations and along a slow trajectory. Python: one decision against the same nested ifs over a list, written here;
+batches against scikit-learn's `tree_.predict`. Medians over rounds of the ratio within a round. Then the peers that are
+installed, on a tree of scikit-learn's (peers.py).
 """
 
 import argparse
 import json
 import shutil
 import subprocess
+import sys
 import tempfile
 import time
 from pathlib import Path
 
 import numpy as np
-from sklearn.tree import DecisionTreeClassifier
+import peers
 
 from codegen import importers, ir, readback
 from codegen.targets import emit
@@ -116,23 +118,43 @@ def ratios(times, what):
 
 
 def python_figures(rounds):
-    """Batches against scikit-learn's own tree, and one decision against its predict."""
-    found = []
+    """Batches against scikit-learn's own tree, one decision against nested ifs, and the peers."""
+    found, missing = [], []
     rng = np.random.default_rng(1)
     for depth, (reach, stretch) in PYTHON_TARGETS.items():
         x = rng.uniform(-1, 1, (40_000, FEATURES)).astype(np.float32)
-        target = full_tree(depth, rng)
-        classifier = DecisionTreeClassifier(max_depth=depth, random_state=0).fit(x, target.action[ir.apply(target, x)])
-        module = readback.load_python(next(iter(emit(importers.from_sklearn(classifier), ["python"]).values())))
+        forest = peers.fitted(full_tree(depth, rng), x)
+        classifier = forest.estimators_[0]
+        profile = importers.from_sklearn(classifier)
+        module = readback.load_python(next(iter(emit(profile, ["python"]).values())))
         ours, theirs = module["act_agent_0_batch"], classifier.tree_.predict
         ratio = float(np.median([seconds(ours, x) / seconds(theirs, x) for _ in range(rounds)]))
         name = f"python batch over tree_.predict, depth {depth}"
         found.append({"name": name, "value": ratio, "reach": reach, "stretch": stretch, "better": "lower"})
-    rows, act = x[:1_000].tolist(), module["act_agent_0"]
+    rows, act, plain = x[:1_000].tolist(), module["act_agent_0"], plain_python(profile.agents[0].tree)
+    assert decided(plain, rows) == decided(act, rows)
+    ratio = float(np.median([seconds(decided, act, rows) / seconds(decided, plain, rows) for _ in range(20 * rounds)]))
+    name = "python: one decision over plain nested ifs over a list, depth 6"
+    found.append({"name": name, "value": ratio, "reach": 1.0, "stretch": 1.0, "better": "lower"})
     each = [len(rows) * seconds(classifier.predict, x[:1], 20) / seconds(decided, act, rows) for _ in range(rounds)]
     name = "python: scikit-learn's predict over one decision, depth 6"
     found.append({"name": name, "value": float(np.median(each)), "reach": 100, "stretch": 100, "better": "higher"})
-    return found
+    return found + peers.python_figures(forest, plain, rounds, missing), forest, missing
+
+
+def plain_python(tree):
+    """The tree as nested ifs over a list, with float32 thresholds, written without our templates."""
+
+    def lines(node, pad):
+        if tree.feature[node] == ir.NO_FEATURE:
+            return [f"{pad}return {tree.action[node]}"]
+        opened = f"{pad}if x[{tree.feature[node]}] <= {float(tree.threshold[node])!r}:"
+        inner = pad + "    "
+        return [opened, *lines(tree.left[node], inner), f"{pad}else:", *lines(tree.right[node], inner)]
+
+    space = {}
+    exec("\n".join(["def act(x):", *lines(ir.ROOT, "    ")]), space)
+    return space["act"]
 
 
 def decided(act, rows):
@@ -140,12 +162,12 @@ def decided(act, rows):
 
 
 def seconds(function, *arguments):
-    """Of one call, the mean of a few."""
+    """Of this thread, of one call, the mean of a few."""
     *given, number = arguments if isinstance(arguments[-1], int) else (*arguments, 3)
-    started = time.perf_counter()
+    started = time.thread_time()
     for _ in range(number):
         function(*given)
-    return (time.perf_counter() - started) / number
+    return (time.thread_time() - started) / number
 
 
 def c_figures(options):
@@ -179,18 +201,23 @@ def main() -> None:
     parser.add_argument("--compiler", default="gcc")
     parser.add_argument("--json", action="store_true")
     options = parser.parse_args()
+    python, forest, missing = python_figures(options.rounds)
     figures = []
     if shutil.which(options.compiler):
         figures += c_figures(options)
-    elif not options.json:
-        print(f"{options.compiler} is not installed: no C was timed")
-    figures += python_figures(options.rounds)
+        figures += peers.c_figures(forest, options.compiler, options.rounds, missing)
+    else:
+        missing.append(f"{options.compiler}: not installed; no C was timed")
+    figures += python
+    for line in missing:
+        print(f"not run: {line}", file=sys.stderr)
     if options.json:
         print(json.dumps({"figures": figures}))
         return
     for item in figures:
         goal = f"  (reach {item['reach']:g}, stretch {item['stretch']:g})" if "reach" in item else ""
-        print(f"{item['name']}: {item['value']:.3f}{goal}")
+        value = f"{item['value']:,}" if isinstance(item["value"], int) else f"{item['value']:.3f}"
+        print(f"{item['name']}: {value}{goal}")
 
 
 if __name__ == "__main__":
