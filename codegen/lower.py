@@ -26,6 +26,7 @@ NESTED_LEVELS = 100  # MSVC stops at 128 nested blocks
 NESTED_SPLITS = 10_000
 COMPLETE_LEVELS = 8
 SELECTS = 100  # splits up to which evaluating all of them beats walking
+TILED = 5  # tested features from which on numpy copies columns faster in tiles than one by one
 _BYTES = {"unsigned char": 1, "unsigned short": 2, "unsigned int": 4}
 PREFIX = re.compile(r"[a-z][a-z0-9_]{0,40}")
 
@@ -100,11 +101,6 @@ class Tables:
     action_type: str
 
     @property
-    def numpy_type(self) -> str:
-        """The numpy type of actions."""
-        return f"uint{8 * _BYTES[self.action_type]}"
-
-    @property
     def size(self) -> int:
         """Bytes of all arrays."""
         widths = [
@@ -134,6 +130,11 @@ class Agent:
     n_leaves: int
     selects: bool  # whether a batch over columns evaluates every split (else it walks)
     located: bool  # whether every feature has a meaning
+
+    @property
+    def tiled(self) -> bool:
+        """Whether a numpy batch first copies its columns, in tiles."""
+        return len(self.used) >= TILED
 
 
 @dataclass(frozen=True)
@@ -166,6 +167,21 @@ class Model:
     def located(self) -> bool:
         """Whether every agent can decide from world coordinates."""
         return all(agent.located for agent in self.agents)
+
+    @property
+    def chosen(self) -> bool:
+        """Whether any agent has a choice."""
+        return any(agent.comparisons for agent in self.agents)
+
+    @property
+    def tiled(self) -> bool:
+        """Whether any agent's numpy batch copies its columns in tiles."""
+        return any(agent.tiled for agent in self.agents)
+
+    @property
+    def numpy_type(self) -> str:
+        """The numpy type that holds every agent's actions."""
+        return f"uint{8 * max(_BYTES[agent.tables.action_type] for agent in self.agents)}"
 
     @property
     def side_by_side(self) -> bool:

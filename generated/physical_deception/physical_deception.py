@@ -25,6 +25,27 @@ ACTIONS = {
 }
 
 
+def _choose(test, left, right):
+    """`left` where the test holds, else `right`; both are actions or arrays of them."""
+    actions = test.view("uint8")  # 1 or 0
+    actions *= left ^ right  # the bits in which they differ
+    actions ^= right
+    return actions
+
+
+def _columns(rows, features):
+    """Some columns of an array, each in one piece; 256 rows at a time, which stay in the nearest cache."""
+    import numpy as np
+
+    tiles = len(rows) // 256
+    whole = 256 * tiles
+    found = np.empty((len(features), len(rows)), dtype=np.float32)
+    tiled = rows[:whole].reshape(tiles, 256, rows.shape[1]).transpose(0, 2, 1)[np.arange(tiles)[:, None], features]
+    found[:, :whole].reshape(len(features), tiles, 256)[:] = tiled.transpose(1, 0, 2)
+    found[:, whole:] = rows[whole:, features].T
+    return found
+
+
 def act_adversary_0(x):
     """adversary_0, team adversaries: 15 leaves, at most 4 comparisons."""
     if x[5] <= 0.4195723682641983:  # node 0: agent_0_dy
@@ -78,57 +99,66 @@ def act_adversary_0_batch(x):
 
     x = np.asarray(x, dtype=np.float32)
     actions = np.empty(len(x), dtype=np.int64)
-    for start in range(0, len(x), 16384):  # as much as stays in the cache
-        part = x[start : start + 16384]
-        x0 = part[:, 0].copy()
-        x2 = part[:, 2].copy()
-        x3 = part[:, 3].copy()
-        x5 = part[:, 5].copy()
-        x7 = part[:, 7].copy()
-        # each node's actions: those of the right child, with the bits that differ flipped where the test holds
-        n26 = -(x0 <= 1.5755468010902405).view(np.uint8)
-        n26 &= 4 ^ 2
-        n26 ^= 2
-        n24 = -(x7 <= 0.9935198724269866).view(np.uint8)
-        n24 &= 2 ^ n26
-        n24 ^= n26
-        n21 = -(x2 <= 0.3745683580636978).view(np.uint8)
-        n21 &= 4 ^ 2
-        n21 ^= 2
-        n18 = -(part[:, 1] <= 0.9494496285915374).view(np.uint8)
-        n18 &= 1 ^ 4
-        n18 ^= 4
-        n17 = -(part[:, 4] <= -0.8227663338184358).view(np.uint8)
-        n17 &= n18 ^ n21
-        n17 ^= n21
-        n16 = -(x0 <= 1.2236253619194029).view(np.uint8)
-        n16 &= n17 ^ n24
-        n16 ^= n24
-        n13 = -(part[:, 6] <= -0.4544419795274735).view(np.uint8)
-        n13 &= 1 ^ 2
-        n13 ^= 2
-        n10 = -(x5 <= -0.193731464445591).view(np.uint8)
-        n10 &= 3 ^ 2
-        n10 ^= 2
-        n9 = -(x3 <= -0.39489622414112097).view(np.uint8)
-        n9 &= n10 ^ n13
-        n9 ^= n13
-        n6 = -(x7 <= 0.41337321698665613).view(np.uint8)
-        n6 &= 3 ^ 4
-        n6 ^= 4
-        n3 = -(x3 <= -0.9669307172298431).view(np.uint8)
-        n3 &= 3 ^ 1
-        n3 ^= 1
-        n2 = -(x2 <= -0.5525252521038055).view(np.uint8)
-        n2 &= n3 ^ n6
-        n2 ^= n6
-        n1 = -(x0 <= 0.48664639890193934).view(np.uint8)
-        n1 &= n2 ^ n9
-        n1 ^= n9
-        n0 = -(x5 <= 0.4195723682641983).view(np.uint8)
-        n0 &= n1 ^ n16
-        n0 ^= n16
-        actions[start : start + 16384] = n0
+    for start in range(0, len(x), 65536):  # so many that calls cost little, so few that caches hold them
+        rows = x[start : start + 65536]
+        x0, x1, x2, x3, x4, x5, x6, x7 = _columns(rows, [0, 1, 2, 3, 4, 5, 6, 7])
+        actions[start : start + 65536] = _choose(
+            x5 <= 0.4195723682641983,  # node 0: agent_0_dy
+            _choose(
+                x0 <= 0.48664639890193934,  # node 1: landmark_0_dx
+                _choose(
+                    x2 <= -0.5525252521038055,  # node 2: landmark_1_dx
+                    _choose(
+                        x3 <= -0.9669307172298431,  # node 3: landmark_1_dy
+                        3,  # down, leaf 4
+                        1,  # left, leaf 5
+                    ),
+                    _choose(
+                        x7 <= 0.41337321698665613,  # node 6: agent_1_dy
+                        3,  # down, leaf 7
+                        4,  # up, leaf 8
+                    ),
+                ),
+                _choose(
+                    x3 <= -0.39489622414112097,  # node 9: landmark_1_dy
+                    _choose(
+                        x5 <= -0.193731464445591,  # node 10: agent_0_dy
+                        3,  # down, leaf 11
+                        2,  # right, leaf 12
+                    ),
+                    _choose(
+                        x6 <= -0.4544419795274735,  # node 13: agent_1_dx
+                        1,  # left, leaf 14
+                        2,  # right, leaf 15
+                    ),
+                ),
+            ),
+            _choose(
+                x0 <= 1.2236253619194029,  # node 16: landmark_0_dx
+                _choose(
+                    x4 <= -0.8227663338184358,  # node 17: agent_0_dx
+                    _choose(
+                        x1 <= 0.9494496285915374,  # node 18: landmark_0_dy
+                        1,  # left, leaf 19
+                        4,  # up, leaf 20
+                    ),
+                    _choose(
+                        x2 <= 0.3745683580636978,  # node 21: landmark_1_dx
+                        4,  # up, leaf 22
+                        2,  # right, leaf 23
+                    ),
+                ),
+                _choose(
+                    x7 <= 0.9935198724269866,  # node 24: agent_1_dy
+                    2,  # right, leaf 25
+                    _choose(
+                        x0 <= 1.5755468010902405,  # node 26: landmark_0_dx
+                        4,  # up, leaf 27
+                        2,  # right, leaf 28
+                    ),
+                ),
+            ),
+        )
     return actions
 
 
@@ -182,51 +212,62 @@ def act_agent_0_batch(x):
 
     x = np.asarray(x, dtype=np.float32)
     actions = np.empty(len(x), dtype=np.int64)
-    for start in range(0, len(x), 16384):  # as much as stays in the cache
-        part = x[start : start + 16384]
-        x2 = part[:, 2].copy()
-        x3 = part[:, 3].copy()
-        # each node's actions: those of the right child, with the bits that differ flipped where the test holds
-        n24 = -(part[:, 0] <= 0.8313309848308562).view(np.uint8)
-        n24 &= 4 ^ 2
-        n24 ^= 2
-        n22 = -(x3 <= 0.34428112208843226).view(np.uint8)
-        n22 &= 2 ^ n24
-        n22 ^= n24
-        n18 = -(x3 <= 0.71113720536232).view(np.uint8)
-        n18 &= 1 ^ 4
-        n18 ^= 4
-        n17 = -(x2 <= -0.19378846138715744).view(np.uint8)
-        n17 &= n18 ^ 4
-        n17 ^= 4
-        n16 = -(x2 <= 0.17827212065458295).view(np.uint8)
-        n16 &= n17 ^ n22
-        n16 ^= n22
-        n13 = -(part[:, 5] <= -1.6050081849098208).view(np.uint8)
-        n13 &= 3 ^ 2
-        n13 ^= 2
-        n10 = -(x3 <= -0.22133601456880572).view(np.uint8)
-        n10 &= 3 ^ 2
-        n10 ^= 2
-        n9 = -(part[:, 4] <= 0.34498657286167145).view(np.uint8)
-        n9 &= n10 ^ n13
-        n9 ^= n13
-        n6 = -(x3 <= -0.07367200031876565).view(np.uint8)
-        n6 &= 3 ^ 2
-        n6 ^= 2
-        n3 = -(x3 <= -0.3726151734590531).view(np.uint8)
-        n3 &= 3 ^ 1
-        n3 ^= 1
-        n2 = -(x2 <= -0.12809280306100848).view(np.uint8)
-        n2 &= n3 ^ n6
-        n2 ^= n6
-        n1 = -(x2 <= 0.18323151022195816).view(np.uint8)
-        n1 &= n2 ^ n9
-        n1 ^= n9
-        n0 = -(x3 <= 0.03540378250181675).view(np.uint8)
-        n0 &= n1 ^ n16
-        n0 ^= n16
-        actions[start : start + 16384] = n0
+    for start in range(0, len(x), 65536):  # so many that calls cost little, so few that caches hold them
+        rows = x[start : start + 65536]
+        x0, x2, x3, x4, x5 = _columns(rows, [0, 2, 3, 4, 5])
+        actions[start : start + 65536] = _choose(
+            x3 <= 0.03540378250181675,  # node 0: landmark_0_dy
+            _choose(
+                x2 <= 0.18323151022195816,  # node 1: landmark_0_dx
+                _choose(
+                    x2 <= -0.12809280306100848,  # node 2: landmark_0_dx
+                    _choose(
+                        x3 <= -0.3726151734590531,  # node 3: landmark_0_dy
+                        3,  # down, leaf 4
+                        1,  # left, leaf 5
+                    ),
+                    _choose(
+                        x3 <= -0.07367200031876565,  # node 6: landmark_0_dy
+                        3,  # down, leaf 7
+                        2,  # right, leaf 8
+                    ),
+                ),
+                _choose(
+                    x4 <= 0.34498657286167145,  # node 9: landmark_1_dx
+                    _choose(
+                        x3 <= -0.22133601456880572,  # node 10: landmark_0_dy
+                        3,  # down, leaf 11
+                        2,  # right, leaf 12
+                    ),
+                    _choose(
+                        x5 <= -1.6050081849098208,  # node 13: landmark_1_dy
+                        3,  # down, leaf 14
+                        2,  # right, leaf 15
+                    ),
+                ),
+            ),
+            _choose(
+                x2 <= 0.17827212065458295,  # node 16: landmark_0_dx
+                _choose(
+                    x2 <= -0.19378846138715744,  # node 17: landmark_0_dx
+                    _choose(
+                        x3 <= 0.71113720536232,  # node 18: landmark_0_dy
+                        1,  # left, leaf 19
+                        4,  # up, leaf 20
+                    ),
+                    4,  # up, leaf 21
+                ),
+                _choose(
+                    x3 <= 0.34428112208843226,  # node 22: landmark_0_dy
+                    2,  # right, leaf 23
+                    _choose(
+                        x0 <= 0.8313309848308562,  # node 24: goal_dx
+                        4,  # up, leaf 25
+                        2,  # right, leaf 26
+                    ),
+                ),
+            ),
+        )
     return actions
 
 
@@ -280,51 +321,65 @@ def act_agent_1_batch(x):
 
     x = np.asarray(x, dtype=np.float32)
     actions = np.empty(len(x), dtype=np.int64)
-    for start in range(0, len(x), 16384):  # as much as stays in the cache
-        part = x[start : start + 16384]
-        x4 = part[:, 4].copy()
-        x5 = part[:, 5].copy()
-        # each node's actions: those of the right child, with the bits that differ flipped where the test holds
-        n24 = -(part[:, 0] <= 1.0369299054145813).view(np.uint8)
-        n24 &= 4 ^ 2
-        n24 ^= 2
-        n21 = -(part[:, 3] <= 1.6769688725471497).view(np.uint8)
-        n21 &= 2 ^ 4
-        n21 ^= 4
-        n18 = -(x5 <= -0.23646572977304461).view(np.uint8)
-        n18 &= 3 ^ 2
-        n18 ^= 2
-        n17 = -(x4 <= 0.2698250561952591).view(np.uint8)
-        n17 &= n18 ^ n21
-        n17 ^= n21
-        n16 = -(x5 <= 0.9964181482791901).view(np.uint8)
-        n16 &= n17 ^ n24
-        n16 ^= n24
-        n13 = -(x5 <= 0.075681883841753).view(np.uint8)
-        n13 &= 0 ^ 4
-        n13 ^= 4
-        n10 = -(x5 <= 0.5304444730281829).view(np.uint8)
-        n10 &= 1 ^ 4
-        n10 ^= 4
-        n9 = -(x4 <= -0.13324155658483505).view(np.uint8)
-        n9 &= n10 ^ n13
-        n9 ^= n13
-        n6 = -(x5 <= -0.11643354222178459).view(np.uint8)
-        n6 &= 3 ^ 4
-        n6 ^= 4
-        n3 = -(x5 <= -0.7288946211338044).view(np.uint8)
-        n3 &= 3 ^ 1
-        n3 ^= 1
-        n2 = -(x4 <= -0.2575884312391281).view(np.uint8)
-        n2 &= n3 ^ n6
-        n2 ^= n6
-        n1 = -(x5 <= -0.07031730189919473).view(np.uint8)
-        n1 &= n2 ^ n9
-        n1 ^= n9
-        n0 = -(x4 <= 0.16405732184648514).view(np.uint8)
-        n0 &= n1 ^ n16
-        n0 ^= n16
-        actions[start : start + 16384] = n0
+    for start in range(0, len(x), 65536):  # so many that calls cost little, so few that caches hold them
+        rows = x[start : start + 65536]
+        x0 = rows[:, 0]
+        x3 = rows[:, 3]
+        x4 = rows[:, 4].copy()
+        x5 = rows[:, 5].copy()
+        actions[start : start + 65536] = _choose(
+            x4 <= 0.16405732184648514,  # node 0: landmark_1_dx
+            _choose(
+                x5 <= -0.07031730189919473,  # node 1: landmark_1_dy
+                _choose(
+                    x4 <= -0.2575884312391281,  # node 2: landmark_1_dx
+                    _choose(
+                        x5 <= -0.7288946211338044,  # node 3: landmark_1_dy
+                        3,  # down, leaf 4
+                        1,  # left, leaf 5
+                    ),
+                    _choose(
+                        x5 <= -0.11643354222178459,  # node 6: landmark_1_dy
+                        3,  # down, leaf 7
+                        4,  # up, leaf 8
+                    ),
+                ),
+                _choose(
+                    x4 <= -0.13324155658483505,  # node 9: landmark_1_dx
+                    _choose(
+                        x5 <= 0.5304444730281829,  # node 10: landmark_1_dy
+                        1,  # left, leaf 11
+                        4,  # up, leaf 12
+                    ),
+                    _choose(
+                        x5 <= 0.075681883841753,  # node 13: landmark_1_dy
+                        0,  # stay, leaf 14
+                        4,  # up, leaf 15
+                    ),
+                ),
+            ),
+            _choose(
+                x5 <= 0.9964181482791901,  # node 16: landmark_1_dy
+                _choose(
+                    x4 <= 0.2698250561952591,  # node 17: landmark_1_dx
+                    _choose(
+                        x5 <= -0.23646572977304461,  # node 18: landmark_1_dy
+                        3,  # down, leaf 19
+                        2,  # right, leaf 20
+                    ),
+                    _choose(
+                        x3 <= 1.6769688725471497,  # node 21: landmark_0_dy
+                        2,  # right, leaf 22
+                        4,  # up, leaf 23
+                    ),
+                ),
+                _choose(
+                    x0 <= 1.0369299054145813,  # node 24: goal_dx
+                    4,  # up, leaf 25
+                    2,  # right, leaf 26
+                ),
+            ),
+        )
     return actions
 
 

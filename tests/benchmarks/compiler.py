@@ -4,21 +4,24 @@
 
 A full tree of synthetic thresholds over 18 features, five actions, random float32 observations (a pool that a branch
 predictor cannot learn), gcc -O3, one thread. chain: the next observation depends on the last action; free: decisions
-that do not wait for one another; rows and columns: batches; all: four different trees in one call, on random
-observations and along a slow trajectory. Python: one decision against the same nested ifs over a list; batches against
-scikit-learn's `tree_.predict`. Medians over rounds of the ratio within a round.
+that do not wait for one another; rows and columns: batches, the columns a power of two apart, so that all meet in the
+same lines of a cache; columns apart: a little further, so that they do not; all: four different trees in one call, on
+random observations and along a slow trajectory. Python: one decision against the same nested ifs over a list, written
+here; batches against scikit-learn's `tree_.predict`. Medians over rounds of the ratio within a round. Then the peers
+that are installed, on a tree of scikit-learn's (peers.py).
 """
 
 import argparse
 import json
 import shutil
 import subprocess
+import sys
 import tempfile
 import time
 from pathlib import Path
 
 import numpy as np
-from sklearn.tree import DecisionTreeClassifier
+import peers
 
 from codegen import importers, ir, readback
 from codegen.targets import emit
@@ -30,6 +33,7 @@ TARGETS = {
     "chain": (0.75, 0.70),
     "free": (0.40, 0.34),
     "columns, -march=native": (0.07, 0.05),
+    "columns apart, -march=native": (0.07, 0.05),
     "rows": (0.35, 0.19),
     "all, random": (0.40, 0.32),
     "all, trajectory": (0.90, 0.66),
@@ -39,6 +43,7 @@ MEASURES = (  # in the order in which the driver prints them
     *(("free", style) for style in STYLES),
     ("rows", "rows"),
     ("columns", "columns"),
+    ("columns apart", "columns apart"),
     ("all, random", "nested"),
     ("all, random", "all"),
     ("all, trajectory", "nested"),
@@ -116,23 +121,43 @@ def ratios(times, what):
 
 
 def python_figures(rounds):
-    """Batches against scikit-learn's own tree, and one decision against its predict."""
-    found = []
+    """Batches against scikit-learn's own tree, one decision against nested ifs, and the peers."""
+    found, missing = [], []
     rng = np.random.default_rng(1)
     for depth, (reach, stretch) in PYTHON_TARGETS.items():
         x = rng.uniform(-1, 1, (40_000, FEATURES)).astype(np.float32)
-        target = full_tree(depth, rng)
-        classifier = DecisionTreeClassifier(max_depth=depth, random_state=0).fit(x, target.action[ir.apply(target, x)])
-        module = readback.load_python(next(iter(emit(importers.from_sklearn(classifier), ["python"]).values())))
+        forest = peers.fitted(full_tree(depth, rng), x)
+        classifier = forest.estimators_[0]
+        profile = importers.from_sklearn(classifier)
+        module = readback.load_python(next(iter(emit(profile, ["python"]).values())))
         ours, theirs = module["act_agent_0_batch"], classifier.tree_.predict
-        ratio = float(np.median([seconds(ours, x) / seconds(theirs, x) for _ in range(rounds)]))
+        ratio = float(np.median([seconds(ours, x) / seconds(theirs, x) for _ in range(5 * rounds)]))
         name = f"python batch over tree_.predict, depth {depth}"
         found.append({"name": name, "value": ratio, "reach": reach, "stretch": stretch, "better": "lower"})
-    rows, act = x[:1_000].tolist(), module["act_agent_0"]
+    rows, act, plain = x[:1_000].tolist(), module["act_agent_0"], plain_python(profile.agents[0].tree)
+    assert decided(plain, rows) == decided(act, rows)
+    ratio = float(np.median([seconds(decided, act, rows) / seconds(decided, plain, rows) for _ in range(20 * rounds)]))
+    name = "python: one decision over plain nested ifs over a list, depth 6"
+    found.append({"name": name, "value": ratio, "reach": 1.0, "stretch": 1.0, "better": "lower"})
     each = [len(rows) * seconds(classifier.predict, x[:1], 20) / seconds(decided, act, rows) for _ in range(rounds)]
     name = "python: scikit-learn's predict over one decision, depth 6"
     found.append({"name": name, "value": float(np.median(each)), "reach": 100, "stretch": 100, "better": "higher"})
-    return found
+    return found + peers.python_figures(forest, plain, rounds, missing), forest, missing
+
+
+def plain_python(tree):
+    """The tree as nested ifs over a list, with float32 thresholds, written without our templates."""
+
+    def lines(node, pad):
+        if tree.feature[node] == ir.NO_FEATURE:
+            return [f"{pad}return {tree.action[node]}"]
+        opened = f"{pad}if x[{tree.feature[node]}] <= {float(tree.threshold[node])!r}:"
+        inner = pad + "    "
+        return [opened, *lines(tree.left[node], inner), f"{pad}else:", *lines(tree.right[node], inner)]
+
+    space = {}
+    exec("\n".join(["def act(x):", *lines(ir.ROOT, "    ")]), space)
+    return space["act"]
 
 
 def decided(act, rows):
@@ -140,12 +165,12 @@ def decided(act, rows):
 
 
 def seconds(function, *arguments):
-    """Of one call, the mean of a few."""
+    """Of this thread, of one call, the mean of a few."""
     *given, number = arguments if isinstance(arguments[-1], int) else (*arguments, 3)
-    started = time.perf_counter()
+    started = time.thread_time()
     for _ in range(number):
         function(*given)
-    return (time.perf_counter() - started) / number
+    return (time.thread_time() - started) / number
 
 
 def c_figures(options):
@@ -155,7 +180,10 @@ def c_figures(options):
     native = run_c(profile, options.compiler, ["-march=native"], options.rounds)
     base = {what: ratios(times, what) for what in ("chain", "free", "all, random", "all, trajectory")}
     best = {what: min((value, way) for way, value in found.items() if way != "nested") for what, found in base.items()}
-    for what, measured in (("rows", times), ("columns", times), ("columns, -march=native", native)):
+    batches = [("rows", times)]
+    for kind in ("columns", "columns apart"):
+        batches += [(kind, times), (f"{kind}, -march=native", native)]
+    for what, measured in batches:
         kind = what.partition(",")[0]
         over = measured[:, PLACE[kind, kind]] / measured[:, PLACE["free", "nested"]]
         best[what] = float(np.median(over)), kind
@@ -179,18 +207,23 @@ def main() -> None:
     parser.add_argument("--compiler", default="gcc")
     parser.add_argument("--json", action="store_true")
     options = parser.parse_args()
+    python, forest, missing = python_figures(options.rounds)
     figures = []
     if shutil.which(options.compiler):
         figures += c_figures(options)
-    elif not options.json:
-        print(f"{options.compiler} is not installed: no C was timed")
-    figures += python_figures(options.rounds)
+        figures += peers.c_figures(forest, options.compiler, options.rounds, missing)
+    else:
+        missing.append(f"{options.compiler}: not installed; no C was timed")
+    figures += python
+    for line in missing:
+        print(f"not run: {line}", file=sys.stderr)
     if options.json:
         print(json.dumps({"figures": figures}))
         return
     for item in figures:
         goal = f"  (reach {item['reach']:g}, stretch {item['stretch']:g})" if "reach" in item else ""
-        print(f"{item['name']}: {item['value']:.3f}{goal}")
+        value = f"{item['value']:,}" if isinstance(item["value"], int) else f"{item['value']:.3f}"
+        print(f"{item['name']}: {value}{goal}")
 
 
 if __name__ == "__main__":

@@ -25,6 +25,14 @@ ACTIONS = {
 }
 
 
+def _choose(test, left, right):
+    """`left` where the test holds, else `right`; both are actions or arrays of them."""
+    actions = test.view("uint8")  # 1 or 0
+    actions *= left ^ right  # the bits in which they differ
+    actions ^= right
+    return actions
+
+
 def act_adversary_0(x):
     """adversary_0, team adversaries: 1 leaves, at most 0 comparisons."""
     return 0  # stay, leaf 0
@@ -61,22 +69,29 @@ def act_agent_0_batch(x):
 
     x = np.asarray(x, dtype=np.float32)
     actions = np.empty(len(x), dtype=np.int64)
-    for start in range(0, len(x), 16384):  # as much as stays in the cache
-        part = x[start : start + 16384]
-        # each node's actions: those of the right child, with the bits that differ flipped where the test holds
-        n6 = -(part[:, 2] <= 3.4028235677973362e+38).view(np.uint8)
-        n6 &= 0 ^ 0
-        n6 ^= 0
-        n4 = -(part[:, 9] <= -0.33333332836627966).view(np.uint8)
-        n4 &= 4 ^ n6
-        n4 ^= n6
-        n1 = -(part[:, 3] <= 7.006492321624085e-46).view(np.uint8)
-        n1 &= 1 ^ 2
-        n1 ^= 2
-        n0 = -(part[:, 0] <= 0.09999999776482582).view(np.uint8)
-        n0 &= n1 ^ n4
-        n0 ^= n4
-        actions[start : start + 16384] = n0
+    for start in range(0, len(x), 65536):  # so many that calls cost little, so few that caches hold them
+        rows = x[start : start + 65536]
+        x0 = rows[:, 0]
+        x2 = rows[:, 2]
+        x3 = rows[:, 3]
+        x9 = rows[:, 9]
+        actions[start : start + 65536] = _choose(
+            x0 <= 0.09999999776482582,  # node 0: goal_dx
+            _choose(
+                x3 <= 7.006492321624085e-46,  # node 1: landmark_0_dy
+                1,  # left, leaf 2
+                2,  # right, leaf 3
+            ),
+            _choose(
+                x9 <= -0.33333332836627966,  # node 4: agent_1_dy
+                4,  # up, leaf 5
+                _choose(
+                    x2 <= 3.4028235677973362e+38,  # node 6: landmark_0_dx
+                    0,  # stay, leaf 7
+                    0,  # stay, leaf 8
+                ),
+            ),
+        )
     return actions
 
 
@@ -100,20 +115,23 @@ def act_agent_1_batch(x):
 
     x = np.asarray(x, dtype=np.float32)
     actions = np.empty(len(x), dtype=np.int64)
-    for start in range(0, len(x), 16384):  # as much as stays in the cache
-        part = x[start : start + 16384]
-        x4 = part[:, 4].copy()
-        # each node's actions: those of the right child, with the bits that differ flipped where the test holds
-        n3 = -(part[:, 5] <= 7.006492321624085e-46).view(np.uint8)
-        n3 &= 3 ^ 4
-        n3 ^= 4
-        n2 = -(x4 <= 0.0500000026077032).view(np.uint8)
-        n2 &= n3 ^ 2
-        n2 ^= 2
-        n0 = -(x4 <= -0.04999999888241292).view(np.uint8)
-        n0 &= 1 ^ n2
-        n0 ^= n2
-        actions[start : start + 16384] = n0
+    for start in range(0, len(x), 65536):  # so many that calls cost little, so few that caches hold them
+        rows = x[start : start + 65536]
+        x4 = rows[:, 4].copy()
+        x5 = rows[:, 5]
+        actions[start : start + 65536] = _choose(
+            x4 <= -0.04999999888241292,  # node 0: landmark_1_dx
+            1,  # left, leaf 1
+            _choose(
+                x4 <= 0.0500000026077032,  # node 2: landmark_1_dx
+                _choose(
+                    x5 <= 7.006492321624085e-46,  # node 3: landmark_1_dy
+                    3,  # down, leaf 4
+                    4,  # up, leaf 5
+                ),
+                2,  # right, leaf 6
+            ),
+        )
     return actions
 
 
