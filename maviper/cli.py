@@ -263,7 +263,7 @@ def show(profile: Path, agent: str | None) -> int:
 @cli.command("compile")
 @click.argument("profile", type=click.Path(path_type=Path))
 @click.option(
-    "--target", default="c,python,json", show_default=True, help="Some of c,python,json,javascript,rust,smt,svg."
+    "--target", default="c,python,json", show_default=True, help="Some of c,python,json,javascript,rust,smt,svg,onnx."
 )
 @click.option("--prefix", default=None, help="Start of every public name (default: the world's name).")
 @click.option("--style", default="auto", show_default=True, help="How C decides: nested, ordered, walk or auto.")
