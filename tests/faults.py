@@ -17,9 +17,10 @@ import z3
 
 from codegen import ir, policy_json, selfcheck
 from codegen.deploy import deployed
-from codegen.errors import MaviperError
+from codegen.errors import DisagreementError, MaviperError
+from codegen.lower import lower
 from codegen.targets import TARGETS, emit
-from maviper import agreement
+from maviper import agreement, proofs
 from tests.teams import DOWN, LEFT, RIGHT, STAY, UP, team, towards, tree
 from verify import encode, engine
 from verify.engine import decide
@@ -140,6 +141,50 @@ TEXT = [
     text_fault("a leaf's action", SVG, lambda text: re.sub(r'data-action="(\d)"', lambda m: f'data-action="{(int(m[1]) + 1) % 5}"', text, count=1)),
     text_fault("six decimals", JSON, lambda text: re.sub(r'"threshold": (-?[\d.e-]+), "float32"', lambda m: f'"threshold": {float(m[1]):.6f}, "float32"', text)),
     text_fault("swapped children", JSON, lambda text: re.sub(r'"left": (\d+), "right": (\d+)', r'"left": \2, "right": \1', text)),
+]  # fmt: skip
+
+
+def proof_fault(fault: Fault) -> Fault:
+    """The same fault, to be found by the solver alone."""
+    file = H if fault.name.startswith("h: ") else PY
+
+    def plant(profile, patch):
+        text = emit(profile, TARGETS, style=fault.style)[file]
+        wrong = fault.change(text)
+        assert wrong != text, f"the fault {fault.name} changes nothing"
+        try:
+            proofs.prove(profile, {file: wrong}, lower(profile, style=fault.style))
+        except DisagreementError:
+            return True
+        return False
+
+    return Fault(f"{fault.name}, proof", "solver, for all observations", plant, fault.change, fault.style)
+
+
+def next_below(text: str) -> str:
+    """The first threshold of the first tree that has one, one float32 lower."""
+    return re.sub(
+        r"(if \(x\[\w+\] <= )(-?0x[\w.+-]+)f",
+        lambda m: m[1] + float(np.nextafter(np.float32(float.fromhex(m[2])), np.float32(-9))).hex() + "f",
+        text,
+        count=1,
+    )
+
+
+PROVED_ALONE = (
+    "h: < for <=", "h: > for <= once", "h: swapped child", "h: six decimals", "h: nine digits", "h: integer thresholds",
+    "h: neighbouring feature", "h: renumbered", "h: signed compare", "h: the next integer", "h: the threshold before",
+    "h: a NaN goes left", "py: < for <=", "py: six decimals", "py: the float32 for", "py: one action",
+)  # fmt: skip
+BATCH = "in a batch"
+PROOF = [
+    proof_fault(fault) for fault in [
+        *(fault for fault in TEXT if fault.name.startswith(PROVED_ALONE) and BATCH not in fault.name),
+        text_fault("one float lower, once", H, next_below),
+        text_fault("a NaN goes left in nested ifs", H, lambda text: re.sub(r"if \((x\[\w+\]) <= (-?0x[\w.+-]+)\)", r"if (!(\1 > \2))", text)),
+        text_fault("a swapped leaf", H, swap_leaves, "ordered"),
+        text_fault("the next double", PY, lambda text: re.sub(r"(?<=x\[\d\] <= )-?[\d.e-]+", lambda m: repr(math.nextafter(float(m[0]), math.inf)), text, count=1)),
+    ]
 ]  # fmt: skip
 
 
@@ -350,4 +395,4 @@ ENCODER = [
     encoder_fault("at a landmark within one", "_not_engaged", lambda f: lambda p, a, k, claim, at, slack: f(p, a, k, replace(claim, radius=Fraction(1)), at, slack)),
 ]  # fmt: skip
 
-ALL = [*TEXT, *GROWN, *PROFILE, *THRESHOLD, *ENCODER]
+ALL = [*TEXT, *PROOF, *GROWN, *PROFILE, *THRESHOLD, *ENCODER]
