@@ -29,11 +29,11 @@ _SVG = "{http://www.w3.org/2000/svg}"
 
 
 class Reader(NamedTuple):
-    """How a target that is read agent by agent is read back: `act(content, agent, rows)` gives the actions."""
+    """How a target that is read agent by agent is read back: `act(*contents, agent, rows)` gives the actions."""
 
     target: str
-    file: str  # its name, of {prefix} and {agent}
-    act: Callable[[Any, str, Float32], Any]
+    files: tuple[str, ...]  # the names of what it reads, of {prefix} and {agent}
+    act: Callable[..., Any]
     every: int = 1  # asked about one observation in so many, where reading is slow
 
 
@@ -52,6 +52,15 @@ def json_act(text: str, agent: str, rows: Any) -> list[int]:
             place = int(node["left"] if row[index[node["feature"]]] <= node["threshold"] else node["right"])
         decisions.append(number[nodes[place]["action"]])
     return decisions
+
+
+def shipped_reader_act(reader: str, text: str, agent: str, rows: Any) -> list[int]:
+    """Decisions of the reference reader that is handed out with the JSON `text`."""
+    with tempfile.TemporaryDirectory(prefix="maviper-") as folder:
+        path = Path(folder) / "profile.json"
+        path.write_text(text)
+        policy = load_python(reader)["load"](path)[agent]
+    return [policy.act(row) for row in rows.tolist()]
 
 
 def load_python(text: str) -> Mapping[str, Any]:
@@ -133,10 +142,11 @@ def svg_act(text: str, agent: str, rows: Float32) -> Int32:
 
 
 READERS = [
-    Reader("json", "{prefix}.json", json_act),
-    Reader("svg", "{prefix}_{agent}.svg", svg_act, every=7),
-    Reader("onnx", "{prefix}_{agent}.onnx", onnx_act),
-    Reader("onnx one by one", "{prefix}_{agent}.onnx", onnx_act_singly, every=5),
+    Reader("json", ("{prefix}.json",), json_act),
+    Reader("json reader", ("{prefix}_reader.py", "{prefix}.json"), shipped_reader_act, every=3),
+    Reader("svg", ("{prefix}_{agent}.svg",), svg_act, every=7),
+    Reader("onnx", ("{prefix}_{agent}.onnx",), onnx_act),
+    Reader("onnx one by one", ("{prefix}_{agent}.onnx",), onnx_act_singly, every=5),
 ]
 
 

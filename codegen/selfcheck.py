@@ -286,15 +286,15 @@ def _read(
     found: list[Agreement] = []
     for policy, agent in zip(profile.agents, model.agents, strict=True):
         for reader in readback.READERS:
-            content = files.get(reader.file.format(prefix=model.prefix, agent=agent.lower))
-            if content is None:
+            names = [name.format(prefix=model.prefix, agent=agent.lower) for name in reader.files]
+            if not all(name in files for name in names):
                 continue
             rows = asked[policy.agent][:: reader.every]
             expected = wanted[policy.agent][:: reader.every]
             try:
-                acted = reader.act(content, policy.agent, rows)
+                acted = reader.act(*(files[name] for name in names), policy.agent, rows)
             except MissingToolError as error:
-                reason = f"{Path(reader.file).suffix[1:]}: {error.what}"
+                reason = f"{Path(names[0]).suffix[1:]}: {error.what}"
                 skipped += [reason] if reason not in skipped else []
             else:
                 found.append(compare(reader.target, policy, rows, expected, acted))

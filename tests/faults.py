@@ -44,10 +44,11 @@ class Fault:
 
 def text_fault(name: str, file: str, change: Callable[[str], str], style: str = "auto") -> Fault:
     def plant(profile, patch):
-        text = emit(profile, TARGETS, style=style)[file]
+        files = emit(profile, TARGETS, style=style)
+        text, beside = files[file], {JSON: files[JSON]} if file == READER else {}
         wrong = change(text)
         assert wrong != text, f"the fault {name} changes nothing"
-        report = selfcheck.check_files(profile, {file: wrong}, random=1_000, style=style)
+        report = selfcheck.check_files(profile, beside | {file: wrong}, random=1_000, style=style)
         found = list(report.agreements)
         if file == SMT:
             found += agreement.asked(profile, wrong, None)
@@ -85,6 +86,7 @@ def next_float(value: float) -> float:
 
 
 H, PY, JSON = "physical_deception.h", "physical_deception.py", "physical_deception.json"
+READER = "physical_deception_reader.py"
 JS, RS, SMT, SVG = (
     "physical_deception.mjs",
     "physical_deception.rs",
@@ -137,6 +139,8 @@ TEXT = [
     text_fault("fp.lt for fp.leq", SMT, lambda text: text.replace("fp.leq", "fp.lt")),
     text_fault("a NaN goes left", SMT, lambda text: re.sub(r"\(fp\.leq (\|\w+\|) (\(fp [^)]*\))\)", r"(not (fp.gt \1 \2))", text)),
     text_fault("another feature", SMT, lambda text: text.replace("|landmark_0_dx| (_", "|landmark_9_dx| (_").replace("|landmark_0_dy| (_", "|landmark_0_dx| (_").replace("|landmark_9_dx| (_", "|landmark_0_dy| (_")),
+    text_fault("< for <= in the reader", READER, lambda text: text.replace(") <= threshold", ") < threshold")),
+    text_fault("NaN goes left in the reader", READER, lambda text: text.replace("left if float32(x[feature]) <= threshold else right", "right if float32(x[feature]) > threshold else left")),
     text_fault("swapped children", SVG, lambda text: re.sub(r'data-left="(\d+)" data-right="(\d+)"', r'data-left="\2" data-right="\1"', text)),
     text_fault("a leaf's action", SVG, lambda text: re.sub(r'data-action="(\d)"', lambda m: f'data-action="{(int(m[1]) + 1) % 5}"', text, count=1)),
     text_fault("six decimals", JSON, lambda text: re.sub(r'"threshold": (-?[\d.e-]+), "float32"', lambda m: f'"threshold": {float(m[1]):.6f}, "float32"', text)),
@@ -176,10 +180,10 @@ PROVED_ALONE = (
     "h: neighbouring feature", "h: renumbered", "h: signed compare", "h: the next integer", "h: the threshold before",
     "h: a NaN goes left", "py: < for <=", "py: six decimals", "py: the float32 for", "py: one action",
 )  # fmt: skip
-BATCH = "in a batch"
+ELSEWHERE = ("in a batch", "in the reader")
 PROOF = [
     proof_fault(fault) for fault in [
-        *(fault for fault in TEXT if fault.name.startswith(PROVED_ALONE) and BATCH not in fault.name),
+        *(fault for fault in TEXT if fault.name.startswith(PROVED_ALONE) and not any(place in fault.name for place in ELSEWHERE)),
         text_fault("one float lower, once", H, next_below),
         text_fault("a NaN goes left in nested ifs", H, lambda text: re.sub(r"if \((x\[\w+\]) <= (-?0x[\w.+-]+)\)", r"if (!(\1 > \2))", text)),
         text_fault("a swapped leaf", H, swap_leaves, "ordered"),

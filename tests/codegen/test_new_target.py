@@ -66,7 +66,7 @@ def test_the_page_makes_a_target_that_is_replayed(fault, right, profile, tmp_pat
     registered(targets, "rust, smt, svg", "rust, smt, svg, table")
     registered(targets, '    "svg": svg.emit,\n', '    "svg": svg.emit,\n    "table": table.emit,\n')
     registered(
-        readback, "READERS = [\n", READER + 'READERS = [\n    Reader("table", "{prefix}_{agent}.csv", table_act),\n'
+        readback, "READERS = [\n", READER + 'READERS = [\n    Reader("table", ("{prefix}_{agent}.csv",), table_act),\n'
     )
     (tmp_path / "profile.json").write_text(policy_json.dumps(profile))
     ran = subprocess.run(
