@@ -198,7 +198,7 @@ class PolicyProfile:
 
 def apply(tree: Tree | GrownTree, obs: npt.ArrayLike) -> Int32:
     """Leaf id of each observation. `obs`: [batch, n_features], rounded to float32. Returns [batch] int32."""
-    with np.errstate(over="ignore"):  # a double beyond the format rounds to infinity
+    with np.errstate(over="ignore", invalid="ignore"):  # too large a double becomes infinity, a signalling NaN quiet
         x = np.atleast_2d(np.asarray(obs).astype(np.float32))
     node = np.full(len(x), ROOT, dtype=np.int32)
     row = np.flatnonzero(tree.feature[node] != NO_FEATURE)

@@ -1,6 +1,7 @@
 """Decisions read back from the text of targets, each by means that its emitter does not use.
 
-Does: runs JavaScript under Node.js and Rust by rustc, asks Z3 about SMT-LIB, walks JSON and SVG as a stranger would.
+Does: runs JavaScript under Node.js and Rust by rustc, ONNX under onnxruntime, walks JSON and SVG as a
+  stranger would.
 Assumes: programs on the path; a scratch folder.
 Does not: compare (selfcheck.py).
 """
@@ -10,9 +11,10 @@ import runpy
 import shutil
 import subprocess
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from importlib import import_module
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, NamedTuple, cast
 from xml.etree import ElementTree
 
 import numpy as np
@@ -24,6 +26,15 @@ from codegen.targets import javascript, rust
 
 LIMIT_S = 120
 _SVG = "{http://www.w3.org/2000/svg}"
+
+
+class Reader(NamedTuple):
+    """How a target that is read agent by agent is read back: `act(*contents, agent, rows)` gives the actions."""
+
+    target: str
+    files: tuple[str, ...]  # the names of what it reads, of {prefix} and {agent}
+    act: Callable[..., Any]
+    every: int = 1  # asked about one observation in so many, where reading is slow
 
 
 def json_act(text: str, agent: str, rows: Any) -> list[int]:
@@ -41,6 +52,15 @@ def json_act(text: str, agent: str, rows: Any) -> list[int]:
             place = int(node["left"] if row[index[node["feature"]]] <= node["threshold"] else node["right"])
         decisions.append(number[nodes[place]["action"]])
     return decisions
+
+
+def shipped_reader_act(reader: str, text: str, agent: str, rows: Any) -> list[int]:
+    """Decisions of the reference reader that is handed out with the JSON `text`."""
+    with tempfile.TemporaryDirectory(prefix="maviper-") as folder:
+        path = Path(folder) / "profile.json"
+        path.write_text(text)
+        policy = load_python(reader)["load"](path)[agent]
+    return [policy.act(row) for row in rows.tolist()]
 
 
 def load_python(text: str) -> Mapping[str, Any]:
@@ -85,8 +105,30 @@ def rust_act(text: str, model: Model, rows: Mapping[str, Float32]) -> dict[str, 
     return {name: (both[:, 0], both[:, 1]) for name, both in found.items()}
 
 
-def svg_act(text: str, rows: Float32) -> Int32:
-    """Decisions read from the attributes of a picture's elements."""
+def onnx_act(model: bytes, agent: str, rows: Float32) -> Int32:
+    """Decisions of a model in a batch. MissingToolError without onnxruntime."""
+    return _onnx_session(model).run(["action"], {"x": rows})[0]
+
+
+def onnx_act_singly(model: bytes, agent: str, rows: Float32) -> Int32:
+    """Decisions of a model row by row, which a runtime makes in another way than those of a batch."""
+    session = _onnx_session(model)
+    return np.array([session.run(["action"], {"x": row[None]})[0][0] for row in rows], dtype=np.int32)
+
+
+def _onnx_session(model: bytes) -> Any:
+    try:
+        runtime: Any = import_module("onnxruntime")
+    except ImportError:
+        advice = "pip install onnxruntime, or leave the target onnx out"
+        raise MissingToolError("onnxruntime is not installed", "", advice) from None
+    options = runtime.SessionOptions()
+    options.intra_op_num_threads = 1
+    return runtime.InferenceSession(model, options, providers=["CPUExecutionProvider"])
+
+
+def svg_act(text: str, agent: str, rows: Float32) -> Int32:
+    """Decisions read from the attributes of a picture's elements. `agent`: whose picture it is."""
     nodes = {int(group.attrib["data-node"]): group.attrib for group in ElementTree.fromstring(text).iter(f"{_SVG}g")}
     found = np.empty(len(rows), dtype=np.int32)
     for place, row in enumerate(rows):
@@ -97,6 +139,15 @@ def svg_act(text: str, rows: Float32) -> Int32:
             node = nodes[int(node["data-left" if goes_left else "data-right"])]
         found[place] = int(node["data-action"])
     return found
+
+
+READERS = [
+    Reader("json", ("{prefix}.json",), json_act),
+    Reader("json reader", ("{prefix}_reader.py", "{prefix}.json"), shipped_reader_act, every=3),
+    Reader("svg", ("{prefix}_{agent}.svg",), svg_act, every=7),
+    Reader("onnx", ("{prefix}_{agent}.onnx",), onnx_act),
+    Reader("onnx one by one", ("{prefix}_{agent}.onnx",), onnx_act_singly, every=5),
+]
 
 
 def _tool(name: str, advice: str) -> str:

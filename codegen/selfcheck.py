@@ -208,12 +208,12 @@ def _pointer(array: np.ndarray) -> ctypes.c_void_p:
 
 def check_files(
     profile: ir.PolicyProfile,
-    files: Mapping[str, str],
+    files: Mapping[str, str | bytes],
     prefix: str | None = None,
     random: int = RANDOM_OBSERVATIONS,
     style: str = AUTO,
 ) -> Report:
-    """Replays every emitted file (name -> text) against the reference; the report holds differences too.
+    """Replays every emitted file (name -> content) against the reference; the report holds differences too.
 
     `random`: random observations an agent, beside all boundary and special ones.
     """
@@ -223,7 +223,8 @@ def check_files(
     skipped: list[str] = []
     asked = {policy.agent: observations(policy, random) for policy in profile.agents}
     wanted = {policy.agent: ir.act(policy, asked[policy.agent]) for policy in profile.agents}
-    header, module, document = (files.get(f"{model.prefix}.{suffix}") for suffix in ("h", "py", "json"))
+    texts = {name: content for name, content in files.items() if isinstance(content, str)}
+    header, module = (texts.get(f"{model.prefix}.{suffix}") for suffix in ("h", "py"))
     if header is not None and compiler is None:
         skipped.append("C: no compiler found (cc, gcc, clang or $CC)")
     if header is not None:
@@ -235,16 +236,9 @@ def check_files(
         found += _check_c(profile, header, model, compiler, asked, wanted)
     if module is not None:
         found += _check_python(profile, module, model, asked, wanted)
-    for policy, agent in zip(profile.agents, model.agents, strict=True):
-        rows, expected = asked[policy.agent], wanted[policy.agent]
-        if document is not None:
-            found.append(compare("json", policy, rows, expected, readback.json_act(document, policy.agent, rows)))
-        picture = files.get(f"{model.prefix}_{agent.lower}.svg")
-        if picture is not None:
-            few = np.flatnonzero(np.arange(len(rows)) % 7 == 0)
-            found.append(compare("svg", policy, rows[few], expected[few], readback.svg_act(picture, rows[few])))
+    found += _read(profile, files, model, asked, wanted, skipped)
     for suffix, check in (("mjs", _check_javascript), ("rs", _check_rust)):
-        text = files.get(f"{model.prefix}.{suffix}")
+        text = texts.get(f"{model.prefix}.{suffix}")
         if text is not None:
             try:
                 found += check(profile, text, model, asked, wanted)
@@ -289,6 +283,33 @@ def _check_c(
             within = profile.region.holds(worlds, profile.world.coordinates())
             wrong = int((compiled.region(worlds) != within).sum())
             found.append(Agreement(f"region {INPUT_CHECK}", "all", len(worlds), wrong, "the check is wrong"))
+    return found
+
+
+def _read(
+    profile: ir.PolicyProfile,
+    files: Mapping[str, str | bytes],
+    model: Model,
+    asked: Mapping[str, Float32],
+    wanted: Mapping[str, Int32],
+    skipped: list[str],
+) -> list[Agreement]:
+    """What the readers of `readback` find; a reader whose tool is missing is named in `skipped`, each tool once."""
+    found: list[Agreement] = []
+    for policy, agent in zip(profile.agents, model.agents, strict=True):
+        for reader in readback.READERS:
+            names = [name.format(prefix=model.prefix, agent=agent.lower) for name in reader.files]
+            if not all(name in files for name in names):
+                continue
+            rows = asked[policy.agent][:: reader.every]
+            expected = wanted[policy.agent][:: reader.every]
+            try:
+                acted = reader.act(*(files[name] for name in names), policy.agent, rows)
+            except MissingToolError as error:
+                reason = f"{Path(names[0]).suffix[1:]}: {error.what}"
+                skipped += [reason] if reason not in skipped else []
+            else:
+                found.append(compare(reader.target, policy, rows, expected, acted))
     return found
 
 

@@ -36,11 +36,11 @@ COPIED = re.compile(r"for \(row = 0; row < count; row\+\+\) \{ actions\[first \+
 def faults(header: str, profile: ir.PolicyProfile, model: Model) -> dict[str, list[str]]:
     """Per agent, how its `act` and `act_columns` in the header differ from its tree; nothing where they do not."""
     try:
-        parsed = CParser().parse(TYPES + _plain(header))
+        parsed = CParser().parse(TYPES + plain(header))
     except ParseError as error:
         return {policy.agent: [f"not C as it should be: {error}"] for policy in profile.agents}
     functions = {node.decl.name: node for node in parsed.ext if isinstance(node, c_ast.FuncDef)}
-    numbers = _enumerators(parsed)
+    numbers = enumerators(parsed)
     found: dict[str, list[str]] = {}
     for policy, agent in zip(profile.agents, model.agents, strict=True):
         name = f"{model.prefix}_{agent.lower}"
@@ -58,13 +58,14 @@ def faults(header: str, profile: ir.PolicyProfile, model: Model) -> dict[str, li
     return found
 
 
-def _plain(header: str) -> str:
+def plain(header: str) -> str:
     """The header without comments and preprocessor lines."""
     text = re.sub(r"/\*.*?\*/", " ", header, flags=re.S)
     return "\n".join(line for line in text.splitlines() if not line.lstrip().startswith("#"))
 
 
-def _enumerators(parsed: c_ast.FileAST) -> dict[str, int]:
+def enumerators(parsed: c_ast.FileAST) -> dict[str, int]:
+    """The numbers of all enumerators."""
     found: dict[str, int] = {}
     for declaration in parsed.ext:
         enum = getattr(declaration, "type", None)

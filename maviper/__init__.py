@@ -59,7 +59,7 @@ def compile(
 ) -> Compiled:
     """Code for a profile, replayed against it with tolerance zero before it is returned. `style`: of the C.
 
-    DisagreementError when any decision differs. `Compiled.files` maps file names to texts.
+    DisagreementError when any decision differs. `Compiled.files` maps file names to texts (of ONNX: bytes).
     """
     from maviper.agreement import compile_profile
 

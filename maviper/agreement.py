@@ -31,9 +31,9 @@ ON_POLICY_EPISODES = 4_000  # of 25 steps: 100,000 observations an agent
 
 @dataclass(frozen=True)
 class Compiled:
-    """The files (name -> text) and what was compared before they were handed out."""
+    """The files (name -> text; bytes of targets that are none) and what was compared before they were handed out."""
 
-    files: Mapping[str, str]
+    files: Mapping[str, str | bytes]
     report: Report
     faithful: tuple[Fidelity, ...] = ()  # how far each tree acts as the expert; nothing where nobody has the expert
 
@@ -67,10 +67,10 @@ def compile_profile(
         faithful = fidelity(profile, world, episodes)
         agreements += _grown(profile, episodes)
         header = files.get(f"{stem}.h")
-        if header is not None and report.compiler:
+        if isinstance(header, str) and report.compiler:
             agreements += _driven(profile, world, header, prefix, episodes)
     definitions = files.get(f"{stem}.smt2")
-    if definitions is not None:
+    if isinstance(definitions, str):
         agreements += asked(profile, definitions, prefix)
     checked = Report(tuple(agreements), tuple(skipped), report.compiler).ensure()
     files |= {f"{stem}.agreement.json": evidence(profile, checked, faithful)}

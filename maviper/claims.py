@@ -17,7 +17,7 @@ from codegen import ir, selfcheck
 from codegen.errors import InputError
 from codegen.lower import lower
 from codegen.observe import observe
-from codegen.targets import emit
+from codegen.targets import c
 from maviper import agreement, runs
 from maviper.evaluate.play import Episodes
 from maviper.worlds import ParticleWorld, WorldState
@@ -73,7 +73,7 @@ def _replays(
         compiled = None
         if compiler is not None:
             model = lower(profile)
-            header = emit(profile, ["c"])[f"{model.prefix}.h"]
+            header = c.emit(model, profile)[f"{model.prefix}.h"]
             compiled = stack.enter_context(selfcheck.CompiledC(header, model, compiler))
 
         def of(claim: Property) -> Mapping[str, Replay]:
@@ -136,13 +136,14 @@ def _visited(world: ParticleWorld, episodes: Episodes, region: Region) -> Visite
     return Visited(int(within.sum()), len(within), len(episodes.states[0]))
 
 
-def digests(files: Mapping[str, str]) -> dict[str, str]:
+def digests(files: Mapping[str, str | bytes]) -> dict[str, str]:
     """SHA-256 of each text in hexadecimal, by name."""
-    return {name: hashlib.sha256(text.encode()).hexdigest() for name, text in sorted(files.items())}
+    encoded = {name: item.encode() if isinstance(item, str) else item for name, item in sorted(files.items())}
+    return {name: hashlib.sha256(item).hexdigest() for name, item in encoded.items()}
 
 
 def report_files(
-    profile: ir.PolicyProfile, results: Sequence[Result], commands: Sequence[str], files: Mapping[str, str]
+    profile: ir.PolicyProfile, results: Sequence[Result], commands: Sequence[str], files: Mapping[str, str | bytes]
 ) -> dict[str, str]:
     """report.html, report.json and report.txt, name -> text. `files`: texts whose hashes the report names."""
     facts = report.document(profile, results, commands, digests(files))

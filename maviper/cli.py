@@ -263,11 +263,13 @@ def show(profile: Path, agent: str | None) -> int:
 @cli.command("compile")
 @click.argument("profile", type=click.Path(path_type=Path))
 @click.option(
-    "--target", default="c,python,json", show_default=True, help="Some of c,python,json,javascript,rust,smt,svg."
+    "--target", default="c,python,json", show_default=True, help="Some of c,python,json,javascript,rust,smt,svg,onnx."
 )
 @click.option("--prefix", default=None, help="Start of every public name (default: the world's name).")
 @click.option("--style", default="auto", show_default=True, help="How C decides: nested, ordered, walk or auto.")
 @click.option("--test-vectors", is_flag=True, help="Also write observations with answers, and a short test of them.")
+@click.option("--prove", is_flag=True, help="Also prove C and Python equal to the trees for all observations, by Z3.")
+@click.option("--budget", default=None, type=int, help="Solver resource units a proof.")
 @OUTPUT
 @click.pass_context
 def compile_command(
@@ -277,13 +279,19 @@ def compile_command(
     prefix: str | None,
     style: str,
     test_vectors: bool,
+    prove: bool,
+    budget: int | None,
     output: Path,
 ) -> int:
-    """Compile PROFILE to code in a folder, after proving by replay that code, profile and learned tree decide alike."""
+    """Compile PROFILE to code in a folder, after proving by replay that code, profile and learned tree decide alike.
+
+    With --prove, a solver is asked for an observation (any float32 numbers for C, any doubles for Python) for which
+    text and tree act differently; the questions, in SMT-LIB, and the answers are written beside the code.
+    """
     from maviper.compilation import compile_to_folder
 
     targets = [name.strip() for name in target.split(",")]
-    return compile_to_folder(profile, targets, prefix, style, test_vectors, output, _console(context))
+    return compile_to_folder(profile, targets, prefix, style, test_vectors, output, _console(context), prove, budget)
 
 
 def _fraction(_context: click.Context, parameter: click.Parameter, value: str) -> Fraction:

@@ -40,12 +40,13 @@ def questions(profile: ir.PolicyProfile) -> list[Question]:
 
 def handout(
     profile: ir.PolicyProfile, compiled: Compiled, asked: Sequence[Question], results: Sequence[Result]
-) -> dict[str, str]:
+) -> dict[str, str | bytes]:
     """All files, name -> text; the manifest names the hash of every other one."""
     model = lower(profile)
-    files = {PROFILE_FILE: policy_json.dumps(profile), **compiled.files}
+    files: dict[str, str | bytes] = {PROFILE_FILE: policy_json.dumps(profile), **compiled.files}
     files |= {region.name: region.toml() for _, region in asked if region.name == REGION_FILE}
-    files["example.c"] = render("c/example.c.j2", model=model)
+    example = render("c/example.c.j2", model=model)
+    files["example.c"] = example
     commands = [command(PROFILE_FILE, claim, region.name) for claim, region in asked]
     files |= claims.report_files(profile, results, commands, files)
     verdicts = [
@@ -60,13 +61,13 @@ def handout(
     ]
     evaluation = dict(profile.provenance.evaluation)
     files["README.md"] = render(
-        "report/policy.md.j2", model=model, verdicts=verdicts, evaluation=evaluation, example=files["example.c"]
+        "report/policy.md.j2", model=model, verdicts=verdicts, evaluation=evaluation, example=example
     )
     files["manifest.json"] = manifest(profile, files)
     return files
 
 
-def manifest(profile: ir.PolicyProfile, files: Mapping[str, str]) -> str:
+def manifest(profile: ir.PolicyProfile, files: Mapping[str, str | bytes]) -> str:
     """Hashes of profile, expert and files, and the versions of the tools that took part."""
     facts = {
         "profile": content_hash(profile),

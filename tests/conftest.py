@@ -51,14 +51,15 @@ def golden(request):
 
     root = Path(__file__).parent.parent
 
-    def compare(folder: str, files: dict[str, str]) -> None:
+    def compare(folder: str, files: dict[str, str | bytes]) -> None:
+        encoded = {name: item if isinstance(item, bytes) else item.encode() for name, item in files.items()}
         place = root / folder
         if request.config.getoption("--update-golden"):
             place.mkdir(parents=True, exist_ok=True)
-            for name, text in files.items():
-                (place / name).write_text(text)
+            for name, content in encoded.items():
+                (place / name).write_bytes(content)
             return
-        for name, text in files.items():
-            assert (place / name).read_text() == text, f"{folder}/{name} is stale: pytest --update-golden renews it"
+        for name, content in encoded.items():
+            assert (place / name).read_bytes() == content, f"{folder}/{name} is stale: pytest --update-golden renews it"
 
     return compare

@@ -17,9 +17,10 @@ import z3
 
 from codegen import ir, policy_json, selfcheck
 from codegen.deploy import deployed
-from codegen.errors import MaviperError
+from codegen.errors import DisagreementError, MaviperError
+from codegen.lower import lower
 from codegen.targets import TARGETS, emit
-from maviper import agreement
+from maviper import agreement, proofs
 from tests.teams import DOWN, LEFT, RIGHT, STAY, UP, team, towards, tree
 from verify import encode, engine, properties
 from verify.engine import decide
@@ -45,10 +46,11 @@ class Fault:
 
 def text_fault(name: str, file: str, change: Callable[[str], str], style: str = "auto") -> Fault:
     def plant(profile, patch):
-        text = emit(profile, TARGETS, style=style)[file]
+        files = emit(profile, TARGETS, style=style)
+        text, beside = files[file], {JSON: files[JSON]} if file == READER else {}
         wrong = change(text)
         assert wrong != text, f"the fault {name} changes nothing"
-        report = selfcheck.check_files(profile, {file: wrong}, random=1_000, style=style)
+        report = selfcheck.check_files(profile, beside | {file: wrong}, random=1_000, style=style)
         found = list(report.agreements)
         if file == SMT:
             found += agreement.asked(profile, wrong, None)
@@ -86,6 +88,7 @@ def next_float(value: float) -> float:
 
 
 H, PY, JSON = "physical_deception.h", "physical_deception.py", "physical_deception.json"
+READER = "physical_deception_reader.py"
 JS, RS, SMT, SVG = (
     "physical_deception.mjs",
     "physical_deception.rs",
@@ -142,10 +145,56 @@ TEXT = [
     text_fault("fp.lt for fp.leq", SMT, lambda text: text.replace("fp.leq", "fp.lt")),
     text_fault("a NaN goes left", SMT, lambda text: re.sub(r"\(fp\.leq (\|\w+\|) (\(fp [^)]*\))\)", r"(not (fp.gt \1 \2))", text)),
     text_fault("another feature", SMT, lambda text: text.replace("|landmark_0_dx| (_", "|landmark_9_dx| (_").replace("|landmark_0_dy| (_", "|landmark_0_dx| (_").replace("|landmark_9_dx| (_", "|landmark_0_dy| (_")),
+    text_fault("< for <= in the reader", READER, lambda text: text.replace(") <= threshold", ") < threshold")),
+    text_fault("NaN goes left in the reader", READER, lambda text: text.replace("left if float32(x[feature]) <= threshold else right", "right if float32(x[feature]) > threshold else left")),
     text_fault("swapped children", SVG, lambda text: re.sub(r'data-left="(\d+)" data-right="(\d+)"', r'data-left="\2" data-right="\1"', text)),
     text_fault("a leaf's action", SVG, lambda text: re.sub(r'data-action="(\d)"', lambda m: f'data-action="{(int(m[1]) + 1) % 5}"', text, count=1)),
     text_fault("six decimals", JSON, lambda text: re.sub(r'"threshold": (-?[\d.e-]+), "float32"', lambda m: f'"threshold": {float(m[1]):.6f}, "float32"', text)),
     text_fault("swapped children", JSON, lambda text: re.sub(r'"left": (\d+), "right": (\d+)', r'"left": \2, "right": \1', text)),
+]  # fmt: skip
+
+
+def proof_fault(fault: Fault) -> Fault:
+    """The same fault, to be found by the solver alone."""
+    file = H if fault.name.startswith("h: ") else PY
+
+    def plant(profile, patch):
+        text = emit(profile, TARGETS, style=fault.style)[file]
+        wrong = fault.change(text)
+        assert wrong != text, f"the fault {fault.name} changes nothing"
+        try:
+            proofs.prove(profile, {file: wrong}, lower(profile, style=fault.style))
+        except DisagreementError:
+            return True
+        return False
+
+    return Fault(f"{fault.name}, proof", "solver, for all observations", plant, fault.change, fault.style)
+
+
+def next_below(text: str) -> str:
+    """The first threshold of the first tree that has one, one float32 lower."""
+    return re.sub(
+        r"(if \(x\[\w+\] <= )(-?0x[\w.+-]+)f",
+        lambda m: m[1] + float(np.nextafter(np.float32(float.fromhex(m[2])), np.float32(-9))).hex() + "f",
+        text,
+        count=1,
+    )
+
+
+PROVED_ALONE = (
+    "h: < for <=", "h: > for <= once", "h: swapped child", "h: six decimals", "h: nine digits", "h: integer thresholds",
+    "h: neighbouring feature", "h: renumbered", "h: signed compare", "h: the next integer", "h: the threshold before",
+    "h: a NaN goes left", "py: < for <=", "py: six decimals", "py: the float32 for", "py: one action",
+)  # fmt: skip
+ELSEWHERE = ("in a batch", "in the reader")
+PROOF = [
+    proof_fault(fault) for fault in [
+        *(fault for fault in TEXT if fault.name.startswith(PROVED_ALONE) and not any(place in fault.name for place in ELSEWHERE)),
+        text_fault("one float lower, once", H, next_below),
+        text_fault("a NaN goes left in nested ifs", H, lambda text: re.sub(r"if \((x\[\w+\]) <= (-?0x[\w.+-]+)\)", r"if (!(\1 > \2))", text)),
+        text_fault("a swapped leaf", H, swap_leaves, "ordered"),
+        text_fault("the next double", PY, lambda text: re.sub(r"(?<=x\[\d\] <= )-?[\d.e-]+", lambda m: repr(math.nextafter(float(m[0]), math.inf)), text, count=1)),
+    ]
 ]  # fmt: skip
 
 
@@ -350,4 +399,4 @@ ENCODER = [
     encoder_fault("at a landmark within one", "formula", lambda f: lambda p, claim: f(p, replace(claim, radius=Fraction(1)))),
 ]  # fmt: skip
 
-ALL = [*TEXT, *GROWN, *PROFILE, *THRESHOLD, *ENCODER]
+ALL = [*TEXT, *PROOF, *GROWN, *PROFILE, *THRESHOLD, *ENCODER]

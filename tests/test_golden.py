@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from codegen import ir, probes, selfcheck, vectors
+from codegen import ir, probes, questions, selfcheck, vectors
 from codegen.deploy import deployed
 from codegen.lower import AUTO, ORDERED, STYLES, lower
 from codegen.policy_json import layout, loads
@@ -50,10 +50,14 @@ def small_profile() -> ir.PolicyProfile:
 def test_every_target_has_its_golden_file(golden):
     profile = small_profile()
     files = emit(profile, TARGETS)
-    assert len(files) == len(TARGETS) - 1 + len(profile.agents), "a picture for each agent"
+    assert len(files) == len(TARGETS) + 1 - 2 + 2 * len(profile.agents), "a reader; a picture and a model an agent"
     files |= {f"walk_{name}": text for name, text in emit(profile, ["c"], style="walk").items()}
     files |= {f"ordered_{name}": text for name, text in emit(profile, ["c"], style="ordered").items()}
     files |= vectors.files(profile, lower(profile), list(TARGETS))
+    asked = questions.about_c(files["physical_deception.h"], profile, lower(profile))
+    asked += questions.about_python(files["physical_deception.py"], profile, lower(profile))
+    named = {"c": asked[1], "python": asked[len(profile.agents) + 1]}
+    files |= {f"physical_deception_{each.agent}.{kind}.smt2": each.text for kind, each in named.items()}
     golden(FOLDER, files)
     golden(FOLDER, {"profile.schema.json": layout(schema()) + "\n"})
 

@@ -32,26 +32,54 @@ def solver_name() -> str:
     return f"Z3 {z3.get_version_string()}"
 
 
+@dataclass(frozen=True)
+class BitsAnswer:
+    """As Answer; `model` gives constants of bits, as unsigned numbers."""
+
+    holds: bool | None
+    model: dict[str, int] | None
+    resources: int
+    reason: str = ""
+
+
 def ask(question: Question, budget: int = DEFAULT_BUDGET) -> Answer:
     """Whether the question's constraints can hold together."""
     context = z3.Context()  # a fresh one, so that earlier questions leave no trace in the search or the count
-    solver = z3.SolverFor("QF_LRA", ctx=context)
-    solver.set("rlimit", budget)
-    solver.set("random_seed", 0)
-    solver.add(*(constraint.translate(context) for constraint in question.constraints))
-    result = solver.check()
-    spent = _spent(solver)
-    if result == z3.unsat:
-        return Answer(False, None, spent)
-    if result == z3.unknown and "interrupted" in solver.reason_unknown():
-        raise KeyboardInterrupt  # Ctrl-C during the search, which the solver catches itself
-    if result == z3.unknown:
-        return Answer(None, None, spent, solver.reason_unknown())
-    model = solver.model()
+    constraints = [constraint.translate(context) for constraint in question.constraints]
+    holds, model, spent, reason = _checked("QF_LRA", context, constraints, budget)
+    if model is None:
+        return Answer(holds, None, spent, reason)
     variables = {name: variable.translate(context) for name, variable in question.variables.items()}
     values: dict[str, Any] = {name: model.eval(variable, model_completion=True) for name, variable in variables.items()}
     exact = {name: Fraction(value.numerator_as_long(), value.denominator_as_long()) for name, value in values.items()}
     return Answer(True, exact, spent)
+
+
+def ask_bits(text: str, names: Sequence[str], budget: int = DEFAULT_BUDGET) -> BitsAnswer:
+    """Whether the assertions of an SMT-LIB text about floats and bits can hold together; the model gives the constants
+    `names`, 0 for what does not matter.
+    """
+    context = z3.Context()
+    holds, model, spent, reason = _checked("QF_FPBV", context, z3.parse_smt2_string(text, ctx=context), budget)
+    if model is None:
+        return BitsAnswer(holds, None, spent, reason)
+    values: dict[str, Any] = {constant.name(): model[constant] for constant in model.decls()}
+    return BitsAnswer(True, {name: values[name].as_long() if name in values else 0 for name in names}, spent)
+
+
+def _checked(logic: str, context: z3.Context, constraints: Any, budget: int) -> tuple[bool | None, Any, int, str]:
+    """Satisfiable or not (None: budget ended), a model, resources spent, and why there is no answer."""
+    solver = z3.SolverFor(logic, ctx=context)
+    solver.set("rlimit", budget)
+    solver.set("random_seed", 0)
+    solver.add(*constraints)
+    result = solver.check()
+    spent = _spent(solver)
+    if result == z3.unknown and "interrupted" in solver.reason_unknown():
+        raise KeyboardInterrupt  # Ctrl-C during the search, which the solver catches itself
+    if result == z3.unknown:
+        return None, None, spent, solver.reason_unknown()
+    return result == z3.sat, solver.model() if result == z3.sat else None, spent, ""
 
 
 def _spent(solver: z3.Solver) -> int:

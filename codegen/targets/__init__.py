@@ -5,14 +5,14 @@ Assumes: a target is a function from the lowered model and the profile to files.
 Does not: write files or check them (selfcheck.py).
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 
 from codegen import ir
 from codegen.errors import UnknownNameError
 from codegen.lower import AUTO, Model, lower
-from codegen.targets import c, javascript, json, python, rust, smt, svg
+from codegen.targets import c, javascript, json, onnx, python, rust, smt, svg
 
-Emitter = Callable[[Model, ir.PolicyProfile], dict[str, str]]
+Emitter = Callable[[Model, ir.PolicyProfile], Mapping[str, str | bytes]]
 TARGETS: dict[str, Emitter] = {
     "c": c.emit,
     "python": python.emit,
@@ -21,16 +21,20 @@ TARGETS: dict[str, Emitter] = {
     "rust": rust.emit,
     "smt": smt.emit,
     "svg": svg.emit,
+    "onnx": onnx.emit,
 }
 USUAL = ("c", "python", "json")
 
 
 def emit(
     profile: ir.PolicyProfile, targets: Iterable[str] = USUAL, prefix: str | None = None, style: str = AUTO
-) -> dict[str, str]:
-    """File name -> text for the chosen targets; equal profiles give equal bytes. `style`: of the C."""
+) -> dict[str, str | bytes]:
+    """File name -> text, or bytes where a target is no text, for the chosen targets; equal profiles give equal bytes.
+
+    `style`: of the C. UnknownNameError for another target, MissingToolError for one whose package is not installed.
+    """
     model = lower(profile, prefix, style)
-    files: dict[str, str] = {}
+    files: dict[str, str | bytes] = {}
     for target in targets:
         if target not in TARGETS:
             raise UnknownNameError("target", target, TARGETS, "--target")

@@ -1,0 +1,140 @@
+"""Questions to a solver: is there an observation for which emitted code and tree take different actions?
+
+Does: writes them as SMT-LIB: the code from its text (C: symbolic.py; Python: its syntax tree), the tree from its
+  arrays.
+Assumes: IEEE arithmetic; doubles are rounded once, to nearest, ties to even.
+Does not: ask (maviper hands the text to verify), or use what the emitter made on the way.
+
+Floats are given by their bits, so that an answer covers every NaN, both zeros, infinities and subnormals.
+"""
+
+import ast
+import struct
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from codegen import ir
+from codegen.lower import ORDERED, Model
+from codegen.render import render
+from codegen.symbolic import Definitions, Header, Unreadable
+
+SINGLE, DOUBLE = 32, 64  # bits of a number of an observation
+C, PYTHON = "c float proof", "python double proof"
+
+
+@dataclass(frozen=True)
+class Question:
+    """`text`: SMT-LIB, unsatisfiable iff code and tree decide alike for all observations that `covers` names."""
+
+    target: str
+    agent: str
+    width: int  # bits of each number
+    names: tuple[str, ...]  # the text's constants, the bits of each number
+    covers: str
+    text: str
+
+    def observation(self, bits: Mapping[str, int]) -> tuple[float, ...]:
+        """The observation with these bits."""
+        codes = ("<I", "<f") if self.width == SINGLE else ("<Q", "<d")
+        return tuple(struct.unpack(codes[1], struct.pack(codes[0], bits[name]))[0] for name in self.names)
+
+
+def about_c(header: str, profile: ir.PolicyProfile, model: Model) -> list[Question]:
+    """A question for each agent's `..._act`. Unreadable when the header is not of the C that is read."""
+    read = Header(header)
+    found: list[Question] = []
+    for policy, agent in zip(profile.agents, model.agents, strict=True):
+        n = len(policy.features)
+        inputs, code = [f"f{i}" for i in range(n)], Definitions("c")
+        bits = {f"f{i}": f"x{i}" for i in range(n)}
+        answer = read.decide(f"{model.prefix}_{agent.lower}_act", inputs, bits, code)
+        assumed = [f"(not (fp.isNaN {each}))" for each in inputs] if model.style == ORDERED else []
+        found.append(_question(C, policy, model, SINGLE, (code, answer), assumed))
+    return found
+
+
+def about_python(module: str, profile: ir.PolicyProfile, model: Model) -> list[Question]:
+    """A question for each agent's `act_...`, about doubles: the code takes them as they are, the tree their float32
+    values. Unreadable when a function is not of the Python that is read.
+    """
+    functions = {node.name: node for node in ast.parse(module).body if isinstance(node, ast.FunctionDef)}
+    found: list[Question] = []
+    for policy, agent in zip(profile.agents, model.agents, strict=True):
+        function = functions.get(f"act_{agent.lower}")
+        if function is None:
+            raise Unreadable(f"there is no function act_{agent.lower}")
+        code = Definitions("p")
+        answer = _python(function.body, function.args.args[0].arg, len(policy.features), code)
+        found.append(_question(PYTHON, policy, model, DOUBLE, (code, answer), []))
+    return found
+
+
+def _question(
+    target: str,
+    policy: ir.AgentPolicy,
+    model: Model,
+    width: int,
+    code: tuple[Definitions, str],
+    assumed: Sequence[str],
+) -> Question:
+    wanted = Definitions("t")
+    answer = _tree(policy.tree, wanted)
+    covers = f"2^{width * len(policy.features)} observations{' but those with NaN' if assumed else ''}"
+    names = tuple(f"x{index}" for index in range(len(policy.features)))
+    text = render(
+        "smt/equal.smt2.j2",
+        target=target,
+        covers=covers,
+        policy=policy,
+        model=model,
+        width=width,
+        assumed=assumed,
+        code=code[0].lines,
+        tree=wanted.lines,
+        answers=(code[1], answer),
+    )
+    return Question(target, policy.agent, width, names, covers, text)
+
+
+def _tree(tree: ir.Tree, into: Definitions) -> str:
+    """The term of the tree's action, from its arrays."""
+    terms: dict[int, str] = {}
+    for node in reversed(range(len(tree.feature))):  # preorder: children come after their parents
+        if tree.feature[node] == ir.NO_FEATURE:
+            terms[node] = into.action(int(tree.action[node]))
+            continue
+        bits = int(tree.threshold[node].view(np.uint32))
+        below = f"(fp.leq f{tree.feature[node]} ((_ to_fp 8 24) #x{bits:08x}))"
+        terms[node] = into.choice(below, terms.pop(int(tree.left[node])), terms.pop(int(tree.right[node])))
+    return terms[ir.ROOT]
+
+
+_COMPARE: dict[type[ast.cmpop], str] = {ast.LtE: "fp.leq", ast.Lt: "fp.lt", ast.Gt: "fp.gt", ast.GtE: "fp.geq"}
+
+
+def _python(body: Sequence[ast.stmt], given: str, n: int, into: Definitions) -> str:
+    """The term of what statements return: `if` and `return` only."""
+    rest = [item for item in body if not (isinstance(item, ast.Expr) and isinstance(item.value, ast.Constant))]
+    match rest:
+        case [ast.Return(value=ast.Constant(value=int(number))), *_]:
+            return into.action(number)
+        case [ast.If(test=test, body=yes, orelse=no), *after]:
+            sides = (_python([*side, *after], given, n, into) for side in (yes, no))
+            return into.choice(_test(test, given, n), *sides)
+        case _:
+            raise Unreadable(f"a statement of Python: {ast.unparse(rest[0])[:60] if rest else 'none'}")
+
+
+def _test(test: ast.expr, given: str, n: int) -> str:
+    match test:
+        case ast.Compare(
+            left=ast.Subscript(value=ast.Name(id=name), slice=ast.Constant(value=int(place))),
+            ops=[sign],
+            comparators=[to],
+        ) if name == given and 0 <= place < n and type(sign) in _COMPARE:
+            (bits,) = struct.unpack("<Q", struct.pack("<d", float(ast.literal_eval(to))))
+            return f"({_COMPARE[type(sign)]} d{place} ((_ to_fp 11 53) #x{bits:016x}))"
+        case _:
+            raise Unreadable(f"a test of Python: {ast.unparse(test)[:60]}")

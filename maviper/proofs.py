@@ -1,0 +1,105 @@
+"""Proofs of emitted code for all inputs: codegen asks the questions, verify's solver answers them.
+
+Does: a question for each agent about the C and about the Python, its answer, and a file of both for others to check.
+Assumes: the files were replayed already; a budget of solver resources, not of time.
+Does not: emit code.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from codegen import ir, questions
+from codegen.errors import DisagreementError, InputError
+from codegen.lower import Model
+from codegen.policy_json import content_hash, layout
+from codegen.questions import Question
+from codegen.selfcheck import MOST_PARSED
+from codegen.symbolic import Unreadable
+from verify.solve import DEFAULT_BUDGET, BitsAnswer, ask_bits, solver_name
+
+ENDINGS = {questions.C: "c.smt2", questions.PYTHON: "python.smt2"}
+
+
+@dataclass(frozen=True)
+class Proof:
+    """A question and its answer: proved where `answer.holds` is False, open where it is None."""
+
+    question: Question
+    answer: BitsAnswer
+
+    def __str__(self) -> str:
+        asked, spent = self.question, f"{self.answer.resources:,} resource units"
+        if self.answer.holds is None:
+            return f"{asked.target}: {asked.agent} not decided for all {asked.covers} ({self.answer.reason}), {spent}"
+        return f"{asked.target}: {asked.agent} equal for all {asked.covers}, {spent}"
+
+
+@dataclass(frozen=True)
+class Proofs:
+    """What was asked, and what could not be."""
+
+    proofs: tuple[Proof, ...]
+    skipped: tuple[str, ...]
+
+    @property
+    def complete(self) -> bool:
+        """Whether every question was asked and answered."""
+        return not self.skipped and all(proof.answer.holds is False for proof in self.proofs)
+
+
+def prove(
+    profile: ir.PolicyProfile, files: Mapping[str, str | bytes], model: Model, budget: int | None = None
+) -> Proofs:
+    """Asks whether the C and the Python among `files` decide as the trees for every observation.
+
+    InputError when neither is there; DisagreementError, with the observation, when they do not.
+    """
+    budget = DEFAULT_BUDGET if budget is None else budget
+    if budget < 1:
+        raise InputError(f"the budget must be positive, not {budget}", "--budget", "leave it out")
+    asked: list[Question] = []
+    skipped: list[str] = []
+    writers = {questions.C: ("h", questions.about_c), questions.PYTHON: ("py", questions.about_python)}
+    texts = {target: files.get(f"{model.prefix}.{ending}") for target, (ending, _) in writers.items()}
+    if not any(texts.values()):
+        raise InputError("there is nothing to prove", "--prove", "it needs the target c or python")
+    nodes = sum(len(policy.tree.feature) for policy in profile.agents)
+    for target, text in texts.items():
+        if not isinstance(text, str):
+            continue
+        if nodes > MOST_PARSED:
+            skipped.append(f"{target}: more than {MOST_PARSED} nodes")
+            continue
+        try:
+            asked += writers[target][1](text, profile, model)
+        except Unreadable as error:
+            skipped.append(f"{target}: {error}")
+    return Proofs(tuple(_answered(profile, question, budget) for question in asked), tuple(skipped))
+
+
+def _answered(profile: ir.PolicyProfile, question: Question, budget: int) -> Proof:
+    answer = ask_bits(question.text, question.names, budget)
+    if answer.model is not None:
+        x = question.observation(answer.model)
+        policy = profile.policy(question.agent)
+        wanted = policy.actions[int(ir.act(policy, [x])[0])].name
+        values = ", ".join(repr(value) for value in x)
+        where = f"{question.agent}: for x = ({values}) the profile says {wanted}, the code another action"
+        raise DisagreementError(f"{question.target}: code and profile differ", where, "nothing was written")
+    return Proof(question, answer)
+
+
+def files_of(profile: ir.PolicyProfile, proofs: Proofs, model: Model) -> dict[str, str]:
+    """The questions, which any solver of SMT-LIB can be asked again, and the answers, name -> text."""
+    lowered = {agent.name: agent.lower for agent in model.agents}
+    found: dict[str, str] = {}
+    rows: list[dict[str, str | int | bool]] = []
+    for proof in proofs.proofs:
+        asked, answer = proof.question, proof.answer
+        name = f"{model.prefix}_{lowered[asked.agent]}.{ENDINGS[asked.target]}"
+        found[name] = asked.text
+        row = {"target": asked.target, "agent": asked.agent, "covers": asked.covers, "question": name}
+        rows.append(row | {"proved": answer.holds is False, "resources": answer.resources})
+    document = {"profile": content_hash(profile), "solver": solver_name(), "style": model.style}
+    text = layout(document | {"proofs": rows, "skipped": list(proofs.skipped)}) + "\n"
+    return found | {f"{model.prefix}.proofs.json": text}

@@ -1,0 +1,175 @@
+"""Proofs for all observations: what is emitted is proved, what is wrong is shown, what is not understood is refused."""
+
+import re
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+
+from codegen import ir, policy_json, questions, readback, selfcheck
+from codegen.errors import DisagreementError, ExitCode, InputError
+from codegen.lower import lower
+from codegen.symbolic import Definitions, Header, Unreadable
+from codegen.targets import emit
+from maviper import cli, proofs
+from tests.codegen.games import NAMES, random_profile
+from tests.codegen.test_targets import chain
+from tests.strategies import profiles, with_trees
+from tests.teams import tree
+
+pytestmark = pytest.mark.solver
+STYLES = ["nested", "ordered", "walk"]
+
+
+def prove(profile, style="auto", targets=("c", "python"), change=lambda text: text):
+    files = {name: change(text) for name, text in emit(profile, targets, style=style).items()}
+    return proofs.prove(profile, files, lower(profile, style=style))
+
+
+@pytest.mark.parametrize("style", STYLES)
+@settings(max_examples=6)
+@given(profile=profiles())
+def test_random_profiles_are_proved(style, profile):
+    found = prove(profile, style)
+    assert found.complete and len(found.proofs) == 2 * len(profile.agents)
+
+
+@pytest.mark.parametrize("style", STYLES)
+@pytest.mark.parametrize("name", NAMES)
+def test_every_game_is_proved(name, style):
+    profile = random_profile(name)
+    found = prove(profile, style, ["c"])
+    assert found.complete
+    for proof, policy in zip(found.proofs, profile.agents, strict=True):
+        assert f"2^{32 * len(policy.features)} " in str(proof) and ("NaN" in str(proof)) is (style == "ordered")
+
+
+@pytest.mark.parametrize("style", STYLES)
+def test_single_leaves_and_the_deepest_trees_are_proved(style, profile):
+    trees = {"agent_0": tree(3), "agent_1": chain(ir.MAX_DEPTH)}
+    assert prove(with_trees(trees, profile), style, ["c"]).complete
+
+
+@pytest.mark.compile
+@pytest.mark.parametrize("style", STYLES)
+def test_an_answer_is_an_observation_that_shows_the_fault(style, profile):
+    """One bit more in one threshold: the only observations that tell have that very number."""
+    profile = with_trees({"agent_0": tree((0, 0.5, 1, 4), (1, -0.25, 2, 3), 1, 2, 3)}, profile)
+    model = lower(profile, style=style)
+    (header,) = emit(profile, ["c"], style=style).values()
+    start = header.index("agent_0_act(")
+    changed = re.sub("0x1p-1f|3f000000", lambda m: {"0x1p-1f": "0x1.000002p-1f"}.get(m[0], "3f000001"), header[start:])
+    changed = header[:start] + changed
+    assert changed != header
+    asked = {question.agent: question for question in questions.about_c(changed, profile, model)}["agent_0"]
+    from verify.solve import ask_bits
+
+    answer = ask_bits(asked.text, asked.names)
+    x = np.array([asked.observation(answer.model)], dtype=np.float32)
+    assert answer.holds and x[0, 0] == np.nextafter(np.float32(0.5), np.float32(1))
+    with selfcheck.CompiledC(changed, model, selfcheck.find_compiler()) as compiled:
+        assert compiled.act("agent_0", x)[0] != ir.act(profile.policy("agent_0"), x)[0]
+
+
+def test_an_answer_about_doubles_shows_the_fault(profile):
+    profile = with_trees({"agent_0": tree((0, 0.1, 1, 2), 1, 2)}, profile)
+    (module,) = emit(profile, ["python"]).values()
+    changed = re.sub(r"(?<=x\[0\] <= )0\.1\d+(?=:)", repr(float(np.float32(0.1))), module)
+    asked = {each.agent: each for each in questions.about_python(changed, profile, lower(profile))}["agent_0"]
+    from verify.solve import ask_bits
+
+    x = asked.observation(ask_bits(asked.text, asked.names).model)
+    assert readback.load_python(changed)["act_agent_0"](x) != ir.act(profile.policy("agent_0"), [x])[0]
+    with pytest.raises(DisagreementError, match="python double proof") as caught:
+        prove(profile, targets=["python"], change=lambda text: changed)
+    assert repr(x[0]) in caught.value.where
+
+
+ONE = "static inline int decide(const float *x)\n{\n    BODY\n}\n"
+
+
+@pytest.mark.parametrize(
+    ("body", "action"),
+    [
+        ("if (x[0] < 1.5f && !(x[1] >= -0.5f)) { return 1; } return 2;", 1),
+        ("if (x[0] > 1.5f || x[1] == -1.0f) return 1; else return 2;", 1),
+        ("return x[0] <= 0x1p-1f ? 3 : x[1] <= 0.0f ? 4 : 5;", 4),
+        ("int i; for (i = 0; i < 3; i++) { if (x[i] <= 0.0f) { return i; } } return 7;", 1),
+        ("const float t = x[1]; int n = 2 * (t <= 0.0f) - 3; return n + 4;", 3),
+    ],
+)
+def test_c_is_read_as_it_is_written(body, action):
+    """Asked about x = (1, -1, 0), whose decision is known."""
+    from verify.solve import ask_bits
+
+    into = Definitions("c")
+    answer = Header(ONE.replace("BODY", body)).decide("decide", ["f0", "f1", "f2"], {}, into)
+    values = ["(fp #b0 #x7f #b00000000000000000000000)", "(fp #b1 #x7f #b00000000000000000000000)", "(_ +zero 8 24)"]
+    lines = [f"(define-fun f{place} () (_ FloatingPoint 8 24) {value})" for place, value in enumerate(values)]
+    text = "\n".join([*lines, *into.lines, f"(assert (= {answer} {into.action(action)}))"])
+    assert ask_bits(text, ()).holds
+
+
+@pytest.mark.parametrize(
+    ("body", "said"),
+    [
+        ("return x[3];", "entry 3 of 3"),
+        ("if (x[0] <= 0.5) { return 1; } return 2;", "no float"),
+        ("if (x[0] <= 1) { return 1; } return 2;", "compared with an integer"),
+        ("if (x[0]) { return 1; } return 2;", "no comparison"),
+        ("if (x[0] <= 1.0f) { return 1; }", "ends without"),
+        ("while (x[0] <= 1.0f) { } return 1;", "end depends"),
+        ("for (;;) { } return 1;", "decide"),
+        ("int i = 0; while (i < 1) { } return 1;", "too many steps"),
+        ("return sinf(x[0]) <= 1.0f;", "a call of sinf"),
+        ("return 2147483647 + 1;", "overflows"),
+        ("return (char)1;", "a cast to char"),
+        ("goto end; end: return 1;", "a statement"),
+    ],
+)
+def test_other_c_is_refused(body, said):
+    with pytest.raises(Unreadable, match=said):
+        Header(ONE.replace("BODY", body)).decide("decide", ["f0", "f1", "f2"], {}, Definitions("c"))
+
+
+def test_what_cannot_be_read_is_skipped_and_said(profile):
+    found = prove(profile, targets=["c"], change=lambda text: text.replace("agent_1_act(const float", "gone(float", 1))
+    assert not found.complete and found.skipped == (
+        "c float proof: there is no function physical_deception_agent_1_act",
+    )
+    assert "not C" in prove(profile, targets=["c"], change=lambda text: "int x = ;").skipped[0]
+    found = prove(profile, targets=["python"], change=lambda text: text.replace("    if x[", "    if 1.0 + x[", 1))
+    assert "a test of Python" in found.skipped[0]
+    with pytest.raises(InputError, match="nothing to prove"):
+        prove(profile, targets=["json"])
+
+
+@pytest.mark.compile
+def test_the_command_says_and_writes_what_was_proved(profile, tmp_path, capsys):
+    (tmp_path / "profile.json").write_text(policy_json.dumps(profile))
+    command = ["compile", str(tmp_path / "profile.json"), "-o", str(tmp_path / "out"), "--prove"]
+    assert cli.run(command) == ExitCode.DONE
+    said = capsys.readouterr().err
+    assert said.count("c float proof: ") == said.count("python double proof: ") == 3 and "2^320 observations, " in said
+    written = {path.name for path in (tmp_path / "out").iterdir()}
+    assert {"physical_deception.proofs.json", "physical_deception_agent_0.c.smt2"} <= written
+    assert cli.run([*command, "--budget", "1000"]) == ExitCode.INCONCLUSIVE
+    assert "UNKNOWN     python double proof: agent_0 not decided" in capsys.readouterr().err
+    assert cli.run([*command, "--budget", "0"]) == ExitCode.INPUT
+
+
+def test_a_fault_that_the_replay_let_through_ends_in_exit_4(profile, tmp_path, capsys, monkeypatch):
+    """The solver alone, the replay being switched off."""
+    from maviper import agreement, compilation
+
+    def replaced(loaded, targets, prefix, style):
+        files = emit(loaded, targets, prefix, style)
+        files["physical_deception.h"] = files["physical_deception.h"].replace("] <= ", "] < ")
+        return agreement.Compiled(files, selfcheck.Report((), (), ""))
+
+    monkeypatch.setattr(compilation, "compile_profile", replaced)
+    (tmp_path / "profile.json").write_text(policy_json.dumps(profile))
+    command = ["compile", str(tmp_path / "profile.json"), "--prove", "-o", str(tmp_path / "out")]
+    assert cli.run(command) == ExitCode.DISAGREES
+    said = capsys.readouterr().err
+    assert "c float proof: code and profile differ" in said and "for x = (" in said and not (tmp_path / "out").exists()
