@@ -15,13 +15,17 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, NamedTuple
 
+import numpy as np
 from pycparser import CParser, c_ast, c_generator
 from pycparser.c_parser import ParseError
 
+from codegen.floats import neighbour
 from codegen.structure import TYPES, enumerators, plain
 
 MOST_STEPS = 1_000_000  # statements run for one function, on all its paths together
 BITS_BODY = "{ union { float f; int32_t i; } u; u.f = x; return u.i; }"
+LARGEST = float(np.finfo(np.float32).max)
+TOO_LARGE = Fraction(LARGEST) + Fraction(2) ** 103  # what rounds to infinity, ties included
 FLOAT, SIGNED, UNSIGNED = "float", "int32_t", "uint32_t"
 _COMPARE = {
     FLOAT: {"<=": "fp.leq", "<": "fp.lt", ">": "fp.gt", ">=": "fp.geq", "==": "fp.eq"},
@@ -273,7 +277,17 @@ def _constant(item: Any) -> Any:
     if item.type != "float" or not text.endswith("f"):
         raise Unreadable(f"the constant {item.value}, which is no float")
     exact = Fraction(float.fromhex(text[:-1])) if text.startswith("0x") else Fraction(text[:-1])
-    return Term(FLOAT, f"((_ to_fp 8 24) RNE (/ {exact.numerator}.0 {exact.denominator}.0))")
+    return Term(FLOAT, f"((_ to_fp 8 24) #x{int(_nearest(exact).view(np.uint32)):08x})")
+
+
+def _nearest(exact: Fraction) -> np.float32:
+    """The float32 that a compiler makes of a constant, which is not negative: the nearest one, ties to even."""
+    if exact >= TOO_LARGE:
+        raise Unreadable("a constant beyond the floats")
+    near = np.float32(min(float(exact), LARGEST))  # rounded twice, so that the answer may be the one beside it
+    beside = [near, *(neighbour(near, side) for side in (0.0, np.inf))]
+    finite = [each for each in beside if np.isfinite(each)]
+    return min(finite, key=lambda each: (abs(Fraction(float(each)) - exact), int(each.view(np.uint32)) & 1))
 
 
 def _bits(kind: str, number: int) -> Term:

@@ -7,13 +7,17 @@ Does not: emit or compare anything itself.
 
 from collections.abc import Iterable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from codegen import vectors
 from codegen.errors import ExitCode
 from codegen.lower import lower
-from maviper import load, proofs, runs
+from maviper import load, runs
 from maviper.agreement import Compiled, compile_profile
 from maviper.console import Console
+
+if TYPE_CHECKING:
+    from maviper.proofs import Proofs
 
 
 def compile_to_folder(
@@ -32,17 +36,23 @@ def compile_to_folder(
     `prove`: also for all observations, by a solver with so many resource units a question (`budget`).
     """
     loaded, targets = load(profile), list(targets)
+    if prove:
+        from maviper import proofs  # here, so that compiling alone loads no solver
+
+        proofs.ensure_askable(targets, budget)
     compiled = compile_profile(loaded, targets, prefix, style)
     model = lower(loaded, prefix, style)
     more = vectors.files(loaded, model, targets) if test_vectors else {}
-    found = proofs.prove(loaded, compiled.files, model, budget) if prove else proofs.Proofs((), ())
-    more |= proofs.files_of(loaded, found, model) if prove else {}
+    found = proofs.prove(loaded, compiled.files, model, budget) if prove else None
+    more |= proofs.files_of(loaded, found, model) if found else {}
     for name, text in {**compiled.files, **more}.items():
         runs.write(output / name, text)
         console.line("wrote", str(output / name))
     say_agreement(compiled, console)
-    say_proofs(found, console)
-    return ExitCode.DONE if compiled.complete and found.complete else ExitCode.INCONCLUSIVE
+    if found:
+        say_proofs(found, console)
+    complete = compiled.complete and (found is None or found.complete)
+    return ExitCode.DONE if complete else ExitCode.INCONCLUSIVE
 
 
 def say_agreement(compiled: Compiled, console: Console) -> None:
@@ -60,7 +70,7 @@ def say_agreement(compiled: Compiled, console: Console) -> None:
         console.line("SKIPPED", reason)
 
 
-def say_proofs(found: proofs.Proofs, console: Console) -> None:
+def say_proofs(found: "Proofs", console: Console) -> None:
     """A line for each question, and for each that could not be asked."""
     for proof in found.proofs:
         console.line("UNKNOWN" if proof.answer.holds is None else "proved", str(proof))

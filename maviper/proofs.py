@@ -5,7 +5,7 @@ Assumes: the files were replayed already; a budget of solver resources, not of t
 Does not: emit code.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from codegen import ir, questions
@@ -47,22 +47,25 @@ class Proofs:
         return not self.skipped and all(proof.answer.holds is False for proof in self.proofs)
 
 
+def ensure_askable(targets: Sequence[str], budget: int | None) -> None:
+    """InputError when nothing can be proved about any of the targets, or with a budget that is no number of units."""
+    if not {"c", "python"} & set(targets):
+        raise InputError("there is nothing to prove", "--prove", "it needs the target c or python")
+    if budget is not None and budget < 1:
+        raise InputError(f"the budget must be positive, not {budget}", "--budget", "leave it out")
+
+
 def prove(
     profile: ir.PolicyProfile, files: Mapping[str, str | bytes], model: Model, budget: int | None = None
 ) -> Proofs:
     """Asks whether the C and the Python among `files` decide as the trees for every observation.
 
-    InputError when neither is there; DisagreementError, with the observation, when they do not.
+    DisagreementError, with the observation, when they do not.
     """
-    budget = DEFAULT_BUDGET if budget is None else budget
-    if budget < 1:
-        raise InputError(f"the budget must be positive, not {budget}", "--budget", "leave it out")
     asked: list[Question] = []
     skipped: list[str] = []
     writers = {questions.C: ("h", questions.about_c), questions.PYTHON: ("py", questions.about_python)}
     texts = {target: files.get(f"{model.prefix}.{ending}") for target, (ending, _) in writers.items()}
-    if not any(texts.values()):
-        raise InputError("there is nothing to prove", "--prove", "it needs the target c or python")
     nodes = sum(len(policy.tree.feature) for policy in profile.agents)
     for target, text in texts.items():
         if not isinstance(text, str):
@@ -74,7 +77,7 @@ def prove(
             asked += writers[target][1](text, profile, model)
         except Unreadable as error:
             skipped.append(f"{target}: {error}")
-    return Proofs(tuple(_answered(profile, question, budget) for question in asked), tuple(skipped))
+    return Proofs(tuple(_answered(profile, question, budget or DEFAULT_BUDGET) for question in asked), tuple(skipped))
 
 
 def _answered(profile: ir.PolicyProfile, question: Question, budget: int) -> Proof:

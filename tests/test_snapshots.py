@@ -47,6 +47,8 @@ ERRORS = [
     ["compile", "profile.json", "--target", "pyton", "-o", "out"],
     ["compile", "profile.json", "--prefix", "2fast", "-o", "out"],
     ["compile", "profile.json", "-o", "profile.json/out"],
+    ["compile", "profile.json", "--target", "json", "--prove", "-o", "out"],
+    ["compile", "profile.json", "--prove", "--budget", "0", "-o", "out"],
     ["verify", "profile.json", "--property", "distinct_target"],
     ["verify", "profile.json", "--team", "defender"],
     ["verify", "profile.json", "--margin", "much"],

@@ -111,8 +111,31 @@ def test_c_is_read_as_it_is_written(body, action):
 
 
 @pytest.mark.parametrize(
+    ("constant", "bits"),
+    [
+        ("0.1f", 0x3DCCCCCD),
+        ("0x1.99999ap-4f", 0x3DCCCCCD),
+        ("1.00000005960464477540f", 0x3F800001),  # above a tie by less than a double tells
+        ("1.000000059604644775390625f", 0x3F800000),  # the tie, to even
+        ("1.00000005960464477538f", 0x3F800000),
+        ("1.00000017881393432617f", 0x3F800001),  # below the next tie, which a double takes for it
+        ("1.000000178813934326171875f", 0x3F800002),
+        ("1e-45f", 1),
+        ("0.0f", 0),
+        ("3.4028235e38f", 0x7F7FFFFF),
+    ],
+)
+def test_constants_are_rounded_once_as_compilers_do(constant, bits):
+    into = Definitions("c")
+    body = f"if (x[0] <= {constant}) {{ return 1; }} return 2;"
+    Header(ONE.replace("BODY", body)).decide("decide", ["f0"], {}, into)
+    assert f"#x{bits:08x}" in into.lines[0]
+
+
+@pytest.mark.parametrize(
     ("body", "said"),
     [
+        ("return x[0] <= 3.4028236e38f;", "beyond the floats"),
         ("return x[3];", "entry 3 of 3"),
         ("if (x[0] <= 0.5) { return 1; } return 2;", "no float"),
         ("if (x[0] <= 1) { return 1; } return 2;", "compared with an integer"),
@@ -141,7 +164,7 @@ def test_what_cannot_be_read_is_skipped_and_said(profile):
     found = prove(profile, targets=["python"], change=lambda text: text.replace("    if x[", "    if 1.0 + x[", 1))
     assert "a test of Python" in found.skipped[0]
     with pytest.raises(InputError, match="nothing to prove"):
-        prove(profile, targets=["json"])
+        proofs.ensure_askable(["json", "smt"], None)
 
 
 @pytest.mark.compile

@@ -30,9 +30,9 @@
 (declare-const x9 (_ BitVec 32)) ; agent_1_dy
 (define-fun f9 () (_ FloatingPoint 8 24) ((_ to_fp 8 24) x9))
 
-(define-fun c0 () (_ BitVec 32) (ite (fp.leq f3 ((_ to_fp 8 24) RNE (/ 0.0 1.0))) #x00000001 #x00000002))
-(define-fun c1 () (_ BitVec 32) (ite (fp.leq f9 (fp.neg ((_ to_fp 8 24) RNE (/ 11184811.0 33554432.0)))) #x00000004 #x00000000))
-(define-fun c2 () (_ BitVec 32) (ite (fp.leq f0 ((_ to_fp 8 24) RNE (/ 3355443.0 33554432.0))) c0 c1))
+(define-fun c0 () (_ BitVec 32) (ite (fp.leq f3 ((_ to_fp 8 24) #x00000000)) #x00000001 #x00000002))
+(define-fun c1 () (_ BitVec 32) (ite (fp.leq f9 (fp.neg ((_ to_fp 8 24) #x3eaaaaab))) #x00000004 #x00000000))
+(define-fun c2 () (_ BitVec 32) (ite (fp.leq f0 ((_ to_fp 8 24) #x3dcccccc)) c0 c1))
 
 (define-fun t0 () (_ BitVec 32) (ite (fp.leq f9 ((_ to_fp 8 24) #xbeaaaaab)) #x00000004 #x00000000))
 (define-fun t1 () (_ BitVec 32) (ite (fp.leq f3 ((_ to_fp 8 24) #x00000000)) #x00000001 #x00000002))

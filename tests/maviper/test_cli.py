@@ -96,7 +96,8 @@ def test_compile_writes_what_it_proved(capsys, profile_file, tmp_path):
     code, _, err = run(capsys, "compile", profile_file, "-o", tmp_path / "code")
     assert code == 0 and "0 differ" in err
     stem = "physical_deception"
-    assert names(tmp_path / "code") == [f"{stem}.agreement.json", f"{stem}.h", f"{stem}.json", f"{stem}.py"]
+    written = [".agreement.json", ".h", ".json", ".py", "_reader.py"]
+    assert names(tmp_path / "code") == [stem + ending for ending in written]
     evidence = json.loads((tmp_path / "code" / f"{stem}.agreement.json").read_text())
     targets = {row["target"] for row in evidence["agreement"]}
     assert {"c", "python", "json", "tree as grown", "episodes driven by c"} <= targets
