@@ -186,7 +186,7 @@ PROVED_ALONE = (
     "h: neighbouring feature", "h: renumbered", "h: signed compare", "h: the next integer", "h: the threshold before",
     "h: a NaN goes left", "py: < for <=", "py: six decimals", "py: the float32 for", "py: one action",
 )  # fmt: skip
-ELSEWHERE = ("in a batch", "in the reader")
+ELSEWHERE = ("in a batch", "in the batch", "in the reader")
 PROOF = [
     proof_fault(fault) for fault in [
         *(fault for fault in TEXT if fault.name.startswith(PROVED_ALONE) and not any(place in fault.name for place in ELSEWHERE)),
