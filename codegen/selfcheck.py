@@ -1,17 +1,11 @@
 """Agreement: generated code, compiled strictly and replayed against the reference, tolerance zero.
 
-Does: builds the C header with a strict compiler, loads the Python module and the JSON, and compares every decision.
-Assumes: a scratch folder that it may write to; the compiler is `cc`, `gcc` or `clang` on the path, or $CC.
+Does: asks the compiled C, the Python module, the JSON and what else was emitted, and compares every decision.
+Assumes: compiled.py builds the C where there is a compiler.
 Does not: trust the emitters: each target is read back from its text by means that the emitter does not use.
 """
 
-import ctypes
-import os
-import shlex
-import shutil
-import subprocess
-import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -19,19 +13,16 @@ from typing import Any
 import numpy as np
 
 from codegen import ir, probes, readback, structure
+from codegen.compiled import CompiledC, ensure_strict, find_compiler
 from codegen.errors import DisagreementError, MissingToolError
 from codegen.floats import round_down
-from codegen.ir import Float32, Float64, Int32
+from codegen.ir import Float32, Int32
 from codegen.lower import AUTO, ORDERED, Model, lower
 from codegen.observe import observe
-from codegen.targets import c
 
-STRICT = (
-    "-std=c99 -pedantic -Wall -Wextra -Werror -Wconversion -Wdouble-promotion -Wshadow -Wfloat-equal".split()  # noqa: SIM905
-)
 INPUT_CHECK = "c input check"
 STRUCTURE = "c structure"
-MOST_PARSED = 20_000  # nodes of all trees; parsing more takes minutes
+MOST_PARSED = 20_000  # nodes of all trees; parsing more, here or by every compiler, takes minutes
 ALL = "c all agents"
 TEAM = "c team from world states"
 RANDOM_OBSERVATIONS = 100_000
@@ -78,18 +69,6 @@ class Report:
         return self
 
 
-def find_compiler() -> list[str] | None:
-    """The C compiler's command, or None. MissingToolError when $CC cannot be read as a command."""
-    try:
-        named = shlex.split(os.environ.get("CC", ""))
-    except ValueError as error:
-        raise MissingToolError("cannot read $CC as a command", str(error), "set it to a compiler") from None
-    for command in [named] if named else [["cc"], ["gcc"], ["clang"]]:
-        if shutil.which(command[0]):
-            return command
-    return None
-
-
 def observations(policy: ir.AgentPolicy, random: int = RANDOM_OBSERVATIONS) -> Float32:
     """What every target is asked: boundaries of the deployed and the grown tree, special values, random ones."""
     rng = np.random.default_rng(SEED)
@@ -118,94 +97,6 @@ def compare(target: str, policy: ir.AgentPolicy, rows: Any, wanted: Int32, found
     return Agreement(target, policy.agent, len(wanted), int(wrong.size), first)
 
 
-class CompiledC:
-    """The header, compiled strictly into a library and loaded. Use as a context manager."""
-
-    def __init__(self, header: str, model: Model, compiler: list[str]) -> None:
-        self._folder = tempfile.TemporaryDirectory(prefix="maviper-")
-        folder = Path(self._folder.name)
-        (folder / f"{model.prefix}.h").write_text(header)
-        (folder / "harness.c").write_text(c.harness(model))
-        built = self._build(compiler, "harness.c")
-        if built.returncode != 0:
-            (folder / "empty.c").write_text("extern int nothing;\n")
-            works = self._build(compiler, "empty.c").returncode == 0
-            self._folder.cleanup()
-            lines = "\n".join(built.stderr.strip().splitlines()[:5])
-            if not works:
-                raise MissingToolError(f"the C compiler {compiler[0]} does not work", lines, "set CC to another one")
-            raise DisagreementError("the generated C does not compile", lines, "this is a bug; nothing was written")
-        try:
-            self._library = ctypes.CDLL(str(folder / "policy.so"))
-        except OSError as error:
-            self._folder.cleanup()
-            advice = "set CC to another compiler, or TMPDIR to a folder that may hold programs"
-            raise MissingToolError(f"cannot load what {compiler[0]} built", str(error), advice) from None
-        self._agents = {agent.name: agent for agent in model.agents}
-
-    def _build(self, compiler: list[str], source: str) -> subprocess.CompletedProcess[str]:
-        command = [*compiler, *STRICT, "-O2", "-fPIC", "-shared", "-o", "policy.so", source]
-        return subprocess.run(command, cwd=self._folder.name, capture_output=True, text=True, check=False)
-
-    def __enter__(self) -> "CompiledC":
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._folder.cleanup()
-
-    def act(self, agent: str, rows: Float32) -> Int32:
-        """The compiled decisions, [batch] int32. `rows`: [batch, n_features] float32."""
-        return self._run(agent, rows)[0]
-
-    def checks(self, agent: str, rows: Float32) -> Int32:
-        """The compiled input checks, [batch] int32: 1 for finite, 2 for within the ranges, their sum for both."""
-        return self._run(agent, rows)[1]
-
-    def batch(self, agent: str, rows: Float32) -> tuple[Int32, Int32]:
-        """The decisions of the batch functions, over rows and over columns, [batch] each."""
-        rows = np.ascontiguousarray(rows, dtype=np.float32)
-        kind = {"unsigned char": np.uint8, "unsigned short": np.uint16}.get(self._agents[agent].tables.action_type)
-        found = [np.full(len(rows), 255, dtype=kind or np.uint32) for _ in range(2)]
-        columns = np.ascontiguousarray(rows.T)
-        run = self._library[f"{self._agents[agent].lower}_batch"]
-        run(_pointer(rows), _pointer(columns), ctypes.c_long(len(rows)), *map(_pointer, found))
-        return found[0].astype(np.int32), found[1].astype(np.int32)
-
-    def all(self, rows: Sequence[Float32]) -> Int32:
-        """All agents' actions in one call, [batch, n_agents]. `rows`: each agent's observations, equally many."""
-        held = [np.ascontiguousarray(each, dtype=np.float32) for each in rows]
-        pointers = (ctypes.c_void_p * len(held))(*(each.ctypes.data for each in held))
-        found = np.full((len(held[0]), len(held)), -1, dtype=np.int32)
-        self._library["all_rows"](pointers, ctypes.c_long(len(found)), _pointer(found))
-        return found
-
-    def team(self, worlds: Float64) -> Int32:
-        """The team's actions in world states [batch, n_coordinates], [batch, n_agents]."""
-        worlds = np.ascontiguousarray(worlds, dtype=np.float64)
-        found = np.full((len(worlds), len(self._agents)), -1, dtype=np.int32)
-        self._library["team_rows"](_pointer(worlds), ctypes.c_long(len(worlds)), _pointer(found))
-        return found
-
-    def region(self, worlds: Float64) -> Int32:
-        """The compiled check of the region, [batch] int32: 1 within, else 0. `worlds`: [batch, n_coordinates]."""
-        worlds = np.ascontiguousarray(worlds, dtype=np.float64)
-        within = np.full(len(worlds), -1, dtype=np.int32)
-        self._library["region_rows"](_pointer(worlds), ctypes.c_long(len(worlds)), _pointer(within))
-        return within
-
-    def _run(self, agent: str, rows: Float32) -> tuple[Int32, Int32]:
-        rows = np.ascontiguousarray(rows, dtype=np.float32)
-        actions = np.full(len(rows), -1, dtype=np.int32)
-        checks = np.full(len(rows), -1, dtype=np.int32)
-        run = self._library[f"{self._agents[agent].lower}_rows"]
-        run(_pointer(rows), ctypes.c_long(len(rows)), _pointer(actions), _pointer(checks))
-        return actions, checks
-
-
-def _pointer(array: np.ndarray) -> ctypes.c_void_p:
-    return array.ctypes.data_as(ctypes.c_void_p)
-
-
 def check_files(
     profile: ir.PolicyProfile,
     files: Mapping[str, str | bytes],
@@ -229,6 +120,7 @@ def check_files(
         skipped.append("C: no compiler found (cc, gcc, clang or $CC)")
     if header is not None:
         if sum(len(policy.tree.feature) for policy in profile.agents) <= MOST_PARSED:
+            ensure_strict(header, model)
             found += _parsed(profile, header, model)
         else:
             skipped.append(f"the structural proof of the C: more than {MOST_PARSED} nodes")

@@ -13,10 +13,11 @@ from typing import Any
 import numpy as np
 
 from codegen import ir, selfcheck
+from codegen.compiled import CompiledC, find_compiler
 from codegen.errors import DisagreementError, InputError
 from codegen.lower import AUTO, lower
 from codegen.policy_json import content_hash, layout
-from codegen.selfcheck import Agreement, CompiledC, Report
+from codegen.selfcheck import Agreement, Report
 from codegen.targets import USUAL, emit, smt
 from maviper.evaluate import metrics
 from maviper.evaluate.play import Controller, Episodes, Policies, play, tree_policies
@@ -131,7 +132,7 @@ def _driven(
     profile: ir.PolicyProfile, world: ParticleWorld, header: str, prefix: str | None, episodes: Episodes
 ) -> list[Agreement]:
     """The same episodes, driven by the compiled C: every action and position must be the same."""
-    compiler = selfcheck.find_compiler()
+    compiler = find_compiler()
     assert compiler is not None
     with CompiledC(header, lower(profile, prefix), compiler) as compiled:
         driver = Policies([partial(compiled.act, policy.agent) for policy in profile.agents])

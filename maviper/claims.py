@@ -13,7 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
-from codegen import ir, selfcheck
+from codegen import ir
+from codegen.compiled import CompiledC, find_compiler
 from codegen.errors import InputError
 from codegen.lower import lower
 from codegen.observe import observe
@@ -52,7 +53,7 @@ def verify_claims(
     """A result for each (property, region)."""
     ir.ensure(profile)
     world = agreement.matching_world(profile)
-    compiler = selfcheck.find_compiler()
+    compiler = find_compiler()
     skipped = [] if compiler else ["compiled C: no compiler found"]
     skipped += [] if world else [f"{profile.world.reference}: {agreement.NO_WORLD}"]
     episodes = None if world is None else agreement.on_policy(profile, world)
@@ -74,7 +75,7 @@ def _replays(
         if compiler is not None:
             model = lower(profile)
             header = c.emit(model, profile)[f"{model.prefix}.h"]
-            compiled = stack.enter_context(selfcheck.CompiledC(header, model, compiler))
+            compiled = stack.enter_context(CompiledC(header, model, compiler))
 
         def of(claim: Property) -> Mapping[str, Replay]:
             team = profile.team(claim.team)
@@ -89,7 +90,7 @@ def _replays(
 
 
 def _in_compiled(
-    profile: ir.PolicyProfile, team: Sequence[ir.AgentPolicy], compiled: selfcheck.CompiledC, point: Point
+    profile: ir.PolicyProfile, team: Sequence[ir.AgentPolicy], compiled: CompiledC, point: Point
 ) -> list[int]:
     """The team's actions by the compiled header."""
     coordinates = point.coordinates(profile)

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import settings
 
 from codegen import ir
-from codegen.selfcheck import find_compiler
+from codegen.compiled import find_compiler
 
 settings.register_profile("repeatable", derandomize=True, deadline=None, max_examples=40)
 settings.load_profile("repeatable")

@@ -10,7 +10,7 @@ import sys
 import numpy as np
 import pytest
 
-from codegen.selfcheck import STRICT, find_compiler
+from codegen.compiled import STRICT, find_compiler
 from maviper import agreement, load
 from maviper.evaluate.play import play, tree_policies
 from maviper.worlds import WorldState

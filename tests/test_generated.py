@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from codegen.selfcheck import find_compiler
+from codegen.compiled import find_compiler
 from maviper import agreement, claims, load, publish
 
 FOLDER = Path(__file__).parent.parent / "generated" / "physical_deception"

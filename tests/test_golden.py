@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from codegen import ir, probes, questions, selfcheck, vectors
+from codegen import compiled, ir, probes, questions, selfcheck, vectors
 from codegen.deploy import deployed
 from codegen.lower import AUTO, ORDERED, STYLES, lower
 from codegen.policy_json import layout, loads
@@ -86,7 +86,7 @@ def test_strict_compilers_and_sanitizers_find_nothing(style, compiler, tmp_path)
     if shutil.which(command) is None:
         pytest.skip(f"{command} is not installed")
     sanitize = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-g", "-O1"]
-    warnings = [*selfcheck.STRICT[1:], "-Wno-float-conversion"]
+    warnings = [*compiled.STRICT[1:], "-Wno-float-conversion"]
     for header in headers():
         profile = loads((header.parent / f"{header.stem}.json").read_text())
         for name, text in emit(profile, ["c"], style=style).items():

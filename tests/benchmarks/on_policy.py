@@ -13,7 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
-from codegen import ir, readback, selfcheck
+from codegen import ir, readback
+from codegen.compiled import CompiledC, find_compiler
 from codegen.lower import lower
 from codegen.targets import emit
 from maviper import load
@@ -32,11 +33,11 @@ def main() -> None:
     options = parser.parse_args()
     profile = load(options.profile)
     world, model, files = matching_world(profile), lower(profile), emit(profile)
-    compiler = selfcheck.find_compiler()
+    compiler = find_compiler()
     module = readback.load_python(files[f"{model.prefix}.py"])
     rng, states, compared, wrong = np.random.default_rng(0), 0, 0, 0
     team = [tree_policies(profile.agents)] * len(profile.agents)
-    with selfcheck.CompiledC(files[f"{model.prefix}.h"], model, compiler) as compiled:
+    with CompiledC(files[f"{model.prefix}.h"], model, compiler) as compiled:
         while states < options.states:
             episodes = play(world, team, world.start(GAMES, rng))
             seen = [rows.reshape(-1, rows.shape[-1]) for rows in episodes.observations]

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 
 from codegen import ir, policy_json, questions, readback, selfcheck
+from codegen.compiled import CompiledC, find_compiler
 from codegen.errors import DisagreementError, ExitCode, InputError
 from codegen.lower import lower
 from codegen.symbolic import Definitions, Header, Unreadable
@@ -67,7 +68,7 @@ def test_an_answer_is_an_observation_that_shows_the_fault(style, profile):
     answer = ask_bits(asked.text, asked.names)
     x = np.array([asked.observation(answer.model)], dtype=np.float32)
     assert answer.holds and x[0, 0] == np.nextafter(np.float32(0.5), np.float32(1))
-    with selfcheck.CompiledC(changed, model, selfcheck.find_compiler()) as compiled:
+    with CompiledC(changed, model, find_compiler()) as compiled:
         assert compiled.act("agent_0", x)[0] != ir.act(profile.policy("agent_0"), x)[0]
 
 

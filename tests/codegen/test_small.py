@@ -10,8 +10,8 @@ import pytest
 from sklearn.tree import DecisionTreeClassifier
 
 from codegen import importers, vectors
+from codegen.compiled import STRICT
 from codegen.lower import lower
-from codegen.selfcheck import STRICT
 from codegen.targets import emit
 from tests import machines
 

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from codegen import ir, probes, readback, selfcheck
+from codegen import compiled, ir, probes, readback, selfcheck
 from codegen import lower as lower_module
 from codegen.errors import DisagreementError, InputError, UnknownNameError
 from codegen.floats import neighbour
@@ -144,7 +144,7 @@ def test_the_header_compiles_strictly(profile, compiler, tmp_path):
         "int main(void)\n{\n    const float x[10] = {0};\n"
         "    return physical_deception_agent_0_act(x) + physical_deception_agent_1_finite(x);\n}\n"
     )
-    flags = selfcheck.STRICT[1:]  # without the language standard
+    flags = compiled.STRICT[1:]  # without the language standard
     subprocess.run([*command, *flags, "use.c", "-o", "use"], cwd=tmp_path, check=True)
     refused = subprocess.run([*command, "-ffast-math", "-c", "use.c"], cwd=tmp_path, capture_output=True, check=False)
     assert refused.returncode != 0 and b"fast-math" in refused.stderr
@@ -192,7 +192,7 @@ def test_the_comment_filter_by_example():
 
 
 def test_c_that_does_not_compile_is_reported(profile):
-    if selfcheck.find_compiler() is None:
+    if compiled.find_compiler() is None:
         pytest.skip("no C compiler")
     with pytest.raises(DisagreementError, match="does not compile"):
         selfcheck.check_files(profile, {"physical_deception.h": "int x = ;"}, random=FEW)
