@@ -270,6 +270,8 @@ def show(profile: Path, agent: str | None) -> int:
 @click.option("--test-vectors", is_flag=True, help="Also write observations with answers, and a short test of them.")
 @click.option("--prove", is_flag=True, help="Also prove C and Python equal to the trees for all observations, by Z3.")
 @click.option("--budget", default=None, type=int, help="Solver resource units a proof.")
+@click.option("--pass", "names", default="", help="Passes over the trees first: some of drop,merge,reorder.")
+@click.option("--region", default=None, help="For the pass drop: `start` or a region file (see `maviper verify --help`).")
 @OUTPUT
 @click.pass_context
 def compile_command(
@@ -281,17 +283,29 @@ def compile_command(
     test_vectors: bool,
     prove: bool,
     budget: int | None,
+    names: str,
+    region: str | None,
     output: Path,
 ) -> int:
     """Compile PROFILE to code in a folder, after proving by replay that code, profile and learned tree decide alike.
 
     With --prove, a solver is asked for an observation (any float32 numbers for C, any doubles for Python) for which
     text and tree act differently; the questions, in SMT-LIB, and the answers are written beside the code.
+
+    
+    Passes, each proved, leave trees that decide the same with less:
+      merge     splits whose sides decide alike, tests that those before them decide
+      reorder   the order of tests, for fewer on average over on-policy states
+      drop      leaves that no world state of --region reaches; the region becomes part of the code's contract
     """
     from maviper.compilation import compile_to_folder
 
     targets = [name.strip() for name in target.split(",")]
-    return compile_to_folder(profile, targets, prefix, style, test_vectors, output, _console(context), prove, budget)
+    passes = [name.strip() for name in names.split(",") if name.strip()]
+    console = _console(context)
+    return compile_to_folder(
+        profile, targets, prefix, style, test_vectors, output, console, prove, budget, passes, region
+    )
 
 
 def _fraction(_context: click.Context, parameter: click.Parameter, value: str) -> Fraction:

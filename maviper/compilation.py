@@ -5,7 +5,7 @@ Assumes: options come from the command line.
 Does not: emit or compare anything itself.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -30,16 +30,26 @@ def compile_to_folder(
     console: Console,
     prove: bool = False,
     budget: int | None = None,
+    passes: Sequence[str] = (),
+    region: str | None = None,
 ) -> ExitCode:
     """The command `maviper compile`; its exit code. Nothing is written when any decision differs.
 
     `prove`: also for all observations, by a solver with so many resource units a question (`budget`).
+    `passes`, `region`: as `maviper.transform.transformed`.
     """
     loaded, targets = load(profile), list(targets)
     if prove:
         from maviper import proofs  # here, so that compiling alone loads no solver
 
         proofs.ensure_askable(targets, budget)
+    if passes or region is not None:
+        from maviper.transform import transformed  # here, for the same reason
+
+        found_better = transformed(loaded, passes, region)
+        loaded = found_better.profile
+        for note in found_better.notes:
+            console.line("pass", note)
     compiled = compile_profile(loaded, targets, prefix, style)
     model = lower(loaded, prefix, style)
     more = vectors.files(loaded, model, targets) if test_vectors else {}
