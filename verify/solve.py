@@ -54,6 +54,14 @@ def ask(question: Question, budget: int = DEFAULT_BUDGET) -> Answer:
     return Answer(True, exact, spent)
 
 
+def smt_lib(question: Question) -> str:
+    """The question as SMT-LIB 2, for any solver; equal questions give equal texts."""
+    context = z3.Context()
+    solver = z3.SolverFor("QF_LRA", ctx=context)
+    solver.add(*(constraint.translate(context) for constraint in question.constraints))
+    return solver.to_smt2()
+
+
 def _spent(solver: z3.Solver) -> int:
     statistics = solver.statistics()
     return int(statistics.get_key_value("rlimit count")) if "rlimit count" in statistics.keys() else 0  # noqa: SIM118
