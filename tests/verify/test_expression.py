@@ -215,7 +215,8 @@ ERRORS = [
     ("max(|agent_0.x|, 1) > 0", 5, "do not nest"), ("1e999999999 < agent_0.x", 1, "at most"),
     ("9999999999 < agent_0.x", 1, "at most"), ("import os", 1, "unknown word"), ("agent_0.x > 1 or", 17, "too early"),
     ("__import__('os')", 1, "unknown function"), ("agent_0.x > \u0661", 13, "cannot read"), ("(" * 99, 41, "nested"),
-    ("not " * 30 + "(" * 50 + "true", 161, "nested"), ("|" * 99, 41, "nested"), ("true" + " implies true" * 99, 521, "nested"),
+    ("not " * 30 + "(" * 50 + "true", 161, "nested"), ("|" * 99, 41, "nested"),
+    ("true" + " implies true" * 99, 521, "nested"),
     ("+".join(["distance(agent_0, agent_1)"] * 9) + " > 1", 244, "cases"), ("x" * 10_001, 1, "at most 10000"),
     ("agent_0.x " + "* 1e-900 " * 3 + "> 1", 20, "too long"),
 ]  # fmt: skip
