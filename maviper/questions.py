@@ -51,7 +51,11 @@ def questions(profile: ir.PolicyProfile, profile_name: str, options: Mapping[str
         found += [Asked(claim, where, _line(words, budget, options["semantics"])) for claim, where in asked]
     names = options["names"] or (() if found else (DEFAULT,))
     for name, given in zip(names, _given(names, options), strict=True):
-        claim = find_property(name, profile, options["team"], **given)
+        try:
+            claim = find_property(name, profile, options["team"], **given)
+        except InputError as error:
+            error.where = f"--{error.where}" if error.where in PARAMETERS else error.where
+            raise
         found.append(Asked(claim, region, command(profile_name, claim, region.name, budget, options["semantics"])))
     return found
 
