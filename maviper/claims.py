@@ -8,6 +8,7 @@ Does not: decide verdicts.
 import hashlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -17,7 +18,8 @@ from codegen import ir
 from codegen.compiled import CompiledC, find_compiler
 from codegen.errors import InputError
 from codegen.lower import lower
-from codegen.observe import observe
+from codegen.policy_json import content_hash
+from codegen.render import render
 from codegen.targets import c
 from maviper import agreement, runs
 from maviper.evaluate.play import Episodes
@@ -25,10 +27,12 @@ from maviper.worlds import ParticleWorld, WorldState
 from maviper.worlds.particle import placed
 from verify import engine, report
 from verify.counterexample import Replay
+from verify.encode import MACHINE, Question, question, reaching
 from verify.engine import Result, Visited
-from verify.properties import Property
+from verify.properties import LEAVES, Property, sentence
+from verify.solve import smt_lib
 from verify.spec import Region, read_region
-from verify.world import Point, contains, everywhere, observed_velocities
+from verify.world import Point, contains, everywhere, observed, observed_velocities, verifiable
 
 MOST_REGION_BYTES = 2**20
 
@@ -48,7 +52,10 @@ def find_region(name: str, profile: ir.PolicyProfile) -> Region:
 
 
 def verify_claims(
-    profile: ir.PolicyProfile, questions: Sequence[tuple[Property, Region]], budget: int = engine.DEFAULT_BUDGET
+    profile: ir.PolicyProfile,
+    questions: Sequence[tuple[Property, Region]],
+    budget: int = engine.DEFAULT_BUDGET,
+    semantics: str = MACHINE,
 ) -> list[Result]:
     """A result for each (property, region)."""
     ir.ensure(profile)
@@ -61,7 +68,9 @@ def verify_claims(
     with _replays(profile, world, compiler) as replays_of:
         for claim, region in questions:
             visited = None if world is None or episodes is None else _visited(world, episodes, region)
-            results.append(engine.verify(profile, claim, region, replays_of(claim), budget, visited, skipped))
+            results.append(
+                engine.verify(profile, claim, region, replays_of(claim), budget, visited, skipped, semantics)
+            )
     return results
 
 
@@ -93,8 +102,7 @@ def _in_compiled(
     profile: ir.PolicyProfile, team: Sequence[ir.AgentPolicy], compiled: CompiledC, point: Point
 ) -> list[int]:
     """The team's actions by the compiled header."""
-    coordinates = point.coordinates(profile)
-    seen = [observe(policy.features, coordinates, profile.world) for policy in team]
+    seen = [observed(profile, policy, point) for policy in team]
     return [int(compiled.act(policy.agent, obs)[0]) for policy, obs in zip(team, seen, strict=True)]
 
 
@@ -102,7 +110,7 @@ def _in_reference(
     profile: ir.PolicyProfile, team: Sequence[ir.AgentPolicy], world: ParticleWorld, point: Point
 ) -> list[int]:
     """The team's actions on what the reference environment itself observes in the world state; features that it does
-    not have are observed by their meanings.
+    not have, and those that a counterexample's errors change, are observed by their meanings.
     """
     env = world.reference_env()
     env.reset(seed=0)
@@ -114,6 +122,8 @@ def _in_reference(
         obs = world.observe(state)[agent].copy()
         shown = env.aec_env.unwrapped.observe(policy.agent)
         obs[0, : world.shown[agent]] = shown[: world.shown[agent]]
+        exact, wrong = observed(profile, policy, replace(point, errors={})), observed(profile, policy, point)
+        obs = np.where(exact == wrong, obs, wrong)
         found.append(int(ir.act(policy, obs)[0]))
     return found
 
@@ -141,6 +151,41 @@ def digests(files: Mapping[str, str | bytes]) -> dict[str, str]:
     """SHA-256 of each text in hexadecimal, by name."""
     encoded = {name: item.encode() if isinstance(item, str) else item for name, item in sorted(files.items())}
     return {name: hashlib.sha256(item).hexdigest() for name, item in encoded.items()}
+
+
+def question_files(
+    profile: ir.PolicyProfile, asked: Sequence[tuple[Property, Region, str]], semantics: str = MACHINE
+) -> dict[str, str]:
+    """The very questions, one a property and goal (of alive_leaves: one a leaf and goal), as SMT-LIB, name -> text."""
+    files: dict[str, str] = {}
+    for number, (claim, region, _) in enumerate(asked, 1):
+        for goal in region.goals or ("",):
+            for name, made in _questions(profile, claim, region, goal, semantics):
+                files[f"{number:02d}-{name}-{goal or 'no-goal'}.smt2"] = render(
+                    "smt/question.smt2.j2",
+                    profile=content_hash(profile),
+                    claim=f"{claim.shown}: {claim.written or sentence(claim)}",
+                    assume=claim.assumption,
+                    leaf=claim.name == LEAVES,
+                    region=region.name,
+                    goal=goal,
+                    semantics=semantics,
+                    text=smt_lib(made),
+                )
+    return files
+
+
+def _questions(
+    profile: ir.PolicyProfile, claim: Property, region: Region, goal: str, semantics: str
+) -> Iterator[tuple[str, Question]]:
+    """What the solver is asked for one goal, each question with a name that suits a file."""
+    team = verifiable(profile, claim.team)
+    if claim.name != LEAVES:
+        yield claim.name, question(profile, claim, region, goal, semantics=semantics)
+        return
+    for policy in team:
+        for leaf in map(int, ir.leaves(policy.tree)):
+            yield f"{LEAVES}-{policy.agent}-{leaf}", reaching(profile, policy.agent, leaf, region, goal)
 
 
 def report_files(

@@ -271,7 +271,7 @@ def show(profile: Path, agent: str | None) -> int:
 @click.option("--prove", is_flag=True, help="Also prove C and Python equal to the trees for all observations, by Z3.")
 @click.option("--budget", default=None, type=int, help="Solver resource units a proof.")
 @click.option("--pass", "names", default="", help="Passes over the trees first: some of drop,merge,reorder.")
-@click.option("--region", default=None, help="For the pass drop: `start` or a region file (see `maviper verify --help`).")
+@click.option("--region", default=None, help="For the pass drop: `start` or a region file.")
 @OUTPUT
 @click.pass_context
 def compile_command(
@@ -308,27 +308,45 @@ def compile_command(
     )
 
 
-def _fraction(_context: click.Context, parameter: click.Parameter, value: str) -> Fraction:
+def _fraction(_context: click.Context, parameter: click.Parameter, value: str | None) -> Fraction | None:
     from verify.spec import exact
 
-    return exact(value, f"--{parameter.name}")
+    return None if value is None else exact(value, f"--{parameter.name}")
+
+
+def _names(_context: click.Context, _parameter: click.Parameter, value: str | None) -> tuple[str, ...] | None:
+    return None if value is None else tuple(name.strip() for name in value.split(","))
+
+
+def _list_properties(context: click.Context, _parameter: click.Parameter, asked: bool) -> None:
+    if asked and not context.resilient_parsing:
+        from maviper.verification import list_properties
+
+        list_properties(as_json=False)
+        context.exit(ExitCode.DONE)
 
 
 @cli.command()
 @click.argument("profile", type=click.Path(path_type=Path))
+@click.option("--property", "names", multiple=True, help="Built-in property (repeatable; default: distinct_targets).")
+@click.option("--properties", type=click.Path(path_type=Path), default=None, help="A property file (TOML).")
 @click.option(
-    "--property", "names", multiple=True, default=("distinct_targets",), show_default=True, help="Built-in property."
+    "--list", is_flag=True, is_eager=True, expose_value=False, callback=_list_properties, help="List the properties."
 )
 @click.option("--region", default="start", show_default=True, help="`start` (the start box) or a region file (TOML).")
 @click.option(
     "--team", default=None, help="The team that the claim is about (default: the one with an agent a landmark)."
 )
+@click.option("--margin", callback=_fraction, help="An agent closes when it is ahead by more (default: 0).")
+@click.option("--radius", callback=_fraction, help="An agent is at a landmark within it (default: 1/10).")
+@click.option("--kappa", callback=_fraction, help="Of aligned: ahead by kappa times what is sideways (default: 1/2).")
+@click.option("--landmarks", callback=_names, metavar="A,B", help="Of own_target: one for each agent of the team.")
+@click.option("--eps", callback=_fraction, help="Of steady: by how much a feature may be off (default: 1/100).")
+@click.option("--of", default=None, metavar="NAME", help="Of steady: the property that stays true.")
 @click.option(
-    "--margin", default="0", show_default=True, callback=_fraction, help="An agent closes when it is ahead by more."
+    "--semantics", default="machine", show_default=True, help="machine: as deployed; real: exact, for comparison."
 )
-@click.option(
-    "--radius", default="1/10", show_default=True, callback=_fraction, help="An agent is at a landmark within it."
-)
+@click.option("--smt", type=click.Path(path_type=Path), default=None, help="Folder for the questions as SMT-LIB.")
 @click.option("--budget", default=None, type=int, help="Solver resource units a query.")
 @click.option("--json", "as_json", is_flag=True, help="Print the report as JSON.")
 @click.option(
@@ -337,6 +355,9 @@ def _fraction(_context: click.Context, parameter: click.Parameter, value: str) -
 @click.pass_context
 def verify(context: click.Context, profile: Path, **options: Any) -> int:
     """Decide claims about PROFILE over all world states of a region, for the deployed arithmetic.
+
+    `maviper properties list` names the built-in properties, `maviper properties new WORLD` writes a property file to
+    start from, for claims of your own.
 
     \b
     A region file states exact bounds; positions it leaves out have the start box's:
@@ -352,6 +373,36 @@ def verify(context: click.Context, profile: Path, **options: Any) -> int:
     from maviper.verification import verify_command
 
     return verify_command(profile, options, _console(context))
+
+
+@cli.group()
+def properties() -> None:
+    """What can be claimed: built-in properties, and files for claims of your own."""
+
+
+@properties.command("list")
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+def properties_list(as_json: bool) -> int:
+    """The built-in properties: what each claims, and its parameters with their defaults."""
+    from maviper.verification import list_properties
+
+    return list_properties(as_json)
+
+
+@properties.command("new")
+@click.argument("world")
+@click.option("-o", "--output", type=click.Path(path_type=Path), default=None, help="The file (default: print it).")
+def properties_new(world: str, output: Path | None) -> int:
+    """A commented property file for WORLD, with its agents, landmarks and actions."""
+    from maviper import runs
+    from maviper.questions import starter
+
+    text = starter(world)
+    if output is None:
+        click.echo(text, nl=False)
+    else:
+        runs.write(output, text)
+    return ExitCode.DONE
 
 
 def run(arguments: list[str]) -> int:

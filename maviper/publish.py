@@ -14,7 +14,7 @@ from codegen.policy_json import content_hash, layout
 from codegen.render import render
 from maviper import claims
 from maviper.agreement import Compiled
-from maviper.verification import command
+from maviper.questions import command
 from verify.engine import Result
 from verify.properties import Property, find_property
 from verify.regions import best_proved_box

@@ -1,6 +1,6 @@
 """Passes over a profile before it is compiled: smaller or quicker trees that decide the same.
 
-Does: joins codegen's passes with what they need as data: dead leaves from the verifier, on-policy states from the world.
+Does: joins the passes of codegen with what they need as data: dead leaves from the verifier, on-policy states.
 Assumes: the passes prove themselves what they claim.
 Does not: change what is decided; `drop` changes it outside the stated region, which becomes part of the profile.
 """
@@ -100,9 +100,7 @@ def _reordered(profile: ir.PolicyProfile, _: str) -> ir.PolicyProfile:
     if world is None:
         raise InputError("the pass reorder needs on-policy states", agreement.NO_WORLD, "leave it out")
     seen = agreement.on_policy(profile, world).observations
-    rows = {
-        policy.agent: each.reshape(-1, each.shape[-1]) for policy, each in zip(profile.agents, seen, strict=True)
-    }
+    rows = {policy.agent: each.reshape(-1, each.shape[-1]) for policy, each in zip(profile.agents, seen, strict=True)}
     return _with_trees(
         profile, {policy.agent: passes.reordered(policy.tree, rows[policy.agent]) for policy in profile.agents}
     )

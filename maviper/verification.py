@@ -5,7 +5,6 @@ Assumes: `claims` joins verifier and simulator.
 Does not: decide verdicts.
 """
 
-import shlex
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -13,11 +12,14 @@ from typing import Any
 import click
 
 from codegen.errors import ExitCode, InputError
+from codegen.policy_json import layout
 from maviper import load, runs
-from maviper.claims import find_region, report_files, verify_claims
+from maviper.claims import question_files, report_files, verify_claims
 from maviper.console import Console
+from maviper.questions import listed, questions
+from verify.encode import REAL
 from verify.engine import DEFAULT_BUDGET, Result
-from verify.properties import Property, find_property
+from verify.properties import LEAVES
 from verify.spec import Verdict
 from verify.spec import text as decimal
 
@@ -28,16 +30,18 @@ def verify_command(profile: Path, options: Mapping[str, Any], console: Console) 
     if not 0 < budget < 2**32:
         raise InputError("the budget must be between 1 and 2**32", "--budget")
     loaded = load(profile)
-    parameters = {"margin": options["margin"], "radius": options["radius"]}
-    region = find_region(options["region"], loaded)
-    questions = [(find_property(name, loaded, options["team"], **parameters), region) for name in options["names"]]
-    output = options["output"]
-    if output is not None:
-        runs.folder(output)
-    results = verify_claims(loaded, questions, budget)
-    commands = [command(profile.name, claim, region.name, budget) for claim, region in questions]
+    asked = questions(loaded, profile.name, options)
+    for folder in (options["output"], options["smt"]):
+        if folder is not None:
+            runs.folder(folder)
+    if options["smt"] is not None:
+        for name, text in question_files(loaded, asked, options["semantics"]).items():
+            runs.write(options["smt"] / name, text)
+        console.line("questions", f"{options['smt']}, as SMT-LIB")
+    results = verify_claims(loaded, [(one.claim, one.region) for one in asked], budget, options["semantics"])
     say_results(results, console)
-    files = report_files(loaded, results, commands, {})
+    files = report_files(loaded, results, [one.command for one in asked], {})
+    output = options["output"]
     if output is not None:
         for name, text in files.items():
             runs.write(output / name, text)
@@ -49,26 +53,25 @@ def verify_command(profile: Path, options: Mapping[str, Any], console: Console) 
     return exit_code(results)
 
 
-def command(profile: str, claim: Property, region: str, budget: int = DEFAULT_BUDGET) -> str:
-    """The command line that repeats a question, run beside the profile and the region file."""
-    words = ["maviper", "verify", profile, "--property", claim.name, "--team", claim.team, "--region", region]
-    if claim.margin or claim.radius != Property("", "").radius:
-        words += ["--margin", decimal(claim.margin).strip('"'), "--radius", decimal(claim.radius).strip('"')]
-    if budget != DEFAULT_BUDGET:
-        words += ["--budget", str(budget)]
-    return shlex.join(word.encode(errors="replace").decode() for word in words)
-
-
 def say_results(results: Sequence[Result], console: Console) -> None:
     """One block of lines a result."""
     for result in results:
-        console.line(
-            result.verdict.value, f"{result.claim.name} of the {result.claim.team}, region {result.region.name}"
-        )
+        claim = result.claim
+        named = claim.label or f"{claim.name} of the {claim.team}"
+        named += f", region {result.region.name}"
+        real = ", real arithmetic" if result.semantics == REAL else ""
+        console.line(result.verdict.value, named + real)
+        if result.claim.name == LEAVES:
+            _say_leaves(result, console)
+            continue
         conflict = f"conflict share {result.shares.conflict}, violating {result.shares.violating}"
         console.line("", f"{conflict}, shuffled control {result.control.value}")
         if result.reason:
             console.line("", result.reason)
+        if result.shares.changing is not None:
+            console.line("", f"errors can change an action in {result.shares.changing}")
+        if result.largest is not None:
+            console.line("", f"stays proved up to margin {decimal(result.largest.proved)}")
         if result.counterexample is not None:
             found = result.counterexample
             acts = "; ".join(
@@ -78,7 +81,22 @@ def say_results(results: Sequence[Result], console: Console) -> None:
             place = ", ".join(f"{name} {value:g}" for name, value in found.point.position.items())
             console.line("", f"counterexample: {acts}")
             console.line("", f"at {place}, goal {found.point.goal or 'none'}")
+            for view in found.agents:
+                if view.errors:
+                    errors = ", ".join(f"{name} by {error:g}" for name, error in view.errors)
+                    console.line("", f"{view.agent} measures wrongly: {errors}")
             console.line("", f"replayed by {', '.join(found.replayed)}")
+
+
+def _say_leaves(result: Result, console: Console) -> None:
+    """How many leaves are reached, and which are not."""
+    for verdict, said in ((Verdict.PROVED, "reached"), (Verdict.VIOLATED, "dead"), (Verdict.UNKNOWN, "open")):
+        found = [finding for finding in result.leaves if finding.verdict is verdict]
+        named = "" if verdict is Verdict.PROVED else ": " + ", ".join(f"{one.agent} leaf {one.leaf}" for one in found)
+        if found:
+            console.line("", f"{len(found)} of {len(result.leaves)} leaves {said}{named}")
+    if result.reason:
+        console.line("", result.reason)
 
 
 def exit_code(results: Sequence[Result]) -> int:
@@ -87,3 +105,15 @@ def exit_code(results: Sequence[Result]) -> int:
     if Verdict.VIOLATED in verdicts:
         return ExitCode.VIOLATED
     return ExitCode.DONE if verdicts == {Verdict.PROVED} else ExitCode.INCONCLUSIVE
+
+
+def list_properties(as_json: bool) -> int:
+    """The command `maviper properties list`."""
+    if as_json:
+        click.echo(layout({"properties": listed()}))
+        return ExitCode.DONE
+    for found in listed():
+        click.echo(f"{found['name']}: {found['sentence']}")
+        for name, default in found["parameters"].items():
+            click.echo(f"  --{name} (default: {default or 'the order of the world'})")
+    return ExitCode.DONE

@@ -26,6 +26,7 @@ from verify import encode, engine, properties
 from verify.engine import decide
 from verify.formula import FALSE, TRUE, negated
 from verify.properties import Property
+from verify.property_file import read_properties
 from verify.spec import Verdict, start_region
 from verify.world import Point, violates
 
@@ -340,9 +341,9 @@ def sharp_pairs(threshold: float):
 ENTITIES = ("adversary_0", "agent_0", "agent_1", "landmark_0", "landmark_1")
 
 
-def encoder_fault(name: str, attribute: str, change: Callable[[Callable], Callable]) -> Fault:
+def encoder_fault(name: str, attribute: str, change: Callable[[Callable], Callable], owner=encode) -> Fault:
     def plant(profile, patch):
-        patch.setattr(encode, attribute, change(getattr(encode, attribute)))
+        patch.setattr(owner, attribute, change(getattr(owner, attribute)))
         return encoder_wrong(profile)
 
     return Fault(f"encoder: {name}", "referee at ties", plant)
@@ -375,6 +376,38 @@ def verdict_fault(module, name: str, attribute: str, change: Callable[[Callable]
     return Fault(f"{module.__name__.split('.')[-1]}: {name}", "teams with a known verdict", plant)
 
 
+def steady_wrong(profile: ir.PolicyProfile) -> bool:
+    """Whether a team whose verdict with errors of up to 1/10 is known gets another one."""
+    claim = Property(properties.STEADY, CLAIM.team, eps=Fraction(1, 10), of=CLAIM.name)
+    box = dict.fromkeys(start_region(profile.world).box, (Fraction(0), Fraction(0)))
+    box |= {f"landmark_{k}.{axis}": (Fraction(1), Fraction(1)) for k in (0, 1) for axis in "xy"}
+    region = replace(start_region(profile.world), box=box | {"agent_0.x": (Fraction(-2), Fraction(2))})
+    # standing still fails where one feature is above 0.3 and another one, or the same again, at most 0.15
+    twice = team(profile, tree((2, 0.3, 1, 2), UP, (2, 0.15, 3, 4), STAY, UP), tree(UP))
+    apart = team(profile, tree((0, 0.3, 1, 2), UP, (2, 0.15, 3, 4), STAY, UP), tree(UP))
+    # both at the same place: each fails alone, and together only if their errors have different signs
+    stated = (
+        "distance(agent_0, agent_1) == 0 and landmark_0.x - agent_0.x == 1/4 implies "
+        "not (acts(agent_0) == left and acts(agent_1) == right)"
+    )
+    opposite = team(profile, tree((2, 0.25, 1, 2), LEFT, RIGHT), tree((2, 0.25, 1, 2), LEFT, RIGHT))
+    source = f'[[property]]\nformula = "{stated}"\neps = 0.1'
+    ((own, _),) = read_properties(source, profile, "faults", lambda name: region)
+    known = [(twice, claim, region, Verdict.PROVED), (apart, claim, region, Verdict.VIOLATED)]
+    known.append((opposite, own, start_region(profile.world), Verdict.VIOLATED))
+    return any(decide(one, asked, where).verdict is not verdict for one, asked, where, verdict in known)
+
+
+def steady_fault(owner, name: str, attribute: str, change: Callable[[Callable], Callable]) -> Fault:
+    """Caught by the verdicts of teams whose answer with errors is known."""
+
+    def plant(profile, patch):
+        patch.setattr(owner, attribute, change(getattr(owner, attribute)))
+        return steady_wrong(profile)
+
+    return Fault(f"encoder: {name}", "teams with a known verdict", plant)
+
+
 THRESHOLD = [
     encoder_fault("thresholds as real numbers", "half_line", lambda _: lambda t: encode.HalfLine(Fraction(t), False)),
     encoder_fault("the second rounding only", "half_line", lambda _: lambda t: encode.last_double(t)),
@@ -385,13 +418,16 @@ THRESHOLD = [
     ),
 ]
 ENCODER = [
-    encoder_fault("sides of a split swapped", "_tests", lambda f: lambda *given: f(*given)[::-1]),
+    encoder_fault("sides of a split swapped", "_tests", lambda f: lambda *given: f(*given)[::-1], encode._Encoder),
+    steady_fault(encode, "errors forgotten", "measurable", lambda _: lambda meaning: False),
+    steady_fault(encode._Encoder, "an error a test, not a feature", "_error", lambda f: lambda self, agent, feature: f(self, agent, f"{feature}{len(self.variables)}")),
+    steady_fault(encode._Encoder, "agents share errors", "_error", lambda f: lambda self, agent, feature: f(self, "agent_0", feature)),
     verdict_fault(properties, "only one matching tried", "permutations", lambda _: lambda items, n: [tuple(items)[:n]]),
     verdict_fault(properties, "no matching tried", "permutations", lambda _: lambda items, n: []),
     verdict_fault(properties, "engaged taken for not engaged", "engaged", lambda f: lambda *given: negated(f(*given))),
     verdict_fault(properties, "always engaged", "engaged", lambda f: lambda *given: TRUE),
     verdict_fault(properties, "never at a landmark", "at", lambda f: lambda *given: FALSE),
-    verdict_fault(engine, "goal taken for landmark 0", "question", lambda f: lambda p, c, r, goal, slack=Fraction(0): f(p, c, r, "landmark_0", slack)),
+    verdict_fault(engine, "goal taken for landmark 0", "question", lambda f: lambda p, c, r, goal, *slack, **how: f(p, c, r, "landmark_0", *slack, **how)),
     verdict_fault(encode, "region forgotten", "_region", lambda f: lambda region, at: [z3.BoolVal(False)]),
     encoder_fault("not negated", "negated", lambda f: lambda claim: claim),
     verdict_fault(encode, "the other way round", "negated", lambda f: lambda claim: claim),

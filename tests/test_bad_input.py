@@ -198,6 +198,12 @@ OPTIONS = {
     "--margin": ["", "nan", "inf", "-1", "1e999", "1/0", "2/-3", "9" * 5000, "0x1"],
     "--radius": ["", "nan", "-0.5", "1_000", "1/3"],
     "--budget": ["", "0", "-1", "1", "2.5", "9" * 30],
+    "--properties": ["", ".", "no/such", "profile.json"],
+    "--kappa": ["", "1"],
+    "--eps": ["", "0", "nan", "1/100"],
+    "--landmarks": ["", ",", "landmark_0", "landmark_0,landmark_0"],
+    "--of": ["", "aligned", "steady"],
+    "--semantics": ["", "Real", "real"],
     "--region": ["", "/", "..", "\x00" if os.name == "nt" else "no/such", "start "],
 }
 
@@ -209,6 +215,66 @@ OPTIONS = {
 def test_options_of_verify(document, place, option, value):
     (place / "profile.json").write_text(json.dumps(document))
     assert run("-q", "verify", place / "profile.json", option, value) in ANSWERS
+
+
+FORMULA_WORDS = st.sampled_from([
+    "acts(agent_0)", "==", "left", "closes(agent_0, goal)", "agent_0.x", "landmark_0", "goal", ">=", "0.5", "1/0",
+    "(", ")", "|", "not", "and", "or", "implies", "in", "[stay]", "distance(agent_0, goal)", "*", "1e400", "'", "\x00",
+])  # fmt: skip
+
+
+@st.composite
+def property_files(draw):
+    """Property files, most of them wrong somewhere: in TOML, a key, a value or a formula."""
+    lines = []
+    for _ in range(draw(st.integers(0, 2))):
+        lines.append(
+            draw(st.sampled_from(["[[property]]", "[[property]]", "[[property]]", "[property]", "[[x]]", "["]))
+        )
+        if draw(st.booleans()):
+            lines.append("formula = " + json.dumps(" ".join(draw(st.lists(FORMULA_WORDS, max_size=8)))))
+        for key in draw(st.lists(st.sampled_from(["name", "team", "label", "assume", "of", "region"]), max_size=2)):
+            words = ["steady", "alive_leaves", "defenders", "start", "false", "agent_0.x > 3", "aligned", "x", ""]
+            lines.append(f"{key} = {draw(st.sampled_from(words))!r}")
+        for key in draw(st.lists(st.sampled_from(["margin", "eps", "kappa", "landmarks", "x"]), max_size=1)):
+            lines.append(f"{key} = {draw(TOML_VALUES)}")
+        if draw(st.booleans()):
+            lines += ["[property.region.box]", f'"agent_0.x" = [{draw(TOML_VALUES)}, {draw(TOML_VALUES)}]']
+    return "\n".join(lines)
+
+
+@pytest.mark.solver
+@settings(max_examples=60)
+@given(property_files())
+def test_random_property_files(document, shared_place, source):
+    (shared_place / "profile.json").write_text(json.dumps(document))
+    (shared_place / "p.toml").write_text(source)
+    asked = ("-q", "verify", shared_place / "profile.json", "--properties", shared_place / "p.toml", "--json")
+    assert run(*asked) in ANSWERS
+
+
+@pytest.mark.parametrize("source", [b"\xff\xfe", b"\x00", b"[" * 10_000, b"x" * 2**21, b"", b"[[property]]\n" * 10_000])
+def test_property_files_that_are_not_text(document, place, source):
+    (place / "profile.json").write_text(json.dumps(document))
+    (place / "p.toml").write_bytes(source)
+    assert run("-q", "verify", place / "profile.json", "--properties", place / "p.toml") == ExitCode.INPUT
+
+
+@pytest.mark.solver
+def test_ctrl_c_while_a_property_is_decided(document, place):
+    """A question that the solver cannot finish soon; one line says that it was interrupted."""
+    (place / "profile.json").write_text(json.dumps(document))
+    hard = " and ".join(
+        f"acts(agent_{k % 2}) != stay or {n} * agent_0.x + agent_1.y > 0" for k, n in enumerate(range(99))
+    )
+    (place / "p.toml").write_text(f'[[property]]\nformula = "{hard}"\n' * 60)
+    command = [sys.executable, "-m", "maviper", "verify", "profile.json", "--properties", "p.toml"]
+    process = subprocess.Popen(command, cwd=place, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    time.sleep(4)
+    process.send_signal(signal.SIGINT)
+    _, err = process.communicate(timeout=60)
+    assert process.returncode == ExitCode.INTERRUPTED
+    assert "error: interrupted" in err and "Traceback" not in err
 
 
 EXTRACT = [

@@ -5,7 +5,6 @@ Assumes: the question was satisfiable; stronger questions (with slack) may be as
 Does not: call a real-valued state a counterexample when no float64 state near it replays.
 """
 
-import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -15,13 +14,13 @@ import numpy as np
 from codegen import ir
 from codegen.errors import DisagreementError
 from codegen.ir import PolicyProfile
-from codegen.observe import observe
 from verify.encode import question
+from verify.noise import mistaken
 from verify.properties import Property
 from verify.shares import SAMPLE_SEED, SAMPLES, violating
 from verify.solve import Answer, ask
 from verify.spec import Region
-from verify.world import Point, chosen, engaged_with, inside, point_of, sample, violates
+from verify.world import Point, engaged_with, error_name, inside, nearest, observed, point_of, sample, violates
 
 SLACKS = tuple(Fraction(1, 2**power) for power in (3, 4, 5, 7, 10, 20, 40))
 SPACED_SLACKS = 3  # so many of the slacks are first tried with all entities SPACE apart, which reads better
@@ -55,6 +54,7 @@ class AgentView:
     leaf: int
     path: tuple[Step, ...]
     engaged_with: tuple[str, ...]  # landmarks
+    errors: tuple[tuple[str, float], ...] = ()  # feature -> by how much it is off
 
 
 @dataclass(frozen=True)
@@ -78,10 +78,10 @@ def confirmed(
     for where, slack in _stronger(profile, region):
         inner = ask(question(profile, claim, where, goal, slack), budget)
         spent += inner.resources
-        point = _nearest(inner, region, goal)
+        point = _nearest(inner, region, goal, claim.eps)
         if point is not None and _stands(profile, claim, region, point):
             return shrink(profile, claim, region, point), spent
-    point = _nearest(answer, region, goal)
+    point = _nearest(answer, region, goal, claim.eps)
     if point is not None and _stands(profile, claim, region, point):
         return shrink(profile, claim, region, point), spent
     for point in violating_samples(profile, claim, replace(region, goals=(goal,) if goal else ())):
@@ -94,6 +94,8 @@ def violating_samples(profile: PolicyProfile, claim: Property, region: Region) -
     coordinates, goals = sample(region, profile.world, SAMPLES, SAMPLE_SEED)
     for row in np.flatnonzero(violating(profile, claim, coordinates))[:MOST_REFEREED]:
         point = point_of(region, profile.world, coordinates[row], int(goals[row]))
+        if claim.eps:
+            point = mistaken(profile, claim, point) or point
         if _stands(profile, claim, region, point):
             yield point
 
@@ -107,23 +109,13 @@ def _stronger(profile: PolicyProfile, region: Region) -> Iterator[tuple[Region, 
     yield from ((region, slack) for slack in SLACKS)
 
 
-def _nearest(answer: Answer, region: Region, goal: str) -> Point | None:
-    """The float64 point nearest to a model, each position rounded towards the inside of its interval."""
-    if answer.model is None:
-        return None
-    position: dict[str, float] = {}
-    for name, value in answer.model.items():
-        low, high = region.box[name]
-        near = float(value)
-        if Fraction(near) > high:
-            near = math.nextafter(near, -math.inf)
-        elif Fraction(near) < low:
-            near = math.nextafter(near, math.inf)
-        position[name] = near
-    return Point(position, goal)
+def _nearest(answer: Answer, region: Region, goal: str, eps: Fraction) -> Point | None:
+    return None if answer.model is None else nearest(answer.model, region, goal, eps)
 
 
 def _stands(profile: PolicyProfile, claim: Property, region: Region, point: Point) -> bool:
+    if any(abs(Fraction(error)) > claim.eps for error in point.errors.values()):
+        return False
     return inside(region, point) and violates(profile, claim, point)
 
 
@@ -132,27 +124,34 @@ def shrink(profile: PolicyProfile, claim: Property, region: Region, point: Point
     entities = [entity.name for entity in profile.world.agents + profile.world.landmarks]
     room = {(a, b): min(ROOM, _apart(point, a, b)) for index, a in enumerate(entities) for b in entities[index + 1 :]}
 
-    def holds(position: Mapping[str, float]) -> bool:
-        candidate = Point(position, point.goal)
+    def holds(position: Mapping[str, float], errors: Mapping[str, float]) -> bool:
+        candidate = Point(position, point.goal, errors)
         if any(_apart(candidate, a, b) < least for (a, b), least in room.items()):
             return False
         return _stands(profile, claim, region, candidate)
 
-    position = dict(point.position)
+    position, errors = dict(point.position), dict(point.errors)
     for places in range(MOST_PLACES):
         rounded = {name: round(value, places) + 0.0 for name, value in position.items()}
-        if holds(rounded):
+        if holds(rounded, errors):
             position = rounded
             break
-    for name in position:
+    _simplified(position, lambda: holds(position, errors))
+    _simplified(errors, lambda: holds(position, errors))
+    return Point(position, point.goal, {name: error for name, error in errors.items() if error})
+
+
+def _simplified(values: dict[str, float], holds: Callable[[], bool]) -> None:
+    """Rounds each value in place to the fewest decimals with which what `holds` asks stays true."""
+    for name, value in values.items():
         for places in range(MOST_PLACES):
-            simpler = round(position[name], places) + 0.0
-            if simpler == position[name]:
+            simpler = round(value, places) + 0.0
+            if simpler == value:
                 break
-            if holds(position | {name: simpler}):
-                position[name] = simpler
+            values[name] = simpler
+            if holds():
                 break
-    return Point(position, point.goal)
+            values[name] = value
 
 
 def _apart(point: Point, a: str, b: str) -> float:
@@ -165,8 +164,8 @@ def explain(profile: PolicyProfile, claim: Property, point: Point, replays: Mapp
     DisagreementError when one of them acts differently: then there is a bug, and no verdict.
     """
     team = profile.team(claim.team)
-    coordinates = point.coordinates(profile)
-    actions = [int(chosen(policy, coordinates, profile.world)[0]) for policy in team]
+    seen = [observed(profile, policy, point) for policy in team]
+    actions = [int(ir.act(policy, obs)[0]) for policy, obs in zip(team, seen, strict=True)]
     for name, replay in replays.items():
         found = replay(point)
         if list(found) != actions:
@@ -177,12 +176,12 @@ def explain(profile: PolicyProfile, claim: Property, point: Point, replays: Mapp
             )
     engaged = engaged_with(profile, claim, point)
     views = []
-    for policy, action in zip(team, actions, strict=True):
-        obs = observe(policy.features, coordinates, profile.world)
+    for policy, action, obs in zip(team, actions, seen, strict=True):
         leaf = int(ir.apply(policy.tree, obs)[0])
-        views.append(
-            AgentView(policy.agent, policy.actions[action].name, leaf, path(policy, obs[0]), engaged[policy.agent])
-        )
+        errors = [(one.name, point.errors.get(error_name(policy.agent, one.name), 0.0)) for one in policy.features]
+        named = policy.actions[action].name
+        wrong = tuple((name, error) for name, error in errors if error)
+        views.append(AgentView(policy.agent, named, leaf, path(policy, obs[0]), engaged[policy.agent], wrong))
     return Counterexample(point, tuple(views), ("reference", *replays))
 
 

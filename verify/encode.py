@@ -16,14 +16,19 @@ from fractions import Fraction
 from functools import partial
 from typing import Any, NamedTuple
 
+import numpy as np
 import z3
 
 from codegen import ir
 from codegen.errors import InputError
-from codegen.ir import FeatureSpec, PolicyProfile, Tree
-from verify.formula import And, Formula, Linear, Or, agents, given, negated, tightened
+from codegen.ir import FeatureSpec, PolicyProfile
+from verify.formula import TRUE, And, Formula, Linear, Or, agents, for_goal, given, negated, normal, tightened
 from verify.properties import Property, formula
 from verify.spec import Region
+from verify.world import error_name, measurable
+
+MACHINE, REAL = "machine", "real"  # thresholds as the deployed arithmetic meets them, or as they are written
+SEMANTICS = (MACHINE, REAL)
 
 
 class HalfLine(NamedTuple):
@@ -90,25 +95,39 @@ def number(value: Fraction) -> Any:
 
 
 def question(
-    profile: PolicyProfile, claim: Property, region: Region, goal: str, slack: Fraction = Fraction(0)
+    profile: PolicyProfile,
+    claim: Property,
+    region: Region,
+    goal: str,
+    slack: Fraction = Fraction(0),
+    semantics: str = MACHINE,
 ) -> Question:
     """Constraints that hold exactly for the world states of `region`, goal `goal`, in which `claim` fails.
 
     With a positive `slack` every inequality is met with that much to spare: a stronger question whose answers lie
-    inside their leaf cells, used to find counterexamples that survive rounding.
+    inside their leaf cells, used to find counterexamples that survive rounding. Where the claim has an `eps`, each
+    feature of each agent that a tree tests has an error, a variable of its own (`world.error_name`).
     """
-    variables = {name: z3.Real(name) for name in region.box}
-    at = dict(variables)
-    if goal:
-        at |= {f"goal.{axis}": variables[f"{goal}.{axis}"] for axis in "xy"}
-    fails = _Encoder(profile, at, slack).encoded(tightened(negated(formula(profile, claim)), slack))
-    return Question(goal, variables, [*_region(region, variables), fails])
+    encoder = _Encoder(profile, region, goal, slack, semantics, claim.eps)
+    fails = encoder.encoded(tightened(for_goal(negated(formula(profile, claim)), goal), slack))
+    return Question(goal, encoder.variables, [*_region(region, encoder.at), *encoder.noise, fails])
 
 
-def region_only(region: Region) -> Question:
-    """Constraints of the region alone: unsatisfiable iff it holds no world state."""
-    variables = {name: z3.Real(name) for name in region.box}
-    return Question("", variables, _region(region, variables))
+def region_only(region: Region, assume: Formula = TRUE, goal: str = "") -> Question:
+    """Constraints of the region and an assumption alone: unsatisfiable iff no world state meets them."""
+    encoder = _Encoder(None, region, goal)
+    constraints = _region(region, encoder.at)
+    if assume != TRUE:
+        constraints.append(encoder.encoded(for_goal(normal(assume), goal)))
+    return Question(goal, encoder.variables, constraints)
+
+
+def reaching(
+    profile: PolicyProfile, agent: str, leaf: int, region: Region, goal: str, slack: Fraction = Fraction(0)
+) -> Question:
+    """Constraints that hold exactly for the world states of `region`, goal `goal`, in which an agent reaches a leaf."""
+    encoder = _Encoder(profile, region, goal, slack)
+    return Question(goal, encoder.variables, [*_region(region, encoder.at), *encoder.path(profile.policy(agent), leaf)])
 
 
 def _region(region: Region, at: dict[str, Any]) -> list[Any]:
@@ -126,8 +145,21 @@ def _region(region: Region, at: dict[str, Any]) -> list[Any]:
 class _Encoder:
     """Formulas of `normal` form for one question; equal parts become one expression."""
 
-    def __init__(self, profile: PolicyProfile, at: dict[str, Any], slack: Fraction) -> None:
-        self._profile, self._at, self._slack = profile, at, slack
+    def __init__(
+        self,
+        profile: PolicyProfile | None,
+        region: Region,
+        goal: str,
+        slack: Fraction = Fraction(0),
+        semantics: str = MACHINE,
+        eps: Fraction = Fraction(0),
+    ) -> None:
+        self.variables = {name: z3.Real(name) for name in region.box}
+        self.at = dict(self.variables)  # coordinate -> variable
+        if goal:
+            self.at |= {f"{ir.GOAL}.{axis}": self.variables[f"{goal}.{axis}"] for axis in "xy"}
+        self.noise: list[Any] = []  # bounds of the errors
+        self._profile, self._slack, self._semantics, self._eps = profile, slack, semantics, eps
         self._known: dict[Formula, Any] = {}
 
     def encoded(self, claim: Formula) -> Any:
@@ -140,19 +172,75 @@ class _Encoder:
         acting = agents(claim)
         if len(acting) == 1:
             (agent,) = acting
-            chosen = partial(self._once_chosen, claim, agent)
-            return _chosen(self._profile.policy(agent), self._at, self._slack, chosen)
+            assert self._profile is not None
+            return self._chosen(self._profile.policy(agent), partial(self._once_chosen, claim, agent))
         if isinstance(claim, And):
             return z3.And(*(self.encoded(part) for part in _grouped(claim.parts, And)))
         if isinstance(claim, Or):
             return z3.Or(*(self.encoded(part) for part in _grouped(claim.parts, Or)))
         assert isinstance(claim, Linear), claim
-        parts = [self._at[name] if weight == 1 else number(weight) * self._at[name] for weight, name in claim.terms]
+        parts = [self.at[name] if weight == 1 else number(weight) * self.at[name] for weight, name in claim.terms]
         total, bound = z3.Sum(*parts), number(claim.bound)
         return total < bound if claim.strict else total <= bound
 
     def _once_chosen(self, claim: Formula, agent: str, action: int) -> Any:
         return self.encoded(given(claim, {agent: action}))
+
+    def _chosen(self, policy: ir.AgentPolicy, of_action: Callable[[int], Any]) -> Any:
+        """`of_action` of the action that the tree chooses, as nested conditions over the world state."""
+        tree = policy.tree
+        formulas: dict[int, Any] = {}
+        leaf_formulas: dict[int, Any] = {}
+        for node in reversed(range(len(tree.feature))):  # preorder: children come after their parents
+            if tree.feature[node] == ir.NO_FEATURE:
+                action = int(tree.action[node])
+                formulas[node] = leaf_formulas.setdefault(action, of_action(action))
+                continue
+            left, right = formulas.pop(int(tree.left[node])), formulas.pop(int(tree.right[node]))
+            below, above = self._tests(policy, node)
+            formulas[node] = (
+                z3.Or(z3.And(below, left), z3.And(above, right)) if self._slack else z3.If(below, left, right)
+            )
+        return formulas[ir.ROOT]
+
+    def path(self, policy: ir.AgentPolicy, leaf: int) -> list[Any]:
+        """The tests between the root and a leaf, as they must fall out to reach it."""
+        tree, node, found = policy.tree, leaf, []
+        while node != ir.ROOT:
+            parent = int(np.flatnonzero((tree.left == node) | (tree.right == node))[0])
+            found.append(self._tests(policy, parent)[0 if tree.left[parent] == node else 1])
+            node = parent
+        return found
+
+    def _tests(self, policy: ir.AgentPolicy, node: int) -> tuple[Any, Any]:
+        """(goes left, goes right) of a split, in terms of world coordinates."""
+        feature = policy.features[policy.tree.feature[node]]
+        meaning, slack = feature.meaning, self._slack
+        if meaning is None or len(meaning.terms) > 2:
+            raise InputError(f"feature {feature.name} is not a coordinate or a difference of two", str(meaning))
+        parts = [self.at[name] if weight > 0 else -self.at[name] for weight, name in _known(feature, self.at)]
+        threshold = float(policy.tree.threshold[node])
+        measured = z3.Sum(*parts) if parts else z3.RealVal(0)
+        if self._eps and measurable(meaning):
+            measured = measured + self._error(policy.agent, feature.name)
+        if meaning.function == "zero":
+            return _zero_tests(measured, threshold, slack)
+        line = _line(meaning, threshold, self._semantics, bool(self._eps))
+        if line is None:
+            always = z3.BoolVal(threshold >= 1)
+            return always, z3.Not(always)
+        if slack:
+            return measured <= number(line.end - slack), measured >= number(line.end + slack)
+        below = measured < number(line.end) if line.strict else measured <= number(line.end)
+        return below, z3.Not(below)
+
+    def _error(self, agent: str, feature: str) -> Any:
+        """The one error of a feature as an agent sees it, within eps."""
+        name = error_name(agent, feature)
+        if name not in self.variables:
+            error = self.variables[name] = z3.Real(name)
+            self.noise += [error >= number(-self._eps), error <= number(self._eps)]
+        return self.variables[name]
 
 
 def _grouped(parts: Sequence[Formula], kind: type[And] | type[Or]) -> list[Formula]:
@@ -167,45 +255,13 @@ def _grouped(parts: Sequence[Formula], kind: type[And] | type[Or]) -> list[Formu
     return joined
 
 
-def _chosen(policy: ir.AgentPolicy, at: dict[str, Any], slack: Fraction, of_action: Callable[[int], Any]) -> Any:
-    """`of_action` of the action that the tree chooses, as nested conditions over the world state."""
-    tree = policy.tree
-    formulas: dict[int, Any] = {}
-    leaf_formulas: dict[int, Any] = {}
-    for node in reversed(range(len(tree.feature))):  # preorder: children come after their parents
-        if tree.feature[node] == ir.NO_FEATURE:
-            action = int(tree.action[node])
-            formulas[node] = leaf_formulas.setdefault(action, of_action(action))
-            continue
-        left, right = formulas.pop(int(tree.left[node])), formulas.pop(int(tree.right[node]))
-        below, above = _tests(policy.features[tree.feature[node]], tree, node, at, slack)
-        formulas[node] = z3.If(below, left, right) if not slack else z3.Or(z3.And(below, left), z3.And(above, right))
-    return formulas[ir.ROOT]
-
-
-def _tests(feature: FeatureSpec, tree: Tree, node: int, at: dict[str, Any], slack: Fraction) -> tuple[Any, Any]:
-    """(goes left, goes right) of a split, in terms of world coordinates."""
-    meaning = feature.meaning
-    if meaning is None or len(meaning.terms) > 2:
-        raise InputError(f"feature {feature.name} is not a coordinate or a difference of two", str(meaning))
-    parts = [at[name] if weight > 0 else -at[name] for weight, name in _known(feature, at)]
-    measured = z3.Sum(*parts) if parts else z3.RealVal(0)
-    threshold = float(tree.threshold[node])
-    if meaning.function == "zero":
-        return _zero_tests(measured, threshold, slack)
+def _line(meaning: ir.Meaning, threshold: float, semantics: str, noisy: bool) -> HalfLine | None:
+    """The sums whose test goes left; None when all or none do. One coordinate with an error is no float64 number."""
     if meaning.function:
-        line = _sign_line(threshold) if meaning.function == "sign" else _positive_line(threshold)
-    elif len(meaning.terms) == 1:
-        line = last_double(threshold)
-    else:
-        line = half_line(threshold)
-    if line is None:
-        always = z3.BoolVal(threshold >= 1)
-        return always, z3.Not(always)
-    if slack:
-        return measured <= number(line.end - slack), measured >= number(line.end + slack)
-    below = measured < number(line.end) if line.strict else measured <= number(line.end)
-    return below, z3.Not(below)
+        return _sign_line(threshold) if meaning.function == "sign" else _positive_line(threshold)
+    if semantics == REAL:
+        return HalfLine(Fraction(threshold), strict=False)
+    return last_double(threshold) if len(meaning.terms) == 1 and not noisy else half_line(threshold)
 
 
 def _zero_tests(measured: Any, threshold: float, slack: Fraction) -> tuple[Any, Any]:

@@ -7,6 +7,7 @@ Does not: write reports (report.py).
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from fractions import Fraction
 
 import numpy as np
 
@@ -14,9 +15,12 @@ from codegen import ir
 from codegen.ir import PolicyProfile
 from verify import solve
 from verify.counterexample import Counterexample, Replay, confirmed, explain, violating_samples
-from verify.encode import question, region_only
-from verify.properties import Property
-from verify.shares import SAMPLE_SEED, Shares, measure
+from verify.encode import MACHINE, question, region_only
+from verify.formula import TRUE
+from verify.leaves import LeafFinding, leaf_findings
+from verify.margins import Margin, grows_harder, largest_margin
+from verify.properties import LEAVES, Property
+from verify.shares import SAMPLE_SEED, Share, Shares, measure
 from verify.solve import DEFAULT_BUDGET, Answer, ask
 from verify.spec import Region, Verdict
 from verify.world import Point, verifiable
@@ -61,6 +65,9 @@ class Result:
     budget: int
     solver: str
     visited: Visited | None  # on-policy states inside the region; None when the world cannot be played here
+    semantics: str = MACHINE
+    leaves: tuple[LeafFinding, ...] = ()  # of alive_leaves
+    largest: Margin | None = None  # up to which margin a proved claim holds
 
 
 def decide(
@@ -69,16 +76,16 @@ def decide(
     region: Region,
     budget: int = DEFAULT_BUDGET,
     goals: Sequence[str] | None = None,
+    semantics: str = MACHINE,
 ) -> Decision:
     """The bare decision, by Z3. `goals`: only these of the region's goals."""
     verifiable(profile, claim.team)
-    anything = ask(region_only(region), budget)
-    spent = anything.resources
-    if anything.holds is False:
-        return Decision(Verdict.VACUOUS, spent, reason="the region holds no world state")
+    nothing, spent = _nothing(claim, region, budget)
+    if nothing:
+        return Decision(Verdict.VACUOUS, spent, reason=nothing)
     open_reasons: list[str] = []
     for goal in (region.goals or ("",)) if goals is None else goals:
-        answer = ask(question(profile, claim, region, goal), budget)
+        answer = ask(question(profile, claim, region, goal, semantics=semantics), budget)
         spent += answer.resources
         if answer.holds:
             return Decision(Verdict.VIOLATED, spent, goal, answer)
@@ -89,6 +96,20 @@ def decide(
     return Decision(Verdict.PROVED, spent)
 
 
+def _nothing(claim: Property, region: Region, budget: int) -> tuple[str, int]:
+    """Why the claim speaks of no world state, or "" if it does; and the resources spent."""
+    anything = ask(region_only(region), budget)
+    if anything.holds is False:
+        return "the region holds no world state", anything.resources
+    if claim.assume == TRUE:
+        return "", anything.resources
+    met = [ask(region_only(region, claim.assume, goal), budget) for goal in region.goals or ("",)]
+    spent = anything.resources + sum(answer.resources for answer in met)
+    if all(answer.holds is False for answer in met):
+        return "no world state of the region meets the assumption", spent
+    return "", spent
+
+
 def verify(
     profile: PolicyProfile,
     claim: Property,
@@ -97,22 +118,25 @@ def verify(
     budget: int = DEFAULT_BUDGET,
     visited: Visited | None = None,
     skipped: Sequence[str] = (),
+    semantics: str = MACHINE,
 ) -> Result:
     """The verdict on `claim` in `region`, with shares, control and a replayed counterexample.
 
     `skipped`: replays that could not be had, each with its reason, for the report.
     """
-    verdict, reason, spent, point = _settled(profile, claim, region, budget)
+    if claim.name == LEAVES:
+        return _alive(profile, claim, region, budget, visited)
+    verdict, reason, spent, point = _settled(profile, claim, region, budget, semantics)
     counterexample = None if point is None else explain(profile, claim, point, replays)
     measured = measure(profile, claim, region, SAMPLE_SEED)
-    if verdict is Verdict.PROVED and measured.violating.hits:
+    if verdict is Verdict.PROVED and measured.violating.hits and semantics == MACHINE:
         # float64 sampling may misjudge a state on a boundary; the referee does not
         wrong = next(violating_samples(profile, claim, region), None)
         if wrong is not None:
             raise AssertionError(f"proved, yet {wrong} violates {claim.name}")
     control = Verdict.SKIPPED
     if verdict in (Verdict.PROVED, Verdict.VIOLATED):
-        control = decide(shuffled(profile, claim.team), claim, region, budget).verdict
+        control = decide(shuffled(profile, claim.team), claim, region, budget, None, semantics).verdict
     return Result(
         claim=claim,
         region=region,
@@ -127,16 +151,58 @@ def verify(
         budget=budget,
         solver=solve.solver_name(),
         visited=visited,
+        semantics=semantics,
+        largest=_largest(profile, claim, region, budget, semantics) if verdict is Verdict.PROVED else None,
+    )
+
+
+def _largest(profile: PolicyProfile, claim: Property, region: Region, budget: int, semantics: str) -> Margin | None:
+    """Up to which margin a proved claim holds; None for claims that a margin does not make harder."""
+    if not grows_harder(claim):
+        return None
+
+    def proved_at(margin: Fraction) -> bool:
+        asked = replace(claim, margin=margin)
+        return decide(profile, asked, region, budget, None, semantics).verdict is Verdict.PROVED
+
+    return largest_margin(proved_at, claim.margin)
+
+
+def _alive(profile: PolicyProfile, claim: Property, region: Region, budget: int, visited: Visited | None) -> Result:
+    """The result of alive_leaves: PROVED when every leaf is reached, VIOLATED when one is proved to be dead."""
+    nothing, spent = _nothing(claim, region, budget)
+    findings: list[LeafFinding] = []
+    if not nothing:
+        findings, more = leaf_findings(profile, claim.team, region, budget)
+        spent += more
+    kinds = {finding.verdict for finding in findings}
+    worst = next(kind for kind in (Verdict.VIOLATED, Verdict.UNKNOWN, Verdict.PROVED) if kind in kinds or not kinds)
+    unasked = Share(0, 0)
+    return Result(
+        claim=claim,
+        region=region,
+        verdict=Verdict.VACUOUS if nothing else worst,
+        reason=nothing or "; ".join(dict.fromkeys(one.reason for one in findings if one.reason)),
+        shares=Shares(unasked, None, unasked),
+        control=Verdict.SKIPPED,
+        counterexample=None,
+        replays=(),
+        skipped=(),
+        resources=spent,
+        budget=budget,
+        solver=solve.solver_name(),
+        visited=visited,
+        leaves=tuple(findings),
     )
 
 
 def _settled(
-    profile: PolicyProfile, claim: Property, region: Region, budget: int
+    profile: PolicyProfile, claim: Property, region: Region, budget: int, semantics: str = MACHINE
 ) -> tuple[Verdict, str, int, Point | None]:
     """Verdict, reason, resources and, for VIOLATED, a confirmed point: goal after goal until one is confirmed."""
     goals, spent, only_real = list(region.goals or ("",)), 0, False
     while True:
-        decision = decide(profile, claim, region, budget, goals)
+        decision = decide(profile, claim, region, budget, goals, semantics)
         spent += decision.resources
         if decision.answer is None:
             break

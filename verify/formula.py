@@ -14,7 +14,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from codegen.ir import Bool, Float64, Int32
+from codegen.ir import GOAL, Bool, Float64, Int32
 
 
 @dataclass(frozen=True)
@@ -32,6 +32,13 @@ class Acts:
 
     agent: str
     action: int
+
+
+@dataclass(frozen=True)
+class Goal:
+    """The landmark of that name is the goal."""
+
+    landmark: str
 
 
 @dataclass(frozen=True)
@@ -55,7 +62,7 @@ class Not:
     part: Formula
 
 
-Formula: TypeAlias = Linear | Acts | And | Or | Not
+Formula: TypeAlias = Linear | Acts | Goal | And | Or | Not
 TRUE, FALSE = And(()), Or(())
 
 
@@ -86,7 +93,7 @@ def disjunction(*parts: Formula) -> Formula:
 
 
 def negated(formula: Formula) -> Formula:
-    """Not the formula, with negations only before `Acts`."""
+    """Not the formula, with negations only before `Acts` and `Goal`."""
     if isinstance(formula, Linear):
         terms = tuple((-weight, name) for weight, name in formula.terms)
         return Linear(terms, -formula.bound, not formula.strict)
@@ -98,7 +105,7 @@ def negated(formula: Formula) -> Formula:
 
 
 def normal(formula: Formula) -> Formula:
-    """The same formula, with negations only before `Acts`."""
+    """The same formula, with negations only before `Acts` and `Goal`."""
     if isinstance(formula, And):
         return conjunction(*map(normal, formula.parts))
     if isinstance(formula, Or):
@@ -116,6 +123,30 @@ def given(formula: Formula, actions: Mapping[str, int]) -> Formula:
         return disjunction(*(given(part, actions) for part in formula.parts))
     if isinstance(formula, Not):
         part = given(formula.part, actions)
+        return FALSE if part == TRUE else TRUE if part == FALSE else Not(part)
+    return formula
+
+
+def for_goal(formula: Formula, goal: str) -> Formula:
+    """The formula in worlds whose goal is the landmark `goal` ("": without goal): `Goal` becomes true or false, the
+    goal's coordinates become the landmark's.
+    """
+    if isinstance(formula, Goal):
+        return TRUE if formula.landmark == goal else FALSE
+    if isinstance(formula, Linear):
+        if not goal or not any(name.startswith(f"{GOAL}.") for _, name in formula.terms):
+            return formula
+        terms: dict[str, Fraction] = {}
+        for weight, name in formula.terms:
+            named = f"{goal}.{name.removeprefix(f'{GOAL}.')}" if name.startswith(f"{GOAL}.") else name
+            terms[named] = terms.get(named, Fraction(0)) + weight
+        return below(terms, formula.bound, formula.strict)
+    if isinstance(formula, And):
+        return conjunction(*(for_goal(part, goal) for part in formula.parts))
+    if isinstance(formula, Or):
+        return disjunction(*(for_goal(part, goal) for part in formula.parts))
+    if isinstance(formula, Not):
+        part = for_goal(formula.part, goal)
         return FALSE if part == TRUE else TRUE if part == FALSE else Not(part)
     return formula
 
@@ -150,12 +181,13 @@ def coordinates(formula: Formula) -> frozenset[str]:
 
 
 def holds(formula: Formula, at: Mapping[str, Fraction], actions: Mapping[str, int]) -> bool:
-    """Whether the formula is true at an exact point, with the chosen actions."""
+    """Whether the formula is true at an exact point, with the chosen actions; `for_goal` was applied before."""
     if isinstance(formula, Linear):
         total = sum((weight * at[name] for weight, name in formula.terms), Fraction(0))
         return total < formula.bound or (total == formula.bound and not formula.strict)
     if isinstance(formula, Acts):
         return actions[formula.agent] == formula.action
+    assert not isinstance(formula, Goal), formula
     if isinstance(formula, And):
         return all(holds(part, at, actions) for part in formula.parts)
     if isinstance(formula, Or):
@@ -166,7 +198,8 @@ def holds(formula: Formula, at: Mapping[str, Fraction], actions: Mapping[str, in
 class Batch:
     """Formulas over a batch of world states, in float64; atoms are evaluated once.
 
-    `columns`: coordinate -> [batch]. States within a rounding of a boundary may be misjudged.
+    `columns`: coordinate -> [batch]. States within a rounding of a boundary may be misjudged; the goal is taken to be
+    the landmark at whose place it is.
     """
 
     def __init__(self, columns: Mapping[str, Float64], count: int) -> None:
@@ -182,6 +215,9 @@ class Batch:
             return self._known[formula]
         if isinstance(formula, Acts):
             return np.asarray(actions[formula.agent] == formula.action)
+        if isinstance(formula, Goal):
+            pairs = ((self._columns[f"{GOAL}.{axis}"], self._columns[f"{formula.landmark}.{axis}"]) for axis in "xy")
+            return np.logical_and.reduce([goal == mark for goal, mark in pairs])
         if isinstance(formula, Not):
             return ~self.holds(formula.part, actions)
         found = np.full(self._count, isinstance(formula, And))

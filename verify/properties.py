@@ -1,30 +1,33 @@
-"""The built-in properties: what each claims about a team, as a formula over world states and actions.
+"""What can be claimed about a team: the built-in properties and users' own, as formulas over world states and actions.
 
 Does: names the properties, finds one for a profile, writes its formula and its sentence.
-Assumes: action effects are unit directions; landmarks and agents are those of the profile's world.
+Assumes: landmarks and agents are those of the profile's world; predicates.py defines closing, at and engaged.
 Does not: read files (property_file.py) or decide.
-
-With u(a) the direction of the chosen action, agent i closes on landmark k iff u(a_i) . (l_k - p_i) > margin; it is at k
-iff their L-infinity distance is at most the radius; engaged is either. Lengths are in the world's unit.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from itertools import permutations, product
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from codegen.errors import InputError, UnknownNameError
 from codegen.ir import AgentPolicy, PolicyProfile
-from verify.formula import Acts, Formula, below, conjunction, disjunction, negated
+from verify.formula import TRUE, Acts, Formula, below, conjunction, disjunction, negated
+from verify.predicates import at, closes, closing
 from verify.spec import MOST
 
 ZERO, RADIUS, KAPPA = Fraction(0), Fraction(1, 10), Fraction(1, 2)
 
 
+OWN = "formula"  # the name of properties that users state
+STEADY, LEAVES = "steady", "alive_leaves"
+EPS = Fraction(1, 100)
+
+
 @dataclass(frozen=True)
 class Property:
-    """A claim about every world state of a region. Which parameters count, its built-in says (see BUILT_IN)."""
+    """A claim about every world state of a region that meets the assumption. Which parameters count, see BUILT_IN."""
 
     name: str
     team: str
@@ -32,6 +35,18 @@ class Property:
     radius: Fraction = RADIUS
     kappa: Fraction = KAPPA  # least share of ahead in sideways, for `aligned`
     landmarks: tuple[str, ...] = ()  # one for each agent of the team, for `own_target`; empty: in the world's order
+    statement: Formula | None = None  # of a user's own property
+    assume: Formula = TRUE  # about world states only
+    eps: Fraction = ZERO  # each feature may be off by so much; above 0 for `steady`
+    of: str = ""  # the property that `steady` is said of
+    label: str = field(default="", compare=False)
+    written: str = field(default="", compare=False)  # the statement as the user wrote it
+    assumption: str = field(default="", compare=False)  # `assume` as the user wrote it
+
+    @property
+    def shown(self) -> str:
+        """The label, or else the name."""
+        return self.label or self.name
 
 
 class BuiltIn(NamedTuple):
@@ -40,31 +55,6 @@ class BuiltIn(NamedTuple):
     sentence: str
     formula: Callable[[PolicyProfile, Property], Formula]
     parameters: tuple[str, ...] = ("margin", "radius")
-
-
-def closes(policy: AgentPolicy, action: int, landmark: str, margin: Fraction) -> Formula:
-    """The action takes the agent towards the landmark: u(action) . (l - p) > margin."""
-    effect = policy.actions[action].effect or (0.0, 0.0)
-    terms: dict[str, Fraction] = {}
-    for axis, part in zip("xy", effect, strict=True):
-        terms |= {f"{policy.agent}.{axis}": Fraction(part), f"{landmark}.{axis}": -Fraction(part)}
-    return below(terms, -margin, strict=True)
-
-
-def closing(policy: AgentPolicy, landmark: str, margin: Fraction) -> Formula:
-    """The agent's chosen action closes on the landmark."""
-    return disjunction(
-        *(
-            conjunction(Acts(policy.agent, action), closes(policy, action, landmark, margin))
-            for action in range(len(policy.actions))
-        )
-    )
-
-
-def at(agent: str, landmark: str, radius: Fraction) -> Formula:
-    """The L-infinity distance of agent and landmark is at most the radius."""
-    gaps = [{f"{agent}.{axis}": sign, f"{landmark}.{axis}": -sign} for axis in "xy" for sign in (1, -1)]
-    return conjunction(*(below(gap, radius) for gap in gaps))
 
 
 def engaged(policy: AgentPolicy, landmark: str, claim: Property) -> Formula:
@@ -203,26 +193,95 @@ BUILT_IN: dict[str, BuiltIn] = {
         "summed L1 distance",
         _assignment,
     ),
+    STEADY: BuiltIn(
+        "{of}, even when every feature of each of the {team} is off by up to eps, each by an error of its own",
+        lambda profile, claim: BUILT_IN[claim.of].formula(profile, claim),
+        ("eps", "of"),
+    ),
+    LEAVES: BuiltIn(
+        "every leaf of every agent of the {team} is reached in some world state of the region", lambda *_: TRUE, ()
+    ),
 }
+PLAIN = tuple(name for name in BUILT_IN if name not in (STEADY, LEAVES))  # what can be steady
 PROPERTIES = tuple(BUILT_IN)
 
 
+OWN_SENTENCE = "in every world state of the region, the formula holds for what the {team} do"
+
+
 def sentence(claim: Property) -> str:
-    """The claim in words."""
-    return BUILT_IN[claim.name].sentence.format(team=claim.team)
+    """The claim in words, without its assumption."""
+    if claim.name == OWN:
+        noise = ", even when every feature is off by up to eps, each by an error of its own" if claim.eps else ""
+        return OWN_SENTENCE.format(team=claim.team) + noise
+    of = BUILT_IN[claim.of].sentence.format(team=claim.team) if claim.of else ""
+    return BUILT_IN[claim.name].sentence.format(team=claim.team, of=of)
+
+
+def reads(claim: Property) -> tuple[str, ...]:
+    """The names of the parameters that the claim reads, beside its team."""
+    if claim.name == OWN:
+        return ("margin", "radius", *(("eps",) if claim.eps else ()))
+    return BUILT_IN[claim.name].parameters + (BUILT_IN[claim.of].parameters if claim.of else ())
 
 
 def formula(profile: PolicyProfile, claim: Property) -> Formula:
-    """The claim as a formula: true in the world states, with the team's chosen actions, in which it holds."""
-    return BUILT_IN[claim.name].formula(profile, claim)
+    """The claim as a formula: true in the world states, with the team's chosen actions, in which it holds or where
+    its assumption fails.
+    """
+    stated = claim.statement if claim.statement is not None else BUILT_IN[claim.name].formula(profile, claim)
+    return stated if claim.assume == TRUE else disjunction(negated(claim.assume), stated)
 
 
 def find_property(
-    name: str, profile: PolicyProfile, team: str | None = None, landmarks: Sequence[str] = (), **parameters: Fraction
+    name: str,
+    profile: PolicyProfile,
+    team: str | None = None,
+    landmarks: Sequence[str] = (),
+    of: str = "",
+    **parameters: Any,
 ) -> Property:
-    """The named property for a team of `profile`: `team`, or the one team with as many agents as landmarks."""
+    """The named property for a team of `profile`: `team`, or the one team with as many agents as landmarks.
+
+    `of`: what `steady` is said of; `parameters`: exact numbers. InputError for a parameter that the
+    property does not read.
+    """
     if name not in BUILT_IN:
         raise UnknownNameError("property", name, BUILT_IN)
+    if of and of not in PLAIN:
+        raise UnknownNameError("property", of, PLAIN, "of")
+    team = _team(name, profile, team)
+    claim = Property(
+        name, team, landmarks=tuple(landmarks), of=of or (PLAIN[0] if name == STEADY else ""), **parameters
+    )
+    read = reads(claim)
+    given = [*parameters, *(["landmarks"] if landmarks else []), *(["of"] if of else [])]
+    for parameter in given:
+        if parameter not in read:
+            raise InputError(f"{name} does not read {parameter}", parameter, f"it reads {', '.join(read) or 'nothing'}")
+    if name == STEADY and "eps" not in parameters:
+        claim = replace(claim, eps=EPS)
+    return checked(profile, claim)
+
+
+def checked(profile: PolicyProfile, claim: Property) -> Property:
+    """The claim itself, if its parameters are in their ranges."""
+    for parameter in ("margin", "radius", "kappa", "eps"):
+        if not 0 <= getattr(claim, parameter) <= MOST:
+            raise InputError(f"{parameter} must be between 0 and {MOST}", parameter)
+    if claim.name == STEADY and not claim.eps:
+        raise InputError("steady needs an eps above 0", "eps", f"verify {claim.of} itself")
+    known = _landmarks(profile)
+    for landmark in claim.landmarks:
+        if landmark not in known:
+            raise UnknownNameError("landmark", landmark, known, "landmarks")
+    chosen = claim.landmarks
+    if chosen and (len(chosen) != len(profile.team(claim.team)) or len(set(chosen)) != len(chosen)):
+        raise InputError("landmarks must name a different landmark for each agent of the team", "landmarks")
+    return claim
+
+
+def _team(name: str, profile: PolicyProfile, team: str | None) -> str:
     teams = list(dict.fromkeys(policy.team for policy in profile.agents))
     wanted = len(profile.world.landmarks)
     if team is None:
@@ -231,19 +290,11 @@ def find_property(
             raise InputError(
                 f"{name} needs a team of {wanted} agents, one for each landmark", "", f"teams: {', '.join(teams)}"
             )
-        team = fitting[0]
-    elif team not in teams:
+        return fitting[0]
+    if team not in teams:
         raise UnknownNameError("team", team, teams)
-    elif len(profile.team(team)) > wanted:
+    if len(profile.team(team)) > wanted and name != LEAVES:
         raise InputError(
             f"{name} needs a landmark for each agent; team {team} has more agents than the world landmarks"
         )
-    for parameter, value in parameters.items():
-        if not 0 <= value <= MOST:
-            raise InputError(f"{parameter} must be between 0 and {MOST}", f"--{parameter}")
-    for landmark in landmarks:
-        if landmark not in _landmarks(profile):
-            raise UnknownNameError("landmark", landmark, _landmarks(profile), "landmarks")
-    if landmarks and (len(landmarks) != len(profile.team(team)) or len(set(landmarks)) != len(landmarks)):
-        raise InputError("landmarks must name a different landmark for each agent of the team", "landmarks")
-    return Property(name, team, landmarks=tuple(landmarks), **parameters)
+    return team

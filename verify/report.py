@@ -7,14 +7,18 @@ Does not: contain times, paths or facts about the machine, so equal questions gi
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
+from fractions import Fraction
 from typing import Any
 
 from codegen.ir import PolicyProfile
 from codegen.policy_json import content_hash, layout
 from codegen.render import render
 from verify.counterexample import AgentView, Counterexample
+from verify.encode import REAL
 from verify.engine import Result
-from verify.properties import sentence
+from verify.leaves import LeafFinding
+from verify.margins import Margin
+from verify.properties import LEAVES, reads, sentence
 from verify.spec import Verdict
 from verify.spec import text as decimal
 
@@ -23,6 +27,11 @@ SEMANTICS = (
     "iff x <= threshold. Thresholds are replaced by the exact ends of the half lines that these roundings give, so a "
     "proof over real positions is a proof for the deployed arithmetic, and a counterexample is a float64 world state "
     "that was replayed."
+)
+REAL_SEMANTICS = (
+    "Real arithmetic, which is not the deployed one: a split compares the exact coordinate or difference with the "
+    "threshold as it is written. A proof says nothing about what roundings do at thresholds; a violation is told only "
+    "when a float64 world state was replayed in the deployed arithmetic."
 )
 MEANINGS_TRUSTED = "the meanings of the features in the profile"
 MEANINGS_CHECKED = " (the same as those of this version's world, which equals the reference environment bit by bit)"
@@ -36,6 +45,15 @@ LIMITS = (
     "Positions are finite float64; agents may leave the region in an episode (see the on-policy states).",
     "Shares are uniform samples with 95 % Wilson intervals; the verdict does not rest on them.",
 )
+ASSUMING = "Where a claim has an assumption, shares are of the states that meet it."
+NOISE = (
+    "Errors of features are independent of one another, one a feature and agent, added to the exact coordinate or "
+    "difference before it is rounded; constants and features that say whether two things are equal have none."
+)
+LEAVES_MEANINGS = {
+    Verdict.PROVED: "every leaf is reached in some world state",
+    Verdict.VIOLATED: "no world state of the region reaches the dead leaves",
+}
 VIEW = 300.0  # side of the picture
 WORLD_MARGIN = 0.25
 ARROW = 0.28  # length units
@@ -44,7 +62,7 @@ LETTER = 5.6  # width of a letter of a label
 MEANINGS = {
     Verdict.PROVED: "holds in every world state of the region",
     Verdict.VIOLATED: "fails in the world state shown, which was replayed",
-    Verdict.VACUOUS: "the region holds no world state, so nothing was claimed",
+    Verdict.VACUOUS: "no world state lies in the region and meets the assumptions, so nothing was claimed",
     Verdict.UNKNOWN: "no answer",
     Verdict.SKIPPED: "not asked",
 }
@@ -69,10 +87,19 @@ def document(
         "evaluation": dict(profile.provenance.evaluation),
         "files": dict(files or {}),
         "results": [_result(profile, result, command) for result, command in zip(results, commands, strict=True)],
-        "semantics": SEMANTICS,
+        "semantics": REAL_SEMANTICS if any(result.semantics == REAL for result in results) else SEMANTICS,
         "trusted": [MEANINGS_TRUSTED + (MEANINGS_CHECKED if known else MEANINGS_UNCHECKED), *TRUSTED],
-        "limits": list(LIMITS),
+        "limits": _limits(results),
     }
+
+
+def _limits(results: Sequence[Result]) -> list[str]:
+    found: list[str] = [*LIMITS]
+    if any(result.claim.assumption for result in results):
+        found.append(ASSUMING)
+    if any(result.claim.eps for result in results):
+        found.append(NOISE)
+    return found
 
 
 def _result(profile: PolicyProfile, result: Result, command: str) -> dict[str, Any]:
@@ -80,17 +107,24 @@ def _result(profile: PolicyProfile, result: Result, command: str) -> dict[str, A
     found = result.counterexample
     return {
         "property": claim.name,
+        "label": claim.label,
         "team": claim.team,
         "claim": sentence(claim),
-        "parameters": {"margin": decimal(claim.margin), "radius": decimal(claim.radius)},
+        "formula": claim.written.strip(),
+        "assumption": claim.assumption.strip(),
+        "parameters": {name: _shown(getattr(claim, name)) for name in reads(claim)},
+        "semantics": result.semantics,
         "region_name": result.region.name,
         "region": result.region.document(),
         "verdict": result.verdict.value,
-        "meaning": MEANINGS[result.verdict],
+        "meaning": (LEAVES_MEANINGS if claim.name == LEAVES else {}).get(result.verdict, MEANINGS[result.verdict]),
         "reason": result.reason,
         "conflict": shares.conflict.document(),
         "contested": None if shares.contested is None else shares.contested.document(),
         "violating": shares.violating.document(),
+        "changing": None if shares.changing is None else shares.changing.document(),
+        "largest_margin": None if result.largest is None else _margin(result.largest),
+        "leaves": [_leaf(finding) for finding in result.leaves],
         "visited": None if result.visited is None else asdict(result.visited),
         "shuffled_control": result.control.value,
         "replays": ["reference", *result.replays],
@@ -101,6 +135,25 @@ def _result(profile: PolicyProfile, result: Result, command: str) -> dict[str, A
         "counterexample": None if found is None else _counterexample(profile, found),
         "command": command,
     }
+
+
+def _shown(value: Fraction | str | Sequence[str]) -> str:
+    """A parameter as text."""
+    if isinstance(value, Fraction):
+        return decimal(value).strip('"')
+    return value if isinstance(value, str) else ", ".join(value) or "in the world's order"
+
+
+def _margin(found: Margin) -> dict[str, Any]:
+    failed = None if found.failed is None else decimal(found.failed)
+    return {"proved": decimal(found.proved), "not_proved": failed, "questions": found.questions}
+
+
+def _leaf(finding: LeafFinding) -> dict[str, Any]:
+    witness = finding.witness
+    state = None if witness is None else {"goal": witness.goal, "position": dict(witness.position)}
+    verdict = finding.verdict.value
+    return {"agent": finding.agent, "leaf": finding.leaf, "action": finding.action, "verdict": verdict, "state": state}
 
 
 def _counterexample(profile: PolicyProfile, found: Counterexample) -> dict[str, Any]:
@@ -123,6 +176,7 @@ def _view(view: AgentView) -> dict[str, Any]:
         "action": view.action,
         "leaf": view.leaf,
         "engaged_with": list(view.engaged_with),
+        "errors": dict(view.errors),
         "path": steps,
     }
 

@@ -13,8 +13,10 @@ import numpy as np
 
 from codegen.errors import InputError
 from codegen.ir import AgentPolicy, Bool, Float64, PolicyProfile
-from verify.formula import Formula, disjunction, given
-from verify.properties import Property, closes, formula
+from verify import noise
+from verify.formula import TRUE, Formula, disjunction, given
+from verify.predicates import closes
+from verify.properties import Property, formula
 from verify.spec import Region
 from verify.world import batch, chosen, sample
 
@@ -70,23 +72,32 @@ class Shares:
 
     conflict: Share  # some joint action, every agent closing on a landmark, would violate the claim
     contested: Share | None  # two agents, both inside the landmarks' rectangle; None for other team sizes
-    violating: Share  # the team as it is violates the claim
+    violating: Share  # the team as it is violates the claim, with some errors where the claim allows them
+    changing: Share | None = None  # errors can change some agent's action; None for claims without errors
 
 
 def measure(profile: PolicyProfile, claim: Property, region: Region, seed: int, count: int = SAMPLES) -> Shares:
-    """The shares of `region`, from at most `count` uniform world states at rest."""
+    """The shares of `region`, from at most `count` uniform world states at rest that meet the assumption."""
     coordinates, _ = sample(region, profile.world, count, seed)
+    if claim.assume != TRUE:
+        coordinates = coordinates[batch(coordinates, profile.world).holds(claim.assume, {})]
     n = len(coordinates)
     conflicting = int(conflicts(profile, claim, coordinates).sum())
     contested = _contested(profile, claim, coordinates)
     failing = int(violating(profile, claim, coordinates).sum())
+    changing = int(noise.changeable(profile, claim, coordinates).sum()) if claim.eps else None
     return Shares(
-        Share(conflicting, n), None if contested is None else Share(int(contested.sum()), n), Share(failing, n)
+        Share(conflicting, n),
+        None if contested is None else Share(int(contested.sum()), n),
+        Share(failing, n),
+        None if changing is None else Share(changing, n),
     )
 
 
 def violating(profile: PolicyProfile, claim: Property, coordinates: Float64) -> Bool:
-    """Where the team's own actions violate the claim, [batch]."""
+    """Where the team's own actions violate the claim, with some errors where it allows them, [batch]."""
+    if claim.eps:
+        return noise.violable(profile, claim, coordinates)
     actions = {p.agent: chosen(p, coordinates, profile.world) for p in profile.team(claim.team)}
     return ~batch(coordinates, profile.world).holds(formula(profile, claim), actions)
 

@@ -82,6 +82,14 @@ def _checked(logic: str, context: z3.Context, constraints: Any, budget: int) -> 
     return result == z3.sat, solver.model() if result == z3.sat else None, spent, ""
 
 
+def smt_lib(question: Question) -> str:
+    """The question as SMT-LIB 2, for any solver; equal questions give equal texts."""
+    context = z3.Context()
+    solver = z3.SolverFor("QF_LRA", ctx=context)
+    solver.add(*(constraint.translate(context) for constraint in question.constraints))
+    return solver.to_smt2()
+
+
 def _spent(solver: z3.Solver) -> int:
     statistics = solver.statistics()
     return int(statistics.get_key_value("rlimit count")) if "rlimit count" in statistics.keys() else 0  # noqa: SIM118

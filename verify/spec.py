@@ -26,7 +26,7 @@ class Verdict(Enum):
 
     PROVED = "PROVED"  # holds in every world state of the region, as the machine computes
     VIOLATED = "VIOLATED"  # fails in a world state that was replayed
-    VACUOUS = "VACUOUS"  # the region holds no world state
+    VACUOUS = "VACUOUS"  # no world state lies in the region and meets the assumptions
     UNKNOWN = "UNKNOWN"  # the budget ended, or only a real-valued state was found
     SKIPPED = "SKIPPED"  # not asked
 
@@ -106,6 +106,11 @@ def read_region(source: str, world: WorldSpec, where: str, velocities: Sequence[
         document = tomllib.loads(source, parse_float=str)
     except (tomllib.TOMLDecodeError, ValueError, ZeroDivisionError, RecursionError) as error:
         raise InputError("not a readable region file", f"{where}: {error}", ADVICE) from None
+    return region_of(document, world, where, velocities)
+
+
+def region_of(document: Mapping[str, Any], world: WorldSpec, where: str, velocities: Sequence[str] = ()) -> Region:
+    """As `read_region`, from a parsed document in which floats are texts."""
     for key in document:
         if key not in ("goals", "default", "box", "difference", "apart"):
             raise UnknownNameError("key", key, ("goals", "default", "box", "difference", "apart"), where)
@@ -124,7 +129,7 @@ def read_region(source: str, world: WorldSpec, where: str, velocities: Sequence[
     entities = [entity.name for entity in world.agents + world.landmarks]
     for pair, least in _table(document, "apart", where).items():
         a, b = _pair(pair, entities, "entity", f"{where}: apart")
-        apart.append((a, b, _number(least, f"{where}: apart.{pair}")))
+        apart.append((a, b, number(least, f"{where}: apart.{pair}")))
     goals = document.get("goals", list(world.goals))
     if not isinstance(goals, list) or (not goals and world.goals):
         raise InputError("goals must be a list of landmarks", f"{where}: goals", ADVICE)
@@ -154,17 +159,18 @@ def _pair(pair: str, known: Sequence[str], kind: str, where: str) -> tuple[str, 
 def _interval(bounds: Any, where: str) -> Interval:
     if not isinstance(bounds, list) or len(bounds) != 2:
         raise InputError("bounds are two numbers, [low, high]", where, ADVICE)
-    low, high = (_number(bound, where) for bound in bounds)
+    low, high = (number(bound, where) for bound in bounds)
     if low > high:
         raise InputError(f"the lower bound {text(low)} is above the upper one {text(high)}", where, "swap them")
     return low, high
 
 
-def _number(value: Any, where: str) -> Fraction:
+def number(value: Any, where: str) -> Fraction:
+    """The exact number of a TOML value whose floats were read as texts: an integer, or a text as `exact` reads it."""
     if isinstance(value, bool) or not isinstance(value, (int, str)):
-        raise InputError("not a number", where, ADVICE)
+        raise InputError("not a number", where, 'write 0.025 or "1/40"')
     if isinstance(value, int) and abs(value) > MOST:
-        raise InputError(f"numbers may be at most {MOST}", where, ADVICE)
+        raise InputError(f"numbers may be at most {MOST}", where)
     return exact(str(value), where)
 
 
@@ -182,5 +188,5 @@ def exact(written: str, where: str) -> Fraction:
     except ZeroDivisionError:
         raise InputError(f"not a number: {written[:40]!r}", where, "write 0.025 or 1/40") from None
     if abs(number) > MOST:
-        raise InputError(f"numbers may be at most {MOST}", where, ADVICE)
+        raise InputError(f"numbers may be at most {MOST}", where)
     return number

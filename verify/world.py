@@ -5,27 +5,32 @@ Assumes: positions are finite float64; observations are made by `codegen.observe
 Does not: search for world states.
 """
 
+import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 
 import numpy as np
 
 from codegen import ir
 from codegen.errors import InputError
-from codegen.ir import Bool, Float64, Int32, PolicyProfile
+from codegen.ir import Bool, Float32, Float64, Int32, PolicyProfile
 from codegen.observe import observe
-from verify.formula import Batch, Formula, holds
+from verify.formula import Batch, Formula, for_goal, holds
 from verify.properties import Property, engaged, formula
 from verify.spec import Region, start_region
 
 
 @dataclass(frozen=True)
 class Point:
-    """One world state: coordinates (velocities that are left out are zero) and the goal landmark ("" without one)."""
+    """One world state: coordinates (velocities that are left out are zero) and the goal landmark ("" without one).
+
+    `errors`: by how much a feature is off as an agent measures it, by `error_name`; what is left out is exact.
+    """
 
     position: Mapping[str, float]
     goal: str
+    errors: Mapping[str, float] = field(default_factory=dict)
 
     def coordinates(self, profile: PolicyProfile) -> Float64:
         """All world coordinates in the world's order, [1, n_coordinates]."""
@@ -72,6 +77,35 @@ def everywhere(profile: PolicyProfile) -> Region:
     return start_region(profile.world, observed_velocities(profile))
 
 
+def error_name(agent: str, feature: str) -> str:
+    """The name of the error of one feature as one agent measures it; no coordinate has a colon."""
+    return f"{agent}:{feature}"
+
+
+def measurable(meaning: ir.Meaning) -> bool:
+    """Whether a feature is measured, and so may be off: what is constant, or says that two things are equal, is not."""
+    return bool(meaning.terms) and meaning.function != "zero"
+
+
+def observed(profile: PolicyProfile, policy: ir.AgentPolicy, point: Point) -> Float32:
+    """What an agent observes in a world state, errors included, [1, n_features].
+
+    An error is added to the exact coordinate or difference; then float64, the feature's function and float32 follow
+    as without it.
+    """
+    coordinates = point.coordinates(profile)
+    seen = observe(policy.features, coordinates, profile.world)
+    at = dict(zip(profile.world.coordinates(), coordinates[0], strict=True))
+    for place, feature in enumerate(policy.features):
+        error = point.errors.get(error_name(policy.agent, feature.name), 0.0)
+        if error and feature.meaning is not None and measurable(feature.meaning):
+            exact = sum((weight * Fraction(float(at[name])) for weight, name in feature.meaning.terms), Fraction(error))
+            function = feature.meaning.function
+            value = {"": exact, "sign": (exact > 0) - (exact < 0), "positive": int(exact > 0)}[function]
+            seen[0, place] = np.float32(float(value))
+    return seen
+
+
 def chosen(policy: ir.AgentPolicy, coordinates: Float64, world: ir.WorldSpec) -> Int32:
     """The actions of one agent in a batch of world states, by the reference semantics. [batch]"""
     return ir.act(policy, observe(policy.features, coordinates, world))
@@ -96,13 +130,14 @@ def engaged_with(profile: PolicyProfile, claim: Property, point: Point) -> dict[
 
 
 def _actions(profile: PolicyProfile, claim: Property, point: Point) -> dict[str, int]:
-    coordinates = point.coordinates(profile)
-    return {policy.agent: int(chosen(policy, coordinates, profile.world)[0]) for policy in profile.team(claim.team)}
+    return {
+        policy.agent: int(ir.act(policy, observed(profile, policy, point))[0]) for policy in profile.team(claim.team)
+    }
 
 
 def _true(profile: PolicyProfile, asked: Formula, point: Point, actions: Mapping[str, int]) -> bool:
     values = zip(profile.world.coordinates(), point.coordinates(profile)[0], strict=True)
-    return holds(asked, {name: Fraction(float(value)) for name, value in values}, actions)
+    return holds(for_goal(asked, point.goal), {name: Fraction(float(value)) for name, value in values}, actions)
 
 
 def inside(region: Region, point: Point) -> bool:
@@ -115,6 +150,24 @@ def inside(region: Region, point: Point) -> bool:
     if any(not low <= at[a] - at[b] <= high for a, b, (low, high) in region.differences):
         return False
     return all(max(abs(at[f"{a}.{axis}"] - at[f"{b}.{axis}"]) for axis in "xy") >= d for a, b, d in region.apart)
+
+
+def nearest(model: Mapping[str, Fraction], region: Region, goal: str, eps: Fraction = Fraction(0)) -> Point:
+    """The float64 point nearest to an exact one, each value rounded towards the inside of its interval.
+
+    `model`: every coordinate of the region, and errors by `error_name`, at most `eps`.
+    """
+    values: dict[str, float] = {}
+    for name, value in model.items():
+        low, high = region.box.get(name, (-eps, eps))
+        near = float(value)
+        if Fraction(near) > high:
+            near = math.nextafter(near, -math.inf)
+        elif Fraction(near) < low:
+            near = math.nextafter(near, math.inf)
+        values[name] = near
+    errors = {name: value for name, value in values.items() if name not in region.box and value}
+    return Point({name: values[name] for name in region.box}, goal, errors)
 
 
 # --- batches, for shares: float64 arithmetic, which can only misjudge states within a rounding of a boundary

@@ -12,7 +12,7 @@ from codegen.errors import InputError, UnknownNameError
 from tests.teams import team, towards
 from verify.formula import FALSE, TRUE, And, Batch, Linear, Not, Or, below, holds, negated, normal
 from verify.formula import given as once
-from verify.properties import PROPERTIES, Property, find_property, formula, sentence
+from verify.properties import PLAIN, Property, find_property, formula, sentence
 from verify.world import batch, everywhere, observed_velocities, sample
 
 TEAM = "defenders"
@@ -22,7 +22,7 @@ EIGHTHS = st.integers(-16, 16).map(lambda n: Fraction(n, 8))
 NAMES = [f"{name}.{axis}" for name in AGENTS + MARKS for axis in "xy"]
 STATES = st.fixed_dictionaries(dict.fromkeys(NAMES, EIGHTHS))
 ACTIONS = st.fixed_dictionaries({agent: st.integers(0, 4) for agent in AGENTS})
-CLAIMS = st.sampled_from([Property(name, TEAM, margin=margin) for name in PROPERTIES for margin in (0, Fraction(1, 4))])
+CLAIMS = st.sampled_from([Property(name, TEAM, margin=margin) for name in PLAIN for margin in (0, Fraction(1, 4))])
 
 
 def defined(profile, claim, at, actions):

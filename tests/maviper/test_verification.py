@@ -1,0 +1,208 @@
+"""`maviper verify` and `maviper properties` as users call them."""
+
+import json
+
+import pytest
+
+from codegen import policy_json
+from codegen.errors import ExitCode
+from maviper import cli
+from maviper.questions import starter
+from maviper.worlds import WORLDS, find
+from tests.teams import STAY, UP, team, towards, tree
+
+FOLDER = "tests/golden"
+
+
+def run(capsys, *arguments):
+    code = cli.run([str(argument) for argument in arguments])
+    out, err = capsys.readouterr()
+    return code, out, err
+
+
+@pytest.fixture
+def place(tmp_path, profile, monkeypatch):
+    """A folder with a profile of fixed roles, which every start state proves."""
+    monkeypatch.chdir(tmp_path)
+    roles = team(profile, towards(0, 0), towards(1, 1))
+    (tmp_path / "roles.json").write_text(policy_json.dumps(roles))
+    (tmp_path / "same.json").write_text(policy_json.dumps(team(profile, towards(0, 0), towards(0, 1))))
+    (tmp_path / "still.json").write_text(policy_json.dumps(team(profile, tree(STAY), tree(UP))))
+    return tmp_path
+
+
+def results(out):
+    return json.loads(out)["results"]
+
+
+def test_the_starter_file(golden):
+    golden(FOLDER, {"starter.toml": starter("physical-deception")})
+
+
+@pytest.mark.solver
+def test_the_starter_verifies_as_it_is_written(capsys, tmp_path):
+    """On the demo's profile: every property has an answer, the violated ones are replayed."""
+    from tests.test_generated import FOLDER as generated
+
+    file = tmp_path / "starter.toml"
+    assert run(capsys, "properties", "new", "physical-deception", "-o", file)[0] == ExitCode.DONE
+    code, out, _ = run(capsys, "-q", "verify", generated / "profile.json", "--properties", file, "--json")
+    verdicts = [result["verdict"] for result in results(out)]
+    assert code == ExitCode.VIOLATED and verdicts == ["VIOLATED", "VIOLATED", "PROVED", "PROVED", "PROVED"]
+
+
+@pytest.mark.parametrize("world", sorted(WORLDS))
+def test_every_world_has_a_starter_that_reads(world):
+    from codegen import ir
+    from verify.property_file import read_properties
+
+    found = find(world)
+    agents = tuple(
+        ir.AgentPolicy(name, found.team_of(name), features, actions, tree(STAY))
+        for name, features, actions in zip(found.agents, found.features, found.actions, strict=True)
+    )
+    profile = ir.PolicyProfile(found.spec, agents, ir.Provenance("", "", 0, "", ""))
+    claims = read_properties(starter(world), profile, "starter.toml", lambda name: None)
+    assert len(claims) >= 2 and claims[-1][0].name == "alive_leaves"
+
+
+def test_the_list_of_properties(capsys):
+    code, out, _ = run(capsys, "properties", "list", "--json")
+    found = {one["name"]: one for one in json.loads(out)["properties"]}
+    assert code == ExitCode.DONE and found["aligned"]["parameters"] == {"margin": "0", "radius": "0.1", "kappa": "0.5"}
+    assert found["steady"]["parameters"] == {"eps": "0.01", "of": "distinct_targets"}
+    code, text, _ = run(capsys, "properties", "list")
+    assert code == ExitCode.DONE and all(f"{name}: " in text for name in found)
+    assert run(capsys, "verify", "--list")[:2] == (ExitCode.DONE, text)
+
+
+@pytest.mark.solver
+def test_options_reach_the_properties_that_read_them(capsys, place):
+    swapped = ("--property", "own_target", "--landmarks", "landmark_1,landmark_0", "--property", "no_double")
+    code, out, _ = run(
+        capsys, "-q", "verify", "roles.json", *swapped, "--team", "defenders", "--margin", "1/40", "--json"
+    )
+    own, double = results(out)
+    assert code == ExitCode.VIOLATED and own["verdict"] == "VIOLATED"
+    assert own["parameters"] == {"margin": "0.025", "radius": "0.1", "landmarks": "landmark_1, landmark_0"}
+    assert double["parameters"] == {"margin": "0.025"}
+    again = own["command"].split()[1:]
+    assert results(run(capsys, "-q", *again, "--json")[1])[0] == own
+    code, out, _ = run(capsys, "-q", "verify", "roles.json", "--property", "aligned", "--kappa", "0", "--json")
+    assert results(out)[0]["parameters"]["kappa"] == "0" and results(out)[0]["verdict"] == "PROVED"
+
+
+@pytest.mark.solver
+def test_steady_and_its_command(capsys, place):
+    options = ("--property", "steady", "--of", "own_target", "--eps", "1/4")
+    code, out, err = run(capsys, "verify", "roles.json", *options, "--json")
+    (found,) = results(out)
+    assert code == ExitCode.VIOLATED and found["changing"]["hits"] > 0 and "measures wrongly" in err
+    assert any(agent["errors"] for agent in found["counterexample"]["agents"])
+    assert found["command"].endswith("--eps 0.25 --of own_target")
+    assert results(run(capsys, "-q", *found["command"].split()[1:], "--json")[1])[0] == found
+    _, text, _ = run(capsys, "-q", "verify", "roles.json", *options)
+    assert "off by" in text and "changing " in text
+
+
+@pytest.mark.solver
+def test_dead_leaves_are_printed(capsys, place, profile):
+    dead = tree((2, 0.5, 1, 2), STAY, (4, 0.5, 3, 4), UP, (0, -0.5, 5, 6), STAY, UP)
+    (place / "dead.json").write_text(policy_json.dumps(team(profile, dead, tree(UP))))
+    code, out, err = run(capsys, "verify", "dead.json", "--property", "alive_leaves", "-o", "report")
+    assert code == ExitCode.VIOLATED and "dead: agent_0 leaf 5" in err and out == ""
+    (found,) = json.loads((place / "report" / "report.json").read_text())["results"]
+    assert [(leaf["agent"], leaf["leaf"]) for leaf in found["leaves"] if leaf["verdict"] == "VIOLATED"] == [
+        ("agent_0", 5)
+    ]
+    assert "agent_0 leaf 5" in (place / "report" / "report.html").read_text()
+    assert "agent_0 leaf 5" in (place / "report" / "report.txt").read_text()
+    assert run(capsys, "-q", "verify", "still.json", "--property", "alive_leaves")[0] == ExitCode.DONE
+    asked = run(capsys, "-q", "verify", "dead.json", "--property", "alive_leaves", "--budget", "1")
+    assert asked[0] == ExitCode.INCONCLUSIVE
+
+
+@pytest.mark.solver
+def test_real_arithmetic_is_named(capsys, place):
+    code, out, err = run(capsys, "verify", "roles.json", "--semantics", "real", "--json")
+    report = json.loads(out)
+    assert code == ExitCode.DONE and report["results"][0]["semantics"] == "real" and "real arithmetic" in err
+    assert report["semantics"].startswith("Real arithmetic") and "--semantics real" in report["results"][0]["command"]
+    assert report["results"][0]["largest_margin"]["proved"] == "0.05"
+
+
+@pytest.mark.solver
+def test_questions_are_exported_and_repeat(capsys, place):
+    (place / "p.toml").write_text('[[property]]\nlabel = "; \\"é"\nformula = "true"\nassume = "agent_0.x > 0"\n')
+    asked = ("--property", "no_double", "--property", "alive_leaves", "--properties", "p.toml")
+    for folder in ("one", "two"):
+        assert run(capsys, "-q", "verify", "still.json", *asked, "--smt", folder)[0] == ExitCode.DONE
+    files = {path.name: path.read_bytes() for path in (place / "one").iterdir()}
+    assert files == {path.name: path.read_bytes() for path in (place / "two").iterdir()}
+    goals = ("landmark_0", "landmark_1")
+    wanted = {f"01-formula-{goal}.smt2" for goal in goals} | {f"02-no_double-{goal}.smt2" for goal in goals}
+    assert set(files) == wanted | {f"03-alive_leaves-agent_{k}-0-{goal}.smt2" for goal in goals for k in (0, 1)}
+    for text in files.values():
+        lines = text.decode("ascii").splitlines()
+        assert lines[0].startswith("; Profile ") and lines.count("(check-sat)") == 1
+
+
+@pytest.mark.solver
+def test_a_property_file_end_to_end(capsys, place):
+    (place / "sub").mkdir()
+    (place / "sub" / "near.toml").write_text("default = [0, 0.5]\n")
+    (place / "sub" / "p.toml").write_text(
+        '[[property]]\nlabel = "mine"\nformula = """\nengaged(agent_0, landmark_0)\nor true"""\nregion = "near.toml"\n'
+        '[[property]]\nname = "distinct_targets"\nassume = "goal == landmark_0"\n'
+        '[[property]]\nname = "distinct_targets"\nassume = "agent_0.x > 2"\n'
+    )
+    code, out, err = run(capsys, "verify", "roles.json", "--properties", "sub/p.toml", "-o", "report", "--json")
+    mine, assumed, vacuous = results(out)
+    assert code == ExitCode.INCONCLUSIVE and vacuous["verdict"] == "VACUOUS"
+    assert mine["label"] == "mine" and mine["formula"].endswith("or true") and mine["region_name"] == "near.toml"
+    assert assumed["assumption"] == "goal == landmark_0" and assumed["verdict"] == "PROVED"
+    assert assumed["command"] == "maviper verify roles.json --properties p.toml"
+    page, text = (place / "report" / "report.html").read_text(), (place / "report" / "report.txt").read_text()
+    for shown in (page, text):
+        assert "engaged(agent_0, landmark_0)" in shown and "goal == landmark_0" in shown and "mine" in shown
+        assert "room " in shown or "largest margin" in shown
+    assert "PROVED      mine, region near.toml" in err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--kappa", "1"], "none of the properties asked reads kappa"),
+        (["--property", "no_double", "--radius", "1"], "reads radius"),
+        (["--property", "own_target", "--landmarks", "landmark_0"], "different landmark"),
+        (["--property", "own_target", "--landmarks", "landmark_0,landmrk_1"], "did you mean 'landmark_1'"),
+        (["--property", "steady", "--of", "alined"], "did you mean 'aligned'"),
+        (["--property", "steady", "--eps", "0"], "eps above 0"),
+        (["--property", "stedy"], "did you mean 'steady'"),
+        (["--semantics", "reel"], "machine or real"),
+        (["--properties", "none.toml"], "cannot read the file"),
+        (["--properties", "bad.toml"], "not a readable property file"),
+        (["--properties", "bytes.toml"], "not UTF-8"),
+        (["--properties", "good.toml", "--team", "defenders"], "name their own teams"),
+        (["--properties", "good.toml", "--margin", "1"], "reads margin"),
+        (["--properties", "far.toml"], "far.toml, line 3: property 1, region"),
+        (["--smt", "roles.json"], "roles.json"),
+        (["--budget", "0"], "budget must be between"),
+    ],
+)
+def test_what_cannot_be_asked_is_told(capsys, place, arguments, message):
+    (place / "bad.toml").write_text("[[property]")
+    (place / "bytes.toml").write_bytes(b"\xff\xfe")
+    (place / "good.toml").write_text('[[property]]\nformula = "true"')
+    (place / "far.toml").write_text('[[property]]\nformula = "true"\nregion = "elsewhere.toml"')
+    code, out, err = run(capsys, "-q", "verify", "roles.json", *arguments)
+    assert code == ExitCode.INPUT and message in err and out == "", err
+
+
+@pytest.mark.solver
+def test_a_subnormal_threshold_is_refused_before_anything_is_written(capsys, place, profile):
+    (place / "tiny.json").write_text(policy_json.dumps(team(profile, tree((0, 1e-40, 1, 2), STAY, UP), tree(UP))))
+    for name in ("distinct_targets", "steady", "alive_leaves"):
+        code, _, err = run(capsys, "-q", "verify", "tiny.json", "--property", name, "-o", "report")
+        assert code == ExitCode.INPUT and "subnormal" in err
+    assert not list((place / "report").glob("*"))

@@ -1,0 +1,122 @@
+"""What a team may do when its features are off: reachable actions, errors that lead to them.
+
+Does: per agent, the actions that errors within eps can cause, over batches; errors that make a world state a violation.
+Assumes: one error a feature and agent, so an agent's leaf is reached iff each feature's interval meets the leaf's.
+Does not: decide: it samples in float64, and the referee judges what it finds.
+"""
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import product
+
+import numpy as np
+
+from codegen import ir
+from codegen.ir import AgentPolicy, Bool, Float64, PolicyProfile, WorldSpec
+from codegen.observe import observe
+from verify.formula import given
+from verify.properties import Property, formula
+from verify.world import Point, batch, error_name, measurable, violates
+
+Cell = dict[int, tuple[float, float]]  # feature -> (low, high] of its sum, where a leaf's path tests it
+
+
+def reachable(policy: AgentPolicy, coordinates: Float64, world: WorldSpec, eps: float) -> Bool:
+    """Which actions errors of at most `eps` can cause in each world state, [batch, n_actions]."""
+    sums, room = _sums(policy, coordinates, world, eps)
+    found = np.zeros((len(coordinates), len(policy.actions)), dtype=bool)
+    for leaf, cell in _cells(policy):
+        meets = np.ones(len(coordinates), dtype=bool)
+        for feature, (low, high) in cell.items():
+            meets &= (sums[:, feature] + room[feature] > low) & (sums[:, feature] - room[feature] <= high)
+        found[:, policy.tree.action[leaf]] |= meets
+    return found
+
+
+def changeable(profile: PolicyProfile, claim: Property, coordinates: Float64) -> Bool:
+    """Where errors can change some agent's action, [batch]."""
+    counts = [
+        reachable(policy, coordinates, profile.world, float(claim.eps)).sum(axis=1)
+        for policy in profile.team(claim.team)
+    ]
+    return np.logical_or.reduce([count > 1 for count in counts])
+
+
+def violable(profile: PolicyProfile, claim: Property, coordinates: Float64) -> Bool:
+    """Where some errors make the team violate the claim, [batch]."""
+    team, stated = profile.team(claim.team), formula(profile, claim)
+    ways = [reachable(policy, coordinates, profile.world, float(claim.eps)) for policy in team]
+    states, found = batch(coordinates, profile.world), np.zeros(len(coordinates), dtype=bool)
+    for joint in product(*(range(len(policy.actions)) for policy in team)):
+        possible = np.logical_and.reduce([way[:, action] for way, action in zip(ways, joint, strict=True)])
+        if possible.any():
+            chosen = {policy.agent: action for policy, action in zip(team, joint, strict=True)}
+            found |= possible & ~states.holds(given(stated, chosen), {})
+    return found
+
+
+def mistaken(profile: PolicyProfile, claim: Property, point: Point) -> Point | None:
+    """The world state with errors that make the team violate the claim, confirmed by the referee; None if none is
+    found.
+    """
+    for errors in product(*(_ways(profile, policy, point, float(claim.eps)) for policy in profile.team(claim.team))):
+        wrong = {name: error for agent in errors for name, error in agent.items()}
+        candidate = replace(point, errors=wrong)
+        if violates(profile, claim, candidate):
+            return candidate
+    return None
+
+
+def _ways(profile: PolicyProfile, policy: AgentPolicy, point: Point, eps: float) -> Iterator[dict[str, float]]:
+    """For each action that errors can cause, errors that lead to a leaf with it."""
+    sums, room = _sums(policy, point.coordinates(profile), profile.world, eps)
+    known: set[int] = set()
+    for leaf, cell in _cells(policy):
+        action, errors = int(policy.tree.action[leaf]), dict[str, float]()
+        for feature, (low, high) in cell.items():
+            value = float(sums[0, feature])
+            least, most = max(low - value, -room[feature]), min(high - value, room[feature])
+            if least > most:
+                break
+            if not least < 0 <= most:
+                errors[error_name(policy.agent, policy.features[feature].name)] = (least + most) / 2
+        else:
+            if action not in known:
+                known.add(action)
+                yield errors
+
+
+def _sums(policy: AgentPolicy, coordinates: Float64, world: WorldSpec, eps: float) -> tuple[Float64, list[float]]:
+    """What each feature measures before its function, [batch, n_features], and by how much it may be off."""
+    plain = []
+    for feature in policy.features:
+        assert feature.meaning is not None
+        kept = measurable(feature.meaning)
+        plain.append(replace(feature, meaning=replace(feature.meaning, function="")) if kept else feature)
+    room = [eps if one.meaning is not None and measurable(one.meaning) else 0.0 for one in policy.features]
+    return observe(plain, coordinates, world).astype(np.float64), room
+
+
+def _cells(policy: AgentPolicy) -> Iterator[tuple[int, Cell]]:
+    """Every leaf with the bounds that its path puts on the features' sums."""
+    tree = policy.tree
+    waiting: list[tuple[int, Cell]] = [(ir.ROOT, {})]
+    while waiting:
+        node, cell = waiting.pop()
+        feature = int(tree.feature[node])
+        if feature == ir.NO_FEATURE:
+            yield node, cell
+            continue
+        low, high = cell.get(feature, (-math.inf, math.inf))
+        end = _end(policy.features[feature].meaning, float(tree.threshold[node]))
+        waiting.append((int(tree.right[node]), {**cell, feature: (max(low, end), high)}))
+        waiting.append((int(tree.left[node]), {**cell, feature: (low, min(high, end))}))
+
+
+def _end(meaning: ir.Meaning | None, threshold: float) -> float:
+    """The sum at which the test of a feature's value against a threshold turns."""
+    if meaning is None or meaning.function in ("", "zero"):
+        return threshold
+    lowest = -1 if meaning.function == "sign" else 0
+    return -math.inf if threshold < lowest else math.inf if threshold >= 1 else 0.0
