@@ -17,8 +17,10 @@ from tests.verify.zone_cases import (
     exactly_inside,
     grid_points,
     navigation,
+    near_roles,
     random_region,
     random_tree,
+    switching,
 )
 from verify import checker, encode, engine, zones
 from verify.certificate import numbers
@@ -68,6 +70,27 @@ def test_random_questions_of_two_defenders(seed, semantics, monkeypatch):
         profile, claim = deception(rng, 4)
         found.add(agree(profile, claim, random_region(rng, profile), semantics, seed))
     assert Verdict.VIOLATED in found
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_teams_that_nearly_hold_their_claim(profile, seed):
+    """Roles that are fixed, or switch at adjacent floats: proofs that need both trees, and slivers one float wide."""
+    rng = np.random.default_rng([seed, 3])
+    found = []
+    for _ in range(8):
+        pair, claim = near_roles(rng, profile)
+        start = start_region(pair.world)
+        found.append(agree(pair, claim, start if rng.random() < 0.5 else random_region(rng, pair), MACHINE, seed))
+    assert Verdict.PROVED in found and Verdict.VIOLATED in found
+
+
+@pytest.mark.parametrize(("threshold", "semantics"), [(0.1, MACHINE), (-0.3, MACHINE), (0.1, REAL)])
+def test_roles_that_switch_at_adjacent_floats(profile, threshold, semantics):
+    """Proved for the machine; over the reals the gap between the two thresholds is a violation, and real."""
+    pair = team(profile, *switching(threshold))
+    claim = formula(pair, find_property("distinct_targets", pair))
+    found = zones.decide(pair, claim, start_region(pair.world), semantics)
+    assert found.verdict is (Verdict.PROVED if semantics == MACHINE else Verdict.VIOLATED)
 
 
 @pytest.mark.parametrize("seed", range(6))

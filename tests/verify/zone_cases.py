@@ -7,6 +7,7 @@ import numpy as np
 
 from codegen import ir
 from maviper.worlds import find
+from tests.teams import team, towards
 from tests.verify.test_encode import meanings, with_meanings
 from verify import encode
 from verify.properties import Property
@@ -80,6 +81,53 @@ def navigation(rng, max_depth):
     )
     profile = ir.PolicyProfile(NAVIGATION.spec, agents, ir.Provenance("", "", 0, "", ""))
     return profile, Property(str(rng.choice(PROPERTIES)), "agents", radius=Fraction(int(rng.integers(1, 13)), 10))
+
+
+def joined(split, left, right):
+    """A tree of one split (feature, threshold) above two trees."""
+    columns = []
+    parts = ((left, 1), (right, 1 + len(left.feature)))
+    for name, first in (
+        ("feature", split[0]),
+        ("threshold", split[1]),
+        ("left", 1),
+        ("right", parts[1][1]),
+        ("action", -1),
+    ):
+        rest = [getattr(tree, name) for tree, _ in parts]
+        if name in ("left", "right"):
+            rest = [
+                np.where(column >= 0, column + shift, column) for column, (_, shift) in zip(rest, parts, strict=True)
+            ]
+        columns.append(np.concatenate([[first], *rest]))
+    return ir.Tree(*columns)
+
+
+def switching(threshold):
+    """Two trees that swap their landmarks where the other defender is above, by complementary adjacent thresholds."""
+    first = joined((9, threshold), towards(0, 0), towards(1, 0))
+    beside = float(np.nextafter(np.float32(-threshold), np.float32(-np.inf)))
+    return first, joined((9, beside), towards(0, 1), towards(1, 1))
+
+
+def near_roles(rng, profile):
+    """Teams that hold their claim, or nearly: fixed or switching roles, some with a leaf or threshold changed."""
+    pair = (
+        [towards(0, 0), towards(1, 1)] if rng.random() < 0.4 else list(switching(float(rng.choice([0.1, -0.3, 0.5]))))
+    )
+    for place, tree in enumerate(pair):
+        if rng.random() < 0.4:
+            node = int(rng.integers(len(tree.feature)))
+            change = {"action": tree.action.copy(), "threshold": tree.threshold.copy()}
+            if tree.feature[node] == ir.NO_FEATURE:
+                change["action"][node] = rng.integers(5)
+            else:
+                side = np.float32(rng.choice([-np.inf, np.inf]))
+                beside = np.nextafter(tree.threshold[node], side)
+                change["threshold"][node] = beside if abs(beside) > 1e-30 else 0.001  # subnormal ones are refused
+            pair[place] = replace(tree, **change)
+    claim = Property(str(rng.choice(PROPERTIES[:2])), "defenders", radius=Fraction(int(rng.integers(4, 12)), 100))
+    return team(profile, *pair), claim
 
 
 def actions_at(profile, point, goal, machine=True):
