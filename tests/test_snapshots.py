@@ -10,6 +10,9 @@ import pytest
 
 from codegen import policy_json
 from maviper import cli
+from verify.certificate import Certificate, to_json
+from verify.formula import TRUE
+from verify.spec import Region
 
 ROOT = Path(__file__).parent.parent
 FOLDER = "tests/golden"
@@ -53,6 +56,11 @@ ERRORS = [
     ["verify", "profile.json", "--region", "bad.toml"],
     ["verify", "profile.json", "--region", "misspelt.toml"],
     ["verify", "profile.json", "--budget", "0"],
+    ["check", "missing.json"],
+    ["check", "profile.json"],
+    ["check", "truncated.json"],
+    ["check", "certificate.json", "--profile", "missing.json"],
+    ["check", "certificate.json"],
     ["train", "physical-deception", "-o", "run"],
     ["train", "physical-decption", "-o", "run"],
     ["train", "predator-prey,preys=1", "-o", "run"],
@@ -91,6 +99,7 @@ def test_error_messages(golden, capsys, monkeypatch, tmp_path):
         "misspelt.json": text.replace('{"feature": "goal_dx"', '{"feature": "gaol_dx"'),
         "rules-broken.json": hashless.replace('"left": 1,', '"left": 0,').replace('"dt": 0.1', '"dt": -1e999'),
         "bad.toml": "goals = [",
+        "certificate.json": to_json(Certificate("0" * 64, None, TRUE, Region({}, ()), "machine", {}, {"": b""})),
         "misspelt.toml": '[box]\n"agent_0.z" = [0, 1]\n',
     }
     for name, content in files.items():

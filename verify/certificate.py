@@ -5,7 +5,7 @@ Assumes: a profile that was read and checked; proofs made by the zone engine, or
 Does not: prove.
 
 A proof is a sequence of natural numbers (each in groups of seven bits, low ones first) that says why every branch of a
-search is closed. The search is fixed; the engine (zones.py) and the checker read it here and share no code.
+search is closed. The search is fixed; the engine (zones.py) and the checker follow this text and share only thresholds.py.
 
 Bounds. An inequality over one coordinate or a difference of two, of equal weights, is divided by the weight to
 `upper - lower <= most` or `< most`; a single coordinate has the origin as the other end; `goal.x` is the x of the goal
@@ -53,6 +53,7 @@ from verify.formula import Acts, And, Formula, Linear, Not, Or, agents, coordina
 from verify.properties import Property, formula
 from verify.spec import Region
 from verify.thresholds import SEMANTICS
+from verify.world import verifiable
 
 FORM = "maviper-certificate-1"
 MAX_BYTES = 1 << 30
@@ -109,6 +110,8 @@ def accepted(certificate: Certificate, profile: PolicyProfile) -> int:
             "give the profile that it was made for with --profile",
         )
     _known_names(certificate, profile)
+    if certificate.claim is not None:
+        verifiable(profile, certificate.claim.team)
     if certificate.claim is not None and formula(profile, certificate.claim) != certificate.formula:
         raise RejectedError(f"the formula is not what {certificate.claim.name} says of this profile")
     region = certificate.region

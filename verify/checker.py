@@ -2,7 +2,7 @@
 
 Does: follows the search order that certificate.py specifies; takes nothing from a proof but places of bounds.
 Assumes: what must be right: codegen/ir.py, verify/thresholds.py, verify/formula.py, verify/bounds.py and this file.
-Does not: search, share code with the engines, or know properties and hashes (certificate.py compares those).
+Does not: search, share more than thresholds.py with the engine, or know properties and hashes (certificate.py does).
 """
 
 from collections.abc import Callable, Iterator, Sequence

@@ -1,4 +1,4 @@
-"""Machine thresholds for the zone engine and its checker: when a split goes left, as a formula over world coordinates.
+"""Machine thresholds for zone engine and checker: when a split goes left, as a formula over world coordinates.
 
 Does: the exact ends of half lines by integer arithmetic on significands; the two sides of a split, for every meaning.
 Assumes: coordinates are finite float64, observed with one rounding to float64 (a sum of two) and one to float32.

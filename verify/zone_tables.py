@@ -3,7 +3,7 @@
 Does: turns region, sides of splits and denied claim into bounds `a - b <= most` and choices between them; numbers the
   bounds and the single-agent parts of the claim.
 Assumes: a formula over the coordinates of the region and the actions of the profile's agents.
-Does not: search; share code with checker.py, which reads the same specification (certificate.py).
+Does not: search; share more than thresholds.py with the checker, which follows the same text (certificate.py).
 """
 
 from collections.abc import Sequence

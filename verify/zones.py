@@ -2,7 +2,7 @@
 
 Does: asks goal by goal, first leaf by leaf (lemmas), then over the product of the trees; exact rational points.
 Assumes: every inequality of the question bounds a coordinate or a difference of two; else BeyondZonesError.
-Does not: replay points, or use a solver; its certificates are checked by checker.py, which shares no code with it.
+Does not: replay points, or use a solver; its proofs are checked by checker.py, which shares only thresholds.py with it.
 """
 
 from collections.abc import Mapping, Sequence
