@@ -5,7 +5,7 @@ Assumes: a profile that was read and checked; proofs made by the zone engine, or
 Does not: prove.
 
 A proof is a sequence of natural numbers (each in groups of seven bits, low ones first) that says why every branch of a
-search is closed. The search is fixed; the engine (zones.py) and the checker follow this text and share only thresholds.py.
+search is closed. The search is fixed; the engine (zones.py) and the checker follow this text, sharing thresholds.py.
 
 Bounds. An inequality over one coordinate or a difference of two, of equal weights, is divided by the weight to
 `upper - lower <= most` or `< most`; a single coordinate has the origin as the other end; `goal.x` is the x of the goal

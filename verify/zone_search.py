@@ -160,8 +160,10 @@ class Search:
                 continue
             after = bounds[b * size : b * size + size]
             for i in range(size):
-                here = bounds[i * size + a] + weight
                 row = i * size
+                here = bounds[row + a] + weight
+                if here >= bounds[row + b]:
+                    continue  # by the triangle over b no bound of this row gets smaller
                 step = place if i == a else steps[row + a]
                 for j in range(size):
                     if here + after[j] < bounds[row + j]:

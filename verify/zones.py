@@ -14,7 +14,8 @@ from codegen.ir import PolicyProfile
 from verify.formula import Formula
 from verify.spec import Region, Verdict
 from verify.thresholds import MACHINE
-from verify.zone_search import BudgetError, Search
+from verify.zone_compiled import search
+from verify.zone_search import BudgetError
 from verify.zone_tables import BeyondZonesError, Flat, Known, Problem, Table, ZoneTree, problem, zone_tree
 
 __all__ = ["DEFAULT_NODES", "BeyondZonesError", "Outcome", "decide"]
@@ -80,7 +81,7 @@ class _Question:
         self._problem = problem(self._table)
         self._box = tuple(region.box)
         # a region that is plainly false has no point, and the search is not asked
-        self._search = Search(self._problem, self._table.region or Flat((), ()), budget)
+        self._search = search(self._problem, self._table.region or Flat((), ()), budget)
 
     @property
     def nodes(self) -> int:
