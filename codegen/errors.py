@@ -8,6 +8,7 @@ Does not: cover our own bugs (those stay ordinary exceptions and end in exit cod
     |-- InputError            2  a file, option or configuration is wrong
     |   |-- ProfileError         a policy profile breaks its schema or an invariant
     |   `-- UnknownNameError     a name that does not exist, with the closest match
+    |-- RefusedError          1  a certificate does not show what it claims
     |-- DisagreementError     4  generated code decides differently from the profile
     `-- MissingToolError      5  a compiler or an optional package is missing
 """
@@ -58,6 +59,12 @@ class UnknownNameError(InputError):
 
     def __init__(self, kind: str, name: str, known: Iterable[str], where: str = "") -> None:
         super().__init__(f"unknown {kind} '{name}'", where, suggestion(name, known))
+
+
+class RefusedError(MaviperError):
+    """A certificate does not show what it claims."""
+
+    exit_code = ExitCode.VIOLATED
 
 
 class DisagreementError(MaviperError):

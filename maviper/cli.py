@@ -350,7 +350,7 @@ def _list_properties(context: click.Context, _parameter: click.Parameter, asked:
 @click.option("--budget", default=None, type=int, help="Solver resource units a query.")
 @click.option("--json", "as_json", is_flag=True, help="Print the report as JSON.")
 @click.option(
-    "-o", "--output", type=click.Path(path_type=Path), default=None, help="Folder for report.html, .json and .txt."
+    "-o", "--output", type=click.Path(path_type=Path), default=None, help="Folder for the report and the certificates."
 )
 @click.pass_context
 def verify(context: click.Context, profile: Path, **options: Any) -> int:
@@ -403,6 +403,28 @@ def properties_new(world: str, output: Path | None) -> int:
     else:
         runs.write(output, text)
     return ExitCode.DONE
+
+
+@cli.command()
+@click.argument("certificate", type=click.Path(path_type=Path))
+@click.option(
+    "--profile",
+    type=click.Path(path_type=Path),
+    default=None,
+    help="The policy that it is about (default: profile.json beside it).",
+)
+def check(certificate: Path, profile: Path | None) -> int:
+    """Check CERTIFICATE, which `maviper verify -o` wrote: does it prove its property of its policy in its region?
+
+    \b
+    Exits with 0 when the proof holds, with 1 when it does not, with 2 when the
+    file cannot be read or is about another policy. The checker closes every
+    branch of the proof anew with exact numbers, from the profile, the region and
+    the property; only the arithmetic of thresholds is shared with the engine.
+    """
+    from maviper.certifying import check_command
+
+    return check_command(certificate, profile)
 
 
 def run(arguments: list[str]) -> int:

@@ -14,6 +14,7 @@ import click
 from codegen.errors import ExitCode, InputError
 from codegen.policy_json import layout
 from maviper import load, runs
+from maviper.certifying import certificate_files
 from maviper.claims import question_files, report_files, verify_claims
 from maviper.console import Console
 from maviper.questions import listed, questions
@@ -43,9 +44,12 @@ def verify_command(profile: Path, options: Mapping[str, Any], console: Console) 
     files = report_files(loaded, results, [one.command for one in asked], {})
     output = options["output"]
     if output is not None:
-        for name, text in files.items():
+        proofs = certificate_files(results)
+        for name, text in (files | proofs).items():
             runs.write(output / name, text)
         console.line("report", str(output / "report.html"))
+        for name in proofs:
+            console.line("certificate", f"{output / name}; maviper check {output / name} --profile {profile}")
     if options["as_json"]:
         click.echo(files["report.json"], nl=False)
     elif output is None:

@@ -10,6 +10,9 @@ import pytest
 
 from codegen import policy_json
 from maviper import cli
+from verify.certificate import Certificate, to_json
+from verify.formula import TRUE
+from verify.spec import Region
 
 ROOT = Path(__file__).parent.parent
 FOLDER = "tests/golden"
@@ -63,6 +66,11 @@ ERRORS = [
     ["verify", "profile.json", "--properties", "powers.toml"],
     ["verify", "profile.json", "--properties", "acting.toml"],
     ["properties", "new", "physical-decption"],
+    ["check", "missing.json"],
+    ["check", "profile.json"],
+    ["check", "truncated.json"],
+    ["check", "certificate.json", "--profile", "missing.json"],
+    ["check", "certificate.json"],
     ["train", "physical-deception", "-o", "run"],
     ["train", "physical-decption", "-o", "run"],
     ["train", "predator-prey,preys=1", "-o", "run"],
@@ -105,6 +113,7 @@ def test_error_messages(golden, capsys, monkeypatch, tmp_path):
         "claim.toml": '[[property]]\nlabel = "mine"\nformula = "acts(agent_0) == lft or agent_1.x > 0"\n',
         "powers.toml": '[[property]]\nformula = """\nacts(agent_0) == left\nimplies agent_0.x * agent_0.x > 1"""\n',
         "acting.toml": '[[property]]\nformula = "true"\nassume = "closes(agent_0, goal)"\n',
+        "certificate.json": to_json(Certificate("0" * 64, None, TRUE, Region({}, ()), "machine", {}, {"": b""})),
         "misspelt.toml": '[box]\n"agent_0.z" = [0, 1]\n',
     }
     for name, content in files.items():

@@ -100,6 +100,16 @@ def violating_samples(profile: PolicyProfile, claim: Property, region: Region) -
             yield point
 
 
+def near(
+    profile: PolicyProfile, claim: Property, region: Region, goal: str, model: Mapping[str, Fraction]
+) -> Point | None:
+    """A shrunk float64 point beside an exact one that violates the claim; None when the nearest one does not."""
+    point = nearest(dict(model), region, goal, Fraction(0))
+    if point is not None and _stands(profile, claim, region, point):
+        return shrink(profile, claim, region, point)
+    return None
+
+
 def _stronger(profile: PolicyProfile, region: Region) -> Iterator[tuple[Region, Fraction]]:
     """Stronger questions, the most comfortable counterexamples first."""
     entities = [entity.name for entity in profile.world.agents + profile.world.landmarks]

@@ -14,11 +14,13 @@ import numpy as np
 from codegen import ir
 from codegen.ir import PolicyProfile
 from verify import solve
-from verify.counterexample import Counterexample, Replay, confirmed, explain, violating_samples
+from verify.certificate import Certificate
+from verify.counterexample import Counterexample, Replay, confirmed, explain, near, violating_samples
 from verify.encode import MACHINE, question, region_only
 from verify.formula import TRUE
 from verify.leaves import LeafFinding, leaf_findings
 from verify.margins import Margin, grows_harder, largest_margin
+from verify.opinions import Opinion, Zoned, agreeing, by_zones
 from verify.properties import LEAVES, Property
 from verify.shares import SAMPLE_SEED, Share, Shares, measure
 from verify.solve import DEFAULT_BUDGET, Answer, ask
@@ -68,6 +70,9 @@ class Result:
     semantics: str = MACHINE
     leaves: tuple[LeafFinding, ...] = ()  # of alive_leaves
     largest: Margin | None = None  # up to which margin a proved claim holds
+    engines: tuple[Opinion, ...] = ()  # those that were asked; where two have a verdict, it is the same
+    certificate: Certificate | None = None  # of a proof by zones; the checker accepted it
+    branches: int = 0  # that the certificate closes
 
 
 def decide(
@@ -126,7 +131,9 @@ def verify(
     """
     if claim.name == LEAVES:
         return _alive(profile, claim, region, budget, visited)
-    verdict, reason, spent, point = _settled(profile, claim, region, budget, semantics)
+    verifiable(profile, claim.team)
+    zoned = by_zones(profile, claim, region, budget, semantics)
+    verdict, reason, spent, point, second = _settled(profile, claim, region, budget, zoned, semantics)
     counterexample = None if point is None else explain(profile, claim, point, replays)
     measured = measure(profile, claim, region, SAMPLE_SEED)
     if verdict is Verdict.PROVED and measured.violating.hits and semantics == MACHINE:
@@ -153,6 +160,9 @@ def verify(
         visited=visited,
         semantics=semantics,
         largest=_largest(profile, claim, region, budget, semantics) if verdict is Verdict.PROVED else None,
+        engines=(zoned.opinion, second),
+        certificate=zoned.certificate,
+        branches=zoned.branches,
     )
 
 
@@ -197,25 +207,31 @@ def _alive(profile: PolicyProfile, claim: Property, region: Region, budget: int,
 
 
 def _settled(
-    profile: PolicyProfile, claim: Property, region: Region, budget: int, semantics: str = MACHINE
-) -> tuple[Verdict, str, int, Point | None]:
-    """Verdict, reason, resources and, for VIOLATED, a confirmed point: goal after goal until one is confirmed."""
-    goals, spent, only_real = list(region.goals or ("",)), 0, False
-    while True:
-        decision = decide(profile, claim, region, budget, goals, semantics)
-        spent += decision.resources
-        if decision.answer is None:
-            break
+    profile: PolicyProfile, claim: Property, region: Region, budget: int, zoned: Zoned, semantics: str
+) -> tuple[Verdict, str, int, Point | None, Opinion]:
+    """Verdict, reason, resources, for VIOLATED a confirmed point (goal after goal until one is), and Z3's opinion."""
+    goals, only_real = list(region.goals or ("",)), False
+    decision = decide(profile, claim, region, budget, goals, semantics)
+    spent = decision.resources
+    second = Opinion(solve.solver_name(), decision.verdict, spent, "resource units")
+    if decision.verdict is not agreeing(zoned, second):
+        answer = None if zoned.point is None else Answer(True, dict(zoned.point), 0)
+        decision = Decision(zoned.opinion.verdict, 0, zoned.goal, answer)
+    while decision.answer is not None:
         point, extra = confirmed(profile, claim, region, decision.goal, decision.answer, budget)
         spent += extra
+        if point is None and zoned.point is not None and zoned.goal == decision.goal:
+            point = near(profile, claim, region, decision.goal, zoned.point)
         if point is not None:
-            return Verdict.VIOLATED, "", spent, point
+            return Verdict.VIOLATED, "", spent, point, second
         only_real = True
         goals = goals[goals.index(decision.goal) + 1 :]
+        decision = decide(profile, claim, region, budget, goals, semantics)
+        spent += decision.resources
     if only_real and decision.verdict in (Verdict.PROVED, Verdict.UNKNOWN):
         reason = "a real-valued world state violates the claim; no float64 state beside it was found to"
-        return Verdict.UNKNOWN, reason, spent, None
-    return decision.verdict, decision.reason, spent, None
+        return Verdict.UNKNOWN, reason, spent, None, second
+    return decision.verdict, decision.reason, spent, None, second
 
 
 def shuffled(profile: PolicyProfile, team: str, seed: int = CONTROL_SEED) -> PolicyProfile:

@@ -37,7 +37,8 @@ MEANINGS_TRUSTED = "the meanings of the features in the profile"
 MEANINGS_CHECKED = " (the same as those of this version's world, which equals the reference environment bit by bit)"
 MEANINGS_UNCHECKED = " (not checked: the profile is not of a world that this version can play)"
 TRUSTED = (
-    "the encoder of trees, roundings and claim (verify/encode.py) and the solver",
+    "for a proof with a certificate: codegen/ir.py, and of verify/ properties, formula, thresholds, bounds and checker",
+    "without one: the encoder of trees, roundings and claim (verify/encode.py) and the solver",
     "for a counterexample nothing of this: it can be replayed",
 )
 LIMITS = (
@@ -132,6 +133,8 @@ def _result(profile: PolicyProfile, result: Result, command: str) -> dict[str, A
         "solver": result.solver,
         "resources": result.resources,
         "budget": result.budget,
+        "engines": [asdict(opinion) | {"verdict": opinion.verdict.value} for opinion in result.engines],
+        "certificate": None if result.certificate is None else _certificate(result),
         "counterexample": None if found is None else _counterexample(profile, found),
         "command": command,
     }
@@ -154,6 +157,11 @@ def _leaf(finding: LeafFinding) -> dict[str, Any]:
     state = None if witness is None else {"goal": witness.goal, "position": dict(witness.position)}
     verdict = finding.verdict.value
     return {"agent": finding.agent, "leaf": finding.leaf, "action": finding.action, "verdict": verdict, "state": state}
+
+
+def _certificate(result: Result) -> dict[str, Any]:
+    assert result.certificate is not None
+    return {"bytes": result.certificate.size, "branches": result.branches, "checker": "accepted"}
 
 
 def _counterexample(profile: PolicyProfile, found: Counterexample) -> dict[str, Any]:

@@ -14,8 +14,10 @@ from codegen.deploy import deployed
 from codegen.errors import DisagreementError, InputError, UnknownNameError
 from tests.strategies import grown_trees, profiles
 from tests.teams import LEFT, RIGHT, STAY, team, towards, tree
-from verify import engine, shares
+from verify import engine, shares, zones
+from verify.certificate import accepted
 from verify.engine import decide, shuffled, verify
+from verify.opinions import Opinion, Zoned
 from verify.properties import PROPERTIES, Property, find_property
 from verify.regions import proved_boxes
 from verify.spec import Region, Verdict, start_region
@@ -144,8 +146,45 @@ def test_sampled_violations_are_never_proved_away(profile, seed):
 def test_proved_against_samples_is_our_bug(profile, claim, monkeypatch):
     same = team(profile, towards(0, 0), towards(0, 1))
     monkeypatch.setattr(engine, "decide", lambda *given: engine.Decision(Verdict.PROVED, 0))
+    with pytest.raises(AssertionError, match=r"engines disagree: zones VIOLATED, Z3 .* PROVED"):
+        verify(same, claim, start_region(same.world), {})
+    silent = Zoned(Opinion("zones", Verdict.SKIPPED, 0, "search nodes"))
+    monkeypatch.setattr(engine, "by_zones", lambda *given: silent)
     with pytest.raises(AssertionError, match="proved, yet"):
         verify(same, claim, start_region(same.world), {})
+
+
+def test_a_verdict_names_its_engines_and_a_proof_its_certificate(profile, claim):
+    roles = team(profile, towards(0, 0), towards(1, 1))
+    proved = verify(roles, claim, start_region(roles.world), {})
+    assert [opinion.verdict for opinion in proved.engines] == [Verdict.PROVED] * 2
+    assert proved.certificate is not None and proved.branches == accepted(proved.certificate, roles) > 10
+    same = team(profile, towards(0, 0), towards(0, 1))
+    refuted = verify(same, claim, start_region(same.world), {})
+    assert [opinion.verdict for opinion in refuted.engines] == [Verdict.VIOLATED] * 2
+    assert refuted.certificate is None
+    beyond = verify(roles, replace(claim, name="aligned"), start_region(roles.world), {})
+    assert beyond.engines[0].verdict is Verdict.SKIPPED and beyond.engines[1].verdict is beyond.verdict
+
+
+def test_zones_answer_where_the_solver_does_not(profile, claim, monkeypatch):
+    monkeypatch.setattr(engine, "decide", lambda *given: engine.Decision(Verdict.UNKNOWN, 0, reason="spent"))
+    for roles, wanted in ((towards(1, 1), Verdict.PROVED), (towards(0, 1), Verdict.VIOLATED)):
+        found = verify(team(profile, towards(0, 0), roles), claim, start_region(profile.world), {})
+        assert found.verdict is wanted and (found.counterexample is None) == (wanted is Verdict.PROVED)
+
+
+def test_a_refused_proof_is_our_bug(profile, claim, monkeypatch):
+    roles = team(profile, towards(0, 0), towards(1, 1))
+    right = zones.decide
+
+    def damaged(*given):
+        found = right(*given)
+        return replace(found, proofs={goal: proof[:-1] for goal, proof in found.proofs.items()})
+
+    monkeypatch.setattr(zones, "decide", damaged)
+    with pytest.raises(AssertionError, match="checker refuses"):
+        verify(roles, claim, start_region(roles.world), {})
 
 
 def test_subnormal_thresholds_are_refused(profile, claim):

@@ -1,0 +1,107 @@
+"""The checker's own reading of a question: regions and formulas as numbered bounds and choices between them.
+
+Does: states a region as a formula, an inequality as a bound on a difference, a claim's denial as bounds and choices.
+Assumes: nothing beyond formula.py; belongs to what must be right for a certificate to mean something.
+Does not: serve the zone engine, which has its own reading of the same specification (certificate.py).
+
+A flat formula is a pair (numbers of bounds that all hold, choices of which some part holds each); None is false.
+"""
+
+from collections.abc import Sequence
+from fractions import Fraction
+from math import lcm
+from typing import Any, TypeAlias
+
+from codegen.ir import GOAL, NO_FEATURE, AgentPolicy
+from verify.formula import Acts, And, Formula, Linear, Not, Or, agents
+from verify.spec import Region
+from verify.thresholds import sides
+
+Flat: TypeAlias = "tuple[tuple[int, ...], tuple[Any, ...]] | None"
+Known: TypeAlias = tuple[int | None, int]  # of an agent: its action at a leaf, and the set of its parts that hold
+NOTHING, OPEN = ((), ()), ((-1,), ())  # no bound; hangs on an action that is not known yet
+
+LONGEST = 1 << 12  # weights are this many units apart, so that strict bounds can be one less
+
+
+class RejectedError(Exception):
+    """The proof does not show the claim."""
+
+
+def region_formula(region: Region) -> And:
+    """A region's inequalities, in the order of its fields: lower bound, then upper bound; apart as a choice of four."""
+    one = Fraction(1)
+    found: list[Formula] = []
+    for name, (low, high) in region.box.items():
+        found += [Linear(((-one, name),), -low), Linear(((one, name),), high)]
+    for a, b, (low, high) in region.differences:
+        found += [Linear(((-one, a), (one, b)), -low), Linear(((one, a), (-one, b)), high)]
+    for a, b, far in region.apart:
+        pairs = [(f"{first}.{axis}", f"{second}.{axis}") for axis in "xy" for first, second in ((b, a), (a, b))]
+        found.append(Or(tuple(Linear(((one, first), (-one, second)), -far) for first, second in pairs)))
+    return And(tuple(found))
+
+
+class Reading:
+    """The bounds of one question in the order in which they are met, and the claim's parts that speak of one agent."""
+
+    def __init__(self, order: Sequence[str], goal: str) -> None:
+        self.goal = goal
+        self.order = {agent: place for place, agent in enumerate(order)}
+        self.bounds: dict[tuple[str, str, Fraction, bool], int] = {}  # upper - lower <= most, or below it when strict
+        self.parts: list[dict[tuple[Formula, bool], int]] = [{} for _ in order]
+
+    def flat(self, f: Formula, wanted: bool, known: Sequence[Known] = (), inner: bool = False) -> Flat:
+        """The formula, or its denial unless `wanted`, given what is known; `inner`: inside a part."""
+        if isinstance(f, Linear):
+            return self._bound(f, wanted)
+        if isinstance(f, Not):
+            return self.flat(f.part, not wanted, known, inner)
+        acting = agents(f)
+        if len(acting) == 1 and not inner:
+            place = self.order[min(acting)]
+            bit = self.parts[place].setdefault((f, wanted), len(self.parts[place]))
+            return None if known[place][1] >> bit & 1 else self.flat(f, wanted, known, True)
+        if isinstance(f, Acts):
+            action = known[self.order[f.agent]][0]
+            return OPEN if action is None else NOTHING if (action == f.action) == wanted else None
+        assert isinstance(f, (And, Or)), f
+        parts = [self.flat(part, wanted, known, inner) for part in f.parts]
+        held = [part for part in parts if part is not None]
+        if isinstance(f, And) == wanted:
+            all_of = tuple(n for part in held for n in part[0]), tuple(choice for part in held for choice in part[1])
+            return all_of if len(held) == len(parts) else None
+        if NOTHING in held or not held:
+            return NOTHING if held else None
+        return held[0] if len(held) == 1 else ((), (tuple(held),))
+
+    def tree(self, policy: AgentPolicy, semantics: str) -> list[Any]:
+        """Per node: the action of a leaf, or the two sides (flat formula, child), the right one first."""
+        tree, found = policy.tree, policy.tree.action.tolist()
+        for node, feature in enumerate(tree.feature.tolist()):
+            if feature != NO_FEATURE:
+                left, right = sides(policy.features[feature], float(tree.threshold[node]), semantics)
+                ways = (right, tree.right[node]), (left, tree.left[node])
+                found[node] = [(self.flat(way, True), int(child)) for way, child in ways]
+        return found
+
+    def edges(self) -> list[tuple[str, str, int]]:
+        """The bounds by number, as (upper, lower, LONGEST times the bound in a common unit, less 1 if strict)."""
+        scale = lcm(*(most.denominator for _, _, most, _ in self.bounds)) * LONGEST
+        return [(upper, lower, int(most * scale) - strict) for upper, lower, most, strict in self.bounds]
+
+    def _bound(self, atom: Linear, wanted: bool) -> Flat:
+        most, strict = (atom.bound, atom.strict) if wanted else (-atom.bound, not atom.strict)
+        weights: dict[str, Fraction] = {}
+        for weight, name in atom.terms:
+            real = f"{self.goal}{name[len(GOAL) :]}" if name.startswith(f"{GOAL}.") else name
+            weights[real] = weights.get(real, Fraction(0)) + (weight if wanted else -weight)
+        upper = [name for name, weight in weights.items() if weight > 0]
+        lower = [name for name, weight in weights.items() if weight < 0]
+        sizes = {abs(weight) for weight in weights.values() if weight}
+        if not sizes:
+            return NOTHING if most > 0 or (most == 0 and not strict) else None
+        if len(upper) > 1 or len(lower) > 1 or len(sizes) > 1:
+            raise RejectedError(f"{atom} bounds neither a coordinate nor a difference of two")
+        key = (*upper, "")[0], (*lower, "")[0], most / sizes.pop(), strict
+        return (self.bounds.setdefault(key, len(self.bounds)),), ()

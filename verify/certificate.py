@@ -1,0 +1,299 @@
+"""Certificates: a proof with everything that it is about, as a file; and the form of proofs.
+
+Does: the document and its JSON text; whether a certificate fits a profile and passes the checker.
+Assumes: a profile that was read and checked; proofs made by the zone engine, or by anyone else.
+Does not: prove.
+
+A proof is a sequence of natural numbers (each in groups of seven bits, low ones first) that says why every branch of a
+search is closed. The search is fixed; the engine (zones.py) and the checker follow this text, sharing thresholds.py.
+
+Bounds. An inequality over one coordinate or a difference of two, of equal weights, is divided by the weight to
+`upper - lower <= most` or `< most`; a single coordinate has the origin as the other end; `goal.x` is the x of the goal
+at hand. Equal bounds are one bound. Without a coordinate left it is true or false.
+
+The goal. In the claim, that a landmark is the goal becomes true or false, and what follows from it alone goes.
+
+Flat formulas. All of some parts: their bounds and their choices, in order. Some of the parts: a choice between those
+that are not false; true when one is true, and the part itself when one is left. The claim is denied by swapping all and
+some and reversing every inequality. Its *parts* are the largest sub-formulas (not counting `not`) that speak of a
+single agent, numbered per agent as they are met.
+
+Branches. The region comes first: each box, each difference (lower, then upper bound), then each `apart` as a choice of
+four (x at least, x at most, y at least, y at most). Then the agents of which the claim speaks, in the profile's order:
+each tree from its root, left side then right side, each side's flat formula (thresholds.py) added to the branch. When
+all agents are at leaves the denied claim, given their actions, is added. A side or a part that is false has no branch.
+
+At each search node: the bounds are added to the branch, and one number is read. m > 0: the next m numbers are places of
+bounds on the branch, first to last 0, 1, ...; they form a cycle whose sum is negative, or zero with a strict bound, so
+the branch is empty. 0: the search goes on, with the first choice that is left (one of which a part was chosen before is
+passed over), part by part; new choices come after the older ones. Choices are finished before a tree is followed.
+
+Lemmas. Before that walk, for each agent one number: 0, or 1 and a walk over its tree alone. At each leaf a number is
+read whose bit k claims that part k holds there; then for each such bit the denied part, given the leaf's action, is
+closed like any branch. A leaf keeps what every visit claims; where nobody comes, everything holds. At a node of the
+trees at which the denied claim is false, given the actions known so far and the parts that hold at all leaves below the
+agents' nodes (below the root for agents still to come), the branch is closed and nothing is read.
+"""
+
+import base64
+import binascii
+import hashlib
+import json
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, fields
+from fractions import Fraction
+from typing import Any
+
+import msgspec
+
+from codegen.errors import InputError
+from codegen.ir import PolicyProfile
+from codegen.policy_json import content_hash, layout
+from verify import checker
+from verify.bounds import RejectedError, region_formula
+from verify.formula import Acts, And, Formula, Goal, Linear, Not, Or, agents, coordinates, for_goal, holds
+from verify.properties import Property, formula
+from verify.spec import Region
+from verify.thresholds import SEMANTICS
+from verify.world import verifiable
+
+FORM = "maviper-certificate-1"
+MAX_BYTES = 1 << 30
+LINE = 96  # characters of a proof on a line
+MOST_DIGITS = 4000
+NAMED = ("name", "team", "margin", "radius", "kappa", "landmarks")  # of a property, what a certificate states
+REMAKE = "make it again with `maviper verify -o`"
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """A claim about a profile in a region, with a proof for each goal."""
+
+    profile: str  # content hash
+    claim: Property | None  # the named property; None for a formula without a name
+    formula: Formula
+    region: Region
+    semantics: str  # see thresholds.py
+    inhabitant: Mapping[str, Fraction]  # a point of the region, which shows that it is not empty
+    proofs: Mapping[str, bytes]  # goal ("" without goals) -> proof
+
+    @property
+    def size(self) -> int:
+        """Bytes of all proofs."""
+        return sum(map(len, self.proofs.values()))
+
+
+def numbers(proof: bytes) -> Iterator[int]:
+    """The numbers of a proof. RejectedError for one beyond 64 bits."""
+    value = shift = 0
+    for byte in proof:
+        if byte < 128 and not shift:
+            yield byte
+            continue
+        value |= (byte & 127) << shift
+        shift += 7
+        if shift > 70:
+            raise RejectedError("the proof holds a number that is no place")
+        if byte < 128:
+            yield value
+            value = shift = 0
+
+
+def accepted(certificate: Certificate, profile: PolicyProfile) -> int:
+    """Checks a certificate; the number of branches that its proofs close.
+
+    InputError when it is about another policy or names what the profile does not have; RejectedError when a proof is
+    missing or does not hold, or the formula is not the property's.
+    """
+    found = content_hash(profile)
+    if found != certificate.profile:
+        raise InputError(
+            "the certificate is about another policy",
+            f"it names {certificate.profile[:16]}..., the profile is {found[:16]}...",
+            "give the profile that it was made for with --profile",
+        )
+    _known_names(certificate, profile)
+    if certificate.claim is not None:
+        verifiable(profile, certificate.claim.team)
+    if certificate.claim is not None and formula(profile, certificate.claim) != certificate.formula:
+        raise RejectedError(f"the formula is not what {certificate.claim.name} says of this profile")
+    region = certificate.region
+    if not holds(region_formula(region), certificate.inhabitant, {}):
+        raise RejectedError("its inhabitant is no point of the region: the claim may be about nothing")
+    goals = region.goals or ("",)
+    if set(goals) != set(certificate.proofs):
+        raise RejectedError(f"proofs for the goals {sorted(certificate.proofs)}, the region has {sorted(goals)}")
+    closed = 0
+    for goal in goals:
+        proof = numbers(certificate.proofs[goal])
+        try:
+            asked = for_goal(certificate.formula, goal)
+            closed += checker.check(profile, asked, region, goal, certificate.semantics, proof)
+        except RejectedError as error:
+            raise RejectedError(f"goal {goal or 'none'}: {error}") from None
+    return closed
+
+
+def _known_names(certificate: Certificate, profile: PolicyProfile) -> None:
+    region, world = certificate.region, profile.world
+    entities = [entity.name for entity in world.agents + world.landmarks]
+    used = {*region.box, *coordinates(certificate.formula), *(n for a, b, _ in region.differences for n in (a, b))}
+    strange = [
+        *sorted(used - set(world.coordinates())),
+        *sorted({name for a, b, _ in region.apart for name in (a, b)} - set(entities)),
+        *sorted(set(region.goals) - set(world.goals)),
+        *sorted(agents(certificate.formula) - {policy.agent for policy in profile.agents}),
+    ]
+    if strange:
+        raise InputError("the certificate speaks of what the profile does not have", ", ".join(strange), REMAKE)
+    if set(certificate.inhabitant) != set(region.box) or (world.goals and not region.goals):
+        raise InputError("the certificate's region and inhabitant do not fit together", "$.inhabitant", REMAKE)
+
+
+# --- the text
+
+
+class CertificateJson(msgspec.Struct, forbid_unknown_fields=True):
+    """The members of the file; numbers are exact texts."""
+
+    certificate: str
+    profile: str
+    property: dict[str, str | list[str]] | None
+    semantics: str
+    region: dict[str, Any]
+    formula: dict[str, Any]
+    inhabitant: dict[str, str]
+    proofs: dict[str, list[str]]
+    content_hash: str
+
+
+def to_json(certificate: Certificate) -> str:
+    """The text of a certificate; equal certificates give equal bytes."""
+    body = {
+        "certificate": FORM,
+        "profile": certificate.profile,
+        "property": None if certificate.claim is None else _property_document(certificate.claim),
+        "semantics": certificate.semantics,
+        "region": {"name": certificate.region.name, **certificate.region.document()},
+        "formula": _formula_document(certificate.formula),
+        "inhabitant": {name: str(value) for name, value in certificate.inhabitant.items()},
+        "proofs": {goal: _lines(base64.b64encode(proof).decode()) for goal, proof in certificate.proofs.items()},
+    }
+    return layout(body | {"content_hash": _hash(body)}) + "\n"
+
+
+def from_json(text: str | bytes, where: str = "certificate") -> Certificate:
+    """The certificate in a text. InputError when it is damaged, of another version, or edited."""
+    try:
+        raw = msgspec.json.decode(text, type=CertificateJson)
+        if raw.certificate != FORM:
+            raise InputError(
+                "a certificate of another version", f"{where}: {raw.certificate[:40]!r}, not {FORM}", REMAKE
+            )
+        body = {name: getattr(raw, name) for name in CertificateJson.__struct_fields__ if name != "content_hash"}
+        if _hash(body) != raw.content_hash:
+            raise InputError("the certificate was edited after it was written", f"{where}: $.content_hash", REMAKE)
+        return _certificate(raw)
+    except msgspec.ValidationError as error:
+        raise InputError("not a certificate", f"{where}: {error}", REMAKE) from None
+    except (msgspec.DecodeError, UnicodeDecodeError) as error:
+        raise InputError("the certificate is truncated or no JSON", f"{where}: {error}", REMAKE) from None
+    except (ValueError, LookupError, TypeError, AttributeError, ZeroDivisionError, RecursionError) as error:
+        raise InputError("the certificate does not hold what it should", f"{where}: {error}"[:200], REMAKE) from None
+
+
+def _certificate(raw: CertificateJson) -> Certificate:
+    if raw.semantics not in SEMANTICS:
+        raise ValueError(f"$.semantics: {raw.semantics[:40]!r}")
+    proofs = {}
+    for goal, lines in raw.proofs.items():
+        try:
+            proofs[goal] = base64.b64decode("".join(lines), validate=True)
+        except binascii.Error as error:
+            raise ValueError(f"$.proofs.{goal}: {error}") from None
+    return Certificate(
+        profile=raw.profile,
+        claim=None if raw.property is None else _property(raw.property),
+        formula=_formula(raw.formula),
+        region=_region(raw.region),
+        semantics=raw.semantics,
+        inhabitant={name: _number(value) for name, value in raw.inhabitant.items()},
+        proofs=proofs,
+    )
+
+
+def _hash(body: Mapping[str, Any]) -> str:
+    return hashlib.sha256(json.dumps(body, ensure_ascii=False, sort_keys=True).encode()).hexdigest()
+
+
+def _lines(proof: str) -> list[str]:
+    return [proof[start : start + LINE] for start in range(0, len(proof), LINE)]
+
+
+def _number(text: str) -> Fraction:
+    if not isinstance(text, str) or len(text) > MOST_DIGITS:
+        raise ValueError("a number is a text of at most 4000 characters")
+    return Fraction(text.strip('"'))
+
+
+def _property_document(claim: Property) -> dict[str, Any]:
+    values = {item.name: getattr(claim, item.name) for item in fields(claim) if item.name in NAMED}
+    return {name: list(value) if isinstance(value, tuple) else str(value) for name, value in values.items()}
+
+
+def _property(document: Mapping[str, str | list[str]]) -> Property:
+    plain = Property("", "")
+    given: dict[str, Any] = {}
+    for name, value in document.items():
+        kind = type(getattr(plain, name))
+        if isinstance(value, str) == issubclass(kind, tuple):
+            raise ValueError(f"$.property.{name}: {value}")
+        given[name] = tuple(value) if isinstance(value, list) else kind(value)
+    return Property(**given)
+
+
+def _formula_document(node: Formula) -> dict[str, Any]:
+    if isinstance(node, Linear):
+        terms = [[str(weight), name] for weight, name in node.terms]
+        return {"sum": terms, "below" if node.strict else "most": str(node.bound)}
+    if isinstance(node, Acts):
+        return {"agent": node.agent, "takes": node.action}
+    if isinstance(node, Goal):
+        return {"goal": node.landmark}
+    if isinstance(node, Not):
+        return {"not": _formula_document(node.part)}
+    return {"all" if isinstance(node, And) else "any": [_formula_document(part) for part in node.parts]}
+
+
+def _formula(document: Mapping[str, Any]) -> Formula:
+    match document:
+        case {"sum": [*terms], **bound} if len(bound) == 1 and set(bound) <= {"most", "below"}:
+            kept = tuple((_number(weight), str(name)) for weight, name in terms)
+            ((kind, value),) = bound.items()
+            return Linear(kept, _number(value), kind == "below")
+        case {"agent": str(agent), "takes": int(action)} if len(document) == 2:
+            return Acts(agent, action)
+        case {"goal": str(landmark)} if len(document) == 1:
+            return Goal(landmark)
+        case {"not": part} if len(document) == 1:
+            return Not(_formula(part))
+        case {"all": [*parts]} if len(document) == 1:
+            return And(tuple(map(_formula, parts)))
+        case {"any": [*parts]} if len(document) == 1:
+            return Or(tuple(map(_formula, parts)))
+    raise ValueError(f"$.formula: {str(document)[:80]}")
+
+
+def _region(document: Mapping[str, Any]) -> Region:
+    def pair(text: str) -> tuple[str, str]:
+        first, second = text.split(" - ")
+        return first, second
+
+    def interval(bounds: Any) -> tuple[Fraction, Fraction]:
+        low, high = map(_number, bounds)
+        return low, high
+
+    box = {name: interval(bounds) for name, bounds in document["box"].items()}
+    differences = tuple((*pair(text), interval(bounds)) for text, bounds in document["difference"].items())
+    apart = tuple((*pair(text), _number(least)) for text, least in document["apart"].items())
+    return Region(box, tuple(map(str, document["goals"])), differences, apart, name=str(document["name"]))
