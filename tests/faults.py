@@ -398,6 +398,34 @@ def steady_wrong(profile: ir.PolicyProfile) -> bool:
     return any(decide(one, asked, where).verdict is not verdict for one, asked, where, verdict in known)
 
 
+def assuming_wrong(profile: ir.PolicyProfile) -> bool:
+    """Whether a claim with an assumption, whose verdict is known, gets another one."""
+    same = team(profile, towards(0, 0), towards(0, 1))
+    # both go to landmark 0: wrong, but not where the landmarks coincide, and not for the one that is meant to
+    known = {
+        "agent_0.x < agent_1.x and agent_1.x < agent_0.x": Verdict.VACUOUS,
+        "goal == landmark_0 and goal != landmark_0": Verdict.VACUOUS,
+        "distance(landmark_0, landmark_1) <= 0.01": Verdict.PROVED,
+        "distance(landmark_0, landmark_1) >= 0.5 and goal == landmark_1": Verdict.VIOLATED,
+    }
+    for assume, verdict in known.items():
+        source = f'[[property]]\nname = "{CLAIM.name}"\nradius = 0.2\nassume = "{assume}"'
+        ((claim, region),) = read_properties(source, same, "faults", lambda name: start_region(profile.world))
+        if decide(same, claim, region).verdict is not verdict:
+            return True
+    return False
+
+
+def assuming_fault(owner, name: str, attribute: str, change: Callable[[Callable], Callable]) -> Fault:
+    """Caught by the verdicts of claims with assumptions."""
+
+    def plant(profile, patch):
+        patch.setattr(owner, attribute, change(getattr(owner, attribute)))
+        return assuming_wrong(profile)
+
+    return Fault(f"assumption: {name}", "claims with a known verdict", plant)
+
+
 def steady_fault(owner, name: str, attribute: str, change: Callable[[Callable], Callable]) -> Fault:
     """Caught by the verdicts of teams whose answer with errors is known."""
 
@@ -422,6 +450,10 @@ ENCODER = [
     steady_fault(encode, "errors forgotten", "measurable", lambda _: lambda meaning: False),
     steady_fault(encode._Encoder, "an error a test, not a feature", "_error", lambda f: lambda self, agent, feature: f(self, agent, f"{feature}{len(self.variables)}")),
     steady_fault(encode._Encoder, "agents share errors", "_error", lambda f: lambda self, agent, feature: f(self, "agent_0", feature)),
+    assuming_fault(engine, "not asked whether it can hold", "_nothing", lambda _: lambda *given: ("", 0)),
+    assuming_fault(engine, "emptiness of the region alone", "region_only", lambda f: lambda region, *_: f(region)),
+    assuming_fault(encode, "forgotten in the claim", "formula", lambda f: lambda p, claim: f(p, replace(claim, assume=TRUE))),
+    assuming_fault(encode, "another goal than the question's", "for_goal", lambda f: lambda claim, goal: f(claim, "landmark_0")),
     verdict_fault(properties, "only one matching tried", "permutations", lambda _: lambda items, n: [tuple(items)[:n]]),
     verdict_fault(properties, "no matching tried", "permutations", lambda _: lambda items, n: []),
     verdict_fault(properties, "engaged taken for not engaged", "engaged", lambda f: lambda *given: negated(f(*given))),

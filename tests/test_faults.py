@@ -24,6 +24,7 @@ def test_without_a_fault_no_guard_speaks(profile):
     assert not faults.encoder_wrong(profile)
     assert not faults.verdicts_wrong(profile)
     assert not faults.steady_wrong(profile)
+    assert not faults.assuming_wrong(profile)
 
 
 def test_the_list(capsys):
