@@ -1,18 +1,18 @@
 """The command line: parse, call, print.
 
-Does: one function a verb; turns errors into three lines and an exit code.
+Does: one function a verb (those about claims are in cli_claims.py); turns errors into three lines and an exit code.
 Assumes: every verb is also a Python function elsewhere.
 Does not: import anything heavy before a verb needs it.
 """
 
-from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
 import click
 
 from codegen.errors import ExitCode, suggestion
-from maviper import exits
+from maviper import cli_claims, exits
+from maviper.cli_parts import OUTPUT, console_of
 
 # named here again, so that --help imports nothing; a test compares them with the ones that there are
 ALGORITHMS = "maviper, maviper-no-prediction, maviper-iviper-resampling, iviper, viper, imitation, fitted-q"
@@ -51,15 +51,6 @@ def cli(context: click.Context, quiet: bool, verbose: bool) -> None:
     context.obj = {"quiet": quiet, "verbose": verbose}
 
 
-def _console(context: click.Context) -> Any:
-    from maviper.console import Console
-
-    return Console(context.obj["quiet"])
-
-
-OUTPUT = click.option("-o", "--output", type=click.Path(path_type=Path), required=True, help="Where results go.")
-
-
 @cli.command()
 @click.option(
     "-o",
@@ -73,7 +64,7 @@ OUTPUT = click.option("-o", "--output", type=click.Path(path_type=Path), require
 @click.pass_context
 def demo(context: click.Context, output: Path, seed: int | None) -> int:
     """The whole chain in about a minute, on a shipped expert: extract, compile, check, verify, report."""
-    console = _console(context)
+    console = console_of(context)
     console.line("maviper", "physical deception, from a neural expert to verified C")
     from maviper.demo import run
 
@@ -155,7 +146,7 @@ def train(context: click.Context, world: str, output: Path, **options: Any) -> i
     """
     from maviper.training import train_command
 
-    return train_command(world, output, options, _console(context))
+    return train_command(world, output, options, console_of(context))
 
 
 @cli.command()
@@ -193,7 +184,7 @@ def extract(context: click.Context, expert: str, output: Path, **options: Any) -
 
     said = [f"--{name.replace('_', '-')} {value}" for name, value in sorted(options.items()) if _said(context, name)]
     command = " ".join(["maviper extract", expert, *(text for text in said if not text.startswith("--resume"))])
-    extract_command(expert, output, {**options, "command": command}, _console(context))
+    extract_command(expert, output, {**options, "command": command}, console_of(context))
     return ExitCode.DONE
 
 
@@ -222,7 +213,7 @@ def evaluate(context: click.Context, subject: str, **options: Any) -> int:
     size, comparisons and agreement with the expert. Opponents are the expert by default, or SUBJECT where there is
     none. FILE.json is always a profile; what else is named is an expert.
     """
-    console = _console(context)
+    console = console_of(context)
     console.line("evaluating", subject)
     from maviper.evaluation import evaluate_command
 
@@ -302,129 +293,14 @@ def compile_command(
 
     targets = [name.strip() for name in target.split(",")]
     passes = [name.strip() for name in names.split(",") if name.strip()]
-    console = _console(context)
+    console = console_of(context)
     return compile_to_folder(
         profile, targets, prefix, style, test_vectors, output, console, prove, budget, passes, region
     )
 
 
-def _fraction(_context: click.Context, parameter: click.Parameter, value: str | None) -> Fraction | None:
-    from verify.spec import exact
-
-    return None if value is None else exact(value, f"--{parameter.name}")
-
-
-def _names(_context: click.Context, _parameter: click.Parameter, value: str | None) -> tuple[str, ...] | None:
-    return None if value is None else tuple(name.strip() for name in value.split(","))
-
-
-def _list_properties(context: click.Context, _parameter: click.Parameter, asked: bool) -> None:
-    if asked and not context.resilient_parsing:
-        from maviper.verification import list_properties
-
-        list_properties(as_json=False)
-        context.exit(ExitCode.DONE)
-
-
-@cli.command()
-@click.argument("profile", type=click.Path(path_type=Path))
-@click.option("--property", "names", multiple=True, help="Built-in property (repeatable; default: distinct_targets).")
-@click.option("--properties", type=click.Path(path_type=Path), default=None, help="A property file (TOML).")
-@click.option(
-    "--list", is_flag=True, is_eager=True, expose_value=False, callback=_list_properties, help="List the properties."
-)
-@click.option("--region", default="start", show_default=True, help="`start` (the start box) or a region file (TOML).")
-@click.option(
-    "--team", default=None, help="The team that the claim is about (default: the one with an agent a landmark)."
-)
-@click.option("--margin", callback=_fraction, help="An agent closes when it is ahead by more (default: 0).")
-@click.option("--radius", callback=_fraction, help="An agent is at a landmark within it (default: 1/10).")
-@click.option("--kappa", callback=_fraction, help="Of aligned: ahead by kappa times what is sideways (default: 1/2).")
-@click.option("--landmarks", callback=_names, metavar="A,B", help="Of own_target: one for each agent of the team.")
-@click.option("--eps", callback=_fraction, help="Of steady: by how much a feature may be off (default: 1/100).")
-@click.option("--of", default=None, metavar="NAME", help="Of steady: the property that stays true.")
-@click.option(
-    "--semantics", default="machine", show_default=True, help="machine: as deployed; real: exact, for comparison."
-)
-@click.option("--smt", type=click.Path(path_type=Path), default=None, help="Folder for the questions as SMT-LIB.")
-@click.option("--budget", default=None, type=int, help="Solver resource units a query.")
-@click.option("--json", "as_json", is_flag=True, help="Print the report as JSON.")
-@click.option(
-    "-o", "--output", type=click.Path(path_type=Path), default=None, help="Folder for the report and the certificates."
-)
-@click.pass_context
-def verify(context: click.Context, profile: Path, **options: Any) -> int:
-    """Decide claims about PROFILE over all world states of a region, for the deployed arithmetic.
-
-    `maviper properties list` names the built-in properties, `maviper properties new WORLD` writes a property file to
-    start from, for claims of your own.
-
-    \b
-    A region file states exact bounds; positions it leaves out have the start box's:
-      goals = ["landmark_0"]
-      default = [-1, 1]
-      [box]
-      "agent_0.x" = [-0.5, 0.25]
-      [difference]
-      "agent_0.x - agent_1.x" = [0, 1]
-      [apart]
-      "landmark_0 - landmark_1" = 0.2
-    """
-    from maviper.verification import verify_command
-
-    return verify_command(profile, options, _console(context))
-
-
-@cli.group()
-def properties() -> None:
-    """What can be claimed: built-in properties, and files for claims of your own."""
-
-
-@properties.command("list")
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
-def properties_list(as_json: bool) -> int:
-    """The built-in properties: what each claims, and its parameters with their defaults."""
-    from maviper.verification import list_properties
-
-    return list_properties(as_json)
-
-
-@properties.command("new")
-@click.argument("world")
-@click.option("-o", "--output", type=click.Path(path_type=Path), default=None, help="The file (default: print it).")
-def properties_new(world: str, output: Path | None) -> int:
-    """A commented property file for WORLD, with its agents, landmarks and actions."""
-    from maviper import runs
-    from maviper.questions import starter
-
-    text = starter(world)
-    if output is None:
-        click.echo(text, nl=False)
-    else:
-        runs.write(output, text)
-    return ExitCode.DONE
-
-
-@cli.command()
-@click.argument("certificate", type=click.Path(path_type=Path))
-@click.option(
-    "--profile",
-    type=click.Path(path_type=Path),
-    default=None,
-    help="The policy that it is about (default: profile.json beside it).",
-)
-def check(certificate: Path, profile: Path | None) -> int:
-    """Check CERTIFICATE, which `maviper verify -o` wrote: does it prove its property of its policy in its region?
-
-    \b
-    Exits with 0 when the proof holds, with 1 when it does not, with 2 when the
-    file cannot be read or is about another policy. The checker closes every
-    branch of the proof anew with exact numbers, from the profile, the region and
-    the property; only the arithmetic of thresholds is shared with the engine.
-    """
-    from maviper.certifying import check_command
-
-    return check_command(certificate, profile)
+for command in cli_claims.COMMANDS:
+    cli.add_command(command)
 
 
 def run(arguments: list[str]) -> int:
