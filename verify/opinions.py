@@ -18,7 +18,7 @@ from verify.properties import Property, formula
 from verify.spec import Region, Verdict
 from verify.thresholds import MACHINE
 
-UNITS_A_NODE = 20  # of a budget in solver resource units, so many stand for one search node
+UNITS_A_NODE = 50  # of a budget in solver resource units, so many stand for one search node
 ENGINE = "zones"
 
 

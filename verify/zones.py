@@ -20,7 +20,7 @@ from verify.zone_search import BudgetError
 from verify.zone_tables import BeyondZonesError, Flat, Known, Problem, Table, ZoneTree, problem, split_sides, zone_tree
 
 __all__ = ["DEFAULT_NODES", "BeyondZonesError", "Outcome", "decide"]
-DEFAULT_NODES = 10_000_000  # search nodes a goal
+DEFAULT_NODES = 4_000_000  # search nodes a goal; half a second compiled, a minute or two in Python
 Splits: TypeAlias = Mapping[str, Mapping[tuple[int, float], tuple[Formula, Formula]]]  # agent -> split_sides
 
 
