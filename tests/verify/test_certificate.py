@@ -263,6 +263,7 @@ def changed(rng, pair, made):
     return kind, pair, from_json(to_json(made))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("which", ["roles", "switchers"])
 def test_no_certificate_of_a_false_claim_is_accepted(which, request):
     """500 changes each; a change that keeps the claim true may pass."""
