@@ -27,11 +27,11 @@ from maviper.worlds import ParticleWorld, WorldState
 from maviper.worlds.particle import placed
 from verify import engine, report
 from verify.counterexample import Replay
-from verify.encode import MACHINE, Question, question, reaching
+from verify.encode import Question, question, reaching
 from verify.engine import Result, Visited
 from verify.properties import LEAVES, Property, sentence
 from verify.solve import smt_lib
-from verify.spec import Region, read_region
+from verify.spec import MACHINE, Region, read_region
 from verify.world import Point, contains, everywhere, observed, observed_velocities, verifiable
 
 MOST_REGION_BYTES = 2**20

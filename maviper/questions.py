@@ -17,11 +17,10 @@ from codegen.render import render
 from maviper import runs
 from maviper.claims import find_region
 from maviper.worlds import find
-from verify.encode import MACHINE, SEMANTICS
 from verify.engine import DEFAULT_BUDGET
 from verify.properties import BUILT_IN, EPS, PLAIN, STEADY, Property, find_property, reads
 from verify.property_file import read_properties
-from verify.spec import Region
+from verify.spec import MACHINE, SEMANTICS, Region
 from verify.spec import text as decimal
 
 MOST_FILE_BYTES = 2**20

@@ -18,10 +18,9 @@ from maviper.certifying import certificate_files
 from maviper.claims import question_files, report_files, verify_claims
 from maviper.console import Console
 from maviper.questions import listed, questions
-from verify.encode import REAL
 from verify.engine import DEFAULT_BUDGET, Result
 from verify.properties import LEAVES
-from verify.spec import Verdict
+from verify.spec import REAL, Verdict
 from verify.spec import text as decimal
 
 

@@ -50,11 +50,15 @@ class Reading:
         self.order = {agent: place for place, agent in enumerate(order)}
         self.bounds: dict[tuple[str, str, Fraction, bool], int] = {}  # upper - lower <= most, or below it when strict
         self.parts: list[dict[tuple[Formula, bool], int]] = [{} for _ in order]
+        self._atoms: dict[tuple[Linear, bool], Flat] = {}
+        self._denied: dict[tuple[int, int], list[Flat]] = {}
 
     def flat(self, f: Formula, wanted: bool, known: Sequence[Known] = (), inner: bool = False) -> Flat:
         """The formula, or its denial unless `wanted`, given what is known; `inner`: inside a part."""
         if isinstance(f, Linear):
-            return self._bound(f, wanted)
+            if (f, wanted) not in self._atoms:
+                self._atoms[f, wanted] = self._bound(f, wanted)
+            return self._atoms[f, wanted]
         if isinstance(f, Not):
             return self.flat(f.part, not wanted, known, inner)
         acting = agents(f)
@@ -75,14 +79,23 @@ class Reading:
             return NOTHING if held else None
         return held[0] if len(held) == 1 else ((), (tuple(held),))
 
+    def denied(self, place: int, action: int, mask: int) -> list[Flat]:
+        """The denials of an agent's parts in the set `mask`, given its action."""
+        if (place, action) not in self._denied:
+            known = [(action, 0)] * len(self.order)
+            self._denied[place, action] = [self.flat(f, wanted, known, True) for f, wanted in self.parts[place]]
+        return [flat for k, flat in enumerate(self._denied[place, action]) if mask >> k & 1]
+
     def tree(self, policy: AgentPolicy, semantics: str) -> list[Any]:
         """Per node: the action of a leaf, or the two sides (flat formula, child), the right one first."""
         tree, found = policy.tree, policy.tree.action.tolist()
-        for node, feature in enumerate(tree.feature.tolist()):
-            if feature != NO_FEATURE:
-                left, right = sides(policy.features[feature], float(tree.threshold[node]), semantics)
-                ways = (right, tree.right[node]), (left, tree.left[node])
-                found[node] = [(self.flat(way, True), int(child)) for way, child in ways]
+        seen: dict[tuple[int, float], tuple[Flat, Flat]] = {}
+        for node, split in enumerate(zip(tree.feature.tolist(), tree.threshold.tolist(), strict=True)):
+            if split[0] != NO_FEATURE:
+                if split not in seen:
+                    left, right = sides(policy.features[split[0]], split[1], semantics)
+                    seen[split] = self.flat(right, True), self.flat(left, True)
+                found[node] = list(zip(seen[split], (int(tree.right[node]), int(tree.left[node])), strict=True))
         return found
 
     def edges(self) -> list[tuple[str, str, int]]:
@@ -95,13 +108,16 @@ class Reading:
         weights: dict[str, Fraction] = {}
         for weight, name in atom.terms:
             real = f"{self.goal}{name[len(GOAL) :]}" if name.startswith(f"{GOAL}.") else name
-            weights[real] = weights.get(real, Fraction(0)) + (weight if wanted else -weight)
-        upper = [name for name, weight in weights.items() if weight > 0]
-        lower = [name for name, weight in weights.items() if weight < 0]
-        sizes = {abs(weight) for weight in weights.values() if weight}
-        if not sizes:
+            weights[real] = weights[real] + weight if real in weights else weight
+        ends: dict[bool, str] = {}  # by the weight's sign
+        sizes: set[tuple[int, int]] = set()
+        kept = [(name, weight.numerator, weight.denominator) for name, weight in weights.items() if weight.numerator]
+        for name, over, under in kept:
+            ends[(over > 0) == wanted] = name
+            sizes.add((abs(over), under))
+        if not kept:
             return NOTHING if most > 0 or (most == 0 and not strict) else None
-        if len(upper) > 1 or len(lower) > 1 or len(sizes) > 1:
+        if len(ends) < len(kept) or len(sizes) > 1:
             raise RejectedError(f"{atom} bounds neither a coordinate nor a difference of two")
-        key = (*upper, "")[0], (*lower, "")[0], most / sizes.pop(), strict
+        key = ends.get(True, ""), ends.get(False, ""), most / Fraction(*sizes.pop()), strict
         return (self.bounds.setdefault(key, len(self.bounds)),), ()

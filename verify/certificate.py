@@ -39,6 +39,7 @@ import base64
 import binascii
 import hashlib
 import json
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields
 from fractions import Fraction
@@ -52,9 +53,8 @@ from codegen.policy_json import content_hash, layout
 from verify import checker
 from verify.bounds import RejectedError, region_formula
 from verify.formula import Acts, And, Formula, Goal, Linear, Not, Or, agents, coordinates, for_goal, holds
-from verify.properties import Property, formula
-from verify.spec import Region
-from verify.thresholds import SEMANTICS
+from verify.properties import BUILT_IN, Property, formula
+from verify.spec import SEMANTICS, Region
 from verify.world import verifiable
 
 FORM = "maviper-certificate-1"
@@ -62,6 +62,7 @@ MAX_BYTES = 1 << 30
 LINE = 96  # characters of a proof on a line
 MOST_DIGITS = 4000
 NAMED = ("name", "team", "margin", "radius", "kappa", "landmarks")  # of a property, what a certificate states
+DEEPEST = 100  # levels of a formula
 REMAKE = "make it again with `maviper verify -o`"
 
 
@@ -113,10 +114,15 @@ def accepted(certificate: Certificate, profile: PolicyProfile) -> int:
             "give the profile that it was made for with --profile",
         )
     _known_names(certificate, profile)
-    if certificate.claim is not None:
-        verifiable(profile, certificate.claim.team)
-    if certificate.claim is not None and formula(profile, certificate.claim) != certificate.formula:
-        raise RejectedError(f"the formula is not what {certificate.claim.name} says of this profile")
+    claim = certificate.claim
+    if claim is not None:
+        verifiable(profile, claim.team)
+        try:
+            same = formula(profile, claim) == certificate.formula
+        except (LookupError, ValueError):  # a property of other agents or landmarks
+            same = False
+        if not same:
+            raise RejectedError(f"the formula is not what {claim.name} says of this profile")
     region = certificate.region
     if not holds(region_formula(region), certificate.inhabitant, {}):
         raise RejectedError("its inhabitant is no point of the region: the claim may be about nothing")
@@ -226,13 +232,16 @@ def _hash(body: Mapping[str, Any]) -> str:
     return hashlib.sha256(json.dumps(body, ensure_ascii=False, sort_keys=True).encode()).hexdigest()
 
 
+_NUMBER = re.compile(r'-?\d+(\.\d+)?|"?-?\d+/\d+"?')
+
+
 def _lines(proof: str) -> list[str]:
     return [proof[start : start + LINE] for start in range(0, len(proof), LINE)]
 
 
 def _number(text: str) -> Fraction:
-    if not isinstance(text, str) or len(text) > MOST_DIGITS:
-        raise ValueError("a number is a text of at most 4000 characters")
+    if not isinstance(text, str) or len(text) > MOST_DIGITS or not _NUMBER.fullmatch(text):
+        raise ValueError(f"no number, or one of more than {MOST_DIGITS} digits: {str(text)[:40]!r}")
     return Fraction(text.strip('"'))
 
 
@@ -248,7 +257,10 @@ def _property(document: Mapping[str, str | list[str]]) -> Property:
         kind = type(getattr(plain, name))
         if isinstance(value, str) == issubclass(kind, tuple):
             raise ValueError(f"$.property.{name}: {value}")
-        given[name] = tuple(value) if isinstance(value, list) else kind(value)
+        convert = _number if kind is Fraction else kind
+        given[name] = tuple(value) if isinstance(value, list) else convert(value)
+    if given["name"] not in BUILT_IN:
+        raise ValueError(f"$.property.name: {given['name'][:40]!r}")
     return Property(**given)
 
 
@@ -265,7 +277,9 @@ def _formula_document(node: Formula) -> dict[str, Any]:
     return {"all" if isinstance(node, And) else "any": [_formula_document(part) for part in node.parts]}
 
 
-def _formula(document: Mapping[str, Any]) -> Formula:
+def _formula(document: Mapping[str, Any], depth: int = 0) -> Formula:
+    if depth > DEEPEST:
+        raise ValueError(f"$.formula: nested deeper than {DEEPEST}")
     match document:
         case {"sum": [*terms], **bound} if len(bound) == 1 and set(bound) <= {"most", "below"}:
             kept = tuple((_number(weight), str(name)) for weight, name in terms)
@@ -276,11 +290,11 @@ def _formula(document: Mapping[str, Any]) -> Formula:
         case {"goal": str(landmark)} if len(document) == 1:
             return Goal(landmark)
         case {"not": part} if len(document) == 1:
-            return Not(_formula(part))
+            return Not(_formula(part, depth + 1))
         case {"all": [*parts]} if len(document) == 1:
-            return And(tuple(map(_formula, parts)))
+            return And(tuple(_formula(part, depth + 1) for part in parts))
         case {"any": [*parts]} if len(document) == 1:
-            return Or(tuple(map(_formula, parts)))
+            return Or(tuple(_formula(part, depth + 1) for part in parts))
     raise ValueError(f"$.formula: {str(document)[:80]}")
 
 

@@ -28,9 +28,8 @@ def check(
             masks = [-next(proof)] * len(tree)
 
             def lemmas(leaf: int, _: Any, place: int = place, masks: list[int] = masks) -> list[Flat]:
-                known, parts, mask = [(trees[place][leaf], 0)] * len(trees), reading.parts[place], next(proof)
-                masks[leaf] &= mask
-                return [reading.flat(f, wanted, known, True) for (f, wanted), k in parts.items() if mask >> k & 1]
+                masks[leaf] &= (mask := next(proof))
+                return reading.denied(place, trees[place][leaf], mask)
 
             closed += _walk(proof, edges, start, [tree], [masks], lemmas) if masks[0] else 0
             for v in reversed(range(len(tree))):
@@ -56,8 +55,10 @@ def _walk(  # closes every branch below `start`: of the trees, then of what `end
         path[kept:] = numbers
         if length := 0 if (done := k >= 0 and denial(known) is None) else next(proof):
             cycle = [edges[path[next(proof)]] for _ in range(length)]
-            linked = all(a[1] == b[0] for a, b in zip(cycle, cycle[1:] + cycle[:1], strict=True))
-            if not linked or length >= LONGEST or sum(weight for *_, weight in cycle) >= 0:
+            end, total = cycle[-1][1], 0
+            for upper, lower, weight in cycle:
+                end, total = lower if upper == end else None, total + weight
+            if end is None or total >= 0 or length >= LONGEST:
                 raise RejectedError(f"the bounds of branch {closed} can hold together: {cycle[:9]}")
         if done or length:
             closed += 1
@@ -75,6 +76,5 @@ def _walk(  # closes every branch below `start`: of the trees, then of what `end
         if k == len(trees):
             stack += [(here, flat, (), (), -1, 0, known) for flat in reversed(ends(leaf, known)) if flat]
             continue
-        later = known[k + 1 :]
-        stack += [(here, way, (), (), k, w, (*known[:k], kinds[k][w], *later)) for way, w in trees[k][v] if way]
+        stack += [(here, f, (), (), k, w, (*known[:k], kinds[k][w], *known[k + 1 :])) for f, w in trees[k][v] if f]
     return closed

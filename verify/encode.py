@@ -24,11 +24,8 @@ from codegen.errors import InputError
 from codegen.ir import FeatureSpec, PolicyProfile
 from verify.formula import TRUE, And, Formula, Linear, Or, agents, for_goal, given, negated, normal, tightened
 from verify.properties import Property, formula
-from verify.spec import Region
+from verify.spec import MACHINE, REAL, Region
 from verify.world import error_name, measurable
-
-MACHINE, REAL = "machine", "real"  # thresholds as the deployed arithmetic meets them, or as they are written
-SEMANTICS = (MACHINE, REAL)
 
 
 class HalfLine(NamedTuple):

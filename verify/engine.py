@@ -16,7 +16,7 @@ from codegen.ir import PolicyProfile
 from verify import solve
 from verify.certificate import Certificate
 from verify.counterexample import Counterexample, Replay, confirmed, explain, near, violating_samples
-from verify.encode import MACHINE, question, region_only
+from verify.encode import question, region_only
 from verify.formula import TRUE
 from verify.leaves import LeafFinding, leaf_findings
 from verify.margins import Margin, grows_harder, largest_margin
@@ -24,7 +24,7 @@ from verify.opinions import Opinion, Zoned, agreeing, by_zones
 from verify.properties import LEAVES, Property
 from verify.shares import SAMPLE_SEED, Share, Shares, measure
 from verify.solve import DEFAULT_BUDGET, Answer, ask
-from verify.spec import Region, Verdict
+from verify.spec import MACHINE, Region, Verdict
 from verify.world import Point, verifiable
 
 CONTROL_SEED = 0

@@ -16,10 +16,9 @@ from verify.bounds import RejectedError
 from verify.certificate import Certificate, accepted
 from verify.formula import TRUE
 from verify.properties import Property, formula
-from verify.spec import Region, Verdict
-from verify.thresholds import MACHINE
+from verify.spec import MACHINE, Region, Verdict
 
-UNITS_A_NODE = 20  # of a budget in solver resource units, so many stand for one search node
+UNITS_A_NODE = 50  # of a budget in solver resource units, so many stand for one search node
 ENGINE = "zones"
 
 

@@ -14,12 +14,11 @@ from codegen.ir import PolicyProfile
 from codegen.policy_json import content_hash, layout
 from codegen.render import render
 from verify.counterexample import AgentView, Counterexample
-from verify.encode import REAL
 from verify.engine import Result
 from verify.leaves import LeafFinding
 from verify.margins import Margin
 from verify.properties import LEAVES, reads, sentence
-from verify.spec import Verdict
+from verify.spec import REAL, Verdict
 from verify.spec import text as decimal
 
 SEMANTICS = (

@@ -18,6 +18,8 @@ from codegen.ir import WorldSpec
 
 Interval = tuple[Fraction, Fraction]
 MOST = 10**9  # largest length in a question; beyond it float64 positions are coarser than any world
+MACHINE, REAL = "machine", "real"  # thresholds as the deployed arithmetic meets them, or as they are written
+SEMANTICS = (MACHINE, REAL)
 ADVICE = "see `maviper verify --help` for the form of a region file"
 
 

@@ -17,9 +17,8 @@ from typing import NamedTuple
 from codegen.errors import InputError
 from codegen.ir import FeatureSpec
 from verify.formula import FALSE, TRUE, And, Formula, Linear, Or
+from verify.spec import MACHINE, REAL
 
-MACHINE, REAL = "machine", "real"
-SEMANTICS = (MACHINE, REAL)  # thresholds as the roundings make them, or as they are written
 SINGLE, DOUBLE = (24, -149), (53, -1074)  # bits of a significand, least exponent
 
 

@@ -6,7 +6,7 @@ Assumes: a formula over the coordinates of the region and the actions of the pro
 Does not: search; share more than thresholds.py with the checker, which follows the same text (certificate.py).
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from math import lcm
@@ -95,25 +95,30 @@ class Table:
 
     def atom(self, atom: Linear) -> Flat | None:
         """The bound that an inequality is; None when it is false. BeyondZonesError when it is none."""
-        weights: dict[str, Fraction] = {}
-        for weight, name in atom.terms:
-            real = f"{self._goal}.{name.removeprefix(f'{GOAL}.')}" if name.startswith(f"{GOAL}.") else name
-            weights[real] = weights.get(real, 0) + weight
         upper = lower = ORIGIN
-        size = Fraction(0)
-        for name, weight in weights.items():
-            if not weight:
+        size = (0, 1)  # numerator and denominator, which compare much faster than fractions
+        for name, weight in self._weights(atom).items():
+            over, under = weight.numerator, weight.denominator
+            if not over:
                 continue
             if name not in self._box:
                 raise InputError(f"the question speaks of {name}, which regions do not bound yet", "", "see --region")
-            if (upper if weight > 0 else lower) or (size and abs(weight) != size):
+            if (upper if over > 0 else lower) or (size[0] and (abs(over), under) != size):
                 raise BeyondZonesError(str(atom))
-            size = abs(weight)
-            upper, lower = (name, lower) if weight > 0 else (upper, name)
-        if not size:
+            size = abs(over), under
+            upper, lower = (name, lower) if over > 0 else (upper, name)
+        if not size[0]:
             return TRUE if atom.bound > 0 or (atom.bound == 0 and not atom.strict) else None
-        bound = Bound(upper, lower, atom.bound if size == 1 else atom.bound / size, atom.strict)
+        bound = Bound(upper, lower, atom.bound if size == (1, 1) else atom.bound / Fraction(*size), atom.strict)
         return Flat((self.numbers.setdefault(bound, len(self.numbers)),), ())
+
+    def _weights(self, atom: Linear) -> dict[str, Fraction]:
+        """Coordinate -> weight, the goal's coordinates by the name of the landmark that it is."""
+        weights: dict[str, Fraction] = {}
+        for weight, name in atom.terms:
+            real = f"{self._goal}.{name.removeprefix(f'{GOAL}.')}" if name.startswith(f"{GOAL}.") else name
+            weights[real] = weights[real] + weight if real in weights else weight
+        return weights
 
     def side(self, formula: Formula) -> Flat | None:
         """A formula without actions, flat."""
@@ -214,19 +219,25 @@ class ZoneTree:
     action: list[int]
 
 
-def zone_tree(table: Table, policy: AgentPolicy, semantics: str) -> ZoneTree:
-    """The tree of one agent, its thresholds read with `semantics`."""
+def split_sides(policy: AgentPolicy, semantics: str) -> dict[tuple[int, float], tuple[Formula, Formula]]:
+    """(feature, threshold) of an agent's splits -> goes left, goes right; the same for every goal."""
     tree = policy.tree
-    ways: list[tuple[Flat | None, Flat | None]] = []
-    seen: dict[tuple[int, float], tuple[Flat | None, Flat | None]] = {}
-    for feature, threshold in zip(tree.feature.tolist(), tree.threshold.tolist(), strict=True):
-        if feature == NO_FEATURE:
-            ways.append((None, None))
-            continue
-        if (feature, threshold) not in seen:
-            left, right = sides(policy.features[feature], threshold, semantics)
-            seen[feature, threshold] = table.side(left), table.side(right)
-        ways.append(seen[feature, threshold])
+    splits = dict.fromkeys(zip(tree.feature.tolist(), tree.threshold.tolist(), strict=True))
+    return {
+        (feature, threshold): sides(policy.features[feature], threshold, semantics)
+        for feature, threshold in splits
+        if feature != NO_FEATURE
+    }
+
+
+def zone_tree(
+    table: Table, policy: AgentPolicy, splits: Mapping[tuple[int, float], tuple[Formula, Formula]]
+) -> ZoneTree:
+    """The tree of one agent, with the sides of its splits."""
+    tree = policy.tree
+    nothing = (None, None)
+    seen = {split: (table.side(left), table.side(right)) for split, (left, right) in splits.items()}
+    ways = [seen.get(split, nothing) for split in zip(tree.feature.tolist(), tree.threshold.tolist(), strict=True)]
     return ZoneTree(tree.left.tolist(), tree.right.tolist(), ways, tree.action.tolist())
 
 

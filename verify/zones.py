@@ -9,17 +9,18 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cache
+from typing import TypeAlias
 
 from codegen.ir import PolicyProfile
-from verify.formula import Formula, for_goal
-from verify.spec import Region, Verdict
-from verify.thresholds import MACHINE
+from verify.formula import Formula, agents, for_goal
+from verify.spec import MACHINE, Region, Verdict
 from verify.zone_compiled import search
 from verify.zone_search import BudgetError
-from verify.zone_tables import BeyondZonesError, Flat, Known, Problem, Table, ZoneTree, problem, zone_tree
+from verify.zone_tables import BeyondZonesError, Flat, Known, Problem, Table, ZoneTree, problem, split_sides, zone_tree
 
 __all__ = ["DEFAULT_NODES", "BeyondZonesError", "Outcome", "decide"]
-DEFAULT_NODES = 10_000_000  # search nodes a goal
+DEFAULT_NODES = 4_000_000  # search nodes a goal; half a second compiled, a minute or two in Python
+Splits: TypeAlias = Mapping[str, Mapping[tuple[int, float], tuple[Formula, Formula]]]  # agent -> split_sides
 
 
 @dataclass(frozen=True)
@@ -49,9 +50,11 @@ def decide(
     feature is no sum of at most two coordinates or speaks of one that the region does not bound.
     """
     asked = tuple(region.goals or ("",)) if goals is None else goals
+    acting = agents(claim)
+    splits = {policy.agent: split_sides(policy, semantics) for policy in profile.agents if policy.agent in acting}
     spent, proofs, inhabitant, reasons = 0, {}, {}, []
     for goal in asked:
-        question = _Question(profile, for_goal(claim, goal), region, goal, semantics, budget)
+        question = _Question(profile, for_goal(claim, goal), region, goal, splits, budget)
         try:
             inhabitant = inhabitant or question.inhabitant()
             if not inhabitant:
@@ -74,10 +77,10 @@ class _Question:
     """One goal's question: its tables, and a search through them."""
 
     def __init__(
-        self, profile: PolicyProfile, claim: Formula, region: Region, goal: str, semantics: str, budget: int
+        self, profile: PolicyProfile, claim: Formula, region: Region, goal: str, splits: Splits, budget: int
     ) -> None:
         self._table = Table(profile, claim, region, goal)
-        self._trees = [zone_tree(self._table, policy, semantics) for policy in self._table.policies]
+        self._trees = [zone_tree(self._table, policy, splits[policy.agent]) for policy in self._table.policies]
         self._problem = problem(self._table)
         self._box = tuple(region.box)
         # a region that is plainly false has no point, and the search is not asked

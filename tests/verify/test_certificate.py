@@ -20,8 +20,7 @@ from verify.bounds import RejectedError
 from verify.certificate import Certificate, accepted, from_json, numbers, to_json
 from verify.formula import FALSE, TRUE, Not, negated
 from verify.properties import Property, find_property, formula
-from verify.spec import Region, Verdict, start_region
-from verify.thresholds import MACHINE, REAL
+from verify.spec import MACHINE, REAL, Region, Verdict, start_region
 from verify.zone_search import varint
 
 pytestmark = pytest.mark.solver
@@ -101,6 +100,9 @@ def test_the_formula_must_be_the_propertys(roles):
         with pytest.raises(RejectedError, match="not what distinct_targets says"):
             accepted(replace(made, formula=changed), pair)
     assert accepted(replace(made, claim=None), pair) > 10
+    strange = replace(made.claim, name="own_target", landmarks=("landmark_7",))
+    with pytest.raises(RejectedError, match="not what own_target says"):
+        accepted(replace(made, claim=strange), pair)
 
 
 def test_every_goal_needs_its_proof(roles):
@@ -155,6 +157,13 @@ def damage(text, name):
         case "a deep formula":
             deep = '{"not": ' * 9000 + '{"all": []}' + "}" * 9000
             return text.replace('"formula": {', f'"formula": {deep}, "old": {{', 1)
+        case "a huge number":
+            document["inhabitant"]["agent_0.x"] = "1e999999999"
+        case "an unknown property":
+            document["property"]["name"] = "always_right"
+        case "a formula of many levels":
+            for _ in range(300):
+                document["formula"] = {"not": document["formula"]}
         case "no property":
             document["property"]["colour"] = "red"
         case "no base64":
@@ -170,7 +179,8 @@ DAMAGES = {
     "edited": "edited", "a member missing": "not a certificate", "a member more": "not a certificate",
     "no number": "does not hold", "a long number": "does not hold", "other semantics": "does not hold",
     "no formula": "does not hold", "a deep formula": "certificate", "no property": "does not hold",
-    "no base64": "does not hold",
+    "no base64": "does not hold", "a huge number": "does not hold", "an unknown property": "does not hold",
+    "a formula of many levels": "does not hold",
 }  # fmt: skip
 
 
@@ -252,6 +262,7 @@ def changed(rng, pair, made):
     return kind, pair, from_json(to_json(made))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("which", ["roles", "switchers"])
 def test_no_certificate_of_a_false_claim_is_accepted(which, request):
     """500 changes each; a change that keeps the claim true may pass."""

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 from tests.teams import RIGHT, STAY, UP, team, towards, tree
-from verify.encode import MACHINE, REAL, half_line, question
+from verify.encode import half_line, question
 from verify.engine import decide, verify
 from verify.margins import MOST_QUESTIONS, STEP, grows_harder, largest_margin
 from verify.properties import LEAVES, PLAIN, Property, find_property
 from verify.solve import smt_lib
-from verify.spec import Region, Verdict, start_region
+from verify.spec import MACHINE, REAL, Region, Verdict, start_region
 
 pytestmark = pytest.mark.solver
 

@@ -18,7 +18,8 @@ from tests.faults import sharp_pairs
 from tests.strategies import FLOAT32
 from tests.verify.test_encode import meanings
 from verify import encode, formula, thresholds
-from verify.thresholds import MACHINE, REAL, rounded_once, rounded_twice, sides
+from verify.spec import MACHINE, REAL
+from verify.thresholds import rounded_once, rounded_twice, sides
 
 WORLD = find("physical-deception").spec
 NORMAL = FLOAT32.filter(lambda value: value == 0 or abs(value) >= 2.0**-126)

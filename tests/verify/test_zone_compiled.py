@@ -15,8 +15,7 @@ from tests.teams import team, towards
 from tests.verify.zone_cases import deception, navigation, near_roles, random_region, switching
 from verify import zone_compiled, zones
 from verify.properties import find_property, formula
-from verify.spec import Verdict, start_region
-from verify.thresholds import MACHINE, REAL
+from verify.spec import MACHINE, REAL, Verdict, start_region
 from verify.zone_compiled import CompiledSearch
 from verify.zone_search import Search
 

@@ -26,8 +26,7 @@ from verify import checker, encode, engine, zones
 from verify.certificate import numbers
 from verify.formula import Linear, holds
 from verify.properties import Property, find_property, formula
-from verify.spec import Region, Verdict, start_region
-from verify.thresholds import MACHINE, REAL
+from verify.spec import MACHINE, REAL, Region, Verdict, start_region
 from verify.zone_search import varint
 
 pytestmark = pytest.mark.solver
