@@ -445,7 +445,8 @@ def test_interrupted_at_a_random_moment(tmp_path, how, attempt):
 
 
 WRITER = """
-import sys
+import signal, sys
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a caller in the background ignores it, and so would we
 from pathlib import Path
 from maviper import runs
 runs.write(Path("file"), "a" * 300_000)
