@@ -129,6 +129,31 @@ def test_the_deepest_trees_compile(profile):
     selfcheck.check_files(deep, emit(deep), random=FEW).ensure()
 
 
+def complete(levels):
+    """A tree with every split that so many levels have room for."""
+    rng, rows, stack = np.random.default_rng(0), [], [(levels, 0, 0)]
+    while stack:
+        left, parent, side = stack.pop()
+        if rows:
+            rows[parent][side] = len(rows)
+        if left:
+            stack += [(left - 1, len(rows), 3), (left - 1, len(rows), 2)]
+            rows.append([rng.integers(10), rng.normal(), -1, -1, -1])
+        else:
+            rows.append([ir.NO_FEATURE, 0, -1, -1, rng.integers(5)])
+    return ir.Tree(*np.array(rows, dtype=np.float64).T)
+
+
+@pytest.mark.slow
+@pytest.mark.compile
+def test_a_tree_of_more_than_a_hundred_thousand_nodes_compiles(profile):
+    large = replace(profile, agents=(replace(profile.agents[1], tree=complete(16), grown=None),))
+    assert len(ir.ensure(large).agents[0].tree.feature) == 131_071
+    report = selfcheck.check_files(large, emit(large, ["c"]), random=FEW).ensure()
+    assert report.observations > 1_000_000
+    assert report.skipped == ("the structural proof of the C: more than 20000 nodes",)
+
+
 @pytest.mark.compile
 @pytest.mark.parametrize("compiler", ["gcc -std=c99", "gcc -std=c11", "g++ -x c++ -std=c++17", "clang -std=c99"])
 def test_the_header_compiles_strictly(profile, compiler, tmp_path):
