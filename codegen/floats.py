@@ -59,3 +59,10 @@ def short_hex(value: float) -> str:
 def decimal_literal(value: float) -> str:
     """The shortest decimal that reads back as the same double."""
     return repr(float(value))
+
+
+def smt_literal(bits: int) -> str:
+    """A Float32 of SMT-LIB by its bits; every NaN is the same one to a solver."""
+    if bits & 0x7FFFFFFF > 0x7F800000:
+        return "(_ NaN 8 24)"
+    return f"(fp #b{bits >> 31:b} #b{bits >> 23 & 0xFF:08b} #b{bits & 0x7FFFFF:023b})"

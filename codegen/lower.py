@@ -65,14 +65,16 @@ class Node:
     feature: Feature | None
     action: Action | None
     float_hex: str  # the float32 threshold, exact, as a C literal
-    bits: str  # its bits as a C integer literal: signed where it is not negative, else unsigned
-    negative: bool
-    hex_bits: str  # the same bits, 0x and eight digits
-    fp: str  # the same as SMT-LIB writes them: sign, exponent, significand
+    bits: int  # of it as an unsigned number
     double: str  # the deciding double, shortest decimal
     shown: str  # for comments only
     left: int
     right: int
+
+    @property
+    def negative(self) -> bool:
+        """Whether the threshold's sign is set, -0.0 included."""
+        return self.bits >= 2**31
 
 
 @dataclass(frozen=True)
@@ -363,19 +365,14 @@ def _unsigned(count: int) -> str:
 def _node(tree: ir.Tree, node: int, features: tuple[Feature, ...], actions: tuple[Action, ...]) -> Node:
     if tree.feature[node] == ir.NO_FEATURE:
         leaf = actions[int(tree.action[node])]
-        return Node(node, None, leaf, "", "", False, "", "", "", "", ir.NO_CHILD, ir.NO_CHILD)
+        return Node(node, None, leaf, "", 0, "", "", ir.NO_CHILD, ir.NO_CHILD)
     threshold = tree.threshold[node]
-    bits = int(threshold.view(np.uint32))
-    negative = bits >= 2**31
     return Node(
         id=node,
         feature=features[int(tree.feature[node])],
         action=None,
         float_hex=hex_literal(threshold),
-        bits=f"UINT32_C(0x{bits:08x})" if negative else f"INT32_C(0x{bits:08x})",
-        negative=negative,
-        hex_bits=f"0x{bits:08x}",
-        fp=f"#b{bits >> 31:b} #b{bits >> 23 & 0xFF:08b} #b{bits & 0x7FFFFF:023b}",
+        bits=int(threshold.view(np.uint32)),
         double=decimal_literal(deciding_double(threshold)),
         shown=f"{float(threshold):.6g}",
         left=int(tree.left[node]),

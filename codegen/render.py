@@ -12,6 +12,8 @@ from typing import Any
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
+from codegen.floats import smt_literal
+
 
 @cache
 def _environment() -> Environment:
@@ -25,7 +27,7 @@ def _environment() -> Environment:
         keep_trailing_newline=True,
         autoescape=lambda name: name is not None and name.endswith(".html.j2"),
     )
-    environment.filters.update(comment=comment)  # pyright: ignore[reportUnknownMemberType]
+    environment.filters.update(comment=comment, float32=smt_literal)  # pyright: ignore[reportUnknownMemberType]
     return environment
 
 

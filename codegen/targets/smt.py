@@ -8,6 +8,7 @@ Does not: ask anything.
 import numpy as np
 
 from codegen import ir
+from codegen.floats import smt_literal
 from codegen.ir import Float32, Int32
 from codegen.lower import Agent, Model
 from codegen.render import render
@@ -23,13 +24,6 @@ def facts(model: Model, agent: Agent, rows: Float32, wanted: Int32) -> list[str]
     bits = np.ascontiguousarray(rows, dtype=np.float32).view(np.uint32)
     name = f"{model.prefix}_{agent.lower}_act"
     return [
-        f"(= ({name} {' '.join(_literal(int(value)) for value in row)}) {action})"
+        f"(= ({name} {' '.join(smt_literal(int(value)) for value in row)}) {action})"
         for row, action in zip(bits, wanted, strict=True)
     ]
-
-
-def _literal(bits: int) -> str:
-    """A Float32 by its bits; every NaN is the same one to a solver."""
-    if bits & 0x7FFFFFFF > 0x7F800000:
-        return "(_ NaN 8 24)"
-    return f"(fp #b{bits >> 31:b} #b{bits >> 23 & 0xFF:08b} #b{bits & 0x7FFFFF:023b})"
