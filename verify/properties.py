@@ -223,6 +223,16 @@ def find_property(
     """The named property for a team of `profile`: `team`, or the one team with as many agents as landmarks."""
     if name not in BUILT_IN:
         raise UnknownNameError("property", name, BUILT_IN)
+    team = team_for(name, profile, team)
+    for parameter, value in parameters.items():
+        if not 0 <= value <= MOST:
+            raise InputError(f"{parameter} must be between 0 and {MOST}", f"--{parameter}")
+    check_landmarks(profile, team, landmarks)
+    return Property(name, team, landmarks=tuple(landmarks), **parameters)
+
+
+def team_for(name: str, profile: PolicyProfile, team: str | None) -> str:
+    """The team that the named property speaks of: `team`, or the one team with as many agents as landmarks."""
     teams = list(dict.fromkeys(policy.team for policy in profile.agents))
     wanted = len(profile.world.landmarks)
     if team is None:
@@ -231,19 +241,20 @@ def find_property(
             raise InputError(
                 f"{name} needs a team of {wanted} agents, one for each landmark", "", f"teams: {', '.join(teams)}"
             )
-        team = fitting[0]
-    elif team not in teams:
+        return fitting[0]
+    if team not in teams:
         raise UnknownNameError("team", team, teams)
-    elif len(profile.team(team)) > wanted:
+    if len(profile.team(team)) > wanted:
         raise InputError(
             f"{name} needs a landmark for each agent; team {team} has more agents than the world landmarks"
         )
-    for parameter, value in parameters.items():
-        if not 0 <= value <= MOST:
-            raise InputError(f"{parameter} must be between 0 and {MOST}", f"--{parameter}")
+    return team
+
+
+def check_landmarks(profile: PolicyProfile, team: str, landmarks: Sequence[str]) -> None:
+    """InputError unless `landmarks` is empty or names a different one for each agent of the team."""
     for landmark in landmarks:
         if landmark not in _landmarks(profile):
             raise UnknownNameError("landmark", landmark, _landmarks(profile), "landmarks")
     if landmarks and (len(landmarks) != len(profile.team(team)) or len(set(landmarks)) != len(landmarks)):
         raise InputError("landmarks must name a different landmark for each agent of the team", "landmarks")
-    return Property(name, team, landmarks=tuple(landmarks), **parameters)

@@ -1,0 +1,155 @@
+"""Claims about whole episodes from rest: does each agent arrive, from every start of a region?
+
+Does: states `reaches` and `covers`, decides them by zones, agent by agent where trees allow, replays counterexamples.
+Assumes: a world without contacts whose dynamics its spec states; rollouts of other simulators are given by the caller.
+Does not: merge zones; when there are too many the answer is UNKNOWN with their number.
+
+Agents outside a group that is followed together may do anything, from rest: a proof holds whatever they do. A violation
+is an episode in which every agent follows its own tree.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import partial
+
+import numpy as np
+
+from codegen.errors import InputError, UnknownNameError
+from codegen.ir import PolicyProfile
+from verify.composition import DEFAULT_ZONES, Decision, decide
+from verify.counterexample import simplest
+from verify.engine import CONTROL_SEED, shuffled
+from verify.properties import check_landmarks, team_for
+from verify.rollout import ClosedLoop, Course, Rollout, agreed, at_rest, first_failing, fulfilled, play, playable
+from verify.shares import SAMPLE_SEED, Share
+from verify.spec import MOST, Region, Verdict
+from verify.world import Point, point_of, sample
+
+CLOSED_LOOP = {
+    "reaches": "from every start of the region, at rest, each of the {team} comes within {radius} of its own landmark "
+    "({own}) at some step up to step {steps}",
+    "covers": "from every start of the region, at rest, after {steps} steps the {team} are matched one-to-one to the "
+    "landmarks{own}, each within {radius} of its own",
+}
+RADIUS = Fraction(2, 5)
+MOST_STEPS = 1_000
+SAMPLES = 20_000
+TRIED_STARTS = 100  # sampled starts that fail in float64, looked at exactly
+
+
+@dataclass(frozen=True)
+class LoopResult:
+    """A verdict about whole episodes, with everything that a report says about it."""
+
+    claim: ClosedLoop
+    region: Region
+    verdict: Verdict
+    reason: str
+    zones: int
+    budget: int
+    followed: tuple[tuple[str, ...], ...]
+    violating: Share  # of sampled starts
+    idle: Share  # of sampled starts from which a team that stands still fulfils the claim
+    control: Verdict  # of the same team with shuffled leaves
+    point: Point | None  # the start of the counterexample
+    course: Course | None
+    replays: tuple[str, ...]
+    skipped: tuple[str, ...]
+    found_by: str = ""  # "sampling" or "zones"
+
+
+def find_claim(
+    name: str,
+    profile: PolicyProfile,
+    team: str | None = None,
+    landmarks: Sequence[str] = (),
+    steps: int | None = None,
+    radius: Fraction = RADIUS,
+) -> ClosedLoop:
+    """The named closed-loop claim for a team of `profile`, by default over a whole episode.
+
+    `landmarks`: one for each agent of the team; without them `reaches` takes the world's order, `covers` any matching.
+    """
+    if name not in CLOSED_LOOP:
+        raise UnknownNameError("property", name, CLOSED_LOOP)
+    team = team_for(name, profile, team)
+    check_landmarks(profile, team, landmarks)
+    steps = profile.world.episode_steps if steps is None else steps
+    if not 0 <= steps <= MOST_STEPS:
+        raise InputError(f"steps must be between 0 and {MOST_STEPS}", "--steps")
+    if not 0 <= radius <= MOST:
+        raise InputError(f"radius must be between 0 and {MOST}", "--radius")
+    if name == "reaches" and not landmarks:
+        landmarks = [entity.name for entity in profile.world.landmarks][: len(profile.team(team))]
+    return ClosedLoop(name, team, steps, radius, tuple(landmarks))
+
+
+def sentence(claim: ClosedLoop) -> str:
+    """The claim in words."""
+    own = ", ".join(claim.landmarks)
+    own = f" (in this order: {own})" if own and claim.name == "covers" else own
+    return CLOSED_LOOP[claim.name].format(team=claim.team, radius=claim.radius, steps=claim.steps, own=own)
+
+
+def verify_episodes(
+    profile: PolicyProfile,
+    claim: ClosedLoop,
+    region: Region,
+    rollouts: Mapping[str, Rollout],
+    budget: int = DEFAULT_ZONES,
+    skipped: Sequence[str] = (),
+) -> LoopResult:
+    """The verdict on a claim about episodes: sampled starts first, then zones; counterexamples replayed by `rollouts`."""
+    playable(profile)
+    coordinates, goals = sample(at_rest(region), profile.world, SAMPLES, SAMPLE_SEED)
+    good = fulfilled(profile, claim, play(profile, coordinates, claim.steps)[0])
+    still = fulfilled(profile, claim, coordinates[None])
+    decision, found_by = _settled(profile, claim, region, budget)
+    control = Verdict.SKIPPED
+    if decision.verdict in (Verdict.PROVED, Verdict.VIOLATED):
+        control = _settled(shuffled(profile, claim.team, CONTROL_SEED), claim, region, budget)[0].verdict
+    point = course = None
+    if decision.point is not None:
+        stands = partial(_stands, profile, claim, region)
+        point = simplest(profile.world, decision.point, stands)
+        course = agreed(profile, point, claim.steps, rollouts)
+    return LoopResult(
+        claim=claim,
+        region=region,
+        verdict=decision.verdict,
+        reason=decision.reason,
+        zones=decision.zones,
+        budget=budget,
+        followed=decision.followed,
+        violating=Share(int((~good).sum()), len(good)),
+        idle=Share(int(still.sum()), len(still)),
+        control=control,
+        point=point,
+        course=course,
+        replays=tuple(rollouts),
+        skipped=tuple(skipped),
+        found_by=found_by,
+    )
+
+
+def _settled(profile: PolicyProfile, claim: ClosedLoop, region: Region, budget: int) -> tuple[Decision, str]:
+    """The verdict and what found the counterexample: a sampled start that fails settles the claim without zones."""
+    coordinates, goals = sample(at_rest(region), profile.world, SAMPLES, SAMPLE_SEED)
+    bad = ~fulfilled(profile, claim, play(profile, coordinates, claim.steps)[0])
+    rows = np.flatnonzero(bad)[:TRIED_STARTS]
+    points = [point_of(region, profile.world, coordinates[row], int(goals[row])) for row in rows]
+    point = first_failing(profile, claim, region, [_resting(point) for point in points])
+    if point is not None:
+        return Decision(Verdict.VIOLATED, 0, point=point), "sampling"
+    decision = decide(profile, claim, region, budget)
+    return decision, "zones" if decision.point is not None else ""
+
+
+def _resting(point: Point) -> Point:
+    still = {name: 0.0 if name.endswith((".vx", ".vy")) else value for name, value in point.position.items()}
+    return Point(still, point.goal)
+
+
+def _stands(profile: PolicyProfile, claim: ClosedLoop, region: Region, point: Point) -> bool:
+    return first_failing(profile, claim, region, [point]) is not None
