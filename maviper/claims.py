@@ -6,30 +6,34 @@ Does not: decide verdicts.
 """
 
 import hashlib
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
+from typing import Any, overload
 
 import numpy as np
 
 from codegen import ir, selfcheck
-from codegen.errors import InputError
+from codegen.errors import InputError, UnknownNameError
 from codegen.lower import lower
 from codegen.observe import observe
 from codegen.targets import emit
 from maviper import agreement, runs
 from maviper.evaluate.play import Episodes
+from maviper.rollouts import rollouts, state_of
 from maviper.worlds import ParticleWorld, WorldState
 from maviper.worlds.particle import placed
-from verify import engine, report
+from verify import closed_loop, engine, report
+from verify.closed_loop import LoopResult
 from verify.counterexample import Replay
 from verify.engine import Result, Visited
-from verify.properties import Property
+from verify.properties import BUILT_IN, Property, find_property
 from verify.spec import Region, read_region
 from verify.world import Point, contains, everywhere, observed_velocities
 
 MOST_REGION_BYTES = 2**20
+USUAL = {"margin": Property("", "").margin, "radius": Property("", "").radius}  # may be given to any claim
 
 
 def find_region(name: str, profile: ir.PolicyProfile) -> Region:
@@ -46,46 +50,89 @@ def find_region(name: str, profile: ir.PolicyProfile) -> Region:
     return read_region(source, profile.world, where, observed_velocities(profile))
 
 
+def find_claim(
+    name: str, profile: ir.PolicyProfile, team: str | None = None, **given: Any
+) -> Property | closed_loop.ClosedLoop:
+    """The named claim, about single decisions or about episodes. `given`: parameters; those that are None are usual.
+
+    InputError for one that the claim does not have.
+    """
+    chosen = {key: value for key, value in given.items() if value is not None}
+    if name in closed_loop.CLOSED_LOOP:
+        known, find = ("landmarks", "steps", "radius"), partial(closed_loop.find_claim, name, profile, team)
+    elif name in BUILT_IN:
+        known, find = BUILT_IN[name].parameters, partial(find_property, name, profile, team)
+    else:
+        raise UnknownNameError("property", name, [*BUILT_IN, *closed_loop.CLOSED_LOOP])
+    for key in chosen:
+        if key not in known and chosen[key] != USUAL.get(key):
+            raise InputError(f"{name} has no {key}", f"--{key}", f"it has {', '.join(known)}")
+    return find(**{key: value for key, value in chosen.items() if key in known})
+
+
+@overload
+def verify_claims(profile: ir.PolicyProfile, questions: Sequence[tuple[Property, Region]]) -> list[Result]: ...
+
+
+@overload
 def verify_claims(
-    profile: ir.PolicyProfile, questions: Sequence[tuple[Property, Region]], budget: int = engine.DEFAULT_BUDGET
-) -> list[Result]:
-    """A result for each (property, region)."""
+    profile: ir.PolicyProfile,
+    questions: Sequence[tuple[Property | closed_loop.ClosedLoop, Region]],
+    budget: int = ...,
+    zones: int = ...,
+) -> list[Result | LoopResult]: ...
+
+
+def verify_claims(
+    profile: ir.PolicyProfile,
+    questions: Sequence[tuple[Property | closed_loop.ClosedLoop, Region]],
+    budget: int = engine.DEFAULT_BUDGET,
+    zones: int = closed_loop.DEFAULT_ZONES,
+) -> list[Any]:
+    """A result for each (claim, region). `budget`: of the solver a query; `zones`: of a claim about episodes."""
     ir.ensure(profile)
     world = agreement.matching_world(profile)
     compiler = selfcheck.find_compiler()
     skipped = [] if compiler else ["compiled C: no compiler found"]
     skipped += [] if world else [f"{profile.world.reference}: {agreement.NO_WORLD}"]
-    episodes = None if world is None else agreement.on_policy(profile, world)
-    results = []
-    with _replays(profile, world, compiler) as replays_of:
+    single = any(isinstance(claim, Property) for claim, _ in questions)
+    episodes = agreement.on_policy(profile, world) if world is not None and single else None
+    results: list[Result | LoopResult] = []
+    with _compiled(profile, compiler) as compiled:
         for claim, region in questions:
+            if isinstance(claim, closed_loop.ClosedLoop):
+                replays = rollouts(profile, world, compiled)
+                results.append(closed_loop.verify_episodes(profile, claim, region, replays, zones, skipped))
+                continue
             visited = None if world is None or episodes is None else _visited(world, episodes, region)
-            results.append(engine.verify(profile, claim, region, replays_of(claim), budget, visited, skipped))
+            decisions = _replays(profile, claim, world, compiled)
+            results.append(engine.verify(profile, claim, region, decisions, budget, visited, skipped))
     return results
 
 
 @contextmanager
+def _compiled(profile: ir.PolicyProfile, compiler: list[str] | None) -> Iterator[selfcheck.CompiledC | None]:
+    """The compiled header, where there is a compiler."""
+    if compiler is None:
+        yield None
+        return
+    model = lower(profile)
+    header = emit(profile, ["c"])[f"{model.prefix}.h"]
+    with selfcheck.CompiledC(header, model, compiler) as compiled:
+        yield compiled
+
+
 def _replays(
-    profile: ir.PolicyProfile, world: ParticleWorld | None, compiler: list[str] | None
-) -> Iterator[Callable[[Property], Mapping[str, Replay]]]:
-    """A function from a claim to the replays of its team: the compiled C where there is a compiler, the environment."""
-    with ExitStack() as stack:
-        compiled = None
-        if compiler is not None:
-            model = lower(profile)
-            header = emit(profile, ["c"])[f"{model.prefix}.h"]
-            compiled = stack.enter_context(selfcheck.CompiledC(header, model, compiler))
-
-        def of(claim: Property) -> Mapping[str, Replay]:
-            team = profile.team(claim.team)
-            replays: dict[str, Replay] = {}
-            if compiled is not None:
-                replays["compiled C"] = partial(_in_compiled, profile, team, compiled)
-            if world is not None:
-                replays[profile.world.reference] = partial(_in_reference, profile, team, world)
-            return replays
-
-        yield of
+    profile: ir.PolicyProfile, claim: Property, world: ParticleWorld | None, compiled: selfcheck.CompiledC | None
+) -> Mapping[str, Replay]:
+    """What replays a team's decisions in one world state."""
+    team = profile.team(claim.team)
+    replays: dict[str, Replay] = {}
+    if compiled is not None:
+        replays["compiled C"] = partial(_in_compiled, profile, team, compiled)
+    if world is not None:
+        replays[profile.world.reference] = partial(_in_reference, profile, team, world)
+    return replays
 
 
 def _in_compiled(
@@ -105,7 +152,7 @@ def _in_reference(
     """
     env = world.reference_env()
     env.reset(seed=0)
-    state = _state(profile, point)
+    state = state_of(profile, point)
     placed(env, state)
     found = []
     for policy in team:
@@ -115,15 +162,6 @@ def _in_reference(
         obs[0, : world.shown[agent]] = shown[: world.shown[agent]]
         found.append(int(ir.act(policy, obs)[0]))
     return found
-
-
-def _state(profile: ir.PolicyProfile, point: Point) -> WorldState:
-    world = profile.world
-    entities = [entity.name for entity in world.agents + world.landmarks]
-    position = np.array([[[point.position[f"{name}.{axis}"] for axis in "xy"] for name in entities]])
-    goal = [entity.name for entity in world.landmarks].index(point.goal) if point.goal else 0
-    speeds = [[[point.position.get(f"{agent.name}.v{axis}", 0.0) for axis in "xy"] for agent in world.agents]]
-    return WorldState(position, np.array(speeds), np.array([goal]))
 
 
 def _visited(world: ParticleWorld, episodes: Episodes, region: Region) -> Visited:
@@ -142,7 +180,7 @@ def digests(files: Mapping[str, str]) -> dict[str, str]:
 
 
 def report_files(
-    profile: ir.PolicyProfile, results: Sequence[Result], commands: Sequence[str], files: Mapping[str, str]
+    profile: ir.PolicyProfile, results: Sequence[Result | LoopResult], commands: Sequence[str], files: Mapping[str, str]
 ) -> dict[str, str]:
     """report.html, report.json and report.txt, name -> text. `files`: texts whose hashes the report names."""
     facts = report.document(profile, results, commands, digests(files))

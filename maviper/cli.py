@@ -286,10 +286,10 @@ def compile_command(
     return compile_to_folder(profile, targets, prefix, style, test_vectors, output, _console(context))
 
 
-def _fraction(_context: click.Context, parameter: click.Parameter, value: str) -> Fraction:
+def _fraction(_context: click.Context, parameter: click.Parameter, value: str | None) -> Fraction | None:
     from verify.spec import exact
 
-    return exact(value, f"--{parameter.name}")
+    return None if value is None else exact(value, f"--{parameter.name}")
 
 
 @cli.command()
@@ -305,9 +305,15 @@ def _fraction(_context: click.Context, parameter: click.Parameter, value: str) -
     "--margin", default="0", show_default=True, callback=_fraction, help="An agent closes when it is ahead by more."
 )
 @click.option(
-    "--radius", default="1/10", show_default=True, callback=_fraction, help="An agent is at a landmark within it."
+    "--radius",
+    default=None,
+    callback=_fraction,
+    help="An agent is at a landmark within it (default: 1/10; 2/5 for reaches and covers).",
 )
+@click.option("--steps", default=None, type=int, help="Of reaches and covers (default: the world's episode).")
+@click.option("--landmarks", default=None, metavar="NAMES", help="Which each agent of the team is to have, in order.")
 @click.option("--budget", default=None, type=int, help="Solver resource units a query.")
+@click.option("--zones", default=5_000_000, show_default=True, help="That reaches and covers may visit.")
 @click.option("--json", "as_json", is_flag=True, help="Print the report as JSON.")
 @click.option(
     "-o", "--output", type=click.Path(path_type=Path), default=None, help="Folder for report.html, .json and .txt."
@@ -315,6 +321,9 @@ def _fraction(_context: click.Context, parameter: click.Parameter, value: str) -
 @click.pass_context
 def verify(context: click.Context, profile: Path, **options: Any) -> int:
     """Decide claims about PROFILE over all world states of a region, for the deployed arithmetic.
+
+    reaches and covers are about whole episodes that start in the region, at rest: each agent comes to its own landmark
+    at some step; the team is matched to the landmarks after the last one.
 
     \b
     A region file states exact bounds; positions it leaves out have the start box's:

@@ -44,7 +44,8 @@ class Zones(NamedTuple):
 
     def take(self, rows: Any) -> "Zones":
         """Some of the zones, copied."""
-        return Zones(*(part[rows] for part in self))
+        parts: list[Any] = [part[rows] for part in self]
+        return Zones(*parts)
 
     @staticmethod
     def at_start(bounds: Int64, origin: Int64, agents: int, tests: int) -> "Zones":
@@ -63,7 +64,8 @@ class Zones(NamedTuple):
         """Several batches as one, in their order."""
         if len(parts) == 1:
             return parts[0]
-        return Zones(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
+        joined: list[Any] = [np.concatenate(columns) for columns in zip(*parts, strict=True)]
+        return Zones(*joined)
 
     @property
     def count(self) -> int:
@@ -90,8 +92,8 @@ def constrained(bounds: Int64, axis: int, p: int, q: int, limit: Int64, room: in
 def closed(whole: Int64, part: Int64, place: Sequence[int]) -> Int64:
     """Zones [n, 2, nodes, nodes] cut by others over some of their nodes, which are the first's nodes `place`."""
     bounds = whole.copy()
-    grid = np.ix_(np.arange(len(bounds)), (0, 1), place, place)
-    bounds[grid] = np.minimum(bounds[grid], part)
+    nodes = np.array(place)
+    bounds[..., nodes[:, None], nodes] = np.minimum(bounds[..., nodes[:, None], nodes], part)
     for node in range(bounds.shape[-1]):
         through = bounds[..., :, node, None] + bounds[..., None, node, :]
         np.minimum(bounds, through, out=bounds)

@@ -21,7 +21,19 @@ from verify.composition import DEFAULT_ZONES, Decision, decide
 from verify.counterexample import simplest
 from verify.engine import CONTROL_SEED, shuffled
 from verify.properties import check_landmarks, team_for
-from verify.rollout import ClosedLoop, Course, Rollout, agreed, at_rest, first_failing, fulfilled, play, playable
+from verify.rollout import (
+    ClosedLoop,
+    Course,
+    Rollout,
+    Way,
+    agreed,
+    at_rest,
+    first_failing,
+    fulfilled,
+    play,
+    playable,
+    ways_of,
+)
 from verify.shares import SAMPLE_SEED, Share
 from verify.spec import MOST, Region, Verdict
 from verify.world import Point, point_of, sample
@@ -54,9 +66,9 @@ class LoopResult:
     control: Verdict  # of the same team with shuffled leaves
     point: Point | None  # the start of the counterexample
     course: Course | None
+    ways: tuple[Way, ...]  # how the team's agents fare in it
     replays: tuple[str, ...]
     skipped: tuple[str, ...]
-    found_by: str = ""  # "sampling" or "zones"
 
 
 def find_claim(
@@ -100,12 +112,11 @@ def verify_episodes(
     budget: int = DEFAULT_ZONES,
     skipped: Sequence[str] = (),
 ) -> LoopResult:
-    """The verdict on a claim about episodes: sampled starts first, then zones; counterexamples replayed by `rollouts`."""
+    """The verdict on a claim about episodes: by sampled starts, then by zones; `rollouts` replay counterexamples."""
     playable(profile)
-    coordinates, goals = sample(at_rest(region), profile.world, SAMPLES, SAMPLE_SEED)
-    good = fulfilled(profile, claim, play(profile, coordinates, claim.steps)[0])
+    coordinates, _ = sample(at_rest(region), profile.world, SAMPLES, SAMPLE_SEED)
     still = fulfilled(profile, claim, coordinates[None])
-    decision, found_by = _settled(profile, claim, region, budget)
+    decision, violating = _settled(profile, claim, region, budget)
     control = Verdict.SKIPPED
     if decision.verdict in (Verdict.PROVED, Verdict.VIOLATED):
         control = _settled(shuffled(profile, claim.team, CONTROL_SEED), claim, region, budget)[0].verdict
@@ -122,28 +133,28 @@ def verify_episodes(
         zones=decision.zones,
         budget=budget,
         followed=decision.followed,
-        violating=Share(int((~good).sum()), len(good)),
+        violating=violating,
         idle=Share(int(still.sum()), len(still)),
         control=control,
         point=point,
         course=course,
+        ways=() if course is None else ways_of(profile, claim, course),
         replays=tuple(rollouts),
         skipped=tuple(skipped),
-        found_by=found_by,
     )
 
 
-def _settled(profile: PolicyProfile, claim: ClosedLoop, region: Region, budget: int) -> tuple[Decision, str]:
-    """The verdict and what found the counterexample: a sampled start that fails settles the claim without zones."""
+def _settled(profile: PolicyProfile, claim: ClosedLoop, region: Region, budget: int) -> tuple[Decision, Share]:
+    """The verdict, and the share of sampled starts that fail: one of them settles the claim without zones."""
     coordinates, goals = sample(at_rest(region), profile.world, SAMPLES, SAMPLE_SEED)
     bad = ~fulfilled(profile, claim, play(profile, coordinates, claim.steps)[0])
+    violating = Share(int(bad.sum()), len(bad))
     rows = np.flatnonzero(bad)[:TRIED_STARTS]
     points = [point_of(region, profile.world, coordinates[row], int(goals[row])) for row in rows]
     point = first_failing(profile, claim, region, [_resting(point) for point in points])
     if point is not None:
-        return Decision(Verdict.VIOLATED, 0, point=point), "sampling"
-    decision = decide(profile, claim, region, budget)
-    return decision, "zones" if decision.point is not None else ""
+        return Decision(Verdict.VIOLATED, 0, point=point), violating
+    return decide(profile, claim, region, budget), violating
 
 
 def _resting(point: Point) -> Point:

@@ -102,7 +102,8 @@ class _Decider:
             point = found.point
         verdict = Verdict.VIOLATED if point else Verdict.UNKNOWN if reasons else Verdict.PROVED
         reason = "" if point else "; ".join(dict.fromkeys(reasons))
-        return Decision(verdict, self.visited, reason, point, tuple(dict.fromkeys(self.followed)))
+        followed = tuple(dict.fromkeys(self.followed)) if verdict is Verdict.PROVED else ()
+        return Decision(verdict, self.visited, reason, point, followed)
 
     def _for_goal(self, goal: str) -> list[_Left]:
         """What is open for one goal; nothing when the claim is proved."""
@@ -183,8 +184,8 @@ class _Decider:
             return _Left(f"{who}: {spent}; a larger --zones may answer", group, None)
         zones = Zones.joined(kept)
         return _Left(
-            f"{who}: {zones.count:,} zones are left in which the claim may fail with other opponents or between float64 "
-            "starts; no start of this profile was found to",
+            f"{who}: {zones.count:,} zones are left in which the claim may fail, with other opponents or between "
+            "float64 starts; no start from which this profile fails was found",
             group,
             zones if zones.count <= MOST_LEFT else None,
         )
@@ -231,4 +232,5 @@ class _Decider:
                 share: Float64 = rng.uniform(0, 1, shape) if trial else np.full(shape, 0.5)
                 position = point_in(start, group.entities, zones.bounds[row], share)
                 if position is not None:
-                    yield Point({**position, **still}, goal)
+                    position |= still
+                    yield Point({name: position[name] for name in self.region.box}, goal)

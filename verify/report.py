@@ -12,6 +12,8 @@ from typing import Any
 from codegen.ir import PolicyProfile
 from codegen.policy_json import content_hash, layout
 from codegen.render import render
+from verify import loop_report
+from verify.closed_loop import LoopResult
 from verify.counterexample import AgentView, Counterexample
 from verify.engine import Result
 from verify.properties import sentence
@@ -51,10 +53,17 @@ MEANINGS = {
 
 
 def document(
-    profile: PolicyProfile, results: Sequence[Result], commands: Sequence[str], files: Mapping[str, str] | None = None
+    profile: PolicyProfile,
+    results: Sequence[Result | LoopResult],
+    commands: Sequence[str],
+    files: Mapping[str, str] | None = None,
 ) -> dict[str, Any]:
     """All facts as plain data. `commands`: what repeats each result; `files`: name -> SHA-256 of files made with it."""
-    known = all(result.visited is not None for result in results)
+    single = [result for result in results if isinstance(result, Result)]
+    episodes = [result for result in results if isinstance(result, LoopResult)]
+    known = all(result.visited is not None for result in single) and all(result.replays for result in episodes)
+    trusted = [*(TRUSTED if single else ()), *(loop_report.TRUSTED if episodes else ())]
+    limits = [*(LIMITS[:1] if single else ()), *(loop_report.LIMITS if episodes else ()), *LIMITS[1:]]
     return {
         "report": "maviper-verification-1",
         "profile": content_hash(profile),
@@ -68,10 +77,15 @@ def document(
         },
         "evaluation": dict(profile.provenance.evaluation),
         "files": dict(files or {}),
-        "results": [_result(profile, result, command) for result, command in zip(results, commands, strict=True)],
+        "results": [
+            loop_report.result_facts(profile, result, command)
+            if isinstance(result, LoopResult)
+            else _result(profile, result, command)
+            for result, command in zip(results, commands, strict=True)
+        ],
         "semantics": SEMANTICS,
-        "trusted": [MEANINGS_TRUSTED + (MEANINGS_CHECKED if known else MEANINGS_UNCHECKED), *TRUSTED],
-        "limits": list(LIMITS),
+        "trusted": [MEANINGS_TRUSTED + (MEANINGS_CHECKED if known else MEANINGS_UNCHECKED), *dict.fromkeys(trusted)],
+        "limits": limits,
     }
 
 

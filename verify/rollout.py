@@ -5,7 +5,7 @@ Assumes: no agent that matters touches another; features have meanings, actions 
 Does not: search.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import permutations
@@ -118,9 +118,9 @@ def owned(profile: PolicyProfile, claim: ClosedLoop) -> list[tuple[int, ...]]:
 
 def fulfilled(profile: PolicyProfile, claim: ClosedLoop, course: Float64) -> Bool:
     """Which episodes of [steps + 1, batch, n_coordinates] fulfil the claim, up to float64 rounding of distances."""
-    near = gaps(profile, claim, course) <= float(claim.radius)
-    near = near.any(axis=0) if claim.name == "reaches" else near[-1]
-    agents = np.arange(near.shape[1])
+    near: Bool = np.asarray(gaps(profile, claim, course) <= float(claim.radius))
+    near = np.asarray(near.any(axis=0) if claim.name == "reaches" else near[-1])
+    agents = np.arange(len(profile.team(claim.team)))
     return np.logical_or.reduce([near[:, agents, list(own)].all(axis=1) for own in owned(profile, claim)])
 
 
@@ -155,21 +155,66 @@ def first_failing(profile: PolicyProfile, claim: ClosedLoop, region: Region, poi
     return next((p for row, p in enumerate(points) if fails(profile, claim, coordinates[:, row])), None)
 
 
-def agreed(profile: PolicyProfile, point: Point, steps: int, rollouts: dict[str, Rollout]) -> Course:
+def agreed(profile: PolicyProfile, point: Point, steps: int, rollouts: Mapping[str, Rollout]) -> Course:
     """The course from a start; DisagreementError where a caller's world takes another one, bit for bit."""
-    coordinates, actions = (part[:, 0] for part in courses(profile, [point], steps))
+    coordinates, actions = courses(profile, [point], steps)
+    course = Course(coordinates[:, 0], actions[:, 0])
     for name, rollout in rollouts.items():
         other = rollout(point, steps)
-        if not (np.array_equal(other.actions, actions) and np.array_equal(other.coordinates, coordinates)):
+        same = np.array_equal(other.actions, course.actions)
+        if not (same and np.array_equal(other.coordinates, course.coordinates)):
             raise DisagreementError(
                 f"the {name} takes another course from the counterexample",
-                f"goal {point.goal or 'none'}",
+                f"the {'positions' if same else 'actions'} differ",
                 "this is a bug",
             )
-    return Course(coordinates, actions)
+    return course
 
 
 def at_rest(region: Region) -> Region:
     """The region with velocities fixed to zero, from which starts are sampled."""
     still = {name: (Fraction(0), Fraction(0)) for name in region.box if name.endswith((".vx", ".vy"))}
     return Region({**region.box, **still}, region.goals, region.differences, region.apart, region.name)
+
+
+@dataclass(frozen=True)
+class Way:
+    """How one agent of the team fares in an episode."""
+
+    agent: str
+    landmark: str  # its own, or where any matching would do the one that it ends nearest to
+    nearest: float  # least L-infinity distance from the landmark, length units
+    step: int  # at which it is nearest first
+    last: float  # distance after the last step
+    actions: tuple[str, ...]
+    places: tuple[tuple[float, float], ...]  # after each step, start first
+
+    def __str__(self) -> str:
+        nearest = f"{self.agent} comes within {self.nearest:.3g} of {self.landmark} (step {self.step})"
+        return f"{nearest} and ends {self.last:.3g} from it"
+
+
+def ways_of(profile: PolicyProfile, claim: ClosedLoop, course: Course) -> tuple[Way, ...]:
+    """How the team's agents fare in an episode."""
+    landmarks = [entity.name for entity in profile.world.landmarks]
+    apart = gaps(profile, claim, course.coordinates)
+    names, order = profile.world.coordinates(), [entity.name for entity in profile.world.agents]
+    found = []
+    for number, policy in enumerate(profile.team(claim.team)):
+        nearest_last = int(apart[-1, number].argmin())
+        own = landmarks.index(claim.landmarks[number]) if claim.landmarks else nearest_last
+        distances = apart[:, number, own]
+        columns = [names.index(f"{policy.agent}.{axis}") for axis in "xy"]
+        actions = course.actions[:, order.index(policy.agent)]
+        found.append(
+            Way(
+                agent=policy.agent,
+                landmark=landmarks[own],
+                nearest=float(distances.min()),
+                step=int(distances.argmin()),
+                last=float(distances[-1]),
+                actions=tuple(policy.actions[action].name for action in actions),
+                places=tuple((float(x), float(y)) for x, y in course.coordinates[:, columns]),
+            )
+        )
+    return tuple(found)

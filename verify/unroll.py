@@ -4,13 +4,14 @@ Does: resolves trees for one group of agents and one goal, and follows all start
 Assumes: agents of the group start at rest and touch nobody; what other agents do is arbitrary.
 Does not: find real starts (closed_loop.py does, from what is left over here) or play (rollout.py).
 
-Why a proof over zones holds for the machine. v does not depend on positions, so it is computed here by the machine's own
-operations; only p += dt * v rounds differently for different starts. After T steps with positions up to X and speeds up
-to V, position and model differ by at most T (2^-45 + 2^-53 X + 3 T dt 2^-53 V): the grid, the rounding of each sum, and
-any other order of operations in v. For T = 25, X = 6, V = 2, dt = 0.1 that is 8e-13. A test compares a difference of two
-positions: twice that, plus the roundings of the subtraction and of a threshold's tie point, is below 2e-12. Every test
-is relaxed by SLACK = 2^-30 = 9e-10: going left needs d <= end + SLACK, going right d >= end - SLACK, and having arrived
-counts from radius - SLACK on. `ensure_exact` refuses questions for which the sum exceeds SLACK.
+Why a proof over zones holds for the machine. v does not depend on positions, so it is computed here by the machine's
+own operations; only p += dt * v rounds differently for different starts. After T steps with positions up to X and
+speeds up to V, position and model differ by at most T (2^-45 + 2^-53 X + 3 T dt 2^-53 V): the grid, the rounding of
+each sum, and any other order of operations in v. For T = 25, X = 6, V = 2, dt = 0.1 that is 8e-13. A test compares a
+difference of two positions: twice that, plus the roundings of the subtraction and of a threshold's tie point, is
+below 2e-12. Every test is relaxed by SLACK = 2^-30 = 9e-10: going left needs d <= end + SLACK, going right d >= end -
+SLACK, and having arrived counts from radius - SLACK on. `ensure_exact` refuses questions for which the sum exceeds
+SLACK.
 """
 
 from collections.abc import Callable, Mapping, Sequence
