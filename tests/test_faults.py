@@ -23,6 +23,8 @@ def test_without_a_fault_no_guard_speaks(profile):
     policy_json.loads(policy_json.dumps(profile))
     assert not faults.encoder_wrong(profile)
     assert not faults.verdicts_wrong(profile)
+    assert not faults.starts_lost(profile)
+    assert not faults.courses.verdicts_wrong(profile)
 
 
 def test_the_list(capsys):
