@@ -211,6 +211,24 @@ def test_options_of_verify(document, place, option, value):
     assert run("-q", "verify", place / "profile.json", option, value) in ANSWERS
 
 
+LOOP_OPTIONS = {
+    "--steps": ["", "-1", "0", "2.5", "1001", "9" * 30],
+    "--zones": ["", "0", "1", "-1", "9" * 30],
+    "--radius": ["nan", "-1", "0", "9" * 30],
+    "--landmarks": ["", ",", "landmark_0", "landmark_0,landmark_0", "nowhere,landmark_1", " landmark_1 , landmark_0"],
+}
+
+
+@pytest.mark.parametrize("name", ["reaches", "covers"])
+@pytest.mark.parametrize(
+    ("option", "value"), [(option, value) for option, values in LOOP_OPTIONS.items() for value in values]
+)
+def test_options_of_claims_about_episodes(document, place, name, option, value):
+    (place / "profile.json").write_text(json.dumps(document))
+    usual = [] if option == "--steps" else ["--steps", "4"]
+    assert run("-q", "verify", place / "profile.json", "--property", name, *usual, option, value) in ANSWERS
+
+
 EXTRACT = [
     ["--seed", "-1"], ["--seed", "9" * 30], ["--max-depth", "65"], ["--max-depth", "0"], ["--rollouts", "0"],
     ["--iterations", "1000000"], ["--selection-episodes", "-5"], ["--selection-episodes", "100001"],
