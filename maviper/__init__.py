@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
     from codegen.ir import PolicyProfile
     from maviper.agreement import Compiled
+    from verify.closed_loop import LoopResult
     from verify.engine import Result
 
 __all__ = ["compile", "from_onnx", "from_sklearn", "load", "verify", "version"]
@@ -66,10 +67,12 @@ def compile(
     return compile_profile(profile, targets, prefix, style)
 
 
-def verify(profile: PolicyProfile, property_name: str = "distinct_targets", region: str = "start") -> Result:
+def verify(
+    profile: PolicyProfile, property_name: str = "distinct_targets", region: str = "start"
+) -> Result | LoopResult:
     """The verdict on a built-in property in a region: `start` for the start box, or the path of a region file."""
     from maviper.claims import find_region, verify_claims
-    from verify.properties import find_property
+    from verify.claim import find_claim
 
-    claim = find_property(property_name, profile)
+    claim = find_claim(property_name, profile)
     return verify_claims(profile, [(claim, find_region(region, profile))])[0]

@@ -15,17 +15,18 @@ from maviper import load, runs
 from verify import certificate
 from verify.bounds import RejectedError
 from verify.certificate import Certificate
+from verify.closed_loop import LoopResult
 from verify.engine import Result
 
 PROFILE_FILE = "profile.json"
 
 
-def certificate_files(results: Sequence[Result]) -> dict[str, str]:
+def certificate_files(results: Sequence[Result | LoopResult]) -> dict[str, str]:
     """The certificates of proved results, file name -> text; numbered as in the report."""
     return {
         f"certificate-{place}-{result.claim.name}.json": certificate.to_json(result.certificate)
         for place, result in enumerate(results, 1)
-        if result.certificate is not None
+        if isinstance(result, Result) and result.certificate is not None
     }
 
 

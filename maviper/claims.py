@@ -6,11 +6,12 @@ Does not: decide verdicts.
 """
 
 import hashlib
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from typing import Any, overload
 
 import numpy as np
 
@@ -23,13 +24,17 @@ from codegen.render import render
 from codegen.targets import c
 from maviper import agreement, runs
 from maviper.evaluate.play import Episodes
+from maviper.rollouts import rollouts, state_of
 from maviper.worlds import ParticleWorld, WorldState
 from maviper.worlds.particle import placed
-from verify import engine, report
+from verify import closed_loop, engine, report
+from verify.claim import Claim
+from verify.closed_loop import LoopResult
 from verify.counterexample import Replay
 from verify.encode import Question, question, reaching
 from verify.engine import Result, Visited
 from verify.properties import LEAVES, Property, sentence
+from verify.rollout import ClosedLoop
 from verify.solve import smt_lib
 from verify.spec import MACHINE, Region, read_region
 from verify.world import Point, contains, everywhere, observed, observed_velocities, verifiable
@@ -51,51 +56,70 @@ def find_region(name: str, profile: ir.PolicyProfile) -> Region:
     return read_region(source, profile.world, where, observed_velocities(profile))
 
 
+@overload
+def verify_claims(
+    profile: ir.PolicyProfile, questions: Sequence[tuple[Property, Region]], budget: int = ..., semantics: str = ...
+) -> list[Result]: ...
+
+
+@overload
+def verify_claims(
+    profile: ir.PolicyProfile, questions: Sequence[tuple[Claim, Region]], budget: int = ..., semantics: str = ...
+) -> list[Result | LoopResult]: ...
+
+
 def verify_claims(
     profile: ir.PolicyProfile,
-    questions: Sequence[tuple[Property, Region]],
+    questions: Sequence[tuple[Claim, Region]],
     budget: int = engine.DEFAULT_BUDGET,
     semantics: str = MACHINE,
-) -> list[Result]:
-    """A result for each (property, region)."""
+) -> list[Any]:
+    """A result for each (claim, region). `budget` and `semantics` are of claims about single decisions; those about
+    episodes have their own budget and speak of the deployed arithmetic.
+    """
     ir.ensure(profile)
     world = agreement.matching_world(profile)
     compiler = find_compiler()
     skipped = [] if compiler else ["compiled C: no compiler found"]
     skipped += [] if world else [f"{profile.world.reference}: {agreement.NO_WORLD}"]
-    episodes = None if world is None else agreement.on_policy(profile, world)
-    results = []
-    with _replays(profile, world, compiler) as replays_of:
+    single = any(isinstance(claim, Property) for claim, _ in questions)
+    episodes = agreement.on_policy(profile, world) if world is not None and single else None
+    results: list[Result | LoopResult] = []
+    with _compiled(profile, compiler) as compiled:
         for claim, region in questions:
+            if isinstance(claim, ClosedLoop):
+                replays = rollouts(profile, world, compiled)
+                results.append(closed_loop.verify_episodes(profile, claim, region, replays, skipped))
+                continue
             visited = None if world is None or episodes is None else _visited(world, episodes, region)
-            results.append(
-                engine.verify(profile, claim, region, replays_of(claim), budget, visited, skipped, semantics)
-            )
+            decisions = _replays(profile, claim, world, compiled)
+            results.append(engine.verify(profile, claim, region, decisions, budget, visited, skipped, semantics))
     return results
 
 
 @contextmanager
+def _compiled(profile: ir.PolicyProfile, compiler: list[str] | None) -> Iterator[CompiledC | None]:
+    """The compiled header, where there is a compiler."""
+    if compiler is None:
+        yield None
+        return
+    model = lower(profile)
+    header = c.emit(model, profile)[f"{model.prefix}.h"]
+    with CompiledC(header, model, compiler) as compiled:
+        yield compiled
+
+
 def _replays(
-    profile: ir.PolicyProfile, world: ParticleWorld | None, compiler: list[str] | None
-) -> Iterator[Callable[[Property], Mapping[str, Replay]]]:
-    """A function from a claim to the replays of its team: the compiled C where there is a compiler, the environment."""
-    with ExitStack() as stack:
-        compiled = None
-        if compiler is not None:
-            model = lower(profile)
-            header = c.emit(model, profile)[f"{model.prefix}.h"]
-            compiled = stack.enter_context(CompiledC(header, model, compiler))
-
-        def of(claim: Property) -> Mapping[str, Replay]:
-            team = profile.team(claim.team)
-            replays: dict[str, Replay] = {}
-            if compiled is not None:
-                replays["compiled C"] = partial(_in_compiled, profile, team, compiled)
-            if world is not None:
-                replays[profile.world.reference] = partial(_in_reference, profile, team, world)
-            return replays
-
-        yield of
+    profile: ir.PolicyProfile, claim: Property, world: ParticleWorld | None, compiled: CompiledC | None
+) -> Mapping[str, Replay]:
+    """What replays a team's decisions in one world state."""
+    team = profile.team(claim.team)
+    replays: dict[str, Replay] = {}
+    if compiled is not None:
+        replays["compiled C"] = partial(_in_compiled, profile, team, compiled)
+    if world is not None:
+        replays[profile.world.reference] = partial(_in_reference, profile, team, world)
+    return replays
 
 
 def _in_compiled(
@@ -114,7 +138,7 @@ def _in_reference(
     """
     env = world.reference_env()
     env.reset(seed=0)
-    state = _state(profile, point)
+    state = state_of(profile, point)
     placed(env, state)
     found = []
     for policy in team:
@@ -126,15 +150,6 @@ def _in_reference(
         obs = np.where(exact == wrong, obs, wrong)
         found.append(int(ir.act(policy, obs)[0]))
     return found
-
-
-def _state(profile: ir.PolicyProfile, point: Point) -> WorldState:
-    world = profile.world
-    entities = [entity.name for entity in world.agents + world.landmarks]
-    position = np.array([[[point.position[f"{name}.{axis}"] for axis in "xy"] for name in entities]])
-    goal = [entity.name for entity in world.landmarks].index(point.goal) if point.goal else 0
-    speeds = [[[point.position.get(f"{agent.name}.v{axis}", 0.0) for axis in "xy"] for agent in world.agents]]
-    return WorldState(position, np.array(speeds), np.array([goal]))
 
 
 def _visited(world: ParticleWorld, episodes: Episodes, region: Region) -> Visited:
@@ -154,11 +169,16 @@ def digests(files: Mapping[str, str | bytes]) -> dict[str, str]:
 
 
 def question_files(
-    profile: ir.PolicyProfile, asked: Sequence[tuple[Property, Region, str]], semantics: str = MACHINE
+    profile: ir.PolicyProfile, asked: Sequence[tuple[Claim, Region, str]], semantics: str = MACHINE
 ) -> dict[str, str]:
-    """The very questions, one a property and goal (of alive_leaves: one a leaf and goal), as SMT-LIB, name -> text."""
+    """The very questions, one a property and goal (of alive_leaves: one a leaf and goal), as SMT-LIB, name -> text.
+
+    Claims about episodes have none: no solver is asked about them.
+    """
     files: dict[str, str] = {}
     for number, (claim, region, _) in enumerate(asked, 1):
+        if isinstance(claim, ClosedLoop):
+            continue
         for goal in region.goals or ("",):
             for name, made in _questions(profile, claim, region, goal, semantics):
                 files[f"{number:02d}-{name}-{goal or 'no-goal'}.smt2"] = render(
@@ -189,7 +209,10 @@ def _questions(
 
 
 def report_files(
-    profile: ir.PolicyProfile, results: Sequence[Result], commands: Sequence[str], files: Mapping[str, str | bytes]
+    profile: ir.PolicyProfile,
+    results: Sequence[Result | LoopResult],
+    commands: Sequence[str],
+    files: Mapping[str, str | bytes],
 ) -> dict[str, str]:
     """report.html, report.json and report.txt, name -> text. `files`: texts whose hashes the report names."""
     facts = report.document(profile, results, commands, digests(files))

@@ -45,9 +45,20 @@ def _list_properties(context: click.Context, _parameter: click.Parameter, asked:
     "--team", default=None, help="The team that the claim is about (default: the one with an agent a landmark)."
 )
 @click.option("--margin", callback=_fraction, help="An agent closes when it is ahead by more (default: 0).")
-@click.option("--radius", callback=_fraction, help="An agent is at a landmark within it (default: 1/10).")
+@click.option(
+    "--radius",
+    callback=_fraction,
+    help="An agent is at a landmark within it (default: 1/10; of reaches and covers 2/5).",
+)
 @click.option("--kappa", callback=_fraction, help="Of aligned: ahead by kappa times what is sideways (default: 1/2).")
-@click.option("--landmarks", callback=_names, metavar="A,B", help="Of own_target: one for each agent of the team.")
+@click.option(
+    "--landmarks",
+    callback=_names,
+    metavar="A,B",
+    help="Of own_target, reaches, covers: one for each agent of the team.",
+)
+@click.option("--steps", default=None, type=int, help="Of reaches and covers (default: the world's episode).")
+@click.option("--zones", default=None, type=int, help="That reaches and covers may visit (default: 5000000).")
 @click.option("--eps", callback=_fraction, help="Of steady: by how much a feature may be off (default: 1/100).")
 @click.option("--of", default=None, metavar="NAME", help="Of steady: the property that stays true.")
 @click.option(
@@ -65,6 +76,9 @@ def verify(context: click.Context, profile: Path, **options: Any) -> int:
 
     `maviper properties list` names the built-in properties, `maviper properties new WORLD` writes a property file to
     start from, for claims of your own.
+
+    reaches and covers are about whole episodes that start in the region, at rest: each agent comes to its own landmark
+    at some step; the team is matched to the landmarks after the last one.
 
     \b
     A region file states exact bounds; positions it leaves out have the start box's:

@@ -17,21 +17,25 @@ from codegen.render import render
 from maviper import runs
 from maviper.claims import find_region
 from maviper.worlds import find
+from verify import closed_loop
+from verify.claim import Claim, find_claim, parameters, stated
+from verify.closed_loop import CLOSED_LOOP
 from verify.engine import DEFAULT_BUDGET
-from verify.properties import BUILT_IN, EPS, PLAIN, STEADY, Property, find_property, reads
+from verify.properties import BUILT_IN, EPS, STEADY, Property
 from verify.property_file import read_properties
+from verify.rollout import ClosedLoop
 from verify.spec import MACHINE, SEMANTICS, Region
 from verify.spec import text as decimal
 
 MOST_FILE_BYTES = 2**20
 DEFAULT = "distinct_targets"
-PARAMETERS = ("margin", "radius", "kappa", "eps", "landmarks", "of")
+PARAMETERS = ("margin", "radius", "kappa", "eps", "landmarks", "of", "steps", "zones")
 
 
 class Asked(NamedTuple):
     """One question: a claim, its region, and the command line that repeats it."""
 
-    claim: Property
+    claim: Claim
     region: Region
     command: str
 
@@ -47,39 +51,53 @@ def questions(profile: ir.PolicyProfile, profile_name: str, options: Mapping[str
         asked = from_file(options["properties"], profile, region)
         words = ["maviper", "verify", profile_name, "--properties", options["properties"].name]
         words += [] if region.name == "start" else ["--region", region.name]
-        found += [Asked(claim, where, _line(words, budget, options["semantics"])) for claim, where in asked]
+        found += [Asked(claim, where, _line(words, claim, budget, options["semantics"])) for claim, where in asked]
     names = options["names"] or (() if found else (DEFAULT,))
     for name, given in zip(names, _given(names, options), strict=True):
         try:
-            claim = find_property(name, profile, options["team"], **given)
+            claim = find_claim(name, profile, options["team"], **given)
         except InputError as error:
             error.where = f"--{error.where}" if error.where in PARAMETERS else error.where
             raise
         found.append(Asked(claim, region, command(profile_name, claim, region.name, budget, options["semantics"])))
+    _check_episodes([one.claim for one in found], options)
     return found
+
+
+def _check_episodes(claims: Sequence[Claim], options: Mapping[str, Any]) -> None:
+    """InputError for options that a claim about episodes cannot follow."""
+    episodes = [claim for claim in claims if isinstance(claim, ClosedLoop)]
+    if episodes and options["semantics"] != MACHINE:
+        what = f"{episodes[0].name} is decided for the deployed arithmetic only"
+        raise InputError(what, "--semantics", "leave it out, or ask the other properties alone")
+    if len(episodes) == len(claims):
+        if options["budget"] is not None:
+            raise InputError("none of the properties asked reads budget", "--budget", "zones is what limits episodes")
+        if options["smt"] is not None:
+            what = "no property asked is a question for a solver"
+            raise InputError(what, "--smt", f"{' and '.join(CLOSED_LOOP)} are decided by zones")
 
 
 def _given(names: Sequence[str], options: Mapping[str, Any]) -> list[dict[str, Any]]:
     """For each property the parameters that a user gave and that it reads. InputError for one that none reads."""
-    stated = {key: options[key] for key in PARAMETERS if options[key] is not None}
+    given = {key: options[key] for key in PARAMETERS if options[key] is not None}
     if options["team"] is not None and not names:
         raise InputError("properties of a file name their own teams", "--team", "write team into the file")
     found, used = [], set[str]()
     for name in names:
-        of = (stated.get("of") or DEFAULT) if name == STEADY else ""
-        known = name in BUILT_IN and (not of or of in PLAIN)
+        of = (given.get("of") or DEFAULT) if name == STEADY else ""
+        read = parameters(name, of)
         # an unknown name is left to those who know its closest match
-        read = reads(Property(name, "", of=of)) if known else tuple(stated)
-        found.append({key: value for key, value in stated.items() if key in read})
+        found.append({key: value for key, value in given.items() if read is None or key in read})
         used |= set(found[-1])
-    for key in stated:
+    for key in given:
         if key not in used:
             what = f"none of the properties asked reads {key}"
             raise InputError(what, f"--{key}", "see `maviper properties list`; in a file, write it into the file")
     return found
 
 
-def from_file(path: Path, profile: ir.PolicyProfile, default: Region) -> list[tuple[Property, Region]]:
+def from_file(path: Path, profile: ir.PolicyProfile, default: Region) -> list[tuple[Claim, Region]]:
     """The claims of a property file; it names region files as seen from its own folder."""
     try:
         source = runs.read(path, MOST_FILE_BYTES).decode()
@@ -92,37 +110,44 @@ def from_file(path: Path, profile: ir.PolicyProfile, default: Region) -> list[tu
     return read_properties(source, profile, path.name, region, default)
 
 
-def command(profile: str, claim: Property, region: str, budget: int = DEFAULT_BUDGET, semantics: str = MACHINE) -> str:
+def command(profile: str, claim: Claim, region: str, budget: int = DEFAULT_BUDGET, semantics: str = MACHINE) -> str:
     """The command line that asks about a built-in property again, run beside the profile and the region file."""
     words = ["maviper", "verify", profile, "--property", claim.name, "--team", claim.team, "--region", region]
-    for key in reads(claim):
-        value = getattr(claim, key)
-        if value != getattr(Property("", ""), key):
-            words += [f"--{key}", _written(value)]
-    return _line(words, budget, semantics)
+    for key, value in stated(claim).items():
+        words += [f"--{key}", _written(value)]
+    return _line(words, claim, budget, semantics)
 
 
-def _line(words: Sequence[str], budget: int, semantics: str) -> str:
+def _line(words: Sequence[str], claim: Claim, budget: int, semantics: str) -> str:
     words = [*words, *(["--semantics", semantics] if semantics != MACHINE else [])]
-    words += ["--budget", str(budget)] if budget != DEFAULT_BUDGET else []
+    words += ["--budget", str(budget)] if isinstance(claim, Property) and budget != DEFAULT_BUDGET else []
     return shlex.join(word.encode(errors="replace").decode() for word in words)
 
 
 def listed() -> list[dict[str, Any]]:
-    """The built-in properties as plain data: name, sentence, parameters with their defaults as texts."""
+    """The built-in properties as plain data: name, sentence, parameters with their defaults as texts.
+
+    A text is empty where the default depends on the world.
+    """
     found = []
     for name, built in BUILT_IN.items():
         claim = Property(name, "", eps=EPS, of=DEFAULT) if name == STEADY else Property(name, "")
         defaults = {key: _written(getattr(claim, key)) for key in built.parameters}
         sentence = built.sentence.format(team="team", of="what the property named by `of` says")
         found.append({"name": name, "sentence": sentence, "parameters": defaults})
+    for name in CLOSED_LOOP:
+        usual = ClosedLoop("", "", -1)
+        defaults = {key: _written(getattr(usual, key)) for key in parameters(name) or ()} | {"steps": ""}
+        found.append({"name": name, "sentence": closed_loop.in_general(name), "parameters": defaults})
     return found
 
 
-def _written(value: Fraction | str | Sequence[str]) -> str:
+def _written(value: Fraction | int | str | Sequence[str]) -> str:
     """A parameter as an option is written."""
     if isinstance(value, Fraction):
         return decimal(value).strip('"')
+    if isinstance(value, int):
+        return str(value)
     return value if isinstance(value, str) else ",".join(value)
 
 
@@ -142,6 +167,8 @@ def starter(world: str) -> str:
         teams=teams,
         team=team,
         fits=bool(fitting),
+        episodes=bool(fitting) and not any(entity.collides for entity in found.spec.agents),
+        steps=found.spec.episode_steps,
         agents=teams[team],
         everybody=found.agents,
         landmarks=marks,

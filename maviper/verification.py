@@ -18,10 +18,13 @@ from maviper.certifying import certificate_files
 from maviper.claims import question_files, report_files, verify_claims
 from maviper.console import Console
 from maviper.questions import listed, questions
+from verify.closed_loop import LoopResult
 from verify.engine import DEFAULT_BUDGET, Result
 from verify.properties import LEAVES
+from verify.rollout import ClosedLoop
 from verify.spec import REAL, Verdict
 from verify.spec import text as decimal
+from verify.world import Point
 
 
 def verify_command(profile: Path, options: Mapping[str, Any], console: Console) -> int:
@@ -38,6 +41,9 @@ def verify_command(profile: Path, options: Mapping[str, Any], console: Console) 
         for name, text in question_files(loaded, asked, options["semantics"]).items():
             runs.write(options["smt"] / name, text)
         console.line("questions", f"{options['smt']}, as SMT-LIB")
+        for one in asked:
+            if isinstance(one.claim, ClosedLoop):
+                console.line("", f"not exported: {one.claim.shown}, which zones decide and no solver")
     results = verify_claims(loaded, [(one.claim, one.region) for one in asked], budget, options["semantics"])
     say_results(results, console)
     files = report_files(loaded, results, [one.command for one in asked], {})
@@ -56,39 +62,64 @@ def verify_command(profile: Path, options: Mapping[str, Any], console: Console) 
     return exit_code(results)
 
 
-def say_results(results: Sequence[Result], console: Console) -> None:
+def say_results(results: Sequence[Result | LoopResult], console: Console) -> None:
     """One block of lines a result."""
     for result in results:
         claim = result.claim
         named = claim.label or f"{claim.name} of the {claim.team}"
         named += f", region {result.region.name}"
-        real = ", real arithmetic" if result.semantics == REAL else ""
+        real = ", real arithmetic" if isinstance(result, Result) and result.semantics == REAL else ""
         console.line(result.verdict.value, named + real)
-        if result.claim.name == LEAVES:
+        if isinstance(result, LoopResult):
+            _say_episodes(result, console)
+        elif result.claim.name == LEAVES:
             _say_leaves(result, console)
-            continue
-        conflict = f"conflict share {result.shares.conflict}, violating {result.shares.violating}"
-        console.line("", f"{conflict}, shuffled control {result.control.value}")
-        if result.reason:
-            console.line("", result.reason)
-        if result.shares.changing is not None:
-            console.line("", f"errors can change an action in {result.shares.changing}")
-        if result.largest is not None:
-            console.line("", f"stays proved up to margin {decimal(result.largest.proved)}")
-        if result.counterexample is not None:
-            found = result.counterexample
-            acts = "; ".join(
-                f"{view.agent} goes {view.action}, engaged with {', '.join(view.engaged_with) or 'no landmark'}"
-                for view in found.agents
-            )
-            place = ", ".join(f"{name} {value:g}" for name, value in found.point.position.items())
-            console.line("", f"counterexample: {acts}")
-            console.line("", f"at {place}, goal {found.point.goal or 'none'}")
-            for view in found.agents:
-                if view.errors:
-                    errors = ", ".join(f"{name} by {error:g}" for name, error in view.errors)
-                    console.line("", f"{view.agent} measures wrongly: {errors}")
-            console.line("", f"replayed by {', '.join(found.replayed)}")
+        else:
+            _say_decisions(result, console)
+
+
+def _say_decisions(result: Result, console: Console) -> None:
+    """What a claim about single decisions rests on, or fails by."""
+    conflict = f"conflict share {result.shares.conflict}, violating {result.shares.violating}"
+    console.line("", f"{conflict}, shuffled control {result.control.value}")
+    if result.reason:
+        console.line("", result.reason)
+    if result.shares.changing is not None:
+        console.line("", f"errors can change an action in {result.shares.changing}")
+    if result.largest is not None:
+        console.line("", f"stays proved up to margin {decimal(result.largest.proved)}")
+    if result.counterexample is not None:
+        found = result.counterexample
+        acts = "; ".join(
+            f"{view.agent} goes {view.action}, engaged with {', '.join(view.engaged_with) or 'no landmark'}"
+            for view in found.agents
+        )
+        console.line("", f"counterexample: {acts}")
+        console.line("", _place(found.point))
+        for view in found.agents:
+            if view.errors:
+                errors = ", ".join(f"{name} by {error:g}" for name, error in view.errors)
+                console.line("", f"{view.agent} measures wrongly: {errors}")
+        console.line("", f"replayed by {', '.join(found.replayed)}")
+
+
+def _say_episodes(result: LoopResult, console: Console) -> None:
+    """What a claim about episodes rests on, or fails by."""
+    console.line("", f"violating {result.violating} of sampled starts, shuffled control {result.control.value}")
+    if result.reason:
+        console.line("", result.reason)
+    if result.verdict is Verdict.PROVED:
+        followed = "; ".join(" with ".join(agents) for agents in result.followed)
+        console.line("", f"{result.zones:,} zones; followed: {followed}; whatever all others do")
+    if result.point is not None:
+        console.line("", f"counterexample: {'; '.join(map(str, result.ways))}")
+        console.line("", _place(result.point))
+        console.line("", f"replayed by {', '.join(('reference', *result.replays))}")
+
+
+def _place(point: Point) -> str:
+    place = ", ".join(f"{name} {value:g}" for name, value in point.position.items())
+    return f"at {place}, goal {point.goal or 'none'}"
 
 
 def _say_leaves(result: Result, console: Console) -> None:
@@ -102,7 +133,7 @@ def _say_leaves(result: Result, console: Console) -> None:
         console.line("", result.reason)
 
 
-def exit_code(results: Sequence[Result]) -> int:
+def exit_code(results: Sequence[Result | LoopResult]) -> int:
     """The worst verdict as an exit code: violated before inconclusive before proved."""
     verdicts = {result.verdict for result in results}
     if Verdict.VIOLATED in verdicts:
@@ -118,5 +149,12 @@ def list_properties(as_json: bool) -> int:
     for found in listed():
         click.echo(f"{found['name']}: {found['sentence']}")
         for name, default in found["parameters"].items():
-            click.echo(f"  --{name} (default: {default or 'the order of the world'})")
+            click.echo(f"  --{name} (default: {default or _of_the_world(found['name'], name)})")
     return ExitCode.DONE
+
+
+def _of_the_world(claim: str, parameter: str) -> str:
+    """A default that depends on the world, in words."""
+    if parameter == "steps":
+        return "the world's episode"
+    return "any matching" if claim == "covers" else "the order of the world"

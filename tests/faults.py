@@ -1,4 +1,4 @@
-"""Planted faults: what could go wrong in text, IR, thresholds and encoder, each with what must catch it.
+"""Planted faults: what could go wrong in text, IR, thresholds, encoder and zones, each with what must catch it.
 
 A fault plants itself and says whether it was caught: `plant(profile, patch)` returns True when the named guard saw it.
 `patch` is pytest's monkeypatch. A fault that changes nothing is an error of the fault, not a success of the guard.
@@ -21,8 +21,9 @@ from codegen.errors import DisagreementError, MaviperError
 from codegen.lower import lower
 from codegen.targets import TARGETS, emit
 from maviper import agreement, proofs
+from tests import courses
 from tests.teams import DOWN, LEFT, RIGHT, STAY, UP, team, towards, tree
-from verify import encode, engine, properties
+from verify import batch, composition, encode, engine, properties, unroll
 from verify.engine import decide
 from verify.formula import FALSE, TRUE, negated
 from verify.properties import Property
@@ -467,4 +468,50 @@ ENCODER = [
     encoder_fault("at a landmark within one", "formula", lambda f: lambda p, claim: f(p, replace(claim, radius=Fraction(1)))),
 ]  # fmt: skip
 
-ALL = [*TEXT, *PROOF, *GROWN, *PROFILE, *THRESHOLD, *ENCODER]
+
+# --- in the zones of whole episodes
+
+
+def starts_lost(profile: ir.PolicyProfile) -> bool:
+    """Whether zones lose the course of some start, also of starts on which thresholds tie."""
+    first, second = courses.arriving(0), courses.arriving(1)
+    pair = team(profile, courses.on_lattice(first), courses.on_lattice(second))
+    return any(courses.lost(pair, 9, 1, 300, lattice, (agent,)) for lattice in (None, 0.125) for agent in ENTITIES[1:3])
+
+
+def zones_fault(module, name: str, attribute: str, change: Callable[[Callable], Callable], guard=starts_lost) -> Fault:
+    said = "courses of single starts" if guard is starts_lost else "teams with a known verdict"
+
+    def plant(profile, patch):
+        patch.setattr(module, attribute, change(getattr(module, attribute)))
+        return guard(profile)
+
+    return Fault(f"zones: {name}", said, plant)
+
+
+def hasty(f: Callable) -> Callable:
+    """Positions move with the new velocity as well."""
+    return lambda *given: (found := f(*given))._replace(
+        offset=found.offset + np.rint(found.velocity * 0.1 * batch.SCALE).astype(np.int64)
+    )
+
+
+def forgetful(f: Callable) -> Callable:
+    """Nobody is ever noted to have moved, so first answers stay."""
+    return lambda *given: (found := f(*given))._replace(moved=np.zeros_like(found.moved))
+
+
+ZONES = [
+    zones_fault(unroll, "tests do not shift", "_shift", lambda f: lambda *given: 0 * f(*given)),
+    zones_fault(unroll, "tests shift the wrong way", "_shift", lambda f: lambda *given: -f(*given)),
+    zones_fault(unroll, "sides of a split swapped", "_sides", lambda f: lambda *given: f(*given)[::-1]),
+    zones_fault(unroll, "a threshold a millionth too low", "deciding_double", lambda f: lambda t: f(t) - 1e-6),
+    zones_fault(unroll.Search, "an action moves at once", "_stepped", hasty),
+    zones_fault(unroll.Search, "first answers stay", "_stepped", forgetful),
+    zones_fault(composition, "arrived within one", "away", lambda f: lambda z, g, a, k, radius: f(z, g, a, k, Fraction(1)), courses.verdicts_wrong),
+    zones_fault(composition, "never arrived", "away", lambda f: lambda zones, *given: zones, courses.verdicts_wrong),
+    zones_fault(composition, "always matched", "unmatched", lambda f: lambda zones, *given: zones.take(slice(0)), courses.verdicts_wrong),
+    zones_fault(composition, "never matched", "unmatched", lambda f: lambda zones, *given: zones, courses.verdicts_wrong),
+]  # fmt: skip
+
+ALL = [*TEXT, *PROOF, *GROWN, *PROFILE, *THRESHOLD, *ENCODER, *ZONES]

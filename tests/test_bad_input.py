@@ -234,9 +234,22 @@ def property_files(draw):
         if draw(st.booleans()):
             lines.append("formula = " + json.dumps(" ".join(draw(st.lists(FORMULA_WORDS, max_size=8)))))
         for key in draw(st.lists(st.sampled_from(["name", "team", "label", "assume", "of", "region"]), max_size=2)):
-            words = ["steady", "alive_leaves", "defenders", "start", "false", "agent_0.x > 3", "aligned", "x", ""]
+            words = [
+                "steady",
+                "alive_leaves",
+                "covers",
+                "defenders",
+                "start",
+                "false",
+                "agent_0.x > 3",
+                "aligned",
+                "x",
+                "",
+            ]
             lines.append(f"{key} = {draw(st.sampled_from(words))!r}")
-        for key in draw(st.lists(st.sampled_from(["margin", "eps", "kappa", "landmarks", "x"]), max_size=1)):
+        for key in draw(
+            st.lists(st.sampled_from(["margin", "eps", "kappa", "landmarks", "steps", "zones", "x"]), max_size=1)
+        ):
             lines.append(f"{key} = {draw(TOML_VALUES)}")
         if draw(st.booleans()):
             lines += ["[property.region.box]", f'"agent_0.x" = [{draw(TOML_VALUES)}, {draw(TOML_VALUES)}]']
@@ -275,6 +288,24 @@ def test_ctrl_c_while_a_property_is_decided(document, place):
     _, err = process.communicate(timeout=60)
     assert process.returncode == ExitCode.INTERRUPTED
     assert "error: interrupted" in err and "Traceback" not in err
+
+
+LOOP_OPTIONS = {
+    "--steps": ["", "-1", "0", "2.5", "1001", "9" * 30],
+    "--zones": ["", "0", "1", "-1", "9" * 30],
+    "--radius": ["nan", "-1", "0", "9" * 30],
+    "--landmarks": ["", ",", "landmark_0", "landmark_0,landmark_0", "nowhere,landmark_1", " landmark_1 , landmark_0"],
+}
+
+
+@pytest.mark.parametrize("name", ["reaches", "covers"])
+@pytest.mark.parametrize(
+    ("option", "value"), [(option, value) for option, values in LOOP_OPTIONS.items() for value in values]
+)
+def test_options_of_claims_about_episodes(document, place, name, option, value):
+    (place / "profile.json").write_text(json.dumps(document))
+    usual = [] if option == "--steps" else ["--steps", "4"]
+    assert run("-q", "verify", place / "profile.json", "--property", name, *usual, option, value) in ANSWERS
 
 
 EXTRACT = [

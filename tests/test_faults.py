@@ -25,6 +25,8 @@ def test_without_a_fault_no_guard_speaks(profile):
     assert not faults.verdicts_wrong(profile)
     assert not faults.steady_wrong(profile)
     assert not faults.assuming_wrong(profile)
+    assert not faults.starts_lost(profile)
+    assert not faults.courses.verdicts_wrong(profile)
 
 
 def test_the_list(capsys):

@@ -13,7 +13,7 @@ import numpy as np
 
 from codegen import ir
 from codegen.errors import DisagreementError
-from codegen.ir import PolicyProfile
+from codegen.ir import PolicyProfile, WorldSpec
 from verify.encode import question
 from verify.noise import mistaken
 from verify.properties import Property
@@ -130,15 +130,20 @@ def _stands(profile: PolicyProfile, claim: Property, region: Region, point: Poin
 
 
 def shrink(profile: PolicyProfile, claim: Property, region: Region, point: Point) -> Point:
-    """The same violation with as few decimals as possible, first for all positions together, then one by one."""
-    entities = [entity.name for entity in profile.world.agents + profile.world.landmarks]
+    """The same violation with as few decimals as possible."""
+    return simplest(profile.world, point, lambda candidate: _stands(profile, claim, region, candidate))
+
+
+def simplest(world: WorldSpec, point: Point, stands: Callable[[Point], bool]) -> Point:
+    """The point with as few decimals as still stand, first for all positions together, then one by one."""
+    entities = [entity.name for entity in world.agents + world.landmarks]
     room = {(a, b): min(ROOM, _apart(point, a, b)) for index, a in enumerate(entities) for b in entities[index + 1 :]}
 
     def holds(position: Mapping[str, float], errors: Mapping[str, float]) -> bool:
         candidate = Point(position, point.goal, errors)
         if any(_apart(candidate, a, b) < least for (a, b), least in room.items()):
             return False
-        return _stands(profile, claim, region, candidate)
+        return stands(candidate)
 
     position, errors = dict(point.position), dict(point.errors)
     for places in range(MOST_PLACES):

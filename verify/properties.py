@@ -250,15 +250,11 @@ def find_property(
         raise UnknownNameError("property", name, BUILT_IN)
     if of and of not in PLAIN:
         raise UnknownNameError("property", of, PLAIN, "of")
-    team = _team(name, profile, team)
-    claim = Property(
-        name, team, landmarks=tuple(landmarks), of=of or (PLAIN[0] if name == STEADY else ""), **parameters
-    )
-    read = reads(claim)
+    team = team_for(name, profile, team)
     given = [*parameters, *(["landmarks"] if landmarks else []), *(["of"] if of else [])]
-    for parameter in given:
-        if parameter not in read:
-            raise InputError(f"{name} does not read {parameter}", parameter, f"it reads {', '.join(read) or 'nothing'}")
+    of = of or (PLAIN[0] if name == STEADY else "")
+    check_read(name, given, reads(Property(name, team, of=of)))
+    claim = Property(name, team, landmarks=tuple(landmarks), of=of, **parameters)
     if name == STEADY and "eps" not in parameters:
         claim = replace(claim, eps=EPS)
     return checked(profile, claim)
@@ -267,21 +263,28 @@ def find_property(
 def checked(profile: PolicyProfile, claim: Property) -> Property:
     """The claim itself, if its parameters are in their ranges."""
     for parameter in ("margin", "radius", "kappa", "eps"):
-        if not 0 <= getattr(claim, parameter) <= MOST:
-            raise InputError(f"{parameter} must be between 0 and {MOST}", parameter)
+        check_range(parameter, getattr(claim, parameter))
     if claim.name == STEADY and not claim.eps:
         raise InputError("steady needs an eps above 0", "eps", f"verify {claim.of} itself")
-    known = _landmarks(profile)
-    for landmark in claim.landmarks:
-        if landmark not in known:
-            raise UnknownNameError("landmark", landmark, known, "landmarks")
-    chosen = claim.landmarks
-    if chosen and (len(chosen) != len(profile.team(claim.team)) or len(set(chosen)) != len(chosen)):
-        raise InputError("landmarks must name a different landmark for each agent of the team", "landmarks")
+    check_landmarks(profile, claim.team, claim.landmarks)
     return claim
 
 
-def _team(name: str, profile: PolicyProfile, team: str | None) -> str:
+def check_read(name: str, given: Sequence[str], read: Sequence[str]) -> None:
+    """InputError for a given parameter that the named property does not read."""
+    for parameter in given:
+        if parameter not in read:
+            raise InputError(f"{name} does not read {parameter}", parameter, f"it reads {', '.join(read) or 'nothing'}")
+
+
+def check_range(parameter: str, value: Fraction | int, most: int = MOST, least: int = 0) -> None:
+    """InputError for a value out of its range."""
+    if not least <= value <= most:
+        raise InputError(f"{parameter} must be between {least} and {most}", parameter)
+
+
+def team_for(name: str, profile: PolicyProfile, team: str | None) -> str:
+    """The team that the named property speaks of: `team`, or the one team with as many agents as landmarks."""
     teams = list(dict.fromkeys(policy.team for policy in profile.agents))
     wanted = len(profile.world.landmarks)
     if team is None:
@@ -298,3 +301,13 @@ def _team(name: str, profile: PolicyProfile, team: str | None) -> str:
             f"{name} needs a landmark for each agent; team {team} has more agents than the world landmarks"
         )
     return team
+
+
+def check_landmarks(profile: PolicyProfile, team: str, landmarks: Sequence[str]) -> None:
+    """InputError unless `landmarks` is empty or names a different one for each agent of the team."""
+    known = _landmarks(profile)
+    for landmark in landmarks:
+        if landmark not in known:
+            raise UnknownNameError("landmark", landmark, known, "landmarks")
+    if landmarks and (len(landmarks) != len(profile.team(team)) or len(set(landmarks)) != len(landmarks)):
+        raise InputError("landmarks must name a different landmark for each agent of the team", "landmarks")

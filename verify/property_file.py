@@ -15,14 +15,17 @@ from typing import Any
 
 from codegen.errors import InputError, UnknownNameError
 from codegen.ir import GOAL, PolicyProfile
+from verify.claim import NAMES, Claim, find_claim
 from verify.expression import Vocabulary, parse
 from verify.formula import TRUE, Formula, agents
-from verify.properties import BUILT_IN, OWN, Property, checked, find_property
+from verify.properties import OWN, Property, checked
+from verify.rollout import ClosedLoop
 from verify.spec import Region, number, region_of
 from verify.world import everywhere, observed_velocities
 
 NUMBERS = ("margin", "radius", "kappa", "eps")
-KEYS = ("name", "label", "team", *NUMBERS, "of", "landmarks", "region", "formula", "assume")
+COUNTS = ("steps", "zones")
+KEYS = ("name", "label", "team", *NUMBERS, *COUNTS, "of", "landmarks", "region", "formula", "assume")
 MOST_PROPERTIES = 200
 ADVICE = "`maviper properties new WORLD` writes a file to start from"
 FindRegion = Callable[[str], Region]  # what a file names -> the region
@@ -30,7 +33,7 @@ FindRegion = Callable[[str], Region]  # what a file names -> the region
 
 def read_properties(
     source: str, profile: PolicyProfile, where: str, find_region: FindRegion, default: Region | None = None
-) -> list[tuple[Property, Region]]:
+) -> list[tuple[Claim, Region]]:
     """The claims of a TOML text with their regions; `default` (else the start region) where one names none.
 
     InputError with the line, and the column in a formula.
@@ -98,10 +101,11 @@ class _Table:
             if key not in KEYS:
                 raise UnknownNameError("key", key, KEYS, places.table(index))
 
-    def question(self, find_region: FindRegion, default: Region | None) -> tuple[Property, Region]:
+    def question(self, find_region: FindRegion, default: Region | None) -> tuple[Claim, Region]:
         """The claim and its region."""
         given: dict[str, Any] = {key: self._number(key) for key in NUMBERS if key in self._table}
-        claim = self._own(given) if "formula" in self._table else self._built_in(given)
+        given |= {key: self._count(key) for key in COUNTS if key in self._table}
+        claim: Claim = self._own(given) if "formula" in self._table else self._built_in(given)
         if "region" not in self._table:
             return claim, default or everywhere(self._profile)
         return claim, self._region(find_region)
@@ -118,24 +122,36 @@ class _Table:
     def _number(self, key: str) -> Fraction:
         return number(self._table[key], self._where(key))
 
-    def _built_in(self, given: Mapping[str, Any]) -> Property:
+    def _count(self, key: str) -> int:
+        value = self._table[key]
+        if isinstance(value, bool) or not isinstance(value, int):
+            raise InputError(f"{key} must be a whole number", self._where(key), f"write {key} = 25")
+        return value
+
+    def _built_in(self, given: dict[str, Any]) -> Claim:
         if "name" not in self._table:
-            raise InputError("a property has a name or a formula", self._where(), f"names: {', '.join(BUILT_IN)}")
+            raise InputError("a property has a name or a formula", self._where(), f"names: {', '.join(NAMES)}")
         landmarks = self._table.get("landmarks", [])
         if not isinstance(landmarks, list) or not all(isinstance(name, str) for name in landmarks):
             raise InputError("landmarks must be a list of names", self._where("landmarks"), 'write ["...", "..."]')
-        team, of = self._text("team") or None, self._text("of")
+        given |= {"landmarks": landmarks} if landmarks else {}
+        given |= {"of": self._text("of")} if "of" in self._table else {}
         try:
-            claim = find_property(self._text("name"), self._profile, team, landmarks, of, **given)
+            claim = find_claim(self._text("name"), self._profile, self._text("team") or None, **given)
         except InputError as error:
             key = error.where if error.where in self._table else "name"
             error.where = self._where("team" if "team" in self._table and "team" in error.what else key)
             raise
-        return self._with_words(claim)
+        if not isinstance(claim, ClosedLoop):
+            return self._with_words(claim)
+        if "assume" in self._table:
+            what = "a claim about episodes has no assumption"
+            raise InputError(what, self._where("assume"), "state the starts as a region")
+        return replace(claim, label=self._label())
 
     def _own(self, given: Mapping[str, Any]) -> Property:
         """A user's formula. Its team is that of the agents whose actions it speaks of."""
-        for key in ("name", "of", "landmarks", "kappa"):
+        for key in ("name", "of", "landmarks", "kappa", *COUNTS):
             if key in self._table:
                 raise InputError(f"a formula stands without {key}", self._where(key), "remove it, or the formula")
         written = self._text("formula")
@@ -162,9 +178,6 @@ class _Table:
 
     def _with_words(self, claim: Property) -> Property:
         """The claim with its label and assumption."""
-        label = self._text("label")
-        if "\n" in label or not label.isprintable():
-            raise InputError("a label is one line", self._where("label"), "shorten it")
         assume = self._parsed("assume", claim) if "assume" in self._table else TRUE
         if agents(assume):
             raise InputError(
@@ -172,7 +185,13 @@ class _Table:
                 self._where("assume"),
                 'write formula = "ASSUMPTION implies CLAIM" instead',
             )
-        return replace(claim, assume=assume, label=label, assumption=self._text("assume"))
+        return replace(claim, assume=assume, label=self._label(), assumption=self._text("assume"))
+
+    def _label(self) -> str:
+        label = self._text("label")
+        if "\n" in label or not label.isprintable():
+            raise InputError("a label is one line", self._where("label"), "shorten it")
+        return label
 
     def _parsed(self, key: str, claim: Property) -> Formula:
         text, profile = self._text(key), self._profile

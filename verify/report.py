@@ -13,6 +13,8 @@ from typing import Any
 from codegen.ir import PolicyProfile
 from codegen.policy_json import content_hash, layout
 from codegen.render import render
+from verify import loop_report
+from verify.closed_loop import LoopResult
 from verify.counterexample import AgentView, Counterexample
 from verify.engine import Result
 from verify.leaves import LeafFinding
@@ -38,10 +40,10 @@ MEANINGS_UNCHECKED = " (not checked: the profile is not of a world that this ver
 TRUSTED = (
     "for a proof with a certificate: codegen/ir.py, and of verify/ properties, formula, thresholds, bounds and checker",
     "without one: the encoder of trees, roundings and claim (verify/encode.py) and the solver",
-    "for a counterexample nothing of this: it can be replayed",
 )
+REPLAYED = "for a counterexample nothing of this: it can be replayed"
+SINGLE = "The claim is about single decisions in world states of the region: it does not say that agents arrive."
 LIMITS = (
-    "The claim is about single decisions in world states of the region: it does not say that agents arrive.",
     "Positions are finite float64; agents may leave the region in an episode (see the on-policy states).",
     "Shares are uniform samples with 95 % Wilson intervals; the verdict does not rest on them.",
 )
@@ -69,10 +71,16 @@ MEANINGS = {
 
 
 def document(
-    profile: PolicyProfile, results: Sequence[Result], commands: Sequence[str], files: Mapping[str, str] | None = None
+    profile: PolicyProfile,
+    results: Sequence[Result | LoopResult],
+    commands: Sequence[str],
+    files: Mapping[str, str] | None = None,
 ) -> dict[str, Any]:
     """All facts as plain data. `commands`: what repeats each result; `files`: name -> SHA-256 of files made with it."""
-    known = all(result.visited is not None for result in results)
+    single = [result for result in results if isinstance(result, Result)]
+    episodes = [result for result in results if isinstance(result, LoopResult)]
+    known = all(result.visited is not None for result in single) and all(result.replays for result in episodes)
+    trusted = [*(TRUSTED if single else ()), *(loop_report.TRUSTED if episodes else ()), REPLAYED]
     return {
         "report": "maviper-verification-1",
         "profile": content_hash(profile),
@@ -86,15 +94,20 @@ def document(
         },
         "evaluation": dict(profile.provenance.evaluation),
         "files": dict(files or {}),
-        "results": [_result(profile, result, command) for result, command in zip(results, commands, strict=True)],
-        "semantics": REAL_SEMANTICS if any(result.semantics == REAL for result in results) else SEMANTICS,
-        "trusted": [MEANINGS_TRUSTED + (MEANINGS_CHECKED if known else MEANINGS_UNCHECKED), *TRUSTED],
-        "limits": _limits(results),
+        "results": [
+            _result(profile, result, command)
+            if isinstance(result, Result)
+            else loop_report.result_facts(profile, result, command)
+            for result, command in zip(results, commands, strict=True)
+        ],
+        "semantics": REAL_SEMANTICS if any(result.semantics == REAL for result in single) else SEMANTICS,
+        "trusted": [MEANINGS_TRUSTED + (MEANINGS_CHECKED if known else MEANINGS_UNCHECKED), *trusted],
+        "limits": [*_limits(single), *(loop_report.LIMITS if episodes else ())],
     }
 
 
 def _limits(results: Sequence[Result]) -> list[str]:
-    found: list[str] = [*LIMITS]
+    found: list[str] = [*([SINGLE] if results else []), *LIMITS]
     if any(result.claim.assumption for result in results):
         found.append(ASSUMING)
     if any(result.claim.eps for result in results):

@@ -61,6 +61,14 @@ def test_every_command_has_help(capsys):
         (["verify", "{profile}", "--margin", "much"], "not a number"),
         (["verify", "{profile}", "--margin", "-1"], "margin must be between 0 and"),
         (["verify", "{profile}", "--budget", "0"], "budget must be between"),
+        (["verify", "{profile}", "--steps", "3"], "none of the properties asked reads steps"),
+        (["verify", "{profile}", "--property", "reaches", "--steps", "-1"], "steps must be between"),
+        (
+            ["verify", "{profile}", "--property", "reaches", "--margin", "1/40"],
+            "none of the properties asked reads margin",
+        ),
+        (["verify", "{profile}", "--property", "reaches", "--landmarks", "landmark_2"], "unknown landmark"),
+        (["verify", "{profile}", "--property", "covers", "--zones", "0"], "zones must be between"),
         (["verify", "none.json"], "cannot read the file"),
         (["compile"], "Missing argument 'PROFILE'"),
         (["demo", "-o", "/proc/nowhere"], "cannot make the output folder"),
@@ -144,6 +152,26 @@ def test_verify_answers_on_stdout_and_by_exit_code(capsys, profile_file, tmp_pat
     assert result["conflict"]["samples"] == 100_000
     assert names(tmp_path / "report") == ["report.html", "report.json", "report.txt"]
     assert json.loads((tmp_path / "report" / "report.json").read_text()) == facts
+
+
+@pytest.mark.solver
+def test_claims_about_episodes_in_a_report(capsys, profile_file, tmp_path):
+    asked = ["--property", "reaches", "--property", "distinct_targets", "--radius", "2/5"]
+    code, out, err = run(capsys, "verify", profile_file, *asked, "--json", "-o", tmp_path / "report")
+    facts = json.loads(out)
+    result = facts["results"][0]
+    assert code == ExitCode.VIOLATED and [each["property"] for each in facts["results"]] == asked[1:4:2]
+    assert {"simulator", "mpe2.simple_adversary_v3"} <= set(result["counterexample"]["replayed_by"])
+    assert result["steps"] == 25 and result["violating"]["samples"] == 20_000
+    assert all(len(agent["places"]) == 26 for agent in result["counterexample"]["agents"])
+    assert "comes within" in err
+    page, text = ((tmp_path / "report" / f"report.{form}").read_text() for form in ("html", "txt"))
+    assert "<polyline" in page and "conflict share" in page and "idle share" in page
+    assert "fulfil it without moving" in text and "whatever" not in text
+    assert len(facts["limits"]) == 4 and any("start at rest" in limit for limit in facts["limits"])
+    again = result["command"].split()[2:]
+    repeated = run(capsys, "-q", "verify", profile_file, *again[1:], "--json")[1]
+    assert json.loads(repeated)["results"][0] == result
 
 
 @pytest.mark.solver

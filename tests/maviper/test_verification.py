@@ -48,7 +48,7 @@ def test_the_starter_verifies_as_it_is_written(capsys, tmp_path):
     assert run(capsys, "properties", "new", "physical-deception", "-o", file)[0] == ExitCode.DONE
     code, out, _ = run(capsys, "-q", "verify", generated / "profile.json", "--properties", file, "--json")
     verdicts = [result["verdict"] for result in results(out)]
-    assert code == ExitCode.VIOLATED and verdicts == ["VIOLATED", "VIOLATED", "PROVED", "PROVED", "PROVED"]
+    assert code == ExitCode.VIOLATED and verdicts == ["VIOLATED"] * 3 + ["PROVED"] * 3
 
 
 @pytest.mark.parametrize("world", sorted(WORLDS))
@@ -63,6 +63,7 @@ def test_every_world_has_a_starter_that_reads(world):
     )
     profile = ir.PolicyProfile(found.spec, agents, ir.Provenance("", "", 0, "", ""))
     claims = read_properties(starter(world), profile, "starter.toml", lambda name: None)
+    assert any(claim.name == "reaches" for claim, _ in claims) == (world == "physical-deception")
     assert len(claims) >= 2 and claims[-1][0].name == "alive_leaves"
 
 
@@ -71,7 +72,9 @@ def test_the_list_of_properties(capsys):
     found = {one["name"]: one for one in json.loads(out)["properties"]}
     assert code == ExitCode.DONE and found["aligned"]["parameters"] == {"margin": "0", "radius": "0.1", "kappa": "0.5"}
     assert found["steady"]["parameters"] == {"eps": "0.01", "of": "distinct_targets"}
+    assert found["reaches"]["parameters"] == {"steps": "", "radius": "0.4", "landmarks": "", "zones": "5000000"}
     code, text, _ = run(capsys, "properties", "list")
+    assert "steps (default: the world's episode)" in text and "landmarks (default: any matching)" in text
     assert code == ExitCode.DONE and all(f"{name}: " in text for name in found)
     assert run(capsys, "verify", "--list")[:2] == (ExitCode.DONE, text)
 
@@ -169,9 +172,51 @@ def test_a_property_file_end_to_end(capsys, place):
     assert "PROVED      mine, region near.toml" in err
 
 
+EPISODES = (
+    '[[property]]\nlabel = "all <arrive>"\nname = "reaches"\nsteps = 4\nradius = 2.5\nzones = 3_000\n'
+    '[[property]]\nname = "no_double"\n[[property]]\nname = "covers"\nsteps = 0\n[property.region]\ndefault = [0, 0]\n'
+)
+
+
+@pytest.mark.solver
+def test_a_property_file_with_both_kinds_of_claims(capsys, place):
+    """Every result in its form, solver questions of the one kind only, certificates with the report's numbers."""
+    (place / "p.toml").write_text(EPISODES)
+    more = ("--property", "reaches", "--radius", "5/2", "--zones", "9000", "--budget", "9999999")
+    asked = ("--properties", "p.toml", *more)
+    code, out, err = run(capsys, "verify", "roles.json", *asked, "-o", "report", "--smt", "smt", "--json")
+    arrive, double, cover, named = results(out)
+    verdicts = [result["verdict"] for result in results(out)]
+    assert code == ExitCode.VIOLATED and verdicts == ["PROVED", "VIOLATED", "PROVED", "PROVED"]
+    assert arrive["label"] == "all <arrive>" and arrive["budget"] == 3_000 and named["budget"] == 9_000
+    assert arrive["parameters"] == {"steps": "4", "radius": "2.5", "landmarks": "landmark_0, landmark_1"}
+    assert cover["parameters"]["landmarks"] == "any matching" and cover["region_name"] == "of property 3"
+    assert arrive["command"] == cover["command"] == "maviper verify roles.json --properties p.toml"
+    assert double["command"].endswith("--budget 9999999") and named["command"].endswith("--zones 9000")
+    assert results(run(capsys, "-q", *named["command"].split()[1:], "--json")[1])[0] == named
+    names = [path.name for path in (place / "smt").iterdir()]
+    assert names and all(name.startswith("02-no_double") for name in names)
+    assert "not exported: all <arrive>," in err and "not exported: covers," in err
+    assert "PROVED      all <arrive>, region start" in err and "whatever all others do" in err
+    page, text = (place / "report" / "report.html").read_text(), (place / "report" / "report.txt").read_text()
+    assert "all &lt;arrive&gt;" in page and "1. all <arrive>: PROVED" in text
+    for shown in (page, text):
+        assert "conflict" in shown and "steps 4, radius 2.5" in shown and "start at rest" in shown
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
+        (["--property", "reaches", "--semantics", "real"], "reaches is decided for the deployed arithmetic only"),
+        (["--properties", "episodes.toml", "--semantics", "real"], "deployed arithmetic only"),
+        (["--property", "covers", "--smt", "smt"], "no property asked is a question for a solver"),
+        (["--property", "covers", "--budget", "5"], "none of the properties asked reads budget"),
+        (["--property", "no_double", "--zones", "5"], "none of the properties asked reads zones"),
+        (["--properties", "episodes.toml", "--steps", "5"], "none of the properties asked reads steps"),
+        (["--property", "covers", "--kappa", "1"], "none of the properties asked reads kappa"),
+        (["--property", "cover"], "did you mean 'covers'"),
+        (["--property", "reaches", "--landmarks", "landmark_0"], "--landmarks"),
+        (["--property", "steady", "--of", "reaches"], "unknown property 'reaches'"),
         (["--kappa", "1"], "none of the properties asked reads kappa"),
         (["--property", "no_double", "--radius", "1"], "reads radius"),
         (["--property", "own_target", "--landmarks", "landmark_0"], "different landmark"),
@@ -191,6 +236,7 @@ def test_a_property_file_end_to_end(capsys, place):
     ],
 )
 def test_what_cannot_be_asked_is_told(capsys, place, arguments, message):
+    (place / "episodes.toml").write_text(EPISODES)
     (place / "bad.toml").write_text("[[property]")
     (place / "bytes.toml").write_bytes(b"\xff\xfe")
     (place / "good.toml").write_text('[[property]]\nformula = "true"')

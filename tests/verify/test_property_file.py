@@ -9,10 +9,12 @@ from hypothesis import strategies as st
 
 from codegen.errors import InputError
 from tests.teams import STAY, team, towards, tree
+from verify.closed_loop import DEFAULT_ZONES
 from verify.engine import decide, verify
 from verify.formula import TRUE
 from verify.properties import OWN, PLAIN, Property, find_property
 from verify.property_file import read_properties
+from verify.rollout import ClosedLoop
 from verify.spec import Verdict, read_region
 from verify.world import everywhere
 
@@ -64,6 +66,34 @@ def test_built_in_properties_with_their_parameters(profile):
     assert second[1] == wanted and second[1].name == "of property 2"
     assert (third[0].eps, third[0].of, third[0].kappa) == (Fraction(1, 100), "aligned", 1)
     assert third[0].assume != TRUE and third[1] == everywhere(profile)
+
+
+def test_claims_about_episodes_beside_others(profile):
+    source = """
+    [[property]]
+    label = "all arrive"
+    name = "reaches"
+    steps = 12
+    radius = "1/3"
+    landmarks = ["landmark_1", "landmark_0"]
+    zones = 1_000
+    [property.region]
+    default = [-0.5, 0.5]
+
+    [[property]]
+    name = "covers"
+    team = "defenders"
+    [[property]]
+    name = "no_double"
+    """
+    first, second, third = read(source, profile)
+    marks = ("landmark_1", "landmark_0")
+    assert first[0] == ClosedLoop("reaches", "defenders", 12, Fraction(1, 3), marks)
+    assert (first[0].zones, first[0].label, first[0].shown) == (1_000, "all arrive", "all arrive")
+    assert first[1].name == "of property 1" and first[1].box["agent_0.x"] == (Fraction(-1, 2), Fraction(1, 2))
+    assert second == (ClosedLoop("covers", "defenders", 25), everywhere(profile))
+    assert second[0].zones == DEFAULT_ZONES and second[0].shown == "covers"
+    assert third[0] == find_property("no_double", profile)
 
 
 def test_formulas_know_their_team_and_their_parameters(profile):
@@ -179,6 +209,18 @@ ERRORS = [
     ('[[property]]\nformula = "true"\nregion = "none.toml"', "cannot read the file", "line 3: property 1, region"),
     ('[[property]]\nformula = "true"\n[property.region.box]\n"agent_0.z" = [0, 1]', "mean 'agent_0.", "1, region"),
     ('property = [{name = "x"}]', "unknown property", "p.toml: property 1, name"),
+    ('[[property]]\nname = "reaches"\nmargin = 1', "reaches does not read margin", "line 3: property 1, margin"),
+    ('[[property]]\nname = "reaches"\nsteps = 2.5', "a whole number", "line 3: property 1, steps"),
+    ('[[property]]\nname = "reaches"\nsteps = true', "a whole number", "line 3: property 1, steps"),
+    ('[[property]]\nname = "covers"\nsteps = 1001', "steps must be between", "line 3: property 1, steps"),
+    ('[[property]]\nname = "covers"\nzones = 0', "zones must be between 1", "line 3: property 1, zones"),
+    ('[[property]]\nname = "covers"\nradius = -1', "radius must be between", "line 3: property 1, radius"),
+    ('[[property]]\nname = "covers"\nlandmarks = ["landmark_0"]', "different landmark", "line 3: property 1, landm"),
+    ('[[property]]\nname = "covers"\nassume = "true"', "has no assumption", "line 3: property 1, assume"),
+    ('[[property]]\nname = "covers"\nlabel = "a\\nb"', "one line", "line 3: property 1, label"),
+    ('[[property]]\nname = "cover"', "did you mean 'covers'", "line 2: property 1, name"),
+    ('[[property]]\nname = "no_double"\nsteps = 3', "no_double does not read steps", "line 3: property 1, steps"),
+    ('[[property]]\nformula = "true"\nzones = 3', "stands without zones", "line 3: property 1, zones"),
     ("[[property]]\nformula = 'true'\n" * 201, "at most 200", "p.toml"),
 ]  # fmt: skip
 
@@ -192,6 +234,7 @@ def test_bad_files_are_refused_with_the_place(profile, source, message, place):
 
 LINES = st.sampled_from([
     "[[property]]", "[property.region]", "[property.region.box]", 'name = "distinct_targets"', 'name = "steady"',
+    'name = "covers"', "steps = 3", "steps = -1", "zones = 0",
     'of = "aligned"', 'formula = "acts(agent_0) == left"', 'formula = "agent_0.x"', 'assume = "goal == landmark_0"',
     'assume = "("', "margin = 0.1", "margin = 1e400", "kappa = true", "eps = 0.1", 'team = "defenders"', "team = 3",
     'landmarks = ["landmark_0"]', 'region = "start"', "region = []", '"agent_0.x" = [0, 1]', "goals = []",
@@ -208,7 +251,11 @@ def test_any_text_is_claims_or_an_error_in_words(profile, source):
         assert error.what and "p.toml" in error.where
         return
     for claim, region in found:
-        assert claim.team in ("defenders", "adversaries") and region.box and claim.name in (*PLAIN, "steady", OWN)
+        assert (
+            claim.team in ("defenders", "adversaries")
+            and region.box
+            and claim.name in (*PLAIN, "steady", OWN, "covers")
+        )
 
 
 def test_velocities_can_be_spoken_of_where_they_are_observed():

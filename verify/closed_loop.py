@@ -1,0 +1,175 @@
+"""Claims about whole episodes from rest: does each agent arrive, from every start of a region?
+
+Does: states `reaches` and `covers`, decides them by zones, agent by agent where trees allow, replays counterexamples.
+Assumes: a world without contacts whose dynamics its spec states; rollouts of other simulators are given by the caller.
+Does not: merge zones; when there are too many the answer is UNKNOWN with their number.
+
+Agents outside a group that is followed together may do anything, from rest: a proof holds whatever they do. A violation
+is an episode in which every agent follows its own tree.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import partial
+
+import numpy as np
+
+from codegen.errors import UnknownNameError
+from codegen.ir import PolicyProfile
+from verify.composition import Decision, decide
+from verify.counterexample import simplest
+from verify.engine import CONTROL_SEED, shuffled
+from verify.properties import check_landmarks, check_range, team_for
+from verify.rollout import (
+    DEFAULT_ZONES,
+    RADIUS,
+    ClosedLoop,
+    Course,
+    Rollout,
+    Way,
+    agreed,
+    at_rest,
+    first_failing,
+    fulfilled,
+    play,
+    playable,
+    ways_of,
+)
+from verify.shares import SAMPLE_SEED, Share
+from verify.spec import Region, Verdict
+from verify.world import Point, point_of, sample
+
+CLOSED_LOOP = {
+    "reaches": "from every start of the region, at rest, each of the {team} comes within {radius} of its own landmark "
+    "({own}) at some step up to step {steps}",
+    "covers": "from every start of the region, at rest, after {steps} steps the {team} are matched one-to-one to the "
+    "landmarks{own}, each within {radius} of its own",
+}
+PARAMETERS = ("steps", "radius", "landmarks", "zones")  # of both
+MOST_STEPS = 1_000
+MOST_ZONES = 10**12
+SAMPLES = 20_000
+TRIED_STARTS = 100  # sampled starts that fail in float64, looked at exactly
+
+
+@dataclass(frozen=True)
+class LoopResult:
+    """A verdict about whole episodes, with everything that a report says about it."""
+
+    claim: ClosedLoop
+    region: Region
+    verdict: Verdict
+    reason: str
+    zones: int
+    budget: int
+    followed: tuple[tuple[str, ...], ...]
+    violating: Share  # of sampled starts
+    idle: Share  # of sampled starts from which a team that stands still fulfils the claim
+    control: Verdict  # of the same team with shuffled leaves
+    point: Point | None  # the start of the counterexample
+    course: Course | None
+    ways: tuple[Way, ...]  # how the team's agents fare in it
+    replays: tuple[str, ...]
+    skipped: tuple[str, ...]
+
+
+def find_claim(
+    name: str,
+    profile: PolicyProfile,
+    team: str | None = None,
+    landmarks: Sequence[str] = (),
+    steps: int | None = None,
+    radius: Fraction = RADIUS,
+    zones: int = DEFAULT_ZONES,
+) -> ClosedLoop:
+    """The named closed-loop claim for a team of `profile`, by default over a whole episode.
+
+    `landmarks`: one for each agent of the team; without them `reaches` takes the world's order, `covers` any matching.
+    `zones`: how many may be visited.
+    """
+    if name not in CLOSED_LOOP:
+        raise UnknownNameError("property", name, CLOSED_LOOP)
+    team = team_for(name, profile, team)
+    check_landmarks(profile, team, landmarks)
+    steps = profile.world.episode_steps if steps is None else steps
+    check_range("steps", steps, MOST_STEPS)
+    check_range("radius", radius)
+    check_range("zones", zones, MOST_ZONES, 1)
+    if name == "reaches" and not landmarks:
+        landmarks = [entity.name for entity in profile.world.landmarks][: len(profile.team(team))]
+    return ClosedLoop(name, team, steps, radius, tuple(landmarks), zones)
+
+
+def sentence(claim: ClosedLoop) -> str:
+    """The claim in words."""
+    own = ", ".join(claim.landmarks)
+    own = f" (in this order: {own})" if own and claim.name == "covers" else own
+    return CLOSED_LOOP[claim.name].format(team=claim.team, radius=claim.radius, steps=claim.steps, own=own)
+
+
+def in_general(name: str) -> str:
+    """A named claim in words, without values."""
+    own = "in the order of `landmarks`" if name == "reaches" else " (in the order of `landmarks`, if given)"
+    return CLOSED_LOOP[name].format(team="team", radius="`radius`", steps="`steps`", own=own)
+
+
+def verify_episodes(
+    profile: PolicyProfile,
+    claim: ClosedLoop,
+    region: Region,
+    rollouts: Mapping[str, Rollout],
+    skipped: Sequence[str] = (),
+) -> LoopResult:
+    """The verdict on a claim about episodes: by sampled starts, then by zones; `rollouts` replay counterexamples."""
+    playable(profile)
+    coordinates, _ = sample(at_rest(region), profile.world, SAMPLES, SAMPLE_SEED)
+    still = fulfilled(profile, claim, coordinates[None])
+    decision, violating = _settled(profile, claim, region)
+    control = Verdict.SKIPPED
+    if decision.verdict in (Verdict.PROVED, Verdict.VIOLATED):
+        control = _settled(shuffled(profile, claim.team, CONTROL_SEED), claim, region)[0].verdict
+    point = course = None
+    if decision.point is not None:
+        stands = partial(_stands, profile, claim, region)
+        point = simplest(profile.world, decision.point, stands)
+        course = agreed(profile, point, claim.steps, rollouts)
+    return LoopResult(
+        claim=claim,
+        region=region,
+        verdict=decision.verdict,
+        reason=decision.reason,
+        zones=decision.zones,
+        budget=claim.zones,
+        followed=decision.followed,
+        violating=violating,
+        idle=Share(int(still.sum()), len(still)),
+        control=control,
+        point=point,
+        course=course,
+        ways=() if course is None else ways_of(profile, claim, course),
+        replays=tuple(rollouts),
+        skipped=tuple(skipped),
+    )
+
+
+def _settled(profile: PolicyProfile, claim: ClosedLoop, region: Region) -> tuple[Decision, Share]:
+    """The verdict, and the share of sampled starts that fail: one of them settles the claim without zones."""
+    coordinates, goals = sample(at_rest(region), profile.world, SAMPLES, SAMPLE_SEED)
+    bad = ~fulfilled(profile, claim, play(profile, coordinates, claim.steps)[0])
+    violating = Share(int(bad.sum()), len(bad))
+    rows = np.flatnonzero(bad)[:TRIED_STARTS]
+    points = [point_of(region, profile.world, coordinates[row], int(goals[row])) for row in rows]
+    point = first_failing(profile, claim, region, [_resting(point) for point in points])
+    if point is not None:
+        return Decision(Verdict.VIOLATED, 0, point=point), violating
+    return decide(profile, claim, region, claim.zones), violating
+
+
+def _resting(point: Point) -> Point:
+    still = {name: 0.0 if name.endswith((".vx", ".vy")) else value for name, value in point.position.items()}
+    return Point(still, point.goal)
+
+
+def _stands(profile: PolicyProfile, claim: ClosedLoop, region: Region, point: Point) -> bool:
+    return first_failing(profile, claim, region, [point]) is not None

@@ -1,0 +1,118 @@
+"""The part of a report that is about whole episodes.
+
+Does: collects what was claimed of episodes, the verdict and its evidence; draws the courses of a counterexample.
+Assumes: results of `closed_loop.verify_episodes`.
+Does not: contain times, paths or facts about the machine.
+"""
+
+from typing import Any
+
+from codegen.ir import PolicyProfile
+from verify.closed_loop import LoopResult, sentence
+from verify.spec import MACHINE, Verdict
+from verify.spec import text as decimal
+
+MEANINGS = {
+    Verdict.PROVED: "holds in every episode that starts in the region, whatever the agents do that were not followed",
+    Verdict.VIOLATED: "fails in the episode shown, which was replayed",
+    Verdict.VACUOUS: "no start at rest lies in the region, so nothing was claimed",
+    Verdict.UNKNOWN: "no answer",
+    Verdict.SKIPPED: "not asked",
+}
+TRUSTED = (
+    "for claims about episodes: the zones and their steps (verify/batch.py, verify/unroll.py, verify/composition.py), "
+    "and the dynamics in the profile's world spec",
+)
+LIMITS = (
+    "Claims about episodes are about agents that start at rest; tests of the trees are relaxed by 2^-30, which covers "
+    "the rounding of positions, so a proof is one for the deployed arithmetic.",
+)
+SIZE, EDGE = 300.0, 0.25  # side of the picture; margin, length units
+
+
+def result_facts(profile: PolicyProfile, result: LoopResult, command: str) -> dict[str, Any]:
+    """A result as plain data."""
+    claim = result.claim
+    return {
+        "property": claim.name,
+        "label": claim.label,
+        "team": claim.team,
+        "claim": sentence(claim),
+        "formula": "",
+        "assumption": "",
+        "steps": claim.steps,
+        "parameters": {
+            "steps": str(claim.steps),
+            "radius": decimal(claim.radius).strip('"'),
+            "landmarks": ", ".join(claim.landmarks) or "any matching",
+        },
+        "semantics": MACHINE,
+        "region_name": result.region.name,
+        "region": result.region.document(),
+        "verdict": result.verdict.value,
+        "meaning": MEANINGS[result.verdict],
+        "reason": result.reason,
+        "violating": result.violating.document(),
+        "idle": result.idle.document(),
+        "shuffled_control": result.control.value,
+        "replays": ["reference", *result.replays],
+        "replays_skipped": list(result.skipped),
+        "followed": [list(agents) for agents in result.followed],
+        "zones": result.zones,
+        "budget": result.budget,
+        "counterexample": None if result.point is None else _counterexample(profile, result),
+        "command": command,
+    }
+
+
+def _counterexample(profile: PolicyProfile, result: LoopResult) -> dict[str, Any]:
+    assert result.point is not None
+    agents = [
+        {
+            "agent": way.agent,
+            "landmark": way.landmark,
+            "nearest": way.nearest,
+            "step": way.step,
+            "last": way.last,
+            "says": str(way),
+            "actions": list(way.actions),
+            "places": [list(place) for place in way.places],
+        }
+        for way in result.ways
+    ]
+    return {
+        "goal": result.point.goal,
+        "position": dict(result.point.position),
+        "agents": agents,
+        "replayed_by": ["reference", *result.replays],
+        "picture": _picture(profile, result),
+    }
+
+
+def _picture(profile: PolicyProfile, result: LoopResult) -> dict[str, Any]:
+    """The team's courses and the landmarks with the squares that count as arrived, in picture coordinates."""
+    assert result.point is not None
+    point = result.point.position
+    marks = {entity.name: (point[f"{entity.name}.x"], point[f"{entity.name}.y"]) for entity in profile.world.landmarks}
+    places = [*marks.values(), *(place for way in result.ways for place in way.places)]
+    reach = max(1.0, *(abs(value) for place in places for value in place)) + EDGE
+    scale = SIZE / (2 * reach)
+
+    def drawn(place: tuple[float, float]) -> tuple[float, float]:
+        return round((place[0] + reach) * scale, 2), round((reach - place[1]) * scale, 2)
+
+    half = round(float(result.claim.radius) * scale, 2)
+    landmarks = [
+        {"name": name, "x": drawn(place)[0], "y": drawn(place)[1], "half": half, "goal": name == result.point.goal}
+        for name, place in marks.items()
+    ]
+    courses = [
+        {
+            "name": way.agent,
+            "x": drawn(way.places[0])[0],
+            "y": drawn(way.places[0])[1],
+            "line": " ".join(f"{x},{y}" for x, y in map(drawn, way.places)),
+        }
+        for way in result.ways
+    ]
+    return {"size": SIZE, "landmarks": landmarks, "courses": courses}

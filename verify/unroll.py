@@ -1,0 +1,376 @@
+"""The closed loop as zones: all starts with the same actions so far move alike, so a step only shifts the tests.
+
+Does: resolves trees for one group of agents and one goal, and follows all starts of a region step by step.
+Assumes: agents of the group start at rest and touch nobody; what other agents do is arbitrary.
+Does not: find real starts (closed_loop.py does, from what is left over here) or play (rollout.py).
+
+Why a proof over zones holds for the machine. v does not depend on positions, so it is computed here by the machine's
+own operations; only p += dt * v rounds differently for different starts. After T steps with positions up to X and
+speeds up to V, position and model differ by at most T (2^-45 + 2^-53 X + 3 T dt 2^-53 V): the grid, the rounding of
+each sum, and any other order of operations in v. For T = 25, X = 6, V = 2, dt = 0.1 that is 8e-13. A test compares a
+difference of two positions: twice that, plus the roundings of the subtraction and of a threshold's tie point, is
+below 2e-12. Every test is relaxed by SLACK = 2^-30 = 9e-10: going left needs d <= end + SLACK, going right d >= end -
+SLACK, and having arrived counts from radius - SLACK on. `ensure_exact` refuses questions for which the sum exceeds
+SLACK.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from itertools import combinations
+from typing import NamedTuple
+
+import numpy as np
+
+from codegen import ir
+from codegen.errors import InputError
+from codegen.floats import deciding_double
+from codegen.ir import AgentPolicy, Float64, PolicyProfile, WorldSpec
+from verify.batch import AXES, LIMIT, SCALE, ZERO, Int8, Int64, Zones, constrained
+
+SLACK = 2.0**-30
+GRID_SLACK = SCALE >> 30
+CHUNK = 4096  # zones that are stepped together
+
+
+class Bound(NamedTuple):
+    """What a side of a split asks: start(p) - start(q) <= limit - sign * (what offsets have added to the test)."""
+
+    p: int
+    q: int
+    limit: int
+    sign: int
+
+
+@dataclass(frozen=True)
+class Split:
+    """A split in terms of start positions. `moved`: (weight, agent of the group, of its velocity) of its terms.
+
+    Splits that ask the same have the same number.
+    """
+
+    number: int
+    axis: int
+    moved: tuple[tuple[int, int, bool], ...]
+    sides: tuple[tuple[Bound, ...], tuple[Bound, ...]]  # of left and right; none: that side is always possible
+    children: "tuple[Node, Node]"
+
+
+Node = Split | int  # an int is the action of a leaf
+
+
+@dataclass(frozen=True)
+class Group:
+    """Agents that are followed together, for one goal: their trees over the nodes of the zones, and how they move."""
+
+    agents: tuple[str, ...]
+    entities: tuple[str, ...]  # of the zones' nodes 1, 2, ...; the agents come first
+    trees: tuple[Node, ...]
+    push: Float64  # [agents, actions, 2] what an action adds to the velocity
+    max_speed: tuple[float | None, ...]
+    dt: float
+    damping: float
+    tests: int  # how many different tests there are
+    sees_speed: bool  # some test reads a velocity
+
+    def node(self, entity: str) -> int:
+        """The entity's node in the zones."""
+        return 1 + self.entities.index(entity)
+
+
+def read_by(policy: AgentPolicy) -> frozenset[str]:
+    """The entities that the tree's tests read, the goal as `goal`."""
+    tested = {policy.features[feature] for feature in policy.tree.feature if feature != ir.NO_FEATURE}
+    meanings = [feature.meaning for feature in tested if feature.meaning]
+    return frozenset(name.rpartition(".")[0] for meaning in meanings for _, name in meaning.terms)
+
+
+def grouped(profile: PolicyProfile, agents: Sequence[str], goal: str, claimed: Sequence[str]) -> Group:
+    """The group of `agents` for one goal. `claimed`: landmarks that the claim speaks of."""
+    world = profile.world
+    policies = [profile.policy(agent) for agent in agents]
+    seen = frozenset(claimed).union(*(read_by(policy) for policy in policies))
+    if ir.GOAL in seen:
+        seen |= {goal}
+    landmarks = [entity.name for entity in world.landmarks if entity.name in seen]
+    entities = (*agents, *landmarks)
+    movers = {entity.name: entity for entity in world.agents}
+    most = max(len(policy.actions) for policy in policies)
+    push = np.zeros((len(agents), most, 2))
+    for place, policy in enumerate(policies):
+        for number, action in enumerate(policy.actions):
+            push[place, number] = np.array(action.effect or (0.0, 0.0)) * movers[policy.agent].force * world.dt
+    resolver = _Resolver(world, tuple(agents), entities, goal)
+    trees = tuple(resolver.node(policy, ir.ROOT) for policy in policies)
+    speeds = tuple(movers[agent].max_speed for agent in agents)
+    tests = len(resolver.numbers)
+    return Group(tuple(agents), entities, trees, push, speeds, world.dt, world.damping, tests, resolver.sees_speed)
+
+
+class _Resolver:
+    """Turns trees into splits over start positions; notes whether a test that matters reads a velocity."""
+
+    def __init__(self, world: WorldSpec, agents: tuple[str, ...], entities: tuple[str, ...], goal: str) -> None:
+        self._world, self._agents, self._entities, self._goal = world, agents, entities, goal
+        self.sees_speed = False
+        self.numbers: dict[tuple[object, ...], int] = {}
+
+    def node(self, policy: AgentPolicy, place: int) -> Node:
+        """The subtree at a node, without splits that do not matter."""
+        tree = policy.tree
+        if tree.feature[place] == ir.NO_FEATURE:
+            return int(tree.action[place])
+        children = self.node(policy, int(tree.left[place])), self.node(policy, int(tree.right[place]))
+        if children[0] == children[1]:
+            return children[0]
+        return self._split(policy.features[tree.feature[place]], tree.threshold[place], children)
+
+    def _split(self, feature: ir.FeatureSpec, threshold: np.float32, children: tuple[Node, Node]) -> Node:
+        meaning = feature.meaning
+        weights: dict[str, int] = {}
+        for weight, name in meaning.terms if meaning else ():
+            entity, _, part = name.rpartition(".")
+            name = f"{self._goal if entity == ir.GOAL else entity}.{part}"
+            weights[name] = weights.get(name, 0) + weight
+        weights = {name: weight for name, weight in weights.items() if weight}
+        function = meaning.function if meaning else ""
+        if not weights:  # such as the goal's offset from the landmark that it is
+            return children[0] if (1.0 if function == "zero" else 0.0) <= threshold else children[1]
+        line = _line(function, float(threshold))
+        if isinstance(line, bool):
+            return children[0] if line else children[1]
+        axis, p, q, moved = self._terms(feature, weights)
+        if moved is None:
+            return Split(self._number(feature, threshold), axis, (), ((), ()), children)
+        up, down = _grid(line) + GRID_SLACK, _grid(-line) + GRID_SLACK
+        left, right = (Bound(p, q, up, 1),), (Bound(q, p, down, -1),)
+        number = self._number(axis, p, q, moved, line, function == "zero")
+        return Split(number, axis, moved, ((), left + right) if function == "zero" else (left, right), children)
+
+    def _number(self, *asked: object) -> int:
+        return self.numbers.setdefault(asked, len(self.numbers))
+
+    def _terms(
+        self, feature: ir.FeatureSpec, weights: Mapping[str, int]
+    ) -> tuple[int, int, int, tuple[tuple[int, int, bool], ...] | None]:
+        """(axis, p, q, moved) of a test on start(p) - start(q); moved is None where other agents decide."""
+        axes, ends, moved = set(), {1: ZERO, -1: ZERO}, []
+        for name, weight in weights.items():
+            entity, _, part = name.rpartition(".")
+            axes.add(part[-1])
+            self.sees_speed |= part.startswith("v")
+            if entity in self._agents:
+                moved.append((weight, self._agents.index(entity), part.startswith("v")))
+            elif entity not in self._entities:
+                return 0, ZERO, ZERO, None  # nothing is asked of other agents, so any test on them can go both ways
+            if not part.startswith("v"):
+                if weight not in ends or ends[weight] != ZERO:
+                    raise InputError(
+                        f"feature {feature.name} is not a difference of two coordinates", str(feature.meaning)
+                    )
+                ends[weight] = 1 + self._entities.index(entity)
+        if len(axes) > 1:
+            raise InputError(f"feature {feature.name} mixes two axes", str(feature.meaning))
+        return AXES.index(axes.pop()), ends[1], ends[-1], tuple(moved)
+
+
+def _line(function: str, threshold: float) -> float | bool:
+    """The end of the half line of sums that go left; for "zero" the number 0. A bool when all or none go left."""
+    if function == "":
+        return deciding_double(np.float32(threshold))
+    low = -1 if function == "sign" else 0
+    return 0.0 if low <= threshold < 1 else threshold >= 1
+
+
+def _grid(value: float) -> int:
+    """A number in 1 / SCALE, rounded up; beyond LIMIT, where no position is, LIMIT."""
+    return -int(-Fraction(min(max(value, -LIMIT), LIMIT)) * SCALE // 1)
+
+
+def ensure_exact(world: WorldSpec, steps: int, largest: Fraction) -> None:
+    """InputError unless the relaxation of tests covers all rounding. `largest`: the region's largest coordinate."""
+    reach, speed, place = 0.0, 0.0, 0.0
+    push = max(entity.force for entity in world.agents) * world.dt
+    for _ in range(steps):
+        place += speed * world.dt
+        speed = speed * (1 - world.damping) + push
+        reach = max(reach, speed)
+    size = float(largest) + place
+    apart = steps * (2.0**-45 + 2.0**-53 * size + 3 * steps * world.dt * 2.0**-53 * reach)
+    if 2 * apart + 2.0**-50 * size > SLACK or size > LIMIT / 8:
+        raise InputError(
+            f"rounding over {steps} steps from positions up to {float(largest):g} may exceed what proofs allow for",
+            "--steps",
+            "ask for fewer steps or a smaller region",
+        )
+
+
+# --- what is claimed: the starts that may still fail
+
+Cut = Callable[[Zones, int], Zones]  # (zones, step) -> the parts in which the claim may still fail
+
+
+def away(zones: Zones, group: Group, agent: str, landmark: str, radius: Fraction, disjoint: bool = True) -> Zones:
+    """The parts in which an agent may be farther than `radius` from a landmark, per axis and side.
+
+    `disjoint`: no start twice, but on common edges; otherwise the four half planes, which overlap.
+    """
+    near = int(radius * SCALE // 1) - GRID_SLACK  # arrived for sure up to here
+    mover, p, q = group.agents.index(agent), group.node(agent), group.node(landmark)
+    found = []
+    for axis in range(2):
+        for low, high, sign in ((p, q, 1), (q, p, -1)):
+            limit = near - sign * zones.offset[:, mover, axis]
+            # one unit of room: starts on the edge itself have arrived, and edges of edges would never end
+            rows, bounds = constrained(zones.bounds, axis, high, low, -limit, room=1)
+            found.append(zones.take(rows).with_bounds(bounds))
+            if disjoint:
+                beyond = np.zeros(zones.count, dtype=bool)
+                beyond[rows] = True
+                inside = np.flatnonzero(~beyond | (limit > -zones.bounds[:, axis, high, low]))
+                rest = zones.take(inside)
+                kept, bounds = constrained(rest.bounds, axis, low, high, limit[inside])
+                zones = rest.take(kept).with_bounds(bounds)
+    return Zones.joined(found)
+
+
+def unmatched(zones: Zones, group: Group, landmarks: Sequence[str], radius: Fraction) -> Zones:
+    """The parts in which the group may not be matched to the landmarks: by Hall's theorem some agents and some
+    landmarks, together more than there are landmarks, are all away from each other. Parts may overlap.
+    """
+    found = []
+    for size in range(1, len(group.agents) + 1):
+        for members in combinations(group.agents, size):
+            for barred in combinations(landmarks, len(landmarks) - size + 1):
+                part = zones
+                for agent in members:
+                    for landmark in barred:
+                        part = away(part, group, agent, landmark, radius, disjoint=False)
+                found.append(part)
+    return Zones.joined(found)
+
+
+# --- following the zones
+
+
+class Search:
+    """Depth first in batches: the zones of the deepest step that has a full batch are stepped, else the earliest."""
+
+    def __init__(self, group: Group, steps: int, cut: Cut, budget: int) -> None:
+        self.visited = 0
+        self._group, self._steps, self._cut, self._budget = group, steps, cut, budget
+
+    def run(self, first: Zones, failed: Callable[[Zones], None]) -> bool:
+        """Whether the search came to its end within the budget. `failed` gets the zones left after the last step."""
+        waiting: list[list[Zones]] = [[first], *([] for _ in range(self._steps))]
+        while True:
+            sizes = [sum(zones.count for zones in batch) for batch in waiting]
+            unfinished = [step for step, size in enumerate(sizes) if size]
+            if not unfinished:
+                return True
+            step = next((step for step in reversed(unfinished) if sizes[step] >= CHUNK), unfinished[0])
+            zones = Zones.joined(waiting[step])
+            waiting[step] = [zones.take(slice(CHUNK, None))] if zones.count > CHUNK else []
+            zones = zones.take(slice(CHUNK))
+            if self.visited + zones.count > self._budget:
+                return False
+            self.visited += zones.count
+            zones = self._cut(zones, step)
+            if zones.count and step == self._steps:
+                failed(zones)
+            elif zones.count:
+                waiting[step + 1].append(self._stepped(zones, step))
+
+    def _stepped(self, zones: Zones, step: int) -> Zones:
+        """The zones after one more step, split by what the trees choose."""
+        group = self._group
+        # after the first step nobody has moved, so all choose again what they chose; the last choice moves nobody
+        # before the end
+        if step < self._steps - 1 and (step != 1 or group.sees_speed):
+            for place in range(len(group.agents)):
+                zones = decided(zones, group, place)
+        moved = zones.offset + np.rint(zones.velocity * group.dt * SCALE).astype(np.int64)
+        velocity = zones.velocity * (1.0 - group.damping)
+        for place, limit in enumerate(group.max_speed):
+            velocity[:, place] += group.push[place][zones.action[:, place]]
+            if limit is not None:
+                speed = np.sqrt((velocity[:, place] ** 2).sum(axis=1))
+                fast = np.flatnonzero(speed > limit)
+                velocity[fast, place] = velocity[fast, place] / speed[fast, None] * limit
+        return zones._replace(offset=moved, velocity=velocity, moved=zones.moved | (velocity != 0))
+
+
+class _Pieces(NamedTuple):
+    """Parts of zones on their way through a tree."""
+
+    rows: Int64  # [n] of the zones that they are parts of
+    bounds: Int64
+    went: Int8
+
+
+def decided(zones: Zones, group: Group, place: int) -> Zones:
+    """The zones split by one agent's tree. A zone all of whose parts choose the same stays whole."""
+    actions: list[Int64] = []
+    leaves: list[_Pieces] = []
+    stack: list[tuple[Node, _Pieces]] = [
+        (group.trees[place], _Pieces(np.arange(zones.count), zones.bounds, zones.went))
+    ]
+    while stack:
+        node, pieces = stack.pop()
+        if isinstance(node, int):
+            leaves.append(pieces)
+            actions.append(np.full(len(pieces.rows), node))
+        else:
+            stack += zip(node.children, _sides(zones, node, pieces), strict=True)
+    parent, bounds, went = (np.concatenate(column) for column in zip(*leaves, strict=True))
+    action = np.concatenate(actions)
+    order = np.argsort(parent, kind="stable")
+    parent, action = parent[order], action[order]
+    starts_new = np.diff(parent, prepend=-1) > 0
+    first = np.flatnonzero(starts_new)
+    same = np.minimum.reduceat(action, first) == np.maximum.reduceat(action, first)
+    whole = same[np.cumsum(starts_new) - 1]
+    keep = ~whole | starts_new
+    parent, action, whole, order = parent[keep], action[keep], whole[keep], order[keep]
+    found = zones.take(parent)
+    found.bounds[~whole] = bounds[order[~whole]]
+    found.went[~whole] = went[order[~whole]]
+    found.action[:, place] = action
+    return found
+
+
+def _sides(zones: Zones, node: Split, pieces: _Pieces) -> tuple[_Pieces, _Pieces]:
+    """The parts of some pieces that may go left, and right.
+
+    Where no position in the test has changed since the start, neither has its outcome: it is looked up. Tests are
+    relaxed, so asking again would each time split off the few starts that the relaxation leaves to both sides.
+    """
+    rows = pieces.rows
+    shift = _shift(zones, rows, node)
+    unmoved = np.full(len(rows), bool(node.sides[1]))
+    for _, agent, of_velocity in node.moved:
+        unmoved &= ~zones.moved[rows, agent, node.axis] & (not of_velocity)
+    known = np.where(unmoved, pieces.went[:, node.number], 0)
+    found = []
+    for number, side in enumerate(node.sides, 1):
+        kept = np.flatnonzero((known == 0) | (known == number))
+        # a test that was answered is in the bounds already: its limits cut nothing more
+        bounds = pieces.bounds[kept]
+        for bound in side:
+            left, bounds = constrained(bounds, node.axis, bound.p, bound.q, bound.limit - bound.sign * shift[kept])
+            kept = kept[left]
+        went = pieces.went[kept]
+        went[unmoved[kept], node.number] = number
+        found.append(_Pieces(rows[kept], bounds, went))
+    return found[0], found[1]
+
+
+def _shift(zones: Zones, rows: Int64, node: Split) -> Int64:
+    """What the agents' movements have added to a test since the start, [n]."""
+    total = np.zeros(len(rows), dtype=np.int64)
+    for weight, agent, of_velocity in node.moved:
+        if of_velocity:
+            total += weight * np.rint(zones.velocity[rows, agent, node.axis] * SCALE).astype(np.int64)
+        else:
+            total += weight * zones.offset[rows, agent, node.axis]
+    return total
