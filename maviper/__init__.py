@@ -15,10 +15,11 @@ if TYPE_CHECKING:
 
     from codegen.ir import PolicyProfile
     from maviper.agreement import Compiled
+    from maviper.replaying import Replayed
     from verify.closed_loop import LoopResult
     from verify.engine import Result
 
-__all__ = ["compile", "from_onnx", "from_sklearn", "load", "verify", "version"]
+__all__ = ["compile", "from_onnx", "from_sklearn", "load", "replay", "verify", "version"]
 
 
 def version() -> str:
@@ -76,3 +77,10 @@ def verify(
 
     claim = find_claim(property_name, profile)
     return verify_claims(profile, [(claim, find_region(region, profile))])[0]
+
+
+def replay(counterexample: Path, profile: Path) -> Replayed:
+    """The counterexample of a file that `maviper verify -o` wrote, replayed with the profile in a file."""
+    from maviper.replaying import replay as replayed
+
+    return replayed(counterexample, load(profile))

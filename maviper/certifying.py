@@ -18,8 +18,6 @@ from verify.certificate import Certificate
 from verify.closed_loop import LoopResult
 from verify.engine import Result
 
-PROFILE_FILE = "profile.json"
-
 
 def certificate_files(results: Sequence[Result | LoopResult]) -> dict[str, str]:
     """The certificates of proved results, file name -> text; numbered as in the report."""
@@ -33,7 +31,7 @@ def certificate_files(results: Sequence[Result | LoopResult]) -> dict[str, str]:
 def check_command(path: Path, profile: Path | None) -> int:
     """The command `maviper check`; returns its exit code. RefusedError when the proof does not hold."""
     found = certificate.from_json(runs.read(path, certificate.MAX_BYTES), str(path))
-    beside = path.parent / PROFILE_FILE if profile is None else profile
+    beside = path.parent / runs.PROFILE_FILE if profile is None else profile
     try:
         closed = certificate.accepted(found, load(beside))
     except RejectedError as error:

@@ -92,9 +92,16 @@ def verify_claims(
                 results.append(closed_loop.verify_episodes(profile, claim, region, replays, skipped))
                 continue
             visited = None if world is None or episodes is None else _visited(world, episodes, region)
-            decisions = _replays(profile, claim, world, compiled)
+            decisions = _replays(profile, profile.team(claim.team), world, compiled)
             results.append(engine.verify(profile, claim, region, decisions, budget, visited, skipped, semantics))
     return results
+
+
+def replayed(profile: ir.PolicyProfile, team: str, point: Point) -> dict[str, list[int]]:
+    """A team's actions in a world state by everything that can replay it here, name -> actions in the team's order."""
+    world, policies = agreement.matching_world(profile), profile.team(team)
+    with _compiled(profile, find_compiler()) as compiled:
+        return {name: each(point) for name, each in _replays(profile, policies, world, compiled).items()}
 
 
 @contextmanager
@@ -110,10 +117,12 @@ def _compiled(profile: ir.PolicyProfile, compiler: list[str] | None) -> Iterator
 
 
 def _replays(
-    profile: ir.PolicyProfile, claim: Property, world: ParticleWorld | None, compiled: CompiledC | None
+    profile: ir.PolicyProfile,
+    team: Sequence[ir.AgentPolicy],
+    world: ParticleWorld | None,
+    compiled: CompiledC | None,
 ) -> Mapping[str, Replay]:
     """What replays a team's decisions in one world state."""
-    team = profile.team(claim.team)
     replays: dict[str, Replay] = {}
     if compiled is not None:
         replays["compiled C"] = partial(_in_compiled, profile, team, compiled)

@@ -1,4 +1,4 @@
-"""The commands about claims: verify, properties, check.
+"""The commands about claims: verify, properties, check, replay.
 
 Does: parse, call, print.
 Assumes: cli.py adds them to the group.
@@ -148,4 +148,20 @@ def check(certificate: Path, profile: Path | None) -> int:
     return check_command(certificate, profile)
 
 
-COMMANDS = (verify, properties, check)
+@click.command()
+@click.argument("counterexample", type=click.Path(path_type=Path))
+@click.option(
+    "--profile", type=click.Path(path_type=Path), default=None, help="The policy (default: profile.json beside it)."
+)
+@click.pass_context
+def replay(context: click.Context, counterexample: Path, profile: Path | None) -> int:
+    """Replay COUNTEREXAMPLE, which `maviper verify -o` wrote: by the reference, the compiled C and the environment.
+
+    Exits with 1 when the claim fails in its world state, with 0 when it holds, as it should for a mended policy.
+    """
+    from maviper.replaying import replay_command
+
+    return replay_command(counterexample, profile, console_of(context))
+
+
+COMMANDS = (verify, properties, check, replay)

@@ -59,8 +59,8 @@ def run(folder: Path, console: Console, seed: int | None) -> int:
     header = next(name for name in files if name.endswith(".h"))
     console.line("report", str(folder / "report.html"))
     console.line("header", f"{folder / header}, called in {folder / 'example.c'}")
-    again = f"maviper verify {folder / publish.PROFILE_FILE} --region {folder / publish.REGION_FILE}"
-    console.line("next", f"maviper show {folder / publish.PROFILE_FILE}; {again}")
+    again = f"maviper verify {folder / runs.PROFILE_FILE} --region {folder / publish.REGION_FILE}"
+    console.line("next", f"maviper show {folder / runs.PROFILE_FILE}; {again}")
     return ExitCode.DONE if expected else ExitCode.VIOLATED
 
 

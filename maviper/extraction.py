@@ -34,7 +34,7 @@ from maviper.worlds import ParticleWorld, World
 
 AUTOMATIC = "auto"
 FORMAT = "maviper-extraction-1"
-PROFILE_FILE, METRICS_FILE, SEEDS_FILE, STEPS = "profile.json", "metrics.jsonl", "seeds.json", "steps"
+METRICS_FILE, SEEDS_FILE, STEPS = "metrics.jsonl", "seeds.json", "steps"
 MOST_SEEDS = 1_000
 PACKAGES = ("maviper", "mpe2", "numpy", "scikit-learn")
 
@@ -62,7 +62,7 @@ def extract_command(expert: str, output: Path, options: Mapping[str, Any], conso
         return _written(output, extract_live(world, found, settings, console, jobs), console)
     task = _Task(output, expert, critic, command, resume)
     if seeds == 1:
-        return _written(output / PROFILE_FILE, _run(task, world, found, settings, console, jobs), console)
+        return _written(output / runs.PROFILE_FILE, _run(task, world, found, settings, console, jobs), console)
     runs.folder(output)
     tasks = [
         (replace(task, folder=folder, resume=resume and (folder / runs.CONFIG_FILE).exists()), world, found, each)
@@ -80,7 +80,7 @@ def extract_command(expert: str, output: Path, options: Mapping[str, Any], conso
     table = {str(profile.provenance.seed): value for profile, value in zip(profiles, scores, strict=True)}
     runs.write(output / SEEDS_FILE, runs.as_json({"best": profiles[best].provenance.seed, "scores": table}))
     say_measured(profiles[best], world, console)
-    return _written(output / PROFILE_FILE, profiles[best], console)
+    return _written(output / runs.PROFILE_FILE, profiles[best], console)
 
 
 @dataclass(frozen=True)
@@ -110,7 +110,7 @@ def _run(
     }
     runs.claim(task.folder, config, ("format", "tool", "world", "expert", "critic"), task.resume)
     profile = extract_live(world, expert, settings, console or Console(quiet=True), jobs, task.folder)
-    runs.write(task.folder / PROFILE_FILE, policy_json.dumps(profile))
+    runs.write(task.folder / runs.PROFILE_FILE, policy_json.dumps(profile))
     return profile
 
 

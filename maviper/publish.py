@@ -12,7 +12,7 @@ from codegen import ir, policy_json
 from codegen.lower import lower
 from codegen.policy_json import content_hash, layout
 from codegen.render import render
-from maviper import claims
+from maviper import claims, runs
 from maviper.agreement import Compiled
 from maviper.questions import command
 from verify.engine import Result
@@ -21,7 +21,6 @@ from verify.regions import best_proved_box
 from verify.spec import Region
 from verify.world import everywhere
 
-PROFILE_FILE = "profile.json"
 REGION_FILE = "region.toml"
 TOOLS = ("maviper", "mpe2", "numpy", "scikit-learn", "z3-solver")
 
@@ -43,11 +42,11 @@ def handout(
 ) -> dict[str, str | bytes]:
     """All files, name -> text; the manifest names the hash of every other one."""
     model = lower(profile)
-    files: dict[str, str | bytes] = {PROFILE_FILE: policy_json.dumps(profile), **compiled.files}
+    files: dict[str, str | bytes] = {runs.PROFILE_FILE: policy_json.dumps(profile), **compiled.files}
     files |= {region.name: region.toml() for _, region in asked if region.name == REGION_FILE}
     example = render("c/example.c.j2", model=model)
     files["example.c"] = example
-    commands = [command(PROFILE_FILE, claim, region.name) for claim, region in asked]
+    commands = [command(runs.PROFILE_FILE, claim, region.name) for claim, region in asked]
     files |= claims.report_files(profile, results, commands, files)
     verdicts = [
         {

@@ -20,6 +20,8 @@ CONFIG_FILE = "config.json"
 MOST_CONFIG_BYTES = 2**20
 _serial = itertools.count()
 
+PROFILE_FILE = "profile.json"  # wherever a policy lies among other files
+
 
 def write(path: Path, content: str | bytes) -> Path:
     """Writes a file atomically: a reader sees the old file or the new one, an interruption leaves the old one."""

@@ -12,12 +12,13 @@ from typing import Any
 import click
 
 from codegen.errors import ExitCode, InputError
-from codegen.policy_json import layout
+from codegen.policy_json import dumps, layout
 from maviper import load, runs
 from maviper.certifying import certificate_files
 from maviper.claims import question_files, report_files, verify_claims
 from maviper.console import Console
 from maviper.questions import listed, questions
+from maviper.replaying import counterexample_files
 from verify.closed_loop import LoopResult
 from verify.engine import DEFAULT_BUDGET, Result
 from verify.properties import LEAVES
@@ -49,12 +50,16 @@ def verify_command(profile: Path, options: Mapping[str, Any], console: Console) 
     files = report_files(loaded, results, [one.command for one in asked], {})
     output = options["output"]
     if output is not None:
-        proofs = certificate_files(results)
-        for name, text in (files | proofs).items():
+        proofs, failures = certificate_files(results), counterexample_files(loaded, results)
+        beside = {runs.PROFILE_FILE: dumps(loaded)} if failures else {}
+        for name, text in (files | proofs | failures | beside).items():
             runs.write(output / name, text)
         console.line("report", str(output / "report.html"))
         for name in proofs:
             console.line("certificate", f"{output / name}; maviper check {output / name} --profile {profile}")
+        for name in failures:
+            if name.endswith(".json"):
+                console.line("replay", f"maviper replay {output / name}")
     if options["as_json"]:
         click.echo(files["report.json"], nl=False)
     elif output is None:

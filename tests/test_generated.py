@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from codegen.compiled import find_compiler
-from maviper import agreement, claims, load, publish
+from maviper import agreement, claims, load, publish, runs
 
 FOLDER = Path(__file__).parent.parent / "generated" / "physical_deception"
 
@@ -24,7 +24,7 @@ def present():
 
 
 def test_all_files_follow_from_the_committed_profile(golden):
-    profile = load(FOLDER / publish.PROFILE_FILE)
+    profile = load(FOLDER / runs.PROFILE_FILE)
     compiled = agreement.compile_profile(profile)
     asked = publish.questions(profile)
     files = publish.handout(profile, compiled, asked, claims.verify_claims(profile, asked))

@@ -39,7 +39,6 @@ import base64
 import binascii
 import hashlib
 import json
-import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields
 from fractions import Fraction
@@ -52,7 +51,8 @@ from codegen.ir import PolicyProfile
 from codegen.policy_json import content_hash, layout
 from verify import checker
 from verify.bounds import RejectedError, region_formula
-from verify.formula import Acts, And, Formula, Goal, Linear, Not, Or, agents, coordinates, for_goal, holds
+from verify.formula import Formula, agents, coordinates, for_goal, holds
+from verify.formula_json import formula_document, read_formula, read_number
 from verify.properties import BUILT_IN, Property, formula
 from verify.spec import SEMANTICS, Region
 from verify.world import verifiable
@@ -60,9 +60,7 @@ from verify.world import verifiable
 FORM = "maviper-certificate-1"
 MAX_BYTES = 1 << 30
 LINE = 96  # characters of a proof on a line
-MOST_DIGITS = 4000
 NAMED = ("name", "team", "margin", "radius", "kappa", "landmarks")  # of a property, what a certificate states
-DEEPEST = 100  # levels of a formula
 REMAKE = "make it again with `maviper verify -o`"
 
 
@@ -181,7 +179,7 @@ def to_json(certificate: Certificate) -> str:
         "property": None if certificate.claim is None else _property_document(certificate.claim),
         "semantics": certificate.semantics,
         "region": {"name": certificate.region.name, **certificate.region.document()},
-        "formula": _formula_document(certificate.formula),
+        "formula": formula_document(certificate.formula),
         "inhabitant": {name: str(value) for name, value in certificate.inhabitant.items()},
         "proofs": {goal: _lines(base64.b64encode(proof).decode()) for goal, proof in certificate.proofs.items()},
     }
@@ -220,10 +218,10 @@ def _certificate(raw: CertificateJson) -> Certificate:
     return Certificate(
         profile=raw.profile,
         claim=None if raw.property is None else _property(raw.property),
-        formula=_formula(raw.formula),
+        formula=read_formula(raw.formula),
         region=_region(raw.region),
         semantics=raw.semantics,
-        inhabitant={name: _number(value) for name, value in raw.inhabitant.items()},
+        inhabitant={name: read_number(value) for name, value in raw.inhabitant.items()},
         proofs=proofs,
     )
 
@@ -232,17 +230,8 @@ def _hash(body: Mapping[str, Any]) -> str:
     return hashlib.sha256(json.dumps(body, ensure_ascii=False, sort_keys=True).encode()).hexdigest()
 
 
-_NUMBER = re.compile(r'-?\d+(\.\d+)?|"?-?\d+/\d+"?')
-
-
 def _lines(proof: str) -> list[str]:
     return [proof[start : start + LINE] for start in range(0, len(proof), LINE)]
-
-
-def _number(text: str) -> Fraction:
-    if not isinstance(text, str) or len(text) > MOST_DIGITS or not _NUMBER.fullmatch(text):
-        raise ValueError(f"no number, or one of more than {MOST_DIGITS} digits: {str(text)[:40]!r}")
-    return Fraction(text.strip('"'))
 
 
 def _property_document(claim: Property) -> dict[str, Any]:
@@ -257,45 +246,11 @@ def _property(document: Mapping[str, str | list[str]]) -> Property:
         kind = type(getattr(plain, name))
         if isinstance(value, str) == issubclass(kind, tuple):
             raise ValueError(f"$.property.{name}: {value}")
-        convert = _number if kind is Fraction else kind
+        convert = read_number if kind is Fraction else kind
         given[name] = tuple(value) if isinstance(value, list) else convert(value)
     if given["name"] not in BUILT_IN:
         raise ValueError(f"$.property.name: {given['name'][:40]!r}")
     return Property(**given)
-
-
-def _formula_document(node: Formula) -> dict[str, Any]:
-    if isinstance(node, Linear):
-        terms = [[str(weight), name] for weight, name in node.terms]
-        return {"sum": terms, "below" if node.strict else "most": str(node.bound)}
-    if isinstance(node, Acts):
-        return {"agent": node.agent, "takes": node.action}
-    if isinstance(node, Goal):
-        return {"goal": node.landmark}
-    if isinstance(node, Not):
-        return {"not": _formula_document(node.part)}
-    return {"all" if isinstance(node, And) else "any": [_formula_document(part) for part in node.parts]}
-
-
-def _formula(document: Mapping[str, Any], depth: int = 0) -> Formula:
-    if depth > DEEPEST:
-        raise ValueError(f"$.formula: nested deeper than {DEEPEST}")
-    match document:
-        case {"sum": [*terms], **bound} if len(bound) == 1 and set(bound) <= {"most", "below"}:
-            kept = tuple((_number(weight), str(name)) for weight, name in terms)
-            ((kind, value),) = bound.items()
-            return Linear(kept, _number(value), kind == "below")
-        case {"agent": str(agent), "takes": int(action)} if len(document) == 2:
-            return Acts(agent, action)
-        case {"goal": str(landmark)} if len(document) == 1:
-            return Goal(landmark)
-        case {"not": part} if len(document) == 1:
-            return Not(_formula(part, depth + 1))
-        case {"all": [*parts]} if len(document) == 1:
-            return And(tuple(_formula(part, depth + 1) for part in parts))
-        case {"any": [*parts]} if len(document) == 1:
-            return Or(tuple(_formula(part, depth + 1) for part in parts))
-    raise ValueError(f"$.formula: {str(document)[:80]}")
 
 
 def _region(document: Mapping[str, Any]) -> Region:
@@ -304,10 +259,10 @@ def _region(document: Mapping[str, Any]) -> Region:
         return first, second
 
     def interval(bounds: Any) -> tuple[Fraction, Fraction]:
-        low, high = map(_number, bounds)
+        low, high = map(read_number, bounds)
         return low, high
 
     box = {name: interval(bounds) for name, bounds in document["box"].items()}
     differences = tuple((*pair(text), interval(bounds)) for text, bounds in document["difference"].items())
-    apart = tuple((*pair(text), _number(least)) for text, least in document["apart"].items())
+    apart = tuple((*pair(text), read_number(least)) for text, least in document["apart"].items())
     return Region(box, tuple(map(str, document["goals"])), differences, apart, name=str(document["name"]))

@@ -1,0 +1,160 @@
+"""Counterexamples as files, and their replay.
+
+Does: writes a counterexample with its claim and a test of it; replays one by reference, compiled C and environment.
+Assumes: results of `verify.engine.verify`; a profile of the same world, the same policy or a better one.
+Does not: look for counterexamples; those about whole episodes are not written yet.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from codegen.errors import DisagreementError, ExitCode, InputError
+from codegen.ir import PolicyProfile, act
+from codegen.policy_json import content_hash, layout
+from codegen.render import render
+from maviper import load, runs
+from maviper.claims import replayed
+from maviper.console import Console
+from verify.closed_loop import LoopResult
+from verify.engine import Result
+from verify.formula import Formula, agents, coordinates, for_goal, holds
+from verify.formula_json import formula_document, read_formula
+from verify.properties import formula
+from verify.world import Point, error_name, observed
+
+FORM = "maviper-counterexample-1"
+MAX_BYTES = 1 << 24
+ADVICE = "make it again with `maviper verify -o`"
+
+
+class CounterexampleJson(msgspec.Struct, forbid_unknown_fields=True):
+    """The members of the file."""
+
+    counterexample: str
+    profile: str  # content hash
+    property: str
+    team: str
+    formula: dict[str, Any]
+    goal: str
+    position: dict[str, float]  # every coordinate that the region bounds
+    errors: dict[str, float]  # of features, as `verify.world.error_name` names them
+    actions: dict[str, str]  # agent -> what it did
+
+
+@dataclass(frozen=True)
+class Replayed:
+    """What the team does in the world state, and whether the claim fails there."""
+
+    property: str
+    violated: bool
+    actions: Mapping[str, str]
+    before: Mapping[str, str]  # what the file says that it did
+    by: tuple[str, ...]  # what gave the same actions
+    same_policy: bool
+
+
+def counterexample_files(profile: PolicyProfile, results: Sequence[Result | LoopResult]) -> dict[str, str]:
+    """For each violated claim about single decisions a file, and a test that fails until a policy holds there."""
+    files: dict[str, str] = {}
+    for place, result in enumerate(results, 1):
+        if not isinstance(result, Result) or result.counterexample is None:
+            continue
+        found, claim = result.counterexample, result.claim
+        document = {
+            "counterexample": FORM,
+            "profile": content_hash(profile),
+            "property": claim.shown,
+            "team": claim.team,
+            "formula": formula_document(formula(profile, claim)),
+            "goal": found.point.goal,
+            "position": dict(found.point.position),
+            "errors": dict(found.point.errors),
+            "actions": {view.agent: view.action for view in found.agents},
+        }
+        stem = f"counterexample-{place}-{claim.name}"
+        files[f"{stem}.json"] = layout(document) + "\n"
+        files[f"test_{stem.replace('-', '_')}.py"] = render(
+            "tests/counterexample.py.j2", name=f"{stem}.json", property=claim.shown, place=place
+        )
+    return files
+
+
+def replay(path: Path, profile: PolicyProfile) -> Replayed:
+    """The counterexample of a file, replayed with a profile: the one that it is about, or another of its world.
+
+    InputError when the file is damaged or speaks of what the profile does not have; DisagreementError when compiled C
+    or environment act differently from the reference.
+    """
+    found = _read(path)
+    claim = _claim(found, path)
+    _ensure_known(found, claim, profile, path)
+    point = Point(found.position, found.goal, found.errors)
+    team = profile.team(found.team)
+    taken = {policy.agent: int(act(policy, observed(profile, policy, point))[0]) for policy in team}
+    by = replayed(profile, found.team, point)
+    for name, actions in by.items():
+        if list(taken.values()) != actions:
+            raise DisagreementError(f"{name} acts differently", f"reference {taken}, {name} {actions}", "this is a bug")
+    at = dict(zip(profile.world.coordinates(), point.coordinates(profile)[0], strict=True))
+    exact = {name: Fraction(float(value)) for name, value in at.items()}
+    names = {policy.agent: policy.actions[taken[policy.agent]].name for policy in team}
+    return Replayed(
+        property=found.property,
+        violated=not holds(for_goal(claim, found.goal), exact, taken),
+        actions=names,
+        before=found.actions,
+        by=("reference", *by),
+        same_policy=content_hash(profile) == found.profile,
+    )
+
+
+def replay_command(path: Path, profile: Path | None, console: Console) -> int:
+    """The command `maviper replay`: 1 when the claim fails in the world state, else 0."""
+    found = replay(path, load(path.parent / runs.PROFILE_FILE if profile is None else profile))
+    if not found.same_policy:
+        console.line("policy", "not the one that the counterexample is about")
+    for agent, action in found.actions.items():
+        changed = "" if action == found.before.get(agent) else f" (was {found.before.get(agent)})"
+        console.line(agent, f"{action}{changed}")
+    console.line("replayed", f"by {', '.join(found.by)}, which act alike")
+    console.line("VIOLATED" if found.violated else "holds", found.property)
+    return ExitCode.VIOLATED if found.violated else ExitCode.DONE
+
+
+def _read(path: Path) -> CounterexampleJson:
+    try:
+        found = msgspec.json.decode(runs.read(path, MAX_BYTES), type=CounterexampleJson)
+    except (msgspec.ValidationError, msgspec.DecodeError, UnicodeDecodeError) as error:
+        raise InputError("not a counterexample", f"{path}: {error}", ADVICE) from None
+    if found.counterexample != FORM:
+        raise InputError("a counterexample of another version", f"{path}: {found.counterexample[:40]!r}", ADVICE)
+    return found
+
+
+def _claim(found: CounterexampleJson, path: Path) -> Formula:
+    try:
+        return read_formula(found.formula)
+    except (ValueError, LookupError, TypeError, AttributeError, RecursionError) as error:
+        raise InputError("the counterexample's formula cannot be read", f"{path}: {error}"[:200], ADVICE) from None
+
+
+def _ensure_known(found: CounterexampleJson, claim: Formula, profile: PolicyProfile, path: Path) -> None:
+    world = profile.world
+    needed = {f"{entity.name}.{axis}" for entity in world.agents + world.landmarks for axis in "xy"}
+    team = {policy.agent for policy in profile.team(found.team)}
+    features = {error_name(policy.agent, feature.name) for policy in profile.agents for feature in policy.features}
+    strange = [
+        *sorted((coordinates(claim) | set(found.position)) - set(world.coordinates())),
+        *sorted(agents(claim) - team),
+        *sorted(set(found.errors) - features),
+        *([found.goal] if found.goal not in (world.goals or ("",)) else []),
+        *sorted(f"no {name}" for name in needed - set(found.position)),
+    ]
+    if strange or not team:
+        what = ", ".join(strange[:5]) or f"no team {found.team}"
+        raise InputError("the counterexample is about another world", f"{path}: {what}", "give its profile")
