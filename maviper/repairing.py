@@ -86,11 +86,11 @@ def repair_command(path: Path, options: Mapping[str, Any], console: Console) -> 
     asked = command(PROFILE_FILE, claim, region.name)
     results = verify_claims(after, [(claim, region)])
     say_results(results, console)
-    made = shlex.join(["maviper", "repair", path.name, *shlex.split(asked)[3:]])
-    made += f" --max-depth {most}" if most is not None else ""
+    made = ["maviper", "repair", path.name, *shlex.split(asked)[3:], "--episodes", str(episodes)]
+    made += ["--max-depth", str(most)] if most is not None else []
     files: dict[str, str | bytes] = {
         PROFILE_FILE: policy_json.dumps(after),
-        COST_FILE: policy_json.layout(document(before, after, found, claim, region, cost, made)) + "\n",
+        COST_FILE: policy_json.layout(document(before, after, found, claim, region, cost, shlex.join(made))) + "\n",
     }
     files |= {} if options["region"] == "start" else {Path(options["region"]).name: region.toml()}
     files |= report_files(after, results, [asked], files) | certificate_files(results)
