@@ -113,17 +113,18 @@ def difference(a: Tree, b: Tree, n_features: int, aside: Collection[int] = ()) -
     stack = [(ROOT, ROOT, EVERYTHING)]
     while stack:
         here, there, box = stack.pop()
-        tree, node = (a, here) if a.feature[here] != NO_FEATURE else (b, there)
+        first = a.feature[here] != NO_FEATURE  # not by identity: both may be the same tree
+        tree, node = (a, here) if first else (b, there)
         if tree.feature[node] == NO_FEATURE:
             if a.action[here] != b.action[there] and here not in aside:
                 return box.point(n_features)
             continue
-        if tree is b and here in aside:
+        if not first and here in aside:
             continue
         sides = box.halved(int(tree.feature[node]), float(tree.threshold[node]))
         for child, part in zip((int(tree.left[node]), int(tree.right[node])), sides, strict=True):
             if part is not None:
-                stack.append((child, there, part) if tree is a else (here, child, part))
+                stack.append((child, there, part) if first else (here, child, part))
     return None
 
 

@@ -1,4 +1,4 @@
-"""The commands about claims: verify, properties, check, replay.
+"""The commands about claims: verify, repair, properties, check, replay.
 
 Does: parse, call, print.
 Assumes: cli.py adds them to the group.
@@ -12,7 +12,7 @@ from typing import Any
 import click
 
 from codegen.errors import ExitCode
-from maviper.cli_parts import console_of
+from maviper.cli_parts import OUTPUT, console_of
 
 
 def _fraction(_context: click.Context, parameter: click.Parameter, value: str | None) -> Fraction | None:
@@ -96,6 +96,35 @@ def verify(context: click.Context, profile: Path, **options: Any) -> int:
     return verify_command(profile, options, console_of(context))
 
 
+@click.command()
+@click.argument("profile", type=click.Path(path_type=Path))
+@click.option("--property", "name", default="distinct_targets", show_default=True, help="Or own_target.")
+@click.option("--team", default=None, help="The team to repair (default: the one with an agent a landmark).")
+@click.option("--region", default="start", show_default=True, help="`start` (the start box) or a region file (TOML).")
+@click.option("--margin", callback=_fraction, help="An agent closes when it is ahead by more (default: 0).")
+@click.option("--radius", callback=_fraction, help="An agent is at a landmark within it (default: 1/10).")
+@click.option("--landmarks", callback=_names, metavar="A,B", help="Of own_target: one for each agent of the team.")
+@click.option("--max-depth", type=int, default=None, help="Prefer repairs within so many splits (default: any).")
+@click.option("--episodes", default=1_000, show_default=True, help="Held-out episodes, before and after.")
+@OUTPUT
+@click.pass_context
+def repair(context: click.Context, profile: Path, **options: Any) -> int:
+    """Make a property of PROFILE true in a region: guard the leaves that violate it until both engines prove it.
+
+    Each agent of the team gets a landmark of its own. A leaf that a counterexample ends in becomes a small tree, with
+    tests on the agent's offset to its landmark, that keeps the agent closing on it or at it; all other leaves decide
+    as before. Says how many actions change, and what the team reaches before and after in the same episodes. Writes
+    the repaired profile, its certificate, the report and the costs (repair.json).
+
+    \b
+    Exits with 0 when the property is proved within --max-depth, with 1 when the
+    trees are deeper, with 3 when no repair was found (then nothing is written).
+    """
+    from maviper.repairing import repair_command
+
+    return repair_command(profile, options, console_of(context))
+
+
 @click.group()
 def properties() -> None:
     """What can be claimed: built-in properties, and files for claims of your own."""
@@ -164,4 +193,4 @@ def replay(context: click.Context, counterexample: Path, profile: Path | None) -
     return replay_command(counterexample, profile, console_of(context))
 
 
-COMMANDS = (verify, properties, check, replay)
+COMMANDS = (verify, repair, properties, check, replay)

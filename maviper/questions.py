@@ -6,7 +6,8 @@ Does not: decide or print.
 """
 
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from fractions import Fraction
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -54,14 +55,21 @@ def questions(profile: ir.PolicyProfile, profile_name: str, options: Mapping[str
         found += [Asked(claim, where, _line(words, claim, budget, options["semantics"])) for claim, where in asked]
     names = options["names"] or (() if found else (DEFAULT,))
     for name, given in zip(names, _given(names, options), strict=True):
-        try:
+        with with_option_names():
             claim = find_claim(name, profile, options["team"], **given)
-        except InputError as error:
-            error.where = f"--{error.where}" if error.where in PARAMETERS else error.where
-            raise
         found.append(Asked(claim, region, command(profile_name, claim, region.name, budget, options["semantics"])))
     _check_episodes([one.claim for one in found], options)
     return found
+
+
+@contextmanager
+def with_option_names() -> Iterator[None]:
+    """Errors about a parameter name the option that it came from."""
+    try:
+        yield
+    except InputError as error:
+        error.where = f"--{error.where}" if error.where in PARAMETERS else error.where
+        raise
 
 
 def _check_episodes(claims: Sequence[Claim], options: Mapping[str, Any]) -> None:

@@ -1,0 +1,77 @@
+"""generated/proved_defenders/: a team that plays nearly as well as the network and is proved in the whole start box."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from codegen import ir
+from codegen.policy_json import content_hash
+from maviper import cli, load
+from maviper.evaluate import metrics
+from maviper.evaluate.play import tree_policies
+from maviper.worlds.physical_deception import DEFENDERS
+from verify.certificate import accepted, from_json
+from verify.world import everywhere
+
+FOLDER = Path(__file__).parent.parent / "generated" / "proved_defenders"
+CERTIFICATE = FOLDER / "certificate-1-distinct_targets.json"
+MOST_DEPTH, LEAST_SUCCESS = 6, 0.98
+FRESH = range(metrics.MEASUREMENT_SEEDS + 500_000, metrics.MEASUREMENT_SEEDS + 510_000)  # no command measures on these
+
+pytestmark = pytest.mark.solver
+
+
+@pytest.fixture(scope="module")
+def proved():
+    return load(FOLDER / "profile.json")
+
+
+def test_the_certificate_is_about_these_trees_in_the_whole_start_box(proved, capsys):
+    found = from_json(CERTIFICATE.read_bytes())
+    assert accepted(found, proved) > 0
+    assert found.claim.name == "distinct_targets" and found.claim.team == DEFENDERS
+    assert (found.claim.margin, found.claim.radius * 10, found.semantics) == (0, 1, "machine")
+    assert found.region == everywhere(proved) and set(found.region.goals) == {"landmark_0", "landmark_1"}
+    assert cli.run(["check", str(CERTIFICATE)]) == 0
+    assert capsys.readouterr().out.startswith("accepted")
+
+
+def test_the_trees_are_small_and_play_as_well_as_they_are_said_to(proved, world, expert):
+    assert max(int(ir.depth(policy.tree).max()) for policy in proved.team(DEFENDERS)) <= MOST_DEPTH
+    lineup = [tree_policies(proved.agents) if policy.team == DEFENDERS else expert for policy in proved.agents]
+    measure = world.primary(DEFENDERS)
+    assert measure.name == "success r=0.316"
+    low, high = metrics.evaluate(world, lineup, FRESH)[measure].interval
+    assert low >= LEAST_SUCCESS
+    told = next(
+        row for row in json.loads((FOLDER / "repair.json").read_text())["measures"] if "0.316" in row["measure"]
+    )
+    assert told["episodes"] == 10_000 and low <= told["after"]["high"] and told["after"]["low"] <= high
+
+
+def test_the_evidence_names_the_profiles(proved, expert):
+    cost, report = (json.loads((FOLDER / name).read_text()) for name in ("repair.json", "report.json"))
+    assert cost["profile"] == report["profile"] == content_hash(proved)
+    before = content_hash(load(FOLDER / "extracted.json"))
+    assert cost["profile_before"] == proved.provenance.training["profile before repair"] == before
+    assert proved.provenance.expert == expert.hash
+    (result,) = report["results"]
+    assert [opinion["verdict"] for opinion in result["engines"]] == ["PROVED", "PROVED"]
+
+
+def test_repairing_the_extracted_team_again_gives_the_same_bytes(tmp_path, capsys):
+    made = ["repair", str(FOLDER / "extracted.json"), "--max-depth", "6", "--episodes", "10000", "-o", str(tmp_path)]
+    assert cli.run(made) == 0
+    names = {path.name for path in FOLDER.iterdir()} - {"README.md", "extracted.json"}
+    assert names == {path.name for path in tmp_path.iterdir()}
+    for name in names:
+        assert (tmp_path / name).read_bytes() == (FOLDER / name).read_bytes(), name
+    assert "6 leaves guarded" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(900)
+def test_extracting_again_gives_the_same_bytes(tmp_path):
+    assert cli.run(["extract", "physical-deception", "--seed", "1", "-o", str(tmp_path / "extracted.json")]) == 0
+    assert (tmp_path / "extracted.json").read_bytes() == (FOLDER / "extracted.json").read_bytes()
