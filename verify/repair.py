@@ -150,11 +150,9 @@ def _weighed(profile: PolicyProfile, policy: AgentPolicy, region: Region, visite
     """Uniform states of the region and visited ones, each kind with half of the weight where both are there."""
     drawn, _ = sample(region, profile.world, SAMPLES, SAMPLE_SEED)
     kinds = [drawn] if visited is None else [drawn, visited]
-    kinds = [kind for kind in kinds if len(kind)]
-    if not kinds:
-        raise InputError("no state of the region was found", "--region", "repair needs states to weigh changes in")
+    kinds = [kind for kind in kinds if len(kind)] or [drawn]  # a region too thin to sample: only leaves have a price
     rows = observe(policy.features, np.concatenate(kinds), profile.world)
-    weight = np.concatenate([np.full(len(kind), 1 / len(kind) / len(kinds)) for kind in kinds])
+    weight = np.concatenate([np.full(len(kind), 1 / max(1, len(kind)) / len(kinds)) for kind in kinds])
     return Seen(rows, weight, ir.apply(policy.tree, rows))
 
 

@@ -150,6 +150,17 @@ def test_a_smaller_region_needs_fewer_guards(profile, claim):
     assert verify(found.profile, claim, start, {}).verdict is Verdict.VIOLATED
 
 
+def test_regions_too_thin_or_empty_to_sample(profile, claim):
+    still, start = team(profile, tree(STAY), towards(1, 1)), start_region(profile.world)
+    thin = replace(start, differences=(("agent_0.x", "landmark_0.x", (Fraction(1, 2), Fraction(1, 2))),))
+    found = repair(still, claim, thin)
+    assert found.ended and found.profile.policy("agent_0").tree.action.tolist() == [LEFT]
+    proved(found.profile, claim, thin)
+    empty = replace(start, differences=(("agent_0.x", "landmark_0.x", (Fraction(5), Fraction(6))),))
+    found = repair(still, claim, empty)
+    assert not found.ended and found.reason == "the region holds no world state"
+
+
 def test_guards_stay_within_the_depth_where_they_can(profile, claim):
     still = team(profile, tree(STAY), tree(STAY))
     region = start_region(still.world)
