@@ -26,6 +26,7 @@ from maviper.worlds import ParticleWorld, World, built_in
 from maviper.worlds.world import world_name
 
 SOLVER_ROWS = 1_000  # an agent; a solver takes milliseconds each
+BEFORE_REPAIR = "profile before repair"  # in the provenance of a repaired profile
 NO_WORLD = "no world of this version has the profile's spec, agents, features and actions"
 ON_POLICY_EPISODES = 4_000  # of 25 steps: 100,000 observations an agent
 
@@ -57,8 +58,9 @@ def compile_profile(
     report = selfcheck.check_files(profile, files, prefix, style=style)
     agreements, skipped = list(report.agreements), list(report.skipped)
     faithful: tuple[Fidelity, ...] = ()
-    # a profile for a region decides otherwise elsewhere than the trees as grown; its pass has the proof
-    missing = [policy.agent for policy in profile.agents if policy.grown is None and profile.region is None]
+    # trees that were changed after they were grown, by a repair or for a region, have no such form any more
+    changed = profile.region is not None or BEFORE_REPAIR in profile.provenance.training
+    missing = [policy.agent for policy in profile.agents if policy.grown is None and not changed]
     if missing:
         skipped.append(f"the tree as grown: the profile does not hold it for {', '.join(missing)}")
     world = matching_world(profile)

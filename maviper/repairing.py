@@ -124,7 +124,7 @@ def _with_provenance(
     training = {
         **before.provenance.training,
         "repair": f"{claim.name} of the {claim.team}, region {region.name}",
-        "profile before repair": content_hash(before),
+        agreement.BEFORE_REPAIR: content_hash(before),
     }
     known = world is not None and expert is not None
     rows = evaluation(world, found.profile.agents, expert.controller) if known else {}  # type: ignore[union-attr, arg-type]

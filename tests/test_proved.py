@@ -75,3 +75,11 @@ def test_repairing_the_extracted_team_again_gives_the_same_bytes(tmp_path, capsy
 def test_extracting_again_gives_the_same_bytes(tmp_path):
     assert cli.run(["extract", "physical-deception", "--seed", "1", "-o", str(tmp_path / "extracted.json")]) == 0
     assert (tmp_path / "extracted.json").read_bytes() == (FOLDER / "extracted.json").read_bytes()
+
+
+@pytest.mark.compile
+def test_the_proved_trees_compile_with_every_check(proved):
+    from maviper.agreement import compile_profile
+
+    compiled = compile_profile(proved)
+    assert compiled.complete, compiled.report.skipped
