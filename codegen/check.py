@@ -8,6 +8,7 @@ Does not: judge whether a policy is any good.
 import math
 import re
 from collections.abc import Iterator, Sequence
+from fractions import Fraction
 
 import numpy as np
 
@@ -62,6 +63,8 @@ def violations(profile: PolicyProfile) -> Iterator[Violation]:
 def _region(region: RegionSpec, world: WorldSpec) -> Iterator[Violation]:
     names = world.coordinates()
     entities = [entity.name for entity in world.agents + world.landmarks]
+    if bool(region.goals) != bool(world.goals):
+        yield Violation("$.region.goals", "names the possible goals, if and only if the world has goals")
     for goal in region.goals:
         if goal not in world.goals:
             yield Violation("$.region.goals", f"no goal '{goal}' in the world; {suggestion(goal, world.goals)}")
@@ -75,6 +78,12 @@ def _region(region: RegionSpec, world: WorldSpec) -> Iterator[Violation]:
                 yield Violation(f"$.region.{kind}", f"cannot read {name!r}")
             elif not all(NUMBER.fullmatch(text) for text in bounds):
                 yield Violation(f"$.region.{kind}.{name}", f"not numbers: {bounds}")
+            elif len(set(parts)) < len(parts):
+                yield Violation(f"$.region.{kind}.{name}", "compares something with itself")
+            elif kind == "apart" and Fraction(bounds[0]) <= 0:
+                yield Violation(f"$.region.{kind}.{name}", "a distance is above 0")
+            elif Fraction(bounds[0]) > Fraction(bounds[1]):
+                yield Violation(f"$.region.{kind}.{name}", f"the lower bound {bounds[0]} is above {bounds[1]}")
 
 
 def _names(path: str, kind: str, names: Sequence[str], taken: Sequence[str] = ()) -> Iterator[Violation]:
@@ -118,6 +127,8 @@ def _world(world: WorldSpec) -> Iterator[Violation]:
         yield Violation(f"{path}.contact_margin", "must be positive where there is a contact force")
     if world.start_low > world.start_high:
         yield Violation(f"{path}.start_low", "is above start_high")
+    if not 0 <= world.damping <= 1:
+        yield Violation(f"{path}.damping", "is a share, from 0 to 1")
     if world.episode_steps < 1:
         yield Violation(f"{path}.episode_steps", "must be at least 1")
     landmarks = [entity.name for entity in world.landmarks]

@@ -137,7 +137,7 @@ class CompiledC:
         """The compiled check of the region, [batch] int32: 1 within, else 0. `worlds`: [batch, n_coordinates]."""
         worlds = np.ascontiguousarray(worlds, dtype=np.float64)
         within = np.full(len(worlds), -1, dtype=np.int32)
-        self._library["region_rows"](_pointer(worlds), ctypes.c_long(len(worlds)), _pointer(within))
+        self._library["in_region_rows"](_pointer(worlds), ctypes.c_long(len(worlds)), _pointer(within))
         return within
 
     def _run(self, agent: str, rows: Float32) -> tuple[Int32, Int32]:

@@ -21,6 +21,7 @@ _LIMITS = np.finfo(np.float32)
 _EXTREMES = (_LIMITS.max, _LIMITS.tiny, _LIMITS.smallest_subnormal, np.float32(np.inf), np.float32(0))
 SPECIAL = np.array([np.nan, *_EXTREMES, *(-extreme for extreme in _EXTREMES)], dtype=np.float32)
 
+ROUNDS = 20  # of moving states into a region
 AROUND = 64  # states at each border of a region
 
 
@@ -133,6 +134,10 @@ def bordering(region: RegionSpec, world: ir.WorldSpec, rng: np.random.Generator)
     for first, second, low, high in region.bounds():
         if not second:
             drawn[:, index[first]] = rng.uniform(low, high, len(drawn))
+    for _ in range(ROUNDS):  # towards the region, where differences narrow it
+        for first, second, low, high in region.bounds():
+            other = drawn[:, index[second]] if second else 0.0
+            drawn[:, index[first]] = other + np.clip(drawn[:, index[first]] - other, low, high)
     if region.goals:
         for axis in "xy":
             drawn[:, index[f"goal.{axis}"]] = drawn[:, index[f"{region.goals[0]}.{axis}"]]

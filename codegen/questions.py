@@ -59,12 +59,22 @@ def about_python(module: str, profile: ir.PolicyProfile, model: Model) -> list[Q
     """A question for each agent's `act_...`, about doubles: the code takes them as they are, the tree their float32
     values. Unreadable when a function is not of the Python that is read.
     """
-    functions = {node.name: node for node in ast.parse(module).body if isinstance(node, ast.FunctionDef)}
+    body = ast.parse(module).body
+    functions = {node.name: node for node in body if isinstance(node, ast.FunctionDef)}
+    for node in body:
+        named = isinstance(node, ast.Assign) and all(
+            isinstance(target, ast.Name) and target.id not in functions for target in node.targets
+        )
+        text = isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)
+        if not (named or text or (isinstance(node, ast.FunctionDef) and not node.decorator_list)):
+            raise Unreadable(f"a statement of the module: {ast.unparse(node)[:60]}")
     found: list[Question] = []
     for policy, agent in zip(profile.agents, model.agents, strict=True):
         function = functions.get(f"act_{agent.lower}")
         if function is None:
             raise Unreadable(f"there is no function act_{agent.lower}")
+        if len(function.args.args) != 1:
+            raise Unreadable(f"act_{agent.lower} does not take one observation")
         code = Definitions("p")
         answer = _python(function.body, function.args.args[0].arg, len(policy.features), code)
         found.append(_question(PYTHON, policy, model, DOUBLE, (code, answer), []))
@@ -134,7 +144,18 @@ def _test(test: ast.expr, given: str, n: int) -> str:
             ops=[sign],
             comparators=[to],
         ) if name == given and 0 <= place < n and type(sign) in _COMPARE:
-            (bits,) = struct.unpack("<Q", struct.pack("<d", float(ast.literal_eval(to))))
+            (bits,) = struct.unpack("<Q", struct.pack("<d", _double(to)))
             return f"({_COMPARE[type(sign)]} d{place} ((_ to_fp 11 53) #x{bits:016x}))"
         case _:
             raise Unreadable(f"a test of Python: {ast.unparse(test)[:60]}")
+
+
+def _double(item: ast.expr) -> float:
+    """A float constant, with its sign."""
+    match item:
+        case ast.UnaryOp(op=ast.USub(), operand=ast.Constant(value=float(number))):
+            return -number
+        case ast.Constant(value=float(number)):
+            return number
+        case _:
+            raise Unreadable(f"a threshold of Python: {ast.unparse(item)[:60]}")

@@ -125,7 +125,7 @@ def check_files(
         else:
             skipped.append(f"the structural proof of the C: more than {MOST_PARSED} nodes")
     if header is not None and compiler is not None:
-        found += _check_c(profile, header, model, compiler, asked, wanted)
+        found += _check_c(profile, header, model, compiler, asked, wanted, skipped)
     if module is not None:
         found += _check_python(profile, module, model, asked, wanted)
     found += _read(profile, files, model, asked, wanted, skipped)
@@ -146,6 +146,7 @@ def _check_c(
     compiler: list[str],
     asked: Mapping[str, Float32],
     wanted: Mapping[str, Int32],
+    skipped: list[str],
 ) -> list[Agreement]:
     found: list[Agreement] = []
     with CompiledC(header, model, compiler) as compiled:
@@ -175,6 +176,8 @@ def _check_c(
             within = profile.region.holds(worlds, profile.world.coordinates())
             wrong = int((compiled.region(worlds) != within).sum())
             found.append(Agreement(f"region {INPUT_CHECK}", "all", len(worlds), wrong, "the check is wrong"))
+            if not within.any():
+                skipped.append("the check of the region: no state was drawn that lies in it")
     return found
 
 

@@ -20,6 +20,7 @@ from codegen import ir
 from codegen.ir import NO_FEATURE, ROOT, Tree
 from codegen.lower import Model
 
+MEANT = re.compile(r'#(include <(float|stdint)\.h>|endif|error .*|define \w+_H|define \w+_PROFILE "[0-9a-f]{64}")')
 TYPES = "typedef int int32_t; typedef unsigned int uint32_t;\n"
 # what stands around the tables; {next} is the step to the child
 STEP = {
@@ -39,6 +40,9 @@ def faults(header: str, profile: ir.PolicyProfile, model: Model) -> dict[str, li
         parsed = CParser().parse(TYPES + plain(header))
     except ParseError as error:
         return {policy.agent: [f"not C as it should be: {error}"] for policy in profile.agents}
+    odd = odd_lines(header)
+    if odd:
+        return {policy.agent: [f"a line that may change the rest: {odd[0][:80]}"] for policy in profile.agents}
     functions = {node.decl.name: node for node in parsed.ext if isinstance(node, c_ast.FuncDef)}
     numbers = enumerators(parsed)
     found: dict[str, list[str]] = {}
@@ -62,6 +66,20 @@ def plain(header: str) -> str:
     """The header without comments and preprocessor lines."""
     text = re.sub(r"/\*.*?\*/", " ", header, flags=re.S)
     return "\n".join(line for line in text.splitlines() if not line.lstrip().startswith("#"))
+
+
+def odd_lines(header: str) -> list[str]:
+    """Preprocessor lines that could change what the rest means: others than those that a header needs."""
+    lines = [line.strip() for line in re.sub(r"/\*.*?\*/", " ", header, flags=re.S).splitlines() if line.strip()]
+    odd = []
+    for line, after in zip(lines, [*lines[1:], ""], strict=True):
+        if not line.startswith("#"):
+            continue
+        refuses = re.match(r"#\s*(if|ifdef)\b", line) and after.startswith("#error")
+        guards = re.fullmatch(r"#ifndef (\w+)", line)
+        if not (refuses or MEANT.fullmatch(line) or (guards and after == f"#define {guards[1]}")):
+            odd.append(line)
+    return odd
 
 
 def enumerators(parsed: c_ast.FileAST) -> dict[str, int]:

@@ -10,6 +10,7 @@ Does not: know the tree that the function should be, or how the emitter writes i
 # pyright: basic
 # pycparser's nodes have no declared attributes
 import operator
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -20,9 +21,11 @@ from pycparser import CParser, c_ast, c_generator
 from pycparser.c_parser import ParseError
 
 from codegen.floats import neighbour
-from codegen.structure import TYPES, enumerators, plain
+from codegen.structure import TYPES, enumerators, odd_lines, plain
 
 MOST_STEPS = 1_000_000  # statements run for one function, on all its paths together
+SHAPE = "const float *x"  # of what a function is given
+HEXADECIMAL = re.compile(r"0x([0-9a-f]+)\.?([0-9a-f]*)p([+-]?\d{1,4})")
 BITS_BODY = "{ union { float f; int32_t i; } u; u.f = x; return u.i; }"
 LARGEST = float(np.finfo(np.float32).max)
 TOO_LARGE = Fraction(LARGEST) + Fraction(2) ** 103  # what rounds to infinity, ties included
@@ -98,6 +101,9 @@ class Header:
             parsed = CParser().parse(TYPES + plain(header))
         except ParseError as error:
             raise Unreadable(f"not C: {error}") from None
+        odd = odd_lines(header)
+        if odd:
+            raise Unreadable(f"a line that may change the rest: {odd[0][:60]}")
         self.functions = {node.decl.name: node for node in parsed.ext if isinstance(node, c_ast.FuncDef)}
         self.numbers = enumerators(parsed)
 
@@ -109,6 +115,8 @@ class Header:
             raise Unreadable(f"there is no function {name}")
         function = self.functions[name]
         try:
+            if _text(function.decl.type.type.type) != "int" or _text(function.decl.type.args) != SHAPE:
+                raise Unreadable(f"{name} is not int {name}({SHAPE})")
             return _Run(self, function.decl.type.args.params[0].name, inputs, bits, into).of(function.body)
         except (AttributeError, LookupError, TypeError, ValueError, RecursionError) as error:
             raise Unreadable(f"{name}: {error}") from None
@@ -182,8 +190,9 @@ class _Run:
                 raise Unreadable("a loop whose end depends on the observation")
             rest = self.cell(statement.stmt, self.cell(statement, rest)) if holds else rest
         elif isinstance(statement, c_ast.Decl):
+            _ensure_plain(statement, names, self.value)
             return None if statement.init is None else (statement.name, self.value(statement.init, names)), rest
-        elif isinstance(statement, c_ast.Assignment) and statement.op == "=":
+        elif isinstance(statement, c_ast.Assignment) and statement.op == "=" and isinstance(statement.lvalue, c_ast.ID):
             return (statement.lvalue.name, self.value(statement.rvalue, names)), rest
         elif isinstance(statement, c_ast.UnaryOp) and statement.op in ("p++", "++"):
             return (statement.expr.name, lifted(lambda value: value + 1, names[statement.expr.name])), rest
@@ -244,7 +253,12 @@ class _Run:
         name, (given,) = item.name.name, item.args.exprs
         if name in ("INT32_C", "UINT32_C"):
             return _bits(SIGNED if name == "INT32_C" else UNSIGNED, int(given.value, 0))
-        if name not in self.header.functions or _text(self.header.functions[name].body) != BITS_BODY:
+        function = self.header.functions.get(name)
+        if (
+            function is None
+            or _text(function.body) != BITS_BODY
+            or not _text(function.decl).endswith(f"int32_t {name}(float x)")
+        ):
             raise Unreadable(f"a call of {name}")
         return lifted(lambda value: Term(SIGNED, self.bits[value.text]), self.value(given, names))
 
@@ -265,6 +279,22 @@ def _truth(value: Any) -> int:
     return int(value != 0)
 
 
+def _ensure_plain(declared: Any, names: Mapping[str, Any], value: Callable[[Any, Any], Any]) -> None:
+    """Unreadable for a declaration whose type or storage could change what is put into it."""
+    table = isinstance(declared.init, c_ast.InitList)
+    kind = declared.type.type if table else declared.type
+    words = " ".join(kind.type.names)
+    most = {"unsigned char": 2**8, "unsigned short": 2**16, "unsigned int": 2**32, "int": 2**31}.get(words, 0)
+    wanted = ["static"] if table else []
+    if declared.storage != wanted or (table and "const" not in declared.quals) or declared.name in names:
+        raise Unreadable(f"a declaration: {_text(declared)[:60]}")
+    for item in declared.init.exprs if table else [declared.init] if declared.init is not None else []:
+        found = value(item, names)
+        fits = 0 <= found < most if isinstance(found, int) else isinstance(found, Term) and words == "float"
+        if not fits and not (isinstance(found, Fork) and not table and words == "int"):
+            raise Unreadable(f"{_text(item)[:40]} as {words}")
+
+
 def _constant(item: Any) -> Any:
     text = item.value.lower()
     if item.type == "int":
@@ -276,8 +306,22 @@ def _constant(item: Any) -> Any:
         return number
     if item.type != "float" or not text.endswith("f"):
         raise Unreadable(f"the constant {item.value}, which is no float")
-    exact = Fraction(float.fromhex(text[:-1])) if text.startswith("0x") else Fraction(text[:-1])
+    if text.startswith("0x"):
+        exact = _hexadecimal(text[:-1])
+        if Fraction(float(_nearest(exact))) != exact:
+            raise Unreadable(f"the constant {item.value}, which is no float32")
+    else:
+        exact = Fraction(text[:-1])
     return Term(FLOAT, f"((_ to_fp 8 24) #x{int(_nearest(exact).view(np.uint32)):08x})")
+
+
+def _hexadecimal(text: str) -> Fraction:
+    """A hexadecimal constant, exactly."""
+    found = HEXADECIMAL.fullmatch(text)
+    if found is None:
+        raise Unreadable(f"the constant {text}")
+    whole, part, power = found.groups()
+    return int(whole + part, 16) * Fraction(2) ** (int(power) - 4 * len(part))
 
 
 def _nearest(exact: Fraction) -> np.float32:

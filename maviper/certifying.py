@@ -6,6 +6,7 @@ Does not: prove.
 """
 
 from collections.abc import Sequence
+from fractions import Fraction
 from pathlib import Path
 
 import click
@@ -17,6 +18,9 @@ from verify.bounds import RejectedError
 from verify.certificate import Certificate
 from verify.closed_loop import LoopResult
 from verify.engine import Result
+from verify.properties import Property, reads
+from verify.spec import Region, text
+from verify.world import everywhere
 
 
 def certificate_files(results: Sequence[Result | LoopResult]) -> dict[str, str]:
@@ -33,16 +37,29 @@ def check_command(path: Path, profile: Path | None) -> int:
     found = certificate.from_json(runs.read(path, certificate.MAX_BYTES), str(path))
     beside = path.parent / runs.PROFILE_FILE if profile is None else profile
     try:
-        closed = certificate.accepted(found, load(beside))
+        loaded = load(beside)
+        closed = certificate.accepted(found, loaded)
     except RejectedError as error:
         raise RefusedError(
             "the certificate is refused", f"{path}: {error}", "do not rely on it; `maviper verify` asks anew"
         ) from None
-    click.echo(f"accepted  {_subject(found)}: {closed} branches closed, {found.size} bytes of proof")
+    click.echo(
+        f"accepted  {_subject(found, everywhere(loaded))}: {closed} branches closed, {found.size} bytes of proof"
+    )
     return ExitCode.DONE
 
 
-def _subject(found: Certificate) -> str:
+def _subject(found: Certificate, start: Region) -> str:
+    """What was proved, from what was checked: a region is called `start` only where it is the start region."""
     claim = "a formula without a name" if found.claim is None else f"{found.claim.name} of the {found.claim.team}"
+    if found.claim is not None:
+        plain = Property(found.claim.name, found.claim.team)
+        stated = {name: getattr(found.claim, name) for name in reads(found.claim)}
+        claim += "".join(f", {name} {_shown(value)}" for name, value in stated.items() if value != getattr(plain, name))
     goals = f", goal {' or '.join(found.region.goals)}" if found.region.goals else ""
-    return f"{claim} in region {found.region.name or 'given'}{goals}, {found.semantics} arithmetic"
+    region = "region start" if found.region == start else "a region of its own (see the file)"
+    return f"{claim} in {region}{goals}, {found.semantics} arithmetic"
+
+
+def _shown(value: Fraction | tuple[str, ...]) -> str:
+    return text(value).strip('"') if isinstance(value, Fraction) else " ".join(value)

@@ -281,10 +281,12 @@ def compile_command(
     """Compile PROFILE to code in a folder, after proving by replay that code, profile and learned tree decide alike.
 
     With --prove, a solver is asked for an observation (any float32 numbers for C, any doubles for Python) for which
-    text and tree act differently; the questions, in SMT-LIB, and the answers are written beside the code.
+    ..._act of the text and the tree act differently; the questions, in SMT-LIB, and the answers are written beside
+    the code.
 
-    
-    Passes, each proved, leave trees that decide the same with less:
+    \b
+    Passes, each proved, leave trees that decide the same with less (after drop:
+    the same within the region):
       merge     splits whose sides decide alike, tests that those before them decide
       reorder   the order of tests, for fewer on average over on-policy states
       drop      leaves that no world state of --region reaches; the region becomes part of the code's contract

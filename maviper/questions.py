@@ -22,7 +22,7 @@ from verify import closed_loop
 from verify.claim import Claim, find_claim, parameters, stated
 from verify.closed_loop import CLOSED_LOOP
 from verify.engine import DEFAULT_BUDGET
-from verify.properties import BUILT_IN, EPS, STEADY, Property
+from verify.properties import BUILT_IN, EPS, LEAVES, STEADY, Property
 from verify.property_file import read_properties
 from verify.rollout import ClosedLoop
 from verify.spec import MACHINE, SEMANTICS, Region
@@ -75,6 +75,8 @@ def with_option_names() -> Iterator[None]:
 def _check_episodes(claims: Sequence[Claim], options: Mapping[str, Any]) -> None:
     """InputError for options that a claim about episodes cannot follow."""
     episodes = [claim for claim in claims if isinstance(claim, ClosedLoop)]
+    if options["semantics"] != MACHINE and any(claim.name == LEAVES for claim in claims):
+        raise InputError(f"{LEAVES} is decided for the deployed arithmetic only", "--semantics", "leave it out")
     if episodes and options["semantics"] != MACHINE:
         what = f"{episodes[0].name} is decided for the deployed arithmetic only"
         raise InputError(what, "--semantics", "leave it out, or ask the other properties alone")

@@ -72,7 +72,8 @@ def repair_command(path: Path, options: Mapping[str, Any], console: Console) -> 
     given = {name: options[name] for name in PARAMETERS if options[name] is not None}
     with with_option_names():
         claim = find_property(options["name"], before, options["team"], **given)
-    runs.folder(output)
+    if Path(options["region"]).name in (PROFILE_FILE, COST_FILE):
+        raise InputError("the region file would be overwritten by a result", "--region", "give it another name")
     world = agreement.matching_world(before)
     found = repair(before, claim, region, None if world is None else met_states(before, world), most)
     if not found.ended:
@@ -83,6 +84,7 @@ def repair_command(path: Path, options: Mapping[str, Any], console: Console) -> 
     after = _with_provenance(before, found, claim, region, world, expert)
     cost = measured(before, after, claim, region, world, expert, episodes)
     _say(before, found, cost, console)
+    runs.folder(output)
     asked = command(PROFILE_FILE, claim, region.name)
     results = verify_claims(after, [(claim, region)])
     say_results(results, console)

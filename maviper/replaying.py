@@ -79,7 +79,7 @@ def counterexample_files(profile: PolicyProfile, results: Sequence[Result | Loop
         stem = f"counterexample-{place}-{claim.name}"
         files[f"{stem}.json"] = layout(document) + "\n"
         files[f"test_{stem.replace('-', '_')}.py"] = render(
-            "tests/counterexample.py.j2", name=f"{stem}.json", property=claim.shown, place=place
+            "tests/counterexample.py.j2", name=f"{stem}.json", place=place
         )
     return files
 

@@ -77,6 +77,9 @@ def _merged(profile: ir.PolicyProfile, _: str) -> ir.PolicyProfile:
 def _dropped(profile: ir.PolicyProfile, region: str) -> ir.PolicyProfile:
     from verify.leaves import dead_leaves
 
+    if profile.region is not None:
+        what = "the profile is meant for a region already, and elsewhere its trees may have changed"
+        raise InputError(what, "--pass drop", "drop from the profile before its passes, for all of the wanted region")
     found = find_region(region, profile)
     dead = dead_leaves(profile, found, BUDGET)
     if any(len(dead[policy.agent]) == len(ir.leaves(policy.tree)) for policy in profile.agents):

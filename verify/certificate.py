@@ -47,13 +47,13 @@ from typing import Any
 import msgspec
 
 from codegen.errors import InputError
-from codegen.ir import PolicyProfile
+from codegen.ir import GOAL, PolicyProfile
 from codegen.policy_json import content_hash, layout
 from verify import checker
 from verify.bounds import RejectedError, region_formula
 from verify.formula import Formula, agents, coordinates, for_goal, holds
 from verify.formula_json import formula_document, read_formula, read_number
-from verify.properties import BUILT_IN, Property, formula
+from verify.properties import PLAIN, Property, checked, formula
 from verify.spec import SEMANTICS, Region
 from verify.world import verifiable
 
@@ -121,6 +121,7 @@ def accepted(certificate: Certificate, profile: PolicyProfile) -> int:
             same = False
         if not same:
             raise RejectedError(f"the formula is not what {claim.name} says of this profile")
+        checked(profile, claim)
     region = certificate.region
     if not holds(region_formula(region), certificate.inhabitant, {}):
         raise RejectedError("its inhabitant is no point of the region: the claim may be about nothing")
@@ -142,7 +143,12 @@ def _known_names(certificate: Certificate, profile: PolicyProfile) -> None:
     region, world = certificate.region, profile.world
     entities = [entity.name for entity in world.agents + world.landmarks]
     used = {*region.box, *coordinates(certificate.formula), *(n for a, b, _ in region.differences for n in (a, b))}
+    bounded = {name for name in region.box if not name.startswith(f"{GOAL}.")}  # the goal's place is its landmark's
+    compared = {f"{name}.{axis}" for a, b, _ in region.apart for name in (a, b) for axis in "xy"}
+    compared |= {name for a, b, _ in region.differences for name in (a, b)}
     strange = [
+        *sorted(set(region.box) - bounded),
+        *sorted(compared - bounded),
         *sorted(used - set(world.coordinates())),
         *sorted({name for a, b, _ in region.apart for name in (a, b)} - set(entities)),
         *sorted(set(region.goals) - set(world.goals)),
@@ -243,12 +249,14 @@ def _property(document: Mapping[str, str | list[str]]) -> Property:
     plain = Property("", "")
     given: dict[str, Any] = {}
     for name, value in document.items():
+        if name not in NAMED:
+            raise ValueError(f"$.property.{name}: a certificate states {', '.join(NAMED)}")
         kind = type(getattr(plain, name))
         if isinstance(value, str) == issubclass(kind, tuple):
             raise ValueError(f"$.property.{name}: {value}")
         convert = read_number if kind is Fraction else kind
         given[name] = tuple(value) if isinstance(value, list) else convert(value)
-    if given["name"] not in BUILT_IN:
+    if given["name"] not in PLAIN:  # the formula of others is not all that they claim
         raise ValueError(f"$.property.name: {given['name'][:40]!r}")
     return Property(**given)
 

@@ -17,6 +17,7 @@ import numpy as np
 
 from codegen.errors import UnknownNameError
 from codegen.ir import PolicyProfile
+from verify.batch import LIMIT
 from verify.composition import Decision, decide
 from verify.counterexample import simplest
 from verify.engine import CONTROL_SEED, shuffled
@@ -49,6 +50,7 @@ CLOSED_LOOP = {
 PARAMETERS = ("steps", "radius", "landmarks", "zones")  # of both
 MOST_STEPS = 1_000
 MOST_ZONES = 10**12
+MOST_RADIUS = LIMIT // 8  # zones hold lengths below LIMIT
 SAMPLES = 20_000
 TRIED_STARTS = 100  # sampled starts that fail in float64, looked at exactly
 
@@ -94,7 +96,7 @@ def find_claim(
     check_landmarks(profile, team, landmarks)
     steps = profile.world.episode_steps if steps is None else steps
     check_range("steps", steps, MOST_STEPS)
-    check_range("radius", radius)
+    check_range("radius", radius, MOST_RADIUS)
     check_range("zones", zones, MOST_ZONES, 1)
     if name == "reaches" and not landmarks:
         landmarks = [entity.name for entity in profile.world.landmarks][: len(profile.team(team))]

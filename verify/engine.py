@@ -115,6 +115,13 @@ def _nothing(claim: Property, region: Region, budget: int) -> tuple[str, int]:
     return "", spent
 
 
+def _met(claim: Property, region: Region, budget: int) -> bool:
+    """Whether some world state of the region is known to meet the assumption: else a proof may be about nothing."""
+    if claim.assume == TRUE:
+        return True
+    return any(ask(region_only(region, claim.assume, goal), budget).holds for goal in region.goals or ("",))
+
+
 def verify(
     profile: PolicyProfile,
     claim: Property,
@@ -134,6 +141,8 @@ def verify(
     verifiable(profile, claim.team)
     zoned = by_zones(profile, claim, region, budget, semantics)
     verdict, reason, spent, point, second = _settled(profile, claim, region, budget, zoned, semantics)
+    if verdict is Verdict.PROVED and not _met(claim, region, budget):
+        verdict, reason = Verdict.UNKNOWN, "no world state that meets the assumption was found; a larger --budget may"
     counterexample = None if point is None else explain(profile, claim, point, replays)
     measured = measure(profile, claim, region, SAMPLE_SEED)
     if verdict is Verdict.PROVED and measured.violating.hits and semantics == MACHINE:
@@ -161,7 +170,7 @@ def verify(
         semantics=semantics,
         largest=_largest(profile, claim, region, budget, semantics) if verdict is Verdict.PROVED else None,
         engines=(zoned.opinion, second),
-        certificate=zoned.certificate,
+        certificate=zoned.certificate if verdict is Verdict.PROVED else None,
         branches=zoned.branches,
     )
 

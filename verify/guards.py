@@ -225,6 +225,7 @@ def _lines(claim: Property) -> list[float]:
     """Thresholds, ascending: far side of being near, where closing ends on either side, near side."""
     near = float(np.nextafter(round_down(np.float64(claim.radius)), np.float32(0)))
     above = float(np.nextafter(np.float32(claim.margin), np.float32(np.inf))) if claim.margin else 0.0
+    above = max(above, SMALLEST) if above else above
     below = -max(float(np.nextafter(np.float32(above), np.float32(np.inf))), SMALLEST)
     return sorted({-near, below, above, near} if near > -below else {below, above})
 

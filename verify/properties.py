@@ -93,6 +93,8 @@ def _no_double(profile: PolicyProfile, claim: Property) -> Formula:
         others = (negated(closing(policy, other, claim.margin)) for other in landmarks if other != landmark)
         return conjunction(closing(policy, landmark, claim.margin), *others)
 
+    if len(team) < 2:
+        raise InputError("no_double is about teams of two or more", f"team {claim.team}", "it says nothing of one")
     pairs = [(a, b) for index, a in enumerate(team) for b in team[index + 1 :]]
     return conjunction(
         *(negated(conjunction(only(a, landmark), only(b, landmark))) for a, b in pairs for landmark in landmarks)

@@ -18,7 +18,7 @@ from codegen.ir import GOAL, PolicyProfile
 from verify.claim import NAMES, Claim, find_claim
 from verify.expression import Vocabulary, parse
 from verify.formula import TRUE, Formula, agents
-from verify.properties import OWN, Property, checked
+from verify.properties import LEAVES, OWN, Property, checked
 from verify.rollout import ClosedLoop
 from verify.spec import Region, number, region_of
 from verify.world import everywhere, observed_velocities
@@ -185,6 +185,8 @@ class _Table:
                 self._where("assume"),
                 'write formula = "ASSUMPTION implies CLAIM" instead',
             )
+        if assume != TRUE and claim.name == LEAVES:
+            raise InputError(f"{LEAVES} takes no assumption", self._where("assume"), "state the states as a region")
         return replace(claim, assume=assume, label=self._label(), assumption=self._text("assume"))
 
     def _label(self) -> str:

@@ -94,6 +94,8 @@ def _start_box(world: WorldSpec, velocities: Sequence[str]) -> dict[str, Interva
     for name in velocities:
         agent = next(entity for entity in world.agents if name.rpartition(".")[0] == entity.name)
         # what a push adds, summed over all steps: f dt (1 + (1 - d) + (1 - d)^2 + ...)
+        if not world.damping:
+            raise InputError(f"nothing bounds {name}: the world has no damping", "", "state the region of velocities")
         fastest = Fraction(agent.force) * Fraction(world.dt) / Fraction(world.damping)
         fastest = min(fastest, Fraction(agent.max_speed)) if agent.max_speed is not None else fastest
         box[name] = (-fastest, fastest)

@@ -3,7 +3,7 @@
 profile     dd6f8b466f85695a93d56909d565a85d0a442eae1365b3dd223025d02bd4458a
 made by     maviper 0.1.0, maviper, preset default, seed 0
 
-For each agent A: act_A(x) takes one observation (a sequence of floats) and returns the action's number;
+For each agent A: act_A(x) takes one observation (a sequence of floats, or of numpy's float64 or float32, not float16) and returns the action's number;
 act_A_batch(x) takes an array [batch, n_features] and returns an array of actions (needs numpy).
 
 A split goes left iff x[feature] <= threshold. Observations are float32; each threshold is written as the largest

@@ -146,6 +146,10 @@ def test_a_profile_with_a_region_is_written_read_and_compiled_with_its_check(pro
         ({"box": {"agent_0.x": ("0", "inf")}}, "inf"),
         ({"difference": {"agent_0.x": ("0", "1")}}, "difference"),
         ({"apart": {"agent_0 - nobody": "1"}}, "nobody"),
+        ({"box": {"agent_0.x": ("1", "-1")}}, "above"),
+        ({"apart": {"agent_0 - agent_1": "-1/2"}}, "above 0"),
+        ({"apart": {"agent_0 - agent_0": "1"}}, "itself"),
+        ({"goals": ()}, "goals"),
     ],
 )
 def test_a_region_that_cannot_be_is_refused(profile, change, said):

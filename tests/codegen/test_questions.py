@@ -197,3 +197,46 @@ def test_a_fault_that_the_replay_let_through_ends_in_exit_4(profile, tmp_path, c
     assert cli.run(command) == ExitCode.DISAGREES
     said = capsys.readouterr().err
     assert "c float proof: code and profile differ" in said and "for x = (" in said and not (tmp_path / "out").exists()
+
+
+REBOUND = "\n\nact_agent_0 = lambda x: 3\n"
+
+
+@pytest.mark.parametrize(
+    ("style", "change"),
+    [
+        ("walk", lambda text: text.replace("static const float threshold", "static const int threshold", 1)),
+        ("nested", lambda text: re.sub(r"inline int (\w+_act\()", r"inline _Bool \1", text, count=1)),
+        (
+            "nested",
+            lambda text: re.sub(r"\n(static inline int \w+_act\()", r"\n#define NO 1\n\1", text, count=1),
+        ),
+        ("nested", lambda text: re.sub(r"(inline int \w+_act\()const float", r"\1float", text, count=1)),
+        ("walk", lambda text: text.replace("    int i = 0;", "    int i = 0;\n    action[0] = 4;", 1)),
+        ("walk", lambda text: text.replace("    int i = 0;", "    static int i = 0;", 1)),
+        ("walk", lambda text: re.sub(r"(unsigned char action\[\d+\] = \{)\d+", r"\g<1>256", text, count=1)),
+        ("nested", lambda text: re.sub(r"<= -?0x[\w.]+p", "<= 0x1.000001000000001p", text, count=1)),
+    ],
+)
+def test_c_whose_types_or_lines_could_change_it_is_refused(profile, style, change):
+    text = emit(profile, ["c"], style=style)["physical_deception.h"]
+    assert change(text) != text
+    with pytest.raises(Unreadable):
+        questions.about_c(change(text), profile, lower(profile, style=style))
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda text: text + REBOUND,
+        lambda text: text.replace("def act_agent_0(x)", "@staticmethod\ndef act_agent_0(x)"),
+        lambda text: re.sub(r"(x\[\d\] <= )(-?[\d.e-]+)", r"\1'\2'", text, count=1),
+        lambda text: re.sub(r"(x\[\d\] <= )(-?[\d.e-]+)", r"\1PROFILE", text, count=1),
+        lambda text: text.replace("def act_agent_0(x)", "def act_agent_0()"),
+    ],
+)
+def test_python_that_could_mean_more_is_refused(profile, change):
+    text = emit(profile, ["python"])["physical_deception.py"]
+    assert change(text) != text
+    with pytest.raises(Unreadable):
+        questions.about_python(change(text), profile, lower(profile))

@@ -18,7 +18,8 @@
  * A split goes left iff x[feature] <= threshold, both float32, thresholds exact. NaN compares false and so goes right;
  * infinities follow <=. Check untrusted input with ..._finite first.
  * ..._act compares the bits of floats as integers, in the same order, which is faster: its input must not hold NaN (a NaN
- * with a sign would go left). ..._finite is the check. The other functions decide NaN as stated.
+ * with a sign would go left). ..._finite is the check. ..._act_rows and ..._act_columns
+ * decide NaN as stated; what takes a world state needs finite coordinates.
  * From a world state an observation is made as the reference environment makes it: added in double, then rounded to float.
  */
 #ifndef PHYSICAL_DECEPTION_D7C7E9951B353C84_H
@@ -27,8 +28,8 @@
 #include <float.h>
 #include <stdint.h>
 
-#ifdef __FAST_MATH__
-#error "compile without -ffast-math: it changes what comparisons with NaN and tiny numbers mean"
+#if defined(__FAST_MATH__) || (defined(__FINITE_MATH_ONLY__) && (__FINITE_MATH_ONLY__ > 0))
+#error "compile without -ffast-math and -ffinite-math-only: it changes what comparisons with NaN and tiny numbers mean"
 #endif
 #if (FLT_RADIX != 2) || (FLT_MANT_DIG != 24) || (FLT_MAX_EXP != 128) || (DBL_MANT_DIG != 53)
 #error "float must be IEEE binary32 and double binary64"

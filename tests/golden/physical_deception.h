@@ -24,8 +24,8 @@
 
 #include <float.h>
 
-#ifdef __FAST_MATH__
-#error "compile without -ffast-math: it changes what comparisons with NaN and tiny numbers mean"
+#if defined(__FAST_MATH__) || (defined(__FINITE_MATH_ONLY__) && (__FINITE_MATH_ONLY__ > 0))
+#error "compile without -ffast-math and -ffinite-math-only: it changes what comparisons with NaN and tiny numbers mean"
 #endif
 #if (FLT_RADIX != 2) || (FLT_MANT_DIG != 24) || (FLT_MAX_EXP != 128) || (DBL_MANT_DIG != 53)
 #error "float must be IEEE binary32 and double binary64"

@@ -3,7 +3,7 @@
 profile     d7c7e9951b353c845e3729dfb7383e9f94192c6dfd621196d4fd4879d989808d
 made by     tests, hand-made, preset none, seed 0
 
-For each agent A: act_A(x) takes one observation (a sequence of floats) and returns the action's number;
+For each agent A: act_A(x) takes one observation (a sequence of floats, or of numpy's float64 or float32, not float16) and returns the action's number;
 act_A_batch(x) takes an array [batch, n_features] and returns an array of actions (needs numpy).
 
 A split goes left iff x[feature] <= threshold. Observations are float32; each threshold is written as the largest

@@ -58,7 +58,7 @@ def test_no_repair_exits_with_3_and_writes_nothing(before, tmp_path, capsys):
     out = tmp_path / "out"
     still = team(before, tree(STAY), tree(STAY))
     assert cli.run(["repair", str(written(tmp_path, still)), "--radius", "0", "-o", str(out)]) == 3
-    assert "no guard keeps agent_" in capsys.readouterr().err and not list(out.iterdir())
+    assert "no guard keeps agent_" in capsys.readouterr().err and not out.exists()
 
 
 def test_a_repair_beyond_the_depth_exits_with_1(before, tmp_path, capsys):

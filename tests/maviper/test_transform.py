@@ -108,3 +108,11 @@ def test_reordering_the_shipped_trees_asks_fewer_tests(profile):
     for old, new, rows in zip(profile.agents, found.agents, seen, strict=True):
         rows = rows.reshape(-1, rows.shape[-1])
         assert passes.average_tests(new.tree, rows) <= passes.average_tests(old.tree, rows)
+
+
+@pytest.mark.solver
+def test_a_profile_for_a_region_is_not_given_another(wide, region):
+    """Trees that were cut for one region may act otherwise in a larger one."""
+    once = transformed(wide, ["drop"], region).profile
+    with pytest.raises(InputError, match="for a region already"):
+        transformed(once, ["drop"], "start")

@@ -169,8 +169,7 @@ def damage(text, name):
         case "no base64":
             document["proofs"]["landmark_0"] = ["!!!!"]
     if name not in ("edited", "other version"):
-        body = {key: value for key, value in document.items() if key != "content_hash"}
-        document["content_hash"] = certificate._hash(body)
+        document = json.loads(rehashed(document))
     return json.dumps(document)
 
 
@@ -433,3 +432,34 @@ def test_three_agents_with_velocities(profile):
     low = {name: (Fraction(-3), Fraction(-2)) for name in start.box if name.startswith("agent") and name.endswith("y")}
     made = certified(trio, Property("distinct_targets", "agents"), Region({**start.box, **low}, ()))
     assert set(made.proofs) == {""} and accepted(from_json(to_json(made)), trio) == 4
+
+
+def rehashed(document):
+    """The text of an edited document with its hash computed again."""
+    body = {key: value for key, value in document.items() if key != "content_hash"}
+    return json.dumps({**body, "content_hash": certificate._hash(body)})
+
+
+def test_no_property_whose_formula_says_less_is_accepted(roles):
+    """Of steady and alive_leaves the formula is not all that they claim: a certificate cannot be about them."""
+    pair, made = roles
+    document = json.loads(to_json(made))
+    named = document["property"]
+    for other in ({**named, "name": "steady"}, {"name": "alive_leaves", "team": "defenders"}, {**named, "eps": "5"}):
+        with pytest.raises(InputError, match="does not hold what it should"):
+            from_json(rehashed(document | {"property": other}))
+    with pytest.raises(InputError, match="margin must be between"):
+        claim = replace(made.claim, margin=Fraction(-1))
+        accepted(replace(made, claim=claim, formula=formula(pair, claim)), pair)
+
+
+def test_the_goals_place_cannot_be_bounded_apart_from_its_landmark(roles):
+    """`goal.x` is another name of a coordinate that the region bounds: free, it would make a region of nothing."""
+    pair, made = roles
+    far = {"goal.x": Fraction(5), "goal.y": Fraction(5)}
+    odd = replace(made.region, box={**made.region.box, **{name: (value, value) for name, value in far.items()}})
+    with pytest.raises(InputError, match=r"goal\.x"):
+        accepted(replace(made, region=odd, inhabitant={**made.inhabitant, **far}), pair)
+    loose = replace(made.region, differences=(("agent_0.vx", "agent_1.x", (Fraction(0), Fraction(1))),))
+    with pytest.raises(InputError, match=r"agent_0\.vx"):
+        accepted(replace(made, region=loose), pair)

@@ -17,6 +17,7 @@ from tests.teams import LEFT, RIGHT, STAY, team, towards, tree
 from verify import engine, shares, zones
 from verify.certificate import accepted
 from verify.engine import decide, shuffled, verify
+from verify.formula import below, conjunction, disjunction
 from verify.opinions import Opinion, Zoned
 from verify.properties import PROPERTIES, Property, find_property
 from verify.regions import proved_boxes
@@ -349,3 +350,20 @@ ask(Question("", {}, rules), 2**32 - 1)
     process.send_signal(signal.SIGINT)
     _, err = process.communicate(timeout=60)
     assert process.returncode != 0 and "KeyboardInterrupt" in err
+
+
+def test_a_proof_under_an_assumption_that_nobody_meets_is_no_proof(profile):
+    """When the budget ends before the assumption is settled, zones alone may have proved the claim about nothing."""
+    roles = team(profile, towards(0, 0), towards(1, 1))
+    names = ["adversary_0", "agent_0", "agent_1", "landmark_0", "landmark_1"]
+    far = Fraction(101, 100)
+
+    def apart(a, b):
+        sides = [below({f"{p}.{axis}": 1, f"{q}.{axis}": -1}, -far) for axis in "xy" for p, q in ((a, b), (b, a))]
+        return disjunction(*sides)
+
+    assume = conjunction(*(apart(a, b) for place, a in enumerate(names) for b in names[place + 1 :]))
+    claim = replace(find_property("own_target", roles), assume=assume)
+    for budget in (20_000, 2_000_000):
+        found = verify(roles, claim, start_region(roles.world), {}, budget=budget)
+        assert found.verdict in (Verdict.UNKNOWN, Verdict.VACUOUS) and found.certificate is None

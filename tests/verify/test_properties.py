@@ -116,3 +116,21 @@ def test_observed_velocities_are_bounded_by_what_actions_can_cause(profile):
     region = start_region(spec, ("agent_0.vx",))
     terminal = Fraction(5) * Fraction(0.1) / Fraction(0.25)
     assert region.box["agent_0.vx"] == (-terminal, terminal)
+
+
+def test_no_double_needs_two(profile):
+    with pytest.raises(InputError, match="two or more"):
+        formula(profile, Property("no_double", "adversaries"))
+
+
+def test_without_damping_nothing_bounds_a_velocity(profile):
+    from dataclasses import replace
+
+    from codegen import ir
+    from verify.spec import start_region
+
+    still = replace(profile.world, damping=0.0)
+    with pytest.raises(InputError, match="no damping"):
+        start_region(still, ("agent_0.vx",))
+    broken = replace(profile, world=replace(profile.world, damping=-0.5))
+    assert any("damping" in item.path for item in ir.check(broken))
