@@ -78,3 +78,12 @@ def test_it_refuses_what_it_does_not_read(profile, tmp_path):
 def test_doubles_beyond_the_format_are_infinite(value, expected, profile, tmp_path):
     loaded, _ = reader(profile, tmp_path)
     assert loaded["float32"](value) == expected
+
+
+def test_the_reader_says_how_it_is_used(profile, tmp_path):
+    for name, text in emit(profile, ["json"]).items():
+        (tmp_path / name).write_text(text)
+    for words, said in (([], "reference reader"), (["physical_deception.json", "agent_9"], "agent_0, agent_1")):
+        command = [sys.executable, "physical_deception_reader.py", *words]
+        ran = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+        assert ran.returncode == 1 and said in ran.stderr and "Traceback" not in ran.stderr

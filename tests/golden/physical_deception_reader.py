@@ -53,6 +53,7 @@ def load(path):
 
 
 if __name__ == "__main__":
-    policy = load(sys.argv[1])[sys.argv[2]]
+    policies = load(sys.argv[1]) if len(sys.argv) > 2 else sys.exit(__doc__)
+    policy = policies.get(sys.argv[2]) or sys.exit("no such agent; there are " + ", ".join(policies))
     action = policy.act([float(value) for value in sys.argv[3:]])
     print(action, policy.actions[action])
