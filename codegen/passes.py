@@ -6,8 +6,9 @@ Assumes: sound trees; that leaves are dead is given as data, by whoever can prov
 Does not: read regions, know worlds, or touch the profile's other parts.
 """
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import TypeAlias
 
 import numpy as np
@@ -93,6 +94,17 @@ def reordered(tree: Tree, seen: Float32) -> Tree:
     return _proved(REORDER, tree, _arrays(found))
 
 
+def grafted(tree: Tree, parts: Mapping[int, Tree]) -> Tree:
+    """`tree` with each leaf that `parts` names replaced by its part. KeyError for a node that is no leaf.
+
+    No pass: what it changes is for the caller to prove, see `difference`.
+    """
+    for node in parts:
+        if not 0 <= node < len(tree.feature) or tree.feature[node] != NO_FEATURE:
+            raise KeyError(node)
+    return _arrays(_nested(tree, parts))
+
+
 def average_tests(tree: Tree, seen: Float32) -> float:
     """The mean number of tests on the paths of observations [n, n_features]."""
     nested = _nested(tree)
@@ -159,12 +171,12 @@ def _levels(node: _Node) -> int:
     return node.levels if isinstance(node, _Split) else 0
 
 
-def _nested(tree: Tree) -> _Node:
-    """The tree as it is, equal sides included."""
+def _nested(tree: Tree, parts: Mapping[int, Tree] = MappingProxyType({})) -> _Node:
+    """The tree as it is, equal sides included, with `parts` for some of its leaves."""
     found: dict[int, _Node] = {}
     for node in reversed(range(len(tree.feature))):  # preorder: children come after their parents
         if tree.feature[node] == NO_FEATURE:
-            found[node] = int(tree.action[node])
+            found[node] = _nested(parts[node]) if node in parts else int(tree.action[node])
             continue
         left, right = found.pop(int(tree.left[node])), found.pop(int(tree.right[node]))
         found[node] = _joined(int(tree.feature[node]), float(tree.threshold[node]), left, right)

@@ -16,9 +16,9 @@ from maviper import load, runs
 from verify import certificate
 from verify.bounds import RejectedError
 from verify.certificate import Certificate
+from verify.claim import stated
 from verify.closed_loop import LoopResult
 from verify.engine import Result
-from verify.properties import Property, reads
 from verify.spec import Region, text
 from verify.world import everywhere
 
@@ -53,9 +53,7 @@ def _subject(found: Certificate, start: Region) -> str:
     """What was proved, from what was checked: a region is called `start` only where it is the start region."""
     claim = "a formula without a name" if found.claim is None else f"{found.claim.name} of the {found.claim.team}"
     if found.claim is not None:
-        plain = Property(found.claim.name, found.claim.team)
-        stated = {name: getattr(found.claim, name) for name in reads(found.claim)}
-        claim += "".join(f", {name} {_shown(value)}" for name, value in stated.items() if value != getattr(plain, name))
+        claim += "".join(f", {name} {_shown(value)}" for name, value in stated(found.claim).items())
     goals = f", goal {' or '.join(found.region.goals)}" if found.region.goals else ""
     region = "region start" if found.region == start else "a region of its own (see the file)"
     return f"{claim} in {region}{goals}, {found.semantics} arithmetic"

@@ -36,7 +36,7 @@ from verify.shares import SAMPLE_SEED, SAMPLES, Share
 from verify.spec import Region
 from verify.world import chosen, sample
 
-PROFILE_FILE, COST_FILE = "profile.json", "repair.json"
+COST_FILE = "repair.json"
 PARAMETERS = ("margin", "radius", "landmarks")
 
 
@@ -72,7 +72,7 @@ def repair_command(path: Path, options: Mapping[str, Any], console: Console) -> 
     given = {name: options[name] for name in PARAMETERS if options[name] is not None}
     with with_option_names():
         claim = find_property(options["name"], before, options["team"], **given)
-    if Path(options["region"]).name in (PROFILE_FILE, COST_FILE):
+    if Path(options["region"]).name in (runs.PROFILE_FILE, COST_FILE):
         raise InputError("the region file would be overwritten by a result", "--region", "give it another name")
     world = agreement.matching_world(before)
     found = repair(before, claim, region, None if world is None else met_states(before, world), most)
@@ -85,20 +85,20 @@ def repair_command(path: Path, options: Mapping[str, Any], console: Console) -> 
     cost = measured(before, after, claim, region, world, expert, episodes)
     _say(before, found, cost, console)
     runs.folder(output)
-    asked = command(PROFILE_FILE, claim, region.name)
+    asked = command(runs.PROFILE_FILE, claim, region.name)
     results = verify_claims(after, [(claim, region)])
     say_results(results, console)
     made = ["maviper", "repair", path.name, *shlex.split(asked)[3:], "--episodes", str(episodes)]
     made += ["--max-depth", str(most)] if most is not None else []
     files: dict[str, str | bytes] = {
-        PROFILE_FILE: policy_json.dumps(after),
+        runs.PROFILE_FILE: policy_json.dumps(after),
         COST_FILE: policy_json.layout(document(before, after, found, claim, region, cost, shlex.join(made))) + "\n",
     }
     files |= {} if options["region"] == "start" else {Path(options["region"]).name: region.toml()}
     files |= report_files(after, results, [asked], files) | certificate_files(results)
     for name, text in files.items():
         runs.write(output / name, text)
-    console.line("wrote", f"{output / PROFILE_FILE}  id {content_hash(after)[:16]}")
+    console.line("wrote", f"{output / runs.PROFILE_FILE}  id {content_hash(after)[:16]}")
     for name in certificate_files(results):
         console.line("certificate", f"{output / name}; maviper check {output / name}")
     if most is not None and found.depth > most:

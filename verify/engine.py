@@ -108,7 +108,7 @@ def _nothing(claim: Property, region: Region, budget: int) -> tuple[str, int]:
         return "the region holds no world state", anything.resources
     if claim.assume == TRUE:
         return "", anything.resources
-    met = [ask(region_only(region, claim.assume, goal), budget) for goal in region.goals or ("",)]
+    met = _meeting(claim, region, budget)
     spent = anything.resources + sum(answer.resources for answer in met)
     if all(answer.holds is False for answer in met):
         return "no world state of the region meets the assumption", spent
@@ -119,7 +119,12 @@ def _met(claim: Property, region: Region, budget: int) -> bool:
     """Whether some world state of the region is known to meet the assumption: else a proof may be about nothing."""
     if claim.assume == TRUE:
         return True
-    return any(ask(region_only(region, claim.assume, goal), budget).holds for goal in region.goals or ("",))
+    return any(answer.holds for answer in _meeting(claim, region, budget))
+
+
+def _meeting(claim: Property, region: Region, budget: int) -> list[Answer]:
+    """For each goal, whether some world state of the region meets the assumption."""
+    return [ask(region_only(region, claim.assume, goal), budget) for goal in region.goals or ("",)]
 
 
 def verify(

@@ -17,10 +17,9 @@ import numpy as np
 
 from codegen import ir
 from codegen.errors import InputError
-from codegen.graft import grafted
 from codegen.ir import AgentPolicy, Float64, PolicyProfile
 from codegen.observe import observe
-from codegen.passes import difference
+from codegen.passes import difference, grafted
 from verify import zones
 from verify.formula import TRUE, for_goal, holds
 from verify.guards import PRICE, Guard, Seen, guard, offset_features

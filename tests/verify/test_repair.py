@@ -9,9 +9,8 @@ import pytest
 
 from codegen import ir
 from codegen.errors import InputError
-from codegen.graft import grafted
 from codegen.observe import observe
-from codegen.passes import difference
+from codegen.passes import difference, grafted
 from codegen.policy_json import dumps
 from maviper import load
 from tests.teams import DOWN, LEFT, RIGHT, STAY, UP, team, towards, tree
