@@ -12,7 +12,7 @@ Does not: run anything that a text holds, or know files (property_file.py).
     sum        = product { ("+" | "-") product }          product = signed { ("*" | "/") signed }
     signed     = [ "-" ] signed | number | coordinate | "|" sum "|" | "(" claim ")" | call
     call       = "distance(" entity "," entity ")" | ("abs" | "max" | "min") "(" sum { "," sum } ")"
-               | ("closes" | "engaged" | "at") "(" agent "," landmark [ "," number ] ")"
+               | ("closes" | "engaged" | "at") "(" agent "," entity [ "," number ] ")"
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -41,7 +41,6 @@ class Vocabulary:
     coordinates: tuple[str, ...]  # those that a region bounds, and the goal's
     agents: Mapping[str, AgentPolicy]  # whose actions may be spoken of
     entities: tuple[str, ...]  # agents, landmarks, and the goal where there is one
-    landmarks: tuple[str, ...]
     goals: tuple[str, ...]
     margin: Fraction
     radius: Fraction
@@ -350,14 +349,13 @@ class _Parser:
         return token.text
 
     def _predicate(self, function: Token) -> Formula:
-        """closes, engaged or at, of an agent (for `at`: any entity) and a landmark, with a bound of its own or not."""
+        """closes, engaged or at, of an agent (for `at`: any entity) and an entity, with a bound of its own or not."""
         known, near = self._known, function.text == "at"
         agent = self._named("entity" if near else "agent", known.entities if near else tuple(known.agents))
         self._need(",", "after the agent")
-        marks = known.entities if near else (*known.landmarks, *([GOAL] if known.goals else []))
         second = self._here
-        landmark = self._named("entity" if near else "landmark", marks)
-        if landmark == agent:
+        target = self._named("entity", known.entities)
+        if target == agent:
             raise self._wrong(f"{agent} is always at itself", second, "name two")
         bound = None
         if self._takes(","):
@@ -367,10 +365,10 @@ class _Parser:
                 raise self._wrong("the bound must be a number that is not negative", start)
             bound = given.offset
         if near:
-            return predicates.at(agent, landmark, known.radius if bound is None else bound)
-        closing = predicates.closing(known.agents[agent], landmark, known.margin if bound is None else bound)
+            return predicates.at(agent, target, known.radius if bound is None else bound)
+        closing = predicates.closing(known.agents[agent], target, known.margin if bound is None else bound)
         return (
-            closing if function.text == "closes" else disjunction(closing, predicates.at(agent, landmark, known.radius))
+            closing if function.text == "closes" else disjunction(closing, predicates.at(agent, target, known.radius))
         )
 
 

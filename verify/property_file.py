@@ -204,7 +204,6 @@ class _Table:
             coordinates=(*region.box, *(f"{GOAL}.{axis}" for axis in "xy" if goal)),
             agents={policy.agent: policy for policy in profile.agents},
             entities=(*(entity.name for entity in world.agents + world.landmarks), *goal),
-            landmarks=tuple(landmark.name for landmark in world.landmarks),
             goals=world.goals,
             margin=claim.margin,
             radius=claim.radius,

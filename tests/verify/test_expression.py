@@ -20,7 +20,7 @@ MARGIN, RADIUS = Fraction(1, 8), Fraction(1, 4)
 @pytest.fixture(scope="module")
 def vocabulary(profile):
     policies = {policy.agent: policy for policy in profile.agents}
-    return Vocabulary(COORDINATES, policies, ENTITIES, MARKS, MARKS, MARGIN, RADIUS)
+    return Vocabulary(COORDINATES, policies, ENTITIES, MARKS, MARGIN, RADIUS)
 
 
 def read(text, vocabulary):
@@ -117,7 +117,7 @@ def relations(draw):
     mark = draw(st.sampled_from(MARKS))
     if kind == "goal":
         return draw(st.sampled_from([f"goal == {mark}", f"{mark} == goal"])), lambda at, acts, goal: goal == mark
-    mark = draw(st.sampled_from([*MARKS, "goal"]))
+    mark = draw(st.sampled_from([*MARKS, "goal", *(other for other in AGENTS if other != agent)]))
     name, bound = draw(st.sampled_from(["closes", "engaged", "at"])), draw(st.sampled_from(["", "0.5"]))
 
     def true(at, acts, goal):
