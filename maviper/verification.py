@@ -85,8 +85,9 @@ def say_results(results: Sequence[Result | LoopResult], console: Console) -> Non
 
 def _say_decisions(result: Result, console: Console) -> None:
     """What a claim about single decisions rests on, or fails by."""
-    conflict = f"conflict share {result.shares.conflict}, violating {result.shares.violating}"
-    console.line("", f"{conflict}, shuffled control {result.control.value}")
+    conflict = result.shares.conflict or "not measured (too many joint actions)"
+    shares = f"conflict share {conflict}, violating {result.shares.violating}"
+    console.line("", f"{shares}, shuffled control {result.control.value}")
     if result.reason:
         console.line("", result.reason)
     if result.shares.changing is not None:

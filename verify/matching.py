@@ -1,13 +1,35 @@
 """One-to-one matchings between a team and the landmarks.
 
-Does: decides, for a batch of relations, whether a perfect matching exists.
-Assumes: at most about a dozen agents (the work doubles with each).
-Does not: return the matching.
+Does: lists them; decides, for a batch of relations, whether one exists; and whether a batch of choices can prevent any.
+Assumes: at most about a dozen agents where batches are decided (the work doubles with each).
+Does not: know claims.
 """
+
+import math
+from collections.abc import Sequence
+from itertools import permutations
 
 import numpy as np
 
+from codegen.errors import InputError
 from codegen.ir import Bool
+
+MOST_MATCHINGS = 720  # six agents and six landmarks: formulas that name every matching stay readable to the engines
+
+
+def matchings(n_agents: int, n_landmarks: int) -> list[tuple[int, ...]]:
+    """Every way to give each agent a landmark of its own, as landmark numbers in the agents' order.
+
+    InputError when there are more than MOST_MATCHINGS.
+    """
+    count = math.perm(n_landmarks, n_agents)
+    if count > MOST_MATCHINGS:
+        raise InputError(
+            f"{n_agents} agents and {n_landmarks} landmarks have {count:,} matchings, more than {MOST_MATCHINGS}",
+            "",
+            "claim own_target (in episodes: name the landmarks), which fixes one of them",
+        )
+    return list(permutations(range(n_landmarks), n_agents))
 
 
 def matched(related: Bool) -> Bool:
@@ -26,3 +48,21 @@ def matched(related: Bool) -> Bool:
                     following[..., held | 1 << landmark] |= holdable[..., held] & related[..., agent, landmark]
         holdable = following
     return np.asarray(holdable.any(axis=-1))
+
+
+def preventable(choices: Sequence[Sequence[tuple[Bool, Bool]]], n_landmarks: int) -> Bool:
+    """Where some joint choice, one allowed choice of every agent, leaves no matching, [batch].
+
+    `choices`: for each agent its choices as pairs (allowed [batch], landmarks it can then hold [batch, n_landmarks]).
+    By Hall's theorem that is so iff more agents can choose to hold only landmarks of some set than the set has.
+    """
+    outside = 1 << np.arange(n_landmarks)
+    masks = [[(allowed, related @ outside) for allowed, related in agent] for agent in choices]
+    choosing = np.logical_and.reduce([np.logical_or.reduce([allowed for allowed, _ in agent]) for agent in choices])
+    found = np.zeros_like(choosing)
+    for kept in range(1 << n_landmarks):
+        confined = np.zeros(len(found), dtype=np.int64)
+        for agent in masks:
+            confined += np.logical_or.reduce([allowed & (mask & ~kept == 0) for allowed, mask in agent])
+        found |= confined > kept.bit_count()
+    return np.asarray(found & choosing)

@@ -8,12 +8,13 @@ Does not: read files (property_file.py) or decide.
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from itertools import permutations, product
+from itertools import product
 from typing import Any, NamedTuple
 
 from codegen.errors import InputError, UnknownNameError
 from codegen.ir import AgentPolicy, PolicyProfile
 from verify.formula import TRUE, Acts, Formula, below, conjunction, disjunction, negated
+from verify.matching import matchings
 from verify.predicates import at, closes, closing
 from verify.spec import MOST
 
@@ -21,7 +22,7 @@ ZERO, RADIUS, KAPPA = Fraction(0), Fraction(1, 10), Fraction(1, 2)
 
 
 OWN = "formula"  # the name of properties that users state
-STEADY, LEAVES = "steady", "alive_leaves"
+DISTINCT, STEADY, LEAVES = "distinct_targets", "steady", "alive_leaves"
 EPS = Fraction(1, 100)
 
 
@@ -67,8 +68,11 @@ def _landmarks(profile: PolicyProfile) -> list[str]:
 
 
 def _matchings(profile: PolicyProfile, claim: Property) -> list[tuple[tuple[AgentPolicy, str], ...]]:
-    team = profile.team(claim.team)
-    return [tuple(zip(team, chosen, strict=True)) for chosen in permutations(_landmarks(profile), len(team))]
+    team, landmarks = profile.team(claim.team), _landmarks(profile)
+    return [
+        tuple((policy, landmarks[number]) for policy, number in zip(team, numbers, strict=True))
+        for numbers in matchings(len(team), len(landmarks))
+    ]
 
 
 def _distinct_targets(profile: PolicyProfile, claim: Property) -> Formula:
@@ -169,7 +173,7 @@ def _no_longer(matching: tuple[tuple[AgentPolicy, str], ...], other: tuple[tuple
 
 
 BUILT_IN: dict[str, BuiltIn] = {
-    "distinct_targets": BuiltIn(
+    DISTINCT: BuiltIn(
         "in every world state of the region, the {team} can be matched one-to-one to the landmarks so that each closes "
         "on its own landmark or is at it",
         _distinct_targets,

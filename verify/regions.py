@@ -41,14 +41,17 @@ def proved_boxes(profile: PolicyProfile, claim: Property, seed: int) -> Iterator
     """
     start = everywhere(profile)
     coordinates, goals = sample(start, profile.world, SEEDS_DRAWN, seed)
-    good = shares.conflicts(profile, claim, coordinates) & ~shares.violating(profile, claim, coordinates)
-    for row in np.flatnonzero(good):
+    conflicting = shares.conflicts(profile, claim, coordinates)
+    if conflicting is None:
+        return
+    for row in np.flatnonzero(conflicting & ~shares.violating(profile, claim, coordinates)):
         centre = point_of(start, profile.world, coordinates[row], int(goals[row]))
         region = shrunk(profile, claim, start, centre)
         if region is None:
             continue
-        conflict = shares.measure(profile, claim, region, seed, TRIAL_SAMPLES).conflict.value
-        if conflict > 0 and decide(shuffled(profile, claim.team), claim, region).verdict is Verdict.VIOLATED:
+        share = shares.measure(profile, claim, region, seed, TRIAL_SAMPLES).conflict
+        conflict = share.value if share else 0.0
+        if conflict and decide(shuffled(profile, claim.team), claim, region).verdict is Verdict.VIOLATED:
             yield Found(region, conflict, _volume(region, start))
 
 

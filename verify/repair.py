@@ -11,7 +11,6 @@ A guarded leaf keeps its agent engaged with the agent's landmark, so no leaf is 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from itertools import permutations
 
 import numpy as np
 
@@ -23,6 +22,7 @@ from codegen.passes import difference, grafted
 from verify import zones
 from verify.formula import TRUE, for_goal, holds
 from verify.guards import PRICE, Guard, Seen, guard, offset_features
+from verify.matching import matchings
 from verify.properties import Property, engaged, formula
 from verify.spec import Region, Verdict
 from verify.thresholds import MACHINE, sides
@@ -30,7 +30,6 @@ from verify.world import sample, verifiable
 
 REPAIRABLE = ("distinct_targets", "own_target")
 SAMPLES, SAMPLE_SEED = 50_000, 11  # uniform states that changes are weighed in
-MOST_MATCHINGS = 720
 TRIED = 2  # matchings, the cheapest by an estimate first
 
 
@@ -122,9 +121,8 @@ class _Team:
             own = self.claim.landmarks or self.landmarks[: len(names)]
             return [dict(zip(names, own, strict=True))]
         costs = {(p.agent, mark): self._everywhere(p, mark) for p in self.policies for mark in self.landmarks}
-        chosen = list(permutations(self.landmarks, len(names)))
-        if len(chosen) > MOST_MATCHINGS:
-            raise InputError(f"{len(chosen)} matchings are too many to repair by", f"team {self.claim.team}")
+        numbers = matchings(len(names), len(self.landmarks))
+        chosen = [tuple(self.landmarks[number] for number in each) for each in numbers]
         chosen.sort(key=lambda marks: sum(costs[pair] for pair in zip(names, marks, strict=True)))
         return [dict(zip(names, marks, strict=True)) for marks in chosen[:TRIED]]
 

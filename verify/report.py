@@ -132,7 +132,7 @@ def _result(profile: PolicyProfile, result: Result, command: str) -> dict[str, A
         "verdict": result.verdict.value,
         "meaning": (LEAVES_MEANINGS if claim.name == LEAVES else {}).get(result.verdict, MEANINGS[result.verdict]),
         "reason": result.reason,
-        "conflict": shares.conflict.document(),
+        "conflict": None if shares.conflict is None else shares.conflict.document(),
         "contested": None if shares.contested is None else shares.contested.document(),
         "violating": shares.violating.document(),
         "changing": None if shares.changing is None else shares.changing.document(),

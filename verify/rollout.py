@@ -8,7 +8,6 @@ Does not: search.
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
-from itertools import permutations
 
 import numpy as np
 import numpy.typing as npt
@@ -16,6 +15,7 @@ import numpy.typing as npt
 from codegen import ir
 from codegen.errors import DisagreementError, InputError
 from codegen.ir import Bool, Float64, PolicyProfile
+from verify.matching import matchings
 from verify.spec import Region
 from verify.world import Point, chosen, inside, verifiable
 
@@ -122,7 +122,7 @@ def owned(profile: PolicyProfile, claim: ClosedLoop) -> list[tuple[int, ...]]:
     landmarks = [entity.name for entity in profile.world.landmarks]
     if claim.landmarks:
         return [tuple(landmarks.index(name) for name in claim.landmarks)]
-    return list(permutations(range(len(landmarks)), len(profile.team(claim.team))))
+    return matchings(len(profile.team(claim.team)), len(landmarks))
 
 
 def fulfilled(profile: PolicyProfile, claim: ClosedLoop, course: Float64) -> Bool:

@@ -1,22 +1,23 @@
 """Shares of a region: how often a claim could fail there, and how often it does.
 
 Does: conflict share, contested share and violating fraction by uniform sampling, with 95 % intervals.
-Assumes: few enough joint actions to enumerate.
+Assumes: a profile and a claim about it.
 Does not: prove anything; the solver's verdict stands on its own.
 """
 
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
 
-from codegen.errors import InputError
 from codegen.ir import AgentPolicy, Bool, Float64, PolicyProfile
 from verify import noise
-from verify.formula import TRUE, Formula, disjunction, given
+from verify.formula import TRUE, And, Batch, Formula, agents, disjunction, given
+from verify.matching import preventable
 from verify.predicates import closes
-from verify.properties import Property, formula
+from verify.properties import DISTINCT, Property, engaged, formula
 from verify.spec import Region
 from verify.world import batch, chosen, sample
 
@@ -70,7 +71,8 @@ class Share:
 class Shares:
     """What a region is like for a claim."""
 
-    conflict: Share  # some joint action, every agent closing on a landmark, would violate the claim
+    conflict: Share | None  # some joint action, every agent closing on a landmark, would violate the claim; None:
+    # there are too many joint actions to try
     contested: Share | None  # two agents, both inside the landmarks' rectangle; None for other team sizes
     violating: Share  # the team as it is violates the claim, with some errors where the claim allows them
     changing: Share | None = None  # errors can change some agent's action; None for claims without errors
@@ -82,12 +84,12 @@ def measure(profile: PolicyProfile, claim: Property, region: Region, seed: int, 
     if claim.assume != TRUE:
         coordinates = coordinates[batch(coordinates, profile.world).holds(claim.assume, {})]
     n = len(coordinates)
-    conflicting = int(conflicts(profile, claim, coordinates).sum())
+    conflicting = conflicts(profile, claim, coordinates)
     contested = _contested(profile, claim, coordinates)
     failing = int(violating(profile, claim, coordinates).sum())
     changing = int(noise.changeable(profile, claim, coordinates).sum()) if claim.eps else None
     return Shares(
-        Share(conflicting, n),
+        None if conflicting is None else Share(int(conflicting.sum()), n),
         None if contested is None else Share(int(contested.sum()), n),
         Share(failing, n),
         None if changing is None else Share(changing, n),
@@ -102,24 +104,48 @@ def violating(profile: PolicyProfile, claim: Property, coordinates: Float64) -> 
     return ~batch(coordinates, profile.world).holds(formula(profile, claim), actions)
 
 
-def conflicts(profile: PolicyProfile, claim: Property, coordinates: Float64) -> Bool:
-    """Where some joint action, every agent closing on at least one landmark, violates the claim, [batch]."""
-    team, stated = profile.team(claim.team), formula(profile, claim)
-    n_actions = [len(policy.actions) for policy in team]
-    if math.prod(n_actions) > MOST_JOINT_ACTIONS:
-        raise InputError(
-            f"{math.prod(n_actions)} joint actions are too many for the conflict share", f"team {claim.team}"
-        )
-    states, found = batch(coordinates, profile.world), np.zeros(len(coordinates), dtype=bool)
-    willing = [
-        [states.holds(_willing(profile, policy, action, claim), {}) for action in range(n)]
-        for policy, n in zip(team, n_actions, strict=True)
-    ]
-    for joint in product(*(range(n) for n in n_actions)):
-        moving = np.logical_and.reduce([willing[agent][action] for agent, action in enumerate(joint)])
-        fails = given(stated, {policy.agent: action for policy, action in zip(team, joint, strict=True)})
-        found |= moving & ~states.holds(fails, {})
+def conflicts(profile: PolicyProfile, claim: Property, coordinates: Float64) -> Bool | None:
+    """Where some joint action, every agent closing on at least one landmark, violates the claim, [batch].
+
+    None when a part of the claim speaks of too many joint actions to try them all.
+    """
+    team, stated = {policy.agent: policy for policy in profile.team(claim.team)}, formula(profile, claim)
+    states = batch(coordinates, profile.world)
+    willing = {
+        agent: [states.holds(_willing(profile, policy, action, claim), {}) for action in range(len(policy.actions))]
+        for agent, policy in team.items()
+    }
+    found, moving = np.zeros(len(coordinates), dtype=bool), np.logical_and.reduce([*map(_any, willing.values())])
+    for part in stated.parts if isinstance(stated, And) else (stated,):
+        acting = [agent for agent in team if agent in agents(part)]
+        if math.prod(len(willing[agent]) for agent in acting) > MOST_JOINT_ACTIONS:
+            if DISTINCT not in (claim.name, claim.of) or claim.assume != TRUE:
+                return None
+            return _unmatchable(profile, claim, states, willing)
+        for joint in product(*(range(len(willing[agent])) for agent in acting)):
+            chosen_by = dict(zip(acting, joint, strict=True))
+            possible = np.logical_and.reduce([moving, *(willing[agent][chosen_by[agent]] for agent in acting)])
+            found |= possible & ~states.holds(given(part, chosen_by), {})
     return found
+
+
+def _any(ways: Sequence[Bool]) -> Bool:
+    return np.asarray(np.logical_or.reduce(ways))
+
+
+def _unmatchable(profile: PolicyProfile, claim: Property, states: Batch, willing: Mapping[str, Sequence[Bool]]) -> Bool:
+    """Where willing actions can leave no matching of the team to the landmarks, by Hall's theorem."""
+    marks = [landmark.name for landmark in profile.world.landmarks]
+
+    def related(policy: AgentPolicy, action: int) -> Bool:
+        own = [given(engaged(policy, mark, claim), {policy.agent: action}) for mark in marks]
+        return np.stack([states.holds(each, {}) for each in own], axis=1)
+
+    choices = [
+        [(allowed, related(policy, action)) for action, allowed in enumerate(willing[policy.agent])]
+        for policy in profile.team(claim.team)
+    ]
+    return preventable(choices, len(marks))
 
 
 def _willing(profile: PolicyProfile, policy: AgentPolicy, action: int, claim: Property) -> Formula:
