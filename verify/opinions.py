@@ -46,18 +46,18 @@ class Zoned:
 def by_zones(profile: PolicyProfile, claim: Property, region: Region, budget: int, semantics: str = MACHINE) -> Zoned:
     """The zone engine's opinion. `budget`: solver resource units, see UNITS_A_NODE."""
     skipped = Zoned(Opinion(ENGINE, Verdict.SKIPPED, 0, "search nodes"))
-    if claim.eps:  # it follows trees whose features are right
-        return skipped
     asked = formula(profile, claim)
     try:
-        found = zones.decide(profile, asked, region, semantics, max(1, budget // UNITS_A_NODE))
+        found = zones.decide(profile, asked, region, semantics, max(1, budget // UNITS_A_NODE), eps=claim.eps)
     except zones.BeyondZonesError:
         return skipped
     opinion = Opinion(ENGINE, found.verdict, found.nodes, "search nodes")
     if found.verdict is not Verdict.PROVED:
         return Zoned(opinion, found.goal, found.point)
     named = claim if claim.statement is None and claim.assume == TRUE else None
-    made = Certificate(content_hash(profile), named, asked, region, semantics, found.inhabitant, found.proofs)
+    made = Certificate(
+        content_hash(profile), named, asked, region, semantics, found.inhabitant, found.proofs, eps=claim.eps
+    )
     try:
         return Zoned(opinion, certificate=made, branches=accepted(made, profile))
     except RejectedError as error:

@@ -28,7 +28,7 @@ from maviper.worlds import find
 from verify import checker, engine, zone_compiled, zones
 from verify.certificate import numbers
 from verify.properties import Property, formula
-from verify.spec import MACHINE, Verdict, start_region
+from verify.spec import Semantics, Verdict, start_region
 
 SAMPLES = 100_000
 LEFT, RIGHT, DOWN, UP = 1, 2, 3, 4
@@ -241,7 +241,7 @@ def measured(rounds, full):
 
 def checked(profile, asked, region, found):
     return sum(
-        checker.check(profile, asked, region, goal, MACHINE, numbers(proof)) for goal, proof in found.proofs.items()
+        checker.check(profile, asked, region, goal, Semantics(), numbers(proof)) for goal, proof in found.proofs.items()
     )
 
 
