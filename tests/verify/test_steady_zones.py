@@ -1,5 +1,6 @@
 """Errors of features in the zone engine: against Z3, errors tried one by one, and teams with known verdicts."""
 
+from dataclasses import replace
 from fractions import Fraction
 from itertools import product
 
@@ -20,9 +21,10 @@ from tests.verify.zone_cases import (
     noisy_roles,
     random_region,
 )
-from verify import checker, counterexample, engine, noise, opinions, zone_tables, zones
+from verify import checker, counterexample, engine, noise, opinions, report, zone_tables, zones
 from verify.certificate import numbers
 from verify.formula import for_goal, holds
+from verify.margins import MOST_QUESTIONS, STEP
 from verify.properties import STEADY, Property, find_property, formula
 from verify.spec import MACHINE, REAL, Region, Semantics, Verdict, start_region
 from verify.thresholds import sides
@@ -163,6 +165,29 @@ def test_zones_alone_give_a_counterexample_with_errors(profile):
     point = counterexample.near(roles, claim, region, zoned.goal, zoned.point)
     assert point.errors and violates(roles, claim, point)
     assert all(abs(Fraction(error)) <= claim.eps for error in point.errors.values())
+
+
+def test_up_to_which_errors_a_claim_holds(profile):
+    """Proved there and not one step further; where it does not hold at all nothing is sought."""
+    roles = team(profile, towards(0, 0), towards(1, 1))
+    region = start_region(roles.world)
+    claim = Property(STEADY, "defenders", eps=Fraction(1, 100), of="distinct_targets")
+    found = engine.verify(roles, claim, region, {})
+    room = found.steady_up_to
+    assert found.verdict is Verdict.PROVED and found.certificate.eps == claim.eps
+    assert room.failed == room.proved + STEP and claim.eps < room.proved and room.questions <= MOST_QUESTIONS
+    verdicts = [engine.decide(roles, replace(claim, eps=eps), region).verdict for eps in (room.proved, room.failed)]
+    assert verdicts == [Verdict.PROVED, Verdict.VIOLATED]
+    facts = report.document(roles, [found], [""])
+    assert facts["results"][0]["largest_eps"]["proved"] == report.decimal(room.proved)
+    assert f"proved up to eps {report.decimal(room.proved)}, not at" in report.as_text(facts)
+    assert "largest eps" in report.as_html(facts)
+    off = engine.verify(roles, replace(claim, eps=room.failed), region, {})
+    assert off.verdict is Verdict.VIOLATED and off.steady_up_to is None
+    plain = engine.verify(roles, find_property("distinct_targets", roles), region, {})
+    assert plain.steady_up_to is None
+    facts = report.document(roles, [plain], [""])
+    assert "largest_eps" not in facts["results"][0] and "eps" not in report.as_text(facts)
 
 
 @pytest.mark.parametrize("name", ["aligned", "assignment"])
