@@ -52,6 +52,8 @@ def check_command(path: Path, profile: Path | None) -> int:
 def _subject(found: Certificate, start: Region) -> str:
     """What was proved, from what was checked: a region is called `start` only where it is the start region."""
     claim = "a formula without a name" if found.claim is None else f"{found.claim.name} of the {found.claim.team}"
+    if found.claim is None and found.eps:
+        claim += f", though every feature is off by up to {_shown(found.eps)}"
     if found.claim is not None:
         claim += "".join(f", {name} {_shown(value)}" for name, value in stated(found.claim).items())
     goals = f", goal {' or '.join(found.region.goals)}" if found.region.goals else ""
@@ -59,5 +61,7 @@ def _subject(found: Certificate, start: Region) -> str:
     return f"{claim} in {region}{goals}, {found.semantics} arithmetic"
 
 
-def _shown(value: Fraction | tuple[str, ...]) -> str:
-    return text(value).strip('"') if isinstance(value, Fraction) else " ".join(value)
+def _shown(value: Fraction | str | tuple[str, ...]) -> str:
+    if isinstance(value, Fraction):
+        return text(value).strip('"')
+    return value if isinstance(value, str) else " ".join(value)

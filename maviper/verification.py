@@ -94,6 +94,8 @@ def _say_decisions(result: Result, console: Console) -> None:
         console.line("", f"errors can change an action in {result.shares.changing}")
     if result.largest is not None:
         console.line("", f"stays proved up to margin {decimal(result.largest.proved)}")
+    if result.steady_up_to is not None:
+        console.line("", f"stays proved up to eps {decimal(result.steady_up_to.proved)}")
     if result.counterexample is not None:
         found = result.counterexample
         acts = "; ".join(

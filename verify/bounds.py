@@ -9,18 +9,19 @@ A flat formula is a pair (numbers of bounds that all hold, choices of which some
 
 from collections.abc import Sequence
 from fractions import Fraction
-from math import lcm
+from math import inf, lcm
 from typing import Any, TypeAlias
 
-from codegen.ir import GOAL, NO_FEATURE, AgentPolicy
+from codegen.ir import GOAL, NO_FEATURE, ROOT, AgentPolicy
 from verify.formula import Acts, And, Formula, Linear, Not, Or, agents
-from verify.spec import Region
+from verify.spec import Region, Semantics
 from verify.thresholds import sides
 
 Flat: TypeAlias = "tuple[tuple[int, ...], tuple[Any, ...]] | None"
 Known: TypeAlias = tuple[int | None, int]  # of an agent: its action at a leaf, and the set of its parts that hold
 NOTHING, OPEN = ((), ()), ((-1,), ())  # no bound; hangs on an action that is not known yet
 
+WHOLE = (-inf, False), (inf, True)  # a line from one cut to another; (x, False) cuts below x, (x, True) above it
 LONGEST = 1 << 12  # weights are this many units apart, so that strict bounds can be one less
 
 
@@ -86,16 +87,32 @@ class Reading:
             self._denied[place, action] = [self.flat(f, wanted, known, True) for f, wanted in self.parts[place]]
         return [flat for k, flat in enumerate(self._denied[place, action]) if mask >> k & 1]
 
-    def tree(self, policy: AgentPolicy, semantics: str) -> list[Any]:
-        """Per node: the action of a leaf, or the two sides (flat formula, child), the right one first."""
+    def tree(self, policy: AgentPolicy, semantics: Semantics) -> list[Any]:
+        """Per node: the action of a leaf, or the two sides (flat formula, child), the right one first.
+
+        Under errors a side that no measured value reaches, given the tests of its feature above it, is false.
+        """
         tree, found = policy.tree, policy.tree.action.tolist()
-        seen: dict[tuple[int, float], tuple[Flat, Flat]] = {}
+        seen: dict[tuple[int, float], tuple[Flat, Flat, tuple[Any, bool] | None]] = {}
+        lines: dict[int, dict[int, Any]] = {ROOT: {}}  # node -> feature -> the cuts between which it is measured there
         for node, split in enumerate(zip(tree.feature.tolist(), tree.threshold.tolist(), strict=True)):
-            if split[0] != NO_FEATURE:
-                if split not in seen:
-                    left, right = sides(policy.features[split[0]], split[1], semantics)
-                    seen[split] = self.flat(right, True), self.flat(left, True)
-                found[node] = list(zip(seen[split], (int(tree.right[node]), int(tree.left[node])), strict=True))
+            between = lines.pop(node, {})
+            if split[0] == NO_FEATURE:
+                continue
+            if split not in seen:
+                left, right = sides(policy.features[split[0]], split[1], *semantics)
+                cut = (left.bound, not left.strict) if semantics.eps and isinstance(left, Linear) else None
+                seen[split] = self.flat(right, True), self.flat(left, True), cut
+            over, under, cut = seen[split]
+            above, below = int(tree.right[node]), int(tree.left[node])
+            if cut is not None:
+                low, high = between.get(split[0], WHOLE)
+                over, under = over if cut < high else None, under if low < cut else None
+                lines[above] = {**between, split[0]: (max(low, cut), high)}
+                lines[below] = {**between, split[0]: (low, min(high, cut))}
+            elif semantics.eps:
+                lines[above] = lines[below] = between
+            found[node] = [(over, above), (under, below)]
         return found
 
     def edges(self) -> list[tuple[str, str, int]]:

@@ -28,6 +28,11 @@ bounds on the branch, first to last 0, 1, ...; they form a cycle whose sum is ne
 the branch is empty. 0: the search goes on, with the first choice that is left (one of which a part was chosen before is
 passed over), part by part; new choices come after the older ones. Choices are finished before a tree is followed.
 
+Errors. Where a certificate states an `eps`, every feature of every agent that measures something (see thresholds.py)
+may be off by up to eps, each by an error of its own that all tests of a path share: then a side of a test is where some
+such error leads to it, each end eps further out. A side that no measured value reaches, given the tests of the same
+feature above it, is false. Intervals that meet pairwise meet together, so nothing else is to be asked of a path.
+
 Lemmas. Before that walk, for each agent one number: 0, or 1 and a walk over its tree alone. At each leaf a number is
 read whose bit k claims that part k holds there; then for each such bit the denied part, given the leaf's action, is
 closed like any branch. A leaf keeps what every visit claims; where nobody comes, everything holds. At a node of the
@@ -53,14 +58,16 @@ from verify import checker
 from verify.bounds import RejectedError, region_formula
 from verify.formula import Formula, agents, coordinates, for_goal, holds
 from verify.formula_json import formula_document, read_formula, read_number
-from verify.properties import PLAIN, Property, checked, formula
-from verify.spec import SEMANTICS, Region
+from verify.properties import PLAIN, STEADY, Property, check_range, checked, formula
+from verify.spec import SEMANTICS, Region, Semantics
+from verify.thresholds import NO_ERROR
 from verify.world import verifiable
 
 FORM = "maviper-certificate-1"
 MAX_BYTES = 1 << 30
 LINE = 96  # characters of a proof on a line
 NAMED = ("name", "team", "margin", "radius", "kappa", "landmarks")  # of a property, what a certificate states
+NOISY = (*NAMED, "eps", "of")  # of steady
 REMAKE = "make it again with `maviper verify -o`"
 
 
@@ -75,6 +82,7 @@ class Certificate:
     semantics: str  # see thresholds.py
     inhabitant: Mapping[str, Fraction]  # a point of the region, which shows that it is not empty
     proofs: Mapping[str, bytes]  # goal ("" without goals) -> proof
+    eps: Fraction = NO_ERROR  # by how much each measured feature may be off
 
     @property
     def size(self) -> int:
@@ -122,18 +130,21 @@ def accepted(certificate: Certificate, profile: PolicyProfile) -> int:
         if not same:
             raise RejectedError(f"the formula is not what {claim.name} says of this profile")
         checked(profile, claim)
+        if claim.eps != certificate.eps:
+            raise RejectedError(f"{claim.name} is about errors up to {claim.eps}, the proof up to {certificate.eps}")
+    check_range("eps", certificate.eps)
     region = certificate.region
     if not holds(region_formula(region), certificate.inhabitant, {}):
         raise RejectedError("its inhabitant is no point of the region: the claim may be about nothing")
     goals = region.goals or ("",)
     if set(goals) != set(certificate.proofs):
         raise RejectedError(f"proofs for the goals {sorted(certificate.proofs)}, the region has {sorted(goals)}")
-    closed = 0
+    closed, semantics = 0, Semantics(certificate.semantics, certificate.eps)
     for goal in goals:
         proof = numbers(certificate.proofs[goal])
         try:
             asked = for_goal(certificate.formula, goal)
-            closed += checker.check(profile, asked, region, goal, certificate.semantics, proof)
+            closed += checker.check(profile, asked, region, goal, semantics, proof)
         except RejectedError as error:
             raise RejectedError(f"goal {goal or 'none'}: {error}") from None
     return closed
@@ -175,6 +186,7 @@ class CertificateJson(msgspec.Struct, forbid_unknown_fields=True):
     inhabitant: dict[str, str]
     proofs: dict[str, list[str]]
     content_hash: str
+    eps: str | msgspec.UnsetType = msgspec.UNSET  # stated where features may be off
 
 
 def to_json(certificate: Certificate) -> str:
@@ -184,6 +196,7 @@ def to_json(certificate: Certificate) -> str:
         "profile": certificate.profile,
         "property": None if certificate.claim is None else _property_document(certificate.claim),
         "semantics": certificate.semantics,
+        **({"eps": str(certificate.eps)} if certificate.eps else {}),
         "region": {"name": certificate.region.name, **certificate.region.document()},
         "formula": formula_document(certificate.formula),
         "inhabitant": {name: str(value) for name, value in certificate.inhabitant.items()},
@@ -200,7 +213,8 @@ def from_json(text: str | bytes, where: str = "certificate") -> Certificate:
             raise InputError(
                 "a certificate of another version", f"{where}: {raw.certificate[:40]!r}, not {FORM}", REMAKE
             )
-        body = {name: getattr(raw, name) for name in CertificateJson.__struct_fields__ if name != "content_hash"}
+        stated = {name: getattr(raw, name) for name in CertificateJson.__struct_fields__ if name != "content_hash"}
+        body = {name: value for name, value in stated.items() if value is not msgspec.UNSET}
         if _hash(body) != raw.content_hash:
             raise InputError("the certificate was edited after it was written", f"{where}: $.content_hash", REMAKE)
         return _certificate(raw)
@@ -215,6 +229,9 @@ def from_json(text: str | bytes, where: str = "certificate") -> Certificate:
 def _certificate(raw: CertificateJson) -> Certificate:
     if raw.semantics not in SEMANTICS:
         raise ValueError(f"$.semantics: {raw.semantics[:40]!r}")
+    eps = NO_ERROR if isinstance(raw.eps, msgspec.UnsetType) else read_number(raw.eps)
+    if not isinstance(raw.eps, msgspec.UnsetType) and eps <= 0:
+        raise ValueError(f"$.eps: {raw.eps[:40]!r}")
     proofs = {}
     for goal, lines in raw.proofs.items():
         try:
@@ -229,6 +246,7 @@ def _certificate(raw: CertificateJson) -> Certificate:
         semantics=raw.semantics,
         inhabitant={name: read_number(value) for name, value in raw.inhabitant.items()},
         proofs=proofs,
+        eps=eps,
     )
 
 
@@ -241,23 +259,26 @@ def _lines(proof: str) -> list[str]:
 
 
 def _property_document(claim: Property) -> dict[str, Any]:
-    values = {item.name: getattr(claim, item.name) for item in fields(claim) if item.name in NAMED}
+    named = NOISY if claim.name == STEADY else NAMED
+    values = {item.name: getattr(claim, item.name) for item in fields(claim) if item.name in named}
     return {name: list(value) if isinstance(value, tuple) else str(value) for name, value in values.items()}
 
 
 def _property(document: Mapping[str, str | list[str]]) -> Property:
     plain = Property("", "")
     given: dict[str, Any] = {}
+    named = NOISY if document["name"] == STEADY else NAMED
     for name, value in document.items():
-        if name not in NAMED:
-            raise ValueError(f"$.property.{name}: a certificate states {', '.join(NAMED)}")
+        if name not in named:
+            raise ValueError(f"$.property.{name}: a certificate states {', '.join(named)}")
         kind = type(getattr(plain, name))
         if isinstance(value, str) == issubclass(kind, tuple):
             raise ValueError(f"$.property.{name}: {value}")
         convert = read_number if kind is Fraction else kind
         given[name] = tuple(value) if isinstance(value, list) else convert(value)
-    if given["name"] not in PLAIN:  # the formula of others is not all that they claim
-        raise ValueError(f"$.property.name: {given['name'][:40]!r}")
+    said = given.get("of", "") if given["name"] == STEADY else given["name"]
+    if said not in PLAIN:  # the formula of others is not all that they claim
+        raise ValueError(f"$.property.{'of' if given['name'] == STEADY else 'name'}: {said[:40]!r}")
     return Property(**given)
 
 

@@ -12,11 +12,11 @@ from typing import Any
 from codegen.ir import PolicyProfile
 from verify.bounds import LONGEST, NOTHING, Flat, Reading, RejectedError, region_formula
 from verify.formula import Formula, agents
-from verify.spec import Region
+from verify.spec import Region, Semantics
 
 
 def check(
-    profile: PolicyProfile, claim: Formula, region: Region, goal: str, semantics: str, proof: Iterator[int]
+    profile: PolicyProfile, claim: Formula, region: Region, goal: str, semantics: Semantics, proof: Iterator[int]
 ) -> int:
     """The number of branches closed; RejectedError when `proof` does not show the claim for this goal."""
     team = [policy for policy in profile.agents if policy.agent in agents(claim)]

@@ -103,8 +103,12 @@ def violating_samples(profile: PolicyProfile, claim: Property, region: Region) -
 def near(
     profile: PolicyProfile, claim: Property, region: Region, goal: str, model: Mapping[str, Fraction]
 ) -> Point | None:
-    """A shrunk float64 point beside an exact one that violates the claim; None when the nearest one does not."""
+    """A shrunk float64 point beside an exact one that violates the claim, with errors where the claim allows them; None
+    when the nearest one does not.
+    """
     point = nearest(dict(model), region, goal, Fraction(0))
+    if claim.eps:
+        point = mistaken(profile, claim, point) or point
     if point is not None and _stands(profile, claim, region, point):
         return shrink(profile, claim, region, point)
     return None

@@ -20,7 +20,7 @@ from verify.encode import question, region_only
 from verify.formula import TRUE
 from verify.leaves import LeafFinding, leaf_findings
 from verify.margins import Margin, grows_harder, largest_margin
-from verify.opinions import Opinion, Zoned, agreeing, by_zones
+from verify.opinions import Opinion, Zoned, agreeing, by_zones, largest_eps
 from verify.properties import LEAVES, Property
 from verify.shares import SAMPLE_SEED, Share, Shares, measure
 from verify.solve import DEFAULT_BUDGET, Answer, ask
@@ -70,6 +70,7 @@ class Result:
     semantics: str = MACHINE
     leaves: tuple[LeafFinding, ...] = ()  # of alive_leaves
     largest: Margin | None = None  # up to which margin a proved claim holds
+    steady_up_to: Margin | None = None  # up to which errors of features a claim holds that zones proved with its own
     engines: tuple[Opinion, ...] = ()  # those that were asked; where two have a verdict, it is the same
     certificate: Certificate | None = None  # of a proof by zones; the checker accepted it
     branches: int = 0  # that the certificate closes
@@ -155,6 +156,7 @@ def verify(
         wrong = next(violating_samples(profile, claim, region), None)
         if wrong is not None:
             raise AssertionError(f"proved, yet {wrong} violates {claim.name}")
+    steady = verdict is Verdict.PROVED and claim.eps and zoned.certificate is not None
     control = Verdict.SKIPPED
     if verdict in (Verdict.PROVED, Verdict.VIOLATED):
         control = decide(shuffled(profile, claim.team), claim, region, budget, None, semantics).verdict
@@ -174,6 +176,7 @@ def verify(
         visited=visited,
         semantics=semantics,
         largest=_largest(profile, claim, region, budget, semantics) if verdict is Verdict.PROVED else None,
+        steady_up_to=largest_eps(profile, claim, region, budget, semantics) if steady else None,
         engines=(zoned.opinion, second),
         certificate=zoned.certificate if verdict is Verdict.PROVED else None,
         branches=zoned.branches,

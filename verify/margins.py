@@ -1,8 +1,8 @@
-"""How much room a proof has: the largest closing margin up to which a claim stays proved.
+"""How much room a proof has: the largest closing margin, or error of features, up to which a claim stays proved.
 
 Does: bisects over a grid of decimals, asking the decision procedure a bounded number of questions.
-Assumes: the claim only gets harder with its margin, as every claim does that asks for engagement.
-Does not: guess: a question that is not answered counts as not proved, so the margin is a lower bound.
+Assumes: the claim only gets harder: with its margin, as every claim does that asks for engagement; with larger errors.
+Does not: guess: a question that is not answered counts as not proved, so what is found is a lower bound.
 """
 
 from collections.abc import Callable
@@ -31,9 +31,9 @@ def grows_harder(claim: Property) -> bool:
 
 
 def largest_margin(proved_at: Callable[[Fraction], bool], start: Fraction) -> Margin:
-    """The largest margin of the grid found proved from `start` (which is) on, by bisection.
+    """The largest margin (or error) of the grid found proved from `start` (which is) on, by bisection.
 
-    `proved_at`: whether the claim is proved with a margin.
+    `proved_at`: whether the claim is proved with a margin (or error).
     """
     steps = int((WIDEST - start) / STEP)
     if steps <= 0:

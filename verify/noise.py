@@ -20,6 +20,8 @@ from verify.properties import Property, formula
 from verify.world import Point, batch, error_name, measurable, violates
 
 Cell = dict[int, tuple[float, float]]  # feature -> (low, high] of its sum, where a leaf's path tests it
+Cut = tuple[float, bool]  # where a line is cut: below a number, or above it when True
+WHOLE: tuple[Cut, Cut] = (-math.inf, True), (math.inf, False)
 
 
 def reachable(policy: AgentPolicy, coordinates: Float64, world: WorldSpec, eps: float) -> Bool:
@@ -99,24 +101,28 @@ def _sums(policy: AgentPolicy, coordinates: Float64, world: WorldSpec, eps: floa
 
 
 def _cells(policy: AgentPolicy) -> Iterator[tuple[int, Cell]]:
-    """Every leaf with the bounds that its path puts on the features' sums."""
+    """Every leaf with the bounds that its path puts on the features' sums, unless these contradict one another."""
     tree = policy.tree
-    waiting: list[tuple[int, Cell]] = [(ir.ROOT, {})]
+    waiting: list[tuple[int, dict[int, tuple[Cut, Cut]]]] = [(ir.ROOT, {})]
     while waiting:
-        node, cell = waiting.pop()
+        node, cuts = waiting.pop()
         feature = int(tree.feature[node])
         if feature == ir.NO_FEATURE:
-            yield node, cell
+            yield node, {tested: (low, high) for tested, ((low, _), (high, _)) in cuts.items()}
             continue
-        low, high = cell.get(feature, (-math.inf, math.inf))
-        end = _end(policy.features[feature].meaning, float(tree.threshold[node]))
-        waiting.append((int(tree.right[node]), {**cell, feature: (max(low, end), high)}))
-        waiting.append((int(tree.left[node]), {**cell, feature: (low, min(high, end))}))
+        low, high = cuts.get(feature, WHOLE)
+        cut = _cut(policy.features[feature].meaning, float(tree.threshold[node]))
+        if cut < high:
+            waiting.append((int(tree.right[node]), {**cuts, feature: (max(low, cut), high)}))
+        if low < cut:
+            waiting.append((int(tree.left[node]), {**cuts, feature: (low, min(high, cut))}))
 
 
-def _end(meaning: ir.Meaning | None, threshold: float) -> float:
-    """The sum at which the test of a feature's value against a threshold turns."""
+def _cut(meaning: ir.Meaning | None, threshold: float) -> Cut:
+    """Where the test of a feature's value against a threshold divides its sums."""
     if meaning is None or meaning.function in ("", "zero"):
-        return threshold
+        return threshold, True
     lowest = -1 if meaning.function == "sign" else 0
-    return -math.inf if threshold < lowest else math.inf if threshold >= 1 else 0.0
+    if threshold < lowest:
+        return WHOLE[0]
+    return WHOLE[1] if threshold >= 1 else (0.0, threshold >= 0)

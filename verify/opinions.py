@@ -6,7 +6,7 @@ Does not: call a disagreement or a refused proof a verdict: both are our bugs, a
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from codegen.ir import PolicyProfile
@@ -15,6 +15,7 @@ from verify import zones
 from verify.bounds import RejectedError
 from verify.certificate import Certificate, accepted
 from verify.formula import TRUE
+from verify.margins import Margin, largest_margin
 from verify.properties import Property, formula
 from verify.spec import MACHINE, Region, Verdict
 
@@ -46,22 +47,32 @@ class Zoned:
 def by_zones(profile: PolicyProfile, claim: Property, region: Region, budget: int, semantics: str = MACHINE) -> Zoned:
     """The zone engine's opinion. `budget`: solver resource units, see UNITS_A_NODE."""
     skipped = Zoned(Opinion(ENGINE, Verdict.SKIPPED, 0, "search nodes"))
-    if claim.eps:  # it follows trees whose features are right
-        return skipped
     asked = formula(profile, claim)
     try:
-        found = zones.decide(profile, asked, region, semantics, max(1, budget // UNITS_A_NODE))
+        found = zones.decide(profile, asked, region, semantics, max(1, budget // UNITS_A_NODE), eps=claim.eps)
     except zones.BeyondZonesError:
         return skipped
     opinion = Opinion(ENGINE, found.verdict, found.nodes, "search nodes")
     if found.verdict is not Verdict.PROVED:
         return Zoned(opinion, found.goal, found.point)
     named = claim if claim.statement is None and claim.assume == TRUE else None
-    made = Certificate(content_hash(profile), named, asked, region, semantics, found.inhabitant, found.proofs)
+    made = Certificate(
+        content_hash(profile), named, asked, region, semantics, found.inhabitant, found.proofs, eps=claim.eps
+    )
     try:
         return Zoned(opinion, certificate=made, branches=accepted(made, profile))
     except RejectedError as error:
         raise AssertionError(f"the checker refuses the zone engine's proof of {claim.name}: {error}") from error
+
+
+def largest_eps(profile: PolicyProfile, claim: Property, region: Region, budget: int, semantics: str) -> Margin:
+    """Up to which errors of features a claim that holds with its own keeps holding: each with a checked proof."""
+
+    def proved_at(eps: Fraction) -> bool:
+        asked = replace(claim, eps=eps)
+        return by_zones(profile, asked, region, budget, semantics).opinion.verdict is Verdict.PROVED
+
+    return largest_margin(proved_at, claim.eps)
 
 
 def agreeing(zoned: Zoned, second: Opinion) -> Verdict:

@@ -137,6 +137,7 @@ def _result(profile: PolicyProfile, result: Result, command: str) -> dict[str, A
         "violating": shares.violating.document(),
         "changing": None if shares.changing is None else shares.changing.document(),
         "largest_margin": None if result.largest is None else _margin(result.largest),
+        **({} if result.steady_up_to is None else {"largest_eps": _margin(result.steady_up_to)}),
         "leaves": [_leaf(finding) for finding in result.leaves],
         "visited": None if result.visited is None else asdict(result.visited),
         "shuffled_control": result.control.value,

@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from fractions import Fraction
-from typing import Any
+from typing import Any, NamedTuple
 
 from codegen.errors import InputError, UnknownNameError
 from codegen.ir import WorldSpec
@@ -21,6 +21,13 @@ MOST = 10**9  # largest length in a question; beyond it float64 positions are co
 MACHINE, REAL = "machine", "real"  # thresholds as the deployed arithmetic meets them, or as they are written
 SEMANTICS = (MACHINE, REAL)
 ADVICE = "see `maviper verify --help` for the form of a region file"
+
+
+class Semantics(NamedTuple):
+    """How the tests of trees read a world state: the arithmetic, and by how much each measured feature may be off."""
+
+    arithmetic: str = MACHINE
+    eps: Fraction = Fraction(0)
 
 
 class Verdict(Enum):

@@ -19,6 +19,7 @@ from codegen.ir import FeatureSpec
 from verify.formula import FALSE, TRUE, And, Formula, Linear, Or
 from verify.spec import MACHINE, REAL
 
+NO_ERROR = Fraction(0)
 SINGLE, DOUBLE = (24, -149), (53, -1074)  # bits of a significand, least exponent
 
 
@@ -76,8 +77,14 @@ def rounded_twice(threshold: float) -> End:
     return _up_to(*(_below(n, e, DOUBLE) if tie.strict else (n, e)), DOUBLE)
 
 
-def sides(feature: FeatureSpec, threshold: float, semantics: str = MACHINE) -> tuple[Formula, Formula]:
+def sides(
+    feature: FeatureSpec, threshold: float, semantics: str = MACHINE, eps: Fraction = NO_ERROR
+) -> tuple[Formula, Formula]:
     """(goes left, goes right) of a split on `feature` at a float32 `threshold`, over world coordinates.
+
+    With an `eps`, where some error of at most that much, added to the exact sum, leads to the side: the sides overlap.
+    Constants and what says that two things are equal have no error. One coordinate with an error is no float64 number,
+    so it is rounded twice, as a difference is.
 
     InputError when the feature is not a sum of at most two signed coordinates, or a function of one.
     """
@@ -88,23 +95,28 @@ def sides(feature: FeatureSpec, threshold: float, semantics: str = MACHINE) -> t
     if not terms:
         return _always(threshold >= 0)
     if meaning.function:
-        return _of_function(meaning.function, terms, threshold)
+        return _of_function(meaning.function, terms, threshold, eps)
     if semantics == REAL:
-        return _cut(terms, Fraction(threshold), False)
-    end = rounded_once(threshold) if len(terms) == 1 else rounded_twice(threshold)
-    return _cut(terms, end.value(), end.strict)
+        return _cut(terms, Fraction(threshold), False, eps)
+    end = rounded_once(threshold) if len(terms) == 1 and not eps else rounded_twice(threshold)
+    return _cut(terms, end.value(), end.strict, eps)
 
 
 def _always(left: bool) -> tuple[Formula, Formula]:
     return (TRUE, FALSE) if left else (FALSE, TRUE)
 
 
-def _cut(terms: tuple[tuple[Fraction, str], ...], end: Fraction, strict: bool) -> tuple[Linear, Linear]:
-    """At most the end (below it when strict), and the opposite."""
-    return Linear(terms, end, strict), Linear(tuple((-weight, name) for weight, name in terms), -end, not strict)
+def _cut(
+    terms: tuple[tuple[Fraction, str], ...], end: Fraction, strict: bool, eps: Fraction = NO_ERROR
+) -> tuple[Linear, Linear]:
+    """At most the end (below it when strict), and the opposite; each up to `eps` further."""
+    opposite = tuple((-weight, name) for weight, name in terms)
+    return Linear(terms, end + eps, strict), Linear(opposite, eps - end, not strict)
 
 
-def _of_function(function: str, terms: tuple[tuple[Fraction, str], ...], threshold: float) -> tuple[Formula, Formula]:
+def _of_function(
+    function: str, terms: tuple[tuple[Fraction, str], ...], threshold: float, eps: Fraction
+) -> tuple[Formula, Formula]:
     """The sides for a function of a sum. Rounding keeps signs, and a sum of two float64 rounds to 0 only from 0."""
     lowest = -1 if function == "sign" else 0
     if threshold < lowest or threshold >= 1:
@@ -113,4 +125,4 @@ def _of_function(function: str, terms: tuple[tuple[Fraction, str], ...], thresho
         at_most, above = _cut(terms, Fraction(0), False)
         below, at_least = _cut(terms, Fraction(0), True)
         return Or((below, above)), And((at_most, at_least))
-    return _cut(terms, Fraction(0), strict=threshold < 0)
+    return _cut(terms, Fraction(0), threshold < 0, eps)

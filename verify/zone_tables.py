@@ -6,17 +6,17 @@ Assumes: a formula over the coordinates of the region and the actions of the pro
 Does not: search; share more than thresholds.py with the checker, which follows the same text (certificate.py).
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from math import lcm
 from typing import NamedTuple, TypeAlias
 
 from codegen.errors import InputError
-from codegen.ir import GOAL, NO_FEATURE, AgentPolicy, PolicyProfile
+from codegen.ir import GOAL, NO_FEATURE, ROOT, AgentPolicy, PolicyProfile
 from verify.formula import Acts, And, Formula, Linear, Not, Or, agents
 from verify.spec import Region
-from verify.thresholds import sides
+from verify.thresholds import NO_ERROR, sides
 
 EPSILON = 1 << 12  # a strict bound is one unit lower, all others are this many units apart: cycles are shorter
 ORIGIN = ""  # the node that stands for zero
@@ -219,25 +219,80 @@ class ZoneTree:
     action: list[int]
 
 
-def split_sides(policy: AgentPolicy, semantics: str) -> dict[tuple[int, float], tuple[Formula, Formula]]:
-    """(feature, threshold) of an agent's splits -> goes left, goes right; the same for every goal."""
+def split_sides(
+    policy: AgentPolicy, semantics: str, eps: Fraction = NO_ERROR
+) -> dict[tuple[int, float], tuple[Formula, Formula]]:
+    """(feature, threshold) of an agent's splits -> goes left, goes right; the same for every goal. `eps`: some error of
+    at most that much leads there.
+    """
     tree = policy.tree
     splits = dict.fromkeys(zip(tree.feature.tolist(), tree.threshold.tolist(), strict=True))
     return {
-        (feature, threshold): sides(policy.features[feature], threshold, semantics)
+        (feature, threshold): sides(policy.features[feature], threshold, semantics, eps)
         for feature, threshold in splits
         if feature != NO_FEATURE
     }
 
 
+def barred_sides(
+    policy: AgentPolicy, splits: Mapping[tuple[int, float], tuple[Formula, Formula]]
+) -> frozenset[tuple[int, int]]:
+    """The sides, as (node, 0 for left or 1 for right), that no value of their feature reaches, given its tests above.
+
+    All tests of a path share the feature's error, so such a side is empty though, each with an error of its own, the
+    tests could pass together. Linear sides alone have errors; a threshold's place among those of its feature decides.
+    """
+    tree, places = policy.tree, _places(splits)
+    barred: set[tuple[int, int]] = set()
+    waiting: list[tuple[int, dict[int, tuple[int, int]]]] = [(ROOT, {})]
+    while waiting:
+        node, lines = waiting.pop()
+        feature = int(tree.feature[node])
+        if feature == NO_FEATURE:
+            continue
+        left, right = int(tree.left[node]), int(tree.right[node])
+        place = places.get((feature, float(tree.threshold[node])))
+        if place is None:
+            waiting += [(left, lines), (right, lines)]
+            continue
+        low, high = lines.get(feature, (-1, len(places)))  # below all places, above all places
+        ways = ((left, low, min(high, place)), (right, max(low, place), high))
+        for side, (child, first, last) in enumerate(ways):
+            if first < last:
+                waiting.append((child, {**lines, feature: (first, last)}))
+            else:
+                barred.add((node, side))
+    return frozenset(barred)
+
+
+def _places(splits: Mapping[tuple[int, float], tuple[Formula, Formula]]) -> dict[tuple[int, float], int]:
+    """(feature, threshold) of each split with linear sides -> its place among the feature's; equal sides share."""
+    ends: dict[int, dict[tuple[Fraction, bool], list[float]]] = {}
+    for (feature, threshold), (left, _) in splits.items():
+        if isinstance(left, Linear):
+            ends.setdefault(feature, {}).setdefault((left.bound, not left.strict), []).append(threshold)
+    return {
+        (feature, threshold): place
+        for feature, of_feature in ends.items()
+        for place, end in enumerate(sorted(of_feature))
+        for threshold in of_feature[end]
+    }
+
+
 def zone_tree(
-    table: Table, policy: AgentPolicy, splits: Mapping[tuple[int, float], tuple[Formula, Formula]]
+    table: Table,
+    policy: AgentPolicy,
+    splits: Mapping[tuple[int, float], tuple[Formula, Formula]],
+    barred: Collection[tuple[int, int]] = (),
 ) -> ZoneTree:
-    """The tree of one agent, with the sides of its splits."""
+    """The tree of one agent, with the sides of its splits; nothing goes to the `barred` ones."""
     tree = policy.tree
     nothing = (None, None)
     seen = {split: (table.side(left), table.side(right)) for split, (left, right) in splits.items()}
     ways = [seen.get(split, nothing) for split in zip(tree.feature.tolist(), tree.threshold.tolist(), strict=True)]
+    for node, side in barred:
+        left, right = ways[node]
+        ways[node] = (left, None) if side else (None, right)
     return ZoneTree(tree.left.tolist(), tree.right.tolist(), ways, tree.action.tolist())
 
 

@@ -14,12 +14,25 @@ from typing import TypeAlias
 from codegen.ir import PolicyProfile
 from verify.formula import Formula, agents, for_goal
 from verify.spec import MACHINE, Region, Verdict
+from verify.thresholds import NO_ERROR
 from verify.zone_compiled import search
 from verify.zone_search import BudgetError
-from verify.zone_tables import BeyondZonesError, Flat, Known, Problem, Table, ZoneTree, problem, split_sides, zone_tree
+from verify.zone_tables import (
+    BeyondZonesError,
+    Flat,
+    Known,
+    Problem,
+    Table,
+    ZoneTree,
+    barred_sides,
+    problem,
+    split_sides,
+    zone_tree,
+)
 
 __all__ = ["DEFAULT_NODES", "BeyondZonesError", "Outcome", "decide"]
 DEFAULT_NODES = 4_000_000  # search nodes a goal; half a second compiled, a minute or two in Python
+Barred: TypeAlias = Mapping[str, frozenset[tuple[int, int]]]  # agent -> barred_sides
 Splits: TypeAlias = Mapping[str, Mapping[tuple[int, float], tuple[Formula, Formula]]]  # agent -> split_sides
 
 
@@ -43,18 +56,22 @@ def decide(
     semantics: str = MACHINE,
     budget: int = DEFAULT_NODES,
     goals: Sequence[str] | None = None,
+    eps: Fraction = NO_ERROR,
 ) -> Outcome:
     """Whether the claim holds in every point of the region, for each goal (or only for `goals`).
 
-    `budget`: search nodes a goal. BeyondZonesError when the question is not about difference bounds; InputError when a
+    `eps`: though each measured feature of each agent is off by up to that much, each by an error of its own. `budget`:
+    search nodes a goal. BeyondZonesError when the question is not about difference bounds; InputError when a
     feature is no sum of at most two coordinates or speaks of one that the region does not bound.
     """
     asked = tuple(region.goals or ("",)) if goals is None else goals
     acting = agents(claim)
-    splits = {policy.agent: split_sides(policy, semantics) for policy in profile.agents if policy.agent in acting}
+    team = [policy for policy in profile.agents if policy.agent in acting]
+    splits = {policy.agent: split_sides(policy, semantics, eps) for policy in team}
+    barred = {policy.agent: barred_sides(policy, splits[policy.agent]) for policy in team if eps}
     spent, proofs, inhabitant, reasons = 0, {}, {}, []
     for goal in asked:
-        question = _Question(profile, for_goal(claim, goal), region, goal, splits, budget)
+        question = _Question(profile, for_goal(claim, goal), region, goal, splits, budget, barred)
         try:
             inhabitant = inhabitant or question.inhabitant()
             if not inhabitant:
@@ -77,10 +94,20 @@ class _Question:
     """One goal's question: its tables, and a search through them."""
 
     def __init__(
-        self, profile: PolicyProfile, claim: Formula, region: Region, goal: str, splits: Splits, budget: int
+        self,
+        profile: PolicyProfile,
+        claim: Formula,
+        region: Region,
+        goal: str,
+        splits: Splits,
+        budget: int,
+        barred: Barred,
     ) -> None:
         self._table = Table(profile, claim, region, goal)
-        self._trees = [zone_tree(self._table, policy, splits[policy.agent]) for policy in self._table.policies]
+        self._trees = [
+            zone_tree(self._table, policy, splits[policy.agent], barred.get(policy.agent, ()))
+            for policy in self._table.policies
+        ]
         self._problem = problem(self._table)
         self._box = tuple(region.box)
         # a region that is plainly false has no point, and the search is not asked

@@ -20,7 +20,7 @@ from verify.bounds import RejectedError
 from verify.certificate import Certificate, accepted, from_json, numbers, to_json
 from verify.formula import FALSE, TRUE, Not, negated
 from verify.properties import Property, find_property, formula
-from verify.spec import MACHINE, REAL, Region, Verdict, start_region
+from verify.spec import MACHINE, REAL, Region, Semantics, Verdict, start_region
 from verify.zone_search import varint
 
 pytestmark = pytest.mark.solver
@@ -291,7 +291,7 @@ def test_proofs_of_other_claims_are_refused(roles):
         with pytest.raises(RejectedError):
             accepted(replace(made, proofs=dict.fromkeys(made.proofs, proof)), pair)
     with pytest.raises(RejectedError):
-        checker.check(pair, negated(made.formula), made.region, "landmark_0", MACHINE, numbers(b""))
+        checker.check(pair, negated(made.formula), made.region, "landmark_0", Semantics(), numbers(b""))
     for longer in (b"\0", b"\1\0"):
         with pytest.raises(RejectedError, match="goes on"):
             accepted(replace(made, proofs={goal: proof + longer for goal, proof in made.proofs.items()}), pair)
@@ -349,7 +349,7 @@ def sides_swapped(patch):
 
 def thresholds_as_written(patch):
     real = zone_tables.sides
-    patch.setattr(zone_tables, "sides", lambda feature, threshold, _: real(feature, threshold, REAL))
+    patch.setattr(zone_tables, "sides", lambda feature, threshold, *_: real(feature, threshold, REAL))
 
 
 def lemmas_believed(patch):
@@ -390,7 +390,7 @@ def test_bugs_of_the_engine_are_caught(profile, name, monkeypatch):
         refused = 0
         for goal, proof in found.proofs.items():
             try:
-                checker.check(pair, asked, region, goal, MACHINE, numbers(proof))
+                checker.check(pair, asked, region, goal, Semantics(), numbers(proof))
             except RejectedError:
                 refused += 1
         caught += refused
@@ -416,7 +416,7 @@ def test_bugs_never_lead_to_an_accepted_false_proof(profile, monkeypatch):
                 for proof in found.proofs.values():
                     if truth is not Verdict.PROVED:
                         with pytest.raises(RejectedError):
-                            checker.check(pair, asked, region, goal, MACHINE, numbers(proof))
+                            checker.check(pair, asked, region, goal, Semantics(), numbers(proof))
 
 
 def test_three_agents_with_velocities(profile):

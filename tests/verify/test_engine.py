@@ -179,8 +179,8 @@ def test_a_refused_proof_is_our_bug(profile, claim, monkeypatch):
     roles = team(profile, towards(0, 0), towards(1, 1))
     right = zones.decide
 
-    def damaged(*given):
-        found = right(*given)
+    def damaged(*given, **more):
+        found = right(*given, **more)
         return replace(found, proofs={goal: proof[:-1] for goal, proof in found.proofs.items()})
 
     monkeypatch.setattr(zones, "decide", damaged)

@@ -12,7 +12,7 @@ import pytest
 
 from codegen.selfcheck import find_compiler
 from tests.teams import team, towards
-from tests.verify.zone_cases import deception, navigation, near_roles, random_region, switching
+from tests.verify.zone_cases import deception, navigation, near_roles, noisy, random_region, switching
 from verify import zone_compiled, zones
 from verify.properties import find_property, formula
 from verify.spec import MACHINE, REAL, Verdict, start_region
@@ -147,3 +147,13 @@ def test_without_the_extension_the_python_search_answers(monkeypatch, profile):
     pair = team(profile, towards(0, 0), towards(1, 1))
     claim = formula(pair, find_property("distinct_targets", pair))
     assert zones.decide(pair, claim, start_region(pair.world)).verdict is Verdict.PROVED
+
+
+def test_questions_with_errors_of_features(both, profile):
+    rng = np.random.default_rng(14)
+    found = []
+    for _ in range(40):
+        pair, claim = noisy(rng, profile)
+        region = start_region(pair.world) if rng.random() < 0.5 else random_region(rng, pair)
+        found.append(both(pair, formula(pair, claim), region, eps=claim.eps).verdict)
+    assert found.count(Verdict.PROVED) > 5 and found.count(Verdict.VIOLATED) > 5

@@ -26,7 +26,7 @@ from verify import checker, encode, engine, zones
 from verify.certificate import numbers
 from verify.formula import Linear, holds
 from verify.properties import Property, find_property, formula
-from verify.spec import MACHINE, REAL, Region, Verdict, start_region
+from verify.spec import MACHINE, REAL, Region, Semantics, Verdict, start_region
 from verify.zone_search import varint
 
 pytestmark = pytest.mark.solver
@@ -44,7 +44,7 @@ def agree(profile, claim, region, semantics, seed):
     if found.verdict is Verdict.PROVED:
         assert exactly_inside(region, found.inhabitant)
         for goal, proof in found.proofs.items():
-            assert checker.check(profile, asked, region, goal, semantics, numbers(proof)) >= 0
+            assert checker.check(profile, asked, region, goal, Semantics(semantics), numbers(proof)) >= 0
         for point in grid_points(np.random.default_rng(seed), region, 20):
             for goal in everyone(region):
                 at = point | {f"goal.{axis}": point.get(f"{goal}.{axis}", Fraction(0)) for axis in "xy"}

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from fractions import Fraction
+from itertools import pairwise
 
 import numpy as np
 
@@ -10,9 +11,9 @@ from maviper.worlds import find
 from tests.teams import team, towards
 from tests.verify.test_encode import meanings, with_meanings
 from verify import encode
-from verify.properties import Property
+from verify.properties import STEADY, Property
 from verify.spec import Region, start_region
-from verify.world import everywhere
+from verify.world import everywhere, measurable
 
 PROPERTIES = ("distinct_targets", "own_target", "no_double")
 SHARP = [0.0, -0.0, 0.1, -0.7, 0.5, -0.5, 1.0, -1.0, 2.0, 0.05, float(np.nextafter(np.float32(0.1), np.float32(1)))]
@@ -130,6 +131,37 @@ def near_roles(rng, profile):
     return team(profile, *pair), claim
 
 
+def noisy_roles(rng, profile):
+    """Teams with fixed roles that test the same features again further up, some with a leaf changed: leaves that no
+    path's tests reach together, though errors would pass each of them; and a claim about features that are off.
+    """
+    pair = []
+    for place in (0, 1):
+        tree = towards(place, place)
+        for _ in range(int(rng.integers(0, 3))):
+            split = (2 + 2 * place + int(rng.integers(2)), float(rng.choice([-0.05, 0.0, 0.03, 0.05, 0.1])))
+            tree = joined(split, tree, towards(place, place) if rng.random() < 0.7 else tree)
+        if rng.random() < 0.6:
+            action = tree.action.copy()
+            leaf = ir.leaves(tree)
+            action[rng.choice(leaf)] = rng.integers(5)
+            tree = replace(tree, action=action)
+        pair.append(tree)
+    of, eps = str(rng.choice(PROPERTIES[:2])), Fraction(int(rng.integers(1, 50)), 1000)
+    radius = Fraction(int(rng.integers(5, 14)), 100)
+    return team(profile, *pair), Property(STEADY, "defenders", radius=radius, eps=eps, of=of)
+
+
+def noisy(rng, profile):
+    """A claim about features that are off, of a random kind of team."""
+    kind = rng.random()
+    if kind < 0.6:
+        return noisy_roles(rng, profile)
+    pair, claim = deception(rng, 4) if kind < 0.9 else near_roles(rng, profile)
+    eps = Fraction(int(rng.choice([1, 10, 50, 333])), 1000)
+    return pair, replace(claim, name=STEADY, of=claim.name, eps=eps)
+
+
 def actions_at(profile, point, goal, machine=True):
     """What each agent does at a rational point, by the solver's account of thresholds."""
     at = dict(point)
@@ -145,15 +177,57 @@ def actions_at(profile, point, goal, machine=True):
     return found
 
 
-def _left(meaning, threshold, at, machine):
-    total = sum((weight * at[name] for weight, name in meaning.terms), Fraction(0))
+def _left(meaning, threshold, at, machine, error=0, noisy=False):
+    total = sum((weight * at[name] for weight, name in meaning.terms), Fraction(error))
     if meaning.function:
         value = {"sign": (total > 0) - (total < 0), "positive": total > 0, "zero": total == 0}[meaning.function]
         return value <= threshold
     if not meaning.terms or not machine:
         return total <= Fraction(threshold)
-    line = encode.last_double(threshold) if len(meaning.terms) == 1 else encode.half_line(threshold)
+    once = len(meaning.terms) == 1 and not noisy
+    line = encode.last_double(threshold) if once else encode.half_line(threshold)
     return total < line.end or (total == line.end and not line.strict)
+
+
+def actions_with_errors(profile, point, goal, eps, machine=True):
+    """What each agent can be led to do at a rational point: errors at their extremes, at every end, and between."""
+    at = dict(point)
+    if goal:
+        at |= {f"goal.{axis}": at[f"{goal}.{axis}"] for axis in "xy"}
+    found = {}
+    for policy in profile.agents:
+        tree, actions, waiting = policy.tree, set(), [(ir.ROOT, _tried(policy, at, eps, machine))]
+        while waiting:
+            node, errors = waiting.pop()
+            feature = int(tree.feature[node])
+            if feature == ir.NO_FEATURE:
+                actions.add(int(tree.action[node]))
+                continue
+            meaning, threshold = policy.features[feature].meaning, float(tree.threshold[node])
+            sides = {True: [], False: []}
+            for error in errors[feature]:
+                sides[_left(meaning, threshold, at, machine, error, True)].append(error)
+            for side, child in ((True, tree.left[node]), (False, tree.right[node])):
+                if sides[side]:
+                    waiting.append((int(child), {**errors, feature: sides[side]}))
+        found[policy.agent] = actions
+    return found
+
+
+def _tried(policy, at, eps, machine):
+    """For each feature, errors with which its tests fall out in every way that they can."""
+    found = {}
+    for feature, spec in enumerate(policy.features):
+        if not measurable(spec.meaning):
+            found[feature] = [Fraction(0)]
+            continue
+        total = sum((weight * at[name] for weight, name in spec.meaning.terms), Fraction(0))
+        thresholds = [float(t) for t in policy.tree.threshold[policy.tree.feature == feature]]
+        ends = [Fraction(t) if not machine else encode.half_line(t).end for t in thresholds]
+        ends = [Fraction(0)] * bool(ends) if spec.meaning.function else ends
+        errors = sorted({-eps, eps, *(end - total for end in ends if abs(end - total) <= eps)})
+        found[feature] = [*errors, *((a + b) / 2 for a, b in pairwise(errors))]
+    return found
 
 
 def exactly_inside(region, point):
