@@ -106,6 +106,11 @@ def _say_decisions(result: Result, console: Console) -> None:
                 errors = ", ".join(f"{name} by {error:g}" for name, error in view.errors)
                 console.line("", f"{view.agent} measures wrongly: {errors}")
         console.line("", f"replayed by {', '.join(found.replayed)}")
+    if result.explanation is not None:
+        said = result.explanation.says()
+        console.line("", said["unique"])
+        console.line("", f"fails by {said['fails by']}")
+        console.line("", said["free"])
 
 
 def _say_episodes(result: LoopResult, console: Console) -> None:
