@@ -107,10 +107,7 @@ def _say_decisions(result: Result, console: Console) -> None:
                 console.line("", f"{view.agent} measures wrongly: {errors}")
         console.line("", f"replayed by {', '.join(found.replayed)}")
     if result.explanation is not None:
-        said = result.explanation.says()
-        console.line("", said["unique"])
-        console.line("", f"fails by {said['fails by']}")
-        console.line("", said["free"])
+        _say_why(result.explanation.says(), console)
 
 
 def _say_episodes(result: LoopResult, console: Console) -> None:
@@ -125,6 +122,15 @@ def _say_episodes(result: LoopResult, console: Console) -> None:
         console.line("", f"counterexample: {'; '.join(map(str, result.ways))}")
         console.line("", _place(result.point))
         console.line("", f"replayed by {', '.join(('reference', *result.replays))}")
+    if result.explanation is not None:
+        _say_why(result.explanation.says(), console)
+
+
+def _say_why(said: Mapping[str, str], console: Console) -> None:
+    """What else is known about a counterexample."""
+    console.line("", said["unique"])
+    console.line("", f"fails by {said['fails by']}")
+    console.line("", said["free"])
 
 
 def _place(point: Point) -> str:

@@ -42,7 +42,7 @@ class Span:
     def __str__(self) -> str:
         if self.free:
             return "does not matter"
-        low, high = _shown(self.low, self.high)
+        low, high = shown_ends(self.low, self.high)
         return f"only {low}" if self.low == self.high else f"{low} to {high}"
 
 
@@ -120,7 +120,7 @@ class Explanation:
         }
 
 
-def _shown(low: float, high: float) -> tuple[str, str]:
+def shown_ends(low: float, high: float) -> tuple[str, str]:
     """The ends of an interval with few digits, rounded to its inside; all digits where that leaves nothing."""
     inner = math.ceil(low * DIGITS) / DIGITS + 0.0, math.floor(high * DIGITS) / DIGITS + 0.0
     if low <= inner[0] <= inner[1] <= high:

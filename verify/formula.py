@@ -8,7 +8,7 @@ Does not: know properties (properties.py), or decide anything.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import TypeAlias
@@ -161,6 +161,17 @@ def tightened(formula: Formula, slack: Fraction) -> Formula:
     if isinstance(formula, And):
         return And(tuple(tightened(part, slack) for part in formula.parts))
     return Or(tuple(tightened(part, slack) for part in formula.parts)) if isinstance(formula, Or) else formula
+
+
+def atoms(formula: Formula) -> Iterator[Linear | Acts | Goal]:
+    """The parts of the formula that have no parts."""
+    if isinstance(formula, (And, Or)):
+        for part in formula.parts:
+            yield from atoms(part)
+    elif isinstance(formula, Not):
+        yield from atoms(formula.part)
+    else:
+        yield formula
 
 
 def agents(formula: Formula) -> frozenset[str]:
