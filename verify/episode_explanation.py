@@ -67,7 +67,7 @@ class EpisodeExplanation:
         return {
             "unique": none if self.other is None else found,
             "fails by": _change(self.change),
-            "free": f"coordinates that made no difference at {BETWEEN + 2} values across the region: {whole}",
+            "free": f"coordinates that, one at a time, made no difference at {BETWEEN + 2} values each: {whole}",
         }
 
     def document(self) -> dict[str, Any]:

@@ -102,7 +102,7 @@ class Explanation:
         if able:
             agent, turn = min(able, key=lambda one: one[1].room)
             lines["nearest"] = f"the test of {agent} that turns first, when moved by {turn.room:.3g}: {turn.step}"
-        lines["free"] = f"coordinates that do not matter: {', '.join(self.free) or 'none'}"
+        lines["free"] = f"coordinates that, one at a time, do not matter: {', '.join(self.free) or 'none'}"
         return lines
 
     def document(self) -> dict[str, Any]:
