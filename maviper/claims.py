@@ -34,7 +34,7 @@ from verify.counterexample import Replay
 from verify.encode import Question, question, reaching
 from verify.engine import Result, Visited
 from verify.properties import LEAVES, Property, sentence
-from verify.rollout import ClosedLoop
+from verify.rollout import ClosedLoop, Course, agreed
 from verify.solve import smt_lib
 from verify.spec import MACHINE, Region, read_region
 from verify.world import Point, contains, everywhere, observed, observed_velocities, verifiable
@@ -102,6 +102,16 @@ def replayed(profile: ir.PolicyProfile, team: str, point: Point) -> dict[str, li
     world, policies = agreement.matching_world(profile), profile.team(team)
     with _compiled(profile, find_compiler()) as compiled:
         return {name: each(point) for name, each in _replays(profile, policies, world, compiled).items()}
+
+
+def replayed_course(profile: ir.PolicyProfile, point: Point, steps: int) -> tuple[Course, tuple[str, ...]]:
+    """The episode from a start, and the names of everything that can play it here and took the same course.
+
+    DisagreementError when one of them takes another course.
+    """
+    with _compiled(profile, find_compiler()) as compiled:
+        players = rollouts(profile, agreement.matching_world(profile), compiled)
+        return agreed(profile, point, steps, players), tuple(players)
 
 
 @contextmanager

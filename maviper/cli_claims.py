@@ -186,7 +186,10 @@ def check(certificate: Path, profile: Path | None) -> int:
 def replay(context: click.Context, counterexample: Path, profile: Path | None) -> int:
     """Replay COUNTEREXAMPLE, which `maviper verify -o` wrote: by the reference, the compiled C and the environment.
 
-    Exits with 1 when the claim fails in its world state, with 0 when it holds, as it should for a mended policy.
+    A counterexample about whole episodes is played again from its start.
+
+    Exits with 1 when the claim fails in its world state or episode, with 0 when it holds, as it should for a mended
+    policy.
     """
     from maviper.replaying import replay_command
 

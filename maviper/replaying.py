@@ -2,7 +2,7 @@
 
 Does: writes a counterexample with its claim and a test of it; replays one by reference, compiled C and environment.
 Assumes: results of `verify.engine.verify`; a profile of the same world, the same policy or a better one.
-Does not: look for counterexamples; those about whole episodes are not written yet.
+Does not: look for counterexamples; the files of those about whole episodes are in episode_files.py.
 """
 
 from collections.abc import Mapping, Sequence
@@ -17,14 +17,16 @@ from codegen.errors import DisagreementError, ExitCode, InputError
 from codegen.ir import PolicyProfile, act
 from codegen.policy_json import content_hash, layout
 from codegen.render import render
-from maviper import load, runs
+from maviper import episode_files, load, runs
 from maviper.claims import replayed
 from maviper.console import Console
 from verify.closed_loop import LoopResult
+from verify.counterexample import Counterexample
 from verify.engine import Result
-from verify.formula import Formula, agents, coordinates, for_goal, holds
+from verify.formula import Acts, Formula, Goal, agents, atoms, coordinates, for_goal, holds
 from verify.formula_json import formula_document, read_formula
 from verify.properties import formula
+from verify.spec import MOST
 from verify.world import Point, error_name, observed
 
 FORM = "maviper-counterexample-1"
@@ -44,44 +46,55 @@ class CounterexampleJson(msgspec.Struct, forbid_unknown_fields=True):
     position: dict[str, float]  # every coordinate that the region bounds
     errors: dict[str, float]  # of features, as `verify.world.error_name` names them
     actions: dict[str, str]  # agent -> what it did
+    explanation: dict[str, Any] = {}  # as in the report; replays do not read it
 
 
 @dataclass(frozen=True)
 class Replayed:
-    """What the team does in the world state, and whether the claim fails there."""
+    """What the team does in the world state, and whether the claim fails there; of an episode, what all agents do, step
+    by step, and whether the claim fails in it.
+    """
 
     property: str
     violated: bool
-    actions: Mapping[str, str]
+    actions: Mapping[str, str]  # of an episode: in order, with spaces between
     before: Mapping[str, str]  # what the file says that it did
     by: tuple[str, ...]  # what gave the same actions
     same_policy: bool
 
 
 def counterexample_files(profile: PolicyProfile, results: Sequence[Result | LoopResult]) -> dict[str, str]:
-    """For each violated claim about single decisions a file, and a test that fails until a policy holds there."""
+    """For each violated claim a file, and a test that fails until a policy holds there."""
     files: dict[str, str] = {}
     for place, result in enumerate(results, 1):
-        if not isinstance(result, Result) or result.counterexample is None:
+        if isinstance(result, LoopResult):
+            document = None if result.point is None else episode_files.document(profile, result)
+        else:
+            document = None if result.counterexample is None else _document(profile, result, result.counterexample)
+        if document is None:
             continue
-        found, claim = result.counterexample, result.claim
-        document = {
-            "counterexample": FORM,
-            "profile": content_hash(profile),
-            "property": claim.shown,
-            "team": claim.team,
-            "formula": formula_document(formula(profile, claim)),
-            "goal": found.point.goal,
-            "position": dict(found.point.position),
-            "errors": dict(found.point.errors),
-            "actions": {view.agent: view.action for view in found.agents},
-        }
-        stem = f"counterexample-{place}-{claim.name}"
+        stem = f"counterexample-{place}-{result.claim.name}"
         files[f"{stem}.json"] = layout(document) + "\n"
-        files[f"test_{stem.replace('-', '_')}.py"] = render(
-            "tests/counterexample.py.j2", name=f"{stem}.json", place=place
-        )
+        where = "from its start" if isinstance(result, LoopResult) else "in its world state"
+        named = {"name": f"{stem}.json", "place": place, "where": where}
+        files[f"test_{stem.replace('-', '_')}.py"] = render("tests/counterexample.py.j2", **named)
     return files
+
+
+def _document(profile: PolicyProfile, result: Result, found: Counterexample) -> dict[str, Any]:
+    claim = result.claim
+    return {
+        "counterexample": FORM,
+        "profile": content_hash(profile),
+        "property": claim.shown,
+        "team": claim.team,
+        "formula": formula_document(formula(profile, claim)),
+        "goal": found.point.goal,
+        "position": dict(found.point.position),
+        "errors": dict(found.point.errors),
+        "actions": {view.agent: view.action for view in found.agents},
+        "explanation": {} if result.explanation is None else result.explanation.document(),
+    }
 
 
 def replay(path: Path, profile: PolicyProfile) -> Replayed:
@@ -90,9 +103,12 @@ def replay(path: Path, profile: PolicyProfile) -> Replayed:
     InputError when the file is damaged or speaks of what the profile does not have; DisagreementError when compiled C
     or environment act differently from the reference.
     """
+    if episode_files.holds_episode(path):
+        return _replayed_episode(path, profile)
     found = _read(path)
     claim = _claim(found, path)
     _ensure_known(found, claim, profile, path)
+    _ensure_meant(found, claim, profile, path)
     point = Point(found.position, found.goal, found.errors)
     team = profile.team(found.team)
     taken = {policy.agent: int(act(policy, observed(profile, policy, point))[0]) for policy in team}
@@ -113,8 +129,21 @@ def replay(path: Path, profile: PolicyProfile) -> Replayed:
     )
 
 
+def _replayed_episode(path: Path, profile: PolicyProfile) -> Replayed:
+    episode = episode_files.replay(path, profile)
+    found = episode.file
+    return Replayed(
+        property=found.property,
+        violated=episode.violated,
+        actions=episode.actions,
+        before=found.actions,
+        by=("reference", *episode.by),
+        same_policy=content_hash(profile) == found.profile,
+    )
+
+
 def replay_command(path: Path, profile: Path | None, console: Console) -> int:
-    """The command `maviper replay`: 1 when the claim fails in the world state, else 0."""
+    """The command `maviper replay`: 1 when the claim fails in the world state or episode, else 0."""
     found = replay(path, load(path.parent / runs.PROFILE_FILE if profile is None else profile))
     if not found.same_policy:
         console.line("policy", "not the one that the counterexample is about")
@@ -124,6 +153,22 @@ def replay_command(path: Path, profile: Path | None, console: Console) -> int:
     console.line("replayed", f"by {', '.join(found.by)}, which act alike")
     console.line("VIOLATED" if found.violated else "holds", found.property)
     return ExitCode.VIOLATED if found.violated else ExitCode.DONE
+
+
+def _ensure_meant(found: CounterexampleJson, claim: Formula, profile: PolicyProfile, path: Path) -> None:
+    """InputError for numbers out of range, and for goals, actions and agents that the profile does not have."""
+    for name, value in {**found.position, **found.errors}.items():
+        if abs(value) > MOST:
+            raise InputError("not a counterexample", f"{path}: {name} is beyond {MOST}", ADVICE)
+    actions, parts = {policy.agent: policy.actions for policy in profile.team(found.team)}, list(atoms(claim))
+    acts = sorted({(atom.agent, atom.action) for atom in parts if isinstance(atom, Acts)})
+    strange = [
+        *sorted(set(found.actions) - set(actions)),
+        *sorted({atom.landmark for atom in parts if isinstance(atom, Goal)} - set(profile.world.goals)),
+        *(f"action {number} of {agent}" for agent, number in acts if not 0 <= number < len(actions[agent])),
+    ]
+    if strange:
+        raise InputError("the counterexample is about another world", f"{path}: {', '.join(strange[:5])}", ADVICE)
 
 
 def _read(path: Path) -> CounterexampleJson:

@@ -109,6 +109,8 @@ def _say_decisions(result: Result, console: Console) -> None:
                 errors = ", ".join(f"{name} by {error:g}" for name, error in view.errors)
                 console.line("", f"{view.agent} measures wrongly: {errors}")
         console.line("", f"replayed by {', '.join(found.replayed)}")
+    if result.explanation is not None:
+        _say_why(result.explanation.says(), console)
 
 
 def _say_episodes(result: LoopResult, console: Console) -> None:
@@ -123,6 +125,15 @@ def _say_episodes(result: LoopResult, console: Console) -> None:
         console.line("", f"counterexample: {'; '.join(map(str, result.ways))}")
         console.line("", _place(result.point))
         console.line("", f"replayed by {', '.join(('reference', *result.replays))}")
+    if result.explanation is not None:
+        _say_why(result.explanation.says(), console)
+
+
+def _say_why(said: Mapping[str, str], console: Console) -> None:
+    """What else is known about a counterexample."""
+    console.line("", said["unique"])
+    console.line("", f"fails by {said['fails by']}")
+    console.line("", said["free"])
 
 
 def _place(point: Point) -> str:

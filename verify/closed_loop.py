@@ -21,6 +21,7 @@ from verify.batch import LIMIT
 from verify.composition import Decision, decide
 from verify.counterexample import simplest
 from verify.engine import CONTROL_SEED, shuffled
+from verify.episode_explanation import EpisodeExplanation, explained
 from verify.properties import check_landmarks, check_range, team_for
 from verify.rollout import (
     DEFAULT_ZONES,
@@ -74,6 +75,7 @@ class LoopResult:
     ways: tuple[Way, ...]  # how the team's agents fare in it
     replays: tuple[str, ...]
     skipped: tuple[str, ...]
+    explanation: EpisodeExplanation | None = None  # of the counterexample
 
 
 def find_claim(
@@ -152,6 +154,7 @@ def verify_episodes(
         ways=() if course is None else ways_of(profile, claim, course),
         replays=tuple(rollouts),
         skipped=tuple(skipped),
+        explanation=None if course is None or point is None else explained(profile, claim, region, point, course),
     )
 
 

@@ -15,19 +15,31 @@ from codegen import ir
 from codegen.errors import DisagreementError
 from codegen.ir import PolicyProfile, WorldSpec
 from verify.encode import question
+from verify.formula import TRUE
 from verify.noise import mistaken
-from verify.properties import Property
+from verify.properties import Property, formula
 from verify.shares import SAMPLE_SEED, SAMPLES, violating
 from verify.solve import Answer, ask
 from verify.spec import Region
-from verify.world import Point, engaged_with, error_name, inside, nearest, observed, point_of, sample, violates
+from verify.world import (
+    Point,
+    engaged_with,
+    error_name,
+    inside,
+    nearest,
+    observed,
+    point_of,
+    sample,
+    shortfall,
+    violates,
+)
 
 SLACKS = tuple(Fraction(1, 2**power) for power in (3, 4, 5, 7, 10, 20, 40))
 SPACED_SLACKS = 3  # so many of the slacks are first tried with all entities SPACE apart, which reads better
 SPACE = Fraction(1, 5)
 MOST_REFEREED = 50  # sampled violations that the referee looks at, at most
 MOST_PLACES = 12  # decimal places that shrinking tries before it keeps all digits
-ROOM = 0.1  # shrinking keeps entities at least so far apart, or as far as they were
+ROOM = 0.1  # shrinking keeps entities at least so far apart, and claims failing by so much, or as much as they were
 Replay = Callable[[Point], list[int]]  # a world state -> the team's actions
 
 
@@ -133,9 +145,22 @@ def _stands(profile: PolicyProfile, claim: Property, region: Region, point: Poin
     return inside(region, point) and violates(profile, claim, point)
 
 
-def shrink(profile: PolicyProfile, claim: Property, region: Region, point: Point) -> Point:
-    """The same violation with as few decimals as possible."""
-    return simplest(profile.world, point, lambda candidate: _stands(profile, claim, region, candidate))
+def shrink(
+    profile: PolicyProfile,
+    claim: Property,
+    region: Region,
+    point: Point,
+    keeps: Callable[[Point], bool] = lambda point: True,
+) -> Point:
+    """The same violation with as few decimals as possible, and hardly less clear. `keeps`: what else must stay."""
+    claim = replace(claim, statement=formula(profile, claim), assume=TRUE)  # stated once, not for every candidate
+    least = min(ROOM, shortfall(profile, claim, point))
+
+    def stands(candidate: Point) -> bool:
+        fails = _stands(profile, claim, region, candidate) and keeps(candidate)
+        return fails and shortfall(profile, claim, candidate) >= least
+
+    return simplest(profile.world, point, stands)
 
 
 def simplest(world: WorldSpec, point: Point, stands: Callable[[Point], bool]) -> Point:

@@ -11,7 +11,7 @@ question over the reals the machine's own question.
 """
 
 import struct
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 from functools import partial
 from typing import Any, NamedTuple
@@ -127,6 +127,33 @@ def reaching(
     return Question(goal, encoder.variables, [*_region(region, encoder.at), *encoder.path(profile.policy(agent), leaf)])
 
 
+def elsewhere(
+    profile: PolicyProfile,
+    claim: Property,
+    region: Region,
+    goal: str,
+    leaves: Mapping[str, int],
+    slack: Fraction = Fraction(0),
+) -> Question:
+    """As `question`, and some agent of `leaves` reaches another leaf than the one named there."""
+    encoder = _Encoder(profile, region, goal, slack, MACHINE, claim.eps)
+    fails = encoder.encoded(tightened(for_goal(negated(formula(profile, claim)), goal), slack))
+    turned = [turn for agent, leaf in leaves.items() for turn in encoder.turned(profile.policy(agent), leaf)]
+    return Question(
+        goal,
+        encoder.variables,
+        [*_region(region, encoder.at), *encoder.noise, fails, z3.Or(z3.BoolVal(False), *turned)],
+    )
+
+
+def there(profile: PolicyProfile, claim: Property, region: Region, goal: str, leaves: Mapping[str, int]) -> Question:
+    """As `question`, and every agent of `leaves` reaches the leaf named there."""
+    encoder = _Encoder(profile, region, goal, eps=claim.eps)
+    fails = encoder.encoded(for_goal(negated(formula(profile, claim)), goal))
+    taken = [test for agent, leaf in leaves.items() for test in encoder.path(profile.policy(agent), leaf)]
+    return Question(goal, encoder.variables, [*_region(region, encoder.at), *encoder.noise, fails, *taken])
+
+
 def _region(region: Region, at: dict[str, Any]) -> list[Any]:
     constraints: list[Any] = []
     for name, (low, high) in region.box.items():
@@ -202,10 +229,19 @@ class _Encoder:
 
     def path(self, policy: ir.AgentPolicy, leaf: int) -> list[Any]:
         """The tests between the root and a leaf, as they must fall out to reach it."""
+        return [taken for taken, _ in self._path(policy, leaf)]
+
+    def turned(self, policy: ir.AgentPolicy, leaf: int) -> list[Any]:
+        """The tests between the root and a leaf, as one of them must fall out to reach another leaf."""
+        return [other for _, other in self._path(policy, leaf)]
+
+    def _path(self, policy: ir.AgentPolicy, leaf: int) -> list[tuple[Any, Any]]:
+        """(as it falls out on the way to the leaf, otherwise) of each test, from the leaf upwards."""
         tree, node, found = policy.tree, leaf, []
         while node != ir.ROOT:
             parent = int(np.flatnonzero((tree.left == node) | (tree.right == node))[0])
-            found.append(self._tests(policy, parent)[0 if tree.left[parent] == node else 1])
+            left, right = self._tests(policy, parent)
+            found.append((left, right) if tree.left[parent] == node else (right, left))
             node = parent
         return found
 

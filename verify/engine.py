@@ -17,6 +17,7 @@ from verify import solve
 from verify.certificate import Certificate
 from verify.counterexample import Counterexample, Replay, confirmed, explain, near, violating_samples
 from verify.encode import question, region_only
+from verify.explanation import Explanation, explained
 from verify.formula import TRUE
 from verify.leaves import LeafFinding, leaf_findings
 from verify.margins import Margin, grows_harder, largest_margin
@@ -74,6 +75,7 @@ class Result:
     engines: tuple[Opinion, ...] = ()  # those that were asked; where two have a verdict, it is the same
     certificate: Certificate | None = None  # of a proof by zones; the checker accepted it
     branches: int = 0  # that the certificate closes
+    explanation: Explanation | None = None  # of the counterexample
 
 
 def decide(
@@ -149,7 +151,10 @@ def verify(
     verdict, reason, spent, point, second = _settled(profile, claim, region, budget, zoned, semantics)
     if verdict is Verdict.PROVED and not _met(claim, region, budget):
         verdict, reason = Verdict.UNKNOWN, "no world state that meets the assumption was found; a larger --budget may"
-    counterexample = None if point is None else explain(profile, claim, point, replays)
+    counterexample = explanation = None
+    if point is not None:
+        counterexample = explain(profile, claim, point, replays)
+        explanation = explained(profile, claim, region, counterexample, budget)
     measured = measure(profile, claim, region, SAMPLE_SEED)
     if verdict is Verdict.PROVED and measured.violating.hits and semantics == MACHINE:
         # float64 sampling may misjudge a state on a boundary; the referee does not
@@ -180,6 +185,7 @@ def verify(
         engines=(zoned.opinion, second),
         certificate=zoned.certificate if verdict is Verdict.PROVED else None,
         branches=zoned.branches,
+        explanation=explanation,
     )
 
 

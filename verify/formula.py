@@ -7,7 +7,8 @@ Does not: know properties (properties.py), or decide anything.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import TypeAlias
@@ -162,6 +163,17 @@ def tightened(formula: Formula, slack: Fraction) -> Formula:
     return Or(tuple(tightened(part, slack) for part in formula.parts)) if isinstance(formula, Or) else formula
 
 
+def atoms(formula: Formula) -> Iterator[Linear | Acts | Goal]:
+    """The parts of the formula that have no parts."""
+    if isinstance(formula, (And, Or)):
+        for part in formula.parts:
+            yield from atoms(part)
+    elif isinstance(formula, Not):
+        yield from atoms(formula.part)
+    else:
+        yield formula
+
+
 def agents(formula: Formula) -> frozenset[str]:
     """The agents whose actions the formula speaks of."""
     if isinstance(formula, Acts):
@@ -193,6 +205,25 @@ def holds(formula: Formula, at: Mapping[str, Fraction], actions: Mapping[str, in
     if isinstance(formula, Or):
         return any(holds(part, at, actions) for part in formula.parts)
     return not holds(formula.part, at, actions)
+
+
+def worth(formula: Formula, at: Mapping[str, Fraction], actions: Mapping[str, int]) -> Fraction | float:
+    """The quantitative value of a formula at an exact point, with the chosen actions; `for_goal` was applied before.
+
+    An inequality is worth its bound less its sum, "and" the least of its parts, "or" the greatest, "not" the opposite,
+    an action infinity where it is the one taken, else minus infinity; exact, or infinite. At least 0 where the formula
+    holds, at most 0 where it does not; with every bound relaxed by r a formula without "not" is worth r more.
+    Source: Fainekos and Pappas 2009, robustness of a formula, here without time.
+    """
+    if isinstance(formula, Linear):
+        return formula.bound - sum((weight * at[name] for weight, name in formula.terms), Fraction(0))
+    if isinstance(formula, Acts):
+        return math.inf if actions[formula.agent] == formula.action else -math.inf
+    if isinstance(formula, Not):
+        return -worth(formula.part, at, actions)
+    assert isinstance(formula, (And, Or)), formula
+    parts = [worth(part, at, actions) for part in formula.parts]
+    return min(parts, default=math.inf) if isinstance(formula, And) else max(parts, default=-math.inf)
 
 
 class Batch:

@@ -85,6 +85,7 @@ def _counterexample(profile: PolicyProfile, result: LoopResult) -> dict[str, Any
         "position": dict(result.point.position),
         "agents": agents,
         "replayed_by": ["reference", *result.replays],
+        "explanation": None if result.explanation is None else result.explanation.document(),
         "picture": _picture(profile, result),
     }
 

@@ -148,7 +148,7 @@ def _result(profile: PolicyProfile, result: Result, command: str) -> dict[str, A
         "budget": result.budget,
         "engines": [asdict(opinion) | {"verdict": opinion.verdict.value} for opinion in result.engines],
         "certificate": None if result.certificate is None else _certificate(result),
-        "counterexample": None if found is None else _counterexample(profile, found),
+        "counterexample": None if found is None else _counterexample(profile, result, found),
         "command": command,
     }
 
@@ -177,12 +177,13 @@ def _certificate(result: Result) -> dict[str, Any]:
     return {"bytes": result.certificate.size, "branches": result.branches, "checker": "accepted"}
 
 
-def _counterexample(profile: PolicyProfile, found: Counterexample) -> dict[str, Any]:
+def _counterexample(profile: PolicyProfile, result: Result, found: Counterexample) -> dict[str, Any]:
     return {
         "goal": found.point.goal,
         "position": dict(found.point.position),
         "agents": [_view(view) for view in found.agents],
         "replayed_by": list(found.replayed),
+        "explanation": None if result.explanation is None else result.explanation.document(),
         "picture": picture(profile, found),
     }
 

@@ -16,7 +16,7 @@ from codegen import ir
 from codegen.errors import InputError
 from codegen.ir import Bool, Float32, Float64, Int32, PolicyProfile
 from codegen.observe import observe
-from verify.formula import Batch, Formula, for_goal, holds
+from verify.formula import Batch, Formula, for_goal, holds, worth
 from verify.properties import Property, engaged, formula
 from verify.spec import Region, start_region
 
@@ -116,6 +116,17 @@ def violates(profile: PolicyProfile, claim: Property, point: Point) -> bool:
     return not _true(profile, formula(profile, claim), point, _actions(profile, claim, point))
 
 
+def shortfall(profile: PolicyProfile, claim: Property, point: Point) -> Fraction | float:
+    """By how much `claim` fails in a world state that violates it, exact: the least s such that, actions as they are,
+    it would hold with each bound of its inequalities relaxed by more than s. Infinite when no relaxing would do.
+
+    In the unit of the bounds, which is a length for the built-in properties. It is the value of the claim in the usual
+    quantitative semantics (`formula.worth`) without its sign.
+    """
+    stated = for_goal(formula(profile, claim), point.goal)
+    return -worth(stated, _exactly(profile, point), _actions(profile, claim, point))
+
+
 def engaged_with(profile: PolicyProfile, claim: Property, point: Point) -> dict[str, tuple[str, ...]]:
     """Agent -> the landmarks that it is engaged with in a world state, exactly."""
     actions = _actions(profile, claim, point)
@@ -136,8 +147,12 @@ def _actions(profile: PolicyProfile, claim: Property, point: Point) -> dict[str,
 
 
 def _true(profile: PolicyProfile, asked: Formula, point: Point, actions: Mapping[str, int]) -> bool:
+    return holds(for_goal(asked, point.goal), _exactly(profile, point), actions)
+
+
+def _exactly(profile: PolicyProfile, point: Point) -> dict[str, Fraction]:
     values = zip(profile.world.coordinates(), point.coordinates(profile)[0], strict=True)
-    return holds(for_goal(asked, point.goal), {name: Fraction(float(value)) for name, value in values}, actions)
+    return {name: Fraction(float(value)) for name, value in values}
 
 
 def inside(region: Region, point: Point) -> bool:

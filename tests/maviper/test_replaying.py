@@ -5,6 +5,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 from click.testing import CliRunner
 
@@ -12,10 +13,12 @@ import maviper
 from codegen.errors import InputError
 from codegen.policy_json import dumps
 from maviper.cli import cli
+from tests.courses import arriving
 from tests.teams import team, towards
 
 pytestmark = pytest.mark.solver
 NAMED = "counterexample-1-distinct_targets.json"
+EPISODES = ("counterexample-3-reaches.json", "counterexample-4-covers.json")
 ROOT = Path(__file__).parents[2]
 
 
@@ -24,8 +27,10 @@ def folder(tmp_path_factory, profile):
     found = tmp_path_factory.mktemp("report")
     same = team(profile, towards(0, 0), towards(0, 1))
     (found / "same.json").write_text(dumps(same))
+    (found / "arriving.json").write_text(dumps(team(profile, arriving(0), arriving(1))))
     (found / "roles.json").write_text(dumps(team(profile, towards(0, 0), towards(1, 1))))
-    words = ["verify", str(found / "same.json"), "--property", "distinct_targets", "--property", "steady"]
+    words = ["verify", str(found / "same.json"), *(["--property", "distinct_targets", "--property", "steady"])]
+    words += ["--property", "reaches", "--property", "covers", "--steps", "20"]
     ran = CliRunner().invoke(cli, [*words, "-o", str(found)], standalone_mode=False)
     assert ran.return_value == 1, ran.output
     return found
@@ -45,6 +50,47 @@ def test_it_fails_for_the_policy_that_it_is_about_and_holds_for_a_mended_one(fol
     found = maviper.replay(folder / NAMED, folder / "same.json")
     assert found.violated and found.same_policy and found.actions == found.before
     assert found.by[0] == "reference" and "mpe2.simple_adversary_v3" in found.by
+
+
+def test_an_episode_fails_for_its_policy_and_holds_for_a_mended_one(folder):
+    for name in EPISODES:
+        ran = run("replay", folder / name)
+        assert ran.return_value == 1 and "VIOLATED" in ran.output and "simulator" in ran.output
+        found = maviper.replay(folder / name, folder / "same.json")
+        assert found.violated and found.same_policy and found.actions == found.before
+        assert found.by == ("reference", "simulator", "compiled C", "mpe2.simple_adversary_v3")
+        assert all(len(actions.split()) == 20 for actions in found.actions.values()) and len(found.actions) == 3
+    mended = run("replay", folder / EPISODES[0], "--profile", folder / "arriving.json")
+    assert mended.return_value == 0 and "holds" in mended.output and "(was " in mended.output
+
+
+def test_a_file_says_what_a_report_says(folder):
+    """And a file of before, without what is said there, is still replayed."""
+    report = json.loads((folder / "report.json").read_text())
+    for name, result in zip((NAMED, "counterexample-2-steady.json", *EPISODES), report["results"], strict=True):
+        document = json.loads((folder / name).read_text())
+        assert document["explanation"] == result["counterexample"]["explanation"]
+        assert {"unique", "fails by", "free"} <= set(document["explanation"]["says"])
+        assert document["position"] == result["counterexample"]["position"]
+        for coordinate, value in document["position"].items():
+            interval = document["explanation"]["coordinates"][coordinate]
+            assert interval["low"] <= value <= interval["high"]
+        (folder / "before.json").write_text(json.dumps({k: v for k, v in document.items() if k != "explanation"}))
+        assert maviper.replay(folder / "before.json", folder / "same.json").violated
+    text, page = ((folder / f"report.{form}").read_text() for form in ("txt", "html"))
+    for said in ("the only one", "fails by", "in brackets: ", "does not matter"):
+        assert said.lower() in text and said.lower() in page.lower(), said
+    assert "turns when moved by" in page and "Not tested: " in page
+
+
+def test_the_ready_test_of_an_episode_fails_until_the_policy_is_mended(folder, tmp_path):
+    for name in (EPISODES[0], "test_counterexample_3_reaches.py"):
+        (tmp_path / name).write_bytes((folder / name).read_bytes())
+    for policy, wanted in (("same.json", 1), ("arriving.json", 0)):
+        (tmp_path / "profile.json").write_bytes((folder / policy).read_bytes())
+        command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", str(tmp_path)]
+        ran = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+        assert ran.returncode == wanted, ran.stdout
 
 
 def test_the_ready_test_fails_until_the_policy_is_mended(folder, tmp_path):
@@ -69,16 +115,81 @@ def test_the_ready_test_fails_until_the_policy_is_mended(folder, tmp_path):
         ({"formula": {"goal": 7}}, "formula"),
         ({"position": {"agent_0.x": "far"}}, "not a counterexample"),
         ({"more": 1}, "not a counterexample"),
+        ({"position/agent_0.x": float("nan")}, "not a counterexample"),
+        ({"position/agent_0.x": float("inf")}, "not a counterexample"),
+        ({"position/agent_0.x": 1e300}, "not a counterexample"),
+        ({"position/agent_7.x": 0.5}, "another world"),
+        ({"errors/agent_0:goal_dx": -1e12}, "not a counterexample"),
+        ({"actions/agent_7": "up"}, "another world"),
+        ({"formula": {"goal": "landmark_7"}}, "another world"),
+        ({"formula": {"agent": "agent_0", "takes": 9}}, "another world"),
+        ({"formula": {"agent": "agent_7", "takes": 1}}, "another world"),
+        ({"formula": {"sum": [["1", "agent_7.x"]], "most": "1"}}, "another world"),
+        ({"explanation": 7}, "not a counterexample"),
     ],
 )
 def test_a_damaged_file_is_told(folder, tmp_path, change, said):
-    document = json.loads((folder / NAMED).read_text()) | change
+    ensure_told(folder, NAMED, tmp_path, change, said)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"counterexample": "maviper-episode-counterexample-9"}, "counterexample"),
+        ({"claim": "reach"}, "property"),
+        ({"claim": "distinct_targets"}, "property"),
+        ({"team": "nobody"}, "team"),
+        ({"goal": "landmark_7"}, "another world"),
+        ({"position": {}}, "another world"),
+        ({"position/agent_7.x": 0.5}, "another world"),
+        ({"position/agent_0.x": float("nan")}, "not a counterexample"),
+        ({"position/agent_0.x": 1e300}, "not a counterexample"),
+        ({"position/agent_0.vx": 0.1}, "at rest"),
+        ({"actions/agent_7": "up"}, "another world"),
+        ({"actions": {"agent_0": ["up"]}}, "not a counterexample"),
+        ({"parameters/steps": -1}, "steps"),
+        ({"parameters/steps": "25"}, "steps"),
+        ({"parameters/steps": 10**9}, "steps"),
+        ({"parameters/radius": "-1"}, "radius"),
+        ({"parameters/radius": "1/0"}, "no number"),
+        ({"parameters/radius": 1}, "radius"),
+        ({"parameters/speed": 1}, "parameter"),
+        ({"parameters/landmarks": ["landmark_0", "landmark_7"]}, "landmark"),
+        ({"parameters/landmarks": ["landmark_0", "landmark_0"]}, "landmark"),
+        ({"more": 1}, "not a counterexample"),
+    ],
+)
+def test_a_damaged_episode_is_told(folder, tmp_path, change, said):
+    ensure_told(folder, EPISODES[0], tmp_path, change, said)
+
+
+def ensure_told(folder, name, tmp_path, change, said):
+    """A file with changes (member or member/member -> value) ends in exit code 2 with the file's path."""
+    document = json.loads((folder / name).read_text())
+    for place, value in change.items():
+        outer, _, inner = place.partition("/")
+        if inner:
+            document[outer][inner] = value
+        else:
+            document[outer] = value
     (tmp_path / "damaged.json").write_text(json.dumps(document))
-    with pytest.raises(InputError, match=said):
+    with pytest.raises(InputError, match=said) as caught:
         maviper.replay(tmp_path / "damaged.json", folder / "same.json")
+    assert caught.value.exit_code == 2 and "damaged.json" in caught.value.where
+
+
+def test_an_episode_of_another_world_is_told(folder, tmp_path):
+    from tests.verify.zone_cases import navigation
+
+    other, _ = navigation(np.random.default_rng(0), 1)
+    (tmp_path / "navigation.json").write_text(dumps(other))
+    for name in (NAMED, *EPISODES):
+        with pytest.raises(InputError):
+            maviper.replay(folder / name, tmp_path / "navigation.json")
 
 
 def test_a_truncated_file_is_told(folder, tmp_path):
-    (tmp_path / "cut.json").write_bytes((folder / NAMED).read_bytes()[:200])
-    with pytest.raises(InputError, match="not a counterexample"):
-        maviper.replay(tmp_path / "cut.json", folder / "same.json")
+    for name in (NAMED, EPISODES[0]):
+        (tmp_path / "cut.json").write_bytes((folder / name).read_bytes()[:200])
+        with pytest.raises(InputError, match="not a counterexample"):
+            maviper.replay(tmp_path / "cut.json", folder / "same.json")
