@@ -9,6 +9,7 @@ A zone is a matrix of least upper bounds of a - b, one for each component, and b
 bound on a path that gives it. A new bound that closes a negative cycle empties the zone, and the path is the reason.
 """
 
+import contextlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import TypeAlias
@@ -17,6 +18,7 @@ from verify.zone_tables import Flat, Problem, ZoneTree
 
 Zone: TypeAlias = list[tuple[list[int], list[int]]]  # per component: bounds and first steps, [size * size]
 Resolve: TypeAlias = Callable[[tuple[int, ...]], Flat | None]
+Branch: TypeAlias = tuple[tuple[int, ...], list[int]]  # each agent's leaf, cells of the closed matrices in their order
 
 
 MOST_PARTS = 62  # parts of one agent that lemmas are tried for
@@ -75,10 +77,22 @@ class Search:
 
         `classes`: agent, node -> number of what is known there; `resolve`: those numbers -> the claim's denial.
         """
-        out, start = bytearray(), tuple(known[0] for known in classes)
-        first = _Frame(self._whole(), 0, self.region, agent=0, known=start)
-        closed = self._walk([first], out, trees, classes, resolve)
+        out = bytearray()
+        closed = self._walk([self._first(classes)], out, trees, classes, resolve)
         return bytes(out), closed
+
+    def violations(
+        self, trees: Sequence[ZoneTree], classes: Sequence[Sequence[int]], resolve: Resolve, most: int
+    ) -> tuple[list[Branch], bool]:
+        """All open branches, `most` at most; whether these are all, which a spent budget of nodes leaves open too."""
+        found: list[Branch] = []
+        with contextlib.suppress(BudgetError):
+            if self._walk([self._first(classes)], bytearray(), trees, classes, resolve, kept=(found, most + 1)):
+                return found, True
+        return found[:most], False
+
+    def _first(self, classes: Sequence[Sequence[int]]) -> "_Frame":
+        return _Frame(self._whole(), 0, self.region, agent=0, known=tuple(known[0] for known in classes))
 
     def _whole(self) -> Zone:
         matrices = []
@@ -96,15 +110,19 @@ class Search:
         classes: Sequence[Sequence[int]] = (),
         resolve: Resolve | None = None,
         at_leaf: Callable[[Zone, int, int], None] | None = None,
+        kept: tuple[list[Branch], int] | None = None,
     ) -> bool:
-        """Closes what is on the stack; False at the first branch that cannot be, whose bounds are then in `open`."""
+        """Closes what is on the stack; False at the first branch that cannot be, whose bounds are then in `open`.
+
+        `kept`: a list that takes such branches instead, up to so many.
+        """
         path = self._path
         while stack:
             frame = stack.pop()
             self.nodes += 1
             if self.nodes > self.budget:
                 raise BudgetError
-            agent, node, known = frame.agent, frame.node, frame.known
+            agent, node, known, leaves = frame.agent, frame.node, frame.known, frame.leaves
             if agent >= 0 and resolve is not None and resolve(known) is None:
                 continue
             del path[frame.kept :]
@@ -114,34 +132,38 @@ class Search:
                 out.extend(varint(len(cycle)) + b"".join(map(varint, cycle)))
                 continue
             out.append(0)
-            kept, chosen = len(path), frame.chosen
+            length, chosen = len(path), frame.chosen
             ors = (*frame.ors, *frame.flat.ors)
             while ors and any(part in chosen for part in ors[0]):
                 ors = ors[1:]
             if ors:
                 parts = [
-                    _Frame(zone, kept, part, ors[1:], (*chosen, part), agent, node, known) for part in reversed(ors[0])
+                    _Frame(zone, length, part, ors[1:], (*chosen, part), agent, node, known, leaves) for part in reversed(ors[0])
                 ]
                 stack += parts
                 continue
             while 0 <= agent < len(trees) and trees[agent].left[node] < 0:
                 if at_leaf is not None:
-                    at_leaf(zone, kept, node)
-                agent, node = agent + 1, 0
+                    at_leaf(zone, length, node)
+                agent, node, leaves = agent + 1, 0, (*leaves, node)
             if 0 <= agent < len(trees):
                 tree = trees[agent]
                 for child, side in ((tree.right[node], 1), (tree.left[node], 0)):
                     flat = tree.sides[node][side]
                     there = (*known[:agent], classes[agent][child], *known[agent + 1 :]) if classes else known
                     if flat is not None:
-                        stack.append(_Frame(zone, kept, flat, (), (), agent, child, there))
+                        stack.append(_Frame(zone, length, flat, (), (), agent, child, there, leaves))
             elif agent >= 0 and at_leaf is None:
                 denial = resolve(known) if resolve is not None else None
                 assert denial is not None
-                stack.append(_Frame(zone, kept, denial))
+                stack.append(_Frame(zone, length, denial, leaves=leaves))
             elif agent < 0:
-                self.open = list(path)
-                return False
+                if kept is None:
+                    self.open = list(path)
+                    return False
+                kept[0].append((leaves, [cell for bounds, _ in zone for cell in bounds]))
+                if len(kept[0]) == kept[1]:
+                    return False
         return True
 
     def _add(self, zone: Zone, edges: Sequence[int]) -> list[int] | None:
@@ -192,6 +214,7 @@ class _Frame:
     agent: int = -1  # whose tree it stands in; -1: only bounds are left
     node: int = 0
     known: tuple[int, ...] = ()
+    leaves: tuple[int, ...] = ()
 
 
 def varint(number: int) -> bytes:

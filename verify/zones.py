@@ -12,10 +12,11 @@ from functools import cache
 from typing import TypeAlias
 
 from codegen.ir import PolicyProfile
+from verify.disjoint import disjoint
 from verify.formula import Formula, agents, for_goal
 from verify.spec import MACHINE, Region, Verdict
 from verify.zone_compiled import search
-from verify.zone_search import BudgetError
+from verify.zone_search import Branch, BudgetError, Resolve
 from verify.zone_tables import BeyondZonesError, Flat, Known, Problem, Table, ZoneTree, problem, split_sides, zone_tree
 
 __all__ = ["DEFAULT_NODES", "BeyondZonesError", "Outcome", "decide"]
@@ -54,7 +55,7 @@ def decide(
     splits = {policy.agent: split_sides(policy, semantics) for policy in profile.agents if policy.agent in acting}
     spent, proofs, inhabitant, reasons = 0, {}, {}, []
     for goal in asked:
-        question = _Question(profile, for_goal(claim, goal), region, goal, splits, budget)
+        question = Question(profile, for_goal(claim, goal), region, goal, splits, budget)
         try:
             inhabitant = inhabitant or question.inhabitant()
             if not inhabitant:
@@ -73,18 +74,26 @@ def decide(
     return Outcome(Verdict.PROVED, spent, proofs=proofs, inhabitant=inhabitant)
 
 
-class _Question:
-    """One goal's question: its tables, and a search through them."""
+class Question:
+    """One goal's question: its tables, and a search through them. `apart`: its branches have no point in common."""
 
     def __init__(
-        self, profile: PolicyProfile, claim: Formula, region: Region, goal: str, splits: Splits, budget: int
+        self,
+        profile: PolicyProfile,
+        claim: Formula,
+        region: Region,
+        goal: str,
+        splits: Splits,
+        budget: int,
+        apart: bool = False,
     ) -> None:
         self._table = Table(profile, claim, region, goal)
         self._trees = [zone_tree(self._table, policy, splits[policy.agent]) for policy in self._table.policies]
-        self._problem = problem(self._table)
+        self._disjoint = disjoint(self._table) if apart else lambda flat: flat
+        self.problem = problem(self._table)
         self._box = tuple(region.box)
         # a region that is plainly false has no point, and the search is not asked
-        self._search = search(self._problem, self._table.region or Flat((), ()), budget)
+        self._search = search(self.problem, self._disjoint(self._table.region) or Flat((), ()), budget)
 
     @property
     def nodes(self) -> int:
@@ -108,6 +117,22 @@ class _Question:
                 streams[place] = b"\0"
         walked, closed = self._refuted(masks)
         return b"".join(streams) + walked, None if closed else self._point()
+
+    def violations(self, most: int) -> tuple[list[Branch], bool]:
+        """The zones in which the claim fails, `most` at most, and whether these are all."""
+        if self._table.region is None:
+            return [], True
+        try:
+            masks = self._lemmas()[1]
+        except BudgetError:
+            return [], False
+        classes, resolve = self._resolving(masks)
+        return self._search.violations(self._trees, classes, resolve, most)
+
+    @property
+    def agents(self) -> list[str]:
+        """The agents whose trees the search goes through, in its order."""
+        return [policy.agent for policy in self._table.policies]
 
     def _lemmas(self) -> tuple[list[bytes], list[list[int]]]:
         """Each agent's walk, and what holds below each node of its tree."""
@@ -147,6 +172,11 @@ class _Question:
 
     def _refuted(self, masks: list[list[int]]) -> tuple[bytes, bool]:
         """The walk over the product of all trees."""
+        classes, resolve = self._resolving(masks)
+        return self._search.refutation(self._trees, classes, resolve)
+
+    def _resolving(self, masks: list[list[int]]) -> tuple[list[list[int]], Resolve]:
+        """The classes of each agent's nodes, of which all have the same known, and the claim's denial for them."""
         kinds: list[list[Known]] = []
         classes: list[list[int]] = []
         for tree, mask in zip(self._trees, masks, strict=True):
@@ -160,13 +190,15 @@ class _Question:
 
         @cache
         def resolve(numbers: tuple[int, ...]) -> Flat | None:
-            return self._table.denial([kinds[agent][number] for agent, number in enumerate(numbers)])
+            known = [kinds[agent][number] for agent, number in enumerate(numbers)]
+            found = self._table.denial(known)
+            return found if any(one.action is None for one in known) else self._disjoint(found)
 
-        return self._search.refutation(self._trees, classes, resolve)
+        return classes, resolve
 
     def _point(self) -> dict[str, Fraction]:
         """A point on the branch that the search left open, away from its bounds where there is room."""
-        return point(self._problem, self._search.open, self._box)
+        return point(self.problem, self._search.open, self._box)
 
 
 def _below(tree: ZoneTree, masks: list[int]) -> list[int]:
