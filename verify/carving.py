@@ -1,6 +1,7 @@
 """Cuts around violating zones: half spaces that keep every zone out and lose few states.
 
-Does: zones as arrays; from one state, cut after cut until no zone is left; takes cuts back and cuts anew where that gains.
+Does: zones as arrays; from one state, cut after cut until no zone is left; takes cuts back and cuts anew where that
+  gains.
 Assumes: all violating zones are known (violations.py).
 Does not: prove: float64 guides the cuts, and whoever uses them asks the zone engine afterwards.
 

@@ -5,17 +5,13 @@ Assumes: all formulas of the question are numbered in the table already.
 Does not: change what a formula says.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cache
-from typing import Protocol
+from typing import TypeAlias
 
 from verify.zone_tables import TRUE, Bound, Flat, Table
 
-
-class Disjoint(Protocol):
-    """A flat formula, or None for a false one -> the same formula with disjoint choices."""
-
-    def __call__(self, flat: Flat | None, /) -> Flat | None: ...
+Disjoint: TypeAlias = Callable[[Flat | None], Flat | None]  # None: false
 
 
 def disjoint(table: Table) -> Disjoint:

@@ -25,6 +25,7 @@ from verify.properties import LEAVES, Property
 from verify.shares import SAMPLE_SEED, Share, Shares, measure
 from verify.solve import DEFAULT_BUDGET, Answer, ask
 from verify.spec import MACHINE, Region, Verdict
+from verify.where import Where
 from verify.world import Point, verifiable
 
 CONTROL_SEED = 0
@@ -73,6 +74,8 @@ class Result:
     engines: tuple[Opinion, ...] = ()  # those that were asked; where two have a verdict, it is the same
     certificate: Certificate | None = None  # of a proof by zones; the checker accepted it
     branches: int = 0  # that the certificate closes
+    where: Where | None = None  # where it holds, when that was asked
+    within: "Result | None" = None  # the verdict in the largest region found
 
 
 def decide(

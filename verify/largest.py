@@ -1,7 +1,7 @@
 """The largest region found in which a claim holds and means something: a box with bounds on differences.
 
-Does: starts at conflicting states that fulfil the claim, cuts the violating zones off (carving.py), for all goals and for
-  each alone, and takes the region that keeps most; asks the zone engine whether the claim is proved there.
+Does: starts at conflicting states that fulfil the claim, cuts the violating zones off (carving.py), for all goals and
+  for each alone, and takes the region that keeps most; asks the zone engine whether the claim is proved there.
 Assumes: all violating zones are known (violations.py), at least one.
 Does not: find the largest of all such regions: it is the best of a fixed number of tries.
 """
@@ -21,9 +21,9 @@ from verify.spec import MACHINE, Interval, Region, Verdict
 from verify.violations import Failing
 from verify.world import batch, sample
 
-SEEDS = 16  # conflicting states that are started from, for each choice of goals
+SEEDS = 12  # conflicting states that are started from, for each choice of goals
 DRAWN = 10_000  # states that guide the cuts
-ROUNDS = 60  # in which cuts are taken back and found anew
+ROUNDS = 40  # in which cuts are taken back and found anew
 CONFLICTING = 2.0  # what losing a conflicting state costs; another one costs 1
 
 
@@ -48,9 +48,14 @@ class _States:
 
 
 def largest(
-    profile: PolicyProfile, claim: Property, region: Region, failing: Sequence[Failing], seed: int, semantics: str = MACHINE
+    profile: PolicyProfile,
+    claim: Property,
+    region: Region,
+    failing: Sequence[Failing],
+    seed: int,
+    semantics: str = MACHINE,
 ) -> Region | str:
-    """A part of the region in which the zone engine proves the claim and some sampled state conflicts, or why there is none.
+    """A part of the region in which the zone engine proves the claim and some sampled state conflicts, or why not.
 
     `failing`: all violating zones of the region; `seed`: of every random draw.
     """

@@ -53,7 +53,7 @@ class Failing:
 
 @dataclass(frozen=True)
 class ExactShare:
-    """Volume of the zones, of the region (of the states that meet the assumption), and of each zone, summed over goals."""
+    """Volumes of the zones, of the region (of states that meet the assumption) and of each zone, summed over goals."""
 
     violating: Fraction
     region: Fraction
@@ -99,24 +99,49 @@ def exact_share(
 ) -> ExactShare | str:
     """The exact share of the zones in the region, which is that of violating states if the zones are all.
 
-    Or why there is none: too many faces, or a region without volume.
+    Or why there is none: more than `faces` faces, or a region without volume.
     """
     volumes, fixed = Volumes(faces), fixed_coordinates(region)
-    # where the assumption holds, as zones of the claim that it does not
-    whole = [
-        _failing(profile, negated(claim.assume), region, one.goal, MACHINE, DEFAULT_ZONES, DEFAULT_NODES)
-        for one in found
-    ]
-    if not all(one.complete for one in whole):
-        return f"the region falls into more than {DEFAULT_ZONES} zones"
     try:
-        region_volume = sum((sum(_volumes(one, volumes, fixed)) for one in whole), Fraction(0))
-        if not region_volume:
-            return "the region has no volume"
+        whole = _whole(profile, claim, region, region.goals, volumes, fixed)
         each = tuple(_volumes(one, volumes, fixed) for one in found)
     except FacesError:
         return f"it takes more than {faces} faces"
-    return ExactShare(sum((sum(own) for own in each), Fraction(0)), region_volume, each)
+    if not whole:
+        return "the region has no volume"
+    return ExactShare(sum((volume for own in each for volume in own), Fraction(0)), whole, each)
+
+
+def exact_part(
+    profile: PolicyProfile, claim: Property, region: Region, part: Region, faces: int = DEFAULT_FACES
+) -> Fraction | None:
+    """The exact share of a region that a part of it is, goals counted too; None beyond `faces` faces."""
+    volumes, fixed = Volumes(faces), fixed_coordinates(region)
+    try:
+        inside = _whole(profile, claim, part, part.goals, volumes, fixed)
+        whole = _whole(profile, claim, region, region.goals, volumes, fixed)
+    except FacesError:
+        return None
+    return inside / whole if whole else None
+
+
+def _whole(
+    profile: PolicyProfile,
+    claim: Property,
+    region: Region,
+    goals: Sequence[str],
+    volumes: Volumes,
+    fixed: Mapping[str, str],
+) -> Fraction:
+    """The volume of a region's states that meet the assumption, summed over goals. FacesError for too many zones."""
+    total = Fraction(0)
+    for goal in goals or ("",):
+        # where the assumption holds: the zones in which its denial fails
+        found = _failing(profile, negated(claim.assume), region, goal, MACHINE, DEFAULT_ZONES, DEFAULT_NODES)
+        if not found.complete:
+            raise FacesError
+        total += sum(_volumes(found, volumes, fixed))
+    return total
 
 
 def _volumes(found: Failing, volumes: Volumes, fixed: Mapping[str, str]) -> tuple[Fraction, ...]:

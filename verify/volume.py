@@ -4,10 +4,11 @@ Does: d! times the volume of a closed matrix of integers, by recursion over face
 Assumes: closed matrices, node 0 standing for zero, every coordinate bounded on both sides.
 Does not: sample; go on beyond its budget of faces.
 
-A polytope of dimension d is the union of the pyramids over its facets from one of its vertices, so d! vol is the sum of
-height times (d-1)! vol of the facet (Lasserre 1983). On the facet x_i - x_j = c two coordinates differ by a constant, so
-it is again given by difference bounds, in one coordinate less; coefficients are 1, so no roots appear, and d! vol of a
-matrix of integers is an integer. The vertex is the one at which every coordinate is least: facets through it add nothing.
+A polytope of dimension d is the union of the pyramids over its facets from one of its vertices, so d! vol is the sum
+of height times (d-1)! vol of the facet (Lasserre 1983). On the facet x_i - x_j = c two coordinates differ by a
+constant: it is again given by difference bounds, in one coordinate less; coefficients are 1, so no roots appear, and
+d! vol of a matrix of integers is an integer. The vertex is where every coordinate is least: facets through it add
+nothing.
 """
 
 from collections.abc import Sequence
@@ -87,9 +88,7 @@ def _independent(rows: list[list[int]]) -> list[list[int]]:
         joined = [
             group
             for group in groups
-            if any(
-                rows[i][j] < rows[i][0] + rows[0][j] or rows[j][i] < rows[j][0] + rows[0][i] for j in group
-            )
+            if any(rows[i][j] < rows[i][0] + rows[0][j] or rows[j][i] < rows[j][0] + rows[0][i] for j in group)
         ]
         groups = [group for group in groups if group not in joined]
         groups.append([*(node for group in joined for node in group), i])

@@ -138,7 +138,8 @@ class Search:
                 ors = ors[1:]
             if ors:
                 parts = [
-                    _Frame(zone, length, part, ors[1:], (*chosen, part), agent, node, known, leaves) for part in reversed(ors[0])
+                    _Frame(zone, length, part, ors[1:], (*chosen, part), agent, node, known, leaves)
+                    for part in reversed(ors[0])
                 ]
                 stack += parts
                 continue
