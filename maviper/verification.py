@@ -87,6 +87,8 @@ def say_results(results: Sequence[Result | LoopResult], console: Console) -> Non
             _say_leaves(result, console)
         else:
             _say_decisions(result, console)
+        if isinstance(result, Result) and result.where is not None:
+            say_where(result, console)
 
 
 def _say_decisions(result: Result, console: Console) -> None:
@@ -99,8 +101,6 @@ def _say_decisions(result: Result, console: Console) -> None:
         console.line("", f"errors can change an action in {result.shares.changing}")
     if result.largest is not None:
         console.line("", f"stays proved up to margin {decimal(result.largest.proved)}")
-    if result.where is not None:
-        say_where(result, console)
     if result.counterexample is not None:
         found = result.counterexample
         acts = "; ".join(
