@@ -132,15 +132,8 @@ class Search:
                 out.extend(varint(len(cycle)) + b"".join(map(varint, cycle)))
                 continue
             out.append(0)
-            length, chosen = len(path), frame.chosen
-            ors = (*frame.ors, *frame.flat.ors)
-            while ors and any(part in chosen for part in ors[0]):
-                ors = ors[1:]
-            if ors:
-                parts = [
-                    _Frame(zone, length, part, ors[1:], (*chosen, part), agent, node, known, leaves)
-                    for part in reversed(ors[0])
-                ]
+            length, parts = len(path), _parts(frame, zone, len(path))
+            if parts:
                 stack += parts
                 continue
             while 0 <= agent < len(trees) and trees[agent].left[node] < 0:
@@ -161,9 +154,9 @@ class Search:
             elif agent < 0:
                 if kept is None:
                     self.open = list(path)
-                    return False
-                kept[0].append((leaves, [cell for bounds, _ in zone for cell in bounds]))
-                if len(kept[0]) == kept[1]:
+                else:
+                    kept[0].append((leaves, [cell for bounds, _ in zone for cell in bounds]))
+                if kept is None or len(kept[0]) == kept[1]:
                     return False
         return True
 
@@ -216,6 +209,17 @@ class _Frame:
     node: int = 0
     known: tuple[int, ...] = ()
     leaves: tuple[int, ...] = ()
+
+
+def _parts(frame: _Frame, zone: Zone, length: int) -> list[_Frame]:
+    """The parts of the first choice that no chosen part settles, the last one first; none where all are settled."""
+    chosen, ors = frame.chosen, (*frame.ors, *frame.flat.ors)
+    while ors and any(part in chosen for part in ors[0]):
+        ors = ors[1:]
+    return [
+        _Frame(zone, length, part, ors[1:], (*chosen, part), frame.agent, frame.node, frame.known, frame.leaves)
+        for part in (reversed(ors[0]) if ors else ())
+    ]
 
 
 def varint(number: int) -> bytes:
