@@ -14,7 +14,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
-from verify.zone_tables import Flat, Problem, ZoneTree
+from verify.zone_tables import TRUE, Flat, Problem, ZoneTree
 
 Zone: TypeAlias = list[tuple[list[int], list[int]]]  # per component: bounds and first steps, [size * size]
 Resolve: TypeAlias = Callable[[tuple[int, ...]], Flat | None]
@@ -112,9 +112,8 @@ class Search:
         at_leaf: Callable[[Zone, int, int], None] | None = None,
         kept: tuple[list[Branch], int] | None = None,
     ) -> bool:
-        """Closes what is on the stack; False at the first branch that cannot be, whose bounds are then in `open`.
-
-        `kept`: a list that takes such branches instead, up to so many.
+        """Closes what is on the stack; False at the first branch that cannot be, whose bounds are then in `open`, or
+        once `kept`, a list that takes such branches instead, has so many.
         """
         path = self._path
         while stack:
@@ -123,7 +122,8 @@ class Search:
             if self.nodes > self.budget:
                 raise BudgetError
             agent, node, known, leaves = frame.agent, frame.node, frame.known, frame.leaves
-            if agent >= 0 and resolve is not None and resolve(known) is None:
+            denial = resolve(known) if agent >= 0 and resolve is not None else TRUE
+            if denial is None:
                 continue
             del path[frame.kept :]
             zone = [(bounds.copy(), steps.copy()) for bounds, steps in frame.zone]
@@ -148,8 +148,6 @@ class Search:
                     if flat is not None:
                         stack.append(_Frame(zone, length, flat, (), (), agent, child, there, leaves))
             elif agent >= 0 and at_leaf is None:
-                denial = resolve(known) if resolve is not None else None
-                assert denial is not None
                 stack.append(_Frame(zone, length, denial, leaves=leaves))
             elif agent < 0:
                 if kept is None:

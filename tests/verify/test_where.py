@@ -17,14 +17,13 @@ from tests.verify.zone_cases import (
     random_region,
     switching,
 )
-from verify import engine, shares, violations, where, zones
+from verify import engine, shares, violations, where
 from verify.carving import GRID, obstacles
 from verify.formula import Linear, holds
 from verify.largest import largest
 from verify.properties import find_property, formula
 from verify.spec import MACHINE, REAL, Region, Verdict, read_region, start_region
 from verify.world import everywhere
-from verify.zone_search import Search
 
 pytestmark = pytest.mark.solver
 
@@ -107,19 +106,6 @@ def test_an_assumption_keeps_zones_inside_it(profile):
     share = violations.exact_share(same, claim, everywhere(same), found)
     low, high = shares.measure(same, claim, everywhere(same), 3).violating.interval
     assert low <= share.value <= high
-
-
-def test_both_searches_find_the_same_zones(monkeypatch):
-    """In the same order, and with the same limits."""
-    rng = np.random.default_rng(24)
-    for _ in range(10):
-        profile, claim = deception(rng, 3)
-        region = random_region(rng, profile)
-        for most, nodes in ((1000, 10**6), (3, 10**6), (1000, 60)):
-            found = violations.violations(profile, claim, region, MACHINE, most, nodes)
-            with monkeypatch.context() as patch:
-                patch.setattr(zones, "search", Search)
-                assert violations.violations(profile, claim, region, MACHINE, most, nodes) == found
 
 
 # --- shares
