@@ -50,6 +50,9 @@ def verify_command(profile: Path, options: Mapping[str, Any], console: Console) 
     pairs = [(one.claim, one.region) for one in asked]
     results = verify_claims(loaded, pairs, budget, options["semantics"], wanted)
     say_results(results, console)
+    for one in asked:
+        if wanted is not None and isinstance(one.claim, ClosedLoop):
+            console.line("where", f"not for {one.claim.shown}, which is about episodes")
     files = report_files(loaded, results, [repeated(one, wanted) for one in asked], {})
     output = options["output"]
     if output is not None:
