@@ -69,14 +69,19 @@ def compile(
 
 
 def verify(
-    profile: PolicyProfile, property_name: str = "distinct_targets", region: str = "start"
+    profile: PolicyProfile, property_name: str = "distinct_targets", region: str = "start", where: bool = False
 ) -> Result | LoopResult:
-    """The verdict on a built-in property in a region: `start` for the start box, or the path of a region file."""
+    """The verdict on a built-in property in a region: `start` for the start box, or the path of a region file.
+
+    `where`: also where a claim about single decisions holds and fails (`Result.where`, `Result.within`).
+    """
     from maviper.claims import find_region, verify_claims
     from verify.claim import find_claim
+    from verify.violations import DEFAULT_ZONES
 
     claim = find_claim(property_name, profile)
-    return verify_claims(profile, [(claim, find_region(region, profile))])[0]
+    zones = DEFAULT_ZONES if where else None
+    return verify_claims(profile, [(claim, find_region(region, profile))], where=zones)[0]
 
 
 def replay(counterexample: Path, profile: Path) -> Replayed:

@@ -24,12 +24,15 @@ from verify.world import everywhere
 
 
 def certificate_files(results: Sequence[Result | LoopResult]) -> dict[str, str]:
-    """The certificates of proved results, file name -> text; numbered as in the report."""
-    return {
-        f"certificate-{place}-{result.claim.name}.json": certificate.to_json(result.certificate)
-        for place, result in enumerate(results, 1)
-        if isinstance(result, Result) and result.certificate is not None
-    }
+    """Certificates of proved results, and of regions found in others, file name -> text; numbered as in the report."""
+    found: dict[str, str] = {}
+    for place, result in enumerate(results, 1):
+        if not isinstance(result, Result):
+            continue
+        for proved, ending in ((result, ""), (result.within, "-region")):
+            if proved is not None and proved.certificate is not None:
+                found[f"certificate-{place}-{result.claim.name}{ending}.json"] = certificate.to_json(proved.certificate)
+    return found
 
 
 def check_command(path: Path, profile: Path | None) -> int:

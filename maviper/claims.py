@@ -37,6 +37,7 @@ from verify.properties import LEAVES, Property, sentence
 from verify.rollout import ClosedLoop, Course, agreed
 from verify.solve import smt_lib
 from verify.spec import MACHINE, Region, read_region
+from verify.where import where as located
 from verify.world import Point, contains, everywhere, observed, observed_velocities, verifiable
 
 MOST_REGION_BYTES = 2**20
@@ -58,13 +59,21 @@ def find_region(name: str, profile: ir.PolicyProfile) -> Region:
 
 @overload
 def verify_claims(
-    profile: ir.PolicyProfile, questions: Sequence[tuple[Property, Region]], budget: int = ..., semantics: str = ...
+    profile: ir.PolicyProfile,
+    questions: Sequence[tuple[Property, Region]],
+    budget: int = ...,
+    semantics: str = ...,
+    where: int | None = ...,
 ) -> list[Result]: ...
 
 
 @overload
 def verify_claims(
-    profile: ir.PolicyProfile, questions: Sequence[tuple[Claim, Region]], budget: int = ..., semantics: str = ...
+    profile: ir.PolicyProfile,
+    questions: Sequence[tuple[Claim, Region]],
+    budget: int = ...,
+    semantics: str = ...,
+    where: int | None = ...,
 ) -> list[Result | LoopResult]: ...
 
 
@@ -73,9 +82,11 @@ def verify_claims(
     questions: Sequence[tuple[Claim, Region]],
     budget: int = engine.DEFAULT_BUDGET,
     semantics: str = MACHINE,
+    where: int | None = None,
 ) -> list[Any]:
     """A result for each (claim, region). `budget` and `semantics` are of claims about single decisions; those about
-    episodes have their own budget and speak of the deployed arithmetic.
+    episodes have their own budget and speak of the deployed arithmetic. `where`: also where claims about single
+    decisions hold, by so many violating zones at most; None: not asked.
     """
     ir.ensure(profile)
     world = agreement.matching_world(profile)
@@ -86,14 +97,24 @@ def verify_claims(
     episodes = agreement.on_policy(profile, world) if world is not None and single else None
     results: list[Result | LoopResult] = []
     with _compiled(profile, compiler) as compiled:
-        for claim, region in questions:
+        for number, (claim, region) in enumerate(questions, 1):
             if isinstance(claim, ClosedLoop):
                 replays = rollouts(profile, world, compiled)
                 results.append(closed_loop.verify_episodes(profile, claim, region, replays, skipped))
                 continue
-            visited = None if world is None or episodes is None else _visited(world, episodes, region)
             decisions = _replays(profile, profile.team(claim.team), world, compiled)
-            results.append(engine.verify(profile, claim, region, decisions, budget, visited, skipped, semantics))
+
+            def decided(claim: Property, region: Region, decisions: Mapping[str, Replay] = decisions) -> Result:
+                visited = None if world is None or episodes is None else _visited(world, episodes, region)
+                return engine.verify(profile, claim, region, decisions, budget, visited, skipped, semantics)
+
+            result = decided(claim, region)
+            if where is not None:
+                name = f"region-{number}-{claim.name}.toml"
+                found = located(profile, claim, region, result.verdict, semantics, where, name)
+                within = decided(claim, found.part.region) if found.part else None
+                result = replace(result, where=found, within=within)
+            results.append(result)
     return results
 
 

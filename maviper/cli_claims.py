@@ -64,6 +64,8 @@ def _list_properties(context: click.Context, _parameter: click.Parameter, asked:
 @click.option(
     "--semantics", default="machine", show_default=True, help="machine: as deployed; real: exact, for comparison."
 )
+@click.option("--where", is_flag=True, help="Say where claims about single decisions hold and fail (see below).")
+@click.option("--where-zones", default=None, type=int, help="Of --where: violating zones to look for (default: 50000).")
 @click.option("--smt", type=click.Path(path_type=Path), default=None, help="Folder for the questions as SMT-LIB.")
 @click.option("--budget", default=None, type=int, help="Solver resource units a query.")
 @click.option("--json", "as_json", is_flag=True, help="Print the report as JSON.")
@@ -79,6 +81,10 @@ def verify(context: click.Context, profile: Path, **options: Any) -> int:
 
     reaches and covers are about whole episodes that start in the region, at rest: each agent comes to its own landmark
     at some step; the team is matched to the landmarks after the last one.
+
+    --where finds all zones (leaves of the agents and bounds on positions) in which a violated claim fails, their exact
+    share of the region, and the largest region found in which the claim is proved and something could go wrong; with -o
+    also as files, of which the region is one for --region.
 
     \b
     A region file states exact bounds; positions it leaves out have the start box's:

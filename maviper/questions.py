@@ -83,6 +83,9 @@ def _check_episodes(claims: Sequence[Claim], options: Mapping[str, Any]) -> None
     if len(episodes) == len(claims):
         if options["budget"] is not None:
             raise InputError("none of the properties asked reads budget", "--budget", "zones is what limits episodes")
+        if options["where"]:
+            what = f"{' and '.join(CLOSED_LOOP)} are about episodes, and the zones of --where are of single decisions"
+            raise InputError(what, "--where", "leave it out, or ask a smaller --region")
         if options["smt"] is not None:
             what = "no property asked is a question for a solver"
             raise InputError(what, "--smt", f"{' and '.join(CLOSED_LOOP)} are decided by zones")

@@ -19,6 +19,7 @@ from maviper.claims import question_files, report_files, verify_claims
 from maviper.console import Console
 from maviper.questions import listed, questions
 from maviper.replaying import counterexample_files
+from maviper.where import repeated, say_where, where_files, zones_wanted
 from verify.closed_loop import LoopResult
 from verify.engine import DEFAULT_BUDGET, Result
 from verify.properties import LEAVES
@@ -45,18 +46,26 @@ def verify_command(profile: Path, options: Mapping[str, Any], console: Console) 
         for one in asked:
             if isinstance(one.claim, ClosedLoop):
                 console.line("", f"not exported: {one.claim.shown}, which zones decide and no solver")
-    results = verify_claims(loaded, [(one.claim, one.region) for one in asked], budget, options["semantics"])
+    wanted = zones_wanted(options)
+    pairs = [(one.claim, one.region) for one in asked]
+    results = verify_claims(loaded, pairs, budget, options["semantics"], wanted)
     say_results(results, console)
-    files = report_files(loaded, results, [one.command for one in asked], {})
+    for one in asked:
+        if wanted is not None and isinstance(one.claim, ClosedLoop):
+            console.line("where", f"not for {one.claim.shown}, which is about episodes")
+    files = report_files(loaded, results, [repeated(one, wanted) for one in asked], {})
     output = options["output"]
     if output is not None:
         proofs, failures = certificate_files(results), counterexample_files(loaded, results)
+        places = where_files(loaded, results)
         beside = {runs.PROFILE_FILE: dumps(loaded)} if failures else {}
-        for name, text in (files | proofs | failures | beside).items():
+        for name, text in (files | proofs | failures | places | beside).items():
             runs.write(output / name, text)
         console.line("report", str(output / "report.html"))
         for name in proofs:
             console.line("certificate", f"{output / name}; maviper check {output / name} --profile {profile}")
+        for name in places:
+            console.line("where", str(output / name))
         for name in failures:
             if name.endswith(".json"):
                 console.line("replay", f"maviper replay {output / name}")
@@ -81,6 +90,8 @@ def say_results(results: Sequence[Result | LoopResult], console: Console) -> Non
             _say_leaves(result, console)
         else:
             _say_decisions(result, console)
+        if isinstance(result, Result) and result.where is not None:
+            say_where(result, console)
 
 
 def _say_decisions(result: Result, console: Console) -> None:

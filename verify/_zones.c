@@ -75,7 +75,19 @@ typedef struct {
     int32_t *path, *chosen;
     size_t path_room, chosen_room;
     Buffer out, aside;
+    unsigned long long wanted, collected; /* open branches to go on after; 0: the search ends at the first */
+    int32_t *leaf;                        /* agent -> where it ended */
+    Buffer open;                          /* of each collected branch the agents' leaves and the closed matrices */
 } Search;
+
+static int keep(Buffer *out, const void *data, size_t size)
+{
+    if (!grow((void **)&out->data, &out->room, out->size + size, 1))
+        return 0;
+    memcpy(out->data + out->size, data, size);
+    out->size += size;
+    return 1;
+}
 
 static const int32_t unknown;
 
@@ -133,6 +145,8 @@ static void release(Search *s)
     free(s->masks);
     free(s->out.data);
     free(s->aside.data);
+    free(s->leaf);
+    free(s->open.data);
 }
 
 static int lay_out(Search *s, PyObject *trees, PyObject *classes)
@@ -143,7 +157,8 @@ static int lay_out(Search *s, PyObject *trees, PyObject *classes)
     s->classes = calloc(room, sizeof *s->classes);
     s->known = calloc(room, sizeof *s->known);
     s->strides = calloc(room, sizeof *s->strides);
-    if (!s->trees || !s->classes || !s->known || !s->strides)
+    s->leaf = calloc(room, sizeof *s->leaf);
+    if (!s->trees || !s->classes || !s->known || !s->strides || !s->leaf)
         return 0;
     double total = 1;
     size_t stride = 1;
@@ -174,17 +189,18 @@ static int lay_out(Search *s, PyObject *trees, PyObject *classes)
 }
 
 /* walk(width, sizes, edges, weights, infinite, pool, region, agent, trees, classes, resolve, denials, parts, allowed,
- *      nodes, budget) -> (status or None when the budget ended, nodes, bytes, bounds of the open branch, masks)
+ *      nodes, budget, wanted) -> (status or None when the budget ended, nodes, bytes, bounds of the open branch, masks,
+ *      collected branches)
  */
 static PyObject *walk(PyObject *module, PyObject *arguments)
 {
     (void)module;
     int width, region, agent, parts;
-    unsigned long long nodes, budget;
+    unsigned long long nodes, budget, wanted;
     PyObject *sizes, *edges, *weights, *infinite, *pool, *trees, *classes, *resolve, *denials, *allowed;
-    if (!PyArg_ParseTuple(arguments, "iSSSSSiiO!OOOiOKK", &width, &sizes, &edges, &weights, &infinite, &pool, &region,
+    if (!PyArg_ParseTuple(arguments, "iSSSSSiiO!OOOiOKKK", &width, &sizes, &edges, &weights, &infinite, &pool, &region,
                           &agent, &PyTuple_Type, &trees, &classes, &resolve, &denials, &parts, &allowed, &nodes,
-                          &budget))
+                          &budget, &wanted))
         return NULL;
     Search s = {0};
     s.components = (int)(PyBytes_GET_SIZE(sizes) / 4);
@@ -195,6 +211,7 @@ static PyObject *walk(PyObject *module, PyObject *arguments)
     s.resolve = resolve;
     s.nodes = nodes;
     s.budget = budget;
+    s.wanted = wanted;
     s.parts = parts;
     size_t first_nodes = 0;
     PyObject *result = NULL;
@@ -219,11 +236,12 @@ static PyObject *walk(PyObject *module, PyObject *arguments)
                               : start256(&s, numbers, large, s.pool + region, agent, &length);
     if (status == FAILED && !s.exhausted)
         goto end;
-    result = Py_BuildValue("NKy#y#y#", s.exhausted ? Py_NewRef(Py_None) : PyLong_FromLong(status),
+    result = Py_BuildValue("NKy#y#y#y#", s.exhausted ? Py_NewRef(Py_None) : PyLong_FromLong(status),
                            (unsigned long long)s.nodes, s.out.data ? (const char *)s.out.data : "",
                            (Py_ssize_t)s.out.size, s.path ? (const char *)s.path : "",
                            (Py_ssize_t)(status == OPEN ? length * 4 : 0), s.masks ? (const char *)s.masks : "",
-                           (Py_ssize_t)(first_nodes * 8));
+                           (Py_ssize_t)(first_nodes * 8), s.open.data ? (const char *)s.open.data : "",
+                           (Py_ssize_t)s.open.size);
 end:
     release(&s);
     return result;
@@ -377,6 +395,18 @@ static int NAME(passed_over)(const Search *s, const int32_t *choice, size_t base
     return 0;
 }
 
+/* keeps an open branch, and closes it so that the search goes on; OPEN when it was the last one wanted */
+static int NAME(collect)(Search *s, const Level *level)
+{
+    s->out.size = 0; /* nobody reads the stream of a search that does not refute */
+    if (!keep(&s->open, s->leaf, (size_t)s->agents * sizeof(int32_t)))
+        return FAILED;
+    for (int c = 0; c < s->components; c++)
+        if (!keep(&s->open, level->bounds[c], (size_t)s->sizes[c] * (size_t)s->sizes[c] * sizeof(Weight)))
+            return FAILED;
+    return ++s->collected == s->wanted ? OPEN : CLOSED;
+}
+
 /* one search node and all below it */
 static int NAME(visit)(Walk *w, size_t depth, size_t kept, const int32_t *flat, const int32_t **ors, size_t n_ors,
                        size_t base, size_t top, int agent, int32_t node)
@@ -431,7 +461,7 @@ static int NAME(visit)(Walk *w, size_t depth, size_t kept, const int32_t *flat, 
     }
     if (agent < 0) {
         w->open = kept;
-        return OPEN;
+        return s->wanted ? NAME(collect)(s, level) : OPEN;
     }
     while (agent < s->agents && s->trees[agent][4 * (size_t)node] < 0) {
         if (s->denials) {
@@ -466,7 +496,7 @@ static int NAME(visit)(Walk *w, size_t depth, size_t kept, const int32_t *flat, 
                 memcpy(s->out.data + s->out.size, s->aside.data, s->aside.size);
             s->out.size += s->aside.size;
         }
-        agent++;
+        s->leaf[agent++] = node;
         node = 0;
     }
     if (agent == s->agents) {

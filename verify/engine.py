@@ -26,6 +26,7 @@ from verify.properties import LEAVES, Property
 from verify.shares import SAMPLE_SEED, Share, Shares, measure
 from verify.solve import DEFAULT_BUDGET, Answer, ask
 from verify.spec import MACHINE, Region, Verdict
+from verify.where import Where
 from verify.world import Point, verifiable
 
 CONTROL_SEED = 0
@@ -76,6 +77,8 @@ class Result:
     certificate: Certificate | None = None  # of a proof by zones; the checker accepted it
     branches: int = 0  # that the certificate closes
     explanation: Explanation | None = None  # of the counterexample
+    where: Where | None = None  # where it holds, when that was asked
+    within: "Result | None" = None  # the verdict in the largest region found
 
 
 def decide(

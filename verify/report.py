@@ -22,6 +22,7 @@ from verify.margins import Margin
 from verify.properties import LEAVES, reads, sentence
 from verify.spec import REAL, Verdict
 from verify.spec import text as decimal
+from verify.where_report import where_facts
 
 SEMANTICS = (
     "Observations are float32, each made from float64 positions by one subtraction and one rounding; a split goes left "
@@ -150,7 +151,7 @@ def _result(profile: PolicyProfile, result: Result, command: str) -> dict[str, A
         "certificate": None if result.certificate is None else _certificate(result),
         "counterexample": None if found is None else _counterexample(profile, result, found),
         "command": command,
-    }
+    } | ({} if result.where is None else {"where": where_facts(profile, result)})
 
 
 def _shown(value: Fraction | str | Sequence[str]) -> str:

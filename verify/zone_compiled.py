@@ -8,8 +8,9 @@ Does not: serve where either is missing; `search` then gives the pure Python sea
 import sys
 from array import array
 from collections.abc import Callable, Sequence
+from typing import TypeAlias
 
-from verify.zone_search import MOST_PARTS, BudgetError, Resolve, Search
+from verify.zone_search import MOST_PARTS, Branch, BudgetError, Resolve, Search
 from verify.zone_tables import Flat, Problem, ZoneTree
 
 try:
@@ -18,6 +19,7 @@ except ImportError:
     _zones = None
 AVAILABLE = _zones is not None and sys.byteorder == "little" and array("i").itemsize == 4
 WIDTHS = (128, 256)  # bits
+Packed: TypeAlias = Callable[[tuple[int, ...]], "bytes | None"]
 
 
 def search(problem: Problem, region: Flat, budget: int) -> "Search | CompiledSearch":
@@ -39,6 +41,7 @@ class CompiledSearch:
         bits = width(problem)
         assert bits is not None
         self.nodes, self.open, self._budget, self._bits = 0, [], budget, bits
+        self._counts = problem.sizes
         self._sizes = array("i", problem.sizes).tobytes()
         self._edges = array("i", [end for edge in problem.edges for end in edge]).tobytes()
         self._weights = b"".join(weight.to_bytes(bits // 8, "little", signed=True) for weight in problem.weights)
@@ -71,6 +74,11 @@ class CompiledSearch:
         self, trees: Sequence[ZoneTree], classes: Sequence[Sequence[int]], resolve: Resolve
     ) -> tuple[bytes, bool]:
         """As Search.refutation."""
+        places = tuple(array("i", own).tobytes() for own in classes)
+        stream, closed, _ = self._walk(0, trees, places, self._packing(resolve))
+        return stream, closed
+
+    def _packing(self, resolve: Resolve) -> Packed:
         known: dict[tuple[int, ...], bytes | None] = {}  # keeps the packed formulas alive while the search reads them
 
         def packed(numbers: tuple[int, ...]) -> bytes | None:
@@ -79,25 +87,40 @@ class CompiledSearch:
                 known[numbers] = None if flat is None else array("i", self._pack(flat)).tobytes()
             return known[numbers]
 
+        return packed
+
+    def violations(
+        self, trees: Sequence[ZoneTree], classes: Sequence[Sequence[int]], resolve: Resolve, most: int
+    ) -> tuple[list[Branch], bool]:
+        """As Search.violations."""
         places = tuple(array("i", own).tobytes() for own in classes)
-        stream, closed, _ = self._walk(0, trees, places, packed)
-        return stream, closed
+        _, closed, kept = self._walk(0, trees, places, self._packing(resolve), wanted=most + 1)
+        bytes_each, leaves, cells = self._bits // 8, 4 * len(trees), sum(size * size for size in self._counts)
+        found = []
+        for start in range(0, len(kept), leaves + bytes_each * cells):
+            weights = range(start + leaves, start + leaves + bytes_each * cells, bytes_each)
+            numbers = [int.from_bytes(kept[at : at + bytes_each], "little", signed=True) for at in weights]
+            found.append((tuple(array("i", kept[start : start + leaves])), numbers))
+        return found[:most], closed
 
     def _walk(
         self,
         agent: int,
         trees: Sequence[ZoneTree],
         classes: tuple[bytes, ...] | None = None,
-        resolve: Callable[[tuple[int, ...]], bytes | None] | None = None,
+        resolve: Packed | None = None,
         denials: bytes | None = None,
         parts: int = 0,
         allowed: bytes | None = None,
+        wanted: int = 0,
     ) -> tuple[bytes, bool, bytes]:
         rows = tuple(self._rows(tree) for tree in trees)
-        status, self.nodes, stream, path, masks = _zones.walk(  # pyright: ignore[reportOptionalMemberAccess]
+        status, self.nodes, stream, path, masks, kept = _zones.walk(  # pyright: ignore[reportOptionalMemberAccess]
             self._bits, self._sizes, self._edges, self._weights, self._infinite, array("i", self._pool).tobytes(),
-            self._region, agent, rows, classes, resolve, denials, parts, allowed, self.nodes, self._budget,
+            self._region, agent, rows, classes, resolve, denials, parts, allowed, self.nodes, self._budget, wanted,
         )  # fmt: skip
+        if wanted:
+            return stream, status == 0, kept
         if status is None:
             raise BudgetError
         if status:

@@ -9,14 +9,16 @@ A zone is a matrix of least upper bounds of a - b, one for each component, and b
 bound on a path that gives it. A new bound that closes a negative cycle empties the zone, and the path is the reason.
 """
 
+import contextlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
-from verify.zone_tables import Flat, Problem, ZoneTree
+from verify.zone_tables import TRUE, Flat, Problem, ZoneTree
 
 Zone: TypeAlias = list[tuple[list[int], list[int]]]  # per component: bounds and first steps, [size * size]
 Resolve: TypeAlias = Callable[[tuple[int, ...]], Flat | None]
+Branch: TypeAlias = tuple[tuple[int, ...], list[int]]  # each agent's leaf, cells of the closed matrices in their order
 
 
 MOST_PARTS = 62  # parts of one agent that lemmas are tried for
@@ -75,10 +77,22 @@ class Search:
 
         `classes`: agent, node -> number of what is known there; `resolve`: those numbers -> the claim's denial.
         """
-        out, start = bytearray(), tuple(known[0] for known in classes)
-        first = _Frame(self._whole(), 0, self.region, agent=0, known=start)
-        closed = self._walk([first], out, trees, classes, resolve)
+        out = bytearray()
+        closed = self._walk([self._first(classes)], out, trees, classes, resolve)
         return bytes(out), closed
+
+    def violations(
+        self, trees: Sequence[ZoneTree], classes: Sequence[Sequence[int]], resolve: Resolve, most: int
+    ) -> tuple[list[Branch], bool]:
+        """All open branches, `most` at most; whether these are all, which a spent budget of nodes leaves open too."""
+        found: list[Branch] = []
+        with contextlib.suppress(BudgetError):
+            if self._walk([self._first(classes)], bytearray(), trees, classes, resolve, kept=(found, most + 1)):
+                return found, True
+        return found[:most], False
+
+    def _first(self, classes: Sequence[Sequence[int]]) -> "_Frame":
+        return _Frame(self._whole(), 0, self.region, agent=0, known=tuple(known[0] for known in classes))
 
     def _whole(self) -> Zone:
         matrices = []
@@ -96,16 +110,20 @@ class Search:
         classes: Sequence[Sequence[int]] = (),
         resolve: Resolve | None = None,
         at_leaf: Callable[[Zone, int, int], None] | None = None,
+        kept: tuple[list[Branch], int] | None = None,
     ) -> bool:
-        """Closes what is on the stack; False at the first branch that cannot be, whose bounds are then in `open`."""
+        """Closes what is on the stack; False at the first branch that cannot be, whose bounds are then in `open`, or
+        once `kept`, a list that takes such branches instead, has so many.
+        """
         path = self._path
         while stack:
             frame = stack.pop()
             self.nodes += 1
             if self.nodes > self.budget:
                 raise BudgetError
-            agent, node, known = frame.agent, frame.node, frame.known
-            if agent >= 0 and resolve is not None and resolve(known) is None:
+            agent, node, known, leaves = frame.agent, frame.node, frame.known, frame.leaves
+            denial = resolve(known) if agent >= 0 and resolve is not None else TRUE
+            if denial is None:
                 continue
             del path[frame.kept :]
             zone = [(bounds.copy(), steps.copy()) for bounds, steps in frame.zone]
@@ -114,34 +132,30 @@ class Search:
                 out.extend(varint(len(cycle)) + b"".join(map(varint, cycle)))
                 continue
             out.append(0)
-            kept, chosen = len(path), frame.chosen
-            ors = (*frame.ors, *frame.flat.ors)
-            while ors and any(part in chosen for part in ors[0]):
-                ors = ors[1:]
-            if ors:
-                parts = [
-                    _Frame(zone, kept, part, ors[1:], (*chosen, part), agent, node, known) for part in reversed(ors[0])
-                ]
+            length, parts = len(path), _parts(frame, zone, len(path))
+            if parts:
                 stack += parts
                 continue
             while 0 <= agent < len(trees) and trees[agent].left[node] < 0:
                 if at_leaf is not None:
-                    at_leaf(zone, kept, node)
-                agent, node = agent + 1, 0
+                    at_leaf(zone, length, node)
+                agent, node, leaves = agent + 1, 0, (*leaves, node)
             if 0 <= agent < len(trees):
                 tree = trees[agent]
                 for child, side in ((tree.right[node], 1), (tree.left[node], 0)):
                     flat = tree.sides[node][side]
                     there = (*known[:agent], classes[agent][child], *known[agent + 1 :]) if classes else known
                     if flat is not None:
-                        stack.append(_Frame(zone, kept, flat, (), (), agent, child, there))
+                        stack.append(_Frame(zone, length, flat, (), (), agent, child, there, leaves))
             elif agent >= 0 and at_leaf is None:
-                denial = resolve(known) if resolve is not None else None
-                assert denial is not None
-                stack.append(_Frame(zone, kept, denial))
+                stack.append(_Frame(zone, length, denial, leaves=leaves))
             elif agent < 0:
-                self.open = list(path)
-                return False
+                if kept is None:
+                    self.open = list(path)
+                else:
+                    kept[0].append((leaves, [cell for bounds, _ in zone for cell in bounds]))
+                if kept is None or len(kept[0]) == kept[1]:
+                    return False
         return True
 
     def _add(self, zone: Zone, edges: Sequence[int]) -> list[int] | None:
@@ -192,6 +206,18 @@ class _Frame:
     agent: int = -1  # whose tree it stands in; -1: only bounds are left
     node: int = 0
     known: tuple[int, ...] = ()
+    leaves: tuple[int, ...] = ()
+
+
+def _parts(frame: _Frame, zone: Zone, length: int) -> list[_Frame]:
+    """The parts of the first choice that no chosen part settles, the last one first; none where all are settled."""
+    chosen, ors = frame.chosen, (*frame.ors, *frame.flat.ors)
+    while ors and any(part in chosen for part in ors[0]):
+        ors = ors[1:]
+    return [
+        _Frame(zone, length, part, ors[1:], (*chosen, part), frame.agent, frame.node, frame.known, frame.leaves)
+        for part in (reversed(ors[0]) if ors else ())
+    ]
 
 
 def varint(number: int) -> bytes:

@@ -12,11 +12,12 @@ from functools import cache
 from typing import TypeAlias
 
 from codegen.ir import PolicyProfile
+from verify.disjoint import disjoint
 from verify.formula import Formula, agents, for_goal
 from verify.spec import MACHINE, Region, Verdict
 from verify.thresholds import NO_ERROR
 from verify.zone_compiled import search
-from verify.zone_search import BudgetError
+from verify.zone_search import Branch, BudgetError, Resolve
 from verify.zone_tables import (
     BeyondZonesError,
     Flat,
@@ -71,7 +72,7 @@ def decide(
     barred = {policy.agent: barred_sides(policy, splits[policy.agent]) for policy in team if eps}
     spent, proofs, inhabitant, reasons = 0, {}, {}, []
     for goal in asked:
-        question = _Question(profile, for_goal(claim, goal), region, goal, splits, budget, barred)
+        question = Question(profile, for_goal(claim, goal), region, goal, splits, budget, barred)
         try:
             inhabitant = inhabitant or question.inhabitant()
             if not inhabitant:
@@ -90,8 +91,8 @@ def decide(
     return Outcome(Verdict.PROVED, spent, proofs=proofs, inhabitant=inhabitant)
 
 
-class _Question:
-    """One goal's question: its tables, and a search through them."""
+class Question:
+    """One goal's question: its tables, and a search through them. `apart`: its branches have no point in common."""
 
     def __init__(
         self,
@@ -102,16 +103,18 @@ class _Question:
         splits: Splits,
         budget: int,
         barred: Barred,
+        apart: bool = False,
     ) -> None:
         self._table = Table(profile, claim, region, goal)
         self._trees = [
             zone_tree(self._table, policy, splits[policy.agent], barred.get(policy.agent, ()))
             for policy in self._table.policies
         ]
-        self._problem = problem(self._table)
+        self._disjoint = disjoint(self._table) if apart else lambda flat: flat
+        self.problem = problem(self._table)
         self._box = tuple(region.box)
         # a region that is plainly false has no point, and the search is not asked
-        self._search = search(self._problem, self._table.region or Flat((), ()), budget)
+        self._search = search(self.problem, self._disjoint(self._table.region) or Flat((), ()), budget)
 
     @property
     def nodes(self) -> int:
@@ -135,6 +138,22 @@ class _Question:
                 streams[place] = b"\0"
         walked, closed = self._refuted(masks)
         return b"".join(streams) + walked, None if closed else self._point()
+
+    def violations(self, most: int) -> tuple[list[Branch], bool]:
+        """The zones in which the claim fails, `most` at most, and whether these are all."""
+        if self._table.region is None:
+            return [], True
+        try:
+            masks = self._lemmas()[1]
+        except BudgetError:
+            return [], False
+        classes, resolve = self._resolving(masks)
+        return self._search.violations(self._trees, classes, resolve, most)
+
+    @property
+    def agents(self) -> list[str]:
+        """The agents whose trees the search goes through, in its order."""
+        return [policy.agent for policy in self._table.policies]
 
     def _lemmas(self) -> tuple[list[bytes], list[list[int]]]:
         """Each agent's walk, and what holds below each node of its tree."""
@@ -174,6 +193,11 @@ class _Question:
 
     def _refuted(self, masks: list[list[int]]) -> tuple[bytes, bool]:
         """The walk over the product of all trees."""
+        classes, resolve = self._resolving(masks)
+        return self._search.refutation(self._trees, classes, resolve)
+
+    def _resolving(self, masks: list[list[int]]) -> tuple[list[list[int]], Resolve]:
+        """The classes of each agent's nodes, of which all have the same known, and the claim's denial for them."""
         kinds: list[list[Known]] = []
         classes: list[list[int]] = []
         for tree, mask in zip(self._trees, masks, strict=True):
@@ -187,13 +211,15 @@ class _Question:
 
         @cache
         def resolve(numbers: tuple[int, ...]) -> Flat | None:
-            return self._table.denial([kinds[agent][number] for agent, number in enumerate(numbers)])
+            known = [kinds[agent][number] for agent, number in enumerate(numbers)]
+            found = self._table.denial(known)
+            return found if any(one.action is None for one in known) else self._disjoint(found)
 
-        return self._search.refutation(self._trees, classes, resolve)
+        return classes, resolve
 
     def _point(self) -> dict[str, Fraction]:
         """A point on the branch that the search left open, away from its bounds where there is room."""
-        return point(self._problem, self._search.open, self._box)
+        return point(self.problem, self._search.open, self._box)
 
 
 def _below(tree: ZoneTree, masks: list[int]) -> list[int]:

@@ -1,6 +1,7 @@
 """`maviper verify` and `maviper properties` as users call them."""
 
 import json
+from fractions import Fraction
 
 import pytest
 
@@ -252,3 +253,67 @@ def test_a_subnormal_threshold_is_refused_before_anything_is_written(capsys, pla
         code, _, err = run(capsys, "-q", "verify", "tiny.json", "--property", name, "-o", "report")
         assert code == ExitCode.INPUT and "subnormal" in err
     assert not list((place / "report").glob("*"))
+
+
+@pytest.mark.solver
+def test_where_a_claim_holds(capsys, place):
+    """Zones and the largest region found, as lines, report and files; the region is read back and proved."""
+    code, out, err = run(capsys, "verify", "same.json", "--where", "-o", "report")
+    assert code == ExitCode.VIOLATED and out == "" and "violating zones, " in err and "of the region exactly" in err
+    folder = place / "report"
+    (found,) = json.loads((folder / "report.json").read_text())["results"]
+    told, zones = found["where"], json.loads((folder / "zones-1-distinct_targets.json").read_text())
+    assert told["zones"] == len(zones["violating"]) and told["complete"] and found["command"].endswith(" --where")
+    assert told["exact"]["fraction"] == zones["share"] == str(sum(Fraction(one["share"]) for one in zones["violating"]))
+    assert found["violating"]["low"] <= told["exact"]["share"] <= found["violating"]["high"]
+    assert set(told["leaves"]) == {"agent_0", "agent_1"} and told["most"][0]["words"]
+    assert told["region"]["verdict"] == "PROVED" and told["region"]["conflict"]["low"] > 0
+    assert told["region"]["visited"]["states"] > 0 and told["region"]["checker"] == "accepted"
+    for name in ("report.txt", "report.html"):
+        assert "region-1-distinct_targets.toml" in (folder / name).read_text()
+    proof = folder / "certificate-1-distinct_targets-region.json"
+    assert run(capsys, "check", proof, "--profile", "same.json")[0] == ExitCode.DONE
+    region = folder / "region-1-distinct_targets.toml"
+    code, out, _ = run(capsys, "-q", "verify", "same.json", "--region", region, "--json")
+    (again,) = results(out)
+    assert code == ExitCode.DONE and again["conflict"] == told["region"]["conflict"]
+    assert again["certificate"]["checker"] == "accepted" and again["visited"] == told["region"]["visited"]
+    assert run(capsys, "-q", "verify", "same.json", "--where", "-o", "again")[0] == ExitCode.VIOLATED
+    files = {path.name: path.read_bytes() for path in folder.iterdir()}
+    assert files == {path.name: path.read_bytes() for path in (place / "again").iterdir()}
+
+
+@pytest.mark.solver
+def test_where_says_what_it_does_not_know(capsys, place):
+    asked = ("--property", "distinct_targets", "--property", "alive_leaves", "--where", "-o", "report")
+    code, _, err = run(capsys, "verify", "roles.json", *asked)
+    assert code == ExitCode.DONE and "holds everywhere in the region" in err and "about leaves" in err
+    assert not list((place / "report").glob("zones*")) and not list((place / "report").glob("region*"))
+    text = (place / "report" / "report.txt").read_text()
+    assert "everywhere in the region" in text and "not available: the claim is about leaves" in text
+    _, out, err = run(capsys, "verify", "same.json", "--where", "--where-zones", "7", "--json")
+    told = results(out)[0]["where"]
+    assert told["zones"] == 7 and not told["complete"] and told["exact"] is None and told["region"] is None
+    assert "not all violating zones are known" in told["exact_reason"] and told["exact_reason"] in err
+    _, out, _ = run(capsys, "-q", "verify", "same.json", "--property", "aligned", "--where")
+    assert "only a solver decides it" in out
+
+
+def test_where_is_about_single_decisions(capsys, place):
+    code, _, err = run(capsys, "verify", "same.json", "--property", "covers", "--where")
+    assert code == ExitCode.INPUT and "--where" in err and "episodes" in err
+    code, _, err = run(capsys, "verify", "same.json", "--where-zones", "7")
+    assert code == ExitCode.INPUT and "add --where" in err
+    code, _, err = run(capsys, "verify", "same.json", "--where", "--where-zones", "0")
+    assert code == ExitCode.INPUT and "between 1 and" in err
+
+
+def test_an_interrupted_search_leaves_no_file(capsys, place, monkeypatch):
+    from maviper import claims
+
+    def interrupted(*given):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(claims, "located", interrupted)
+    code, out, _ = run(capsys, "verify", "same.json", "--where", "-o", "report")
+    assert code == ExitCode.INTERRUPTED and out == "" and not list((place / "report").iterdir())

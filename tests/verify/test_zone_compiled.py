@@ -13,7 +13,7 @@ import pytest
 from codegen.selfcheck import find_compiler
 from tests.teams import team, towards
 from tests.verify.zone_cases import deception, navigation, near_roles, noisy, random_region, switching
-from verify import zone_compiled, zones
+from verify import violations, zone_compiled, zones
 from verify.properties import find_property, formula
 from verify.spec import MACHINE, REAL, Verdict, start_region
 from verify.zone_compiled import CompiledSearch
@@ -95,6 +95,30 @@ def test_three_agents(both):
     for _ in range(10):
         profile, claim = navigation(rng, 3)
         both(profile, formula(profile, claim), random_region(rng, profile))
+
+
+@pytest.mark.parametrize("bits", [128, 256])
+def test_all_violating_zones(compiled, monkeypatch, bits):
+    """The same zones in the same order, with the same limits."""
+    monkeypatch.setattr(zone_compiled, "_zones", compiled)
+    rng, seen = np.random.default_rng(14), 0
+
+    def build(problem, region, budget):
+        least = max(bits, zone_compiled.width(problem))
+        with monkeypatch.context() as patch:
+            patch.setattr(zone_compiled, "width", lambda _: least)
+            return CompiledSearch(problem, region, budget)
+
+    for _ in range(15):
+        profile, claim = deception(rng, 3)
+        region = random_region(rng, profile)
+        for most, nodes in ((1000, 10**6), (3, 10**6), (1000, 60)):
+            monkeypatch.setattr(zones, "search", Search)
+            plain = violations.violations(profile, claim, region, MACHINE, most, nodes)
+            monkeypatch.setattr(zones, "search", build)
+            assert violations.violations(profile, claim, region, MACHINE, most, nodes) == plain
+            seen += sum(len(one.zones) for one in plain)
+    assert seen > 100
 
 
 def test_the_budget_ends_at_the_same_node(both, profile):
