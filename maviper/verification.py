@@ -17,6 +17,7 @@ from maviper import load, runs
 from maviper.certifying import certificate_files
 from maviper.claims import question_files, report_files, verify_claims
 from maviper.console import Console
+from maviper.failing import states_files
 from maviper.questions import listed, questions
 from maviper.replaying import counterexample_files
 from verify.closed_loop import LoopResult
@@ -51,8 +52,9 @@ def verify_command(profile: Path, options: Mapping[str, Any], console: Console) 
     output = options["output"]
     if output is not None:
         proofs, failures = certificate_files(results), counterexample_files(loaded, results)
+        states = states_files(loaded, asked, results)
         beside = {runs.PROFILE_FILE: dumps(loaded)} if failures else {}
-        for name, text in (files | proofs | failures | beside).items():
+        for name, text in (files | proofs | failures | states | beside).items():
             runs.write(output / name, text)
         console.line("report", str(output / "report.html"))
         for name in proofs:
@@ -60,6 +62,8 @@ def verify_command(profile: Path, options: Mapping[str, Any], console: Console) 
         for name in failures:
             if name.endswith(".json"):
                 console.line("replay", f"maviper replay {output / name}")
+        for name in states:
+            console.line("states", f"{output / name}; maviper extract EXPERT --counterexamples {output}")
     if options["as_json"]:
         click.echo(files["report.json"], nl=False)
     elif output is None:
