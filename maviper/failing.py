@@ -109,26 +109,30 @@ def states_files(
             continue
         claim, region = result.claim, result.region
         points = failures(profile, claim, region)
-        if not points:
-            continue
-        document = {
-            "states": FORM,
-            "world": world_name(profile.world),
-            "profile": content_hash(profile),
-            "property": claim.shown,
-            "team": claim.team,
-            "formula": formula_document(formula(profile, claim)),
-            "eps": str(claim.eps),
-            "region": region.name,
-            "bounds": region.toml(),
-            "command": shlex.join(["maviper", "verify", runs.PROFILE_FILE, *shlex.split(one.command)[3:]]),
-            "coordinates": list(points[0].position),
-            "positions": [list(point.position.values()) for point in points],
-            "goals": [point.goal for point in points],
-            "errors": [dict(point.errors) for point in points] if any(point.errors for point in points) else [],
-        }
-        files[f"states-{place}-{claim.name}.json"] = layout(document) + "\n"
+        if points:
+            files[f"states-{place}-{claim.name}.json"] = document_of(profile, claim, region, points, one.command)
     return files
+
+
+def document_of(profile: PolicyProfile, claim: Property, region: Region, points: Sequence[Point], command: str) -> str:
+    """States of a region in which a team fails a claim, as a file's text. `command`: the line that asked."""
+    document = {
+        "states": FORM,
+        "world": world_name(profile.world),
+        "profile": content_hash(profile),
+        "property": claim.shown,
+        "team": claim.team,
+        "formula": formula_document(formula(profile, claim)),
+        "eps": str(claim.eps),
+        "region": region.name,
+        "bounds": region.toml(),
+        "command": shlex.join(["maviper", "verify", runs.PROFILE_FILE, *shlex.split(command)[3:]]),
+        "coordinates": list(points[0].position),
+        "positions": [list(point.position.values()) for point in points],
+        "goals": [point.goal for point in points],
+        "errors": [dict(point.errors) for point in points] if any(point.errors for point in points) else [],
+    }
+    return layout(document) + "\n"
 
 
 def read_failing(paths: Sequence[Path], world: ParticleWorld) -> tuple[list[Failing], list[str]]:
@@ -179,7 +183,11 @@ def _head(path: Path) -> _HeadJson:
 
 def _read(path: Path, policies: PolicyProfile) -> Failing:
     """One file of either kind."""
-    if _head(path).states is None:
+    head = _head(path)
+    if head.states is None:
+        if head.counterexample not in (None, replaying.FORM):
+            what = "not a counterexample to a claim about single decisions"
+            raise InputError(what, f"{path}: {str(head.counterexample)[:40]}", ADVICE)
         found, statement = replaying.read_counterexample(path, policies)
         point = Point(found.position, found.goal, found.errors)
         eps = max((abs(Fraction(error)) for error in found.errors.values()), default=Fraction(0))
