@@ -23,6 +23,7 @@ from maviper.worlds.world import Int
 from verify.formula import Batch, Formula, Or
 
 SHARE = 0.2  # of the weight of a team's data, where there are examples for it
+MOST_EACH = 100  # average points of the data that one such state may weigh, so that a few do not rule
 MOST_JOINT = 4_096  # joint actions with the same number of changed agents that are tried in a state
 
 
@@ -68,8 +69,8 @@ class Examples:
     def before(self, world: World, data: Dataset, only: int | None = None) -> Dataset:
         """The states of the lessons, then `data`. `only`: the one agent that `data` has weights for.
 
-        For agents of their teams the states carry `share` of all weight, each the same; for others none. They come
-        first, so that the rest may grow behind them.
+        For agents of their teams the states carry `share` of all weight (less where there are few, see MOST_EACH), each
+        the same; for others none. They come first, so that the rest may grow behind them.
         """
         if not self.lessons:
             return data
@@ -80,7 +81,8 @@ class Examples:
         for agent, known in zip(agents, theirs.sum(axis=0), strict=True):
             team = world.team_of(world.agents[agent])
             mine = np.concatenate([np.full(len(lesson), float(lesson.team == team)) for lesson in self.lessons])
-            ours.append(mine * (self.share / (1 - self.share) * known / max(1.0, mine.sum())))
+            each = self.share / (1 - self.share) * known / max(1.0, mine.sum())
+            ours.append(mine * min(each, MOST_EACH * known / len(data)))
         observations = tuple(
             np.concatenate([lesson.observations[place] for lesson in self.lessons])
             for place in range(len(world.agents))

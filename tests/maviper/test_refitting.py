@@ -28,7 +28,7 @@ from maviper.worlds import find
 from tests.teams import team, towards
 from verify.engine import Result
 from verify.failures import failures
-from verify.formula import FALSE, Acts, conjunction, disjunction, holds
+from verify.formula import FALSE, TRUE, Acts, conjunction, disjunction, holds
 from verify.formula_json import formula_document
 from verify.properties import Property, find_property, formula
 from verify.shares import violating
@@ -231,7 +231,7 @@ def test_what_an_agent_measures_wrongly_is_what_it_learns_from(world, expert, pr
 
 def test_examples_carry_their_share_of_a_teams_weight(world, expert, folder):
     learned = task(world, expert, folder / "out").examples
-    n, k = 500, len(learned)
+    n, k = 20_000, len(learned)
     observed = tuple(np.zeros((n, len(features)), dtype=np.float32) for features in world.features)
     weights = np.random.default_rng(0).random((n, 3))
     weights[:, 2] = 0  # drawn alike
@@ -243,6 +243,9 @@ def test_examples_carry_their_share_of_a_teams_weight(world, expert, folder):
         assert found.weights[:k, column].sum() / found.weights[:, column].sum() == pytest.approx(examples.SHARE)
     alone = learned.before(world, replace(data, weights=weights[:, 1:2]), 1)
     assert alone.weights[:, 0] == pytest.approx(found.weights[:, 1])
+    few = Examples((examples_of(world, expert, TRUE, drawn(world, 1)),))
+    first = few.before(world, data).weights[0]
+    assert first[1:] == pytest.approx([examples.MOST_EACH * weights[:, 1].mean(), examples.MOST_EACH])
     assert not learned.of_team("adversaries").lessons and learned.of_team("defenders") == learned
     assert Examples().before(world, data) is data
 
