@@ -169,6 +169,13 @@ def train(context: click.Context, world: str, output: Path, **options: Any) -> i
 @click.option("--critic", default="learned", show_default=True, help="Whose Q weighs states; also measured, none.")
 @click.option("--features", default="", metavar="NAMES", help=f"Further features: {FEATURES}, or auto.")
 @click.option("--world", default=None, help="module:function of the environment that the expert plays, if it is yours.")
+@click.option(
+    "--counterexamples",
+    multiple=True,
+    type=click.Path(path_type=Path),
+    metavar="PATH",
+    help="A file of `maviper verify -o`, or its folder, to learn from (repeatable).",
+)
 @click.option("--resume", is_flag=True, help="Go on with the run in the folder.")
 @OUTPUT
 @click.pass_context
@@ -179,10 +186,19 @@ def extract(context: click.Context, expert: str, output: Path, **options: Any) -
     (cooperative-navigation,agents=12); module:function calls yours. -o names the profile's JSON file, or a folder for
     the whole run: config, metrics, finished steps, profile. An interrupted run in a folder goes on with --resume and
     ends with the same profile.
+
+    With --counterexamples every round also learns from world states in which a team failed a claim: in each, what the
+    expert does there, changed for as few agents as the claim needs. The command then says, and writes into refit.json
+    beside the profile, how often the claim fails before and after, which actions changed, and what play costs.
     """
     from maviper.extraction import extract_command
 
-    said = [f"--{name.replace('_', '-')} {value}" for name, value in sorted(options.items()) if _said(context, name)]
+    said = [
+        f"--{name.replace('_', '-')} {value}"
+        for name, values in sorted(options.items())
+        if _said(context, name)
+        for value in (values if isinstance(values, tuple) else (values,))
+    ]
     command = " ".join(["maviper extract", expert, *(text for text in said if not text.startswith("--resume"))])
     extract_command(expert, output, {**options, "command": command}, console_of(context))
     return ExitCode.DONE

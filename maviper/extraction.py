@@ -13,18 +13,19 @@ from contextlib import ExitStack
 from dataclasses import asdict, dataclass, replace
 from importlib import metadata
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from codegen import ir, policy_json
 from codegen.errors import InputError
-from maviper import runs, version
+from maviper import refitting, runs, version
 from maviper.console import Console, LiveLine
 from maviper.evaluate.metrics import ratio, shown
 from maviper.experts.expert import Expert
 from maviper.experts.finding import find_expert, seeing
 from maviper.experts.measured import Measured
-from maviper.extract.algorithms import extract
+from maviper.extract.algorithms import check_examples, extract
 from maviper.extract.choosing import helpful_features
+from maviper.extract.examples import NO_EXAMPLES, Examples
 from maviper.extract.journal import NOTHING_KEPT, Journal
 from maviper.extract.outcome import finalist_score, measured_of
 from maviper.extract.selection import EXTRACTING, Progress
@@ -36,6 +37,7 @@ AUTOMATIC = "auto"
 FORMAT = "maviper-extraction-1"
 METRICS_FILE, SEEDS_FILE, STEPS = "metrics.jsonl", "seeds.json", "steps"
 MOST_SEEDS = 1_000
+SAME = ("format", "tool", "world", "expert", "critic", "counterexamples")  # in every call for one run
 PACKAGES = ("maviper", "mpe2", "numpy", "scikit-learn")
 
 
@@ -46,6 +48,7 @@ def extract_command(expert: str, output: Path, options: Mapping[str, Any], conso
     chosen = dict(options)
     given = [chosen.pop(name) for name in ("critic", "world", "features", "jobs", "seeds", "resume", "command")]
     critic, named, features, jobs, seeds, resume, command = given
+    counterexamples = chosen.pop("counterexamples", ())
     if jobs < 1 or not 1 <= seeds <= MOST_SEEDS:
         raise InputError(f"--seeds must be from 1 to {MOST_SEEDS}, --jobs at least 1", "--seeds, --jobs")
     found, world = find_expert(expert, critic, named, "" if features == AUTOMATIC else features)
@@ -54,15 +57,20 @@ def extract_command(expert: str, output: Path, options: Mapping[str, Any], conso
         features = helpful_features(world, found, settings) if isinstance(world, ParticleWorld) else ""
         console.line("features", features or "none helps")
         found, world = seeing(found, world, features) if features else (found, world)
+    lessons = refitting.task_of(counterexamples, world, found, console)
+    check_examples(settings, lessons.examples)
+    asked = _Asked(expert, found, world, command, lessons)
     if output.suffix == ".json":
         if resume or seeds > 1:
             what = "only a run folder can be resumed" if resume else "several seeds need a run folder"
             raise InputError(what, str(output), "name a folder with -o: a name without .json")
         runs.target(output)  # before the work, not after it
-        return _written(output, extract_live(world, found, settings, console, jobs), console)
-    task = _Task(output, expert, critic, command, resume)
+        profile = extract_live(world, found, settings, console, jobs, examples=lessons.examples)
+        return _written(output, profile, console, asked)
+    task = _Task(output, expert, critic, command, resume, lessons)
     if seeds == 1:
-        return _written(output / runs.PROFILE_FILE, _run(task, world, found, settings, console, jobs), console)
+        profile = _run(task, world, found, settings, console, jobs)
+        return _written(output / runs.PROFILE_FILE, profile, console, asked)
     runs.folder(output)
     tasks = [
         (replace(task, folder=folder, resume=resume and (folder / runs.CONFIG_FILE).exists()), world, found, each)
@@ -80,7 +88,17 @@ def extract_command(expert: str, output: Path, options: Mapping[str, Any], conso
     table = {str(profile.provenance.seed): value for profile, value in zip(profiles, scores, strict=True)}
     runs.write(output / SEEDS_FILE, runs.as_json({"best": profiles[best].provenance.seed, "scores": table}))
     say_measured(profiles[best], world, console)
-    return _written(output / runs.PROFILE_FILE, profiles[best], console)
+    return _written(output / runs.PROFILE_FILE, profiles[best], console, asked)
+
+
+class _Asked(NamedTuple):
+    """What an extraction was asked for."""
+
+    expert: str
+    found: Expert
+    world: World
+    command: str
+    lessons: refitting.Task
 
 
 @dataclass(frozen=True)
@@ -92,6 +110,7 @@ class _Task:
     critic: str
     command: str
     resume: bool
+    lessons: refitting.Task
 
 
 def _run(
@@ -105,23 +124,36 @@ def _run(
         "expert": expert.hash or task.expert,
         "critic": task.critic,
         "command": task.command,
+        "counterexamples": task.lessons.digests,
         "versions": {"python": platform.python_version()} | {name: metadata.version(name) for name in PACKAGES},
         "settings": asdict(settings),
     }
-    runs.claim(task.folder, config, ("format", "tool", "world", "expert", "critic"), task.resume)
-    profile = extract_live(world, expert, settings, console or Console(quiet=True), jobs, task.folder)
+    runs.claim(task.folder, config, SAME, task.resume)
+    quiet = console or Console(quiet=True)
+    profile = extract_live(world, expert, settings, quiet, jobs, task.folder, task.lessons.examples)
     runs.write(task.folder / runs.PROFILE_FILE, policy_json.dumps(profile))
     return profile
 
 
-def _written(place: Path, profile: ir.PolicyProfile, console: Console) -> Path:
+def _written(place: Path, profile: ir.PolicyProfile, console: Console, asked: _Asked) -> Path:
+    """The profile as a file, and what counterexamples did to it, where it learned from any."""
     runs.write(place, policy_json.dumps(profile))
+    if asked.lessons.failing:
+        report = refitting.report(asked.lessons, profile, place, asked.expert, asked.found, asked.world)
+        report.say(console)
+        runs.write(refitting.report_file(place), report.json(asked.command))
     console.line("wrote", f"{place}  id {policy_json.content_hash(profile)[:16]}")
     return place
 
 
 def extract_live(
-    world: World, expert: Expert, settings: Settings, console: Console, jobs: int = 1, folder: Path | None = None
+    world: World,
+    expert: Expert,
+    settings: Settings,
+    console: Console,
+    jobs: int = 1,
+    folder: Path | None = None,
+    examples: Examples = NO_EXAMPLES,
 ) -> ir.PolicyProfile:
     """Extracts with a live line, then says what the trees reach. `folder`: of a run that is kept and goes on."""
     made = expert.card.get("algorithm", "unknown")
@@ -129,7 +161,7 @@ def extract_live(
     console.line("expert", f"{made} for {world.name}{critic}{f', id {expert.hash[:16]}' if expert.hash else ''}")
     journal = Journal(folder / STEPS) if folder else NOTHING_KEPT
     with Stages(console, folder / METRICS_FILE if folder else None) as stages:
-        profile = extract(world, expert, settings, stages.show, jobs, journal)
+        profile = extract(world, expert, settings, stages.show, jobs, journal, examples)
     say_measured(profile, world, console)
     return profile
 

@@ -105,9 +105,7 @@ def replay(path: Path, profile: PolicyProfile) -> Replayed:
     """
     if episode_files.holds_episode(path):
         return _replayed_episode(path, profile)
-    found = _read(path)
-    claim = _claim(found, path)
-    _ensure_known(found, claim, profile, path)
+    found, claim = read_counterexample(path, profile)
     _ensure_meant(found, claim, profile, path)
     point = Point(found.position, found.goal, found.errors)
     team = profile.team(found.team)
@@ -181,25 +179,34 @@ def _read(path: Path) -> CounterexampleJson:
     return found
 
 
-def _claim(found: CounterexampleJson, path: Path) -> Formula:
+def read_counterexample(path: Path, profile: PolicyProfile) -> tuple[CounterexampleJson, Formula]:
+    """A file and the formula in it, both known to a profile's world. InputError otherwise."""
+    found = _read(path)
+    point = Point(found.position, found.goal, found.errors)
+    return found, known_formula(found.formula, found.team, [point], profile, path)
+
+
+def known_formula(
+    document: dict[str, Any], team: str, points: Sequence[Point], profile: PolicyProfile, path: Path
+) -> Formula:
+    """The formula of a file, if it and the world states are about what the profile's world has; else InputError."""
     try:
-        return read_formula(found.formula)
+        claim = read_formula(document)
     except (ValueError, LookupError, TypeError, AttributeError, RecursionError) as error:
         raise InputError("the counterexample's formula cannot be read", f"{path}: {error}"[:200], ADVICE) from None
-
-
-def _ensure_known(found: CounterexampleJson, claim: Formula, profile: PolicyProfile, path: Path) -> None:
     world = profile.world
     needed = {f"{entity.name}.{axis}" for entity in world.agents + world.landmarks for axis in "xy"}
-    team = {policy.agent for policy in profile.team(found.team)}
+    members = {policy.agent for policy in profile.team(team)}
+    positions = {name for point in points for name in point.position}
     features = {error_name(policy.agent, feature.name) for policy in profile.agents for feature in policy.features}
     strange = [
-        *sorted((coordinates(claim) | set(found.position)) - set(world.coordinates())),
-        *sorted(agents(claim) - team),
-        *sorted(set(found.errors) - features),
-        *([found.goal] if found.goal not in (world.goals or ("",)) else []),
-        *sorted(f"no {name}" for name in needed - set(found.position)),
+        *sorted((coordinates(claim) | positions) - set(world.coordinates())),
+        *sorted(agents(claim) - members),
+        *sorted({name for point in points for name in point.errors} - features),
+        *sorted({point.goal for point in points} - set(world.goals or ("",))),
+        *sorted({f"no {name}" for point in points for name in needed - set(point.position)}),
     ]
-    if strange or not team:
-        what = ", ".join(strange[:5]) or f"no team {found.team}"
+    if strange or not members:
+        what = ", ".join(strange[:5]) or f"no team {team}"
         raise InputError("the counterexample is about another world", f"{path}: {what}", "give its profile")
+    return claim

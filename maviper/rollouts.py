@@ -5,7 +5,7 @@ Assumes: the profile's world is one of ours.
 Does not: judge; the verifier compares every position, velocity and action bit by bit.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 
 import numpy as np
@@ -38,12 +38,20 @@ def _by_tree(profile: PolicyProfile, agent: str, obs: Float32) -> Int32:
 
 def state_of(profile: PolicyProfile, point: Point) -> WorldState:
     """A world state (batch 1) at a point; velocities that the point leaves out are zero."""
-    world = profile.world
+    return states_of(profile.world, [point])
+
+
+def states_of(world: ir.WorldSpec, points: Sequence[Point]) -> WorldState:
+    """The world states at points, in their order; velocities that a point leaves out are zero."""
     entities = [entity.name for entity in world.agents + world.landmarks]
-    position = np.array([[[point.position[f"{name}.{axis}"] for axis in "xy"] for name in entities]])
-    goal = [entity.name for entity in world.landmarks].index(point.goal) if point.goal else 0
-    speeds = [[[point.position.get(f"{agent.name}.v{axis}", 0.0) for axis in "xy"] for agent in world.agents]]
-    return WorldState(position, np.array(speeds), np.array([goal]))
+    marks = [entity.name for entity in world.landmarks]
+    position = [[[point.position[f"{name}.{axis}"] for axis in "xy"] for name in entities] for point in points]
+    goal = [marks.index(point.goal) if point.goal else 0 for point in points]
+    speed = [
+        [[point.position.get(f"{agent.name}.v{axis}", 0.0) for axis in "xy"] for agent in world.agents]
+        for point in points
+    ]
+    return WorldState(np.array(position), np.array(speed), np.array(goal))
 
 
 def _simulated(profile: PolicyProfile, world: ParticleWorld, decide: Decide, point: Point, steps: int) -> Course:

@@ -17,6 +17,7 @@ from maviper import load, runs
 from maviper.certifying import certificate_files
 from maviper.claims import question_files, report_files, verify_claims
 from maviper.console import Console
+from maviper.failing import states_files
 from maviper.questions import listed, questions
 from maviper.replaying import counterexample_files
 from maviper.where import repeated, say_where, where_files, zones_wanted
@@ -57,9 +58,9 @@ def verify_command(profile: Path, options: Mapping[str, Any], console: Console) 
     output = options["output"]
     if output is not None:
         proofs, failures = certificate_files(results), counterexample_files(loaded, results)
-        places = where_files(loaded, results)
+        places, states = where_files(loaded, results), states_files(loaded, asked, results)
         beside = {runs.PROFILE_FILE: dumps(loaded)} if failures else {}
-        for name, text in (files | proofs | failures | places | beside).items():
+        for name, text in (files | proofs | failures | places | states | beside).items():
             runs.write(output / name, text)
         console.line("report", str(output / "report.html"))
         for name in proofs:
@@ -69,6 +70,8 @@ def verify_command(profile: Path, options: Mapping[str, Any], console: Console) 
         for name in failures:
             if name.endswith(".json"):
                 console.line("replay", f"maviper replay {output / name}")
+        for name in states:
+            console.line("states", f"{output / name}; maviper extract EXPERT --counterexamples {output}")
     if options["as_json"]:
         click.echo(files["report.json"], nl=False)
     elif output is None:

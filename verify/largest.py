@@ -60,6 +60,8 @@ def largest(
     `failing`: all violating zones of the region; `seed`: of every random draw.
     """
     states = _states(profile, claim, region, seed)
+    if states is None:
+        return "there are too many joint actions to say which states conflict"
     tries = [one for goals in _choices(failing) for one in _tries(goals, states, len(failing))]
     if not tries:
         return f"no state of {DRAWN} conflicts and can be kept away from every violating zone"
@@ -72,7 +74,7 @@ def largest(
     return "no region that was tried could be proved"
 
 
-def _states(profile: PolicyProfile, claim: Property, region: Region, seed: int) -> _States:
+def _states(profile: PolicyProfile, claim: Property, region: Region, seed: int) -> _States | None:
     coordinates, _ = sample(region, profile.world, DRAWN, seed)
     names = profile.world.coordinates()
     violating, conflicting = {}, {}
@@ -80,7 +82,10 @@ def _states(profile: PolicyProfile, claim: Property, region: Region, seed: int) 
         for axis in "xy" if goal else "":
             coordinates[:, names.index(f"{GOAL}.{axis}")] = coordinates[:, names.index(f"{goal}.{axis}")]
         violating[goal] = shares.violating(profile, claim, coordinates)
-        conflicting[goal] = shares.conflicts(profile, claim, coordinates)
+        conflict = shares.conflicts(profile, claim, coordinates)
+        if conflict is None:
+            return None
+        conflicting[goal] = conflict
         if claim.assume != TRUE:
             conflicting[goal] &= batch(coordinates, profile.world).holds(claim.assume, {})
     return _States(dict(zip(names, coordinates.T, strict=True)), violating, conflicting)

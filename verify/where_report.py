@@ -154,7 +154,7 @@ def _part(result: Result) -> dict[str, Any]:
         "exact": None if part.exact is None else _exact(part.exact),
         "share": part.share.document(),
         "start": part.start.document(),
-        "conflict": inner.shares.conflict.document(),
+        "conflict": None if inner.shares.conflict is None else inner.shares.conflict.document(),
         "contested": None if inner.shares.contested is None else inner.shares.contested.document(),
         "visited": None if inner.visited is None else asdict(inner.visited),
         "verdict": inner.verdict.value,

@@ -6,13 +6,15 @@ Does not: know how any of them works.
 """
 
 from codegen import ir
+from codegen.errors import InputError
 from codegen.ir import GrownTree
 from maviper.experts.expert import Expert
 from maviper.extract import fitted_q, imitation, iviper, maviper, refine, released
+from maviper.extract.examples import NO_EXAMPLES, Examples
 from maviper.extract.journal import NOTHING_KEPT, Journal
 from maviper.extract.outcome import agent_policies, profile_of
 from maviper.extract.selection import KINDS, OnProgress
-from maviper.extract.settings import IVIPER, VIPER, Settings
+from maviper.extract.settings import FITTED_Q, IVIPER, VIPER, Settings
 from maviper.worlds import World
 
 
@@ -23,16 +25,27 @@ def extract(
     on_progress: OnProgress = lambda progress: None,
     jobs: int = 1,
     journal: Journal = NOTHING_KEPT,
+    examples: Examples = NO_EXAMPLES,
 ) -> ir.PolicyProfile:
     """The policy profile that an algorithm extracts. `jobs` changes how long it takes, never what comes out; `journal`
-    keeps what is done, and a later call with the same arguments goes on from there.
+    keeps what is done, and a later call with the same arguments goes on from there. `examples`: states whose labels
+    every iteration learns from as well; refinement keeps them.
     """
     settings = settings.checked().resolved(world)
     refine.check(settings)
+    check_examples(settings, examples)
     agents = [iviper.agent_of(world, settings)] if settings.algorithm == VIPER else list(range(len(world.agents)))
-    chosen, facts = _iterates(world, expert, settings, agents, on_progress, jobs, journal)
-    trees, spent = refine.refined(world, expert, settings, agents, chosen, on_progress, jobs, journal)
-    return profile_of(world, expert, settings, agent_policies(world, trees, agents), {**facts, **spent})
+    chosen, facts = _iterates(world, expert, settings, agents, on_progress, jobs, journal, examples)
+    trees, spent = refine.refined(world, expert, settings, agents, chosen, on_progress, jobs, journal, examples)
+    facts = {**facts, **spent, **examples.facts}
+    return profile_of(world, expert, settings, agent_policies(world, trees, agents), facts)
+
+
+def check_examples(settings: Settings, examples: Examples) -> None:
+    """InputError where the algorithm learns from no labels."""
+    if len(examples) and settings.algorithm == FITTED_Q:
+        what = "fitted-q learns from rewards, not from labelled states"
+        raise InputError(what, "--counterexamples", "choose another --algorithm, or leave them out")
 
 
 def _iterates(
@@ -43,23 +56,24 @@ def _iterates(
     on_progress: OnProgress,
     jobs: int,
     journal: Journal,
+    examples: Examples,
 ) -> tuple[list[list[GrownTree]], dict[str, int]]:
     """The best trees of each agent, the chosen one first, and what the provenance says of them."""
     if settings.algorithm == VIPER:
-        found, facts = iviper.best_trees(world, expert, settings, agents[0], journal, on_progress)
+        found, facts = iviper.best_trees(world, expert, settings, agents[0], journal, examples, on_progress)
         return [found], facts
     if settings.algorithm == IVIPER:
-        return iviper.iviper(world, expert, settings, journal, on_progress, jobs)
+        return iviper.iviper(world, expert, settings, journal, examples, on_progress, jobs)
     selection = KINDS[settings.selection](world, expert, settings, journal, on_progress)
     match settings.algorithm, settings.preset:
         case "imitation", "released":
-            points = released.imitation(world, expert, settings, selection, journal)
+            points = released.imitation(world, expert, settings, selection, journal, examples)
         case "imitation", _:
-            points = imitation.imitation(world, expert, settings, selection, journal)
+            points = imitation.imitation(world, expert, settings, selection, journal, examples)
         case "fitted-q", _:
             points = fitted_q.fitted_q(world, expert, settings, selection)
         case _, "released":
-            points = released.maviper(world, expert, settings, selection, journal)
+            points = released.maviper(world, expert, settings, selection, journal, examples)
         case _:
-            points = maviper.maviper(world, expert, settings, selection, journal)
+            points = maviper.maviper(world, expert, settings, selection, journal, examples)
     return selection.chosen(), {**selection.facts, "points": points}

@@ -10,6 +10,7 @@ import numpy as np
 from codegen.ir import Float32, Float64, GrownTree
 from maviper.experts.expert import Expert
 from maviper.extract.dataset import Dataset, Met, collect
+from maviper.extract.examples import NO_EXAMPLES, Examples, counts_of
 from maviper.extract.growing import Growth
 from maviper.extract.journal import Journal
 from maviper.extract.selection import Selection
@@ -18,15 +19,24 @@ from maviper.worlds import World
 from maviper.worlds.world import Int
 
 
-def imitation(world: World, expert: Expert, settings: Settings, selection: Selection, journal: Journal) -> int:
-    """Offers every refit, each on `rollouts` more expert episodes; returns how many points there were in the end."""
+def imitation(
+    world: World,
+    expert: Expert,
+    settings: Settings,
+    selection: Selection,
+    journal: Journal,
+    examples: Examples = NO_EXAMPLES,
+) -> int:
+    """Offers every refit, each on `rollouts` more expert episodes; returns how many points there were in the end,
+    beside the examples.
+    """
     growth = Growth(world, settings)
     data: Dataset | None = None
     for iteration in range(settings.iterations):
         step = f"{iteration:04d}"
         met = journal.met(f"{step}-rollouts", rollouts, world, expert, settings, iteration)
         data = met.data if data is None else data + met.data
-        grown = journal.trees(f"{step}-trees", refit, data, settings, growth, iteration)
+        grown = journal.trees(f"{step}-trees", refit, examples.before(world, data), settings, growth, iteration)
         if selection.offer(grown):
             break
     return len(data) if data else 0
@@ -47,6 +57,6 @@ def _alike(observations: tuple[Float32, ...], state: object, wanted: Int) -> Flo
 def refit(data: Dataset, settings: Settings, growth: Growth, iteration: int) -> list[GrownTree]:
     """Every agent's tree on all points."""
     everybody = range(len(data.observations))
-    counts = [np.ones(len(data), dtype=np.int64)] * len(everybody)
+    counts = [counts_of(column) for column in data.weights.T]
     seeds = np.random.default_rng([settings.seed, iteration]).integers(2**31, size=len(everybody))
     return [growth.team([agent], data.observations, data.labels, counts, seeds, 0)[0] for agent in everybody]

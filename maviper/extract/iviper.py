@@ -15,6 +15,7 @@ from maviper.evaluate.play import Controller
 from maviper.experts.expert import Expert
 from maviper.extract import released
 from maviper.extract.dataset import Dataset, Met, collect, resample
+from maviper.extract.examples import NO_EXAMPLES, Examples
 from maviper.extract.growing import Growth
 from maviper.extract.journal import Journal
 from maviper.extract.outcome import agent_policies, among
@@ -35,18 +36,30 @@ def agent_of(world: World, settings: Settings) -> int:
     return world.agents.index(settings.agent)
 
 
-def viper(world: World, expert: Expert, settings: Settings, agent: int, selection: Selection, journal: Journal) -> int:
-    """Algorithm VIPER for agent i: offers every iterate; returns how many points there were in the end."""
+def viper(
+    world: World,
+    expert: Expert,
+    settings: Settings,
+    agent: int,
+    selection: Selection,
+    journal: Journal,
+    examples: Examples = NO_EXAMPLES,
+) -> int:
+    """Algorithm VIPER for agent i: offers every iterate; returns how many points there were in the end, beside the
+    examples of the agent's team.
+    """
     growth = Growth(world, settings)
     experts: list[Controller] = [expert] * len(world.agents)
     policies: Sequence[Controller] = experts
     data: Dataset | None = None
+    mine = examples.of_team(world.team_of(world.agents[agent]))
     for iteration in range(settings.iterations):
         step = f"{iteration:04d}"
         met = journal.met(f"{step}-rollouts", rollouts, world, expert, policies, settings, agent, iteration)
         selection.met(met.values, met.agreement)
         data = met.data if data is None else data + met.data
-        tree = journal.trees(f"{step}-trees", grow, data, settings, growth, agent, iteration)
+        known = mine.before(world, data, agent)
+        tree = journal.trees(f"{step}-trees", grow, known, settings, growth, agent, iteration)
         policies = among(world, agent_policies(world, tree, [agent]), experts)
         if selection.offer(tree):
             break
@@ -73,21 +86,33 @@ def grow(data: Dataset, settings: Settings, growth: Growth, agent: int, iteratio
 
 
 def best_trees(
-    world: World, expert: Expert, settings: Settings, agent: int, journal: Journal, on_progress: OnProgress
+    world: World,
+    expert: Expert,
+    settings: Settings,
+    agent: int,
+    journal: Journal,
+    examples: Examples,
+    on_progress: OnProgress,
 ) -> tuple[list[GrownTree], dict[str, int]]:
     """VIPER for one agent: its best trees, the chosen one first, and what the provenance says of them."""
     part = journal.part(world.agents[agent])
     selection = KINDS[settings.selection](world, expert, settings, part, on_progress, [agent])
     run = released.viper if settings.preset == RELEASED else viper
-    found = run(world, expert, settings, agent, selection, part)
+    found = run(world, expert, settings, agent, selection, part, examples)
     return selection.chosen()[0], {**selection.facts, "points": found}
 
 
 def iviper(
-    world: World, expert: Expert, settings: Settings, journal: Journal, on_progress: OnProgress, jobs: int
+    world: World,
+    expert: Expert,
+    settings: Settings,
+    journal: Journal,
+    examples: Examples,
+    on_progress: OnProgress,
+    jobs: int,
 ) -> tuple[list[list[GrownTree]], dict[str, int]]:
     """VIPER for every agent. `jobs`: agents at the same time; the result is the same."""
-    tasks = [(world, expert, settings, agent, journal) for agent in range(len(world.agents))]
+    tasks = [(world, expert, settings, agent, journal, examples) for agent in range(len(world.agents))]
     if jobs == 1:
         found = [best_trees(*task, on_progress) for task in tasks]
     else:
@@ -97,6 +122,6 @@ def iviper(
 
 
 def _quietly(
-    world: World, expert: Expert, settings: Settings, agent: int, journal: Journal
+    world: World, expert: Expert, settings: Settings, agent: int, journal: Journal, examples: Examples
 ) -> tuple[list[GrownTree], dict[str, int]]:
-    return best_trees(world, expert, settings, agent, journal, lambda progress: None)
+    return best_trees(world, expert, settings, agent, journal, examples, lambda progress: None)

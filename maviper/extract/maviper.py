@@ -14,6 +14,7 @@ from codegen.ir import Float32, Float64, GrownTree
 from maviper.evaluate.play import Controller, tree_policies
 from maviper.experts.expert import Expert
 from maviper.extract.dataset import Dataset, Met, collect, resample
+from maviper.extract.examples import NO_EXAMPLES, Examples
 from maviper.extract.growing import Growth
 from maviper.extract.journal import Journal
 from maviper.extract.outcome import agent_policies
@@ -24,8 +25,17 @@ from maviper.worlds import World
 from maviper.worlds.world import Int
 
 
-def maviper(world: World, expert: Expert, settings: Settings, selection: Selection, journal: Journal) -> int:
-    """Offers every iterate to `selection`; returns how many points there were in the end."""
+def maviper(
+    world: World,
+    expert: Expert,
+    settings: Settings,
+    selection: Selection,
+    journal: Journal,
+    examples: Examples = NO_EXAMPLES,
+) -> int:
+    """Offers every iterate to `selection`; returns how many points there were in the end, beside the
+    examples.
+    """
     growth = Growth(world, settings)
     data: Dataset | None = None
     policies: Controller = expert  # line 1: no data yet, the experts play first
@@ -34,7 +44,8 @@ def maviper(world: World, expert: Expert, settings: Settings, selection: Selecti
         met = journal.met(f"{step}-rollouts", rollouts, world, expert, policies, settings, iteration)  # line 3
         selection.met(met.values, met.agreement)
         data = met.data if data is None else data + met.data  # line 4
-        grown = journal.trees(f"{step}-trees", grow_teams, world, data, settings, growth, iteration)  # lines 5 and 6
+        known = examples.before(world, data)
+        grown = journal.trees(f"{step}-trees", grow_teams, world, known, settings, growth, iteration)  # lines 5 and 6
         policies = tree_policies(agent_policies(world, grown))
         if selection.offer(grown):
             break

@@ -88,7 +88,7 @@ def profile_of(
     expert: Expert,
     settings: Settings,
     agents: Sequence[ir.AgentPolicy],
-    facts: Mapping[str, int],
+    facts: Mapping[str, int | str],
 ) -> ir.PolicyProfile:
     """Policies of all agents, or of some, with where they come from and what they reach on held-out episodes."""
     training = asdict(settings) | dict(facts) | {"opponents_in_selection": "expert"}

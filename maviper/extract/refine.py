@@ -4,7 +4,7 @@ Does: proposes other actions at leaves, other tests at splits, new splits, small
   iterates; races them in play; keeps the winner when its gain is beyond chance. So agents adapt to the final trees of
   their team-mates.
 Assumes: opponents, and team-mates outside the arena, at their experts.
-Does not: look at labels or critics.
+Does not: look at labels or critics, but for the claims that the team was given counterexamples of.
 """
 
 from collections.abc import Iterator, Sequence
@@ -19,6 +19,7 @@ from maviper.evaluate import metrics
 from maviper.evaluate.metrics import estimate
 from maviper.experts.expert import Expert
 from maviper.extract.arena import Arena, Candidate, score
+from maviper.extract.examples import NO_EXAMPLES, Examples
 from maviper.extract.journal import Arrays, Journal, packed, unpacked
 from maviper.extract.selection import REFINING, OnProgress, Progress, count_leaves
 from maviper.extract.settings import Settings
@@ -31,6 +32,7 @@ FIRST, GROWTH, LAST = 64, 4, 1_024  # episodes of the first heat, how many times
 FEWEST = 4  # that run the last heat
 SPREADS = (0.02, 0.1, 0.3)  # of a threshold's new rank around its old one, among the observations that reach it
 SECONDARY = 0.2  # weight of the team's other shares beside its primary measure
+KEPT = 1.0  # weight in a score of the share of counterexamples in which the team fulfils its claim
 LEAST_ROWS = 10  # observations that must reach a node before anything is changed there
 
 Trees = list[GrownTree]
@@ -47,6 +49,7 @@ class _Task:
     agents: list[int]
     chosen: list[list[GrownTree]]  # per agent: its trees, the chosen one first
     journal: Journal
+    examples: Examples
 
 
 def refined(
@@ -58,6 +61,7 @@ def refined(
     on_progress: OnProgress,
     jobs: int,
     journal: Journal,
+    examples: Examples = NO_EXAMPLES,
 ) -> tuple[Trees, dict[str, int]]:
     """The refined tree of each of `agents`, and the episodes it took. `chosen`: their trees, the chosen one first.
 
@@ -71,7 +75,8 @@ def refined(
         members = [agent for agent in world.members(team) if agent in mine]
         if members:
             trees = [mine[agent] for agent in members]
-            tasks.append(_Task(world, expert, settings, team, members, trees, journal))
+            lessons = examples.of_team(team)
+            tasks.append(_Task(world, expert, settings, team, members, trees, journal, lessons))
     if jobs == 1:
         found = [_team(task, on_progress) for task in tasks]
     else:
@@ -101,7 +106,7 @@ def _team(task: _Task, on_progress: OnProgress) -> tuple[Trees, int, Progress | 
     for number in range(total):
         rng = np.random.default_rng([settings.seed, *task.agents, number])
         name = f"refine-{list(task.world.teams).index(task.team)}-{number:04d}"  # a user's team may have any name
-        step = task.journal.arrays(name, _round, arena, trees, others, settings.max_depth, rng)
+        step = task.journal.arrays(name, _round, arena, trees, others, settings.max_depth, rng, task.examples)
         trees = unpacked({name: array for name, array in step.items() if "." in name})
         arena.used, arena.played = int(step["used"][0]), int(step["played"][0])
         found = {task.team: estimate(arena.primary, step["values"])}
@@ -111,8 +116,15 @@ def _team(task: _Task, on_progress: OnProgress) -> tuple[Trees, int, Progress | 
     return [merged(tree) for tree in trees], arena.played, last
 
 
-def _round(arena: Arena, trees: Trees, others: Sequence[Trees], max_depth: int, rng: np.random.Generator) -> Arrays:
-    trees, values = refine_once(arena, trees, others, max_depth, rng)
+def _round(
+    arena: Arena,
+    trees: Trees,
+    others: Sequence[Trees],
+    max_depth: int,
+    rng: np.random.Generator,
+    examples: Examples,
+) -> Arrays:
+    trees, values = refine_once(arena, trees, others, max_depth, rng, examples)
     spent = {"used": np.array([arena.used]), "played": np.array([arena.played]), "values": values}
     return packed(trees) | spent
 
@@ -136,25 +148,35 @@ def round_cost() -> int:
 
 
 def refine_once(
-    arena: Arena, trees: Trees, others: Sequence[Trees], max_depth: int, rng: np.random.Generator
+    arena: Arena,
+    trees: Trees,
+    others: Sequence[Trees],
+    max_depth: int,
+    rng: np.random.Generator,
+    examples: Examples = NO_EXAMPLES,
 ) -> tuple[Trees, Float64]:
     """One round: the team after the best move, or the same team when none helps, and its primary measure in the
     episodes of the last heat.
 
-    `others`: further trees of each agent, for exchange.
+    `others`: further trees of each agent, for exchange. `examples`: the team's; scores count the share of them in which
+    it fulfils its claim, so that what it learned from them is not given away for play.
     """
     arena.scores([trees], FIRST)  # for what its agents observe
     found = proposals(arena.world, arena.agents, trees, others, arena.seen, max_depth, rng)
     found = [found[place] for place in rng.permutation(len(found))[:MOVES]]
+    kept = np.array(
+        [examples.fulfilled(arena.world, dict(zip(arena.agents, one, strict=True))) for one in (trees, *found)]
+    )
+    learned = KEPT * (kept[1:] - kept[0])[:, None]
     gains = np.zeros((len(found), 0))
     episodes = FIRST
     while found:
         scored = arena.scores([trees, *found], episodes)  # the team as it is, then the moves
-        gains = np.concatenate([gains, scored[1:] - scored[0]], axis=1)
+        gains = np.concatenate([gains, scored[1:] - scored[0] + learned], axis=1)
         if gains.shape[1] >= LAST:
             break
-        kept = np.argsort(-gains.mean(axis=1), kind="stable")[: max(FEWEST, len(found) // GROWTH)]
-        found, gains = [found[place] for place in kept], gains[kept]
+        best = np.argsort(-gains.mean(axis=1), kind="stable")[: max(FEWEST, len(found) // GROWTH)]
+        found, gains, learned = [found[place] for place in best], gains[best], learned[best]
         episodes = gains.shape[1] * (GROWTH - 1)
     best = int(gains.mean(axis=1).argmax())
     gain, error = gains[best].mean(), gains[best].std() / np.sqrt(gains.shape[1])

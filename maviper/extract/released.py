@@ -25,6 +25,7 @@ from maviper.evaluate import metrics
 from maviper.evaluate.play import Controller, tree_policies
 from maviper.experts.expert import AS_GIVEN, Expert
 from maviper.extract.dataset import Dataset, Met, collect, labels
+from maviper.extract.examples import NO_EXAMPLES, Examples, counts_of
 from maviper.extract.journal import Arrays, Journal
 from maviper.extract.outcome import agent_policies, among
 from maviper.extract.released_grow import grow_team
@@ -43,7 +44,14 @@ FREE_STEPS = 25  # of Imitation's collector, before its counter makes every step
 # --- MAVIPER and its ablations
 
 
-def maviper(world: World, expert: Expert, settings: Settings, selection: Selection, journal: Journal) -> int:
+def maviper(
+    world: World,
+    expert: Expert,
+    settings: Settings,
+    selection: Selection,
+    journal: Journal,
+    examples: Examples = NO_EXAMPLES,
+) -> int:
     """As `maviper.maviper`, by the released code."""
     everybody = range(len(world.agents))
     weigh = partial(weights, world, expert, settings)
@@ -51,7 +59,7 @@ def maviper(world: World, expert: Expert, settings: Settings, selection: Selecti
     data = journal.met("warm-up", collect, world, expert, [expert] * len(everybody), everybody, warm_up, weigh).data
     for iteration in range(settings.iterations):
         step = f"{iteration:04d}"
-        grown = journal.trees(f"{step}-trees", grow_teams, world, data, settings, iteration)
+        grown = journal.trees(f"{step}-trees", grow_teams, world, examples.before(world, data), settings, iteration)
         policies = tree_policies(agent_policies(world, grown))
         seeds = settings.rollout_episodes(iteration, WARM_UP)
         met = journal.met(
@@ -144,7 +152,15 @@ def _drawn(column: Float64, used: Int, max_samples: int, rng: np.random.Generato
 # --- one-hot trees: IVIPER and Imitation DT
 
 
-def viper(world: World, expert: Expert, settings: Settings, agent: int, selection: Selection, journal: Journal) -> int:
+def viper(
+    world: World,
+    expert: Expert,
+    settings: Settings,
+    agent: int,
+    selection: Selection,
+    journal: Journal,
+    examples: Examples = NO_EXAMPLES,
+) -> int:
     """As `iviper.viper`, by the released code."""
     experts: list[Controller] = [expert] * len(world.agents)
 
@@ -153,9 +169,11 @@ def viper(world: World, expert: Expert, settings: Settings, agent: int, selectio
 
     warm_up = settings.episodes(metrics.ROLLOUT_SEEDS)[:WARM_UP]
     data = journal.met("warm-up", collect, world, expert, experts, [agent], warm_up, weigh).data
+    mine = examples.of_team(world.team_of(world.agents[agent]))
     for iteration in range(settings.iterations):
         step = f"{iteration:04d}"
-        tree = journal.trees(f"{step}-trees", _resampled_tree, world, data, settings, agent, iteration)
+        known = mine.before(world, data, agent)
+        tree = journal.trees(f"{step}-trees", _resampled_tree, world, known, settings, agent, iteration)
         policies = among(world, agent_policies(world, tree, [agent]), experts)
         seeds = settings.rollout_episodes(iteration, WARM_UP)
         met = journal.met(f"{step}-rollouts", collect, world, expert, policies, [agent], seeds, weigh)
@@ -175,7 +193,14 @@ def _resampled_tree(world: World, data: Dataset, settings: Settings, agent: int,
     return [one_hot_tree(data.observations[agent], data.labels[:, agent], kept, n_actions, settings.max_depth)]
 
 
-def imitation(world: World, expert: Expert, settings: Settings, selection: Selection, journal: Journal) -> int:
+def imitation(
+    world: World,
+    expert: Expert,
+    settings: Settings,
+    selection: Selection,
+    journal: Journal,
+    examples: Examples = NO_EXAMPLES,
+) -> int:
     """As `imitation.imitation`, by the released code: almost all points are start states."""
     steps = world.spec.episode_steps
     n_points, seen, wanted = 0, None, None
@@ -186,10 +211,12 @@ def imitation(world: World, expert: Expert, settings: Settings, selection: Selec
         seen = new if seen is None else [np.concatenate(pair) for pair in zip(seen, new, strict=True)]
         wanted = arrays["labels"] if wanted is None else np.concatenate([wanted, arrays["labels"]])
         n_points = len(wanted)
-        ones = np.ones(n_points, dtype=np.int64)
+        known = examples.before(world, Dataset(tuple(seen), wanted, np.ones(wanted.shape)))
         grown = [
-            one_hot_tree(obs, wanted[:, agent], ones, len(world.actions[agent]), settings.max_depth)
-            for agent, obs in enumerate(seen)
+            one_hot_tree(obs, labelled, counts_of(column), len(world.actions[agent]), settings.max_depth)
+            for agent, (obs, labelled, column) in enumerate(
+                zip(known.observations, known.labels.T, known.weights.T, strict=True)
+            )
         ]
         selection.offer(grown)
     return n_points
