@@ -1,7 +1,7 @@
 """The second search of a claim about episodes, which writes down why each branch is closed.
 
 Does: follows the questions of a part depth first over exact zones, and keeps for each closed branch a cycle of bounds.
-Assumes: a claim that the zone engine proved; shares the checker's reading, so agreement of the two is evidence.
+Assumes: a claim that the zone engine (unroll.py), which reads trees and moves in its own way, proved before.
 Does not: decide claims: what it leaves open or finds too large has no proof here.
 
 A zone has for each axis a closed matrix of exact bounds over the coordinates that questions speak of, and for each of
@@ -12,8 +12,9 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple, TypeAlias
 
 from verify.episode_reading import AWAY, CLAIM, REGION, Episode, Node, Now, Place, Side
+from verify.zone_search import varint
 
-MOST_ANSWERS = 2_000_000  # looked at for a part
+MOST_ANSWERS = 2_000_000  # looked at for a claim
 GO_ON = b"\0"
 
 
@@ -110,7 +111,7 @@ class Prover:
         if isinstance(node, int):
             yield GO_ON if code is None else code
         else:
-            yield _encoded([1 + found.answer])
+            yield varint(1 + found.answer)
             if (stage, found.answer) != (CLAIM, AWAY):
                 yield found.walk
         following = self._episode.onward(stage, found.answer, chosen, now)
@@ -146,7 +147,7 @@ class Prover:
         ]
         found, paths = [], []
         for i, (row, path) in enumerate(zip(bounds.most, bounds.through, strict=True)):
-            if row[p] + limit + bounds.most[q][q] < row[q]:  # else nothing in this row gets closer
+            if row[p] + limit < row[q]:  # else nothing in this row gets closer
                 row, path, before, way = row.copy(), path.copy(), row[p], path[p] + ((nodes[p],) if p != i else ())
                 for j, far, rest in onward:
                     if before + far < row[j]:
@@ -156,7 +157,7 @@ class Prover:
         return Bounds(found, paths)
 
     def _cycle(self, through: Sequence[int]) -> bytes:
-        return _encoded([self._episode.answers + 1 + len(through), *through])
+        return b"".join(map(varint, [self._episode.answers + 1 + len(through), *through]))
 
 
 def _walk(found: Several, answer: int) -> bytes:
@@ -167,17 +168,6 @@ def _walk(found: Several, answer: int) -> bytes:
             rest = one if isinstance(one, bytes) else one.walk if isinstance(one, Only) else _walk(one, answer)
             told += [rest] if isinstance(one, bytes) else [GO_ON, rest]
     return b"".join(told)
-
-
-def _encoded(numbers: Sequence[int]) -> bytes:
-    """Numbers in groups of seven bits, low ones first."""
-    out = bytearray()
-    for number in numbers:
-        while number >= 128:
-            out.append(number & 127 | 128)
-            number >>= 7
-        out.append(number)
-    return bytes(out)
 
 
 def _used(episode: Episode) -> set[int]:
