@@ -53,7 +53,7 @@ def close(episode: Episode, proof: Iterator[int]) -> int:
                 most[upper][lower] = min(bound, most[upper][lower])
             here, code = len(trail), 0 if side is None and isinstance(node, int) else next(proof)
             if code > episode.answers:
-                cycle = [lower, *(next(proof) for _ in range(code - episode.answers - 1)), upper]
+                cycle = [lower, *[next(proof) for _ in range(code - episode.answers - 1)], upper]
                 total = most[upper][lower] + sum(most[p][q] for p, q in pairwise(cycle))
                 if total >= 0 or len(cycle) >= LONGEST:
                     raise RejectedError(f"the bounds of branch {closed} can hold together: {cycle[:9]}")

@@ -5,6 +5,7 @@ import subprocess
 import sys
 from dataclasses import replace
 from fractions import Fraction
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +19,7 @@ from codegen.errors import InputError
 from codegen.policy_json import content_hash
 from tests.courses import arriving, on_lattice
 from tests.strategies import grown_trees, with_trees
-from tests.teams import LEFT, RIGHT, STAY, UP, team, towards, tree
+from tests.teams import DOWN, LEFT, RIGHT, STAY, UP, team, towards, tree
 from verify import episode_checker, episode_reading
 from verify.bounds import RejectedError
 from verify.certificate import numbers
@@ -139,8 +140,10 @@ def test_what_the_machine_does_is_always_among_the_answers(profile, first, secon
             exact = [Fraction(float(coordinates[row, names.index(name)])) for name in episode.names[1 : episode.nodes]]
             start, now = [Fraction(0), *exact], episode.start
             for step in range(steps + 1):
-                places = [course[step, row, [names.index(f"{name}.{axis}") for axis in AXES]] for name in pair]
-                near = all(abs(Fraction(float(a)) - Fraction(float(b))) <= claim.radius for a, b in zip(*places, strict=True))
+                ends = [
+                    [Fraction(float(course[step, row, names.index(f"{one}.{axis}")])) for one in pair] for axis in AXES
+                ]
+                near = all(abs(a - b) <= claim.radius for a, b in ends)
                 assert near or episode_reading.AWAY in possible(episode, episode.claim, start, now)
                 if step == steps:
                     break
@@ -307,11 +310,11 @@ def mutated(rng, profile, certificate):
 
 
 def test_no_mutation_makes_a_false_claim_accepted(profile):
-    """500 mutations with hashes made to fit: what is accepted holds in a dense sample and for the zone engine."""
+    """400 mutations with hashes made to fit: what is accepted holds in a dense sample and for the zone engine."""
     rng = np.random.default_rng(7)
     cases = tight(profile)
     wrong = kept = 0
-    for _ in range(500):
+    for _ in range(400):
         changed, certificate = mutated(rng, *cases[rng.integers(len(cases))])
         claim, region = certificate.claim, certificate.region
         false = failures(changed, claim, region, 300) > 0
@@ -356,11 +359,11 @@ class WrongSign(Episode):
 
 
 class WrongDamping(Episode):
-    """Takes the world to be without damping."""
+    """Takes the world to be one of twice the damping."""
 
     def __init__(self, *given):
         super().__init__(*given)
-        self._kept = 1.0
+        self._kept = 0.5
 
 
 class Eager(Episode):
@@ -402,17 +405,19 @@ def forged(kind, profile, claim, region):
 @pytest.mark.parametrize("kind", [WrongSign, WrongDamping, Eager, Generous])
 def test_faults_of_the_search_are_refused(kind, profile):
     """Each fault proves something false on some of these claims, and none of it is accepted."""
-    arrivers, caught = team(profile, arriving(0), arriving(1)), 0
-    for seed in range(12):
-        region = centred(arrivers, Fraction(1, 20), random_middles(seed, 0.9), ("landmark_0",))
-        for name, steps in (("reaches", 4 + seed), ("covers", 6 + seed)):
-            claim = find_claim(name, arrivers, steps=steps, landmarks=["landmark_0", "landmark_1"])
-            parts = forged(kind, arrivers, claim, region)
-            if parts is None or decide(arrivers, claim, region).verdict is Verdict.PROVED:
+    opposite = np.array([STAY, RIGHT, LEFT, UP, DOWN])
+    fleeing = [replace(one, action=np.where(one.action < 0, -1, opposite[one.action])) for one in map(arriving, (0, 1))]
+    teams, caught = (team(profile, arriving(0), arriving(1)), team(profile, *fleeing)), 0
+    for seed, played in product(range(6), teams):
+        region = centred(played, Fraction(1, 20), random_middles(seed, 0.9), ("landmark_0",))
+        for name, steps in (("reaches", 6 + 2 * seed), ("covers", 8 + 2 * seed)):
+            claim = find_claim(name, played, steps=steps, landmarks=["landmark_0", "landmark_1"])
+            parts = forged(kind, played, claim, region)
+            if parts is None or decide(played, claim, region).verdict is Verdict.PROVED:
                 continue
             caught += 1
             with pytest.raises(RejectedError):
-                episode_checker.check(arrivers, claim, region, [(part, numbers(part.proof)) for part in parts])
+                episode_checker.check(played, claim, region, [(part, numbers(part.proof)) for part in parts])
     assert caught > 0
 
 
