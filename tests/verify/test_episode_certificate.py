@@ -17,6 +17,7 @@ from codegen import ir
 from codegen.deploy import deployed
 from codegen.errors import InputError
 from codegen.policy_json import content_hash
+from maviper import load
 from tests.courses import arriving, on_lattice
 from tests.strategies import grown_trees, with_trees
 from tests.teams import DOWN, LEFT, RIGHT, STAY, UP, team, towards, tree
@@ -225,6 +226,14 @@ def test_goals_that_are_read_have_proofs_of_their_own(profile):
     forall = tuple(replace(part, goal="") for part in one)
     with pytest.raises(RejectedError):
         accepted(replace(certificate, parts=forall), seeker)
+
+
+def test_the_committed_defenders_arrive_from_a_quarter_of_the_start_box():
+    committed = load(Path(__file__).parents[2] / "generated" / "proved_defenders" / "profile.json")
+    box = {name: (low / 4, high / 4) for name, (low, high) in everywhere(committed).box.items()}
+    region = Region(box, committed.world.goals)
+    certificate = certified(committed, find_claim("reaches", committed), region)
+    assert accepted(certificate, committed) > 2_000 and {part.goal for part in certificate.parts} == {""}
 
 
 # --- mutations
