@@ -22,8 +22,8 @@ the exact ends of thresholds.py while none of their coordinates has moved; after
 beyond a line, once something has moved, from 2^-30 before the line on, and within it up to there. A side of a tree that
 speaks of an agent that is not followed, or of the goal where the proof is for all goals, says nothing of the start.
 
-At each side the inequality is added to the branch, and one number is read (also at the first question of each tree and
-of each claim, where nothing is added). With A answers (the most that any question has):
+At each side the inequality is added to the branch, and one number is read; one also at each first question (of the
+region, the claim or a tree that is no end at once), where nothing is added. With A answers (the most of any question):
 
     0         the search goes on below.
     1 .. A    all starts of the branch come to the answer 1 less. The sides that do not end in it are walked, with
@@ -161,7 +161,9 @@ def accepted(certificate: EpisodeCertificate, profile: PolicyProfile) -> int:
         Fraction(float(value)) != value for value in start.values()
     ):
         raise RejectedError("its inhabitant is no start: float64 positions at rest")
-    if certificate.semantics != MACHINE or not holds(region_formula(region), start, {}):
+    if certificate.semantics != MACHINE:
+        raise RejectedError(f"proofs about episodes are for {MACHINE} arithmetic")
+    if not holds(region_formula(region), start, {}):
         raise RejectedError("its inhabitant is no start of the region: the claim may be about nothing")
     agents, landmarks = ({entity.name for entity in group} for group in (profile.world.agents, profile.world.landmarks))
     for part in certificate.parts:

@@ -33,6 +33,7 @@ GRID, SLACK = 1 << 44, 1 << 14  # lengths are in 1 / GRID; SLACK of them are 2^-
 FARTHEST = 1 << 13  # of positions, length units
 REGION, CLAIM = -2, -1  # stages before the agents' trees, which are 0, 1, ...
 AWAY, ARRIVED = 0, 1  # answers of the stage CLAIM
+MOST_STEPS = 10_000
 MOST_PAIRS = 12  # of an agent and a landmark in one question: it has up to 2^MOST_PAIRS answers
 Matching: TypeAlias = tuple[tuple[str, str], ...]  # (agent, landmark)
 
@@ -100,7 +101,6 @@ class Episode:
         allowed: Sequence[Matching],
     ) -> None:  # fmt: skip
         world, entities = profile.world, {entity.name: entity for entity in profile.world.agents}
-        _ensure_exact(world, claim.steps, region)
         if len(set(followed)) != len(followed) or not {agent for own in allowed for agent, _ in own} <= set(followed):
             raise RejectedError("the agents of whom the claim speaks are not followed, or are followed twice")
         self.steps, self._always = claim.steps, claim.name == "reaches"  # asked at every step, or at the last one
@@ -116,6 +116,8 @@ class Episode:
             [_push(action.effect, mover, world) for action in policy.actions]
             for mover, policy in zip(self._movers, self._policies, strict=True)
         ]
+        strongest = max(abs(part) for pushes in self._pushes for push in pushes for part in push)
+        _ensure_exact(world, claim.steps, region, strongest)
         self.answers = max(1 + ARRIVED, *(len(policy.actions) for policy in self._policies))
         tested = [p.features[f].meaning for p in self._policies for f in p.tree.feature.tolist() if f != NO_FEATURE]
         self._sees_speed = any(name in speeds for meaning in tested if meaning for _, name in meaning.terms)
@@ -190,7 +192,7 @@ class Episode:
             if not any(done.union(pairs[left:]).issuperset(own) for own in allowed):
                 return AWAY
             away, node = asked(done, left + 1), asked(done | {pairs[left]}, left + 1)
-            if away == node:
+            if isinstance(node, int) and away == node:
                 return node
             for beyond, within in reversed(near[pairs[left]]):
                 node = (self._side(beyond, away, SLACK), self._side(within, node, -SLACK))
@@ -264,18 +266,22 @@ def _nearness(agent: str, landmark: str, radius: Fraction) -> list[tuple[Linear,
     return found
 
 
-def _ensure_exact(world: WorldSpec, steps: int, region: Region) -> None:
-    """RejectedError unless agents move freely as the world's spec says, and SLACK covers all rounding."""
-    if world.dt <= 0 or not 0 <= world.damping <= 1 or steps < 0 or any(entity.collides for entity in world.agents):
-        raise RejectedError("the world's motion is not one without contacts")
-    push, speed, fastest = max(entity.force for entity in world.agents) * world.dt, 0.0, 0.0
+def _ensure_exact(world: WorldSpec, steps: int, region: Region, push: float) -> None:
+    """RejectedError unless agents move freely as the world's spec says, and SLACK covers all rounding.
+
+    `push`: the most that a step adds to the speed along an axis.
+    """
+    free = world.dt > 0 and 0 <= world.damping <= 1 and not any(entity.collides for entity in world.agents)
+    if not free or not 0 <= steps <= MOST_STEPS:
+        raise RejectedError(f"the world's motion is not one without contacts, or its steps are not 0 to {MOST_STEPS}")
     if not {f"{entity.name}.{axis}" for entity in world.agents + world.landmarks for axis in "xy"} <= region.box.keys():
         raise RejectedError("the region does not bound all positions")
     place = float(max(abs(bound) for bounds in region.box.values() for bound in bounds))
+    speed = fastest = 0.0
     for _ in range(steps):
         place += speed * world.dt
         speed = speed * (1 - world.damping) + push
         fastest = max(fastest, speed)
     error = steps * (2.0**-44 + 2.0**-52 * place + 6 * steps * world.dt * 2.0**-53 * fastest)
-    if 2 * error + 2.0**-49 * place > SLACK / GRID or place > FARTHEST:
+    if not (2 * error + 2.0**-49 * place <= SLACK / GRID and max(place, fastest) <= FARTHEST):
         raise RejectedError(f"rounding over {steps} steps may exceed what answers are allowed")
