@@ -10,15 +10,17 @@ from fractions import Fraction
 from pathlib import Path
 
 import click
+import msgspec
 
 from codegen.errors import ExitCode, RefusedError
 from maviper import load, runs
-from verify import certificate
+from verify import certificate, episode_certificate
 from verify.bounds import RejectedError
 from verify.certificate import Certificate
 from verify.claim import stated
 from verify.closed_loop import LoopResult
 from verify.engine import Result
+from verify.episode_certificate import EpisodeCertificate
 from verify.spec import Region, text
 from verify.world import everywhere
 
@@ -27,29 +29,47 @@ def certificate_files(results: Sequence[Result | LoopResult]) -> dict[str, str]:
     """Certificates of proved results, and of regions found in others, file name -> text; numbered as in the report."""
     found: dict[str, str] = {}
     for place, result in enumerate(results, 1):
-        if not isinstance(result, Result):
-            continue
-        for proved, ending in ((result, ""), (result.within, "-region")):
+        inner = result.within if isinstance(result, Result) else None
+        for proved, ending in ((result, ""), (inner, "-region")):
             if proved is not None and proved.certificate is not None:
-                found[f"certificate-{place}-{result.claim.name}{ending}.json"] = certificate.to_json(proved.certificate)
+                found[f"certificate-{place}-{result.claim.name}{ending}.json"] = _text(proved.certificate)
     return found
+
+
+def _text(found: Certificate | EpisodeCertificate) -> str:
+    return certificate.to_json(found) if isinstance(found, Certificate) else episode_certificate.to_json(found)
 
 
 def check_command(path: Path, profile: Path | None) -> int:
     """The command `maviper check`; returns its exit code. RefusedError when the proof does not hold."""
-    found = certificate.from_json(runs.read(path, certificate.MAX_BYTES), str(path))
+    found = _read(runs.read(path, certificate.MAX_BYTES), str(path))
     beside = path.parent / runs.PROFILE_FILE if profile is None else profile
+    loaded = load(beside)
     try:
-        loaded = load(beside)
-        closed = certificate.accepted(found, loaded)
+        if isinstance(found, Certificate):
+            closed, subject = certificate.accepted(found, loaded), _subject(found, everywhere(loaded))
+        else:
+            closed, subject = episode_certificate.accepted(found, loaded), _episodes(found, everywhere(loaded))
     except RejectedError as error:
         raise RefusedError(
             "the certificate is refused", f"{path}: {error}", "do not rely on it; `maviper verify` asks anew"
         ) from None
-    click.echo(
-        f"accepted  {_subject(found, everywhere(loaded))}: {closed} branches closed, {found.size} bytes of proof"
-    )
+    click.echo(f"accepted  {subject}: {closed} branches closed, {found.size} bytes of proof")
     return ExitCode.DONE
+
+
+class _Form(msgspec.Struct):
+    certificate: str
+
+
+def _read(text: bytes, where: str) -> Certificate | EpisodeCertificate:
+    """A certificate of either kind; what says of neither that it is one is told as one about single decisions."""
+    try:
+        form = msgspec.json.decode(text, type=_Form).certificate
+    except (msgspec.DecodeError, UnicodeDecodeError):
+        form = ""
+    about = form.rpartition("-")[0] == episode_certificate.FORM.rpartition("-")[0]
+    return episode_certificate.from_json(text, where) if about else certificate.from_json(text, where)
 
 
 def _subject(found: Certificate, start: Region) -> str:
@@ -62,6 +82,17 @@ def _subject(found: Certificate, start: Region) -> str:
     goals = f", goal {' or '.join(found.region.goals)}" if found.region.goals else ""
     region = "region start" if found.region == start else "a region of its own (see the file)"
     return f"{claim} in {region}{goals}, {found.semantics} arithmetic"
+
+
+def _episodes(found: EpisodeCertificate, start: Region) -> str:
+    """What was proved of episodes, and whatever others do."""
+    claim, region = found.claim, "region start" if found.region == start else "a region of its own (see the file)"
+    goals = f", goal {' or '.join(found.region.goals)}" if found.region.goals else ""
+    own = f" at {' '.join(claim.landmarks)}" if claim.landmarks else ""
+    followed = sorted({" with ".join(part.followed) for part in found.parts})
+    said = f"{claim.name} of the {claim.team}{own}, steps {claim.steps}, radius {_shown(claim.radius)}"
+    others = f"followed: {', '.join(followed)}, whatever all others do"
+    return f"{said}, from rest in {region}{goals}, {found.semantics} arithmetic; {others}"
 
 
 def _shown(value: Fraction | str | tuple[str, ...]) -> str:

@@ -177,6 +177,8 @@ def check(certificate: Path, profile: Path | None) -> int:
     file cannot be read or is about another policy. The checker closes every
     branch of the proof anew with exact numbers, from the profile, the region and
     the property; only the arithmetic of thresholds is shared with the engine.
+    A proof about episodes holds from rest, for agents that follow their trees and
+    whatever all others do.
     """
     from maviper.certifying import check_command
 

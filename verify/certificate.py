@@ -44,7 +44,8 @@ import base64
 import binascii
 import hashlib
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, fields
 from fractions import Fraction
 from typing import Any
@@ -119,7 +120,7 @@ def accepted(certificate: Certificate, profile: PolicyProfile) -> int:
             f"it names {certificate.profile[:16]}..., the profile is {found[:16]}...",
             "give the profile that it was made for with --profile",
         )
-    _known_names(certificate, profile)
+    known_names(certificate, profile)
     claim = certificate.claim
     if claim is not None:
         verifiable(profile, claim.team)
@@ -150,7 +151,8 @@ def accepted(certificate: Certificate, profile: PolicyProfile) -> int:
     return closed
 
 
-def _known_names(certificate: Certificate, profile: PolicyProfile) -> None:
+def known_names(certificate: Certificate, profile: PolicyProfile) -> None:
+    """InputError when a certificate speaks of what the profile does not have."""
     region, world = certificate.region, profile.world
     entities = [entity.name for entity in world.agents + world.landmarks]
     used = {*region.box, *coordinates(certificate.formula), *(n for a, b, _ in region.differences for n in (a, b))}
@@ -200,24 +202,16 @@ def to_json(certificate: Certificate) -> str:
         "region": {"name": certificate.region.name, **certificate.region.document()},
         "formula": formula_document(certificate.formula),
         "inhabitant": {name: str(value) for name, value in certificate.inhabitant.items()},
-        "proofs": {goal: _lines(base64.b64encode(proof).decode()) for goal, proof in certificate.proofs.items()},
+        "proofs": {goal: proof_lines(proof) for goal, proof in certificate.proofs.items()},
     }
-    return layout(body | {"content_hash": _hash(body)}) + "\n"
+    return layout(body | {"content_hash": body_hash(body)}) + "\n"
 
 
-def from_json(text: str | bytes, where: str = "certificate") -> Certificate:
-    """The certificate in a text. InputError when it is damaged, of another version, or edited."""
+@contextmanager
+def undamaged(where: str) -> Iterator[None]:
+    """InputError for what goes wrong when a damaged certificate is read."""
     try:
-        raw = msgspec.json.decode(text, type=CertificateJson)
-        if raw.certificate != FORM:
-            raise InputError(
-                "a certificate of another version", f"{where}: {raw.certificate[:40]!r}, not {FORM}", REMAKE
-            )
-        stated = {name: getattr(raw, name) for name in CertificateJson.__struct_fields__ if name != "content_hash"}
-        body = {name: value for name, value in stated.items() if value is not msgspec.UNSET}
-        if _hash(body) != raw.content_hash:
-            raise InputError("the certificate was edited after it was written", f"{where}: $.content_hash", REMAKE)
-        return _certificate(raw)
+        yield
     except msgspec.ValidationError as error:
         raise InputError("not a certificate", f"{where}: {error}", REMAKE) from None
     except (msgspec.DecodeError, UnicodeDecodeError) as error:
@@ -226,36 +220,59 @@ def from_json(text: str | bytes, where: str = "certificate") -> Certificate:
         raise InputError("the certificate does not hold what it should", f"{where}: {error}"[:200], REMAKE) from None
 
 
+def ensure_whole(raw: msgspec.Struct, form: str, where: str) -> None:
+    """InputError when a certificate is of another version, or was edited."""
+    body = msgspec.to_builtins(raw)
+    stated, found = body.pop("content_hash"), body["certificate"]
+    if found != form:
+        raise InputError("a certificate of another version", f"{where}: {found[:40]!r}, not {form}", REMAKE)
+    if body_hash(body) != stated:
+        raise InputError("the certificate was edited after it was written", f"{where}: $.content_hash", REMAKE)
+
+
+def from_json(text: str | bytes, where: str = "certificate") -> Certificate:
+    """The certificate in a text. InputError when it is damaged, of another version, or edited."""
+    with undamaged(where):
+        raw = msgspec.json.decode(text, type=CertificateJson)
+        ensure_whole(raw, FORM, where)
+        return _certificate(raw)
+
+
 def _certificate(raw: CertificateJson) -> Certificate:
     if raw.semantics not in SEMANTICS:
         raise ValueError(f"$.semantics: {raw.semantics[:40]!r}")
     eps = NO_ERROR if isinstance(raw.eps, msgspec.UnsetType) else read_number(raw.eps)
     if not isinstance(raw.eps, msgspec.UnsetType) and eps <= 0:
         raise ValueError(f"$.eps: {raw.eps[:40]!r}")
-    proofs = {}
-    for goal, lines in raw.proofs.items():
-        try:
-            proofs[goal] = base64.b64decode("".join(lines), validate=True)
-        except binascii.Error as error:
-            raise ValueError(f"$.proofs.{goal}: {error}") from None
     return Certificate(
         profile=raw.profile,
         claim=None if raw.property is None else _property(raw.property),
         formula=read_formula(raw.formula),
-        region=_region(raw.region),
+        region=region_from(raw.region),
         semantics=raw.semantics,
         inhabitant={name: read_number(value) for name, value in raw.inhabitant.items()},
-        proofs=proofs,
+        proofs={goal: read_proof(lines, f"$.proofs.{goal}") for goal, lines in raw.proofs.items()},
         eps=eps,
     )
 
 
-def _hash(body: Mapping[str, Any]) -> str:
+def body_hash(body: Mapping[str, Any]) -> str:
+    """SHA-256 of a document without its hash."""
     return hashlib.sha256(json.dumps(body, ensure_ascii=False, sort_keys=True).encode()).hexdigest()
 
 
-def _lines(proof: str) -> list[str]:
-    return [proof[start : start + LINE] for start in range(0, len(proof), LINE)]
+def proof_lines(proof: bytes) -> list[str]:
+    """A proof as base64."""
+    text = base64.b64encode(proof).decode()
+    return [text[start : start + LINE] for start in range(0, len(text), LINE)]
+
+
+def read_proof(lines: Sequence[str], where: str) -> bytes:
+    """A proof from base64."""
+    try:
+        return base64.b64decode("".join(lines), validate=True)
+    except binascii.Error as error:
+        raise ValueError(f"{where}: {error}") from None
 
 
 def _property_document(claim: Property) -> dict[str, Any]:
@@ -282,7 +299,9 @@ def _property(document: Mapping[str, str | list[str]]) -> Property:
     return Property(**given)
 
 
-def _region(document: Mapping[str, Any]) -> Region:
+def region_from(document: Mapping[str, Any]) -> Region:
+    """The region of a certificate."""
+
     def pair(text: str) -> tuple[str, str]:
         first, second = text.split(" - ")
         return first, second

@@ -17,10 +17,12 @@ import numpy as np
 
 from codegen.errors import UnknownNameError
 from codegen.ir import PolicyProfile
+from verify import episode_certificate
 from verify.batch import LIMIT
 from verify.composition import Decision, decide
 from verify.counterexample import simplest
 from verify.engine import CONTROL_SEED, shuffled
+from verify.episode_certificate import EpisodeCertificate, NoCertificateError
 from verify.episode_explanation import EpisodeExplanation, explained
 from verify.properties import check_landmarks, check_range, team_for
 from verify.rollout import (
@@ -76,6 +78,9 @@ class LoopResult:
     replays: tuple[str, ...]
     skipped: tuple[str, ...]
     explanation: EpisodeExplanation | None = None  # of the counterexample
+    certificate: EpisodeCertificate | None = None  # of a proof; the checker accepted it
+    branches: int = 0  # that the certificate closes
+    uncertified: str = ""  # why a proof has no certificate
 
 
 def find_claim(
@@ -133,6 +138,7 @@ def verify_episodes(
     control = Verdict.SKIPPED
     if decision.verdict in (Verdict.PROVED, Verdict.VIOLATED):
         control = _settled(shuffled(profile, claim.team, CONTROL_SEED), claim, region)[0].verdict
+    certificate, branches, uncertified = _certified(profile, claim, region, decision)
     point = course = None
     if decision.point is not None:
         stands = partial(_stands, profile, claim, region)
@@ -155,7 +161,23 @@ def verify_episodes(
         replays=tuple(rollouts),
         skipped=tuple(skipped),
         explanation=None if course is None or point is None else explained(profile, claim, region, point, course),
+        certificate=certificate,
+        branches=branches,
+        uncertified=uncertified,
     )
+
+
+def _certified(
+    profile: PolicyProfile, claim: ClosedLoop, region: Region, decision: Decision
+) -> tuple[EpisodeCertificate | None, int, str]:
+    """The certificate of a proof, the branches that it closes as the checker says, or why there is none."""
+    if decision.verdict is not Verdict.PROVED:
+        return None, 0, ""
+    try:
+        certificate = episode_certificate.made(profile, claim, region, decision.parts)
+    except NoCertificateError as error:
+        return None, 0, str(error)
+    return certificate, episode_certificate.accepted(certificate, profile), ""
 
 
 def _settled(profile: PolicyProfile, claim: ClosedLoop, region: Region) -> tuple[Decision, Share]:

@@ -17,6 +17,7 @@ import numpy as np
 from codegen import ir
 from codegen.ir import Float64, PolicyProfile
 from verify.batch import Start, Zones, closed, point_in, starts
+from verify.episode_reading import Part
 from verify.rollout import DEFAULT_ZONES, ClosedLoop, at_rest, first_failing, fulfilled, owned, play, playable
 from verify.shares import SAMPLE_SEED
 from verify.spec import Region, Verdict
@@ -39,6 +40,7 @@ class Decision:
     reason: str = ""
     point: Point | None = None
     followed: tuple[tuple[str, ...], ...] = ()
+    parts: tuple[Part, ...] = ()  # of a proved claim, what was proved by following whom, goal by goal
 
 
 def decide(profile: PolicyProfile, claim: ClosedLoop, region: Region, budget: int = DEFAULT_ZONES) -> Decision:
@@ -89,6 +91,7 @@ class _Decider:
         self.landmarks = [entity.name for entity in profile.world.landmarks]
         self.known: dict[tuple[_Task, str], _Left | None] = {}
         self.followed: list[tuple[str, ...]] = []
+        self.shown: dict[Part, None] = {}
 
     def decision(self) -> Decision:
         """The verdict over all goals."""
@@ -102,7 +105,8 @@ class _Decider:
         verdict = Verdict.VIOLATED if point else Verdict.UNKNOWN if reasons else Verdict.PROVED
         reason = "" if point else "; ".join(dict.fromkeys(reasons))
         followed = tuple(dict.fromkeys(self.followed)) if verdict is Verdict.PROVED else ()
-        return Decision(verdict, self.visited, reason, point, followed)
+        parts = tuple(self.shown) if verdict is Verdict.PROVED else ()
+        return Decision(verdict, self.visited, reason, point, followed, parts)
 
     def _for_goal(self, goal: str) -> list[_Left]:
         """What is open for one goal; nothing when the claim is proved."""
@@ -176,6 +180,9 @@ class _Decider:
             self.visited += search.visited
         if ended and not kept:
             self.followed.append(agents)
+            agent = task.agents[0] if task.landmark else ""
+            about = goal if any(ir.GOAL in read_by(self.profile.policy(one)) for one in agents) else ""
+            self.shown[Part(agent, task.landmark, about, agents, b"")] = None
             return None
         who = " with ".join(agents)
         if not ended:

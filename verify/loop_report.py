@@ -20,8 +20,10 @@ MEANINGS = {
     Verdict.SKIPPED: "not asked",
 }
 TRUSTED = (
-    "for claims about episodes: the zones and their steps (verify/batch.py, verify/unroll.py, verify/composition.py), "
-    "and the dynamics in the profile's world spec",
+    "for a proof about episodes with a certificate: codegen/ir.py, and of verify/ formula, thresholds, bounds, "
+    "episode_reading and episode_checker, and the dynamics in the profile's world spec",
+    "for one about episodes without: the zones and their steps (verify/batch.py, verify/unroll.py, "
+    "verify/composition.py), and the dynamics in the profile's world spec",
 )
 LIMITS = (
     "Claims about episodes are about agents that start at rest; tests of the trees are relaxed by 2^-30, which covers "
@@ -60,9 +62,16 @@ def result_facts(profile: PolicyProfile, result: LoopResult, command: str) -> di
         "followed": [list(agents) for agents in result.followed],
         "zones": result.zones,
         "budget": result.budget,
+        "certificate": None if result.certificate is None else _certificate(result),
+        "uncertified": result.uncertified,
         "counterexample": None if result.point is None else _counterexample(profile, result),
         "command": command,
     }
+
+
+def _certificate(result: LoopResult) -> dict[str, Any]:
+    assert result.certificate is not None
+    return {"bytes": result.certificate.size, "branches": result.branches, "checker": "accepted"}
 
 
 def _counterexample(profile: PolicyProfile, result: LoopResult) -> dict[str, Any]:

@@ -1,17 +1,20 @@
 """Claims about whole episodes: zones against unrolling in Z3, and how far zones go in the whole start box.
 
-    python -m tests.benchmarks.closed_loop [--full] [--json]
+    python -m tests.benchmarks.closed_loop [--full | --certificates] [--json]
 
 Trees of several depths are fitted to a script that takes each defender to its own landmark along the longer axis. Both
 ways answer the same question in the same run, on small start boxes, one query a goal for Z3; they must agree. Targets
-for the ratio of times: 50, stretch 500.
+for the ratio of times: 50, stretch 500. Then what certificates of proved claims cost: of those boxes, of a hand-made
+team in the whole start box, and of the committed proved defenders in the start box halved.
 """
 
 import argparse
 import json
 import math
 import time
+from dataclasses import replace
 from fractions import Fraction
+from pathlib import Path
 
 import numpy as np
 import z3
@@ -19,10 +22,14 @@ from sklearn.tree import DecisionTreeClassifier
 
 from codegen import ir
 from codegen.deploy import deployed
+from maviper import load
 from maviper.worlds import PhysicalDeception
+from tests.courses import arriving
+from tests.teams import team
 from verify.closed_loop import find_claim
 from verify.composition import decide
 from verify.encode import half_line, number
+from verify.episode_certificate import accepted, made
 from verify.rollout import owned
 from verify.spec import Region, Verdict
 from verify.world import everywhere
@@ -179,11 +186,59 @@ def everywhere_table(depths, budget):
     return figures
 
 
+def certificate_table(depths, seeds, side):
+    """Proved claims: bytes and branches of their certificates, seconds to find and to check one."""
+    committed = load(Path(__file__).parents[2] / "generated" / "proved_defenders" / "profile.json")
+    arrivers = team(committed, arriving(0), arriving(1))
+    whole = everywhere(committed)
+    halved = replace(whole, box={name: (low / 2, high / 2) for name, (low, high) in whole.box.items()})
+    cases = []
+    for depth in depths:
+        profile = fitted(depth)
+        cases += [(f"depth {depth} box {seed}", profile, small_box(profile, side, seed)) for seed in seeds]
+    cases += [
+        ("hand-made, whole start box", arrivers, whole),
+        ("proved defenders, start box halved", committed, halved),
+    ]
+    closed = spent = searched = 0.0
+    for where, profile, region in cases:
+        for name in ("reaches", "covers"):
+            claim = find_claim(name, profile)
+            start = time.perf_counter()
+            found = decide(profile, claim, region, 1_000_000)
+            decided = time.perf_counter() - start
+            if found.verdict is not Verdict.PROVED:
+                print(f"{where:34} {name:8} {found.verdict.value}: no certificate ({decided:.2f} s)", flush=True)
+                continue
+            start = time.perf_counter()
+            certificate = made(profile, claim, region, found.parts)
+            proving = time.perf_counter() - start
+            start = time.perf_counter()
+            branches = accepted(certificate, profile)
+            checking = time.perf_counter() - start
+            closed, spent, searched = closed + branches, spent + checking, searched + proving
+            size = f"{certificate.size:9,} bytes {branches:8,} branches"
+            times = f"zones {decided:5.2f} s, found in {proving:5.2f} s, checked in {checking:5.2f} s"
+            print(f"{where:34} {name:8} {size}   {times}", flush=True)
+    each, finding = 1e6 * spent / closed, 1e6 * searched / closed
+    print(f"to check {each:.1f} us a branch, to find {finding:.1f} s a million branches")
+    return [
+        {"name": "checking a certificate, us a branch", "value": each, "better": "lower"},
+        {"name": "finding a certificate, s a million branches", "value": finding, "better": "lower"},
+    ]
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--full", action="store_true")
+    parser.add_argument("--certificates", action="store_true", help="only what certificates cost")
     parser.add_argument("--json", action="store_true")
     options = parser.parse_args()
+    if options.certificates:
+        figures = certificate_table((4, 6), range(4), "1/20")
+        if options.json:
+            print(json.dumps({"figures": figures}))
+        return
     depths = (4, 6, 8) if options.full else (4, 6)
     rows = compare(depths, range(4 if options.full else 2), "1/20", 5 * MINUTE if options.full else MINUTE)
     ratio = math.exp(float(np.mean([math.log(row[7] / row[5]) for row in rows])))
@@ -191,6 +246,7 @@ def main():
     print(f"geometric mean of the ratios {ratio:.0f} (target 50, stretch 500); Z3 gave up on {gave_up} of {len(rows)}")
     figures = [{"name": "Z3 unrolling / zones", "value": ratio, "reach": 50, "stretch": 500, "better": "higher"}]
     figures += everywhere_table((4, 6, 8, 10) if options.full else (4, 6, 8), 50_000_000)
+    figures += certificate_table((4, 6), range(4 if options.full else 2), "1/20")
     if options.json:
         print(json.dumps({"figures": figures}))
 

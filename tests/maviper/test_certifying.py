@@ -1,14 +1,16 @@
 """The command `maviper check`: accepted, refused, unreadable, about another policy."""
 
 import json
+from dataclasses import replace
 
 import pytest
 
 from codegen import policy_json
 from maviper import cli
+from tests.courses import arriving
 from tests.teams import STAY, team, towards, tree
 from tests.test_golden import small_profile
-from verify import certificate
+from verify import certificate, episode_certificate
 
 pytestmark = pytest.mark.solver
 
@@ -60,3 +62,48 @@ def test_no_certificate_without_a_proof(tmp_path):
     (tmp_path / "profile.json").write_text(policy_json.dumps(still))
     assert cli.run(["verify", str(tmp_path / "profile.json"), "-o", str(tmp_path / "out")]) == 1
     assert not list((tmp_path / "out").glob("certificate*"))
+
+
+@pytest.fixture(scope="module")
+def arrived(tmp_path_factory):
+    """A folder with a profile that arrives, and what `maviper verify -o` wrote about its episodes."""
+    place = tmp_path_factory.mktemp("episodes")
+    (place / "profile.json").write_text(policy_json.dumps(team(small_profile(), arriving(0), arriving(1))))
+    arguments = ["verify", str(place / "profile.json"), "--property", "own_target", "--property", "reaches"]
+    assert cli.run([*arguments, "-o", str(place)]) == 1  # own_target fails
+    return place
+
+
+def test_a_proof_about_episodes_is_accepted_and_says_what_it_proves(arrived, capsys):
+    name = arrived / "certificate-2-reaches.json"
+    assert cli.run(["check", str(name)]) == 0
+    said = capsys.readouterr().out
+    assert said.startswith(
+        "accepted  reaches of the defenders at landmark_0 landmark_1, steps 25, radius 0.4, from rest in"
+    )
+    assert "whatever all others do" in said and said.count("\n") == 1
+    result = json.loads((arrived / "report.json").read_text())["results"][1]
+    assert result["certificate"]["checker"] == "accepted" and result["certificate"]["branches"] > 1_000
+    for page in ("report.txt", "report.html"):
+        assert "independent checker accepted" in (arrived / page).read_text()
+
+
+def test_a_forged_proof_about_episodes_is_refused(arrived, tmp_path, capsys):
+    made = episode_certificate.from_json((arrived / "certificate-2-reaches.json").read_text())
+    sooner = replace(made, claim=replace(made.claim, steps=10))
+    forged = tmp_path / "forged.json"
+    forged.write_text(episode_certificate.to_json(sooner))
+    assert cli.run(["check", str(forged), "--profile", str(arrived / "profile.json")]) == 1
+    assert capsys.readouterr().err.startswith("error: the certificate is refused\n")
+    other = tmp_path / "profile.json"
+    other.write_text(policy_json.dumps(team(small_profile(), tree(STAY), towards(1, 1))))
+    assert cli.run(["check", str(arrived / "certificate-2-reaches.json"), "--profile", str(other)]) == 2
+    assert "another policy" in capsys.readouterr().err
+
+
+def test_a_proof_without_a_certificate_says_so(arrived, tmp_path, monkeypatch):
+    monkeypatch.setattr("verify.episode_certificate.made.__defaults__", (100,))
+    arguments = ["verify", str(arrived / "profile.json"), "--property", "reaches", "-o", str(tmp_path)]
+    assert cli.run(arguments) == 0
+    assert not list(tmp_path.glob("certificate*"))
+    assert "no certificate: its proof takes more than" in (tmp_path / "report.txt").read_text()

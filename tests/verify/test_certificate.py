@@ -437,7 +437,7 @@ def test_three_agents_with_velocities(profile):
 def rehashed(document):
     """The text of an edited document with its hash computed again."""
     body = {key: value for key, value in document.items() if key != "content_hash"}
-    return json.dumps({**body, "content_hash": certificate._hash(body)})
+    return json.dumps({**body, "content_hash": certificate.body_hash(body)})
 
 
 def test_no_property_whose_formula_says_less_is_accepted(roles):
