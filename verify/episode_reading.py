@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 from codegen.ir import NO_FEATURE, EntitySpec, PolicyProfile, WorldSpec
 from verify.bounds import LONGEST, Flat, Reading, RejectedError, region_formula
 from verify.formula import Linear, Or
-from verify.spec import MACHINE, Region
+from verify.spec import Region, Semantics
 
 if TYPE_CHECKING:
     from verify.rollout import ClosedLoop
@@ -136,7 +136,7 @@ class Episode:
         if len(pairs) > MOST_PAIRS:
             raise RejectedError(f"the claim is about more than {MOST_PAIRS} pairs of an agent and a landmark")
         near = {pair: [[reading.flat(f, True) for f in both] for both in _nearness(*pair, radius)] for pair in pairs}
-        trees = [reading.tree(policy, MACHINE) for policy in self._policies]
+        trees = [reading.tree(policy, Semantics()) for policy in self._policies]
         self._edges = reading.edges()
         assert grid is not None
         self.unit = self._edges[grid[0][0]][2]
