@@ -33,6 +33,18 @@ MOST_STARTS = 1024  # zones that the "apart" pairs of a region may split it into
 Matrix = list[list[Fraction]]
 
 
+class Loose(NamedTuple):
+    """What contacts leave open of zones: offset and velocity may be larger by so much."""
+
+    drift: Int64  # [n, agents, 2] of the offset, in 1 / SCALE
+    gust: Float64  # [n, agents, 2] of the velocity
+
+    @staticmethod
+    def joined(parts: Sequence["Loose"]) -> "Loose":
+        """As `Zones.joined`."""
+        return Loose(np.concatenate([one.drift for one in parts]), np.concatenate([one.gust for one in parts]))
+
+
 class Zones(NamedTuple):
     """A batch of zones, and how far each agent of the group has come: the same for all starts of a zone.
 
@@ -46,25 +58,25 @@ class Zones(NamedTuple):
     moved: Bool  # [n, agents, 2] whether it has ever had a speed; if not, it is bit for bit where it started
     went: Int8  # [n, tests] where tests on the start positions themselves led: 0 not asked, 1 left, 2 right
     origin: Int64  # [n] which of the start zones it is a part of
-    drift: Int64  # [n, agents, 2] by how much more the offset may be; [n, 0, 2] where no agent collides
-    gust: Float64  # of the same shape: by how much more the velocity may be
+    loose: Loose | None  # None where nothing can push the group's agents
 
     def offsets(self, rows: Any, agent: int, axis: int) -> tuple[Int64, Int64]:
         """The bounds of an agent's offset in some zones, [n] each: the same where nobody collides."""
         low = self.offset[rows, agent, axis]
-        return (low, low + self.drift[rows, agent, axis]) if self.drift.shape[1] else (low, low)
+        return (low, low) if self.loose is None else (low, low + self.loose.drift[rows, agent, axis])
 
     def velocities(self, rows: Any, agent: int, axis: int) -> tuple[Int64, Int64]:
         """As `offsets`, of the velocity, in 1 / SCALE."""
         speed = self.velocity[rows, agent, axis]
         low = np.rint(speed * SCALE).astype(np.int64)
-        if not self.drift.shape[1]:
+        if self.loose is None:
             return low, low
-        return low, np.rint((speed + self.gust[rows, agent, axis]) * SCALE).astype(np.int64)
+        return low, np.rint((speed + self.loose.gust[rows, agent, axis]) * SCALE).astype(np.int64)
 
     def take(self, rows: Any) -> "Zones":
         """Some of the zones, copied."""
-        parts: list[Any] = [part[rows] for part in self]
+        parts: list[Any] = [part[rows] for part in self[:-1]]
+        parts.append(self.loose and Loose(self.loose.drift[rows], self.loose.gust[rows]))
         return Zones(*parts)
 
     @staticmethod
@@ -74,9 +86,8 @@ class Zones(NamedTuple):
         nothing = np.zeros((*shape, 2), dtype=np.int64)
         moved, went = np.full((*shape, 2), touching), np.zeros((len(bounds), tests), dtype=np.int8)
         speed, action = np.zeros((*shape, 2)), np.zeros(shape, dtype=np.int64)
-        loose = (len(bounds), agents if touching else 0, 2)
-        drift, gust = np.zeros(loose, dtype=np.int64), np.zeros(loose)
-        return Zones(bounds, nothing, speed, action, moved, went, origin, drift, gust)
+        loose = Loose(nothing.copy(), speed.copy()) if touching else None
+        return Zones(bounds, nothing, speed, action, moved, went, origin, loose)
 
     def with_bounds(self, bounds: Int64) -> "Zones":
         """The same histories with other bounds."""
@@ -87,7 +98,9 @@ class Zones(NamedTuple):
         """Several batches as one, in their order."""
         if len(parts) == 1:
             return parts[0]
-        joined: list[Any] = [np.concatenate(columns) for columns in zip(*parts, strict=True)]
+        joined: list[Any] = [np.concatenate(columns) for columns in zip(*(part[:-1] for part in parts), strict=True)]
+        loose = [part.loose for part in parts if part.loose is not None]
+        joined.append(Loose.joined(loose) if loose else None)
         return Zones(*joined)
 
     @property

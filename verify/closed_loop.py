@@ -83,6 +83,12 @@ class LoopResult:
     replays: tuple[str, ...]
     skipped: tuple[str, ...]
     contacts: str  # how they were treated, in words; "" where nothing collides
+    opponents: bool  # whether the proof follows agents of other teams by their own trees
+
+    @property
+    def whatever(self) -> str:
+        """For what other agents a proof holds."""
+        return "for opponents as in this profile" if self.opponents else "whatever all others do"
 
 
 def parameters(name: str) -> tuple[str, ...]:
@@ -189,6 +195,7 @@ def verify_episodes(
         replays=tuple(rollouts),
         skipped=tuple(skipped),
         contacts=_contacts(profile, decision),
+        opponents=any(profile.policy(agent).team != claim.team for group in decision.followed for agent in group),
     )
 
 

@@ -26,13 +26,14 @@ from itertools import combinations
 import numpy as np
 
 from codegen.ir import Bool, Float64, WorldSpec
-from verify.batch import GRID_SLACK, LIMIT, SCALE, Int64, Start, Zones, halves
+from verify.batch import GRID_SLACK, LIMIT, SCALE, Int64, Loose, Start, Zones, halves
 
 NEGLIGIBLE_MARGINS = 40  # so far apart the simulator leaves a push out: it is below 1e-17
 SURE_MARGINS = 32  # so far apart a zone does
 PAD = 2.0**-36
 PAD_UNITS = SCALE >> 36
 OUTWARDS = 1 + 2.0**-40  # more than the roundings of a force
+CELL = SCALE // 32  # gaps of touching entities are told apart so far: each piece has a narrower push
 MOST_DRIFT = SCALE // 2  # zones in which somebody's place is known less well are given up, 1 / SCALE
 
 
@@ -136,6 +137,26 @@ class Pair:
             apart += [above, below]
         return apart, zones
 
+    def cells(self, zones: Zones) -> list[Zones]:
+        """The zones in parts in which the two start at gaps that differ by at most CELL on each axis; whole where one
+        of them is not followed, so that its place is too little known for this to help.
+        """
+        if self.second.travel is not None:
+            return [zones]
+        p, q = self.first.node, self.second.node
+        found = [zones]
+        for axis in range(2):
+            small = []
+            while found:
+                part = found.pop()
+                low, high = -part.bounds[:, axis, q, p], part.bounds[:, axis, p, q]
+                large = high - low > CELL
+                small.append(part.take(~large))
+                if large.any():
+                    found += halves(part.take(large), axis, p, q, (low + (high - low) // 2)[large])
+            found = small
+        return found
+
 
 def nearest(low: Int64, high: Int64) -> Int64:
     """The least size of numbers between bounds."""
@@ -159,34 +180,35 @@ class Contacts:
             close = np.hypot(near[:, 0], near[:, 1]) * SCALE < pair.within
             if close.any():
                 apart, rest = pair.parted(zones.take(close), step)
-                zones = Zones.joined([zones.take(~close), *apart, rest])
+                zones = Zones.joined([zones.take(~close), *apart, *pair.cells(rest)])
         return zones
 
     def pushed(self, before: Zones, after: Zones, push: Float64, step: int) -> Zones:
         """`after`, the zones one step later without contacts, with what contacts may do. `push`: [agents, actions, 2]
         what an action adds to the velocity.
         """
+        assert before.loose is not None
+        drift, gust = before.loose.drift, before.loose.gust
         low, high = self._pushes(before, step)
-        loose = ((before.gust != 0) | (before.drift != 0) | (low != 0) | (high != 0)).any(axis=2)
+        loose = ((gust != 0) | (drift != 0) | (low != 0) | (high != 0)).any(axis=2)
         rows = np.flatnonzero(loose.any(axis=1))
         if not rows.size:
             return after
         choice = push[np.arange(before.action.shape[1]), before.action]
         dt, kept = self.world.dt, 1.0 - self.world.damping
         slowest = before.velocity[rows] * kept + choice[rows] + dt * low[rows]
-        fastest = (before.velocity[rows] + before.gust[rows]) * kept + choice[rows] + dt * high[rows]
+        fastest = (before.velocity[rows] + gust[rows]) * kept + choice[rows] + dt * high[rows]
         for place, limit in enumerate(self.max_speed):
             if limit is not None:
                 slowest[:, place], fastest[:, place] = _limited(slowest[:, place], fastest[:, place], limit)
         which = loose[rows][:, :, None]
-        velocity, gust = after.velocity.copy(), after.gust.copy()
-        velocity[rows] = np.where(which, slowest - PAD, velocity[rows])
-        gust[rows] = np.where(which, fastest - slowest + 2 * PAD, 0.0)
-        offset, drift = after.offset.copy(), after.drift.copy()
-        farther = np.ceil(before.gust[rows] * dt * SCALE).astype(np.int64)
+        farther = np.ceil(gust[rows] * dt * SCALE).astype(np.int64)
+        offset, velocity, drift, gust = (part.copy() for part in (after.offset, after.velocity, drift, gust))
         offset[rows] -= np.where(which, PAD_UNITS, 0)
         drift[rows] += np.where(which, farther + 2 * PAD_UNITS, 0)
-        return after._replace(offset=offset, velocity=velocity, drift=drift, gust=gust)
+        velocity[rows] = np.where(which, slowest - PAD, velocity[rows])
+        gust[rows] = np.where(which, fastest - slowest + 2 * PAD, 0.0)
+        return after._replace(offset=offset, velocity=velocity, loose=Loose(drift, gust))
 
     def _pushes(self, zones: Zones, step: int) -> tuple[Float64, Float64]:
         """Bounds of the contact forces on each agent, [n, agents, 2] each."""
@@ -258,9 +280,9 @@ def _limited(low: Float64, high: Float64, limit: float) -> tuple[Float64, Float6
 
 def known(zones: Zones) -> tuple[Zones, Zones]:
     """The zones in which all places are known well enough to go on, and those that are given up."""
-    if not zones.drift.size or not zones.drift.any():
+    if zones.loose is None:
         return zones, zones.take(slice(0))
-    given_up: Bool = np.asarray((zones.drift > MOST_DRIFT).any(axis=(1, 2)))
+    given_up: Bool = np.asarray((zones.loose.drift > MOST_DRIFT).any(axis=(1, 2)))
     return zones.take(~given_up), zones.take(given_up)
 
 

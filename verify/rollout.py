@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from itertools import combinations, permutations, product
+from operator import le, lt
 
 import numpy as np
 import numpy.typing as npt
@@ -179,19 +180,16 @@ def fails(profile: PolicyProfile, claim: ClosedLoop, course: Float64) -> bool:
     team = [policy.agent for policy in profile.team(claim.team)]
     landmarks = [entity.name for entity in profile.world.landmarks]
 
-    def gap(step: int, a: str, b: str) -> Fraction:
+    def near(step: int, a: str, b: str, within: Callable[[Fraction, Fraction], bool] = le) -> bool:
         pairs = ((course[step, names[f"{a}.{axis}"]], course[step, names[f"{b}.{axis}"]]) for axis in "xy")
-        return max(abs(Fraction(float(p)) - Fraction(float(q))) for p, q in pairs)
+        return all(within(abs(Fraction(float(p)) - Fraction(float(q))), claim.radius) for p, q in pairs)
 
     if claim.name == KEEPS_APART:
         pairs = apart_pairs(profile, claim)
-        return any(gap(step, *pair) < claim.radius for step in range(len(course)) for pair in pairs)
+        return any(near(step, *pair, within=lt) for step in range(len(course)) for pair in pairs)
     steps = range(len(course)) if claim.name == "reaches" else [len(course) - 1]
     return not any(
-        all(
-            any(gap(step, agent, landmarks[own]) <= claim.radius for step in steps)
-            for agent, own in zip(team, matching, strict=True)
-        )
+        all(any(near(step, agent, landmarks[own]) for step in steps) for agent, own in zip(team, matching, strict=True))
         for matching in owned(profile, claim)
     )
 

@@ -266,9 +266,11 @@ class Search:
                 failed(zones)
             elif zones.count:
                 stepped, given_up = known(self._stepped(zones, step))
-                self.touched += int(stepped.gust.any(axis=(1, 2)).sum())
+                if stepped.loose is not None:
+                    self.touched += int(stepped.loose.gust.any(axis=(1, 2)).sum())
                 if given_up.count:
                     self.given_up += given_up.count
+                    self.visited += given_up.count
                     failed(given_up)
                 waiting[step + 1].append(stepped)
 
@@ -363,7 +365,7 @@ def _sides(zones: Zones, node: Split, pieces: _Pieces) -> tuple[_Pieces, _Pieces
 def _shift(zones: Zones, rows: Int64, node: Split) -> tuple[Int64, Int64]:
     """Bounds of what the agents' movements have added to a test since the start, [n] each."""
     low = np.zeros(len(rows), dtype=np.int64)
-    high = low.copy() if zones.drift.shape[1] else low
+    high = low if zones.loose is None else low.copy()
     for weight, agent, of_velocity in node.moved:
         ends = (zones.velocities if of_velocity else zones.offsets)(rows, agent, node.axis)
         low += weight * ends[weight < 0]

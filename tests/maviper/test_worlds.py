@@ -14,6 +14,7 @@ from maviper.experts.scripted import scripted
 from maviper.worlds import PhysicalDeception, WorldState, find, physical_deception
 from maviper.worlds.particle import SQUARED_RADII, placed
 from maviper.worlds.predator_prey import PREDATORS, PREY
+from verify.contacts import NEGLIGIBLE_MARGINS
 
 PROMISED = 1e-9  # of a step, from the same state
 SPREAD = "cooperative-navigation"
