@@ -17,6 +17,9 @@ centres: at most C (D - d + k), and below C k exp(-m) from D + m k on. Why zones
   side, far above the roundings of positions below 2^15 and of speeds. Cutting a speed to a disc is monotone in each
   coordinate, and in the size of the other, so its bounds lie at corners as well.
 - Where centres coincide there is no direction: here nothing is pushed (mpe2 has no number there). The interval holds 0.
+
+Zones in which two may touch are split by whether they do, then into CELLs of their gap, so that pushes stay narrow; a
+zone in which somebody's place is known less well than MOST_DRIFT is given up, and what it holds is left open.
 """
 
 from collections.abc import Mapping, Sequence
@@ -203,7 +206,8 @@ class Contacts:
                 slowest[:, place], fastest[:, place] = _limited(slowest[:, place], fastest[:, place], limit)
         which = loose[rows][:, :, None]
         farther = np.ceil(gust[rows] * dt * SCALE).astype(np.int64)
-        offset, velocity, drift, gust = (part.copy() for part in (after.offset, after.velocity, drift, gust))
+        offset, velocity = after.offset.copy(), after.velocity.copy()
+        drift, gust = drift.copy(), gust.copy()
         offset[rows] -= np.where(which, PAD_UNITS, 0)
         drift[rows] += np.where(which, farther + 2 * PAD_UNITS, 0)
         velocity[rows] = np.where(which, slowest - PAD, velocity[rows])
