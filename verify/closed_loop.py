@@ -234,5 +234,6 @@ def _contacts(profile: PolicyProfile, decision: Decision) -> str:
     if not decision.touched + decision.given_up:
         return "none comes near in any zone, so motion is followed exactly"
     bounded = f"pushes over-approximated by intervals in {decision.touched:,} zones"
-    given_up = f"; {decision.given_up:,} given up, where places are known to less than {MOST_DRIFT / SCALE:g}"
+    lost = f"where somebody's place was not known within {MOST_DRIFT / SCALE:g}"
+    given_up = f"; {decision.given_up:,} given up by the group then followed, {lost}"
     return bounded + (given_up if decision.given_up else "")
