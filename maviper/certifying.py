@@ -13,12 +13,13 @@ import click
 import msgspec
 
 from codegen.errors import ExitCode, RefusedError
+from codegen.ir import PolicyProfile
 from maviper import load, runs
 from verify import certificate, episode_certificate
 from verify.bounds import RejectedError
 from verify.certificate import Certificate
 from verify.claim import stated
-from verify.closed_loop import LoopResult
+from verify.closed_loop import LoopResult, whatever
 from verify.engine import Result
 from verify.episode_certificate import EpisodeCertificate
 from verify.spec import Region, text
@@ -49,7 +50,7 @@ def check_command(path: Path, profile: Path | None) -> int:
         if isinstance(found, Certificate):
             closed, subject = certificate.accepted(found, loaded), _subject(found, everywhere(loaded))
         else:
-            closed, subject = episode_certificate.accepted(found, loaded), _episodes(found, everywhere(loaded))
+            closed, subject = episode_certificate.accepted(found, loaded), _episodes(found, loaded)
     except RejectedError as error:
         raise RefusedError(
             "the certificate is refused", f"{path}: {error}", "do not rely on it; `maviper verify` asks anew"
@@ -84,14 +85,16 @@ def _subject(found: Certificate, start: Region) -> str:
     return f"{claim} in {region}{goals}, {found.semantics} arithmetic"
 
 
-def _episodes(found: EpisodeCertificate, start: Region) -> str:
+def _episodes(found: EpisodeCertificate, profile: PolicyProfile) -> str:
     """What was proved of episodes, and whatever others do."""
-    claim, region = found.claim, "region start" if found.region == start else "a region of its own (see the file)"
+    start, claim = everywhere(profile), found.claim
+    region = "region start" if found.region == start else "a region of its own (see the file)"
     goals = f", goal {' or '.join(found.region.goals)}" if found.region.goals else ""
     own = f" at {' '.join(claim.landmarks)}" if claim.landmarks else ""
     followed = sorted({" with ".join(part.followed) for part in found.parts})
     said = f"{claim.name} of the {claim.team}{own}, steps {claim.steps}, radius {_shown(claim.radius)}"
-    others = f"followed: {', '.join(followed)}, whatever all others do"
+    opponents = any(profile.policy(agent).team != claim.team for part in found.parts for agent in part.followed)
+    others = f"followed: {', '.join(followed)}, {whatever(opponents)}"
     return f"{said}, from rest in {region}{goals}, {found.semantics} arithmetic; {others}"
 
 

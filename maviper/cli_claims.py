@@ -48,7 +48,8 @@ def _list_properties(context: click.Context, _parameter: click.Parameter, asked:
 @click.option(
     "--radius",
     callback=_fraction,
-    help="An agent is at a landmark within it (default: 1/10; of reaches and covers 2/5).",
+    help="An agent is at a landmark within it (default: 1/10; of reaches and covers 2/5). Of keeps_apart: the least "
+    "distance (default: at which they touch).",
 )
 @click.option("--kappa", callback=_fraction, help="Of aligned: ahead by kappa times what is sideways (default: 1/2).")
 @click.option(
@@ -57,8 +58,9 @@ def _list_properties(context: click.Context, _parameter: click.Parameter, asked:
     metavar="A,B",
     help="Of own_target, reaches, covers: one for each agent of the team.",
 )
-@click.option("--steps", default=None, type=int, help="Of reaches and covers (default: the world's episode).")
-@click.option("--zones", default=None, type=int, help="That reaches and covers may visit (default: 5000000).")
+@click.option("--others", callback=_names, metavar="A,B", help="Of keeps_apart: from whom (default: from one another).")
+@click.option("--steps", default=None, type=int, help="Of reaches, covers, keeps_apart (default: the world's episode).")
+@click.option("--zones", default=None, type=int, help="That claims about episodes may visit (default: 5000000).")
 @click.option("--eps", callback=_fraction, help="Of steady: by how much a feature may be off (default: 1/100).")
 @click.option("--of", default=None, metavar="NAME", help="Of steady: the property that stays true.")
 @click.option(
@@ -79,8 +81,9 @@ def verify(context: click.Context, profile: Path, **options: Any) -> int:
     `maviper properties list` names the built-in properties, `maviper properties new WORLD` writes a property file to
     start from, for claims of your own.
 
-    reaches and covers are about whole episodes that start in the region, at rest: each agent comes to its own landmark
-    at some step; the team is matched to the landmarks after the last one.
+    reaches, covers and keeps_apart are about whole episodes that start in the region, at rest: each agent comes to its
+    own landmark at some step; the team is matched to the landmarks after the last one; nobody of the team comes too
+    near to the others. Where entities may touch, pushes are over-approximated, so proofs need starts that are apart.
 
     --where finds all zones (leaves of the agents and bounds on positions) in which a violated claim fails, their exact
     share of the region, and the largest region found in which the claim is proved and something could go wrong; with -o

@@ -24,13 +24,13 @@ from verify.closed_loop import CLOSED_LOOP
 from verify.engine import DEFAULT_BUDGET
 from verify.properties import BUILT_IN, EPS, LEAVES, STEADY, Property
 from verify.property_file import read_properties
-from verify.rollout import ClosedLoop
+from verify.rollout import KEEPS_APART, ClosedLoop
 from verify.spec import MACHINE, SEMANTICS, Region
 from verify.spec import text as decimal
 
 MOST_FILE_BYTES = 2**20
 DEFAULT = "distinct_targets"
-PARAMETERS = ("margin", "radius", "kappa", "eps", "landmarks", "of", "steps", "zones")
+PARAMETERS = ("margin", "radius", "kappa", "eps", "landmarks", "of", "steps", "zones", "others")
 
 
 class Asked(NamedTuple):
@@ -88,7 +88,7 @@ def _check_episodes(claims: Sequence[Claim], options: Mapping[str, Any]) -> None
             raise InputError(what, "--where", "leave it out, or ask a smaller --region")
         if options["smt"] is not None:
             what = "no property asked is a question for a solver"
-            raise InputError(what, "--smt", f"{' and '.join(CLOSED_LOOP)} are decided by zones")
+            raise InputError(what, "--smt", f"{', '.join(CLOSED_LOOP)} are decided by zones")
 
 
 def _given(names: Sequence[str], options: Mapping[str, Any]) -> list[dict[str, Any]]:
@@ -151,6 +151,7 @@ def listed() -> list[dict[str, Any]]:
     for name in CLOSED_LOOP:
         usual = ClosedLoop("", "", -1)
         defaults = {key: _written(getattr(usual, key)) for key in parameters(name) or ()} | {"steps": ""}
+        defaults |= {"radius": ""} if name == KEEPS_APART else {}
         found.append({"name": name, "sentence": closed_loop.in_general(name), "parameters": defaults})
     return found
 
@@ -180,7 +181,8 @@ def starter(world: str) -> str:
         teams=teams,
         team=team,
         fits=bool(fitting),
-        episodes=bool(fitting) and not any(entity.collides for entity in found.spec.agents),
+        episodes=bool(fitting) and not any(entity.collides for entity in found.spec.landmarks),
+        colliding=[name for name, entity in zip(found.agents, found.spec.agents, strict=True) if entity.collides],
         steps=found.spec.episode_steps,
         agents=teams[team],
         everybody=found.agents,

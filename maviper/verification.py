@@ -134,7 +134,9 @@ def _say_episodes(result: LoopResult, console: Console) -> None:
         console.line("", result.reason)
     if result.verdict is Verdict.PROVED:
         followed = "; ".join(" with ".join(agents) for agents in result.followed)
-        console.line("", f"{result.zones:,} zones; followed: {followed}; whatever all others do")
+        console.line("", f"{result.zones:,} zones; followed: {followed}; {result.whatever}")
+    if result.contacts:
+        console.line("", f"contacts: {result.contacts}")
     if result.point is not None:
         console.line("", f"counterexample: {'; '.join(map(str, result.ways))}")
         console.line("", _place(result.point))
@@ -188,6 +190,7 @@ def list_properties(as_json: bool) -> int:
 
 def _of_the_world(claim: str, parameter: str) -> str:
     """A default that depends on the world, in words."""
-    if parameter == "steps":
-        return "the world's episode"
+    usual = {"steps": "the world's episode", "radius": "the distance at which they touch", "others": "one another"}
+    if parameter in usual:
+        return usual[parameter]
     return "any matching" if claim == "covers" else "the order of the world"

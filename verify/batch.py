@@ -24,6 +24,8 @@ from verify.spec import Region
 Int64 = npt.NDArray[np.int64]
 Int8 = npt.NDArray[np.int8]
 SCALE = 1 << 44
+SLACK = 2.0**-30  # by which tests on positions are relaxed
+GRID_SLACK = SCALE >> 30
 LIMIT = 1 << 16  # sums of three bounds below 2 * LIMIT * SCALE stay within 64 bits
 AXES = "xy"
 ZERO = 0
@@ -31,8 +33,23 @@ MOST_STARTS = 1024  # zones that the "apart" pairs of a region may split it into
 Matrix = list[list[Fraction]]
 
 
+class Loose(NamedTuple):
+    """What contacts leave open of zones: offset and velocity may be larger by so much."""
+
+    drift: Int64  # [n, agents, 2] of the offset, in 1 / SCALE
+    gust: Float64  # [n, agents, 2] of the velocity
+
+    @staticmethod
+    def joined(parts: Sequence["Loose"]) -> "Loose":
+        """As `Zones.joined`."""
+        return Loose(np.concatenate([one.drift for one in parts]), np.concatenate([one.gust for one in parts]))
+
+
 class Zones(NamedTuple):
-    """A batch of zones, and how far each agent of the group has come: the same for all starts of a zone."""
+    """A batch of zones, and how far each agent of the group has come: the same for all starts of a zone.
+
+    Where contacts push, this is known between bounds only: then `offset` and `velocity` are the lower ones.
+    """
 
     bounds: Int64  # [n, 2, nodes, nodes]
     offset: Int64  # [n, agents, 2] from the start, in 1 / SCALE
@@ -41,19 +58,36 @@ class Zones(NamedTuple):
     moved: Bool  # [n, agents, 2] whether it has ever had a speed; if not, it is bit for bit where it started
     went: Int8  # [n, tests] where tests on the start positions themselves led: 0 not asked, 1 left, 2 right
     origin: Int64  # [n] which of the start zones it is a part of
+    loose: Loose | None  # None where nothing can push the group's agents
+
+    def offsets(self, rows: Any, agent: int, axis: int) -> tuple[Int64, Int64]:
+        """The bounds of an agent's offset in some zones, [n] each: the same where nobody collides."""
+        low = self.offset[rows, agent, axis]
+        return (low, low) if self.loose is None else (low, low + self.loose.drift[rows, agent, axis])
+
+    def velocities(self, rows: Any, agent: int, axis: int) -> tuple[Int64, Int64]:
+        """As `offsets`, of the velocity, in 1 / SCALE."""
+        speed = self.velocity[rows, agent, axis]
+        low = np.rint(speed * SCALE).astype(np.int64)
+        if self.loose is None:
+            return low, low
+        return low, np.rint((speed + self.loose.gust[rows, agent, axis]) * SCALE).astype(np.int64)
 
     def take(self, rows: Any) -> "Zones":
         """Some of the zones, copied."""
-        parts: list[Any] = [part[rows] for part in self]
+        parts: list[Any] = [part[rows] for part in self[:-1]]
+        parts.append(self.loose and Loose(self.loose.drift[rows], self.loose.gust[rows]))
         return Zones(*parts)
 
     @staticmethod
-    def at_start(bounds: Int64, origin: Int64, agents: int, tests: int) -> "Zones":
-        """Zones of starts at rest; nobody has chosen yet."""
+    def at_start(bounds: Int64, origin: Int64, agents: int, tests: int, touching: bool = False) -> "Zones":
+        """Zones of starts at rest; nobody has chosen yet. `touching`: contacts may push the agents, however little."""
         shape = (len(bounds), agents)
         nothing = np.zeros((*shape, 2), dtype=np.int64)
-        moved, went = nothing.astype(bool), np.zeros((len(bounds), tests), dtype=np.int8)
-        return Zones(bounds, nothing, np.zeros((*shape, 2)), np.zeros(shape, dtype=np.int64), moved, went, origin)
+        moved, went = np.full((*shape, 2), touching), np.zeros((len(bounds), tests), dtype=np.int8)
+        speed, action = np.zeros((*shape, 2)), np.zeros(shape, dtype=np.int64)
+        loose = Loose(nothing.copy(), speed.copy()) if touching else None
+        return Zones(bounds, nothing, speed, action, moved, went, origin, loose)
 
     def with_bounds(self, bounds: Int64) -> "Zones":
         """The same histories with other bounds."""
@@ -64,7 +98,9 @@ class Zones(NamedTuple):
         """Several batches as one, in their order."""
         if len(parts) == 1:
             return parts[0]
-        joined: list[Any] = [np.concatenate(columns) for columns in zip(*parts, strict=True)]
+        joined: list[Any] = [np.concatenate(columns) for columns in zip(*(part[:-1] for part in parts), strict=True)]
+        loose = [part.loose for part in parts if part.loose is not None]
+        joined.append(Loose.joined(loose) if loose else None)
         return Zones(*joined)
 
     @property
@@ -87,6 +123,14 @@ def constrained(bounds: Int64, axis: int, p: int, q: int, limit: Int64, room: in
         through = matrix[:, :, p, None] + (least[tight, None] + matrix[:, q, :])[:, None, :]
         kept[tight, axis] = np.minimum(matrix, through)
     return rows, kept
+
+
+def halves(zones: Zones, axis: int, p: int, q: int, limit: Int64) -> tuple[Zones, Zones]:
+    """The parts with start(p) - start(q) <= limit [n], and those with more; edges belong to the first."""
+    rows, bounds = constrained(zones.bounds, axis, p, q, limit)
+    # one unit of room: edges of edges would never end
+    beyond, others = constrained(zones.bounds, axis, q, p, -limit, room=1)
+    return zones.take(rows).with_bounds(bounds), zones.take(beyond).with_bounds(others)
 
 
 def closed(whole: Int64, part: Int64, place: Sequence[int]) -> Int64:

@@ -24,7 +24,7 @@ def find_claim(name: str, profile: PolicyProfile, team: str | None = None, **giv
     InputError for one that the claim does not read, UnknownNameError for a name of neither kind.
     """
     if name in CLOSED_LOOP:
-        check_read(name, tuple(given), closed_loop.PARAMETERS)
+        check_read(name, tuple(given), closed_loop.parameters(name))
         return closed_loop.find_claim(name, profile, team, **given)
     if name not in BUILT_IN:
         raise UnknownNameError("property", name, NAMES)
@@ -34,7 +34,7 @@ def find_claim(name: str, profile: PolicyProfile, team: str | None = None, **giv
 def parameters(name: str, of: str = "") -> tuple[str, ...] | None:
     """What the named claim reads beside its team, of `steady` also what `of` reads; None for unknown names."""
     if name in CLOSED_LOOP:
-        return closed_loop.PARAMETERS
+        return closed_loop.parameters(name)
     if name not in BUILT_IN or (of and of not in PLAIN):
         return None
     return properties.reads(Property(name, "", of=of))
@@ -43,7 +43,7 @@ def parameters(name: str, of: str = "") -> tuple[str, ...] | None:
 def stated(claim: Claim) -> dict[str, Any]:
     """The parameters of a claim that differ from the usual ones; the steps of episodes are always stated."""
     if isinstance(claim, ClosedLoop):
-        read, usual = closed_loop.PARAMETERS, ClosedLoop("", "", -1)
+        read, usual = closed_loop.parameters(claim.name), ClosedLoop("", "", -1)
     else:
         read, usual = properties.reads(claim), Property("", "")
     return {key: getattr(claim, key) for key in read if getattr(claim, key) != getattr(usual, key)}

@@ -1,14 +1,16 @@
-"""Deciding claims about episodes by zones: agents alone where that settles it, then with those whom they read.
+"""Deciding claims about episodes by zones: agents alone where that settles it, then with those whom they read, and at
+last the whole profile.
 
 Does: splits a claim into tasks, follows groups of agents, hands what a small group leaves open to the larger one.
 Assumes: a claim and a profile that `rollout.playable` let pass.
 Does not: sample the region (closed_loop.py) or step zones (unroll.py).
 
 Whoever is not followed may do anything, so a small group leaves every start open that a larger one would: the larger
-group needs to be followed only from the zones that are left.
+group needs to be followed only from the zones that are left. A proof that follows opponents is one about these
+opponents; it comes last, and only where a tree reads them or contacts may push.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -17,11 +19,24 @@ import numpy as np
 from codegen import ir
 from codegen.ir import Float64, PolicyProfile
 from verify.batch import Start, Zones, closed, point_in, starts
+from verify.contacts import colliders, partners, travels
+from verify.cuts import away, too_near, unmatched
 from verify.episode_reading import Part
-from verify.rollout import DEFAULT_ZONES, ClosedLoop, at_rest, first_failing, fulfilled, owned, play, playable
+from verify.rollout import (
+    DEFAULT_ZONES,
+    KEEPS_APART,
+    ClosedLoop,
+    apart_pairs,
+    at_rest,
+    first_failing,
+    fulfilled,
+    owned,
+    play,
+    playable,
+)
 from verify.shares import SAMPLE_SEED
 from verify.spec import Region, Verdict
-from verify.unroll import Cut, Group, Search, away, ensure_exact, grouped, read_by, unmatched
+from verify.unroll import Cut, Group, Search, ensure_exact, grouped, read_by, strides
 from verify.world import Point, sample
 
 MATCHING_SAMPLES = 2_000
@@ -41,10 +56,12 @@ class Decision:
     point: Point | None = None
     followed: tuple[tuple[str, ...], ...] = ()
     parts: tuple[Part, ...] = ()  # of a proved claim, what was proved by following whom, goal by goal
+    touched: int = 0  # zones in which contacts are known between bounds only
+    given_up: int = 0  # of these, the ones in which somebody's place was no longer known well enough to go on
 
 
 def decide(profile: PolicyProfile, claim: ClosedLoop, region: Region, budget: int = DEFAULT_ZONES) -> Decision:
-    """The verdict by zones. InputError for worlds with contacts, and where rounding exceeds what proofs allow for."""
+    """The verdict by zones. InputError where rounding exceeds what proofs allow for."""
     playable(profile)
     places = [bound for name, bounds in region.box.items() if not name.endswith((".vx", ".vy")) for bound in bounds]
     ensure_exact(profile.world, claim.steps, max(map(abs, places)))
@@ -64,10 +81,13 @@ class _Violated(Exception):
 
 @dataclass(frozen=True)
 class _Task:
-    """That some agents are where they should be: one agent at its landmark, or the team matched (landmark is "")."""
+    """That some agents are where they should be: one agent at its landmark, the team matched (no landmark), or pairs
+    apart.
+    """
 
     agents: tuple[str, ...]
     landmark: str = ""
+    apart: tuple[tuple[str, str], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -75,6 +95,7 @@ class _Left:
     """What following a group left open: why, and the zones; None when they are not all known."""
 
     reason: str
+    task: _Task
     group: Group
     zones: Zones | None
 
@@ -86,12 +107,14 @@ class _Decider:
         self, profile: PolicyProfile, claim: ClosedLoop, region: Region, parts: list[Start], budget: int
     ) -> None:
         self.profile, self.claim, self.region, self.parts, self.budget = profile, claim, region, parts, budget
-        self.visited = 0
+        self.visited = self.touched = self.given_up = 0
         self.team = tuple(policy.agent for policy in profile.team(claim.team))
         self.landmarks = [entity.name for entity in profile.world.landmarks]
         self.known: dict[tuple[_Task, str], _Left | None] = {}
         self.followed: list[tuple[str, ...]] = []
         self.shown: dict[Part, None] = {}
+        needed = claim.name == KEEPS_APART or partners(profile.world)
+        self.travel = travels(profile.world, strides(profile), parts, claim.steps) if needed else {}
 
     def decision(self) -> Decision:
         """The verdict over all goals."""
@@ -106,20 +129,50 @@ class _Decider:
         reason = "" if point else "; ".join(dict.fromkeys(reasons))
         followed = tuple(dict.fromkeys(self.followed)) if verdict is Verdict.PROVED else ()
         parts = tuple(self.shown) if verdict is Verdict.PROVED else ()
-        return Decision(verdict, self.visited, reason, point, followed, parts)
+        return Decision(verdict, self.visited, reason, point, followed, parts, self.touched, self.given_up)
 
     def _for_goal(self, goal: str) -> list[_Left]:
         """What is open for one goal; nothing when the claim is proved."""
+        if self.claim.name == KEEPS_APART:
+            return self._kept_apart(goal)
         matchings = owned(self.profile, self.claim)
         own = matchings[0] if len(matchings) == 1 else self._plausible(goal)
         found: list[_Left] | None = None
         if own is not None:
             tasks = [_Task((agent,), self.landmarks[number]) for agent, number in zip(self.team, own, strict=True)]
             found = [left for task in tasks if (left := self._task(task, goal))]
-            if not found or len(matchings) == 1:
-                return found
-        left = self._attempt(_Task(self.team), self.team, goal, self._left(), found)
+            if not found:
+                return []
+            if len(matchings) == 1:
+                last = [self._last(left, goal) for left in found]
+                return [left for left in last if left]
+        left = self._last(self._attempt(_Task(self.team), self.team, goal, self._left(), found), goal)
         return [left] if left else []
+
+    def _kept_apart(self, goal: str) -> list[_Left]:
+        """What is open of pairs that keep apart: each alone, then all those left together."""
+        pairs = apart_pairs(self.profile, self.claim)
+        tasks = [_Task(tuple(name for name in pair if name in self.team), apart=(pair,)) for pair in pairs]
+        found = [left for task in tasks if (left := self._task(task, goal))]
+        if not found:
+            return []
+        open_pairs = tuple(pair for left in found for pair in left.task.apart)
+        alone = len(found) == 1 and found[0].group.agents == self.team
+        task = _Task(self.team, apart=open_pairs)
+        left = found[0] if alone else self._attempt(task, self.team, goal, self._left(), found)
+        left = self._last(left, goal)
+        return [left] if left else []
+
+    def _last(self, left: _Left | None, goal: str) -> _Left | None:
+        """What is open after the whole profile is followed too, where that may settle what a smaller group left."""
+        if left is None or left.zones is None or not self._left():
+            return left
+        agents, everybody = left.group.agents, tuple(policy.agent for policy in self.profile.agents)
+        read = frozenset().union(*(read_by(self.profile.policy(agent)) for agent in agents))
+        named = frozenset(name for pair in left.task.apart for name in pair)
+        if not (read | named | colliders(self.profile.world, agents)) & set(everybody) - set(agents):
+            return left
+        return self._attempt(left.task, everybody, goal, self._left(), [left])
 
     def _plausible(self, goal: str) -> tuple[int, ...] | None:
         """The matching that most sampled episodes with this goal end in, if nearly all do."""
@@ -147,7 +200,10 @@ class _Decider:
         key = (task, goal if any(ir.GOAL in read_by(self.profile.policy(agent)) for agent in together) else "")
         if key not in self.known:
             left: _Left | None = None
-            for agents in dict.fromkeys((task.agents, together)):
+            groups = dict.fromkeys((task.agents, together))
+            if task.apart and together == self.team and len(groups) > 1:
+                del groups[together]  # followed once for all pairs
+            for agents in groups:
                 budget = self._left() if agents == together else self._left() // 4
                 left = self._attempt(task, agents, goal, budget, [left] if left else None)
                 if left is None:
@@ -156,11 +212,11 @@ class _Decider:
         return self.known[key]
 
     def _closure(self, agents: Sequence[str]) -> tuple[str, ...]:
-        """The agents with the team-mates whom they read, and whom those read."""
+        """The agents with the team-mates whom they read or may touch, and so on."""
         found = set(agents)
         while True:
             read = frozenset().union(*(read_by(self.profile.policy(agent)) for agent in found))
-            more = found | (read & set(self.team))
+            more = found | ((read | colliders(self.profile.world, tuple(found))) & set(self.team))
             if more == found:
                 return tuple(agent for agent in self.team if agent in found)
             found = more
@@ -169,15 +225,17 @@ class _Decider:
         self, task: _Task, agents: tuple[str, ...], goal: str, budget: int, before: Sequence[_Left] | None
     ) -> _Left | None:
         """Follows a group from what is left `before`, or from the whole region; None when the task is proved."""
-        claimed = [task.landmark] if task.landmark else self.landmarks
-        group = grouped(self.profile, agents, goal, claimed)
-        search = Search(group, self.claim.steps, self._cut(task, group), budget)
+        claimed = [name for pair in task.apart for name in pair] or [task.landmark or name for name in self.landmarks]
+        group = grouped(self.profile, agents, goal, claimed, self.travel)
         kept: list[Zones] = []
         failing = partial(self._failing, group, goal, kept)
+        search = Search(group, self.claim.steps, self._cut(task, group, failing), budget)
         try:
             ended = search.run(self._first(group, before), failing)
         finally:
             self.visited += search.visited
+            self.touched += search.touched
+            self.given_up += search.given_up
         if ended and not kept:
             self.followed.append(agents)
             agent = task.agents[0] if task.landmark else ""
@@ -187,17 +245,25 @@ class _Decider:
         who = " with ".join(agents)
         if not ended:
             spent = f"more than the budget of {self.budget:,} zones is needed ({self.visited:,} were visited)"
-            return _Left(f"{who}: {spent}; a larger --zones may answer", group, None)
+            return _Left(f"{who}: {spent}; a larger --zones may answer", task, group, None)
         zones = Zones.joined(kept)
+        pushed = ", or in contacts, which are over-approximated" if search.touched else ""
         return _Left(
             f"{who}: {zones.count:,} zones are left in which the claim may fail, with other opponents or between "
-            "float64 starts; no start from which this profile fails was found",
+            f"float64 starts{pushed}; no start from which this profile fails was found",
+            task,
             group,
             zones if zones.count <= MOST_LEFT else None,
         )
 
-    def _cut(self, task: _Task, group: Group) -> Cut:
+    def _cut(self, task: _Task, group: Group, failing: Callable[[Zones], None]) -> Cut:
         def cut(zones: Zones, step: int) -> Zones:
+            for pair in task.apart:
+                zones, near = too_near(zones, group, *pair, self.claim.radius, step)
+                if near.count:
+                    failing(near)
+            if task.apart:
+                return zones.take(slice(0)) if step == self.claim.steps else zones
             if self.claim.name == "covers" and step < self.claim.steps:
                 return zones
             if task.landmark:
@@ -216,7 +282,7 @@ class _Decider:
             bounds = np.concatenate(
                 [closed(whole[zones.origin], zones.bounds, place) for zones, place in zip(found, nodes, strict=True)]
             )
-        return Zones.at_start(bounds, origin, len(group.agents), group.tests)
+        return Zones.at_start(bounds, origin, len(group.agents), group.tests, group.contacts is not None)
 
     def _failing(self, group: Group, goal: str, kept: list[Zones], zones: Zones) -> None:
         """Keeps zones that may fail, and looks for a real start in the first ones. Raises _Violated."""

@@ -70,9 +70,11 @@ def matchings(profile: PolicyProfile, claim: "ClosedLoop") -> list[Matching]:
     landmarks = [entity.name for entity in profile.world.landmarks]
     own = claim.landmarks
     if claim.name not in ("reaches", "covers") or not team:
-        raise RejectedError(f"{claim.name} of the {claim.team} is no claim about episodes")
+        raise RejectedError(f"proofs of {claim.name} have no certificates, those of reaches and covers have")
     if own and (len(set(own)) != len(team) or len(own) != len(team) or not set(own) <= set(landmarks)):
         raise RejectedError("the claim does not name a landmark of its own for each agent of the team")
+    if not own and len(team) * len(landmarks) > MOST_PAIRS:
+        raise RejectedError(f"the claim is about more than {MOST_PAIRS} pairs of an agent and a landmark")
     return [tuple(zip(team, each, strict=True)) for each in ([own] if own else permutations(landmarks, len(team)))]
 
 
@@ -273,7 +275,7 @@ def _ensure_exact(world: WorldSpec, steps: int, region: Region, push: float) -> 
     """
     free = world.dt > 0 and 0 <= world.damping <= 1 and not any(entity.collides for entity in world.agents)
     if not free or not 0 <= steps <= MOST_STEPS:
-        raise RejectedError(f"the world's motion is not one without contacts, or its steps are not 0 to {MOST_STEPS}")
+        raise RejectedError(f"agents of the world can push each other, or its steps are not 0 to {MOST_STEPS}")
     if not {f"{entity.name}.{axis}" for entity in world.agents + world.landmarks for axis in "xy"} <= region.box.keys():
         raise RejectedError("the region does not bound all positions")
     place = float(max(abs(bound) for bounds in region.box.values() for bound in bounds))

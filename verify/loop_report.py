@@ -9,11 +9,12 @@ from typing import Any
 
 from codegen.ir import PolicyProfile
 from verify.closed_loop import LoopResult, sentence
+from verify.rollout import KEEPS_APART, ClosedLoop
 from verify.spec import MACHINE, Verdict
 from verify.spec import text as decimal
 
 MEANINGS = {
-    Verdict.PROVED: "holds in every episode that starts in the region, whatever the agents do that were not followed",
+    Verdict.PROVED: "holds in every episode that starts in the region",
     Verdict.VIOLATED: "fails in the episode shown, which was replayed",
     Verdict.VACUOUS: "no start at rest lies in the region, so nothing was claimed",
     Verdict.UNKNOWN: "no answer",
@@ -22,12 +23,17 @@ MEANINGS = {
 TRUSTED = (
     "for a proof about episodes with a certificate: codegen/ir.py, and of verify/ formula, thresholds, bounds, "
     "episode_reading and episode_checker, and the dynamics in the profile's world spec",
-    "for one about episodes without: the zones and their steps (verify/batch.py, verify/unroll.py, "
-    "verify/composition.py), and the dynamics in the profile's world spec",
+    "for one about episodes without: the zones and their steps (verify/batch.py, verify/unroll.py, verify/cuts.py, "
+    "verify/contacts.py, verify/composition.py), and the dynamics in the profile's world spec",
 )
 LIMITS = (
     "Claims about episodes are about agents that start at rest; tests of the trees are relaxed by 2^-30, which covers "
     "the rounding of positions, so a proof is one for the deployed arithmetic.",
+)
+CONTACTS = (
+    "Where entities may touch, their pushes are over-approximated: anything between the bounds that the zone gives. "
+    "Where centres coincide exactly nothing is pushed here, and the reference has no number; a region can keep starts "
+    "apart."
 )
 SIZE, EDGE = 300.0, 0.25  # side of the picture; margin, length units
 
@@ -46,13 +52,13 @@ def result_facts(profile: PolicyProfile, result: LoopResult, command: str) -> di
         "parameters": {
             "steps": str(claim.steps),
             "radius": decimal(claim.radius).strip('"'),
-            "landmarks": ", ".join(claim.landmarks) or "any matching",
+            **_named(claim),
         },
         "semantics": MACHINE,
         "region_name": result.region.name,
         "region": result.region.document(),
         "verdict": result.verdict.value,
-        "meaning": MEANINGS[result.verdict],
+        "meaning": MEANINGS[result.verdict] + (f", {result.whatever}" if result.verdict is Verdict.PROVED else ""),
         "reason": result.reason,
         "violating": result.violating.document(),
         "idle": result.idle.document(),
@@ -60,6 +66,8 @@ def result_facts(profile: PolicyProfile, result: LoopResult, command: str) -> di
         "replays": ["reference", *result.replays],
         "replays_skipped": list(result.skipped),
         "followed": [list(agents) for agents in result.followed],
+        "whatever": result.whatever,
+        "contacts": result.contacts,
         "zones": result.zones,
         "budget": result.budget,
         "certificate": None if result.certificate is None else _certificate(result),
@@ -72,6 +80,12 @@ def result_facts(profile: PolicyProfile, result: LoopResult, command: str) -> di
 def _certificate(result: LoopResult) -> dict[str, Any]:
     assert result.certificate is not None
     return {"bytes": result.certificate.size, "branches": result.branches, "checker": "accepted"}
+
+
+def _named(claim: ClosedLoop) -> dict[str, str]:
+    if claim.name == KEEPS_APART:
+        return {"others": ", ".join(claim.others) or "one another"}
+    return {"landmarks": ", ".join(claim.landmarks) or "any matching"}
 
 
 def _counterexample(profile: PolicyProfile, result: LoopResult) -> dict[str, Any]:
@@ -111,7 +125,7 @@ def _picture(profile: PolicyProfile, result: LoopResult) -> dict[str, Any]:
     def drawn(place: tuple[float, float]) -> tuple[float, float]:
         return round((place[0] + reach) * scale, 2), round((reach - place[1]) * scale, 2)
 
-    half = round(float(result.claim.radius) * scale, 2)
+    half = 0.0 if result.claim.name == KEEPS_APART else round(float(result.claim.radius) * scale, 2)
     landmarks = [
         {"name": name, "x": drawn(place)[0], "y": drawn(place)[1], "half": half, "goal": name == result.point.goal}
         for name, place in marks.items()

@@ -289,10 +289,15 @@ def check_range(parameter: str, value: Fraction | int, most: int = MOST, least: 
         raise InputError(f"{parameter} must be between {least} and {most}", parameter)
 
 
-def team_for(name: str, profile: PolicyProfile, team: str | None) -> str:
-    """The team that the named property speaks of: `team`, or the one team with as many agents as landmarks."""
+def team_for(name: str, profile: PolicyProfile, team: str | None, any_size: bool = False) -> str:
+    """The team that the named property speaks of: `team`, or the one team with as many agents as landmarks.
+
+    `any_size`: the property needs no landmark for each agent, so that of one team alone nothing is asked.
+    """
     teams = list(dict.fromkeys(policy.team for policy in profile.agents))
     wanted = len(profile.world.landmarks)
+    if team is None and any_size and len(teams) == 1:
+        return teams[0]
     if team is None:
         fitting = [candidate for candidate in teams if len(profile.team(candidate)) == wanted]
         if len(fitting) != 1:
@@ -302,7 +307,7 @@ def team_for(name: str, profile: PolicyProfile, team: str | None) -> str:
         return fitting[0]
     if team not in teams:
         raise UnknownNameError("team", team, teams)
-    if len(profile.team(team)) > wanted and name != LEAVES:
+    if len(profile.team(team)) > wanted and name != LEAVES and not any_size:
         raise InputError(
             f"{name} needs a landmark for each agent; team {team} has more agents than the world landmarks"
         )

@@ -25,7 +25,7 @@ from verify.world import everywhere, observed_velocities
 
 NUMBERS = ("margin", "radius", "kappa", "eps")
 COUNTS = ("steps", "zones")
-KEYS = ("name", "label", "team", *NUMBERS, *COUNTS, "of", "landmarks", "region", "formula", "assume")
+KEYS = ("name", "label", "team", *NUMBERS, *COUNTS, "of", "landmarks", "others", "region", "formula", "assume")
 MOST_PROPERTIES = 200
 ADVICE = "`maviper properties new WORLD` writes a file to start from"
 FindRegion = Callable[[str], Region]  # what a file names -> the region
@@ -131,10 +131,11 @@ class _Table:
     def _built_in(self, given: dict[str, Any]) -> Claim:
         if "name" not in self._table:
             raise InputError("a property has a name or a formula", self._where(), f"names: {', '.join(NAMES)}")
-        landmarks = self._table.get("landmarks", [])
-        if not isinstance(landmarks, list) or not all(isinstance(name, str) for name in landmarks):
-            raise InputError("landmarks must be a list of names", self._where("landmarks"), 'write ["...", "..."]')
-        given |= {"landmarks": landmarks} if landmarks else {}
+        for key in ("landmarks", "others"):
+            names = self._table.get(key, [])
+            if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
+                raise InputError(f"{key} must be a list of names", self._where(key), 'write ["...", "..."]')
+            given |= {key: names} if names else {}
         given |= {"of": self._text("of")} if "of" in self._table else {}
         try:
             claim = find_claim(self._text("name"), self._profile, self._text("team") or None, **given)
@@ -151,7 +152,7 @@ class _Table:
 
     def _own(self, given: Mapping[str, Any]) -> Property:
         """A user's formula. Its team is that of the agents whose actions it speaks of."""
-        for key in ("name", "of", "landmarks", "kappa", *COUNTS):
+        for key in ("name", "of", "landmarks", "others", "kappa", *COUNTS):
             if key in self._table:
                 raise InputError(f"a formula stands without {key}", self._where(key), "remove it, or the formula")
         written = self._text("formula")

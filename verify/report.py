@@ -81,6 +81,7 @@ def document(
     single = [result for result in results if isinstance(result, Result)]
     episodes = [result for result in results if isinstance(result, LoopResult)]
     known = all(result.visited is not None for result in single) and all(result.replays for result in episodes)
+    contacts = [loop_report.CONTACTS] if any(result.contacts for result in episodes) else []
     trusted = [*(TRUSTED if single else ()), *(loop_report.TRUSTED if episodes else ()), REPLAYED]
     return {
         "report": "maviper-verification-1",
@@ -103,7 +104,7 @@ def document(
         ],
         "semantics": REAL_SEMANTICS if any(result.semantics == REAL for result in single) else SEMANTICS,
         "trusted": [MEANINGS_TRUSTED + (MEANINGS_CHECKED if known else MEANINGS_UNCHECKED), *trusted],
-        "limits": [*_limits(single), *(loop_report.LIMITS if episodes else ())],
+        "limits": [*_limits(single), *(loop_report.LIMITS if episodes else ()), *contacts],
     }
 
 

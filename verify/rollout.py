@@ -1,13 +1,15 @@
-"""Whole episodes of a profile in a world without contacts: what closed-loop verdicts are refereed by.
+"""Whole episodes of a profile: what closed-loop verdicts are refereed by.
 
 Does: plays batches of episodes by the world's spec in float64, and says where a closed-loop claim fails, exactly.
-Assumes: no agent that matters touches another; features have meanings, actions have effects.
+Assumes: features have meanings, actions have effects.
 Does not: search.
 """
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
+from itertools import combinations, product
+from operator import le, lt
 
 import numpy as np
 import numpy.typing as npt
@@ -15,6 +17,7 @@ import numpy.typing as npt
 from codegen import ir
 from codegen.errors import DisagreementError, InputError
 from codegen.ir import Bool, Float64, PolicyProfile
+from verify.contacts import partners, push
 from verify.matching import matchings
 from verify.spec import Region
 from verify.world import Point, chosen, inside, verifiable
@@ -22,6 +25,8 @@ from verify.world import Point, chosen, inside, verifiable
 Actions = npt.NDArray[np.int64]
 RADIUS = Fraction(2, 5)
 DEFAULT_ZONES = 5_000_000  # visited for a claim; about a million a second
+KEEPS_APART = "keeps_apart"
+ALIKE = 1e-6  # what two courses with contacts may differ by; contacts make differences of roundings larger
 
 
 @dataclass(frozen=True)
@@ -37,13 +42,16 @@ Rollout = Callable[[Point, int], Course]  # a start and a number of steps -> the
 
 @dataclass(frozen=True)
 class ClosedLoop:
-    """A claim about whole episodes from rest; `landmarks`: one for each agent, or none where any matching will do."""
+    """A claim about whole episodes from rest; `landmarks`: one for each agent, or none where any matching will do;
+    `others`: from whom the team keeps apart, none: from one another.
+    """
 
     name: str
     team: str
     steps: int
     radius: Fraction = RADIUS
     landmarks: tuple[str, ...] = ()
+    others: tuple[str, ...] = ()
     zones: int = field(default=DEFAULT_ZONES, compare=False)  # that deciding it may visit
     label: str = field(default="", compare=False)
 
@@ -58,12 +66,6 @@ def playable(profile: PolicyProfile) -> None:
     world = profile.world
     if world.dt <= 0:
         raise InputError("the world's spec states no dynamics", world.name, "closed-loop claims need dt and damping")
-    if any(entity.collides for entity in world.agents):
-        raise InputError(
-            "closed-loop claims are for worlds without contacts",
-            f"in {world.name} agents collide, and contact forces are not linear",
-            "use claims about single decisions, such as distinct_targets",
-        )
     for team in dict.fromkeys(policy.team for policy in profile.agents):
         verifiable(profile, team)
 
@@ -82,12 +84,12 @@ def play(profile: PolicyProfile, start: Float64, steps: int) -> tuple[Float64, A
     now[:, velocity] = 0.0
     course, actions = [now], []
     for _ in range(steps):
-        choice = np.stack([chosen(policy, now, world) for policy in _in_order(profile)], axis=1)
+        choice = np.stack([chosen(policy, now, world) for policy in _in_order(profile)], axis=1).astype(np.int64)
         following = now.copy()
         following[:, position] += now[:, velocity] * world.dt
-        for agent, (policy, entity) in enumerate(zip(_in_order(profile), world.agents, strict=True)):
-            effect = np.array([action.effect for action in policy.actions]) * entity.force * world.dt
-            speed = now[:, velocity[agent]] * (1.0 - world.damping) + effect[choice[:, agent]]
+        pushes = _pushes(profile, now, choice)
+        for agent, entity in enumerate(world.agents):
+            speed = now[:, velocity[agent]] * (1.0 - world.damping) + pushes[agent] * world.dt
             if entity.max_speed is not None:
                 size = np.sqrt((speed**2).sum(axis=1))
                 fast = np.flatnonzero(size > entity.max_speed)
@@ -100,21 +102,54 @@ def play(profile: PolicyProfile, start: Float64, steps: int) -> tuple[Float64, A
     return np.array(course), chosen_all
 
 
+def _pushes(profile: PolicyProfile, now: Float64, choice: Actions) -> Float64:
+    """The forces on each agent, of its action and of contacts, [n_agents, batch, 2]."""
+    world = profile.world
+    names = world.coordinates()
+    effects = [np.array([action.effect for action in policy.actions]) for policy in _in_order(profile)]
+    found = np.stack([effects[agent][choice[:, agent]] * entity.force for agent, entity in enumerate(world.agents)])
+    x, y = (
+        [now[:, names.index(f"{entity.name}.{axis}")] for entity in world.agents + world.landmarks] for axis in "xy"
+    )
+    for a, b, touching in partners(world):
+        rows, force = push(world, x[a] - x[b], y[a] - y[b], touching)
+        found[a, rows] += force.T
+        if b < len(found):
+            found[b, rows] -= force.T
+    return found
+
+
 def _in_order(profile: PolicyProfile) -> list[ir.AgentPolicy]:
     return [profile.policy(entity.name) for entity in profile.world.agents]
 
 
+def marks(profile: PolicyProfile, claim: ClosedLoop) -> list[str]:
+    """The entities from which a claim measures distances: landmarks, or those from whom the team keeps apart."""
+    if claim.name == KEEPS_APART:
+        return list(claim.others) or [policy.agent for policy in profile.team(claim.team)]
+    return [entity.name for entity in profile.world.landmarks]
+
+
 def gaps(profile: PolicyProfile, claim: ClosedLoop, course: Float64) -> Float64:
-    """L-infinity distances of the team's agents to all landmarks, [..., agents, landmarks], in float64."""
+    """L-infinity distances of the team's agents to the claim's marks, [..., agents, marks], in float64; infinite from
+    an agent to itself.
+    """
     names = profile.world.coordinates()
 
     def places(entities: Sequence[str]) -> Float64:
         columns = [[names.index(f"{entity}.{axis}") for axis in "xy"] for entity in entities]
         return course[..., np.array(columns)]
 
-    agents = places([policy.agent for policy in profile.team(claim.team)])
-    landmarks = places([entity.name for entity in profile.world.landmarks])
-    return np.abs(agents[..., :, None, :] - landmarks[..., None, :, :]).max(axis=-1)
+    team, others = [policy.agent for policy in profile.team(claim.team)], marks(profile, claim)
+    found = np.abs(places(team)[..., :, None, :] - places(others)[..., None, :, :]).max(axis=-1)
+    return np.where(np.equal.outer(team, others), np.inf, found)
+
+
+def apart_pairs(profile: PolicyProfile, claim: ClosedLoop) -> list[tuple[str, str]]:
+    """Of `keeps_apart`: who keeps apart from whom, each pair once, an agent of the team first."""
+    team = [policy.agent for policy in profile.team(claim.team)]
+    pairs = product(team, claim.others) if claim.others else combinations(team, 2)
+    return list({frozenset(pair): pair for pair in pairs if pair[0] != pair[1]}.values())
 
 
 def owned(profile: PolicyProfile, claim: ClosedLoop) -> list[tuple[int, ...]]:
@@ -127,6 +162,8 @@ def owned(profile: PolicyProfile, claim: ClosedLoop) -> list[tuple[int, ...]]:
 
 def fulfilled(profile: PolicyProfile, claim: ClosedLoop, course: Float64) -> Bool:
     """Which episodes of [steps + 1, batch, n_coordinates] fulfil the claim, up to float64 rounding of distances."""
+    if claim.name == KEEPS_APART:
+        return np.asarray((gaps(profile, claim, course) >= float(claim.radius)).all(axis=(0, 2, 3)))
     near: Bool = np.asarray(gaps(profile, claim, course) <= float(claim.radius))
     near = np.asarray(near.any(axis=0) if claim.name == "reaches" else near[-1])
     agents = np.arange(len(profile.team(claim.team)))
@@ -134,18 +171,26 @@ def fulfilled(profile: PolicyProfile, claim: ClosedLoop, course: Float64) -> Boo
 
 
 def fails(profile: PolicyProfile, claim: ClosedLoop, course: Float64) -> bool:
-    """Whether one episode [steps + 1, n_coordinates] violates the claim: float64 positions, exact distances."""
+    """Whether one episode [steps + 1, n_coordinates] violates the claim: float64 positions, exact distances.
+
+    An episode that leaves the numbers, as the reference's does where centres coincide, violates nothing.
+    """
+    if not np.isfinite(course).all():
+        return False
     names = {name: place for place, name in enumerate(profile.world.coordinates())}
     team = [policy.agent for policy in profile.team(claim.team)]
     landmarks = [entity.name for entity in profile.world.landmarks]
 
-    def at(step: int, agent: str, landmark: str) -> bool:
-        pairs = ((course[step, names[f"{agent}.{axis}"]], course[step, names[f"{landmark}.{axis}"]]) for axis in "xy")
-        return all(abs(Fraction(float(a)) - Fraction(float(b))) <= claim.radius for a, b in pairs)
+    def near(step: int, a: str, b: str, within: Callable[[Fraction, Fraction], bool] = le) -> bool:
+        pairs = ((course[step, names[f"{a}.{axis}"]], course[step, names[f"{b}.{axis}"]]) for axis in "xy")
+        return all(within(abs(Fraction(float(p)) - Fraction(float(q))), claim.radius) for p, q in pairs)
 
+    if claim.name == KEEPS_APART:
+        pairs = apart_pairs(profile, claim)
+        return any(near(step, *pair, within=lt) for step in range(len(course)) for pair in pairs)
     steps = range(len(course)) if claim.name == "reaches" else [len(course) - 1]
     return not any(
-        all(any(at(step, agent, landmarks[own]) for step in steps) for agent, own in zip(team, matching, strict=True))
+        all(any(near(step, agent, landmarks[own]) for step in steps) for agent, own in zip(team, matching, strict=True))
         for matching in owned(profile, claim)
     )
 
@@ -164,20 +209,37 @@ def first_failing(profile: PolicyProfile, claim: ClosedLoop, region: Region, poi
     return next((p for row, p in enumerate(points) if fails(profile, claim, coordinates[:, row])), None)
 
 
+def alike(profile: PolicyProfile, one: Course, other: Course) -> bool:
+    """Whether two courses are the same: bit for bit, but for the roundings of contacts where agents collide."""
+    if not np.array_equal(one.actions, other.actions):
+        return False
+    if not partners(profile.world):
+        return np.array_equal(one.coordinates, other.coordinates)
+    return bool((np.abs(one.coordinates - other.coordinates) <= ALIKE).all())
+
+
 def agreed(profile: PolicyProfile, point: Point, steps: int, rollouts: Mapping[str, Rollout]) -> Course:
-    """The course from a start; DisagreementError where a caller's world takes another one, bit for bit."""
+    """The course from a start; DisagreementError where a caller's world takes another one."""
     coordinates, actions = courses(profile, [point], steps)
     course = Course(coordinates[:, 0], actions[:, 0])
     for name, rollout in rollouts.items():
         other = rollout(point, steps)
-        same = np.array_equal(other.actions, course.actions)
-        if not (same and np.array_equal(other.coordinates, course.coordinates)):
+        if not alike(profile, other, course):
+            differ = "positions" if np.array_equal(other.actions, course.actions) else "actions"
             raise DisagreementError(
-                f"the {name} takes another course from the counterexample",
-                f"the {'positions' if same else 'actions'} differ",
-                "this is a bug",
+                f"the {name} takes another course from the counterexample", f"the {differ} differ", "this is a bug"
             )
     return course
+
+
+def fails_in_all(profile: PolicyProfile, claim: ClosedLoop, point: Point, rollouts: Mapping[str, Rollout]) -> bool:
+    """Whether a start fails the claim here and, on a course that is alike, in every caller's world."""
+    coordinates, actions = courses(profile, [point], claim.steps)
+    course = Course(coordinates[:, 0], actions[:, 0])
+    if not fails(profile, claim, course.coordinates):
+        return False
+    others = (rollout(point, claim.steps) for rollout in rollouts.values())
+    return all(alike(profile, other, course) and fails(profile, claim, other.coordinates) for other in others)
 
 
 def at_rest(region: Region) -> Region:
@@ -191,7 +253,7 @@ class Way:
     """How one agent of the team fares in an episode."""
 
     agent: str
-    landmark: str  # its own, or where any matching would do the one that it ends nearest to
+    landmark: str  # its own; where any matching would do the one that it ends nearest to; or whom it comes nearest to
     nearest: float  # least L-infinity distance from the landmark, length units
     step: int  # at which it is nearest first
     last: float  # distance after the last step
@@ -205,13 +267,13 @@ class Way:
 
 def ways_of(profile: PolicyProfile, claim: ClosedLoop, course: Course) -> tuple[Way, ...]:
     """How the team's agents fare in an episode."""
-    landmarks = [entity.name for entity in profile.world.landmarks]
+    landmarks = marks(profile, claim)
     apart = gaps(profile, claim, course.coordinates)
     names, order = profile.world.coordinates(), [entity.name for entity in profile.world.agents]
     found = []
     for number, policy in enumerate(profile.team(claim.team)):
-        nearest_last = int(apart[-1, number].argmin())
-        own = landmarks.index(claim.landmarks[number]) if claim.landmarks else nearest_last
+        nearest = apart[:, number].min(axis=0) if claim.name == KEEPS_APART else apart[-1, number]
+        own = landmarks.index(claim.landmarks[number]) if claim.landmarks else int(nearest.argmin())
         distances = apart[:, number, own]
         columns = [names.index(f"{policy.agent}.{axis}") for axis in "xy"]
         actions = course.actions[:, order.index(policy.agent)]

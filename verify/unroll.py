@@ -17,7 +17,6 @@ SLACK.
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
@@ -26,10 +25,9 @@ from codegen import ir
 from codegen.errors import InputError
 from codegen.floats import deciding_double
 from codegen.ir import AgentPolicy, Float64, PolicyProfile, WorldSpec
-from verify.batch import AXES, LIMIT, SCALE, ZERO, Int8, Int64, Zones, constrained
+from verify.batch import AXES, GRID_SLACK, LIMIT, SCALE, SLACK, ZERO, Int8, Int64, Zones, constrained
+from verify.contacts import Body, Contacts, colliders, contacts_of, farthest, known, neglected
 
-SLACK = 2.0**-30
-GRID_SLACK = SCALE >> 30
 CHUNK = 4096  # zones that are stepped together
 
 
@@ -64,7 +62,7 @@ class Group:
     """Agents that are followed together, for one goal: their trees over the nodes of the zones, and how they move."""
 
     agents: tuple[str, ...]
-    entities: tuple[str, ...]  # of the zones' nodes 1, 2, ...; the agents come first
+    bodies: Mapping[str, Body]  # the entities of the zones' nodes 1, 2, ...; the agents come first
     trees: tuple[Node, ...]
     push: Float64  # [agents, actions, 2] what an action adds to the velocity
     max_speed: tuple[float | None, ...]
@@ -72,10 +70,16 @@ class Group:
     damping: float
     tests: int  # how many different tests there are
     sees_speed: bool  # some test reads a velocity
+    contacts: Contacts | None  # None where nothing can push the agents
+
+    @property
+    def entities(self) -> tuple[str, ...]:
+        """The names of the zones' nodes 1, 2, ..."""
+        return tuple(self.bodies)
 
     def node(self, entity: str) -> int:
         """The entity's node in the zones."""
-        return 1 + self.entities.index(entity)
+        return self.bodies[entity].node
 
 
 def read_by(policy: AgentPolicy) -> frozenset[str]:
@@ -85,26 +89,50 @@ def read_by(policy: AgentPolicy) -> frozenset[str]:
     return frozenset(name.rpartition(".")[0] for meaning in meanings for _, name in meaning.terms)
 
 
-def grouped(profile: PolicyProfile, agents: Sequence[str], goal: str, claimed: Sequence[str]) -> Group:
-    """The group of `agents` for one goal. `claimed`: landmarks that the claim speaks of."""
+def grouped(
+    profile: PolicyProfile,
+    agents: Sequence[str],
+    goal: str,
+    claimed: Sequence[str],
+    travel: Mapping[str, Int64] | None = None,
+) -> Group:
+    """The group of `agents` for one goal. `claimed`: entities that the claim speaks of. `travel`: how far agents that
+    are not followed may get (`contacts.travels`), where they are claimed or collide.
+    """
     world = profile.world
     policies = [profile.policy(agent) for agent in agents]
     seen = frozenset(claimed).union(*(read_by(policy) for policy in policies))
     if ir.GOAL in seen:
         seen |= {goal}
-    landmarks = [entity.name for entity in world.landmarks if entity.name in seen]
-    entities = (*agents, *landmarks)
     movers = {entity.name: entity for entity in world.agents}
+    touching = colliders(world, agents)
+    landmarks = [entity.name for entity in world.landmarks if entity.name in seen | touching]
+    others = [name for name in movers if name in touching | set(claimed) and name not in agents]
+    bodies = {name: Body(node, node - 1) for node, name in enumerate(agents, 1)}
+    for name in (*landmarks, *others):
+        bodies[name] = Body(1 + len(bodies), travel=(travel or {})[name] if name in movers else None)
     most = max(len(policy.actions) for policy in policies)
     push = np.zeros((len(agents), most, 2))
     for place, policy in enumerate(policies):
-        for number, action in enumerate(policy.actions):
-            push[place, number] = np.array(action.effect or (0.0, 0.0)) * movers[policy.agent].force * world.dt
-    resolver = _Resolver(world, tuple(agents), entities, goal)
+        push[place, : len(policy.actions)] = _pushes(profile, policy)
+    resolver = _Resolver(world, tuple(agents), (*agents, *landmarks), goal)
     trees = tuple(resolver.node(policy, ir.ROOT) for policy in policies)
     speeds = tuple(movers[agent].max_speed for agent in agents)
     tests = len(resolver.numbers)
-    return Group(tuple(agents), entities, trees, push, speeds, world.dt, world.damping, tests, resolver.sees_speed)
+    contacts = contacts_of(world, bodies, speeds)
+    sees = resolver.sees_speed
+    return Group(tuple(agents), bodies, trees, push, speeds, world.dt, world.damping, tests, sees, contacts)
+
+
+def _pushes(profile: PolicyProfile, policy: AgentPolicy) -> Float64:
+    """What each action adds to the agent's velocity, [actions, 2]."""
+    force = next(entity.force for entity in profile.world.agents if entity.name == policy.agent)
+    return np.array([action.effect or (0.0, 0.0) for action in policy.actions]) * force * profile.world.dt
+
+
+def strides(profile: PolicyProfile) -> dict[str, float]:
+    """Agent -> the most that an action adds to its velocity on an axis."""
+    return {policy.agent: float(np.abs(_pushes(profile, policy)).max()) for policy in profile.agents}
 
 
 class _Resolver:
@@ -196,8 +224,8 @@ def ensure_exact(world: WorldSpec, steps: int, largest: Fraction) -> None:
         speed = speed * (1 - world.damping) + push
         reach = max(reach, speed)
     size = float(largest) + place
-    apart = steps * (2.0**-45 + 2.0**-53 * size + 3 * steps * world.dt * 2.0**-53 * reach)
-    if 2 * apart + 2.0**-50 * size > SLACK or size > LIMIT / 8:
+    apart = steps * (2.0**-45 + 2.0**-53 * size + 3 * steps * world.dt * 2.0**-53 * reach) + neglected(world, steps)
+    if 2 * apart + 2.0**-50 * size > SLACK or size + farthest(world, steps) > LIMIT / 8:
         raise InputError(
             f"rounding over {steps} steps from positions up to {float(largest):g} may exceed what proofs allow for",
             "--steps",
@@ -205,59 +233,17 @@ def ensure_exact(world: WorldSpec, steps: int, largest: Fraction) -> None:
         )
 
 
-# --- what is claimed: the starts that may still fail
+# --- following the zones
+
 
 Cut = Callable[[Zones, int], Zones]  # (zones, step) -> the parts in which the claim may still fail
-
-
-def away(zones: Zones, group: Group, agent: str, landmark: str, radius: Fraction, disjoint: bool = True) -> Zones:
-    """The parts in which an agent may be farther than `radius` from a landmark, per axis and side.
-
-    `disjoint`: no start twice, but on common edges; otherwise the four half planes, which overlap.
-    """
-    near = int(radius * SCALE // 1) - GRID_SLACK  # arrived for sure up to here
-    mover, p, q = group.agents.index(agent), group.node(agent), group.node(landmark)
-    found = []
-    for axis in range(2):
-        for low, high, sign in ((p, q, 1), (q, p, -1)):
-            limit = near - sign * zones.offset[:, mover, axis]
-            # one unit of room: starts on the edge itself have arrived, and edges of edges would never end
-            rows, bounds = constrained(zones.bounds, axis, high, low, -limit, room=1)
-            found.append(zones.take(rows).with_bounds(bounds))
-            if disjoint:
-                beyond = np.zeros(zones.count, dtype=bool)
-                beyond[rows] = True
-                inside = np.flatnonzero(~beyond | (limit > -zones.bounds[:, axis, high, low]))
-                rest = zones.take(inside)
-                kept, bounds = constrained(rest.bounds, axis, low, high, limit[inside])
-                zones = rest.take(kept).with_bounds(bounds)
-    return Zones.joined(found)
-
-
-def unmatched(zones: Zones, group: Group, landmarks: Sequence[str], radius: Fraction) -> Zones:
-    """The parts in which the group may not be matched to the landmarks: by Hall's theorem some agents and some
-    landmarks, together more than there are landmarks, are all away from each other. Parts may overlap.
-    """
-    found = []
-    for size in range(1, len(group.agents) + 1):
-        for members in combinations(group.agents, size):
-            for barred in combinations(landmarks, len(landmarks) - size + 1):
-                part = zones
-                for agent in members:
-                    for landmark in barred:
-                        part = away(part, group, agent, landmark, radius, disjoint=False)
-                found.append(part)
-    return Zones.joined(found)
-
-
-# --- following the zones
 
 
 class Search:
     """Depth first in batches: the zones of the deepest step that has a full batch are stepped, else the earliest."""
 
     def __init__(self, group: Group, steps: int, cut: Cut, budget: int) -> None:
-        self.visited = 0
+        self.visited = self.touched = self.given_up = 0  # zones; with pushes known between bounds; that were left so
         self._group, self._steps, self._cut, self._budget = group, steps, cut, budget
 
     def run(self, first: Zones, failed: Callable[[Zones], None]) -> bool:
@@ -279,7 +265,14 @@ class Search:
             if zones.count and step == self._steps:
                 failed(zones)
             elif zones.count:
-                waiting[step + 1].append(self._stepped(zones, step))
+                stepped, given_up = known(self._stepped(zones, step))
+                if stepped.loose is not None:
+                    self.touched += int(stepped.loose.gust.any(axis=(1, 2)).sum())
+                if given_up.count:
+                    self.given_up += given_up.count
+                    self.visited += given_up.count
+                    failed(given_up)
+                waiting[step + 1].append(stepped)
 
     def _stepped(self, zones: Zones, step: int) -> Zones:
         """The zones after one more step, split by what the trees choose."""
@@ -289,6 +282,8 @@ class Search:
         if step < self._steps - 1 and (step != 1 or group.sees_speed):
             for place in range(len(group.agents)):
                 zones = decided(zones, group, place)
+        if step < self._steps - 1 and group.contacts is not None:
+            zones = group.contacts.parted(zones, step)
         moved = zones.offset + np.rint(zones.velocity * group.dt * SCALE).astype(np.int64)
         velocity = zones.velocity * (1.0 - group.damping)
         for place, limit in enumerate(group.max_speed):
@@ -297,7 +292,8 @@ class Search:
                 speed = np.sqrt((velocity[:, place] ** 2).sum(axis=1))
                 fast = np.flatnonzero(speed > limit)
                 velocity[fast, place] = velocity[fast, place] / speed[fast, None] * limit
-        return zones._replace(offset=moved, velocity=velocity, moved=zones.moved | (velocity != 0))
+        after = zones._replace(offset=moved, velocity=velocity, moved=zones.moved | (velocity != 0))
+        return after if group.contacts is None else group.contacts.pushed(zones, after, group.push, step)
 
 
 class _Pieces(NamedTuple):
@@ -346,7 +342,7 @@ def _sides(zones: Zones, node: Split, pieces: _Pieces) -> tuple[_Pieces, _Pieces
     relaxed, so asking again would each time split off the few starts that the relaxation leaves to both sides.
     """
     rows = pieces.rows
-    shift = _shift(zones, rows, node)
+    shifts = _shift(zones, rows, node)
     unmoved = np.full(len(rows), bool(node.sides[1]))
     for _, agent, of_velocity in node.moved:
         unmoved &= ~zones.moved[rows, agent, node.axis] & (not of_velocity)
@@ -357,7 +353,8 @@ def _sides(zones: Zones, node: Split, pieces: _Pieces) -> tuple[_Pieces, _Pieces
         # a test that was answered is in the bounds already: its limits cut nothing more
         bounds = pieces.bounds[kept]
         for bound in side:
-            left, bounds = constrained(bounds, node.axis, bound.p, bound.q, bound.limit - bound.sign * shift[kept])
+            shift = shifts[0 if bound.sign > 0 else 1][kept]
+            left, bounds = constrained(bounds, node.axis, bound.p, bound.q, bound.limit - bound.sign * shift)
             kept = kept[left]
         went = pieces.went[kept]
         went[unmoved[kept], node.number] = number
@@ -365,12 +362,13 @@ def _sides(zones: Zones, node: Split, pieces: _Pieces) -> tuple[_Pieces, _Pieces
     return found[0], found[1]
 
 
-def _shift(zones: Zones, rows: Int64, node: Split) -> Int64:
-    """What the agents' movements have added to a test since the start, [n]."""
-    total = np.zeros(len(rows), dtype=np.int64)
+def _shift(zones: Zones, rows: Int64, node: Split) -> tuple[Int64, Int64]:
+    """Bounds of what the agents' movements have added to a test since the start, [n] each."""
+    low = np.zeros(len(rows), dtype=np.int64)
+    high = low if zones.loose is None else low.copy()
     for weight, agent, of_velocity in node.moved:
-        if of_velocity:
-            total += weight * np.rint(zones.velocity[rows, agent, node.axis] * SCALE).astype(np.int64)
-        else:
-            total += weight * zones.offset[rows, agent, node.axis]
-    return total
+        ends = (zones.velocities if of_velocity else zones.offsets)(rows, agent, node.axis)
+        low += weight * ends[weight < 0]
+        if high is not low:
+            high += weight * ends[weight > 0]
+    return low, high

@@ -13,7 +13,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from inspect import signature
-from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -23,6 +22,8 @@ from codegen.ir import ActionSpec, Bool, EntitySpec, FeatureSpec, Float32, Float
 from codegen.observe import Observer
 from maviper.worlds.features import extended, groups_of
 from maviper.worlds.world import Int, World
+from verify.contacts import partners
+from verify.contacts import push as contact_force
 from verify.matching import matched
 
 # mpe2's discrete actions, in its order
@@ -39,8 +40,6 @@ FORCE = 5.0  # of an agent without an acceleration of its own
 CONTACT_FORCE = 100.0
 CONTACT_MARGIN = 1e-3
 EPISODE_STEPS = 25
-# Beyond this many margins apart, a contact's push is below 1e-17: nothing beside the 1e-9 that is promised.
-NEGLIGIBLE_MARGINS = 40
 MOST_MATCHED = 6  # beyond it, matching a whole batch by sets of targets takes longer than one game after the other
 # The released evaluation compares squared distances with 0.1, so the radius of the paper's tables is its root, 0.316.
 SQUARED_RADII = (0.1, 0.1**2)
@@ -124,9 +123,7 @@ class ParticleWorld(World):
     @cached_property
     def _contacts(self) -> list[tuple[int, int, float]]:
         """Pairs that may push each other, in mpe2's order, with the distance at which they touch."""
-        pairs = combinations(enumerate(self._entities), 2)
-        movable = len(self.spec.agents)
-        return [(i, j, a.size + b.size) for (i, a), (j, b) in pairs if a.collides and b.collides and i < movable]
+        return partners(self.spec)
 
     def step(self, state: WorldState, actions: Int) -> WorldState:
         """The next states. `actions`: [batch, n_agents] indices. Positions move first, with the old velocity."""
@@ -153,20 +150,12 @@ class ParticleWorld(World):
         """Adds the contact force of one pair to `push`. Where both centres coincide there is no direction to push in:
         mpe2 gives NaN there, and here nothing happens.
         """
-        margin = self.spec.contact_margin
         dx, dy = position[a] - position[b]
-        reach = touching + NEGLIGIBLE_MARGINS * margin
-        squared = dx * dx + dy * dy
-        near = np.flatnonzero((squared < reach * reach) & (squared > 0))
-        if not near.size:
-            return
-        distance = np.sqrt(squared[near])
-        overlap = np.logaddexp(0, -(distance - touching) / margin) * margin
-        for axis, gap in enumerate((dx[near], dy[near])):
-            force = self.spec.contact_force * gap / distance * overlap
-            push[a, axis, near] += force
+        near, force = contact_force(self.spec, dx, dy, touching)
+        for axis in (0, 1):
+            push[a, axis, near] += force[axis]
             if b < len(push):
-                push[b, axis, near] -= force
+                push[b, axis, near] -= force[axis]
 
     # --- observations
 

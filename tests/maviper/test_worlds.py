@@ -12,8 +12,9 @@ from codegen.ir import Meaning
 from maviper.evaluate.play import play
 from maviper.experts.scripted import scripted
 from maviper.worlds import PhysicalDeception, WorldState, find, physical_deception
-from maviper.worlds.particle import NEGLIGIBLE_MARGINS, SQUARED_RADII, placed
+from maviper.worlds.particle import SQUARED_RADII, placed
 from maviper.worlds.predator_prey import PREDATORS, PREY
+from verify.contacts import NEGLIGIBLE_MARGINS
 
 PROMISED = 1e-9  # of a step, from the same state
 SPREAD = "cooperative-navigation"
