@@ -33,8 +33,9 @@ from verify.closed_loop import LoopResult
 from verify.counterexample import Replay
 from verify.encode import Question, question, reaching
 from verify.engine import Result, Visited
+from verify.episodes import ClosedLoop
 from verify.properties import LEAVES, Property, sentence
-from verify.rollout import ClosedLoop, Course, agreed
+from verify.rollout import Course, agreed
 from verify.solve import smt_lib
 from verify.spec import MACHINE, Region, read_region
 from verify.where import where as located

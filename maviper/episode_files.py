@@ -20,8 +20,9 @@ from maviper import runs
 from maviper.claims import replayed_course
 from verify.claim import find_claim, parameters
 from verify.closed_loop import CLOSED_LOOP, LoopResult
+from verify.episodes import ClosedLoop
 from verify.formula_json import read_number
-from verify.rollout import ClosedLoop, Course, fails, playable
+from verify.rollout import Course, fails, playable
 from verify.spec import MOST
 from verify.world import Point
 

@@ -22,9 +22,9 @@ from verify import closed_loop
 from verify.claim import Claim, find_claim, parameters, stated
 from verify.closed_loop import CLOSED_LOOP
 from verify.engine import DEFAULT_BUDGET
+from verify.episodes import KEEPS_APART, ClosedLoop
 from verify.properties import BUILT_IN, EPS, LEAVES, STEADY, Property
 from verify.property_file import read_properties
-from verify.rollout import KEEPS_APART, ClosedLoop
 from verify.spec import MACHINE, SEMANTICS, Region
 from verify.spec import text as decimal
 

@@ -23,8 +23,8 @@ from maviper.replaying import counterexample_files
 from maviper.where import repeated, say_where, where_files, zones_wanted
 from verify.closed_loop import LoopResult
 from verify.engine import DEFAULT_BUDGET, Result
+from verify.episodes import ClosedLoop
 from verify.properties import LEAVES
-from verify.rollout import ClosedLoop
 from verify.spec import REAL, Verdict
 from verify.spec import text as decimal
 from verify.world import Point

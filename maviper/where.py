@@ -14,7 +14,7 @@ from maviper.console import Console
 from maviper.questions import Asked
 from verify.closed_loop import LoopResult
 from verify.engine import Result
-from verify.rollout import ClosedLoop
+from verify.episodes import ClosedLoop
 from verify.violations import DEFAULT_ZONES
 from verify.where_report import zones_json
 

@@ -11,8 +11,8 @@ from codegen.errors import UnknownNameError
 from codegen.ir import PolicyProfile
 from verify import closed_loop, properties
 from verify.closed_loop import CLOSED_LOOP
+from verify.episodes import ClosedLoop
 from verify.properties import BUILT_IN, PLAIN, Property, check_read
-from verify.rollout import ClosedLoop
 
 Claim = Property | ClosedLoop
 NAMES = (*BUILT_IN, *CLOSED_LOOP)

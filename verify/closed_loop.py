@@ -27,12 +27,9 @@ from verify.counterexample import simplest
 from verify.engine import CONTROL_SEED, shuffled
 from verify.episode_certificate import EpisodeCertificate, NoCertificateError
 from verify.episode_explanation import EpisodeExplanation, explained
+from verify.episodes import DEFAULT_ZONES, KEEPS_APART, RADIUS, ClosedLoop
 from verify.properties import check_landmarks, check_range, team_for
 from verify.rollout import (
-    DEFAULT_ZONES,
-    KEEPS_APART,
-    RADIUS,
-    ClosedLoop,
     Course,
     Rollout,
     Way,

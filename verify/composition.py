@@ -22,18 +22,8 @@ from verify.batch import Start, Zones, closed, point_in, starts
 from verify.contacts import colliders, partners, travels
 from verify.cuts import away, too_near, unmatched
 from verify.episode_reading import Part
-from verify.rollout import (
-    DEFAULT_ZONES,
-    KEEPS_APART,
-    ClosedLoop,
-    apart_pairs,
-    at_rest,
-    first_failing,
-    fulfilled,
-    owned,
-    play,
-    playable,
-)
+from verify.episodes import DEFAULT_ZONES, KEEPS_APART, ClosedLoop
+from verify.rollout import apart_pairs, at_rest, first_failing, fulfilled, owned, play, playable
 from verify.shares import SAMPLE_SEED
 from verify.spec import Region, Verdict
 from verify.unroll import Cut, Group, Search, ensure_exact, grouped, read_by, strides

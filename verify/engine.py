@@ -160,10 +160,7 @@ def verify(
         explanation = explained(profile, claim, region, counterexample, budget)
     measured = measure(profile, claim, region, SAMPLE_SEED)
     if verdict is Verdict.PROVED and measured.violating.hits and semantics == MACHINE:
-        # float64 sampling may misjudge a state on a boundary; the referee does not
-        wrong = next(violating_samples(profile, claim, region), None)
-        if wrong is not None:
-            raise AssertionError(f"proved, yet {wrong} violates {claim.name}")
+        _ensure_none_violates(profile, claim, region)
     steady = verdict is Verdict.PROVED and claim.eps and zoned.certificate is not None
     control = Verdict.SKIPPED
     if verdict in (Verdict.PROVED, Verdict.VIOLATED):
@@ -190,6 +187,15 @@ def verify(
         branches=zoned.branches,
         explanation=explanation,
     )
+
+
+def _ensure_none_violates(profile: PolicyProfile, claim: Property, region: Region) -> None:
+    """AssertionError for a sampled violation of a proved claim, if the referee confirms one: float64 sampling may
+    misjudge a state on a boundary.
+    """
+    wrong = next(violating_samples(profile, claim, region), None)
+    if wrong is not None:
+        raise AssertionError(f"proved, yet {wrong} violates {claim.name}")
 
 
 def _largest(profile: PolicyProfile, claim: Property, region: Region, budget: int, semantics: str) -> Margin | None:

@@ -61,9 +61,9 @@ from verify.certificate import (
 )
 from verify.episode_proof import MOST_ANSWERS, Prover, TooLongError
 from verify.episode_reading import Episode, Matching, Part, matchings
+from verify.episodes import ClosedLoop
 from verify.formula import TRUE, holds
 from verify.formula_json import read_number
-from verify.rollout import ClosedLoop
 from verify.spec import MACHINE, Region
 
 FORM = "maviper-episode-certificate-1"

@@ -7,21 +7,19 @@ Does not: search, share more than thresholds.py with the engine, or know hashes 
 
 from collections.abc import Iterable, Iterator
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from codegen.ir import PolicyProfile
 from verify.bounds import LONGEST, RejectedError
 from verify.episode_reading import AWAY, CLAIM, REGION, Episode, Part, matchings
+from verify.episodes import ClosedLoop
 from verify.spec import Region
-
-if TYPE_CHECKING:
-    from verify.rollout import ClosedLoop
 
 SPLIT = -1  # no answer is said to be the only one
 
 
 def check(
-    profile: PolicyProfile, claim: "ClosedLoop", region: Region, parts: Iterable[tuple[Part, Iterator[int]]]
+    profile: PolicyProfile, claim: ClosedLoop, region: Region, parts: Iterable[tuple[Part, Iterator[int]]]
 ) -> int:
     """The number of branches closed; RejectedError when the parts do not show the claim for all goals of the region."""
     found, allowed, closed = list(parts), matchings(profile, claim), 0

@@ -15,8 +15,9 @@ from typing import Any
 import numpy as np
 
 from codegen.ir import PolicyProfile
+from verify.episodes import ClosedLoop
 from verify.explanation import shown_ends
-from verify.rollout import ClosedLoop, Course, at_rest, courses, fails, first_failing, fulfilled, play
+from verify.rollout import Course, at_rest, courses, fails, first_failing, fulfilled, play
 from verify.shares import SAMPLE_SEED
 from verify.spec import MOST, Region
 from verify.world import Point, inside, point_of, sample

@@ -19,15 +19,13 @@ from fractions import Fraction
 from functools import cache
 from itertools import permutations
 from math import sqrt
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 from codegen.ir import NO_FEATURE, EntitySpec, PolicyProfile, WorldSpec
 from verify.bounds import LONGEST, Flat, Reading, RejectedError, region_formula
+from verify.episodes import ClosedLoop
 from verify.formula import Linear, Or
 from verify.spec import Region, Semantics
-
-if TYPE_CHECKING:
-    from verify.rollout import ClosedLoop
 
 GRID, SLACK = 1 << 44, 1 << 14  # lengths are in 1 / GRID; SLACK of them are 2^-30
 FARTHEST = 1 << 13  # of positions, length units
@@ -64,12 +62,14 @@ class Now(NamedTuple):
 Place: TypeAlias = tuple[int, Node, tuple[int, ...], Now]  # stage, question, the agents' last choices, state
 
 
-def matchings(profile: PolicyProfile, claim: "ClosedLoop") -> list[Matching]:
+def matchings(profile: PolicyProfile, claim: ClosedLoop) -> list[Matching]:
     """Who may arrive where for the claim to hold: at the named landmarks, or one for each agent in any way."""
     team = [policy.agent for policy in profile.team(claim.team)]
     landmarks = [entity.name for entity in profile.world.landmarks]
     own = claim.landmarks
-    if claim.name not in ("reaches", "covers") or not team:
+    if not team:
+        raise RejectedError(f"the profile has no team {claim.team}")
+    if claim.name not in ("reaches", "covers"):
         raise RejectedError(f"proofs of {claim.name} have no certificates, those of reaches and covers have")
     if own and (len(set(own)) != len(team) or len(own) != len(team) or not set(own) <= set(landmarks)):
         raise RejectedError("the claim does not name a landmark of its own for each agent of the team")
@@ -99,7 +99,7 @@ class Episode:
     """
 
     def __init__(
-        self, profile: PolicyProfile, claim: "ClosedLoop", region: Region, goal: str, followed: Sequence[str],
+        self, profile: PolicyProfile, claim: ClosedLoop, region: Region, goal: str, followed: Sequence[str],
         allowed: Sequence[Matching],
     ) -> None:  # fmt: skip
         world, entities = profile.world, {entity.name: entity for entity in profile.world.agents}

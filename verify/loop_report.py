@@ -9,7 +9,7 @@ from typing import Any
 
 from codegen.ir import PolicyProfile
 from verify.closed_loop import LoopResult, sentence
-from verify.rollout import KEEPS_APART, ClosedLoop
+from verify.episodes import KEEPS_APART, ClosedLoop
 from verify.spec import MACHINE, Verdict
 from verify.spec import text as decimal
 

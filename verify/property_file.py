@@ -16,10 +16,10 @@ from typing import Any
 from codegen.errors import InputError, UnknownNameError
 from codegen.ir import GOAL, PolicyProfile
 from verify.claim import NAMES, Claim, find_claim
+from verify.episodes import ClosedLoop
 from verify.expression import Vocabulary, parse
 from verify.formula import TRUE, Formula, agents
 from verify.properties import LEAVES, OWN, Property, checked
-from verify.rollout import ClosedLoop
 from verify.spec import Region, number, region_of
 from verify.world import everywhere, observed_velocities
 

@@ -6,7 +6,7 @@ Does not: search.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from fractions import Fraction
 from itertools import combinations, product
 from operator import le, lt
@@ -18,14 +18,12 @@ from codegen import ir
 from codegen.errors import DisagreementError, InputError
 from codegen.ir import Bool, Float64, PolicyProfile
 from verify.contacts import partners, push
+from verify.episodes import KEEPS_APART, ClosedLoop
 from verify.matching import matchings
 from verify.spec import Region
 from verify.world import Point, chosen, inside, verifiable
 
 Actions = npt.NDArray[np.int64]
-RADIUS = Fraction(2, 5)
-DEFAULT_ZONES = 5_000_000  # visited for a claim; about a million a second
-KEEPS_APART = "keeps_apart"
 ALIKE = 1e-6  # what two courses with contacts may differ by; contacts make differences of roundings larger
 
 
@@ -38,27 +36,6 @@ class Course:
 
 
 Rollout = Callable[[Point, int], Course]  # a start and a number of steps -> the course that the caller's world takes
-
-
-@dataclass(frozen=True)
-class ClosedLoop:
-    """A claim about whole episodes from rest; `landmarks`: one for each agent, or none where any matching will do;
-    `others`: from whom the team keeps apart, none: from one another.
-    """
-
-    name: str
-    team: str
-    steps: int
-    radius: Fraction = RADIUS
-    landmarks: tuple[str, ...] = ()
-    others: tuple[str, ...] = ()
-    zones: int = field(default=DEFAULT_ZONES, compare=False)  # that deciding it may visit
-    label: str = field(default="", compare=False)
-
-    @property
-    def shown(self) -> str:
-        """The label, or else the name."""
-        return self.label or self.name
 
 
 def playable(profile: PolicyProfile) -> None:

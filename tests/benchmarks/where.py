@@ -15,7 +15,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parents[2]))  # before this folder, in which this file would hide the package
 
 from maviper import load
-from tests.benchmarks.verify import Game, deception_team, seconds
+from tests.benchmarks.verifier import Game, deception_team, seconds
 from verify import engine, violations, zone_compiled
 from verify.largest import largest
 from verify.properties import find_property

@@ -463,8 +463,8 @@ def test_what_a_certificate_must_say(arrivers, proved):
     refused("inhabitant", inhabitant={**proved.inhabitant, "agent_0.x": Fraction(2)})
     refused("inhabitant", inhabitant={**proved.inhabitant, "agent_0.x": Fraction(1, 3)})
     refused("machine arithmetic", semantics="real")
-    refused("no claim about episodes", claim=replace(claim, name="own_target"))
-    refused("no claim about episodes", claim=replace(claim, team="nobody"))
+    refused("own_target have no certificates", claim=replace(claim, name="own_target"))
+    refused("the profile has no team nobody", claim=replace(claim, team="nobody"))
     refused("a landmark of its own", claim=replace(claim, landmarks=("landmark_0", "landmark_0")))
     refused("agents that", parts=(replace(part, followed=("agent_7",)), proved.parts[1]))
     refused("not followed", parts=(replace(part, followed=("agent_1",)), proved.parts[1]))
@@ -483,9 +483,9 @@ def test_what_a_certificate_must_say(arrivers, proved):
 def test_worlds_with_contacts_have_no_certificate(arrivers, proved):
     colliding = tuple(replace(entity, collides=True) for entity in arrivers.world.agents)
     touching = replace(arrivers, world=replace(arrivers.world, agents=colliding))
-    with pytest.raises(RejectedError, match="without contacts"):
+    with pytest.raises(RejectedError, match="can push each other"):
         accepted(replace(proved, profile=content_hash(touching)), touching)
-    with pytest.raises(NoCertificateError, match="without contacts"):
+    with pytest.raises(NoCertificateError, match="can push each other"):
         made(touching, proved.claim, proved.region, proved.parts)
 
 

@@ -11,10 +11,10 @@ from codegen.errors import InputError
 from tests.teams import STAY, team, towards, tree
 from verify.closed_loop import DEFAULT_ZONES
 from verify.engine import decide, verify
+from verify.episodes import ClosedLoop
 from verify.formula import TRUE
 from verify.properties import OWN, PLAIN, Property, find_property
 from verify.property_file import read_properties
-from verify.rollout import ClosedLoop
 from verify.spec import Verdict, read_region
 from verify.world import everywhere
 

@@ -1,6 +1,6 @@
 """How fast claims are decided and proofs are checked, in one interleaved run.
 
-    python tests/benchmarks/verify.py [--rounds 3] [--full] [--json]
+    python tests/benchmarks/verifier.py [--rounds 3] [--full] [--json]
 
 Teams: trees fitted to hand-written experts (fixed roles; the nearer of two matchings), and teams that swap their roles
 at adjacent floats under fitted splits, whose claim holds and needs both trees. Measured: the sweep (leaf pairs that the
