@@ -1,0 +1,12 @@
+"""The claim of counterexample-3-steady.json must hold in its world state. Run: pytest, beside that file and profile.json."""
+
+from pathlib import Path
+
+import maviper
+
+HERE = Path(__file__).parent
+
+
+def test_counterexample_3():
+    found = maviper.replay(HERE / "counterexample-3-steady.json", HERE / "profile.json")
+    assert not found.violated, f"{found.property} fails: {dict(found.actions)}"

@@ -1,0 +1,12 @@
+"""The claim of counterexample-8-covers.json must hold from its start. Run: pytest, beside that file and profile.json."""
+
+from pathlib import Path
+
+import maviper
+
+HERE = Path(__file__).parent
+
+
+def test_counterexample_8():
+    found = maviper.replay(HERE / "counterexample-8-covers.json", HERE / "profile.json")
+    assert not found.violated, f"{found.property} fails: {dict(found.actions)}"

@@ -1,0 +1,12 @@
+"""The claim of counterexample-5-formula.json must hold in its world state. Run: pytest, beside that file and profile.json."""
+
+from pathlib import Path
+
+import maviper
+
+HERE = Path(__file__).parent
+
+
+def test_counterexample_5():
+    found = maviper.replay(HERE / "counterexample-5-formula.json", HERE / "profile.json")
+    assert not found.violated, f"{found.property} fails: {dict(found.actions)}"
