@@ -375,3 +375,12 @@ def test_why_the_zones_are_not_all(profile, monkeypatch):
     monkeypatch.setattr(where, "violations", few)
     monkeypatch.setattr(where, "DEFAULT_NODES", 60)
     assert where.where(same, claim, region, Verdict.VIOLATED).part_reason.endswith("the search ended after 60 nodes")
+
+
+def test_a_region_without_sampled_states_says_so(profile):
+    """A difference that has one value: there are states and zones, and no draw meets one."""
+    same = team(profile, towards(0, 0), towards(0, 1))
+    flat = (("agent_0.y", "agent_1.y", (Fraction(1, 4), Fraction(1, 4))),)
+    found = where.where(same, CLAIM, replace(everywhere(same), differences=flat), Verdict.VIOLATED)
+    assert found.count and 0 < found.share.value < 1
+    assert found.part is None and found.part_reason == "no sampled state lies in the region"
