@@ -25,6 +25,7 @@ from verify.where import Where
 from verify.zone_search import Branch
 
 FORM = "maviper-zones-1"
+FIRST = 1_000  # zones that are written of those that are not all: the others would say no more
 SHOWN = 3  # combinations of leaves that are put into words
 Ranked: TypeAlias = tuple[Failing, Branch, Fraction | None]  # a zone with its goal's data and its share, if known
 Bounds = Mapping[tuple[str, str], tuple[Fraction, bool]]  # (a, b) -> most of a - b, whether it stays below
@@ -200,9 +201,10 @@ def _part(result: Result) -> dict[str, Any]:
 
 
 def zones_json(profile: PolicyProfile, result: Result) -> str:
-    """Every violating zone with its exact bounds, as a JSON text; the largest first."""
+    """Violating zones with their exact bounds, as a JSON text: all, the largest first; FIRST if they are not all."""
     found = result.where
     assert found is not None
+    ranked = _ranked(found)
     facts = {
         "zones": FORM,
         "profile": content_hash(profile),
@@ -213,7 +215,8 @@ def zones_json(profile: PolicyProfile, result: Result) -> str:
         "region": result.region.document(),
         "complete": found.complete,
         "share": None if found.share is None else str(found.share.value),
-        "violating": [_zone(profile, result.region, *one) for one in _ranked(found)],
+        "found": found.count,
+        "violating": [_zone(profile, result.region, *one) for one in ranked[: None if found.complete else FIRST]],
     }
     return layout(facts) + "\n"
 

@@ -1,5 +1,6 @@
 """Where claims hold: zones against points, shares against sampling, regions against both engines."""
 
+import json
 from dataclasses import replace
 from fractions import Fraction
 from functools import partial
@@ -384,3 +385,15 @@ def test_a_region_without_sampled_states_says_so(profile):
     found = where.where(same, CLAIM, replace(everywhere(same), differences=flat), Verdict.VIOLATED)
     assert found.count and 0 < found.share.value < 1
     assert found.part is None and found.part_reason == "no sampled state lies in the region"
+
+
+def test_of_zones_that_are_not_all_the_file_holds_the_first(profile, monkeypatch):
+    same = team(profile, towards(0, 0), towards(0, 1))
+    region = everywhere(same)
+    monkeypatch.setattr(where_report, "FIRST", 4)
+    result = engine.verify(same, CLAIM, region, {})
+    for most, complete in ((9, False), (where.DEFAULT_ZONES, True)):
+        found = where.where(same, CLAIM, region, result.verdict, most=most)
+        written = json.loads(where_report.zones_json(same, replace(result, where=found)))
+        assert written["complete"] is complete and written["found"] == found.count > 4
+        assert len(written["violating"]) == (found.count if complete else 4)
