@@ -111,12 +111,17 @@ def verify_claims(
 
             result = decided(claim, region)
             if where is not None:
-                name = f"region-{number}-{claim.name}.toml"
+                name = region_file(number, claim)
                 found = located(profile, claim, region, result.verdict, semantics, where, name)
                 within = decided(claim, found.part.region) if found.part else None
                 result = replace(result, where=found, within=within)
             results.append(result)
     return results
+
+
+def region_file(number: int, claim: Claim) -> str:
+    """The name of the file of the region that is found for a claim; claims are counted from 1."""
+    return f"region-{number}-{claim.name}.toml"
 
 
 def replayed(profile: ir.PolicyProfile, team: str, point: Point) -> dict[str, list[int]]:

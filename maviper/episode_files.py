@@ -5,6 +5,7 @@ Assumes: results of `verify.closed_loop.verify_episodes`; a profile of the same 
 Does not: look for counterexamples.
 """
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
@@ -27,6 +28,7 @@ from verify.spec import MOST
 from verify.world import Point
 
 FORM = "maviper-episode-counterexample-1"
+SAYS = re.compile(rb'"counterexample"\s*:\s*"maviper-episode-counterexample-')
 MAX_BYTES = 1 << 24
 ADVICE = "make it again with `maviper verify -o`"
 SEARCH = "zones"  # a parameter that says how to search, and so is not part of a claim
@@ -46,10 +48,6 @@ class EpisodeJson(msgspec.Struct, forbid_unknown_fields=True):
     position: dict[str, float]  # of the start, at rest
     actions: dict[str, str]  # agent -> what it did, step by step, with spaces between
     explanation: dict[str, Any] = {}  # as in the report; replays do not read it
-
-
-class _Form(msgspec.Struct):
-    counterexample: str
 
 
 @dataclass(frozen=True)
@@ -97,11 +95,8 @@ def _written(value: Fraction | int | tuple[str, ...]) -> int | str | list[str]:
 
 
 def holds_episode(path: Path) -> bool:
-    """Whether a file says that it is a counterexample about an episode; False also for what cannot be read."""
-    try:
-        return msgspec.json.decode(runs.read(path, MAX_BYTES), type=_Form).counterexample == FORM
-    except (msgspec.ValidationError, msgspec.DecodeError, UnicodeDecodeError):
-        return False
+    """Whether a file says that it is a counterexample about an episode, of this version or another; damaged or not."""
+    return SAYS.search(runs.read(path, MAX_BYTES)) is not None
 
 
 def replay(path: Path, profile: PolicyProfile) -> Episode:
@@ -120,9 +115,12 @@ def replay(path: Path, profile: PolicyProfile) -> Episode:
 
 def _read(path: Path) -> EpisodeJson:
     try:
-        return msgspec.json.decode(runs.read(path, MAX_BYTES), type=EpisodeJson)
-    except (msgspec.ValidationError, msgspec.DecodeError, UnicodeDecodeError) as error:
+        found = msgspec.json.decode(runs.read(path, MAX_BYTES), type=EpisodeJson)
+    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
         raise InputError("not a counterexample", f"{path}: {error}", ADVICE) from None
+    if found.counterexample != FORM:
+        raise InputError("a counterexample of another version", f"{path}: {found.counterexample[:40]!r}", ADVICE)
+    return found
 
 
 def _claim(found: EpisodeJson, profile: PolicyProfile, path: Path) -> ClosedLoop:
@@ -164,7 +162,7 @@ def _ensure_known(found: EpisodeJson, profile: PolicyProfile, path: Path) -> Non
     strange = [
         *sorted(set(found.position) - set(world.coordinates())),
         *sorted(set(found.actions) - {entity.name for entity in world.agents}),
-        *([found.goal] if found.goal not in (world.goals or ("",)) else []),
+        *([f"goal {found.goal or 'none'}"] if found.goal not in (world.goals or ("",)) else []),
         *sorted(f"no {name}" for name in needed - set(found.position)),
     ]
     if strange:

@@ -177,7 +177,7 @@ def _of_episodes(path: Path) -> bool:
 def _head(path: Path) -> _HeadJson:
     try:
         return msgspec.json.decode(runs.read(path, replaying.MAX_BYTES), type=_HeadJson)
-    except (msgspec.ValidationError, msgspec.DecodeError, UnicodeDecodeError) as error:
+    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
         raise InputError("not a counterexample", f"{path}: {error}", ADVICE) from None
 
 
@@ -196,7 +196,7 @@ def _read(path: Path, policies: PolicyProfile) -> Failing:
     try:
         states = msgspec.json.decode(runs.read(path, replaying.MAX_BYTES), type=StatesJson)
         eps = read_number(states.eps)
-    except (msgspec.ValidationError, msgspec.DecodeError, UnicodeDecodeError, ValueError) as error:
+    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError, ValueError) as error:
         raise InputError("not a file of states", f"{path}: {error}", ADVICE) from None
     if states.states != FORM:
         raise InputError("a file of states of another version", f"{path}: {states.states[:40]!r}", ADVICE)

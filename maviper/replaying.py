@@ -172,7 +172,7 @@ def _ensure_meant(found: CounterexampleJson, claim: Formula, profile: PolicyProf
 def _read(path: Path) -> CounterexampleJson:
     try:
         found = msgspec.json.decode(runs.read(path, MAX_BYTES), type=CounterexampleJson)
-    except (msgspec.ValidationError, msgspec.DecodeError, UnicodeDecodeError) as error:
+    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
         raise InputError("not a counterexample", f"{path}: {error}", ADVICE) from None
     if found.counterexample != FORM:
         raise InputError("a counterexample of another version", f"{path}: {found.counterexample[:40]!r}", ADVICE)
@@ -203,7 +203,7 @@ def known_formula(
         *sorted((coordinates(claim) | positions) - set(world.coordinates())),
         *sorted(agents(claim) - members),
         *sorted({name for point in points for name in point.errors} - features),
-        *sorted({point.goal for point in points} - set(world.goals or ("",))),
+        *sorted(f"goal {goal or 'none'}" for goal in {point.goal for point in points} - set(world.goals or ("",))),
         *sorted({f"no {name}" for point in points for name in needed - set(point.position)}),
     ]
     if strange or not members:

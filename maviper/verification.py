@@ -20,7 +20,7 @@ from maviper.console import Console
 from maviper.failing import states_files
 from maviper.questions import listed, questions
 from maviper.replaying import counterexample_files
-from maviper.where import repeated, say_where, where_files, zones_wanted
+from maviper.where import ensure_free, repeated, say_where, where_files, zones_wanted
 from verify.closed_loop import LoopResult
 from verify.engine import DEFAULT_BUDGET, Result
 from verify.episodes import ClosedLoop
@@ -37,6 +37,9 @@ def verify_command(profile: Path, options: Mapping[str, Any], console: Console) 
         raise InputError("the budget must be between 1 and 2**32", "--budget")
     loaded = load(profile)
     asked = questions(loaded, profile.name, options)
+    wanted = zones_wanted(options)
+    if wanted is not None and options["output"] is not None:
+        ensure_free(options["output"], asked, options)
     for folder in (options["output"], options["smt"]):
         if folder is not None:
             runs.folder(folder)
@@ -47,7 +50,6 @@ def verify_command(profile: Path, options: Mapping[str, Any], console: Console) 
         for one in asked:
             if isinstance(one.claim, ClosedLoop):
                 console.line("", f"not exported: {one.claim.shown}, which zones decide and no solver")
-    wanted = zones_wanted(options)
     pairs = [(one.claim, one.region) for one in asked]
     results = verify_claims(loaded, pairs, budget, options["semantics"], wanted)
     say_results(results, console)

@@ -6,10 +6,13 @@ Does not: look for anything.
 """
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 from codegen.errors import InputError
 from codegen.ir import PolicyProfile
+from codegen.policy_json import content_hash
+from maviper.claims import region_file
 from maviper.console import Console
 from maviper.questions import Asked
 from verify.closed_loop import LoopResult
@@ -18,6 +21,7 @@ from verify.episodes import ClosedLoop
 from verify.violations import DEFAULT_ZONES
 from verify.where_report import zones_json
 
+FOUND = "# Found by maviper verify --where:"  # what the file of a region found begins with
 MOST_ZONES = 1_000_000  # a zone takes about 2 KB
 
 
@@ -47,8 +51,21 @@ def where_files(profile: PolicyProfile, results: Sequence[Result | LoopResult]) 
         if result.where.count:
             files[f"zones-{place}-{result.claim.name}.json"] = zones_json(profile, result)
         if result.where.part is not None:
-            files[result.where.part.region.name] = result.where.part.region.toml()
+            told = (
+                f"{FOUND} {result.claim.shown} of the {result.claim.team} holds in it; profile {content_hash(profile)}"
+            )
+            files[result.where.part.region.name] = f"{told}\n{result.where.part.region.toml()}"
     return files
+
+
+def ensure_free(output: Path, asked: Sequence[Asked], options: Mapping[str, Any]) -> None:
+    """InputError when a region found would be written over a region asked about, or a file that is no region found."""
+    folders = [Path(options["region"]).parent, *([options["properties"].parent] if options["properties"] else [])]
+    regions = {(folder / one.region.name).resolve() for folder in folders for one in asked}
+    for number, one in enumerate(asked, 1):
+        path = output / region_file(number, one.claim)
+        if path.resolve() in regions or (path.is_file() and not path.read_bytes().startswith(FOUND.encode())):
+            raise InputError("the region found would overwrite a file", str(path), "choose another folder with -o")
 
 
 def say_where(result: Result, console: Console) -> None:
@@ -61,10 +78,12 @@ def say_where(result: Result, console: Console) -> None:
         )
         console.line("", said)
         return
+    zones = f"{found.count} violating {'zone' if found.count == 1 else 'zones'}"
     exact = f"share not exact: {found.share_reason}" if found.share is None else _percent(float(found.share.value))
-    console.line("", f"{found.count} violating zones, {exact}{' of the region exactly' if found.share else ''}")
+    console.line("", f"{zones}, {exact}{' of the region exactly' if found.share else ''}")
     if found.part is None or inner is None:
-        console.line("", f"no region in which it holds: {found.part_reason}")
+        if found.complete:
+            console.line("", f"no region to name: {found.part_reason}")
         return
     share = found.part.share.value if found.part.exact is None else float(found.part.exact)
     line = f"{inner.verdict.value} in {_percent(share)} of the region, conflict share there {inner.shares.conflict}"

@@ -43,7 +43,14 @@ class StartSpan:
     high: float
     whole: bool  # the ends are those of the region's box
 
+    @property
+    def free(self) -> bool:
+        """Whether the coordinate made no difference; one that the region fixes was not varied."""
+        return self.whole and self.low < self.high
+
     def __str__(self) -> str:
+        if self.whole and not self.free:
+            return "fixed by the region"
         return " to ".join(shown_ends(self.low, self.high)) if self.low < self.high else "only this"
 
     def document(self) -> dict[str, Any]:
@@ -64,7 +71,7 @@ class EpisodeExplanation:
         """The finding in a few short lines, by their headings."""
         found = f"not the only one: in {self.starts} sampled starts another one fails, by other actions"
         none = f"not decided whether it is the only one: none of {self.starts} sampled starts fails by other actions"
-        whole = ", ".join(span.name for span in self.spans if span.whole) or "none"
+        whole = ", ".join(span.name for span in self.spans if span.free) or "none"
         return {
             "unique": none if self.other is None else found,
             "fails by": _change(self.change),

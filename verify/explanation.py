@@ -37,11 +37,19 @@ class Span:
     name: str
     low: float
     high: float
-    free: bool  # they are all that the region allows: the coordinate does not matter
+    free: bool  # they are all that the region allows, more than one: the coordinate does not matter
+    fixed: bool  # the region allows this value alone, all else being as it is
+
+    def document(self) -> dict[str, Any]:
+        """The interval as plain data; whether a fixed coordinate matters is not known (null)."""
+        matters = None if self.fixed else not self.free
+        return {"low": self.low, "high": self.high, "matters": matters, "says": str(self)}
 
     def __str__(self) -> str:
         if self.free:
             return "does not matter"
+        if self.fixed:
+            return "fixed by the region"
         low, high = shown_ends(self.low, self.high)
         return f"only {low}" if self.low == self.high else f"{low} to {high}"
 
@@ -112,10 +120,7 @@ class Explanation:
             "stays": STAYS,
             "unique": self.uniqueness.document(),
             "shortfall": _finite(self.shortfall),
-            "coordinates": {
-                span.name: {"low": span.low, "high": span.high, "matters": not span.free, "says": str(span)}
-                for span in self.spans
-            },
+            "coordinates": {span.name: span.document() for span in self.spans},
             "agents": [_room_document(room) for room in self.agents],
         }
 
@@ -222,7 +227,8 @@ def _spans(
         outside = (math.nextafter(low, -math.inf), math.nextafter(high, math.inf))
         if not (stands(name, low) and stands(name, high)) or any(stands(name, value) for value in outside):
             raise AssertionError(f"{claim.name}: the referee does not confirm {low!r} <= {name} <= {high!r}")
-        found.append(Span(name, low, high, free=kept == allowed))
+        fixed = around(allowed, point.position[name]) == (low, low) and len(allowed) == 1
+        found.append(Span(name, low, high, free=kept == allowed and not fixed, fixed=fixed))
     return tuple(found)
 
 

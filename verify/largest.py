@@ -62,6 +62,8 @@ def largest(
     states = _states(profile, claim, region, seed)
     if states is None:
         return "there are too many joint actions to say which states conflict"
+    if not len(next(iter(states.violating.values()))):
+        return "no sampled state lies in the region"
     tries = [one for goals in _choices(failing) for one in _tries(goals, states, len(failing))]
     if not tries:
         return f"no state of {DRAWN} conflicts and can be kept away from every violating zone"

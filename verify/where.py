@@ -5,6 +5,7 @@ Assumes: a claim that has its verdict already (engine.py).
 Does not: decide; write reports (where_report.py).
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
@@ -16,7 +17,7 @@ from verify.shares import SAMPLE_SEED, SAMPLES, Share
 from verify.spec import MACHINE, Region, Verdict
 from verify.violations import DEFAULT_ZONES, ExactShare, Failing, exact_part, exact_share, violations
 from verify.world import batch, contains, everywhere, sample
-from verify.zones import BeyondZonesError
+from verify.zones import DEFAULT_NODES, BeyondZonesError
 
 BEYOND = "an inequality of the claim bounds no coordinate and no difference of two, so that only a solver decides it"
 NOISY = "violating zones are those of features without errors, and the claim allows errors"
@@ -80,7 +81,7 @@ def where(
         return Where(BEYOND)
     found = Where(failing=failing)
     if not found.complete:
-        reason = f"not all violating zones are known: there are more than {found.count}, or the search ended before"
+        reason = f"not all violating zones are known: {_ending(failing, most)}"
         return replace(found, share_reason=reason, part_reason=reason)
     share = exact_share(profile, claim, region, failing)
     found = replace(found, share=share) if isinstance(share, ExactShare) else replace(found, share_reason=share)
@@ -90,6 +91,12 @@ def where(
     if isinstance(part, str):
         return replace(found, part_reason=part)
     return replace(found, part=_part(profile, claim, region, replace(part, name=name)))
+
+
+def _ending(failing: Sequence[Failing], most: int) -> str:
+    """Why a search for zones ended before it had all."""
+    spent = next((one.nodes for one in failing if not one.complete and one.nodes > DEFAULT_NODES), 0)
+    return f"the search ended after {spent - 1} nodes" if spent else f"there are more than {most}"
 
 
 def _part(profile: PolicyProfile, claim: Property, region: Region, part: Region) -> Part:

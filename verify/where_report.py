@@ -25,6 +25,7 @@ from verify.where import Where
 from verify.zone_search import Branch
 
 FORM = "maviper-zones-1"
+FIRST = 1_000  # zones that are written of those that are not all: the others would say no more
 SHOWN = 3  # combinations of leaves that are put into words
 Ranked: TypeAlias = tuple[Failing, Branch, Fraction | None]  # a zone with its goal's data and its share, if known
 Bounds = Mapping[tuple[str, str], tuple[Fraction, bool]]  # (a, b) -> most of a - b, whether it stays below
@@ -39,6 +40,7 @@ def where_facts(profile: PolicyProfile, result: Result) -> dict[str, Any]:
         "reason": found.reason,
         "everywhere": found.everywhere,
         "zones": found.count,
+        "goals": len(result.region.goals),
         "complete": found.complete,
         "exact": exact,
         "exact_reason": found.share_reason,
@@ -93,16 +95,15 @@ def _action(policy: AgentPolicy, leaf: int) -> str:
 def _most(profile: PolicyProfile, result: Result) -> list[dict[str, Any]]:
     """The combinations of leaves that make up most of what violates the claim, each with its largest zone in words."""
     assert result.where is not None
-    together: dict[tuple[int, ...], list[Ranked]] = {}
+    together: dict[tuple[tuple[str, int], ...], list[Ranked]] = {}  # a claim may speak of other agents for each goal
     for row in _ranked(result.where):
-        together.setdefault(row[1][0], []).append(row)
+        together.setdefault(tuple(zip(row[0].agents, row[1][0], strict=True)), []).append(row)
     sums = {leaves: sum((row[2] or Fraction(0) for row in rows), Fraction(0)) for leaves, rows in together.items()}
     facts = []
     for leaves in sorted(together, key=lambda leaves: (-sums[leaves], -len(together[leaves]), leaves))[:SHOWN]:
         failing, zone, _ = together[leaves][0]
         agents = [
-            {"agent": agent, "leaf": leaf, "action": _action(profile.policy(agent), leaf)}
-            for agent, leaf in zip(failing.agents, leaves, strict=True)
+            {"agent": agent, "leaf": leaf, "action": _action(profile.policy(agent), leaf)} for agent, leaf in leaves
         ]
         words = [_words(*ends) for ends in _needed(failing, zone, result.region)]
         share = None if result.where.share is None else float(sums[leaves])
@@ -127,14 +128,21 @@ def _needed(
 ) -> list[tuple[str, tuple[Fraction, bool] | None, tuple[Fraction, bool] | None]]:
     """(coordinate or difference, lower end, upper end) of the bounds that no others and not the region's box imply."""
     bounds = failing.bounds(zone)
+    tied = _tied(failing, bounds)
     ends: dict[tuple[str, str], list[tuple[Fraction, bool] | None]] = {}
     for (a, b), (most, below) in bounds.items():
         low, high = region.box[a or b]
-        given = (a and not b and most >= high) or (b and not a and -most <= low)
-        if given or any(
-            most >= bounds[a, k][0] + bounds[k, b][0]
-            for x, k in bounds
-            if x == a and k not in (a, b) and (k, b) in bounds
+        end = -low if not a else high
+        given = not (a and b) and (most > end or (most == end and not below))
+        if (
+            given
+            or (a in tied and tied[a] != b)
+            or (b in tied and tied[b] != a)
+            or any(
+                most >= bounds[a, k][0] + bounds[k, b][0] and (bounds[a, k][1] or bounds[k, b][1] or not below)
+                for x, k in bounds
+                if x == a and k not in (a, b) and k not in tied and (k, b) in bounds
+            )
         ):
             continue
         if not a or (b and (b, a) in ends):
@@ -144,6 +152,31 @@ def _needed(
     return [(f"{a} - {b}" if b else a, low, high) for (a, b), (low, high) in sorted(ends.items())]
 
 
+def _cut(region: Region, part: Region) -> list[str]:
+    """The bounds in which a part of a region is narrower than the region, in words."""
+    box, given = region.box, {(a, b): bounds for a, b, bounds in region.differences}
+    rows = [(name, bounds, box[name]) for name, bounds in part.box.items()]
+    for a, b, bounds in part.differences:
+        whole = box[a][0] - box[b][1], box[a][1] - box[b][0]
+        rows.append((f"{a} - {b}", bounds, given.get((a, b), whole)))
+    return [
+        f"{f'{decimal(low)} <= ' if low > least else ''}{name}{f' <= {decimal(high)}' if high < most else ''}"
+        for name, (low, high), (least, most) in rows
+        if low > least or high < most
+    ]
+
+
+def _tied(failing: Failing, bounds: Bounds) -> dict[str, str]:
+    """Coordinate -> the first one, or "" for zero, from which it has one constant distance."""
+    names = ["", *failing.problem.places]
+    found: dict[str, str] = {}
+    for place, name in enumerate(names):
+        for other in names[:place]:
+            if other not in found and (name, other) in bounds and not bounds[name, other][0] + bounds[other, name][0]:
+                found.setdefault(name, other)
+    return found
+
+
 def _part(result: Result) -> dict[str, Any]:
     """The largest region found, with the verdict in it."""
     assert result.where is not None and result.where.part is not None and result.within is not None
@@ -151,6 +184,7 @@ def _part(result: Result) -> dict[str, Any]:
     return {
         "name": part.region.name,
         "region": part.region.document(),
+        "bounds": _cut(result.region, part.region),
         "exact": None if part.exact is None else _exact(part.exact),
         "share": part.share.document(),
         "start": part.start.document(),
@@ -167,9 +201,10 @@ def _part(result: Result) -> dict[str, Any]:
 
 
 def zones_json(profile: PolicyProfile, result: Result) -> str:
-    """Every violating zone with its exact bounds, as a JSON text; the largest first."""
+    """Violating zones with their exact bounds, as a JSON text: all, the largest first; FIRST if they are not all."""
     found = result.where
     assert found is not None
+    ranked = _ranked(found)
     facts = {
         "zones": FORM,
         "profile": content_hash(profile),
@@ -180,7 +215,8 @@ def zones_json(profile: PolicyProfile, result: Result) -> str:
         "region": result.region.document(),
         "complete": found.complete,
         "share": None if found.share is None else str(found.share.value),
-        "violating": [_zone(profile, result.region, *one) for one in _ranked(found)],
+        "found": found.count,
+        "violating": [_zone(profile, result.region, *one) for one in ranked[: None if found.complete else FIRST]],
     }
     return layout(facts) + "\n"
 

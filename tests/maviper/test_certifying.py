@@ -107,3 +107,10 @@ def test_a_proof_without_a_certificate_says_so(arrived, tmp_path, monkeypatch):
     assert cli.run(arguments) == 0
     assert not list(tmp_path.glob("certificate*"))
     assert "no certificate: its proof takes more than" in (tmp_path / "report.txt").read_text()
+
+
+def test_a_file_nested_too_deeply_is_told(tmp_path, capsys):
+    for form in ("maviper-certificate-1", "maviper-episode-certificate-1"):
+        (tmp_path / "deep.json").write_text(f'{{"certificate": "{form}", "proofs": {"[" * 10**5}')
+        arguments = ["check", str(tmp_path / "deep.json"), "--profile", "generated/physical_deception/profile.json"]
+        assert cli.run(arguments) == 2 and "deep.json" in capsys.readouterr().err

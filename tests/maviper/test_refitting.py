@@ -444,6 +444,8 @@ def test_files_that_cannot_be_learned_from_are_told(folder, tmp_path, capsys, wo
     deception = "physical-deception"
     assert "cannot read the file" in refused(deception, "--counterexamples", str(tmp_path / "missing.json"))
     assert "not a counterexample" in refused(deception, "--counterexamples", str(tmp_path / "cut.json"))
+    (tmp_path / "deep.json").write_text('{"states": "maviper-states-1", "profile": ' + "[" * 10**5)
+    assert "not a counterexample" in refused(deception, "--counterexamples", str(tmp_path / "deep.json"))
     assert "holds no counterexamples" in refused(deception, "--counterexamples", str(empty))
     assert "whole episodes" in refused(deception, "--counterexamples", str(episode))
     one = str(episode / "counterexample-1-reaches.json")

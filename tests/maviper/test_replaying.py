@@ -135,7 +135,7 @@ def test_a_damaged_file_is_told(folder, tmp_path, change, said):
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        ({"counterexample": "maviper-episode-counterexample-9"}, "counterexample"),
+        ({"counterexample": "maviper-episode-counterexample-9"}, "another version"),
         ({"claim": "reach"}, "property"),
         ({"claim": "distinct_targets"}, "property"),
         ({"team": "nobody"}, "team"),
@@ -191,5 +191,27 @@ def test_an_episode_of_another_world_is_told(folder, tmp_path):
 def test_a_truncated_file_is_told(folder, tmp_path):
     for name in (NAMED, EPISODES[0]):
         (tmp_path / "cut.json").write_bytes((folder / name).read_bytes()[:200])
-        with pytest.raises(InputError, match="not a counterexample"):
+        with pytest.raises(InputError, match="not a counterexample") as caught:
             maviper.replay(tmp_path / "cut.json", folder / "same.json")
+        assert "truncated" in caught.value.where
+
+
+@pytest.mark.parametrize("number", [0, 1])
+def test_a_file_nested_too_deeply_is_told(folder, tmp_path, number):
+    document = json.loads((folder / (NAMED, EPISODES[0])[number]).read_text())
+    text = json.dumps(document | {"explanation": {}}).replace(
+        '"explanation": {}', f'"explanation": {{"a": {"[" * 10**5}'
+    )
+    (tmp_path / "deep.json").write_text(text)
+    with pytest.raises(InputError, match="not a counterexample"):
+        maviper.replay(tmp_path / "deep.json", folder / "same.json")
+
+
+def test_a_goal_of_another_world_is_named(folder, tmp_path):
+    for name in (NAMED, EPISODES[0]):
+        for goal, said in (("", "goal none"), ("landmark_7", "goal landmark_7")):
+            document = json.loads((folder / name).read_text()) | {"goal": goal}
+            (tmp_path / "goal.json").write_text(json.dumps(document))
+            with pytest.raises(InputError, match="another world") as caught:
+                maviper.replay(tmp_path / "goal.json", folder / "same.json")
+            assert said in caught.value.where

@@ -9,6 +9,7 @@ from codegen import policy_json
 from codegen.errors import ExitCode
 from maviper import cli
 from maviper.questions import starter
+from maviper.where import FOUND
 from maviper.worlds import WORLDS, find
 from tests.teams import STAY, UP, team, towards, tree
 
@@ -319,3 +320,36 @@ def test_an_interrupted_search_leaves_no_file(capsys, place, monkeypatch):
     monkeypatch.setattr(claims, "located", interrupted)
     code, out, _ = run(capsys, "verify", "same.json", "--where", "-o", "report")
     assert code == ExitCode.INTERRUPTED and out == "" and not list((place / "report").iterdir())
+
+
+def test_a_region_found_overwrites_no_region_of_the_user(capsys, place, monkeypatch):
+    """Neither one that is asked about, by option or property file, nor a file that is no region found."""
+    from maviper import claims
+
+    monkeypatch.setattr(claims, "located", lambda *given: pytest.fail("asked before"))
+    folder = place / "report"
+    folder.mkdir()
+    mine = folder / "region-1-distinct_targets.toml"
+    (folder / "asked.toml").write_text(f'[[property]]\nname = "distinct_targets"\nregion = "{mine.name}"\n')
+    found = f"{FOUND} a claim\n"
+    for text, arguments in (
+        ("default = [0, 1]\n", ()),
+        (found, ("--region", mine)),
+        (found, ("--properties", folder / "asked.toml")),
+    ):
+        mine.write_text(text)
+        code, out, err = run(capsys, "-q", "verify", "same.json", *arguments, "--where", "-o", "report")
+        assert code == ExitCode.INPUT and out == "" and "would overwrite" in err and mine.name in err
+        assert mine.read_text() == text and sorted(path.name for path in folder.iterdir()) == ["asked.toml", mine.name]
+
+
+@pytest.mark.solver
+def test_a_region_found_says_what_holds_in_it_and_is_found_again(capsys, place):
+    for _ in range(2):
+        assert run(capsys, "-q", "verify", "same.json", "--where", "-o", "report")[0] == ExitCode.VIOLATED
+    first = (place / "report" / "region-1-distinct_targets.toml").read_text().splitlines()[0]
+    assert first.startswith(FOUND) and "distinct_targets of the defenders" in first
+    text = (place / "report" / "report.txt").read_text()
+    part = text[text.index("holds in ") :]
+    bounds = part[part.index("goal ") : part.index("all else as in the region above")]
+    assert 1 < len(bounds.splitlines()) < 8 and "-1 <= adversary_0.x" not in bounds

@@ -94,3 +94,13 @@ def test_a_start_between_two_bounds_of_a_region(profile):
     for one in spans.values():
         for value in (one.low, one.high):
             assert inside(region, Point({**result.point.position, one.name: value}, result.point.goal))
+
+
+def test_what_the_region_fixes_is_not_said_to_make_no_difference(profile):
+    still = team(profile, tree(UP), tree(STAY))
+    start = everywhere(still)
+    region = Region(dict(start.box) | {"adversary_0.x": (Fraction(1, 2),) * 2}, start.goals)
+    result = verify_episodes(still, find_claim("reaches", still), region, {})
+    spans = {span.name: str(span) for span in result.explanation.spans}
+    free = result.explanation.says()["free"]
+    assert spans["adversary_0.x"] == "fixed by the region" and "adversary_0.x" not in free and "adversary_0.y" in free

@@ -1,7 +1,10 @@
 """Where claims hold: zones against points, shares against sampling, regions against both engines."""
 
+import json
 from dataclasses import replace
 from fractions import Fraction
+from functools import partial
+from itertools import product
 
 import numpy as np
 import pytest
@@ -17,15 +20,16 @@ from tests.verify.zone_cases import (
     random_region,
     switching,
 )
-from verify import engine, shares, violations, where
+from verify import engine, shares, violations, where, where_report
 from verify.carving import GRID, obstacles
-from verify.formula import Linear, holds
+from verify.formula import And, Goal, Linear, Not, Or, holds
 from verify.largest import largest
-from verify.properties import find_property, formula
+from verify.properties import Property, engaged, find_property, formula
 from verify.spec import MACHINE, REAL, Region, Verdict, read_region, start_region
 from verify.world import everywhere
 
 pytestmark = pytest.mark.solver
+CLAIM = Property("distinct_targets", "defenders")
 
 
 def contains(bounds, point):
@@ -319,3 +323,77 @@ def test_a_team_that_always_fails_has_no_region(profile):
     claim = find_property("distinct_targets", still, radius=Fraction(0))
     found = where.where(still, claim, everywhere(still), Verdict.VIOLATED)
     assert found.share.value == 1 and found.part is None and "no state" in found.part_reason
+
+
+# --- in words
+
+
+def test_bounds_in_words_are_all_that_a_zone_needs():
+    """With the region's box they imply the zone; regions with fixed coordinates and differences too."""
+    rng, seen = np.random.default_rng(31), 0
+    for _ in range(30):
+        profile, claim = deception(rng, 2)
+        region = random_region(rng, profile)
+        for failing in violations.violations(profile, claim, region):
+            for zone in failing.zones[:5]:
+                bounds = failing.bounds(zone)
+                names = ["", *failing.problem.places]
+                least = {(name, ""): (high, False) for name, (_, high) in region.box.items()}
+                least |= {("", name): (-low, False) for name, (low, _) in region.box.items()}
+                for name, low, high in where_report._needed(failing, zone, region):
+                    a, b = name.split(" - ") if " - " in name else (name, "")
+                    least |= {(b, a): (-low[0], low[1])} if low else {}
+                    least |= {(a, b): high} if high else {}
+                for k, a, b in product(names, repeat=3):
+                    if (a, k) in least and (k, b) in least and len({a, b, k}) == 3:
+                        most = least[a, k][0] + least[k, b][0], least[a, k][1] or least[k, b][1]
+                        least[a, b] = min(least.get((a, b), most), most, key=lambda end: (end[0], not end[1]))
+                assert {pair: least[pair] for pair in bounds} == dict(bounds)
+                seen += 1
+    assert seen > 50
+
+
+def test_leaves_of_different_agents_are_not_counted_together(profile):
+    """A claim that speaks of one agent for one goal and of another for the other."""
+    still = team(profile, tree(STAY), tree(STAY))
+    goal_0, goal_1 = Goal("landmark_0"), Goal("landmark_1")
+    first, second = (engaged(still.policy(f"agent_{k}"), f"landmark_{k}", CLAIM) for k in (0, 1))
+    stated = And((Or((Not(goal_0), first)), Or((Not(goal_1), second))))
+    claim = replace(CLAIM, name="own", statement=stated)
+    region = everywhere(still)
+    result = engine.verify(still, claim, region, {})
+    result = replace(result, where=where.where(still, claim, region, result.verdict))
+    told = where_report.where_facts(still, result)["most"]
+    assert [[one["agent"] for one in zone["agents"]] for zone in told] == [["agent_0"], ["agent_1"]]
+    assert [zone["goal"] for zone in told] == ["landmark_0", "landmark_1"]
+
+
+def test_why_the_zones_are_not_all(profile, monkeypatch):
+    same = team(profile, towards(0, 0), towards(0, 1))
+    claim, region = find_property("distinct_targets", same), everywhere(same)
+    assert where.where(same, claim, region, Verdict.VIOLATED, most=5).part_reason.endswith("there are more than 5")
+    few = partial(violations.violations, nodes=60)
+    monkeypatch.setattr(where, "violations", few)
+    monkeypatch.setattr(where, "DEFAULT_NODES", 60)
+    assert where.where(same, claim, region, Verdict.VIOLATED).part_reason.endswith("the search ended after 60 nodes")
+
+
+def test_a_region_without_sampled_states_says_so(profile):
+    """A difference that has one value: there are states and zones, and no draw meets one."""
+    same = team(profile, towards(0, 0), towards(0, 1))
+    flat = (("agent_0.y", "agent_1.y", (Fraction(1, 4), Fraction(1, 4))),)
+    found = where.where(same, CLAIM, replace(everywhere(same), differences=flat), Verdict.VIOLATED)
+    assert found.count and 0 < found.share.value < 1
+    assert found.part is None and found.part_reason == "no sampled state lies in the region"
+
+
+def test_of_zones_that_are_not_all_the_file_holds_the_first(profile, monkeypatch):
+    same = team(profile, towards(0, 0), towards(0, 1))
+    region = everywhere(same)
+    monkeypatch.setattr(where_report, "FIRST", 4)
+    result = engine.verify(same, CLAIM, region, {})
+    for most, complete in ((9, False), (where.DEFAULT_ZONES, True)):
+        found = where.where(same, CLAIM, region, result.verdict, most=most)
+        written = json.loads(where_report.zones_json(same, replace(result, where=found)))
+        assert written["complete"] is complete and written["found"] == found.count > 4
+        assert len(written["violating"]) == (found.count if complete else 4)
