@@ -100,7 +100,7 @@ def holds_episode(path: Path) -> bool:
     """Whether a file says that it is a counterexample about an episode; False also for what cannot be read."""
     try:
         return msgspec.json.decode(runs.read(path, MAX_BYTES), type=_Form).counterexample == FORM
-    except (msgspec.ValidationError, msgspec.DecodeError, UnicodeDecodeError):
+    except (msgspec.ValidationError, msgspec.DecodeError, UnicodeDecodeError, RecursionError):
         return False
 
 
@@ -119,10 +119,7 @@ def replay(path: Path, profile: PolicyProfile) -> Episode:
 
 
 def _read(path: Path) -> EpisodeJson:
-    try:
-        return msgspec.json.decode(runs.read(path, MAX_BYTES), type=EpisodeJson)
-    except (msgspec.ValidationError, msgspec.DecodeError, UnicodeDecodeError) as error:
-        raise InputError("not a counterexample", f"{path}: {error}", ADVICE) from None
+    return runs.decoded(path, MAX_BYTES, EpisodeJson, "not a counterexample", ADVICE)
 
 
 def _claim(found: EpisodeJson, profile: PolicyProfile, path: Path) -> ClosedLoop:
