@@ -114,10 +114,7 @@ def replay(path: Path, profile: PolicyProfile) -> Episode:
 
 
 def _read(path: Path) -> EpisodeJson:
-    try:
-        found = msgspec.json.decode(runs.read(path, MAX_BYTES), type=EpisodeJson)
-    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
-        raise InputError("not a counterexample", f"{path}: {error}", ADVICE) from None
+    found = runs.decoded(path, MAX_BYTES, EpisodeJson, "not a counterexample", ADVICE)
     if found.counterexample != FORM:
         raise InputError("a counterexample of another version", f"{path}: {found.counterexample[:40]!r}", ADVICE)
     return found

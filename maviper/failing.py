@@ -32,14 +32,15 @@ from maviper.worlds.world import world_name
 from verify.closed_loop import LoopResult
 from verify.engine import Result
 from verify.failures import failures
-from verify.formula import Formula
+from verify.formula import Formula, Linear, atoms
 from verify.formula_json import formula_document, read_number
-from verify.properties import OWN, Property, formula
+from verify.properties import OWN, Property, check_range, formula
 from verify.spec import Region, read_region
 from verify.world import Point, observed_velocities
 
 FORM = "maviper-states-1"
 MOST_STATES = 100_000  # of one file
+LARGEST = 10**100  # number in a formula
 PATTERNS = ("counterexample-*.json", "states-*.json")
 ADVICE = "make it again with `maviper verify -o`"
 
@@ -175,10 +176,7 @@ def _of_episodes(path: Path) -> bool:
 
 
 def _head(path: Path) -> _HeadJson:
-    try:
-        return msgspec.json.decode(runs.read(path, replaying.MAX_BYTES), type=_HeadJson)
-    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
-        raise InputError("not a counterexample", f"{path}: {error}", ADVICE) from None
+    return runs.decoded(path, replaying.MAX_BYTES, _HeadJson, "not a counterexample", ADVICE)
 
 
 def _read(path: Path, policies: PolicyProfile) -> Failing:
@@ -189,26 +187,38 @@ def _read(path: Path, policies: PolicyProfile) -> Failing:
             what = "not a counterexample to a claim about single decisions"
             raise InputError(what, f"{path}: {str(head.counterexample)[:40]}", ADVICE)
         found, statement = replaying.read_counterexample(path, policies)
+        _ensure_floats(statement, path)
         point = Point(found.position, found.goal, found.errors)
         eps = max((abs(Fraction(error)) for error in found.errors.values()), default=Fraction(0))
         claim = Property(OWN, found.team, statement=statement, eps=eps, label=found.property)
         return Failing(claim, (point,), (found.profile,), (path.parent,))
+    states = runs.decoded(path, replaying.MAX_BYTES, StatesJson, "not a file of states", ADVICE)
     try:
-        states = msgspec.json.decode(runs.read(path, replaying.MAX_BYTES), type=StatesJson)
-        eps = read_number(states.eps)
-    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError, ValueError) as error:
+        eps, words = read_number(states.eps), shlex.split(states.command)
+    except ValueError as error:
         raise InputError("not a file of states", f"{path}: {error}", ADVICE) from None
     if states.states != FORM:
         raise InputError("a file of states of another version", f"{path}: {states.states[:40]!r}", ADVICE)
+    check_range("eps", eps)
+    if words and words[:2] != ["maviper", "verify"]:
+        raise InputError("not a file of states", f"{path}: command is no maviper verify", ADVICE)
     ours, theirs = (plain_name(name)[0] for name in (world_name(policies.world), states.world))
     if ours != theirs:
         raise InputError("the states are of another world", f"{path}: {theirs[:80]}, not {ours}", ADVICE)
     points = _points(states, path)
     statement = replaying.known_formula(states.formula, states.team, points, policies, path)
+    _ensure_floats(statement, path)
     region = read_region(states.bounds, policies.world, f"{path}: bounds", observed_velocities(policies))
     claim = Property(OWN, states.team, statement=statement, eps=eps, label=states.property)
     region = replace(region, name=states.region)
     return Failing(claim, points, (states.profile,), (path.parent,), region, states.command)
+
+
+def _ensure_floats(statement: Formula, path: Path) -> None:
+    """InputError for numbers that no float64 comes near."""
+    parts = [part for part in atoms(statement) if isinstance(part, Linear)]
+    if any(abs(number) > LARGEST for part in parts for number in (part.bound, *(weight for weight, _ in part.terms))):
+        raise InputError("the formula has numbers that are too large", str(path), ADVICE)
 
 
 def _points(states: StatesJson, path: Path) -> tuple[Point, ...]:

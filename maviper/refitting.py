@@ -13,8 +13,6 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from codegen.errors import InputError
 from codegen.ir import PolicyProfile
 from codegen.policy_json import content_hash, layout
@@ -28,9 +26,10 @@ from maviper.extract.outcome import EVALUATION_EPISODES
 from maviper.failing import Failing, blank, read_failing
 from maviper.rollouts import states_of
 from maviper.worlds import ParticleWorld, World
+from verify.failures import fails
 from verify.shares import SAMPLE_SEED, SAMPLES, Share, violating
 from verify.spec import Region
-from verify.world import everywhere, observed, sample, violates
+from verify.world import everywhere, observed, sample
 
 COST_FILE = "refit.json"
 NO_POLICY = "profile.json beside the counterexamples is another policy, or there is none"
@@ -189,8 +188,7 @@ def _outcome(given: Failing, after: PolicyProfile, place: Path, expert: Player, 
 
     learned = None
     if whole:
-        fails = [violates(after, claim, point) for point in given.points]
-        learned = Share(len(fails) - int(np.sum(fails)), len(fails))
+        learned = Share(int((~fails(after, claim, given.points)).sum()), len(given.points))
     cost = None
     if before is not None:
         cost = costs.measured(before, after, claim.team, region, world, expert, EVALUATION_EPISODES)

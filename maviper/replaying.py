@@ -106,7 +106,9 @@ def replay(path: Path, profile: PolicyProfile) -> Replayed:
     if episode_files.holds_episode(path):
         return _replayed_episode(path, profile)
     found, claim = read_counterexample(path, profile)
-    _ensure_meant(found, claim, profile, path)
+    strange = sorted(set(found.actions) - {policy.agent for policy in profile.team(found.team)})
+    if strange:
+        raise InputError("the counterexample is about another world", f"{path}: {', '.join(strange[:5])}", ADVICE)
     point = Point(found.position, found.goal, found.errors)
     team = profile.team(found.team)
     taken = {policy.agent: int(act(policy, observed(profile, policy, point))[0]) for policy in team}
@@ -153,27 +155,18 @@ def replay_command(path: Path, profile: Path | None, console: Console) -> int:
     return ExitCode.VIOLATED if found.violated else ExitCode.DONE
 
 
-def _ensure_meant(found: CounterexampleJson, claim: Formula, profile: PolicyProfile, path: Path) -> None:
-    """InputError for numbers out of range, and for goals, actions and agents that the profile does not have."""
-    for name, value in {**found.position, **found.errors}.items():
-        if abs(value) > MOST:
-            raise InputError("not a counterexample", f"{path}: {name} is beyond {MOST}", ADVICE)
-    actions, parts = {policy.agent: policy.actions for policy in profile.team(found.team)}, list(atoms(claim))
+def _strange_parts(claim: Formula, team: str, profile: PolicyProfile) -> list[str]:
+    """Goals and actions of a formula that the profile does not have; its agents are known."""
+    actions, parts = {policy.agent: policy.actions for policy in profile.team(team)}, list(atoms(claim))
     acts = sorted({(atom.agent, atom.action) for atom in parts if isinstance(atom, Acts)})
-    strange = [
-        *sorted(set(found.actions) - set(actions)),
+    return [
         *sorted({atom.landmark for atom in parts if isinstance(atom, Goal)} - set(profile.world.goals)),
         *(f"action {number} of {agent}" for agent, number in acts if not 0 <= number < len(actions[agent])),
     ]
-    if strange:
-        raise InputError("the counterexample is about another world", f"{path}: {', '.join(strange[:5])}", ADVICE)
 
 
 def _read(path: Path) -> CounterexampleJson:
-    try:
-        found = msgspec.json.decode(runs.read(path, MAX_BYTES), type=CounterexampleJson)
-    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
-        raise InputError("not a counterexample", f"{path}: {error}", ADVICE) from None
+    found = runs.decoded(path, MAX_BYTES, CounterexampleJson, "not a counterexample", ADVICE)
     if found.counterexample != FORM:
         raise InputError("a counterexample of another version", f"{path}: {found.counterexample[:40]!r}", ADVICE)
     return found
@@ -206,7 +199,11 @@ def known_formula(
         *sorted(f"goal {goal or 'none'}" for goal in {point.goal for point in points} - set(world.goals or ("",))),
         *sorted({f"no {name}" for point in points for name in needed - set(point.position)}),
     ]
+    strange = strange or _strange_parts(claim, team, profile)
     if strange or not members:
         what = ", ".join(strange[:5]) or f"no team {team}"
         raise InputError("the counterexample is about another world", f"{path}: {what}", "give its profile")
+    for name, value in (pair for point in points for pair in (*point.position.items(), *point.errors.items())):
+        if abs(value) > MOST:
+            raise InputError("not a counterexample", f"{path}: {name} is beyond {MOST}", ADVICE)
     return claim

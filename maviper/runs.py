@@ -12,12 +12,15 @@ import json
 import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
+
+import msgspec
 
 from codegen.errors import InputError
 
 CONFIG_FILE = "config.json"
 MOST_CONFIG_BYTES = 2**20
+Form = TypeVar("Form")
 _serial = itertools.count()
 
 PROFILE_FILE = "profile.json"  # wherever a policy lies among other files
@@ -79,6 +82,15 @@ def read(path: Path, limit: int) -> bytes:
         return path.read_bytes()
     except OSError as error:
         raise InputError("cannot read the file", f"{path}: {error.strerror}", "check the path") from None
+
+
+def decoded(path: Path, limit: int, form: type[Form], what: str, advice: str) -> Form:
+    """A JSON input file of at most `limit` bytes as a msgspec struct. InputError that says `what` it is not."""
+    data = read(path, limit)
+    try:
+        return msgspec.json.decode(data, type=form)
+    except (msgspec.ValidationError, msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
+        raise InputError(what, f"{path}: {error}", advice) from None
 
 
 def as_json(content: Any) -> str:

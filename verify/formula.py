@@ -230,12 +230,14 @@ class Batch:
     """Formulas over a batch of world states, in float64; atoms are evaluated once.
 
     `columns`: coordinate -> [batch]. States within a rounding of a boundary may be misjudged; the goal is taken to be
-    the landmark at whose place it is.
+    the landmark at whose place it is. `doubting`: an inequality is true also where float64 cannot exclude it, so that a
+    formula of `normal` form without goals that is false is so exactly.
     """
 
-    def __init__(self, columns: Mapping[str, Float64], count: int) -> None:
+    def __init__(self, columns: Mapping[str, Float64], count: int, doubting: bool = False) -> None:
         self._columns = columns
         self._count = count
+        self._doubting = doubting
         self._known: dict[Linear, Bool] = {}
 
     def holds(self, formula: Formula, actions: Mapping[str, Int32]) -> Bool:
@@ -263,4 +265,13 @@ class Batch:
         total = np.zeros(self._count)
         for weight, name in atom.terms:
             total += float(weight) * self._columns[name]
+        if self._doubting:
+            return ~(total - float(atom.bound) > self._error(atom))  # true of NaN
         return np.asarray(total < float(atom.bound) if atom.strict else total <= float(atom.bound))
+
+    def _error(self, atom: Linear) -> Float64:
+        """More than what the roundings of weights, bound, products, sum and difference can add up to, [batch]."""
+        size = np.full(self._count, abs(float(atom.bound)))
+        for weight, name in atom.terms:
+            size += abs(float(weight)) * np.abs(self._columns[name])
+        return (len(atom.terms) + 4) * np.finfo(np.float64).eps * size + np.finfo(np.float64).tiny

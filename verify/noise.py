@@ -6,8 +6,9 @@ Does not: decide: it samples in float64, and the referee judges what it finds.
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from fractions import Fraction
 from itertools import product
 
 import numpy as np
@@ -62,22 +63,38 @@ def mistaken(profile: PolicyProfile, claim: Property, point: Point) -> Point | N
     """The world state with errors that make the team violate the claim, confirmed by the referee; None if none is
     found.
     """
-    for errors in product(*(_ways(profile, policy, point, float(claim.eps)) for policy in profile.team(claim.team))):
-        wrong = {name: error for agent in errors for name, error in agent.items()}
-        candidate = replace(point, errors=wrong)
+    coordinates = point.coordinates(profile)
+    each = [ways(policy, coordinates, profile.world, claim.eps)[0] for policy in profile.team(claim.team)]
+    for errors in product(*each):
+        candidate = replace(point, errors=together(errors))
         if violates(profile, claim, candidate):
             return candidate
     return None
 
 
-def _ways(profile: PolicyProfile, policy: AgentPolicy, point: Point, eps: float) -> Iterator[dict[str, float]]:
-    """For each action that errors can cause, errors that lead to a leaf with it."""
-    sums, room = _sums(policy, point.coordinates(profile), profile.world, eps)
+def together(errors: Iterable[Mapping[str, float]]) -> dict[str, float]:
+    """The errors of several agents."""
+    return {name: error for agent in errors for name, error in agent.items()}
+
+
+def ways(policy: AgentPolicy, coordinates: Float64, world: WorldSpec, eps: Fraction) -> list[list[dict[str, float]]]:
+    """For each world state, and each action that errors of at most `eps` can cause there, errors that lead to a leaf
+    with it; sums are rounded to float32, so some may lead to its neighbour.
+    """
+    most = float(eps) if Fraction(float(eps)) <= eps else math.nextafter(float(eps), 0.0)
+    sums, room = _sums(policy, coordinates, world, most)
+    cells = [(int(policy.tree.action[leaf]), cell) for leaf, cell in _cells(policy)]
+    return [list(_ways(policy, row, room, cells)) for row in sums.tolist()]
+
+
+def _ways(
+    policy: AgentPolicy, sums: Sequence[float], room: Sequence[float], cells: Sequence[tuple[int, Cell]]
+) -> Iterator[dict[str, float]]:
     known: set[int] = set()
-    for leaf, cell in _cells(policy):
-        action, errors = int(policy.tree.action[leaf]), dict[str, float]()
-        for feature, (low, high) in cell.items():
-            value = float(sums[0, feature])
+    for action, cell in cells:
+        errors = dict[str, float]()
+        for feature, (low, high) in cell.items() if action not in known else ():
+            value = sums[feature]
             least, most = max(low - value, -room[feature]), min(high - value, room[feature])
             if least > most:
                 break

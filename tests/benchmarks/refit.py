@@ -13,14 +13,12 @@ each. Settings are those of the demo; --full: those of the preset, 5 seeds.
 
 import argparse
 import json
-import sys
 import tempfile
 import time
 from pathlib import Path
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).parents[2]))  # before this folder, in which verify.py would hide the package
 from maviper import costs, demo, refitting
 from maviper.agreement import matching_world
 from maviper.console import Console

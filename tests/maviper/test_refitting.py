@@ -404,6 +404,14 @@ def test_without_the_policy_before_or_with_some_agents_only_the_reason_is_told(f
         ({"eps": "1/0"}, "not a file of states"),
         ({"bounds": "box = 1"}, "box must be a table"),
         ({"more": 1}, "not a file of states"),
+        ({"formula": {"goal": "landmark_9"}}, "landmark_9"),
+        ({"formula": {"agent": "agent_0", "takes": 99}}, "action 99 of agent_0"),
+        ({"formula": {"sum": [["1" + "0" * 400, "agent_0.x"]], "most": "0"}}, "too large"),
+        ({"positions": [[1e300] * 10]}, "is beyond"),
+        ({"eps": "-1"}, "eps must be between"),
+        ({"eps": "1" + "0" * 20}, "eps must be between"),
+        ({"command": 'maviper verify "x'}, "No closing quotation"),
+        ({"command": "rm -rf x"}, "no maviper verify"),
     ],
     ids=lambda value: "-".join(value) if isinstance(value, dict) else "",
 )
@@ -427,6 +435,15 @@ def test_numbers_that_are_none_are_told(folder, tmp_path, world, number, name):
     (tmp_path / "strange.json").write_text(json.dumps(document).replace("12345.0", number))
     with pytest.raises(InputError, match=r"not a (counterexample|file of states)"):
         read_failing([tmp_path / "strange.json"], world)
+
+
+def test_a_file_nested_too_deep_is_told(folder, tmp_path, world, capsys):
+    for name in (STATES, "counterexample-1-distinct_targets.json"):
+        document = json.loads((folder / "out" / name).read_text()) | {"formula": "@"}
+        (tmp_path / name).write_text(json.dumps(document).replace('"@"', '{"not":' * 5_000 + "1" + "}" * 5_000))
+        with pytest.raises(InputError, match="not a counterexample"):
+            read_failing([tmp_path / name], world)
+    assert cli.run(["replay", str(tmp_path / name), "--profile", str(folder / "before.json")]) == 2
 
 
 def test_files_that_cannot_be_learned_from_are_told(folder, tmp_path, capsys, world):

@@ -128,7 +128,7 @@ def test_intervals_are_what_the_referee_says():
         moved = Point({**point.position, end.name: end.high}, point.goal)
         there_too = next(one for one in why(profile, claim, region, moved).spans if one.name == end.name)
         assert (there_too.low, there_too.high) == (end.low, end.high)
-    assert narrow > 50 and free > 40
+    assert narrow > 40 and free > 40
 
 
 @pytest.mark.solver
