@@ -67,10 +67,15 @@ def partners(world: WorldSpec) -> list[tuple[int, int, float]]:
     return [(i, j, a.size + b.size) for (i, a), (j, b) in pairs if a.collides and b.collides and i < movable]
 
 
+def fastest(world: WorldSpec, steps: int) -> float:
+    """More than contacts may add to an agent's speed within so many steps, length / s."""
+    pushes = [strongest(world, touching) for _, _, touching in partners(world)]
+    return steps * world.dt * sum(pushes)
+
+
 def farthest(world: WorldSpec, steps: int) -> float:
     """More than contacts may add to how far an agent gets within so many steps, length units."""
-    pushes = [strongest(world, touching) for _, _, touching in partners(world)]
-    return (steps * world.dt) ** 2 * sum(pushes)
+    return steps * world.dt * fastest(world, steps)
 
 
 def colliders(world: WorldSpec, agents: Sequence[str]) -> frozenset[str]:

@@ -7,6 +7,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
+from codegen import ir
 from codegen.compiled import find_compiler
 from codegen.errors import InputError, UnknownNameError
 from maviper import agreement, claims
@@ -49,6 +50,7 @@ def homing(k):
     )  # fmt: skip
 
 
+TURNING = tree((0, 0.3, 1, 2), RIGHT, LEFT)
 HOMING = played(SPREAD, [homing(k) for k in range(3)])
 LANES = [(-0.8, -0.8), (0, -0.8), (0.8, -0.8), (-0.8, 0.8), (0, 0.8), (0.8, 0.8)]
 
@@ -257,6 +259,37 @@ def test_defenders_keep_apart(profile):
     assert decide(apart, claim, region).verdict is Verdict.PROVED
     assert decide(team(profile, tree(RIGHT), tree(LEFT)), claim, region).verdict is Verdict.VIOLATED
     assert verify_episodes(apart, claim, region, {}).contacts == ""
+
+
+def test_pushes_beyond_what_numbers_hold_are_refused():
+    """Actions may push more strongly than a unit vector would."""
+    for scale in (1e6, 1e8):
+        profile = _pushing(played("physical-deception", [tree(LEFT)] * 3), scale)
+        for name in ("covers", KEEPS_APART):
+            with pytest.raises(InputError, match="rounding over 3 steps"):
+                decide(profile, find_claim(name, profile, steps=3), everywhere(profile))
+
+
+def _pushing(profile, scale):
+    def pushing(action):
+        return replace(action, effect=tuple(scale * part for part in action.effect))
+
+    stronger = [replace(policy, actions=tuple(map(pushing, policy.actions))) for policy in profile.agents]
+    return replace(profile, agents=tuple(stronger))
+
+
+def test_a_speed_beside_a_place_that_is_not_followed_is_asked_again():
+    """The own speed turns the test at step 1, wherever the adversary is near the threshold."""
+    profile = played("physical-deception", [tree(STAY)] * 3)
+    own = profile.policy("agent_0")
+    meaning = ir.Meaning(((1, "adversary_0.x"), (1, "agent_0.vx")))
+    own = replace(own, features=(ir.FeatureSpec("odd", "length", -9.0, 9.0, meaning),), tree=TURNING)
+    others = tuple(own if policy.agent == "agent_0" else policy for policy in profile.agents)
+    profile = replace(profile, agents=others)
+    region = around(profile, Fraction(1, 1000), [(0.2, 0), (0, 0), (5, 5), (0.08, 0), (0.5, 0.5)])
+    claim = find_claim(KEEPS_APART, profile, steps=4, others=["landmark_0"], radius=Fraction(1, 400))
+    assert failures(profile, claim, region, 300, 3) > 0
+    assert decide(profile, claim, region).verdict is Verdict.VIOLATED
 
 
 def test_pairs_and_refusals():
