@@ -67,7 +67,7 @@ def _read(text: bytes, where: str) -> Certificate | EpisodeCertificate:
     """A certificate of either kind; what says of neither that it is one is told as one about single decisions."""
     try:
         form = msgspec.json.decode(text, type=_Form).certificate
-    except (msgspec.DecodeError, UnicodeDecodeError):
+    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError):
         form = ""
     about = form.rpartition("-")[0] == episode_certificate.FORM.rpartition("-")[0]
     return episode_certificate.from_json(text, where) if about else certificate.from_json(text, where)

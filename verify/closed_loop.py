@@ -52,8 +52,8 @@ CLOSED_LOOP = {
     "({own}) at some step up to step {steps}",
     "covers": "from every start of the region, at rest, after {steps} steps the {team} are matched one-to-one to the "
     "landmarks{own}, each within {radius} of its own",
-    KEEPS_APART: "from every start of the region, at rest, each of the {team} stays at least {radius} away from {own} "
-    "up to step {steps}",
+    KEEPS_APART: "from every start of the region, at rest, each of the {team} stays at least {radius} (L-infinity) "
+    "away from {own} up to step {steps}",
 }
 MOST_STEPS = 1_000
 MOST_ZONES = 10**12
@@ -256,10 +256,10 @@ def _stands(
 
 
 def _contacts(profile: PolicyProfile, decision: Decision) -> str:
-    if not partners(profile.world) or decision.verdict in (Verdict.VIOLATED, Verdict.VACUOUS):
+    if not partners(profile.world) or not decision.zones or decision.verdict in (Verdict.VIOLATED, Verdict.VACUOUS):
         return ""
     if not decision.touched + decision.given_up:
-        return "none comes near in any zone, so motion is followed exactly"
+        return "none comes near in any zone visited, so motion is followed exactly there"
     bounded = f"pushes over-approximated by intervals in {decision.touched:,} zones"
     lost = f"where somebody's place was not known within {MOST_DRIFT / SCALE:g}"
     given_up = f"; {decision.given_up:,} given up by the group then followed, {lost}"

@@ -182,6 +182,7 @@ def test_crowds_are_refuted_and_replayed_by_mpe2():
         off = {"other": lambda point, steps: replays["simulator"](replace(point, position=_mirrored(point)), steps)}
         other = verify_episodes(profile, claim, region, off)
         assert other.verdict is Verdict.UNKNOWN and "not in every simulator" in other.reason
+        assert not other.contacts  # no zone was looked at
 
 
 def _mirrored(point):
