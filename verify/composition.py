@@ -258,7 +258,7 @@ class _Decider:
                 return zones
             if task.landmark:
                 return away(zones, group, task.agents[0], task.landmark, self.claim.radius)
-            return unmatched(zones, group, self.landmarks, self.claim.radius)
+            return unmatched(zones, group, task.agents, self.landmarks, self.claim.radius)
 
         return cut
 
