@@ -138,7 +138,7 @@ def find_claim(
 
 
 def _checked_apart(profile: PolicyProfile, claim: ClosedLoop, radius: Fraction | None) -> Fraction:
-    """The radius of `keeps_apart`; InputError where it speaks of nobody or of who does not exist."""
+    """The radius of `keeps_apart`; InputError where it speaks of nobody, of who does not exist, or says nothing."""
     sizes = {entity.name: entity.size for entity in profile.world.agents + profile.world.landmarks}
     for name in claim.others:
         if name not in sizes:
@@ -147,7 +147,10 @@ def _checked_apart(profile: PolicyProfile, claim: ClosedLoop, radius: Fraction |
     if not pairs:
         raise InputError(f"{KEEPS_APART} needs two", f"team {claim.team}", "name others from whom it keeps apart")
     touching = max(Fraction(str(sizes[a])) + Fraction(str(sizes[b])) for a, b in pairs)
-    return touching if radius is None else radius
+    radius = touching if radius is None else radius
+    if radius == 0:
+        raise InputError(f"{KEEPS_APART} within 0 says nothing", "radius", "give a radius above 0")
+    return radius
 
 
 def sentence(claim: ClosedLoop) -> str:

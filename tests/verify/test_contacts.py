@@ -337,6 +337,8 @@ def test_pairs_and_refusals():
     assert find_claim(KEEPS_APART, HOMING).radius == Fraction(3, 10)
     with pytest.raises(UnknownNameError, match="unknown entity"):
         find_claim(KEEPS_APART, HOMING, others=["agent_9"])
+    with pytest.raises(InputError, match="says nothing"):
+        find_claim(KEEPS_APART, HOMING, radius=Fraction(0))
     alone = going(STAY, STAY, name=f"{TAG},predators=1,prey=1,obstacles=1")
     with pytest.raises(InputError, match="needs two"):
         find_claim(KEEPS_APART, alone, "prey")
