@@ -118,11 +118,17 @@ def _world(world: WorldSpec) -> Iterator[Violation]:
     for group, entities in (("agents", world.agents), ("landmarks", world.landmarks)):
         for index, entity in enumerate(entities):
             numbers |= {f"{group}[{index}].size": entity.size, f"{group}[{index}].force": entity.force}
+            if entity.size < 0:
+                yield Violation(f"{path}.{group}[{index}].size", "must not be negative")
+            if entity.max_speed is not None and not 0 < entity.max_speed <= MOST_LENGTH:
+                yield Violation(f"{path}.{group}[{index}].max_speed", f"needs a speed above 0, at most {MOST_LENGTH:g}")
             if entity.start is not None and not -MOST_LENGTH <= entity.start[0] <= entity.start[1] <= MOST_LENGTH:
                 yield Violation(f"{path}.{group}[{index}].start_box", f"needs low <= high within {MOST_LENGTH:g}")
     for name, value in numbers.items():
         if not abs(value) <= MOST_LENGTH:
             yield Violation(f"{path}.{name}", f"must be finite and at most {MOST_LENGTH:g}")
+    if world.contact_force < 0:
+        yield Violation(f"{path}.contact_force", "must not be negative: contacts push apart")
     if 0 < world.contact_force <= MOST_LENGTH and world.contact_margin <= 0:
         yield Violation(f"{path}.contact_margin", "must be positive where there is a contact force")
     if world.start_low > world.start_high:

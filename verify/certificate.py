@@ -310,6 +310,8 @@ def region_from(document: Mapping[str, Any]) -> Region:
         low, high = map(read_number, bounds)
         return low, high
 
+    if strange := document.keys() - {"name", *Region({}, ()).document()}:
+        raise ValueError(f"$.region.{min(strange)[:40]}: a region does not state it")
     box = {name: interval(bounds) for name, bounds in document["box"].items()}
     differences = tuple((*pair(text), interval(bounds)) for text, bounds in document["difference"].items())
     apart = tuple((*pair(text), read_number(least)) for text, least in document["apart"].items())

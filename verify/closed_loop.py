@@ -52,8 +52,8 @@ CLOSED_LOOP = {
     "({own}) at some step up to step {steps}",
     "covers": "from every start of the region, at rest, after {steps} steps the {team} are matched one-to-one to the "
     "landmarks{own}, each within {radius} of its own",
-    KEEPS_APART: "from every start of the region, at rest, each of the {team} stays at least {radius} away from {own} "
-    "up to step {steps}",
+    KEEPS_APART: "from every start of the region, at rest, each of the {team} stays at least {radius} (L-infinity) "
+    "away from {own} up to step {steps}",
 }
 MOST_STEPS = 1_000
 MOST_ZONES = 10**12
@@ -138,7 +138,7 @@ def find_claim(
 
 
 def _checked_apart(profile: PolicyProfile, claim: ClosedLoop, radius: Fraction | None) -> Fraction:
-    """The radius of `keeps_apart`; InputError where it speaks of nobody or of who does not exist."""
+    """The radius of `keeps_apart`; InputError where it speaks of nobody, of who does not exist, or says nothing."""
     sizes = {entity.name: entity.size for entity in profile.world.agents + profile.world.landmarks}
     for name in claim.others:
         if name not in sizes:
@@ -147,7 +147,10 @@ def _checked_apart(profile: PolicyProfile, claim: ClosedLoop, radius: Fraction |
     if not pairs:
         raise InputError(f"{KEEPS_APART} needs two", f"team {claim.team}", "name others from whom it keeps apart")
     touching = max(Fraction(str(sizes[a])) + Fraction(str(sizes[b])) for a, b in pairs)
-    return touching if radius is None else radius
+    radius = touching if radius is None else radius
+    if radius == 0:
+        raise InputError(f"{KEEPS_APART} within 0 says nothing", "radius", "give a radius above 0")
+    return radius
 
 
 def sentence(claim: ClosedLoop) -> str:
@@ -256,10 +259,10 @@ def _stands(
 
 
 def _contacts(profile: PolicyProfile, decision: Decision) -> str:
-    if not partners(profile.world) or decision.verdict in (Verdict.VIOLATED, Verdict.VACUOUS):
+    if not partners(profile.world) or not decision.zones or decision.verdict in (Verdict.VIOLATED, Verdict.VACUOUS):
         return ""
     if not decision.touched + decision.given_up:
-        return "none comes near in any zone, so motion is followed exactly"
+        return "none comes near in any zone visited, so motion is followed exactly there"
     bounded = f"pushes over-approximated by intervals in {decision.touched:,} zones"
     lost = f"where somebody's place was not known within {MOST_DRIFT / SCALE:g}"
     given_up = f"; {decision.given_up:,} given up by the group then followed, {lost}"

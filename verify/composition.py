@@ -54,7 +54,7 @@ def decide(profile: PolicyProfile, claim: ClosedLoop, region: Region, budget: in
     """The verdict by zones. InputError where rounding exceeds what proofs allow for."""
     playable(profile)
     places = [bound for name, bounds in region.box.items() if not name.endswith((".vx", ".vy")) for bound in bounds]
-    ensure_exact(profile.world, claim.steps, max(map(abs, places)))
+    ensure_exact(profile.world, claim.steps, max(map(abs, places)), max(strides(profile).values()))
     parts = starts(region, profile.world)
     if not parts:
         return Decision(Verdict.VACUOUS, 0, "the region holds no start at rest")
@@ -258,7 +258,7 @@ class _Decider:
                 return zones
             if task.landmark:
                 return away(zones, group, task.agents[0], task.landmark, self.claim.radius)
-            return unmatched(zones, group, self.landmarks, self.claim.radius)
+            return unmatched(zones, group, task.agents, self.landmarks, self.claim.radius)
 
         return cut
 

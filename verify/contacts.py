@@ -37,6 +37,7 @@ PAD = 2.0**-36
 PAD_UNITS = SCALE >> 36
 OUTWARDS = 1 + 2.0**-40  # more than the roundings of a force
 CELL = SCALE // 32  # gaps of touching entities are told apart so far: each piece has a narrower push
+MOST_PARTS = 1 << 15  # zones of one step; beyond it they stay whole, since parts only make pushes narrower
 MOST_DRIFT = SCALE // 2  # zones in which somebody's place is known less well are given up, 1 / SCALE
 
 
@@ -62,20 +63,28 @@ def strongest(world: WorldSpec, touching: float) -> float:
 
 def partners(world: WorldSpec) -> list[tuple[int, int, float]]:
     """Pairs of entities that may push each other, agents before landmarks, with the distance at which they touch."""
+    if not world.contact_force:
+        return []
     pairs = combinations(enumerate(world.agents + world.landmarks), 2)
     movable = len(world.agents)
     return [(i, j, a.size + b.size) for (i, a), (j, b) in pairs if a.collides and b.collides and i < movable]
 
 
+def fastest(world: WorldSpec, steps: int) -> float:
+    """More than contacts may add to an agent's speed within so many steps, length / s."""
+    pushes = [strongest(world, touching) for _, _, touching in partners(world)]
+    return steps * world.dt * sum(pushes)
+
+
 def farthest(world: WorldSpec, steps: int) -> float:
     """More than contacts may add to how far an agent gets within so many steps, length units."""
-    pushes = [strongest(world, touching) for _, _, touching in partners(world)]
-    return (steps * world.dt) ** 2 * sum(pushes)
+    return steps * world.dt * fastest(world, steps)
 
 
 def colliders(world: WorldSpec, agents: Sequence[str]) -> frozenset[str]:
-    """All that collide, if one of the agents does; else nothing."""
-    found = frozenset(entity.name for entity in world.agents + world.landmarks if entity.collides)
+    """All that collide with some force, if one of the agents does; else nothing."""
+    everything = world.agents + world.landmarks
+    found = frozenset(entity.name for entity in everything if entity.collides and world.contact_force)
     return found if found & set(agents) else frozenset()
 
 
@@ -142,11 +151,12 @@ class Pair:
 
     def cells(self, zones: Zones) -> list[Zones]:
         """The zones in parts in which the two start at gaps that differ by at most CELL on each axis; whole where one
-        of them is not followed, so that its place is too little known for this to help.
+        of them is not followed, so that its place is too little known for this to help, and beyond MOST_PARTS.
         """
-        if self.second.travel is not None:
-            return [zones]
         p, q = self.first.node, self.second.node
+        widths = zones.bounds[:, :, p, q] + zones.bounds[:, :, q, p]
+        if self.second.travel is not None or np.prod(widths / CELL + 1, axis=1).sum() > MOST_PARTS:
+            return [zones]
         found = [zones]
         for axis in range(2):
             small = []
@@ -181,7 +191,7 @@ class Contacts:
             low, high = pair.box(zones, step)
             near = nearest(low, high) / SCALE
             close = np.hypot(near[:, 0], near[:, 1]) * SCALE < pair.within
-            if close.any():
+            if close.any() and zones.count <= MOST_PARTS:
                 apart, rest = pair.parted(zones.take(close), step)
                 zones = Zones.joined([zones.take(~close), *apart, *pair.cells(rest)])
         return zones

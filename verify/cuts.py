@@ -1,6 +1,6 @@
 """What claims about episodes cut from zones: the starts that may still fail.
 
-Does: the parts in which an agent may be away from a landmark, a group not matched to them, two entities too near.
+Does: the parts in which an agent may be away from a landmark, agents not matched to them, two entities too near.
 Assumes: groups and zones of unroll.py and batch.py.
 Does not: step zones.
 """
@@ -41,13 +41,13 @@ def away(zones: Zones, group: Group, agent: str, landmark: str, radius: Fraction
     return Zones.joined(found)
 
 
-def unmatched(zones: Zones, group: Group, landmarks: Sequence[str], radius: Fraction) -> Zones:
-    """The parts in which the group may not be matched to the landmarks: by Hall's theorem some agents and some
-    landmarks, together more than there are landmarks, are all away from each other. Parts may overlap.
+def unmatched(zones: Zones, group: Group, agents: Sequence[str], landmarks: Sequence[str], radius: Fraction) -> Zones:
+    """The parts in which some agents of the group may not be matched to the landmarks: by Hall's theorem some of them
+    and some landmarks, together more than there are landmarks, are all away from each other. Parts may overlap.
     """
     found = []
-    for size in range(1, len(group.agents) + 1):
-        for members in combinations(group.agents, size):
+    for size in range(1, len(agents) + 1):
+        for members in combinations(agents, size):
             for barred in combinations(landmarks, len(landmarks) - size + 1):
                 part = zones
                 for agent in members:

@@ -60,7 +60,7 @@ from verify.certificate import (
     undamaged,
 )
 from verify.episode_proof import MOST_ANSWERS, Prover, TooLongError
-from verify.episode_reading import Episode, Matching, Part, matchings
+from verify.episode_reading import FARTHEST, Episode, Matching, Part, matchings
 from verify.episodes import ClosedLoop
 from verify.formula import TRUE, holds
 from verify.formula_json import read_number
@@ -158,9 +158,9 @@ def accepted(certificate: EpisodeCertificate, profile: PolicyProfile) -> int:
     start = certificate.inhabitant
     known_names(Certificate(found, None, TRUE, region, certificate.semantics, start, {}), profile)
     if any(value and name.endswith((".vx", ".vy")) for name, value in start.items()) or any(
-        Fraction(float(value)) != value for value in start.values()
+        abs(value) > FARTHEST or Fraction(float(value)) != value for value in start.values()
     ):
-        raise RejectedError("its inhabitant is no start: float64 positions at rest")
+        raise RejectedError("its inhabitant is no start: float64 positions that proofs cover, at rest")
     if certificate.semantics != MACHINE:
         raise RejectedError(f"proofs about episodes are for {MACHINE} arithmetic")
     if not holds(region_formula(region), start, {}):

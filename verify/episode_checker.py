@@ -1,7 +1,7 @@
 """The checker of proofs about episodes: closes every branch again, by adding exact numbers along given cycles.
 
 Does: follows the search that episode_certificate.py specifies; takes nothing from a proof but its branches and cycles.
-Assumes: what must be right: codegen/ir.py; of verify/ formula, thresholds, bounds, episode_reading and this file.
+Assumes: what must be right: codegen/ir.py; of verify/ formula, thresholds, bounds, episodes, episode_reading, this.
 Does not: search, share more than thresholds.py with the engine, or know hashes (episode_certificate.py does).
 """
 

@@ -274,11 +274,16 @@ def _ensure_exact(world: WorldSpec, steps: int, region: Region, push: float) -> 
     `push`: the most that a step adds to the speed along an axis.
     """
     free = world.dt > 0 and 0 <= world.damping <= 1 and not any(entity.collides for entity in world.agents)
-    if not free or not 0 <= steps <= MOST_STEPS:
-        raise RejectedError(f"agents of the world can push each other, or its steps are not 0 to {MOST_STEPS}")
+    if not free:
+        raise RejectedError("agents of the world can push each other, or its spec states no motion")
+    if not 0 <= steps <= MOST_STEPS:
+        raise RejectedError(f"the claim's steps are not 0 to {MOST_STEPS}")
     if not {f"{entity.name}.{axis}" for entity in world.agents + world.landmarks for axis in "xy"} <= region.box.keys():
         raise RejectedError("the region does not bound all positions")
-    place = float(max(abs(bound) for bounds in region.box.values() for bound in bounds))
+    largest = max(abs(bound) for bounds in region.box.values() for bound in bounds)
+    if largest > FARTHEST:
+        raise RejectedError(f"the region reaches beyond {FARTHEST}")
+    place = float(largest)
     speed = fastest = 0.0
     for _ in range(steps):
         place += speed * world.dt

@@ -22,7 +22,7 @@ MEANINGS = {
 }
 TRUSTED = (
     "for a proof about episodes with a certificate: codegen/ir.py, and of verify/ formula, thresholds, bounds, "
-    "episode_reading and episode_checker, and the dynamics in the profile's world spec",
+    "episodes, episode_reading and episode_checker, and the dynamics in the profile's world spec",
     "for one about episodes without: the zones and their steps (verify/batch.py, verify/unroll.py, verify/cuts.py, "
     "verify/contacts.py, verify/composition.py), and the dynamics in the profile's world spec",
 )

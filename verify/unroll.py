@@ -26,7 +26,7 @@ from codegen.errors import InputError
 from codegen.floats import deciding_double
 from codegen.ir import AgentPolicy, Float64, PolicyProfile, WorldSpec
 from verify.batch import AXES, GRID_SLACK, LIMIT, SCALE, SLACK, ZERO, Int8, Int64, Zones, constrained
-from verify.contacts import Body, Contacts, colliders, contacts_of, farthest, known, neglected
+from verify.contacts import Body, Contacts, colliders, contacts_of, farthest, fastest, known, neglected
 
 CHUNK = 4096  # zones that are stepped together
 
@@ -183,10 +183,10 @@ class _Resolver:
     ) -> tuple[int, int, int, tuple[tuple[int, int, bool], ...] | None]:
         """(axis, p, q, moved) of a test on start(p) - start(q); moved is None where other agents decide."""
         axes, ends, moved = set(), {1: ZERO, -1: ZERO}, []
+        self.sees_speed |= any(name.rpartition(".")[2].startswith("v") for name in weights)
         for name, weight in weights.items():
             entity, _, part = name.rpartition(".")
             axes.add(part[-1])
-            self.sees_speed |= part.startswith("v")
             if entity in self._agents:
                 moved.append((weight, self._agents.index(entity), part.startswith("v")))
             elif entity not in self._entities:
@@ -215,17 +215,20 @@ def _grid(value: float) -> int:
     return -int(-Fraction(min(max(value, -LIMIT), LIMIT)) * SCALE // 1)
 
 
-def ensure_exact(world: WorldSpec, steps: int, largest: Fraction) -> None:
-    """InputError unless the relaxation of tests covers all rounding. `largest`: the region's largest coordinate."""
+def ensure_exact(world: WorldSpec, steps: int, largest: Fraction, push: float) -> None:
+    """InputError unless the relaxation of tests covers all rounding, and numbers keep below LIMIT.
+
+    `largest`: the region's largest coordinate; `push`: the most that an action adds to a velocity on an axis.
+    """
     reach, speed, place = 0.0, 0.0, 0.0
-    push = max(entity.force for entity in world.agents) * world.dt
     for _ in range(steps):
         place += speed * world.dt
         speed = speed * (1 - world.damping) + push
         reach = max(reach, speed)
     size = float(largest) + place
     apart = steps * (2.0**-45 + 2.0**-53 * size + 3 * steps * world.dt * 2.0**-53 * reach) + neglected(world, steps)
-    if 2 * apart + 2.0**-50 * size > SLACK or size + farthest(world, steps) > LIMIT / 8:
+    most = max(size + farthest(world, steps), reach + fastest(world, steps))
+    if not (2 * apart + 2.0**-50 * size <= SLACK and most <= LIMIT / 8):
         raise InputError(
             f"rounding over {steps} steps from positions up to {float(largest):g} may exceed what proofs allow for",
             "--steps",

@@ -96,6 +96,10 @@ def test_each_broken_invariant_is_named_with_its_path(tree, path, message, profi
         ({"landmarks": {"start": (np.nan, 1.0)}}, "$.world.landmarks[0].start_box"),
         ({"landmarks": {"start": (0.0, np.inf)}}, "$.world.landmarks[0].start_box"),
         ({"landmarks": {"size": np.inf}}, "$.world.landmarks[0].size"),
+        ({"landmarks": {"size": -0.1}}, "$.world.landmarks[0].size"),
+        ({"agents": {"max_speed": 0.0}}, "$.world.agents[0].max_speed"),
+        ({"agents": {"max_speed": np.nan}}, "$.world.agents[0].max_speed"),
+        ({"contact_force": -1.0, "contact_margin": 1.0}, "$.world.contact_force"),
     ],
 )
 def test_each_broken_rule_of_the_world_is_named_with_its_path(change, path, profile):

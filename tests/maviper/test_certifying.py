@@ -109,8 +109,18 @@ def test_a_proof_without_a_certificate_says_so(arrived, tmp_path, monkeypatch):
     assert "no certificate: its proof takes more than" in (tmp_path / "report.txt").read_text()
 
 
-def test_a_file_nested_too_deeply_is_told(tmp_path, capsys):
-    for form in ("maviper-certificate-1", "maviper-episode-certificate-1"):
-        (tmp_path / "deep.json").write_text(f'{{"certificate": "{form}", "proofs": {"[" * 10**5}')
-        arguments = ["check", str(tmp_path / "deep.json"), "--profile", "generated/physical_deception/profile.json"]
-        assert cli.run(arguments) == 2 and "deep.json" in capsys.readouterr().err
+@pytest.mark.parametrize("start", ["", '{"certificate":"maviper-episode-certificate-1","region":'])
+def test_texts_of_endless_depth_are_input_errors(arrived, tmp_path, capsys, start):
+    (tmp_path / "deep.json").write_text(start + '{"a":' * 100_000)
+    assert cli.run(["check", str(tmp_path / "deep.json"), "--profile", str(arrived / "profile.json")]) == 2
+    assert capsys.readouterr().err.startswith("error: ")
+
+
+def test_regions_state_nothing_that_is_not_read(arrived, tmp_path, capsys):
+    document = json.loads((arrived / "certificate-2-reaches.json").read_text())
+    del document["content_hash"]
+    document["region"]["assume"] = "nobody moves"
+    document["content_hash"] = certificate.body_hash(document)
+    (tmp_path / "edited.json").write_text(json.dumps(document))
+    assert cli.run(["check", str(tmp_path / "edited.json"), "--profile", str(arrived / "profile.json")]) == 2
+    assert "assume" in capsys.readouterr().err

@@ -7,6 +7,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
+from codegen import ir
 from codegen.compiled import find_compiler
 from codegen.errors import InputError, UnknownNameError
 from maviper import agreement, claims
@@ -15,12 +16,12 @@ from maviper.worlds import find
 from tests.contacts import around, escaped, played, random_team
 from tests.teams import DOWN, LEFT, RIGHT, STAY, UP, team, tree
 from verify import contacts
-from verify.batch import SCALE, starts
+from verify.batch import SCALE, Zones, starts
 from verify.closed_loop import KEEPS_APART, find_claim, sentence, verify_episodes
 from verify.composition import decide
 from verify.rollout import alike, apart_pairs, at_rest, courses, fails, fails_in_all, fulfilled, play
 from verify.spec import Verdict
-from verify.unroll import strides
+from verify.unroll import grouped, strides
 from verify.world import everywhere, point_of, sample
 
 pytestmark = pytest.mark.solver
@@ -49,6 +50,7 @@ def homing(k):
     )  # fmt: skip
 
 
+TURNING = tree((0, 0.3, 1, 2), RIGHT, LEFT)
 HOMING = played(SPREAD, [homing(k) for k in range(3)])
 LANES = [(-0.8, -0.8), (0, -0.8), (0.8, -0.8), (-0.8, 0.8), (0, 0.8), (0.8, 0.8)]
 
@@ -180,6 +182,7 @@ def test_crowds_are_refuted_and_replayed_by_mpe2():
         off = {"other": lambda point, steps: replays["simulator"](replace(point, position=_mirrored(point)), steps)}
         other = verify_episodes(profile, claim, region, off)
         assert other.verdict is Verdict.UNKNOWN and "not in every simulator" in other.reason
+        assert not other.contacts  # no zone was looked at
 
 
 def _mirrored(point):
@@ -245,6 +248,30 @@ def test_opponents_as_in_the_profile_are_told():
     assert ("adversary_0", "agent_0") in result.followed and "opponents as in" in result.whatever
 
 
+def test_only_the_team_is_matched_when_opponents_are_followed():
+    """The predators go away; others could push the prey off. They need no landmark, and are too many for these."""
+    world = find(TAG).spec
+    open_ground = tuple(replace(entity, collides=False) for entity in world.landmarks)
+    profile = replace(going(LEFT, LEFT, STAY, STAY, name=TAG), world=replace(world, landmarks=open_ground))
+    middles = [(0, 0), (0, 0.6), (0.5, 0), (0.5, 0.6), (0.5, 0), (0.5, 0.6)]
+    claim = find_claim("covers", profile, "prey", steps=12, radius=Fraction(1, 5))
+    found = decide(profile, claim, around(profile, HALF, middles))
+    assert found.verdict is Verdict.PROVED
+    assert found.followed[-1] == ("adversary_0", "adversary_1", "agent_0", "agent_1")
+
+
+def test_a_crowd_is_not_parted_without_end(monkeypatch):
+    """Six that may all touch one another: told apart by their gaps they would be millions of zones."""
+    monkeypatch.setattr(contacts, "MOST_PARTS", 1 << 10)
+    profile = random_team(TAG, 1, 0)
+    agents = [policy.agent for policy in profile.agents]
+    group = grouped(profile, agents, "", [])
+    parts = starts(around(profile, Fraction(1, 5), np.zeros((6, 2))), profile.world)
+    first = np.array([part.projected(group.entities) for part in parts])
+    begun = Zones.at_start(first, np.arange(len(first)), len(agents), group.tests, touching=True)
+    assert 100 < group.contacts.parted(begun, 0).count < 10 << 10
+
+
 # --- keeping apart without contacts, and what is refused
 
 
@@ -259,6 +286,50 @@ def test_defenders_keep_apart(profile):
     assert verify_episodes(apart, claim, region, {}).contacts == ""
 
 
+def test_where_contacts_have_no_force_nothing_is_pushed():
+    profile = going(RIGHT, LEFT, name=f"{SPREAD},agents=2")
+    profile = replace(profile, world=replace(profile.world, contact_force=0.0, contact_margin=0.0))
+    region = around(profile, Fraction(1, 100), [(-0.12, 0), (0.12, 0), (0, 0.9), (0, -0.9)])
+    for radius, verdict in ((Fraction(1, 10), Verdict.PROVED), (Fraction(3, 20), Verdict.VIOLATED)):
+        claim = find_claim(KEEPS_APART, profile, steps=2, radius=radius)
+        assert decide(profile, claim, region).verdict is verdict
+        assert fails_nowhere(profile, claim, region) == (verdict is Verdict.PROVED)
+    assert (
+        decide(profile, find_claim("reaches", profile, steps=2, radius=Fraction(1)), region).verdict is Verdict.PROVED
+    )
+
+
+def test_pushes_beyond_what_numbers_hold_are_refused():
+    """Actions may push more strongly than a unit vector would."""
+    for scale in (1e6, 1e8):
+        profile = _pushing(played("physical-deception", [tree(LEFT)] * 3), scale)
+        for name in ("covers", KEEPS_APART):
+            with pytest.raises(InputError, match="rounding over 3 steps"):
+                decide(profile, find_claim(name, profile, steps=3), everywhere(profile))
+
+
+def _pushing(profile, scale):
+    def pushing(action):
+        return replace(action, effect=tuple(scale * part for part in action.effect))
+
+    stronger = [replace(policy, actions=tuple(map(pushing, policy.actions))) for policy in profile.agents]
+    return replace(profile, agents=tuple(stronger))
+
+
+def test_a_speed_beside_a_place_that_is_not_followed_is_asked_again():
+    """The own speed turns the test at step 1, wherever the adversary is near the threshold."""
+    profile = played("physical-deception", [tree(STAY)] * 3)
+    own = profile.policy("agent_0")
+    meaning = ir.Meaning(((1, "adversary_0.x"), (1, "agent_0.vx")))
+    own = replace(own, features=(ir.FeatureSpec("odd", "length", -9.0, 9.0, meaning),), tree=TURNING)
+    others = tuple(own if policy.agent == "agent_0" else policy for policy in profile.agents)
+    profile = replace(profile, agents=others)
+    region = around(profile, Fraction(1, 1000), [(0.2, 0), (0, 0), (5, 5), (0.08, 0), (0.5, 0.5)])
+    claim = find_claim(KEEPS_APART, profile, steps=4, others=["landmark_0"], radius=Fraction(1, 400))
+    assert failures(profile, claim, region, 300, 3) > 0
+    assert decide(profile, claim, region).verdict is Verdict.VIOLATED
+
+
 def test_pairs_and_refusals():
     both = find_claim(KEEPS_APART, HOMING, others=["agent_0", "landmark_1"])
     pairs = apart_pairs(HOMING, both)
@@ -266,6 +337,8 @@ def test_pairs_and_refusals():
     assert find_claim(KEEPS_APART, HOMING).radius == Fraction(3, 10)
     with pytest.raises(UnknownNameError, match="unknown entity"):
         find_claim(KEEPS_APART, HOMING, others=["agent_9"])
+    with pytest.raises(InputError, match="says nothing"):
+        find_claim(KEEPS_APART, HOMING, radius=Fraction(0))
     alone = going(STAY, STAY, name=f"{TAG},predators=1,prey=1,obstacles=1")
     with pytest.raises(InputError, match="needs two"):
         find_claim(KEEPS_APART, alone, "prey")
