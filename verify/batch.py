@@ -75,9 +75,12 @@ class Zones(NamedTuple):
 
     def take(self, rows: Any) -> "Zones":
         """Some of the zones, copied."""
-        parts: list[Any] = [part[rows] for part in self[:-1]]
-        parts.append(self.loose and Loose(self.loose.drift[rows], self.loose.gust[rows]))
-        return Zones(*parts)
+        return self.part(rows, self.bounds[rows])
+
+    def part(self, rows: Any, bounds: Int64) -> "Zones":
+        """Some of the zones, with other bounds [rows, ...]; nothing is shared with these."""
+        parts: list[Any] = [column[rows] for column in self[1:-1]]
+        return Zones(bounds, *parts, self.loose and Loose(self.loose.drift[rows], self.loose.gust[rows]))
 
     @staticmethod
     def at_start(bounds: Int64, origin: Int64, agents: int, tests: int, touching: bool = False) -> "Zones":
@@ -88,10 +91,6 @@ class Zones(NamedTuple):
         speed, action = np.zeros((*shape, 2)), np.zeros(shape, dtype=np.int64)
         loose = Loose(nothing.copy(), speed.copy()) if touching else None
         return Zones(bounds, nothing, speed, action, moved, went, origin, loose)
-
-    def with_bounds(self, bounds: Int64) -> "Zones":
-        """The same histories with other bounds."""
-        return self._replace(bounds=bounds)
 
     @staticmethod
     def joined(parts: Sequence["Zones"]) -> "Zones":
@@ -130,7 +129,7 @@ def halves(zones: Zones, axis: int, p: int, q: int, limit: Int64) -> tuple[Zones
     rows, bounds = constrained(zones.bounds, axis, p, q, limit)
     # one unit of room: edges of edges would never end
     beyond, others = constrained(zones.bounds, axis, q, p, -limit, room=1)
-    return zones.take(rows).with_bounds(bounds), zones.take(beyond).with_bounds(others)
+    return zones.part(rows, bounds), zones.part(beyond, others)
 
 
 def closed(whole: Int64, part: Int64, place: Sequence[int]) -> Int64:
