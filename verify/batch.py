@@ -79,8 +79,9 @@ class Zones(NamedTuple):
 
     def part(self, rows: Any, bounds: Int64) -> "Zones":
         """Some of the zones, with other bounds [rows, ...]; nothing is shared with these."""
-        parts: list[Any] = [column[rows] for column in self[1:-1]]
-        return Zones(bounds, *parts, self.loose and Loose(self.loose.drift[rows], self.loose.gust[rows]))
+        parts: list[Any] = [bounds, *(column[rows] for column in self[1:-1])]
+        parts.append(self.loose and Loose(self.loose.drift[rows], self.loose.gust[rows]))
+        return Zones(*parts)
 
     @staticmethod
     def at_start(bounds: Int64, origin: Int64, agents: int, tests: int, touching: bool = False) -> "Zones":
@@ -141,6 +142,15 @@ def closed(whole: Int64, part: Int64, place: Sequence[int]) -> Int64:
         through = bounds[..., :, node, None] + bounds[..., None, node, :]
         np.minimum(bounds, through, out=bounds)
     return bounds
+
+
+def hulls(bounds: Int64, origin: Int64) -> tuple[Int64, Int64]:
+    """The smallest zone around all zones [n, ...] of the same origin, for each origin; and these origins."""
+    found, which = np.unique(origin, return_inverse=True)
+    # the larger of two closed matrices, entry by entry, is closed
+    around = np.full((len(found), *bounds.shape[1:]), -4 * LIMIT * SCALE)
+    np.maximum.at(around, which, bounds)
+    return around, found
 
 
 # --- the region as exact start zones

@@ -304,15 +304,15 @@ class _Pieces(NamedTuple):
     went: Int8
 
 
+MIXED, NOWHERE = -1, -2
+
+
 class _Asked(NamedTuple):
-    """Pieces that came to a node, and what they choose: an action, or MIXED."""
+    """Pieces that came to a node, and what they choose: an action, MIXED, or NOWHERE if no start is left."""
 
     pieces: _Pieces
     action: Int64  # [n]
     sides: "list[tuple[Int64, _Asked]]"  # which of the pieces may go there, and what they choose there
-
-
-MIXED, NOWHERE = -1, -2
 
 
 def decided(zones: Zones, group: Group, place: int) -> Zones:
@@ -345,7 +345,8 @@ def _gather(asked: _Asked, wanted: Bool, found: list[tuple[_Pieces, Int64]]) -> 
     """Adds the largest pieces that choose one action, of those `wanted` [n]."""
     rows = np.flatnonzero(wanted & (asked.action >= 0))
     if len(rows):
-        found.append((_Pieces(*(column[rows] for column in asked.pieces)), asked.action[rows]))
+        pieces = asked.pieces
+        found.append((_Pieces(pieces.rows[rows], pieces.bounds[rows], pieces.went[rows]), asked.action[rows]))
     mixed = wanted & (asked.action == MIXED)
     for kept, below in asked.sides:
         _gather(below, mixed[kept], found)
