@@ -502,8 +502,8 @@ def forgetful(f: Callable) -> Callable:
 
 
 ZONES = [
-    zones_fault(unroll, "tests do not shift", "_shift", lambda f: lambda *given: 0 * f(*given)),
-    zones_fault(unroll, "tests shift the wrong way", "_shift", lambda f: lambda *given: -f(*given)),
+    zones_fault(unroll, "tests do not shift", "_shift", lambda f: lambda *given: tuple(0 * end for end in f(*given))),
+    zones_fault(unroll, "tests shift the wrong way", "_shift", lambda f: lambda *given: tuple(-end for end in f(*given))),
     zones_fault(unroll, "sides of a split swapped", "_sides", lambda f: lambda *given: f(*given)[::-1]),
     zones_fault(unroll, "a threshold a millionth too low", "deciding_double", lambda f: lambda t: f(t) - 1e-6),
     zones_fault(unroll.Search, "an action moves at once", "_stepped", hasty),

@@ -75,7 +75,11 @@ class Zones(NamedTuple):
 
     def take(self, rows: Any) -> "Zones":
         """Some of the zones, copied."""
-        parts: list[Any] = [part[rows] for part in self[:-1]]
+        return self.part(rows, self.bounds[rows])
+
+    def part(self, rows: Any, bounds: Int64) -> "Zones":
+        """Some of the zones, with other bounds [rows, ...]; nothing is shared with these."""
+        parts: list[Any] = [bounds, *(column[rows] for column in self[1:-1])]
         parts.append(self.loose and Loose(self.loose.drift[rows], self.loose.gust[rows]))
         return Zones(*parts)
 
@@ -88,10 +92,6 @@ class Zones(NamedTuple):
         speed, action = np.zeros((*shape, 2)), np.zeros(shape, dtype=np.int64)
         loose = Loose(nothing.copy(), speed.copy()) if touching else None
         return Zones(bounds, nothing, speed, action, moved, went, origin, loose)
-
-    def with_bounds(self, bounds: Int64) -> "Zones":
-        """The same histories with other bounds."""
-        return self._replace(bounds=bounds)
 
     @staticmethod
     def joined(parts: Sequence["Zones"]) -> "Zones":
@@ -130,7 +130,7 @@ def halves(zones: Zones, axis: int, p: int, q: int, limit: Int64) -> tuple[Zones
     rows, bounds = constrained(zones.bounds, axis, p, q, limit)
     # one unit of room: edges of edges would never end
     beyond, others = constrained(zones.bounds, axis, q, p, -limit, room=1)
-    return zones.take(rows).with_bounds(bounds), zones.take(beyond).with_bounds(others)
+    return zones.part(rows, bounds), zones.part(beyond, others)
 
 
 def closed(whole: Int64, part: Int64, place: Sequence[int]) -> Int64:
@@ -142,6 +142,15 @@ def closed(whole: Int64, part: Int64, place: Sequence[int]) -> Int64:
         through = bounds[..., :, node, None] + bounds[..., None, node, :]
         np.minimum(bounds, through, out=bounds)
     return bounds
+
+
+def hulls(bounds: Int64, origin: Int64) -> tuple[Int64, Int64]:
+    """The smallest zone around all zones [n, ...] of the same origin, for each origin; and these origins."""
+    found, which = np.unique(origin, return_inverse=True)
+    # the larger of two closed matrices, entry by entry, is closed
+    around = np.full((len(found), *bounds.shape[1:]), -4 * LIMIT * SCALE)
+    np.maximum.at(around, which, bounds)
+    return around, found
 
 
 # --- the region as exact start zones

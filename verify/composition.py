@@ -6,8 +6,9 @@ Assumes: a claim and a profile that `rollout.playable` let pass.
 Does not: sample the region (closed_loop.py) or step zones (unroll.py).
 
 Whoever is not followed may do anything, so a small group leaves every start open that a larger one would: the larger
-group needs to be followed only from the zones that are left. A proof that follows opponents is one about these
-opponents; it comes last, and only where a tree reads them or contacts may push.
+group needs to be followed only from the smallest zone around those that are left: they overlap, and one zone soon
+costs less than many. A proof that follows opponents is one about these opponents; it comes last, and only where a tree
+reads them or contacts may push.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -18,7 +19,7 @@ import numpy as np
 
 from codegen import ir
 from codegen.ir import Float64, PolicyProfile
-from verify.batch import Start, Zones, closed, point_in, starts
+from verify.batch import Start, Zones, closed, hulls, point_in, starts
 from verify.contacts import colliders, partners, travels
 from verify.cuts import away, too_near, unmatched
 from verify.episode_reading import Part
@@ -67,6 +68,10 @@ class _Violated(Exception):
     def __init__(self, point: Point) -> None:
         super().__init__()
         self.point = point
+
+
+class _Open(Exception):
+    """A group leaves zones open, and a larger one is followed next."""
 
 
 @dataclass(frozen=True)
@@ -195,7 +200,7 @@ class _Decider:
                 del groups[together]  # followed once for all pairs
             for agents in groups:
                 budget = self._left() if agents == together else self._left() // 4
-                left = self._attempt(task, agents, goal, budget, [left] if left else None)
+                left = self._attempt(task, agents, goal, budget, [left] if left else None, agents != together)
                 if left is None:
                     break
             self.known[key] = left
@@ -212,16 +217,22 @@ class _Decider:
             found = more
 
     def _attempt(
-        self, task: _Task, agents: tuple[str, ...], goal: str, budget: int, before: Sequence[_Left] | None
-    ) -> _Left | None:
-        """Follows a group from what is left `before`, or from the whole region; None when the task is proved."""
+        self, task: _Task, agents: tuple[str, ...], goal: str, budget: int, before: Sequence[_Left] | None,
+        brief: bool = False,
+    ) -> _Left | None:  # fmt: skip
+        """Follows a group from what is left `before`, or from the whole region; None when the task is proved.
+
+        `brief`: the first zones left end it, as a larger group is followed next.
+        """
         claimed = [name for pair in task.apart for name in pair] or [task.landmark or name for name in self.landmarks]
         group = grouped(self.profile, agents, goal, claimed, self.travel)
         kept: list[Zones] = []
-        failing = partial(self._failing, group, goal, kept)
+        failing = partial(self._failing, group, goal, kept, brief)
         search = Search(group, self.claim.steps, self._cut(task, group, failing), budget)
         try:
             ended = search.run(self._first(group, before), failing)
+        except _Open:
+            return _Left("", task, group, None)
         finally:
             self.visited += search.visited
             self.touched += search.touched
@@ -272,15 +283,18 @@ class _Decider:
             bounds = np.concatenate(
                 [closed(whole[zones.origin], zones.bounds, place) for zones, place in zip(found, nodes, strict=True)]
             )
+            bounds, origin = hulls(bounds, origin)
         return Zones.at_start(bounds, origin, len(group.agents), group.tests, group.contacts is not None)
 
-    def _failing(self, group: Group, goal: str, kept: list[Zones], zones: Zones) -> None:
-        """Keeps zones that may fail, and looks for a real start in the first ones. Raises _Violated."""
+    def _failing(self, group: Group, goal: str, kept: list[Zones], brief: bool, zones: Zones) -> None:
+        """Keeps zones that may fail, and looks for a real start in the first ones. Raises _Violated, _Open."""
         if len(kept) < MOST_ROUNDS:
             candidates = list(self._points(group, goal, zones))
             point = first_failing(self.profile, self.claim, self.region, candidates)
             if point is not None:
                 raise _Violated(point)
+        if brief:
+            raise _Open
         kept.append(zones)
 
     def _points(self, group: Group, goal: str, zones: Zones) -> Iterator[Point]:

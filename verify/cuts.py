@@ -7,53 +7,85 @@ Does not: step zones.
 
 from collections.abc import Sequence
 from fractions import Fraction
-from itertools import combinations
+from itertools import product
 
 import numpy as np
 
-from verify.batch import GRID_SLACK, SCALE, Zones, constrained
+from codegen.ir import Bool
+from verify.batch import GRID_SLACK, SCALE, Int64, Zones, constrained
 from verify.contacts import Pair
+from verify.matching import matched
 from verify.unroll import Group
 
 
-def away(zones: Zones, group: Group, agent: str, landmark: str, radius: Fraction, disjoint: bool = True) -> Zones:
-    """The parts in which an agent may be farther than `radius` from a landmark, per axis and side.
+def away(zones: Zones, group: Group, agent: str, landmark: str, radius: Fraction) -> Zones:
+    """The parts in which an agent may be farther than `radius` from a landmark. No start twice, but on common edges."""
+    return _told_apart(zones, _Target(group, agent, landmark, radius))[0]
 
-    `disjoint`: no start twice, but on common edges; otherwise the four half planes, which overlap.
+
+class _Target:
+    """An agent's arrival at a landmark."""
+
+    def __init__(self, group: Group, agent: str, landmark: str, radius: Fraction) -> None:
+        self._mover, self._ends = group.agents.index(agent), (group.node(agent), group.node(landmark))
+        self._near = int(radius * SCALE // 1) - GRID_SLACK  # arrived for sure up to here
+
+    def sides(self, zones: Zones) -> list[tuple[int, int, int, Int64]]:
+        """(axis, p, q, limit [n]) for the four sides: who has start(p) - start(q) <= limit on all has arrived."""
+        (p, q), found = self._ends, []
+        for axis in range(2):
+            least, most = zones.offsets(slice(None), self._mover, axis)
+            found += [(axis, p, q, self._near - most), (axis, q, p, self._near + least)]
+        return found
+
+    def possible(self, zones: Zones) -> Bool:
+        """Zones of which some part has arrived for sure, [n]."""
+        found = np.ones(zones.count, dtype=bool)
+        limits = []
+        for axis, p, q, limit in self.sides(zones):
+            found &= limit > -zones.bounds[:, axis, q, p]
+            limits.append(limit)
+        # contacts may leave open more than the radius
+        return found & (limits[0] + limits[1] > 0) & (limits[2] + limits[3] > 0)
+
+
+def _told_apart(zones: Zones, target: _Target) -> tuple[Zones, Zones]:
+    """The parts in which the agent may be away, and those in which it has arrived for sure. Zones in which it cannot
+    have arrived stay whole.
     """
-    near = int(radius * SCALE // 1) - GRID_SLACK  # arrived for sure up to here
-    mover, p, q = group.agents.index(agent), group.node(agent), group.node(landmark)
-    found = []
-    for axis in range(2):
-        for low, high, sign in ((p, q, 1), (q, p, -1)):
-            least, most = zones.offsets(slice(None), mover, axis)
-            limit = near - sign * (most if sign > 0 else least)
-            # one unit of room: starts on the edge itself have arrived, and edges of edges would never end
-            rows, bounds = constrained(zones.bounds, axis, high, low, -limit, room=1)
-            found.append(zones.take(rows).with_bounds(bounds))
-            if disjoint:
-                beyond = np.zeros(zones.count, dtype=bool)
-                beyond[rows] = True
-                inside = np.flatnonzero(~beyond | (limit > -zones.bounds[:, axis, high, low]))
-                rest = zones.take(inside)
-                kept, bounds = constrained(rest.bounds, axis, low, high, limit[inside])
-                zones = rest.take(kept).with_bounds(bounds)
-    return Zones.joined(found)
+    possible = target.possible(zones)
+    if not possible.any():
+        return zones, zones.take(slice(0))
+    found = [zones.take(~possible)]
+    zones = zones.take(possible)
+    for number in range(4):
+        axis, p, q, limit = target.sides(zones)[number]
+        # one unit of room: starts on the edge itself have arrived, and edges of edges would never end
+        rows, bounds = constrained(zones.bounds, axis, q, p, -limit, room=1)
+        found.append(zones.part(rows, bounds))
+        zones = zones.part(*constrained(zones.bounds, axis, p, q, limit))
+    return Zones.joined(found), zones
 
 
 def unmatched(zones: Zones, group: Group, agents: Sequence[str], landmarks: Sequence[str], radius: Fraction) -> Zones:
-    """The parts in which some agents of the group may not be matched to the landmarks: by Hall's theorem some of them
-    and some landmarks, together more than there are landmarks, are all away from each other. Parts may overlap.
-    """
-    found = []
-    for size in range(1, len(agents) + 1):
-        for members in combinations(agents, size):
-            for barred in combinations(landmarks, len(landmarks) - size + 1):
-                part = zones
-                for agent in members:
-                    for landmark in barred:
-                        part = away(part, group, agent, landmark, radius, disjoint=False)
-                found.append(part)
+    """The parts in which these agents of the group may not be matched to the landmarks. No start twice, but on common edges."""
+    targets = [[_Target(group, agent, landmark, radius) for landmark in landmarks] for agent in agents]
+    pairs = list(product(range(len(agents)), range(len(landmarks))))
+    waiting, found = [(zones, np.zeros((len(agents), len(landmarks)), dtype=bool), 0)], [zones.take(slice(0))]
+    while waiting:
+        zones, arrived, asked = waiting.pop()
+        if not zones.count or matched(arrived):
+            continue
+        may = np.repeat(arrived[None], zones.count, axis=0)
+        for agent, landmark in pairs[asked:]:
+            may[:, agent, landmark] = targets[agent][landmark].possible(zones)
+        matchable = matched(may)
+        found.append(zones.take(~matchable))
+        if matchable.any():
+            apart, near = _told_apart(zones.take(matchable), targets[pairs[asked][0]][pairs[asked][1]])
+            also = arrived.copy()
+            also[pairs[asked]] = True
+            waiting += [(apart, arrived, asked + 1), (near, also, asked + 1)]
     return Zones.joined(found)
 
 

@@ -24,7 +24,7 @@ import numpy as np
 from codegen import ir
 from codegen.errors import InputError
 from codegen.floats import deciding_double
-from codegen.ir import AgentPolicy, Float64, PolicyProfile, WorldSpec
+from codegen.ir import AgentPolicy, Bool, Float64, PolicyProfile, WorldSpec
 from verify.batch import AXES, GRID_SLACK, LIMIT, SCALE, SLACK, ZERO, Int8, Int64, Zones, constrained
 from verify.contacts import Body, Contacts, colliders, contacts_of, farthest, fastest, known, neglected
 
@@ -307,39 +307,56 @@ class _Pieces(NamedTuple):
     went: Int8
 
 
+MIXED, NOWHERE = -1, -2
+
+
+class _Asked(NamedTuple):
+    """Pieces that came to a node, and what they choose: an action, MIXED, or NOWHERE if no start is left."""
+
+    pieces: _Pieces
+    action: Int64  # [n]
+    sides: "list[tuple[Int64, _Asked]]"  # which of the pieces may go there, and what they choose there
+
+
 def decided(zones: Zones, group: Group, place: int) -> Zones:
-    """The zones split by one agent's tree. A zone all of whose parts choose the same stays whole."""
-    actions: list[Int64] = []
-    leaves: list[_Pieces] = []
-    stack: list[tuple[Node, _Pieces]] = [
-        (group.trees[place], _Pieces(np.arange(zones.count), zones.bounds, zones.went))
-    ]
-    while stack:
-        node, pieces = stack.pop()
-        if isinstance(node, int):
-            leaves.append(pieces)
-            actions.append(np.full(len(pieces.rows), node))
-        else:
-            stack += zip(node.children, _sides(zones, node, pieces), strict=True)
-    parent, bounds, went = (np.concatenate(column) for column in zip(*leaves, strict=True))
-    action = np.concatenate(actions)
-    order = np.argsort(parent, kind="stable")
-    parent, action = parent[order], action[order]
-    starts_new = np.diff(parent, prepend=-1) > 0
-    first = np.flatnonzero(starts_new)
-    same = np.minimum.reduceat(action, first) == np.maximum.reduceat(action, first)
-    whole = same[np.cumsum(starts_new) - 1]
-    keep = ~whole | starts_new
-    parent, action, whole, order = parent[keep], action[keep], whole[keep], order[keep]
-    found = zones.take(parent)
-    found.bounds[~whole] = bounds[order[~whole]]
-    found.went[~whole] = went[order[~whole]]
-    found.action[:, place] = action
-    return found
+    """The zones split by one agent's tree. Below each node, a piece all of whose parts choose the same stays whole."""
+    asked = _asked(zones, group.trees[place], _Pieces(np.arange(zones.count), zones.bounds, zones.went))
+    found: list[tuple[_Pieces, Int64]] = []
+    _gather(asked, np.ones(zones.count, dtype=bool), found)
+    rows, bounds, went = (np.concatenate(column) for column in zip(*(pieces for pieces, _ in found), strict=True))
+    chosen = zones.part(rows, bounds)._replace(went=went)
+    chosen.action[:, place] = np.concatenate([action for _, action in found])
+    return chosen
 
 
-def _sides(zones: Zones, node: Split, pieces: _Pieces) -> tuple[_Pieces, _Pieces]:
-    """The parts of some pieces that may go left, and right.
+def _asked(zones: Zones, node: Node, pieces: _Pieces) -> _Asked:
+    """What pieces choose below a node."""
+    if isinstance(node, int):
+        return _Asked(pieces, np.full(len(pieces.rows), node), [])
+    action, sides = np.full(len(pieces.rows), NOWHERE), []
+    for child, (kept, part) in zip(node.children, _sides(zones, node, pieces), strict=True):
+        if len(kept):
+            below = _asked(zones, child, part)
+            before = action[kept]
+            alike = (before == NOWHERE) | (before == below.action)
+            action[kept] = np.where(alike, below.action, MIXED)
+            sides.append((kept, below))
+    return _Asked(pieces, action, sides if (action == MIXED).any() else [])
+
+
+def _gather(asked: _Asked, wanted: Bool, found: list[tuple[_Pieces, Int64]]) -> None:
+    """Adds the largest pieces that choose one action, of those `wanted` [n]."""
+    rows = np.flatnonzero(wanted & (asked.action >= 0))
+    if len(rows):
+        pieces = asked.pieces
+        found.append((_Pieces(pieces.rows[rows], pieces.bounds[rows], pieces.went[rows]), asked.action[rows]))
+    mixed = wanted & (asked.action == MIXED)
+    for kept, below in asked.sides:
+        _gather(below, mixed[kept], found)
+
+
+def _sides(zones: Zones, node: Split, pieces: _Pieces) -> list[tuple[Int64, _Pieces]]:
+    """The pieces that may go left, with the part that may, and those that may go right.
 
     Where no position in the test has changed since the start, neither has its outcome: it is looked up. Tests are
     relaxed, so asking again would each time split off the few starts that the relaxation leaves to both sides.
@@ -361,8 +378,8 @@ def _sides(zones: Zones, node: Split, pieces: _Pieces) -> tuple[_Pieces, _Pieces
             kept = kept[left]
         went = pieces.went[kept]
         went[unmoved[kept], node.number] = number
-        found.append(_Pieces(rows[kept], bounds, went))
-    return found[0], found[1]
+        found.append((kept, _Pieces(rows[kept], bounds, went)))
+    return found
 
 
 def _shift(zones: Zones, rows: Int64, node: Split) -> tuple[Int64, Int64]:

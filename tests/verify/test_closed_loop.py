@@ -267,7 +267,7 @@ def test_the_adversary_may_do_anything(profile):
     assert sampled_failures(pair, far, right, 1_000, 0) == 0
     found = decide(pair, far, right)
     assert found.verdict is Verdict.PROVED and ("adversary_0", "agent_0", "agent_1") in found.followed
-    assert decide(pair, far, right, 5_000).verdict is Verdict.UNKNOWN
+    assert decide(pair, far, right, 500).verdict is Verdict.UNKNOWN
     left = replace(above, box={**above.box, "adversary_0.x": (Fraction(-1), Fraction(-1, 2))})
     assert decide(pair, far, left).verdict is Verdict.VIOLATED
 
