@@ -68,7 +68,7 @@ def _told_apart(zones: Zones, target: _Target) -> tuple[Zones, Zones]:
 
 
 def unmatched(zones: Zones, group: Group, agents: Sequence[str], landmarks: Sequence[str], radius: Fraction) -> Zones:
-    """The parts in which these agents of the group may not be matched to the landmarks. No start twice, but on edges."""
+    """The parts in which these agents of the group may not be matched to the landmarks. No start twice but on edges."""
     targets = [[_Target(group, agent, landmark, radius) for landmark in landmarks] for agent in agents]
     pairs = list(product(range(len(agents)), range(len(landmarks))))
     waiting, found = [(zones, np.zeros((len(agents), len(landmarks)), dtype=bool), 0)], [zones.take(slice(0))]

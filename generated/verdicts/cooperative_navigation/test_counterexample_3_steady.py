@@ -1,4 +1,7 @@
-"""The claim of counterexample-3-steady.json must hold in its world state. Run: pytest, beside that file and profile.json."""
+"""The claim of counterexample-3-steady.json must hold in its world state.
+
+Run with pytest, beside that file and profile.json.
+"""
 
 from pathlib import Path
 

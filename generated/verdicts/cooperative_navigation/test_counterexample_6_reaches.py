@@ -1,4 +1,7 @@
-"""The claim of counterexample-6-reaches.json must hold from its start. Run: pytest, beside that file and profile.json."""
+"""The claim of counterexample-6-reaches.json must hold from its start.
+
+Run with pytest, beside that file and profile.json.
+"""
 
 from pathlib import Path
 
