@@ -61,7 +61,7 @@ from verify.certificate import (
 )
 from verify.episode_proof import MOST_ANSWERS, Prover, TooLongError
 from verify.episode_reading import FARTHEST, Episode, Matching, Part, matchings
-from verify.episodes import ClosedLoop
+from verify.episodes import DEFAULT_ZONES, ClosedLoop
 from verify.formula import TRUE, holds
 from verify.formula_json import read_number
 from verify.spec import MACHINE, Region
@@ -91,13 +91,15 @@ class NoCertificateError(Exception):
 
 
 def made(
-    profile: PolicyProfile, claim: ClosedLoop, region: Region, proved: Sequence[Part], limit: int = MOST_ANSWERS
+    profile: PolicyProfile, claim: ClosedLoop, region: Region, proved: Sequence[Part], most: int | None = None
 ) -> EpisodeCertificate:
     """The certificate of a claim whose parts were proved (with or without a proof in them).
 
-    NoCertificateError when the second search leaves a start open, or looks at more than `limit` answers.
+    NoCertificateError when the second search leaves a start open, or looks at more than `most` answers: by
+    default as many more than MOST_ANSWERS as the claim may visit more zones than by default.
     """
-    start = _inhabitant(profile, region)
+    most = max(MOST_ANSWERS, MOST_ANSWERS * claim.zones // DEFAULT_ZONES) if most is None else most
+    limit, start = most, _inhabitant(profile, region)
     parts: list[Part] = []
     try:
         for part in _needed(profile, claim, region, proved):
@@ -106,7 +108,8 @@ def made(
             parts.append(replace(part, proof=prover.run()))
             limit -= prover.looked
     except TooLongError:
-        raise NoCertificateError(f"its proof takes more than {MOST_ANSWERS:,} answers") from None
+        what = f"its proof takes more than {most:,} answers; a larger --zones allows more of them"
+        raise NoCertificateError(what) from None
     except RejectedError as error:
         raise NoCertificateError(str(error)) from None
     return EpisodeCertificate(content_hash(profile), claim, region, start, tuple(parts))

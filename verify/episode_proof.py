@@ -14,7 +14,7 @@ from typing import NamedTuple, TypeAlias
 from verify.episode_reading import AWAY, CLAIM, REGION, Episode, Node, Now, Place, Side
 from verify.zone_search import varint
 
-MOST_ANSWERS = 2_000_000  # looked at for a claim
+MOST_ANSWERS = 2_000_000  # looked at for a claim whose zones are not limited otherwise
 GO_ON = b"\0"
 
 
