@@ -107,7 +107,7 @@ def test_repairing_the_navigation_team_again_gives_the_same_bytes(tmp_path, caps
         assert (tmp_path / name).read_bytes() == (NAVIGATION / name).read_bytes(), name
 
 
-@pytest.mark.slow
+@pytest.mark.full  # that of physical deception, in test_proved.py, is the small form which always runs
 @pytest.mark.timeout(1_800)
 @pytest.mark.parametrize(
     "world, folder", [("cooperative-navigation", NAVIGATION), ("predator-prey", VERDICTS / "predator_prey")]
