@@ -48,7 +48,7 @@ def check_command(path: Path, profile: Path | None) -> int:
     loaded = load(beside)
     try:
         if isinstance(found, Certificate):
-            closed, subject = certificate.accepted(found, loaded), _subject(found, everywhere(loaded))
+            closed, subject = certificate.accepted(found, loaded), _subject(found, loaded)
         else:
             closed, subject = episode_certificate.accepted(found, loaded), _episodes(found, loaded)
     except RejectedError as error:
@@ -73,29 +73,31 @@ def _read(text: bytes, where: str) -> Certificate | EpisodeCertificate:
     return episode_certificate.from_json(text, where) if about else certificate.from_json(text, where)
 
 
-def _subject(found: Certificate, start: Region) -> str:
-    """What was proved, from what was checked: a region is called `start` only where it is the start region."""
+def _subject(found: Certificate, profile: PolicyProfile) -> str:
+    """What was proved, from what was checked."""
     claim = "a formula without a name" if found.claim is None else f"{found.claim.name} of the {found.claim.team}"
     if found.claim is None and found.eps:
         claim += f", though every feature is off by up to {_shown(found.eps)}"
     if found.claim is not None:
         claim += "".join(f", {name} {_shown(value)}" for name, value in stated(found.claim).items())
-    goals = f", goal {' or '.join(found.region.goals)}" if found.region.goals else ""
-    region = "region start" if found.region == start else "a region of its own (see the file)"
-    return f"{claim} in {region}{goals}, {found.semantics} arithmetic"
+    return f"{claim} in {_place(found.region, profile)}, {found.semantics} arithmetic"
 
 
 def _episodes(found: EpisodeCertificate, profile: PolicyProfile) -> str:
     """What was proved of episodes, and whatever others do."""
-    start, claim = everywhere(profile), found.claim
-    region = "region start" if found.region == start else "a region of its own (see the file)"
-    goals = f", goal {' or '.join(found.region.goals)}" if found.region.goals else ""
+    claim = found.claim
     own = f" at {' '.join(claim.landmarks)}" if claim.landmarks else ""
     followed = sorted({" with ".join(part.followed) for part in found.parts})
     said = f"{claim.name} of the {claim.team}{own}, steps {claim.steps}, radius {_shown(claim.radius)}"
     opponents = any(profile.policy(agent).team != claim.team for part in found.parts for agent in part.followed)
     others = f"followed: {', '.join(followed)}, {whatever(opponents)}"
-    return f"{said}, from rest in {region}{goals}, {found.semantics} arithmetic; {others}"
+    return f"{said}, from rest in {_place(found.region, profile)}, {found.semantics} arithmetic; {others}"
+
+
+def _place(region: Region, profile: PolicyProfile) -> str:
+    """A region with its goals in words: it is called `start` only where it is the start region."""
+    named = "region start" if region == everywhere(profile) else "a region of its own (see the file)"
+    return named + (f", goal {' or '.join(region.goals)}" if region.goals else "")
 
 
 def _shown(value: Fraction | str | tuple[str, ...]) -> str:

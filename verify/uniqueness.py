@@ -102,9 +102,7 @@ def unique(profile: PolicyProfile, claim: Property, region: Region, point: Point
             if not slack and answer.holds is None:
                 reasons.append(f"goal {goal or 'none'}: {answer.reason} after {answer.resources} resource units")
             if not slack and answer.holds:
-                reasons.append(
-                    "a real-valued world state fails in other leaves; no float64 state beside it was found to"
-                )
+                reasons.append(ONLY_REAL)
     if reasons:
         return Uniqueness(Unique.OPEN, reason="; ".join(dict.fromkeys(reasons)), resources=spent)
     found, missing = [point.goal], list[str]()

@@ -17,7 +17,7 @@ import time
 from fractions import Fraction
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).parents[2]))  # before this folder, in which this file would hide the package
+sys.path.insert(0, str(Path(__file__).parents[2]))  # for tests.*, also when run by this path
 
 import numpy as np
 from sklearn.tree import DecisionTreeClassifier

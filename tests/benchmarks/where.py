@@ -12,7 +12,7 @@ import json
 import sys
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).parents[2]))  # before this folder, in which this file would hide the package
+sys.path.insert(0, str(Path(__file__).parents[2]))  # for tests.*, also when run by this path
 
 from maviper import load
 from tests.benchmarks.verifier import Game, deception_team, seconds
