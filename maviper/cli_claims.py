@@ -60,7 +60,12 @@ def _list_properties(context: click.Context, _parameter: click.Parameter, asked:
 )
 @click.option("--others", callback=_names, metavar="A,B", help="Of keeps_apart: from whom (default: from one another).")
 @click.option("--steps", default=None, type=int, help="Of reaches, covers, keeps_apart (default: the world's episode).")
-@click.option("--zones", default=None, type=int, help="That claims about episodes may visit (default: 5000000).")
+@click.option(
+    "--zones",
+    default=None,
+    type=int,
+    help="That claims about episodes may visit (default: 5000000); more also allow larger certificates.",
+)
 @click.option("--eps", callback=_fraction, help="Of steady: by how much a feature may be off (default: 1/100).")
 @click.option("--of", default=None, metavar="NAME", help="Of steady: the property that stays true.")
 @click.option(
