@@ -9,10 +9,12 @@ import math
 import re
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
+from typing import Final, NamedTuple
+from unicodedata import category
 
 import numpy as np
 
-from codegen.errors import suggestion
+from codegen.errors import ProfileError, shown, suggestion
 from codegen.ir import (
     FUNCTIONS,
     GOAL,
@@ -26,14 +28,25 @@ from codegen.ir import (
     GrownTree,
     PolicyProfile,
     Tree,
-    Violation,
     WorldSpec,
     depth,
 )
 from codegen.region import RegionSpec
 
+MAX_VIOLATIONS: Final = 20
+
+
+class Violation(NamedTuple):
+    """One broken invariant: where (path in the JSON form) and what."""
+
+    path: str
+    message: str
+
+
 NUMBER = re.compile(r"-?\d{1,30}(\.\d{1,60})?|-?\d{1,99}/[1-9]\d{0,99}")  # as the verifier writes bounds
-MOST_LENGTH = 1e9  # of ranges, start boxes, sizes: beyond it float64 positions are coarser than any world
+UNSEEN = ("Cc", "Cf", "Cs", "Zl", "Zp")  # control and format characters, halves of pairs, ends of lines
+LEAST_MARGIN = 1e-9  # of contacts: lengths divided by it stay far below the largest double
+MAX_LENGTH = 1e9  # of ranges, start boxes, sizes: beyond it float64 positions are coarser than any world
 
 
 def violations(profile: PolicyProfile) -> Iterator[Violation]:
@@ -54,15 +67,32 @@ def violations(profile: PolicyProfile) -> Iterator[Violation]:
         yield from _agent(path, policy, profile.world)
     if profile.region is not None:
         yield from _region(profile.region, profile.world)
+    yield from _texts(profile)
     for group, values in (("training", profile.provenance.training), ("evaluation", profile.provenance.evaluation)):
         for key, value in values.items():
             if isinstance(value, float) and not math.isfinite(value):
                 yield Violation(f"$.provenance.{group}.{key}", "must be finite")
 
 
+def _texts(profile: PolicyProfile) -> Iterator[Violation]:
+    """Texts that are no names are shown to people, so they hold nothing that steers a terminal or cannot be seen."""
+    world, origin = profile.world, profile.provenance
+    found = [("world.reference", world.reference)]
+    found += [("world.options", f"{key}={value}") for key, value in world.options.items()]
+    for index, policy in enumerate(profile.agents):
+        found += [(f"agents[{index}].features[{k}].unit", each.unit) for k, each in enumerate(policy.features)]
+    found += [(f"provenance.{name}", getattr(origin, name)) for name in ("algorithm", "preset", "expert", "tool")]
+    for group, values in (("training", origin.training), ("evaluation", origin.evaluation)):
+        found += [(f"provenance.{group}", f"{key}={value}") for key, value in values.items()]
+    for path, text in found:
+        if not text.isprintable() and any(category(letter) in UNSEEN for letter in text):
+            yield Violation(f"$.{path}", f"holds a character that cannot be seen: {shown(text[:40])}")
+
+
 def _region(region: RegionSpec, world: WorldSpec) -> Iterator[Violation]:
     names = world.coordinates()
     entities = [entity.name for entity in world.agents + world.landmarks]
+    readable = True
     if bool(region.goals) != bool(world.goals):
         yield Violation("$.region.goals", "names the possible goals, if and only if the world has goals")
     for goal in region.goals:
@@ -74,16 +104,31 @@ def _region(region: RegionSpec, world: WorldSpec) -> Iterator[Violation]:
         ("apart", [(name, name.split(" - "), (least, least)) for name, least in region.apart.items()], entities),
     ):
         for name, parts, bounds in pairs:
-            if len(parts) != (1 if kind == "box" else 2) or any(part not in known for part in parts):
-                yield Violation(f"$.region.{kind}", f"cannot read {name!r}")
-            elif not all(NUMBER.fullmatch(text) for text in bounds):
-                yield Violation(f"$.region.{kind}.{name}", f"not numbers: {bounds}")
-            elif len(set(parts)) < len(parts):
-                yield Violation(f"$.region.{kind}.{name}", "compares something with itself")
-            elif kind == "apart" and Fraction(bounds[0]) <= 0:
-                yield Violation(f"$.region.{kind}.{name}", "a distance is above 0")
-            elif Fraction(bounds[0]) > Fraction(bounds[1]):
-                yield Violation(f"$.region.{kind}.{name}", f"the lower bound {bounds[0]} is above {bounds[1]}")
+            fault = _bounds_fault(kind, name, parts, bounds, known)
+            if fault is not None:
+                readable = False
+                yield fault
+    for bound in region.bounds() if readable else ():
+        if not bound.second and bound.low > bound.high:
+            yield Violation(f"$.region.box.{bound.first}", "no double lies within the bounds")
+
+
+def _bounds_fault(
+    kind: str, name: str, parts: Sequence[str], bounds: Sequence[str], known: Sequence[str]
+) -> Violation | None:
+    """What is wrong with an entry of a region."""
+    if len(parts) != (1 if kind == "box" else 2) or any(part not in known for part in parts):
+        return Violation(f"$.region.{kind}", f"cannot read {name!r}")
+    here = f"$.region.{kind}.{name}"
+    if not all(NUMBER.fullmatch(text) for text in bounds):
+        return Violation(here, f"not numbers: {bounds}")
+    if len(set(parts)) < len(parts):
+        return Violation(here, "compares something with itself")
+    if kind == "apart" and Fraction(bounds[0]) <= 0:
+        return Violation(here, "a distance is above 0")
+    if Fraction(bounds[0]) > Fraction(bounds[1]):
+        return Violation(here, f"the lower bound {bounds[0]} is above {bounds[1]}")
+    return None
 
 
 def _names(path: str, kind: str, names: Sequence[str], taken: Sequence[str] = ()) -> Iterator[Violation]:
@@ -113,34 +158,42 @@ def _world(world: WorldSpec) -> Iterator[Violation]:
     yield from _names(f"{path}.agents", "entity", [entity.name for entity in world.agents], taken)
     taken += [entity.name for entity in world.agents]
     yield from _names(f"{path}.landmarks", "entity", [entity.name for entity in world.landmarks], taken)
-    numbers = {"dt": world.dt, "damping": world.damping, "start_low": world.start_low, "start_high": world.start_high}
-    numbers |= {"contact_force": world.contact_force, "contact_margin": world.contact_margin}
-    for group, entities in (("agents", world.agents), ("landmarks", world.landmarks)):
-        for index, entity in enumerate(entities):
-            numbers |= {f"{group}[{index}].size": entity.size, f"{group}[{index}].force": entity.force}
-            if entity.size < 0:
-                yield Violation(f"{path}.{group}[{index}].size", "must not be negative")
-            if entity.max_speed is not None and not 0 < entity.max_speed <= MOST_LENGTH:
-                yield Violation(f"{path}.{group}[{index}].max_speed", f"needs a speed above 0, at most {MOST_LENGTH:g}")
-            if entity.start is not None and not -MOST_LENGTH <= entity.start[0] <= entity.start[1] <= MOST_LENGTH:
-                yield Violation(f"{path}.{group}[{index}].start_box", f"needs low <= high within {MOST_LENGTH:g}")
-    for name, value in numbers.items():
-        if not abs(value) <= MOST_LENGTH:
-            yield Violation(f"{path}.{name}", f"must be finite and at most {MOST_LENGTH:g}")
-    if world.contact_force < 0:
-        yield Violation(f"{path}.contact_force", "must not be negative: contacts push apart")
-    if 0 < world.contact_force <= MOST_LENGTH and world.contact_margin <= 0:
-        yield Violation(f"{path}.contact_margin", "must be positive where there is a contact force")
-    if world.start_low > world.start_high:
-        yield Violation(f"{path}.start_low", "is above start_high")
-    if not 0 <= world.damping <= 1:
-        yield Violation(f"{path}.damping", "is a share, from 0 to 1")
+    yield from _numbers(world)
     if world.episode_steps < 1:
         yield Violation(f"{path}.episode_steps", "must be at least 1")
     landmarks = [entity.name for entity in world.landmarks]
     for index, goal in enumerate(world.goals):
         if goal not in landmarks:
             yield Violation(f"{path}.goals[{index}]", f"no landmark '{goal}'; {suggestion(goal, landmarks)}")
+
+
+def _numbers(world: WorldSpec) -> Iterator[Violation]:
+    """Rules about how large things are, least and most inclusive; NaN keeps none of them."""
+    least_margin = LEAST_MARGIN if 0 < world.contact_force <= MAX_LENGTH else 0.0
+    rules = [
+        ("dt", world.dt, 0.0, MAX_LENGTH, "seconds; 0: no motion is stated"),
+        ("damping", world.damping, 0.0, 1.0, "a share"),
+        ("start_low", world.start_low, -MAX_LENGTH, MAX_LENGTH, "a position"),
+        ("start_high", world.start_high, -MAX_LENGTH, MAX_LENGTH, "a position"),
+        ("contact_force", world.contact_force, 0.0, MAX_LENGTH, "contacts push apart"),
+        ("contact_margin", world.contact_margin, least_margin, MAX_LENGTH, "a length"),
+    ]
+    for group, entities in (("agents", world.agents), ("landmarks", world.landmarks)):
+        for index, entity in enumerate(entities):
+            place = f"{group}[{index}]"
+            rules += [
+                (f"{place}.size", entity.size, 0.0, MAX_LENGTH, "a radius"),
+                (f"{place}.force", entity.force, 0.0, MAX_LENGTH, "effects of actions have the sign"),
+            ]
+            if entity.max_speed is not None and not 0 < entity.max_speed <= MAX_LENGTH:
+                yield Violation(f"$.world.{place}.max_speed", f"needs a speed above 0, at most {MAX_LENGTH:g}")
+            if entity.start is not None and not -MAX_LENGTH <= entity.start[0] <= entity.start[1] <= MAX_LENGTH:
+                yield Violation(f"$.world.{place}.start_box", f"needs low <= high within {MAX_LENGTH:g}")
+    for name, value, least, most, says in rules:
+        if not least <= value <= most:
+            yield Violation(f"$.world.{name}", f"must be from {least:g} to {most:g} ({says}), not {value}")
+    if world.start_low > world.start_high:
+        yield Violation("$.world.start_low", "is above start_high")
 
 
 def _agent(path: str, policy: AgentPolicy, world: WorldSpec) -> Iterator[Violation]:
@@ -153,9 +206,9 @@ def _agent(path: str, policy: AgentPolicy, world: WorldSpec) -> Iterator[Violati
     known = world.coordinates()
     for index, feature in enumerate(policy.features):
         here = f"{path}.features[{index}]"
-        if not -MOST_LENGTH <= feature.low <= feature.high <= MOST_LENGTH:
+        if not -MAX_LENGTH <= feature.low <= feature.high <= MAX_LENGTH:
             yield Violation(
-                here, f"needs a range with low <= high within {MOST_LENGTH:g}, has [{feature.low}, {feature.high}]"
+                here, f"needs a range with low <= high within {MAX_LENGTH:g}, has [{feature.low}, {feature.high}]"
             )
         meaning = feature.meaning
         # always 0 has one spelling
@@ -167,8 +220,8 @@ def _agent(path: str, policy: AgentPolicy, world: WorldSpec) -> Iterator[Violati
             if coordinate not in known:
                 yield Violation(f"{here}.meaning", f"no coordinate '{coordinate}'; {suggestion(coordinate, known)}")
     for index, action in enumerate(policy.actions):
-        if action.effect is not None and not all(math.isfinite(part) for part in action.effect):
-            yield Violation(f"{path}.actions[{index}].effect", "must be finite")
+        if action.effect is not None and not all(abs(part) <= MAX_LENGTH for part in action.effect):
+            yield Violation(f"{path}.actions[{index}].effect", f"must be within {MAX_LENGTH:g} on each axis")
     sound = True
     for violation in _tree(f"{path}.tree", policy.tree, len(policy.features), len(policy.actions), preorder=True):
         sound = False
@@ -235,3 +288,18 @@ def _shape(path: str, tree: Tree | GrownTree, preorder: bool) -> Iterator[Violat
             stack += [int(tree.right[node]), int(tree.left[node])]
     for node in np.flatnonzero(~seen)[:1]:
         yield Violation(f"{path}[{node}]", "cannot be reached from the root")
+
+
+def check(profile: PolicyProfile) -> tuple[Violation, ...]:
+    """Every broken invariant of a profile, each with its path; empty when the profile is sound."""
+    return tuple(violations(profile))
+
+
+def ensure(profile: PolicyProfile, where: str = "profile") -> PolicyProfile:
+    """The profile itself when it is sound; otherwise ProfileError with all broken invariants."""
+    found = check(profile)
+    if found:
+        lines = [f"{where}: {shown(item.path)}: {shown(item.message)}" for item in found[:MAX_VIOLATIONS]]
+        more = [f"... and {len(found) - MAX_VIOLATIONS} more"] if len(found) > MAX_VIOLATIONS else []
+        raise ProfileError("not a valid policy profile", "\n".join(lines + more), "extract it again, or undo the edit")
+    return profile

@@ -58,7 +58,7 @@ class UnknownNameError(InputError):
     """A name that does not exist; the message carries the closest match."""
 
     def __init__(self, kind: str, name: str, known: Iterable[str], where: str = "") -> None:
-        super().__init__(f"unknown {kind} '{name}'", where, suggestion(name, known))
+        super().__init__(f"unknown {kind} '{shown(name)}'", where, suggestion(name, known))
 
 
 class RefusedError(MaviperError):
@@ -79,7 +79,23 @@ class MissingToolError(MaviperError):
     exit_code = ExitCode.MISSING
 
 
-MOST_NAMES_SHOWN = 10
+MAX_NAMES_SHOWN = 10
+
+
+def shown(text: object) -> str:
+    """A text that nobody vouches for, such as a name from a file: printable ASCII as it is, all else escaped."""
+    return "".join(letter if " " <= letter <= "~" else _escaped(letter) for letter in str(text))
+
+
+def visible(text: str) -> str:
+    """A line in any language: what cannot be seen, or would steer a terminal, is escaped, but for tabs."""
+    if text.isprintable():
+        return text
+    return "".join(each if each.isprintable() or each == "\t" else _escaped(each) for each in text)
+
+
+def _escaped(letter: str) -> str:
+    return letter.encode("unicode_escape").decode()
 
 
 def closest(name: str, known: Iterable[str]) -> str | None:
@@ -93,7 +109,7 @@ def suggestion(name: str, known: Iterable[str]) -> str:
     names = list(known)
     match = closest(name, names)
     if match is not None:
-        return f"did you mean '{match}'?"
-    if len(names) <= MOST_NAMES_SHOWN:
-        return "known: " + ", ".join(names)
+        return f"did you mean '{shown(match)}'?"
+    if len(names) <= MAX_NAMES_SHOWN:
+        return "known: " + ", ".join(map(shown, names))
     return f"{len(names)} names are known, none of them is close"

@@ -1,14 +1,55 @@
-"""Float arithmetic of thresholds: rounding, and literals that every reader decodes to the same decision.
+"""Floats of observations and thresholds: rounding, and literals that every reader decodes to the same decision.
 
-Does: float64 to float32 downwards; the double that stands for a float32 threshold; exact literals.
+Does: numbers of any type to float32; float64 to float32 downwards; the double that stands for a float32 threshold;
+  exact literals.
 Assumes: IEEE 754 binary32 and binary64, finite thresholds.
 Does not: know about trees.
 """
 
 import math
+import struct
 from typing import Any
 
 import numpy as np
+
+from codegen.errors import InputError
+
+NO_NUMBERS = "cmMSUV"  # numpy's kinds: complex, times, texts, records
+
+
+def observations(given: Any, n_features: int | None = None, agent: str = "an agent") -> Any:
+    """Observations as float32, [batch, n_features]: each number a double first, then the nearest float32, ties to even.
+
+    One observation is a batch of one; a number beyond the largest float32 is infinite, a signalling NaN is quiet.
+    InputError for another number of features (None: any) or axes, and for what is no number.
+    """
+    try:
+        x = np.asarray(given)
+    except ValueError as error:
+        raise InputError(
+            f"{agent} observes rows of one length", str(error), "give an array [batch, features]"
+        ) from None
+    x = np.atleast_2d(x.reshape(0, n_features or 0) if x.shape == (0,) else x)
+    if x.ndim != 2 or n_features not in (None, x.shape[1]):
+        wanted = "rows" if n_features is None else f"rows of {n_features} numbers"
+        raise InputError(
+            f"{agent} observes {wanted}, given an array of shape {x.shape}", "", "see the profile's features"
+        )
+    if x.dtype.kind in NO_NUMBERS:
+        raise InputError(f"{agent} observes numbers, given an array of {x.dtype}", "", "give floats")
+    if x.dtype.kind == "O":
+        x = np.array([_double(each, agent) for each in x.flat], dtype=np.float64).reshape(x.shape)
+    with np.errstate(over="ignore", invalid="ignore"):
+        if x.dtype.kind != "f" or x.dtype.itemsize > 8:
+            x = x.astype(np.float64)
+        return x.astype(np.float32, copy=False)
+
+
+def _double(number: Any, agent: str) -> float:
+    try:
+        return struct.unpack("d", struct.pack("d", None if isinstance(number, str | bytes) else number))[0]
+    except (struct.error, TypeError, OverflowError):
+        raise InputError(f"{agent} observes numbers, given {type(number).__name__}", "", "give floats") from None
 
 
 def neighbour(values: Any, towards: float) -> Any:

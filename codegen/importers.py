@@ -1,30 +1,35 @@
 """Trees of others as profiles, so that they compile like ours: scikit-learn's, and ONNX ensembles of one tree.
 
-Does: turns a fitted DecisionTreeClassifier, or a TreeEnsembleClassifier node of an ONNX model, into a policy profile.
+Does: turns a fitted DecisionTreeClassifier, or an ONNX model that is one such tree (onnx_graph.py), into a profile.
 Assumes: classes are the actions; observations are float32.
 Does not: import scikit-learn (a fitted object is read by its attributes), or run any code of a file.
 
 What is kept: the decision for every float32 observation without NaN. NaN goes right here, whatever scikit-learn does
 with it at a node (its bigger side, if it was fitted without); an ONNX node that sends NaN to the left is refused.
+
+Action k is class k, in the classifier's own order: scikit-learn sorts its labels, so 5, -2, 9 are actions 0, 1, 2 as
+action_minus_2, action_5, action_9. A name keeps a label's ASCII letters and digits, without accents; a minus sign
+before a number becomes the word minus, what would begin with a number begins with action_, everything else becomes _.
+Two labels with the same name are an error.
 """
 
+import re
+import unicodedata
 from collections.abc import Sequence
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from codegen import ir
-from codegen.check import MOST_LENGTH, identifier
-from codegen.deploy import deployed
-from codegen.errors import InputError, MissingToolError
+from codegen.check import MAX_LENGTH, ensure, identifier
+from codegen.errors import InputError
 from codegen.ir import NO_ACTION, NO_CHILD, NO_FEATURE, GrownTree
-from codegen.render import comment
+from codegen.lowering.deploy import deployed
+from codegen.lowering.render import comment
+from codegen.onnx_graph import decision_tree
 
 AGENT, TEAM = "agent_0", "team"
-ENSEMBLE, LESS_EQUAL, LEAF = "TreeEnsembleClassifier", "BRANCH_LEQ", "LEAF"
-LESS = "BRANCH_LT"
 
 
 def from_sklearn(
@@ -35,19 +40,38 @@ def from_sklearn(
 ) -> ir.PolicyProfile:
     """A profile of one agent from a fitted `sklearn.tree.DecisionTreeClassifier`.
 
-    `feature_names`: default those it was fitted with, or x0, x1, ...; `action_names`: default its classes. InputError
-    for what is not a fitted classifier of one output.
+    `feature_names`: default those it was fitted with, or x0, x1, ...; `action_names`: default its labels, one a class
+    in the order of `classes_`. Both are made legal as the module says. InputError for what is not a fitted classifier
+    of one output whose `predict` is scikit-learn's, or was seen to learn from missing values.
     """
     tree = getattr(classifier, "tree_", None)
     if tree is None or not hasattr(classifier, "classes_"):
-        raise InputError("not a fitted DecisionTreeClassifier", type(classifier).__name__, "fit it first")
+        advice = "fit it first; of a pipeline, give the tree if no step before it changes the observation"
+        raise InputError("not a fitted DecisionTreeClassifier", type(classifier).__name__, advice)
     if tree.n_outputs != 1:
         raise InputError(f"the classifier has {tree.n_outputs} outputs, one is needed", "", "fit one tree an agent")
+    _ensure_own(classifier, tree)
     grown = grown_from_sklearn(tree, tree.value[:, 0].argmax(axis=1))
     fitted = getattr(classifier, "feature_names_in_", None)
-    features = feature_names or (None if fitted is None else [str(each) for each in fitted])
-    actions = action_names or [str(each) for each in classifier.classes_]
+    features = feature_names if feature_names is not None or fitted is None else [str(each) for each in fitted]
+    actions = _actions(classifier.classes_, action_names)
     return _profile(grown, int(tree.n_features), features, actions, name, "scikit-learn")
+
+
+def _ensure_own(classifier: Any, tree: Any) -> None:
+    """InputError for a classifier that does more than to walk its tree and take the class with most weight."""
+    predict: Any = classifier.predict
+    if "predict" in vars(classifier) or not predict.__module__.startswith("sklearn.tree."):
+        what = "the classifier does not predict as scikit-learn's tree does"
+        raise InputError(what, type(classifier).__name__, "give the tree itself")
+    split = np.flatnonzero(tree.children_left != NO_CHILD)
+    left, right = tree.children_left[split], tree.children_right[split]
+    # without missing values in a node, scikit-learn says that they would follow its bigger side
+    bigger = tree.n_node_samples[left] > tree.n_node_samples[right]
+    odd = ~np.isfinite(tree.threshold[split]) | (tree.missing_go_to_left[split].astype(bool) != bigger)
+    for node in split[odd][:1]:
+        advice = "NaN goes right here: fit it on data without missing values"
+        raise InputError("the classifier has learned from missing values", f"node {node}", advice)
 
 
 def grown_from_sklearn(tree: Any, action: Any) -> GrownTree:
@@ -63,81 +87,37 @@ def grown_from_sklearn(tree: Any, action: Any) -> GrownTree:
 
 
 def from_onnx(
-    model: Path | bytes,
+    model: Path | str | bytes,
     feature_names: Sequence[str] | None = None,
     action_names: Sequence[str] | None = None,
     name: str = "imported",
 ) -> ir.PolicyProfile:
-    """A profile of one agent from an ONNX model whose decisions are one TreeEnsembleClassifier of one tree.
+    """A profile of one agent from an ONNX model (bytes, or a path) that is one TreeEnsembleClassifier of one tree.
 
-    InputError for other models, for tests other than `<=` and `<`, and for nodes that send NaN to the left.
-    MissingToolError without the package onnx.
+    It decides as the model does for every float32 observation. InputError for every other model: one with a node that
+    is not understood, whatever stands before or after the tree; another type of input; tests other than `<=` and `<`;
+    nodes that send NaN to the left; scores that are changed; leaves that runtimes read in different ways. Names as for
+    `from_sklearn`, labels in the model's order. MissingToolError without the package onnx.
     """
     try:
-        onnx: Any = import_module("onnx")
-    except ImportError:
-        raise MissingToolError("reading ONNX needs the package onnx", "", "pip install onnx") from None
-    try:
-        loaded = onnx.load_model_from_string(model if isinstance(model, bytes) else model.read_bytes())
+        content = model if isinstance(model, bytes) else Path(model).read_bytes()
     except OSError as error:
         raise InputError("cannot read the file", f"{model}: {error.strerror}", "check the path") from None
-    except Exception as error:  # the parser's own class, which moves between versions
-        raise InputError("not an ONNX model", str(error)[:200], "is this the right file?") from None
-    found = [node for node in loaded.graph.node if node.op_type == ENSEMBLE]
-    if len(found) != 1:
-        what = f"the model has {len(found)} nodes {ENSEMBLE}, one is needed"
-        raise InputError(what, "", "convert one decision tree classifier")
-    given = {item.name: onnx.helper.get_attribute_value(item) for item in found[0].attribute}
-    if len(set(given["nodes_treeids"])) != 1:
-        raise InputError("the ensemble has several trees", "", "convert one decision tree classifier")
-    labels = given.get("classlabels_int64s") or [label.decode() for label in given.get("classlabels_strings", [])]
-    grown, n_tested = _ensemble(given, len(labels))
-    shape = loaded.graph.input[0].type.tensor_type.shape.dim
-    width = max(n_tested, shape[1].dim_value if len(shape) > 1 else 0, len(feature_names or ()))
-    return _profile(grown, width, feature_names, action_names or [str(label) for label in labels], name, "ONNX")
-
-
-def _ensemble(given: dict[str, Any], n_classes: int) -> tuple[GrownTree, int]:
-    modes = [mode.decode() for mode in given["nodes_modes"]]
-    unknown = sorted(set(modes) - {LESS_EQUAL, LESS, LEAF})
-    if unknown:
-        raise InputError(f"a node tests by {unknown[0]}", "", f"only {LESS_EQUAL} and {LESS} have a place here")
-    if any(given.get("nodes_missing_value_tracks_true", ())):
-        raise InputError("a node sends missing values to the left", "", "NaN goes right here: convert a tree without")
-    place = {node: index for index, node in enumerate(given["nodes_nodeids"])}
-    weights = np.zeros((len(place), n_classes))
-    for node, label, weight in zip(given["class_nodeids"], given["class_ids"], given["class_weights"], strict=True):
-        weights[place[node], label] += weight
-    split = np.array([mode != LEAF for mode in modes])
-    values = np.array(given["nodes_values"], dtype=np.float64)
-    less = np.array([mode == LESS for mode in modes])
-
-    def children(side: str) -> np.ndarray:
-        return np.array([place.get(node, ir.ROOT) for node in given[side]]) * split + NO_CHILD * ~split
-
-    return (
-        GrownTree(
-            np.where(split, given["nodes_featureids"], NO_FEATURE),
-            np.where(split, np.where(less, np.nextafter(values, -np.inf), values), 0.0),
-            children("nodes_truenodeids"),
-            children("nodes_falsenodeids"),
-            np.where(split, NO_ACTION, weights.argmax(axis=1)),
-        ),
-        1 + max(given["nodes_featureids"]),
-    )
+    found = decision_tree(content)
+    width = found.n_features or max(found.n_tested, len(feature_names or ()))
+    if not found.n_features and feature_names is None:
+        raise InputError("the model does not say how many features it takes", "its input", "give their names")
+    return _profile(found.grown, width, feature_names, _actions(found.labels, action_names), name, "ONNX")
 
 
 def _profile(
     grown: GrownTree, width: int, features: Sequence[str] | None, actions: Sequence[str], name: str, origin: str
 ) -> ir.PolicyProfile:
-    names = list(features) if features else [f"x{index}" for index in range(width)]
+    names = [f"x{index}" for index in range(width)] if features is None else list(features)
     if len(names) != width:
         raise InputError(f"{len(names)} feature names for {width} features", "", "name each feature once")
-    n_actions = int(grown.action.max()) + 1
-    if len(actions) < n_actions:
-        raise InputError(f"{len(actions)} action names for {n_actions} actions", "", "name each class once")
-    feature_specs = [ir.FeatureSpec(each, "none", -MOST_LENGTH, MOST_LENGTH, None) for each in cleaned(names, "x")]
-    action_specs = [ir.ActionSpec(each, None) for each in cleaned(actions, "action")]
+    feature_specs = [ir.FeatureSpec(each, "none", -MAX_LENGTH, MAX_LENGTH, None) for each in cleaned(names, "x")]
+    action_specs = [ir.ActionSpec(each, None) for each in actions]
     policy = ir.AgentPolicy(AGENT, TEAM, tuple(feature_specs), tuple(action_specs), deployed(grown), grown)
     world = ir.WorldSpec(
         name=cleaned([name], "imported")[0],
@@ -147,22 +127,51 @@ def _profile(
         goals=(),
         dt=0.0,
         damping=0.0,
-        start_low=-MOST_LENGTH,
-        start_high=MOST_LENGTH,
+        start_low=-MAX_LENGTH,
+        start_high=MAX_LENGTH,
         episode_steps=1,
     )
     provenance = ir.Provenance("imported", "none", 0, "", comment(origin))
-    return ir.ensure(ir.PolicyProfile(world, (policy,), provenance))
+    return ensure(ir.PolicyProfile(world, (policy,), provenance))
+
+
+def _actions(labels: Sequence[Any], names: Sequence[str] | None) -> list[str]:
+    """The name of each class. InputError where there are more or fewer names, or two become the same one."""
+    given = list(labels if names is None else names)
+    if len(given) != len(labels):
+        raise InputError(f"{len(given)} action names for {len(labels)} classes", "", "name each class once")
+    found: dict[str, Any] = {}
+    for label in given:
+        name = _legal(label, "action")
+        same = [other for other in found if identifier(other) == identifier(name)]
+        if same:
+            what = f"the labels {found[same[0]]!r} and {label!r} become the same action name, {name}"
+            raise InputError(what, "", "give action_names, one a class")
+        found[name] = label
+    return list(found)
+
+
+SIGN = re.compile(r"(?<![A-Za-z0-9])-(?=\.?[0-9])")
+MAX_LETTERS = 56  # with room for a number after them
+
+
+def _legal(given: Any, prefix: str) -> str:
+    """The legal name of a text or a number, as the module says."""
+    text = given.decode(errors="replace") if isinstance(given, bytes) else str(given)
+    text = unicodedata.normalize("NFKD", text).replace("\N{MINUS SIGN}", "-").strip()
+    text = "".join(letter for letter in text if not unicodedata.combining(letter))
+    signed = SIGN.match(text)
+    text = SIGN.sub("minus_", text)
+    text = "".join(letter if letter.isascii() and letter.isalnum() else "_" for letter in text).strip("_")
+    return (f"{prefix}_{text}".rstrip("_") if signed or not text or not text[0].isalpha() else text)[:MAX_LETTERS]
 
 
 def cleaned(names: Sequence[str], prefix: str) -> list[str]:
-    """Legal names, all different, that keep what they can of those given."""
+    """Legal names that keep what they can of those given; equal ones are numbered."""
     found: list[str] = []
     taken: set[str] = set()
     for given in names:
-        text = "".join(letter if letter.isascii() and letter.isalnum() else "_" for letter in str(given)).strip("_")
-        text = text if text and text[0].isalpha() else f"{prefix}_{text}".rstrip("_")
-        text, number = text[:56], 2
+        text, number = _legal(given, prefix), 2
         unique = text
         while identifier(unique) in taken:
             unique, number = f"{text}_{number}", number + 1

@@ -2,11 +2,11 @@
 
 Does: frozen data for trees, features, actions, the world and the profile; the reference semantics (`act`); the checker.
 Assumes: observations are float32; coordinates are in the world's own length unit.
-Does not: read files (policy_json.py), round thresholds (floats.py), make text (lower.py, targets/) or learn.
+Does not: read files (policy_json.py), round thresholds (floats.py), make text (lowering/lower.py, targets/) or learn.
 
 Semantics, the same in every artefact that is made from a profile:
 - A split sends an observation x left iff `x[feature] <= threshold`, both float32. NaN compares false, so it goes
-  right; infinities follow `<=`. Doubles are rounded to float32 first.
+  right; infinities follow `<=`. Numbers of other types are doubles first, then float32.
 - A node's id is its index in the tree's arrays, which are in preorder; leaves are named by that id everywhere.
 """
 
@@ -14,12 +14,12 @@ import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, fields
 from types import MappingProxyType
-from typing import Final, NamedTuple
+from typing import Final
 
 import numpy as np
 import numpy.typing as npt
 
-from codegen.errors import ProfileError
+from codegen.floats import observations
 from codegen.region import RegionSpec
 
 Int32 = npt.NDArray[np.int32]
@@ -33,7 +33,6 @@ NO_CHILD: Final = -1
 NO_ACTION: Final = -1
 MAX_DEPTH: Final = 64  # nested code beyond it meets the limits of compilers; a tree that deep explains nothing
 MAX_NODES: Final = 1 << 20
-MAX_VIOLATIONS: Final = 20
 GOAL: Final = "goal"  # in coordinates: the landmark that is the goal
 FUNCTIONS: Final = ("sign", "positive", "zero")  # of a sum: -1, 0 or 1; 1 where it is above 0; 1 where it is 0
 NAME: Final = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,63}")
@@ -198,8 +197,7 @@ class PolicyProfile:
 
 def apply(tree: Tree | GrownTree, obs: npt.ArrayLike) -> Int32:
     """Leaf id of each observation. `obs`: [batch, n_features], rounded to float32. Returns [batch] int32."""
-    with np.errstate(over="ignore", invalid="ignore"):  # too large a double becomes infinity, a signalling NaN quiet
-        x = np.atleast_2d(np.asarray(obs).astype(np.float32))
+    x = observations(obs)
     node = np.full(len(x), ROOT, dtype=np.int32)
     row = np.flatnonzero(tree.feature[node] != NO_FEATURE)
     while row.size:
@@ -213,9 +211,9 @@ def apply(tree: Tree | GrownTree, obs: npt.ArrayLike) -> Int32:
 def act(policy: AgentPolicy, obs: npt.ArrayLike) -> Int32:
     """The reference: the action that `policy` takes for each observation of a batch.
 
-    `obs`: [batch, n_features], rounded to float32. Returns [batch] int32, indices into `policy.actions`.
+    `obs`: [batch, n_features] (else InputError), rounded to float32. Returns [batch] int32, indices into `actions`.
     """
-    return policy.tree.action[apply(policy.tree, obs)]
+    return policy.tree.action[apply(policy.tree, observations(obs, len(policy.features), policy.agent))]
 
 
 def leaves(tree: Tree) -> Int32:
@@ -229,30 +227,6 @@ def depth(tree: Tree | GrownTree) -> Int32:
     for node in np.flatnonzero(tree.feature != NO_FEATURE):
         level[tree.left[node]] = level[tree.right[node]] = level[node] + 1
     return level
-
-
-class Violation(NamedTuple):
-    """One broken invariant: where (path in the JSON form) and what."""
-
-    path: str
-    message: str
-
-
-def check(profile: PolicyProfile) -> tuple[Violation, ...]:
-    """Every broken invariant of a profile, each with its path; empty when the profile is sound."""
-    from codegen.check import violations  # the rules live beside this file, which stays readable in five minutes
-
-    return tuple(violations(profile))
-
-
-def ensure(profile: PolicyProfile, where: str = "") -> PolicyProfile:
-    """The profile itself when it is sound; otherwise ProfileError with all broken invariants."""
-    found = check(profile)
-    if found:
-        shown = [f"{where}{': ' if where else ''}{item.path}: {item.message}" for item in found[:MAX_VIOLATIONS]]
-        shown += [f"... and {len(found) - len(shown)} more"] if len(found) > len(shown) else []
-        raise ProfileError("not a valid policy profile", "\n".join(shown), "extract it again, or undo the edit")
-    return profile
 
 
 def splits(tree: Tree) -> Iterator[int]:

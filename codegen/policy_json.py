@@ -17,7 +17,8 @@ from typing import Any, cast
 import msgspec
 import numpy as np
 
-from codegen.errors import ProfileError, suggestion
+from codegen.check import ensure
+from codegen.errors import ProfileError, shown, suggestion
 from codegen.floats import deciding_double, short_hex
 from codegen.ir import (
     FUNCTIONS,
@@ -34,7 +35,6 @@ from codegen.ir import (
     Provenance,
     Tree,
     WorldSpec,
-    ensure,
 )
 from codegen.json_fault import place
 from codegen.region import RegionSpec
@@ -72,7 +72,7 @@ def loads(text: str | bytes, where: str = "profile") -> PolicyProfile:
     except msgspec.ValidationError as error:
         message, _, path = str(error).partition(" - at `")
         raise ProfileError(
-            "not a valid policy profile", f"{where}: {path.rstrip('`') or '$'}: {message}", _ADVICE
+            "not a valid policy profile", f"{where}: {shown(path.rstrip('`') or '$')}: {shown(message)}", _ADVICE
         ) from None
     except (msgspec.DecodeError, RecursionError, UnicodeDecodeError) as error:
         raise ProfileError("not readable as JSON", f"{where}: {_broken_at(text, error)}", _RESTORE) from None
@@ -83,14 +83,14 @@ def loads(text: str | bytes, where: str = "profile") -> PolicyProfile:
         )
     if raw.semantics != SEMANTICS:
         raise ProfileError(
-            "a policy profile of other semantics", f"{where}: $.semantics: {raw.semantics[:80]!r}", _ADVICE
+            "a policy profile of other semantics", f"{where}: $.semantics: '{shown(raw.semantics[:80])}'", _ADVICE
         )
     profile = ensure(_profile(raw, where), where)
     expected = content_hash(profile)
     if raw.content_hash is not None and raw.content_hash != expected:
         raise ProfileError(
             "the profile was edited after it was written",
-            f"{where}: $.content_hash: states {raw.content_hash[:16]}..., the content gives {expected[:16]}...",
+            f"{where}: $.content_hash: states {shown(raw.content_hash[:16])}..., the content gives {expected[:16]}...",
             "restore the file; after an edit made on purpose, delete the content_hash line",
         )
     return profile
@@ -105,7 +105,7 @@ def _broken_at(text: str | bytes, error: Exception) -> str:
     data = text.encode() if isinstance(text, str) else text
     offset = re.search(r"\(byte (\d+)\)", str(error))
     readable = data[: int(offset[1])] if offset else data
-    return f"{place(readable.decode(errors='replace'))}: {error}"
+    return shown(f"{place(readable.decode(errors='replace'))}: {error}")
 
 
 def layout(value: Any, indent: int = 0) -> str:
@@ -293,7 +293,7 @@ def _row(node: NodeJson, names: tuple[list[str], list[str]], path: str) -> tuple
 
 def _index(names: list[str], name: str, kind: str, path: str) -> int:
     if name not in names:
-        raise ProfileError(f"unknown {kind} '{name}'", path, suggestion(name, names))
+        raise ProfileError(f"unknown {kind} '{shown(name)}'", path, suggestion(name, names))
     return names.index(name)
 
 
@@ -302,14 +302,18 @@ def _threshold(double: float, text: str, path: str) -> float:
         exact = float.fromhex(text)
     except (ValueError, OverflowError):
         raise ProfileError(
-            "not a valid policy profile", f"{path}.float32: not a hexadecimal float: {text[:40]!r}", _ADVICE
+            "not a valid policy profile", f"{path}.float32: not a hexadecimal float: '{shown(text[:40])}'", _ADVICE
         ) from None
     with np.errstate(over="ignore"):
         single = np.float32(exact)
     if not np.isfinite(single) or float(single) != exact:
-        raise ProfileError("not a valid policy profile", f"{path}.float32: {text} is not a finite float32", _ADVICE)
+        raise ProfileError(
+            "not a valid policy profile", f"{path}.float32: {shown(text)} is not a finite float32", _ADVICE
+        )
     if deciding_double(single) != double:
-        fault = f"{path}.threshold: {double!r} does not belong to float32 {text}; {deciding_double(single)!r} does"
+        fault = (
+            f"{path}.threshold: {double!r} does not belong to float32 {shown(text)}; {deciding_double(single)!r} does"
+        )
         raise ProfileError("not a valid policy profile", fault, _ADVICE)
     return exact
 
@@ -332,7 +336,7 @@ def _meaning(text: str | None, path: str) -> Meaning | None:
         if match is None or (terms and not match[1]):
             raise ProfileError(
                 "not a valid policy profile",
-                f"{path}: cannot read {text[:80]!r}",
+                f"{path}: cannot read '{shown(text[:80])}'",
                 f"write `a.x - b.x`, {', '.join(f'`{name}(...)`' for name in FUNCTIONS)} or `0`",
             )
         terms.append((-1 if match[1] == "-" else 1, match[2]))

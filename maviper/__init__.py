@@ -1,8 +1,11 @@
 """MAVIPER: neural multi-agent policies as small decision trees, compiled exactly and proved.
 
-Does: `load` a policy profile, `compile` it to code, `verify` claims about it; everything else is a command.
+Does: every command as a function, with its options as parameters; profiles from scikit-learn and ONNX.
 Assumes: heavy libraries are imported by the functions that need them.
-Does not: import anything heavy itself.
+Does not: import anything heavy itself, or print.
+
+Errors that a caller can mend are `codegen.errors.MaviperError`: they say what happened, where, and what to do next.
+InputError is a wrong file, name or number; UnknownNameError, one of them, carries the closest match.
 """
 
 from __future__ import annotations
@@ -10,47 +13,182 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Mapping, Sequence
+    from fractions import Fraction
     from pathlib import Path
+    from typing import Any
 
     from codegen.ir import PolicyProfile
-    from maviper.agreement import Compiled
-    from maviper.replaying import Replayed
-    from verify.closed_loop import LoopResult
-    from verify.engine import Result
+    from maviper.compilation.compile import Compiled
+    from maviper.evaluation.run import Evaluation
+    from maviper.verification.certificates import Checked
+    from maviper.verification.counterexamples import Replayed
+    from maviper.verification.repair import Repaired
+    from verify.verdicts.decisions import Result
+    from verify.verdicts.episodes import EpisodeResult
 
-__all__ = ["compile", "from_onnx", "from_sklearn", "load", "replay", "verify", "version"]
+    # exact: a text such as "1/40" or "0.025"; a float means the decimal that Python prints for it
+    Number = Fraction | float | str
+
+__all__ = [
+    "check",
+    "compile",
+    "evaluate",
+    "extract",
+    "from_onnx",
+    "from_sklearn",
+    "load",
+    "repair",
+    "replay",
+    "train",
+    "verify",
+    "verify_file",
+    "version",
+]
 
 
 def version() -> str:
     """The installed version of the package."""
-    from importlib import metadata
+    from maviper.files.profiles import version as installed
 
-    return metadata.version("maviper")
+    return installed()
 
 
 def load(path: str | Path) -> PolicyProfile:
     """The policy profile in a JSON file, checked. ProfileError (an InputError) with the path of the fault otherwise."""
-    from pathlib import Path
+    from maviper.files.profiles import load as loaded
 
-    from codegen import policy_json
-    from maviper import runs
-
-    return policy_json.loads(runs.read(Path(path), policy_json.MAX_BYTES), Path(path).name)
+    return loaded(path)
 
 
-def from_sklearn(classifier: object, **names: object) -> PolicyProfile:
-    """A profile from a fitted scikit-learn DecisionTreeClassifier; arguments as `codegen.importers.from_sklearn`."""
+def from_sklearn(
+    classifier: object,
+    feature_names: Sequence[str] | None = None,
+    action_names: Sequence[str] | None = None,
+    name: str = "imported",
+) -> PolicyProfile:
+    """A profile of one agent from a fitted scikit-learn DecisionTreeClassifier.
+
+    `feature_names`: default those it was fitted with, or x0, x1, ...; `action_names`: default its labels, in the order
+    of `classes_`. InputError for anything but a fitted classifier of one output.
+    """
     from codegen.importers import from_sklearn as imported
 
-    return imported(classifier, **names)  # pyright: ignore[reportArgumentType]
+    return imported(classifier, feature_names, action_names, name)
 
 
-def from_onnx(model: Path | bytes, **names: object) -> PolicyProfile:
-    """A profile from an ONNX ensemble of one tree; arguments as `codegen.importers.from_onnx`."""
+def from_onnx(
+    model: Path | str | bytes,
+    feature_names: Sequence[str] | None = None,
+    action_names: Sequence[str] | None = None,
+    name: str = "imported",
+) -> PolicyProfile:
+    """A profile of one agent from an ONNX model (bytes, or a path) that is one decision tree.
+
+    Names as for `from_sklearn`. InputError for a model with any other node; MissingToolError without the package onnx.
+    """
     from codegen.importers import from_onnx as imported
 
-    return imported(model, **names)  # pyright: ignore[reportArgumentType]
+    return imported(model, feature_names, action_names, name)
+
+
+def train(
+    world: str,
+    output: str | Path,
+    *,
+    algorithm: str = "",
+    recipe: str = "default",
+    steps: int | None = None,
+    settings: Mapping[str, float] | None = None,
+    seed: int = 0,
+    seeds: int = 1,
+    device: str = "cpu",
+    jobs: int = 1,
+    resume: bool = False,
+) -> dict[str, Any]:
+    """Trains an expert for a world into the run folder `output`; returns its card, with what was measured.
+
+    `algorithm`: mappo, maddpg or vdn (default: the recipe's); `recipe`: default or paper; `steps`: joint steps of the
+    environment; `settings`: others of the algorithm, by name; `seeds`: as many, from `seed` on, of which the best is
+    kept, `jobs` at a time; `resume`: goes on with the run in the folder. The card says `stopped` where training ended
+    early. MissingToolError without torch; InputError for a name or number that cannot be used.
+    """
+    from pathlib import Path
+
+    from maviper.console import Console
+    from maviper.experts.training.run import TrainOptions, trained
+
+    others = tuple(f"{name}={value}" for name, value in (settings or {}).items())
+    asked = TrainOptions(algorithm, recipe, steps, others, seed, seeds, device, jobs, resume)
+    return trained(world, Path(output), asked, Console(quiet=True))
+
+
+def extract(
+    expert: str | Path,
+    output: str | Path | None = None,
+    *,
+    algorithm: str = "maviper",
+    preset: str = "default",
+    max_depth: int = 4,
+    agent: str | None = None,
+    splits: str | None = None,
+    features: str = "",
+    max_episodes: int | None = None,
+    iterations: int | None = None,
+    rollouts: int | None = None,
+    patience: int | None = None,
+    selection: str | None = None,
+    selection_episodes: int | None = None,
+    refinement_episodes: int | None = None,
+    critic: str = "learned",
+    world: str | None = None,
+    counterexamples: Iterable[str | Path] = (),
+    seed: int = 0,
+    seeds: int = 1,
+    jobs: int = 1,
+    resume: bool = False,
+) -> PolicyProfile:
+    """Decision trees from an expert, as a profile; each parameter is an option of `maviper extract`.
+
+    `expert`: a world's name, an expert file, a run folder, or module:function. `output`: the profile's .json file, or a
+    run folder, which several seeds and `resume` need; None: nothing is written. None elsewhere: as the preset says.
+    Counts are episodes, but `iterations` and `patience` (rounds) and `max_depth` (splits). `max_episodes`: in all,
+    instead of the other counts. `counterexamples`: files of `maviper verify -o`, or their folder, to learn from.
+    InputError for a name or number that cannot be used.
+    """
+    from pathlib import Path
+
+    from maviper.console import Console
+    from maviper.extraction.run import ExtractOptions, extracted
+
+    paths = tuple(map(Path, counterexamples))
+    trees = (algorithm, preset, max_depth, agent, splits, features)
+    episodes = (max_episodes, iterations, rollouts, patience, selection, selection_episodes, refinement_episodes)
+    asked = ExtractOptions(*trees, *episodes, critic, world, paths, seed, seeds, jobs, resume)
+    return extracted(str(expert), None if output is None else Path(output), asked, Console(quiet=True))
+
+
+def evaluate(
+    subject: str | Path,
+    *,
+    replaced: Mapping[str, str] | None = None,
+    against: Iterable[str] = (),
+    expert: str | None = None,
+    team: str | None = None,
+    episodes: int = 1_000,
+    world: str | None = None,
+) -> Evaluation:
+    """A profile, an expert or a mix measured in play, on held-out episodes that are the same for everybody.
+
+    `subject`: a profile's file (its name ends in .json), or an expert as `extract` takes it. `replaced`: agent or team
+    -> another subject in its place; `against`: opponents, each a subject, scripted or random; `expert`: what ratios
+    refer to (default: the profile's own, where it is shipped); `team`: one only; `episodes`: at most 100,000.
+    InputError for what cannot be used, UnknownNameError for a name that there is not.
+    """
+    from maviper.evaluation.run import EvaluateOptions, evaluated, request
+
+    mixed = tuple(f"{name}={other}" for name, other in (replaced or {}).items())
+    return evaluated(request(str(subject), EvaluateOptions(mixed, tuple(against), expert, world, team, episodes)))
 
 
 def compile(
@@ -58,34 +196,160 @@ def compile(
     targets: Iterable[str] = ("c", "python", "json"),
     prefix: str | None = None,
     style: str = "auto",
+    *,
+    test_vectors: bool = False,
+    passes: Iterable[str] = (),
+    region: str | Path | None = None,
+    prove: bool = False,
+    solver_units: int | None = None,
 ) -> Compiled:
-    """Code for a profile, replayed against it with tolerance zero before it is returned. `style`: of the C.
+    """Code for a profile, replayed against it with tolerance zero before it is returned.
 
-    DisagreementError when any decision differs. `Compiled.files` maps file names to texts (of ONNX: bytes).
+    `Compiled.files` maps file names to texts (of ONNX: bytes). `targets`: some of c, python, json, javascript, rust,
+    smt, svg, onnx; `prefix`: of every public name (default: the world's name); `style`: of the C, nested, ordered, walk
+    or auto; `test_vectors`: also observations with answers; `passes`: drop (for `region`), merge, reorder, over the
+    trees first; `prove`: C and Python equal to the trees for all observations, with `solver_units` of Z3 for each proof
+    (`Compiled.proofs`). DisagreementError when any decision differs; InputError for what cannot be asked.
     """
-    from maviper.agreement import compile_profile
+    from maviper.compilation.run import CompileOptions, compiled
 
-    return compile_profile(profile, targets, prefix, style)
+    where = None if region is None else str(region)
+    asked = CompileOptions(tuple(targets), prefix, style, test_vectors, tuple(passes), where, prove, solver_units)
+    return compiled(profile, asked)
 
 
 def verify(
-    profile: PolicyProfile, property_name: str = "distinct_targets", region: str = "start", where: bool = False
-) -> Result | LoopResult:
-    """The verdict on a built-in property in a region: `start` for the start box, or the path of a region file.
+    profile: PolicyProfile,
+    claim: str = "distinct_targets",
+    region: str | Path = "start",
+    *,
+    team: str | None = None,
+    semantics: str = "machine",
+    margin: Number | None = None,
+    radius: Number | None = None,
+    kappa: Number | None = None,
+    eps: Number | None = None,
+    landmarks: Sequence[str] | None = None,
+    others: Sequence[str] | None = None,
+    of: str | None = None,
+    steps: int | None = None,
+    where: bool = False,
+    max_cells: int | None = None,
+    max_zones: int | None = None,
+    solver_units: int | None = None,
+) -> Result | EpisodeResult:
+    """The verdict on a built-in claim for every state of a region: `start`, or a region file.
 
-    `where`: also where a claim about single decisions holds and fails (`Result.where`, `Result.within`).
+    `margin` and `radius` are lengths of the world, `kappa` is a ratio, `eps` is in the features' units. `steps`: of an
+    episode; `landmarks`: one for each agent of the team; `others`: from whom keeps_apart keeps the team; `of`: what
+    steady is about. `semantics`: machine, or real for exact arithmetic. `where`: also where a claim about single
+    decisions holds and fails (`Result.where`, `Result.within`), in at most `max_cells` failing cells. `max_zones`
+    limits claims about episodes, `solver_units` each query to Z3. None: as `maviper properties list` says. InputError
+    for a name that there is not, or a parameter that the claim does not read.
     """
-    from maviper.claims import find_region, verify_claims
-    from verify.claim import find_claim
-    from verify.violations import DEFAULT_ZONES
+    from maviper.verification.ask import VerifyOptions, number
+    from maviper.verification.run import results
 
-    claim = find_claim(property_name, profile)
-    zones = DEFAULT_ZONES if where else None
-    return verify_claims(profile, [(claim, find_region(region, profile))], where=zones)[0]
+    asked = VerifyOptions(
+        names=(claim,),
+        region=str(region),
+        team=team,
+        semantics=semantics,
+        margin=number(margin, "margin"),
+        radius=number(radius, "radius"),
+        kappa=number(kappa, "kappa"),
+        eps=number(eps, "eps"),
+        landmarks=None if landmarks is None else tuple(landmarks),
+        others=None if others is None else tuple(others),
+        of=of,
+        steps=steps,
+        where=where,
+        max_cells=max_cells,
+        max_zones=max_zones,
+        solver_units=solver_units,
+    )
+    return results(profile, asked)[0]
 
 
-def replay(counterexample: Path, profile: Path) -> Replayed:
-    """The counterexample of a file that `maviper verify -o` wrote, replayed with the profile in a file."""
-    from maviper.replaying import replay as replayed
+def verify_file(
+    profile: PolicyProfile,
+    file: str | Path,
+    region: str | Path = "start",
+    *,
+    semantics: str = "machine",
+    where: bool = False,
+    max_cells: int | None = None,
+    solver_units: int | None = None,
+) -> list[Result | EpisodeResult]:
+    """The verdicts on the claims of a property file, in its order; `region` is for those that name none.
 
-    return replayed(counterexample, load(profile))
+    The rest is as for `verify`. InputError with line and column for a claim that cannot be read.
+    """
+    from pathlib import Path
+
+    from maviper.verification.ask import VerifyOptions
+    from maviper.verification.run import results
+
+    about = VerifyOptions(
+        file=Path(file),
+        region=str(region),
+        semantics=semantics,
+        where=where,
+        max_cells=max_cells,
+        solver_units=solver_units,
+    )
+    return results(profile, about)
+
+
+def check(certificate: str | Path, profile: PolicyProfile | str | Path | None = None) -> Checked:
+    """What the certificate in a file proves of a profile (default: profile.json beside it).
+
+    RefusedError when its proof does not hold; InputError when it cannot be read or is about another profile.
+    """
+    from pathlib import Path
+
+    from maviper.verification.certificates import checked
+
+    return checked(Path(certificate), Path(profile) if isinstance(profile, str) else profile)
+
+
+def replay(counterexample: str | Path, profile: PolicyProfile | str | Path | None = None) -> Replayed:
+    """The counterexample in a file, replayed with a profile (default: profile.json beside it): does the claim fail?
+
+    InputError when the file is damaged or about another world; DisagreementError when reference, compiled C and
+    environment act differently.
+    """
+    from pathlib import Path
+
+    from maviper.files.profiles import loaded
+    from maviper.verification.counterexamples import replay as replayed
+
+    return replayed(Path(counterexample), loaded(profile, beside=Path(counterexample)))
+
+
+def repair(
+    profile: PolicyProfile,
+    claim: str = "distinct_targets",
+    region: str | Path = "start",
+    *,
+    team: str | None = None,
+    margin: Number | None = None,
+    radius: Number | None = None,
+    landmarks: Sequence[str] | None = None,
+    max_depth: int | None = None,
+    episodes: int = 1_000,
+) -> Repaired:
+    """The leaves from which a claim can fail are changed until both engines prove it; `Repaired.after` is the profile.
+
+    It is None where no repair was found. `claim`: distinct_targets or own_target; `region`, `margin`, `radius` and
+    `landmarks` as for `verify`; `max_depth`: repairs within it are preferred; `episodes`: held out, for the measures
+    before and after (`Repaired.cost`). InputError for what cannot be asked.
+    """
+    from codegen.check import ensure
+    from maviper.verification.ask import number
+    from maviper.verification.repair import RepairOptions, repaired
+
+    ahead, near = number(margin, "margin"), number(radius, "radius")
+    own = None if landmarks is None else tuple(landmarks)
+    asked = RepairOptions(claim, team, str(region), ahead, near, own, max_depth, episodes)
+    return repaired(ensure(profile), asked)

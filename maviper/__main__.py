@@ -10,7 +10,7 @@ import sys
 from typing import NoReturn
 
 from codegen.errors import ExitCode
-from maviper import exits
+from maviper.cli import exits
 
 
 def main() -> NoReturn:
@@ -28,7 +28,7 @@ def main() -> NoReturn:
 def _command() -> object:
     # our matrix products are small: threads cost more than they give, all the more beside other processes
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    from maviper.cli import cli
+    from maviper.cli.main import cli
 
     return cli.main(prog_name="maviper", standalone_mode=False)
 

@@ -1,6 +1,7 @@
 """What a person sees while a command runs: labelled lines and one live line a stage, on standard error.
 
-Does: prints; a stage redraws its line on a terminal and prints a plain line every few seconds elsewhere.
+Does: prints, with what would steer a terminal escaped; a stage redraws its line on a terminal and prints a plain line
+  every few seconds elsewhere.
 Assumes: standard output belongs to results.
 Does not: decide anything.
 """
@@ -10,12 +11,20 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+import click
 from rich.console import Console as RichConsole
 from rich.progress import MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Column
 
+from codegen.errors import visible
+
 LABEL_WIDTH = 12
 PLAIN_SECONDS = 10.0
+
+
+def say(text: str) -> None:
+    """A result on standard output, line by line as a terminal may see it."""
+    click.echo("\n".join(map(visible, text.split("\n"))))
 
 
 class Console:
@@ -28,7 +37,7 @@ class Console:
     def line(self, label: str, text: str = "") -> None:
         """One line: a label in its column, then the text. Long lines are left to the terminal."""
         if not self.quiet:
-            print(f"{label:<{LABEL_WIDTH}}{text}".rstrip(), file=sys.stderr, flush=True)
+            print(visible(f"{label:<{LABEL_WIDTH}}{text}".rstrip()), file=sys.stderr, flush=True)
 
     @contextmanager
     def live(self, label: str, total: int) -> Iterator["LiveLine"]:

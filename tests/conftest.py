@@ -4,7 +4,7 @@ import pytest
 from hypothesis import settings
 
 from codegen import ir
-from codegen.compiled import find_compiler
+from codegen.agreement.compiled import find_compiler
 
 settings.register_profile("repeatable", derandomize=True, deadline=None, max_examples=40)
 settings.load_profile("repeatable")
@@ -34,8 +34,8 @@ def expert():
 @pytest.fixture(scope="session")
 def profile(world, expert) -> ir.PolicyProfile:
     """A real profile, extracted quickly: few iterations, depth 3."""
-    from maviper.extract.algorithms import extract
-    from maviper.extract.settings import Settings
+    from maviper.extraction.algorithms import extract
+    from maviper.extraction.settings import Settings
 
     return extract(world, expert, Settings(max_depth=3, iterations=4, rollouts=30, selection_episodes=30))
 

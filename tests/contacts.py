@@ -7,12 +7,12 @@ import numpy as np
 from codegen import ir
 from maviper.worlds import find
 from tests.teams import tree
-from verify.batch import SCALE, Zones, starts
-from verify.contacts import travels
-from verify.rollout import at_rest, play
-from verify.spec import Region, start_region
-from verify.unroll import Search, grouped, strides
-from verify.world import sample
+from verify.claims.region import Region, start_region
+from verify.episodes.contacts import travels
+from verify.episodes.unroll import Search, grouped, strides
+from verify.episodes.zones import SCALE, Zones, starts
+from verify.states.episodes import at_rest, play
+from verify.states.state import sample
 
 ROOM = 64  # units of 1 / SCALE that this check's own arithmetic may lose
 MOVED = 2**10  # and the one of whole courses
@@ -57,7 +57,7 @@ def around(profile, half, middles):
 def escaped(profile, region, steps, agents, count=100, budget=20_000):
     """How many (start, step) lie in no zone whose bounds hold the start's own course; None when zones are too many.
 
-    Also the number of zones that were touched. Zones must not be given up (MOST_DRIFT).
+    Also the number of zones that were touched. Zones must not be given up (MAX_DRIFT).
     """
     parts = starts(region, profile.world)
     group = grouped(profile, agents, "", [], travels(profile.world, strides(profile), parts, steps))

@@ -2,6 +2,7 @@
 
 import os
 
+import gymnasium
 import numpy as np
 from gymnasium.spaces import Box, Discrete
 from pettingzoo import ParallelEnv
@@ -150,7 +151,47 @@ class _SmallSeeds(Line):
 
 
 def small_seeds():
-    return _SmallSeeds()
+    env = _SmallSeeds()
+    env.max_cycles = 5
+    return env
+
+
+class _TinySeeds(Line):
+    def reset(self, seed=None, options=None):
+        assert seed < 2**16, "the seed is too large"
+        return super().reset(seed)
+
+
+def tiny_seeds():
+    return _TinySeeds()
+
+
+class _Late(Line):
+    def reset(self, seed=None, options=None):
+        observations, infos = super().reset(seed)
+        self.agents = ["left runner"]
+        return {"left runner": observations["left runner"]}, infos
+
+
+def late():
+    env = _Late()
+    env.max_cycles = 5
+    return env
+
+
+class _Dropping(Line):
+    """Without a flag, runner_1 is not in `agents` after two steps, and is there again after the third."""
+
+    def step(self, actions):
+        everybody = dict.fromkeys(self.possible_agents, 1) | actions
+        self.agents = list(self.possible_agents)
+        outcome = super().step(everybody)
+        self.agents = ["left runner"] if self.time == 2 else list(self.possible_agents)
+        return outcome
+
+
+def dropping():
+    return _Dropping()
 
 
 class _NotANumber(Line):
@@ -202,3 +243,89 @@ def talking():
 
 def leaving():
     raise SystemExit("this is a script")
+
+
+class Relay(ParallelEnv):
+    """Two runners and a chaser. A runner leaves after `first` steps or fewer than `spread` more; the chaser is cut.
+
+    Everybody observes [a random place, the time, `over` for who has left, else 0] and gains 1 a step. As some do, the
+    environment still hands out observations, and rewards of 100, for those who have left.
+    """
+
+    metadata = {"name": "relay"}  # noqa: RUF012
+
+    def __init__(self, over=1.0, first=2, spread=3, length=8, agents=("runner_0", "runner_1", "chaser_0")):
+        self.possible_agents = list(agents)
+        self.over, self.first, self.spread, self.max_cycles = over, first, spread, length
+
+    def observation_space(self, agent):
+        return Box(-20, 20, (3,), np.float32)
+
+    def action_space(self, agent):
+        return Discrete(3)
+
+    def reset(self, seed=None, options=None):
+        self.rng = np.random.default_rng(seed)
+        self.agents, self.time = list(self.possible_agents), 0
+        self.leaves = {
+            agent: self.first + int(self.rng.integers(self.spread))
+            for agent in self.possible_agents
+            if agent != "chaser_0"
+        }
+        return self.observations(), {agent: {} for agent in self.agents}
+
+    def observations(self):
+        left = {agent for agent, time in self.leaves.items() if self.time >= time}
+        return {
+            agent: np.array([self.rng.uniform(-1, 1), self.time, self.over if agent in left else 0], np.float32)
+            for agent in self.possible_agents
+        }
+
+    def step(self, actions):
+        assert set(actions) == set(self.agents), actions
+        self.time += 1
+        rewards = {agent: 1.0 if agent in self.agents else 100.0 for agent in self.possible_agents}
+        ended = {agent: self.time >= self.leaves.get(agent, 99) for agent in self.agents}
+        cut = dict.fromkeys(self.agents, self.time >= self.max_cycles)
+        infos = {agent: {} for agent in self.agents}
+        self.agents = [agent for agent in self.agents if not ended[agent] and not cut[agent]]
+        return self.observations(), rewards, ended, cut, infos
+
+
+def relay(over: int = 1):
+    return Relay(over)
+
+
+def alone(over: int = 1):
+    """One runner, who leaves after three steps."""
+    return Relay(over, first=3, spread=1, agents=("runner_0",))
+
+
+class Single(ParallelEnv):
+    """A gymnasium environment as a parallel one of one agent."""
+
+    metadata = {"name": "single"}  # noqa: RUF012
+
+    def __init__(self, name, steps):
+        self.env = gymnasium.make(name, max_episode_steps=steps)
+        self.possible_agents, self.max_cycles = ["player_0"], steps
+
+    def observation_space(self, agent):
+        return self.env.observation_space
+
+    def action_space(self, agent):
+        return self.env.action_space
+
+    def reset(self, seed=None, options=None):
+        observation, info = self.env.reset(seed=seed)
+        self.agents = list(self.possible_agents)
+        return {"player_0": observation}, {"player_0": info}
+
+    def step(self, actions):
+        parts = self.env.step(actions["player_0"])
+        self.agents = [] if parts[2] or parts[3] else self.agents
+        return tuple({"player_0": part} for part in parts)
+
+
+def cart_pole():
+    return Single("CartPole-v1", 200)

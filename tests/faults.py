@@ -15,23 +15,30 @@ from fractions import Fraction
 import numpy as np
 import z3
 
-from codegen import ir, policy_json, selfcheck
-from codegen.deploy import deployed
+from codegen import ir, policy_json
+from codegen.agreement import selfcheck
+from codegen.agreement.build import Build
 from codegen.errors import DisagreementError, MaviperError
-from codegen.lower import lower
+from codegen.lowering.deploy import deployed
+from codegen.lowering.lower import lower
 from codegen.targets import TARGETS, emit
-from maviper import agreement, proofs
-from tests import courses
+from maviper.compilation import compile, proofs
+from tests import episode_cases
 from tests.teams import DOWN, LEFT, RIGHT, STAY, UP, team, towards, tree
-from verify import batch, composition, encode, engine, properties, unroll
-from verify.engine import decide
-from verify.formula import FALSE, TRUE, negated
-from verify.properties import Property
-from verify.property_file import read_properties
-from verify.spec import Verdict, start_region
-from verify.world import Point, violates
+from verify.claims import decisions as properties
+from verify.claims.decisions import DecisionClaim
+from verify.claims.files import read_properties
+from verify.claims.formula import FALSE, TRUE, negated
+from verify.claims.region import Verdict, start_region
+from verify.episodes import composition, unroll
+from verify.episodes import zones as batch
+from verify.question import Question, from_start
+from verify.solver import decide as deciding
+from verify.solver import encode
+from verify.solver.decide import decide
+from verify.states.state import State, violates
 
-CLAIM = Property("distinct_targets", "defenders")
+CLAIM = DecisionClaim("distinct_targets", "defenders")
 
 
 @dataclass(frozen=True)
@@ -55,7 +62,7 @@ def text_fault(name: str, file: str, change: Callable[[str], str], style: str = 
         report = selfcheck.check_files(profile, beside | {file: wrong}, random=1_000, style=style)
         found = list(report.agreements)
         if file == SMT:
-            found += agreement.asked(profile, wrong, None)
+            found += compile.asked(Build(profile, lower(profile), {file: wrong}))
         return any(item.differences for item in found)
 
     return Fault(f"{file.rpartition('.')[2]}: {name}", "agreement check", plant, change, style)
@@ -127,20 +134,31 @@ TEXT = [
     text_fault("the next integer", H, lambda text: re.sub(r"<= INT32_C\((0x\w+)\)", lambda m: f"<= INT32_C({int(m[1], 16) + 1:#x})", text), "ordered"),
     text_fault("the threshold before", H, lambda text: re.sub(r"(threshold\[\d+\] = \{)([^,}]+)", lambda m: m[1] + float(np.nextafter(np.float32(float.fromhex(m[2][:-1])), np.float32(-9))).hex() + "f", text), "walk"),
     text_fault("a NaN goes left", H, within("agent_0_act", "(x[feature[i]] <= threshold[i]) ? 0 : 1", "(x[feature[i]] > threshold[i]) ? 1 : 0"), "walk"),
-    text_fault("< for <=", PY, lambda text: text.replace("] <= ", "] < ")),
-    text_fault("six decimals", PY, lambda text: re.sub(r"(?<=\] <= )-?[\d.e-]+", lambda m: f"{float(m[0]):.6f}", text)),
-    text_fault("the float32 for the deciding double", PY, lambda text: re.sub(r"(?<=\] <= )-?[\d.e-]+", lambda m: repr(float(np.float32(float(m[0])))), text)),
+    text_fault("< for <=", PY, lambda text: text.replace(")) <= ", ")) < ")),
+    text_fault("six decimals", PY, lambda text: re.sub(r"(?<=\)\) <= )-?[\d.e-]+", lambda m: f"{float(m[0]):.6f}", text)),
+    text_fault("the float32 for the deciding double", PY, lambda text: re.sub(r"(?<=\)\) <= )-?[\d.e-]+", lambda m: repr(float(np.float32(float(m[0])))), text)),
     text_fault("one action", PY, lambda text: text.replace("return 1  #", "return 2  #", 1)),
     text_fault("< for <= in the batch function", PY, lambda text: re.sub(r"( x\d+) <= ", r"\1 < ", text)),
     text_fault("swapped sides in the batch function", PY, lambda text: text.replace("actions ^= right", "actions ^= left")),
     text_fault("a column for another in the batch function", PY, lambda text: re.sub(r"(x\d+), (x\d+)(, .* = _columns)", r"\2, \1\3", text)),
     text_fault("the last rows of the batch function", PY, lambda text: text.replace("found[:, whole:] = rows[whole:, features].T", "found[:, whole:] = rows[: len(rows) - whole, features].T")),
     text_fault("two rows of a tile in the batch function", PY, lambda text: text.replace(".reshape(tiles, 256, rows.shape[1]).", ".reshape(256, tiles, rows.shape[1]).swapaxes(0, 1).")),
-    text_fault("NaN replaced in the batch function", PY, lambda text: text.replace("x = np.asarray(x, dtype=np.float32)", "x = np.nan_to_num(x)")),
+    text_fault("NaN replaced in the batch function", PY, lambda text: text.replace("rows = x[start : start + 65536]", "rows = np.nan_to_num(x[start : start + 65536])")),
+    text_fault("any length", PY, lambda text: re.sub(r" or len\(x\) != \d+", "", text)),
+    text_fault("numbers compared as they are", PY, lambda text: text.replace("is float else _double(v)", "is float else v")),
+    text_fault("texts as numbers", PY, lambda text: text.replace("    if not number or isinstance(value, (str, bytes, complex)) or", "    if")),
+    text_fault("long doubles rounded once in the batch function", PY, lambda text: text.replace("x = x.astype(np.float64)", "pass")),
+    text_fault("texts as numbers in the batch function", PY, lambda text: text.replace('"cmMSU"', '"mM"')),
+    text_fault("any length of an array", PY, lambda text: text.replace("list and len(values) == n and", "list and").replace("shape != (n,)", "not shape")),
+    text_fault("any width in the batch function", PY, lambda text: text.replace("x.ndim != 2 or x.shape[1] != n", "x.ndim != 2")),
     text_fault("< for <=", JS, lambda text: text.replace("] <= ", "] < ")),
     text_fault("six decimals", JS, lambda text: re.sub(r"(?<=\] <= )-?[\d.e-]+", lambda m: f"{float(m[0]):.6f}", text)),
     text_fault("the float32 for the deciding double", JS, lambda text: re.sub(r"(?<=\] <= )-?[\d.e-]+", lambda m: repr(float(np.float32(float(m[0])))), text)),
-    text_fault("rows of another width", JS, lambda text: re.sub(r"x\.subarray\(row \* (\d+), \(row \+ 1\) \* \d+\)", r"x.subarray(1 + row * \1)", text)),
+    text_fault("another row", JS, lambda text: re.sub(r"x\.subarray\(row \* (\d+), \(row \+ 1\) \* \d+\)", r"x.subarray((n - 1 - row) * \1, (n - row) * \1)", text)),
+    text_fault("any length", JS, lambda text: text.replace("x.length !== n)", "x.length < 0)")),
+    text_fault("texts as numbers", JS, lambda text: text.replace('!== "number"', '=== "object"')),
+    text_fault("big integers as numbers", JS, lambda text: text.replace("? 1 : n;", "? 0 : n;")),
+    text_fault("any number of rows", JS, lambda text: text.replace(" || x.length !== width * n", "")),
     text_fault("< for <=", RS, lambda text: text.replace("] <= f32", "] < f32")),
     text_fault("the next bits", RS, lambda text: re.sub(r"from_bits\((0x\w+)\)", lambda m: f"from_bits({int(m[1], 16) + 1:#x})", text)),
     text_fault("infinity passes the input check", RS, lambda text: text.replace("value.is_finite()", "!value.is_nan()")),
@@ -148,6 +166,8 @@ TEXT = [
     text_fault("a NaN goes left", SMT, lambda text: re.sub(r"\(fp\.leq (\|\w+\|) (\(fp [^)]*\))\)", r"(not (fp.gt \1 \2))", text)),
     text_fault("another feature", SMT, lambda text: text.replace("|landmark_0_dx| (_", "|landmark_9_dx| (_").replace("|landmark_0_dy| (_", "|landmark_0_dx| (_").replace("|landmark_9_dx| (_", "|landmark_0_dy| (_")),
     text_fault("< for <= in the reader", READER, lambda text: text.replace(") <= threshold", ") < threshold")),
+    text_fault("any length in the reader", READER, lambda text: text.replace("if given != len(self.features):", "if given == 0:")),
+    text_fault("texts as numbers in the reader", READER, lambda text: text.replace("float32(x[feature])", "float32(float(x[feature]))").replace("(kind, numbers.Real)", "(kind, object)")),
     text_fault("NaN goes left in the reader", READER, lambda text: text.replace("left if float32(x[feature]) <= threshold else right", "right if float32(x[feature]) > threshold else left")),
     text_fault("swapped children", SVG, lambda text: re.sub(r'data-left="(\d+)" data-right="(\d+)"', r'data-left="\2" data-right="\1"', text)),
     text_fault("a leaf's action", SVG, lambda text: re.sub(r'data-action="(\d)"', lambda m: f'data-action="{(int(m[1]) + 1) % 5}"', text, count=1)),
@@ -165,7 +185,7 @@ def proof_fault(fault: Fault) -> Fault:
         wrong = fault.change(text)
         assert wrong != text, f"the fault {fault.name} changes nothing"
         try:
-            proofs.prove(profile, {file: wrong}, lower(profile, style=fault.style))
+            proofs.prove(Build(profile, lower(profile, style=fault.style), {file: wrong}))
         except DisagreementError:
             return True
         return False
@@ -195,7 +215,7 @@ PROOF = [
         text_fault("one float lower, once", H, next_below),
         text_fault("a NaN goes left in nested ifs", H, lambda text: re.sub(r"if \((x\[\w+\]) <= (-?0x[\w.+-]+)\)", r"if (!(\1 > \2))", text)),
         text_fault("a swapped leaf", H, swap_leaves, "ordered"),
-        text_fault("the next double", PY, lambda text: re.sub(r"(?<=x\[\d\] <= )-?[\d.e-]+", lambda m: repr(math.nextafter(float(m[0]), math.inf)), text, count=1)),
+        text_fault("the next double", PY, lambda text: re.sub(r"(?<=\)\) <= )-?[\d.e-]+", lambda m: repr(math.nextafter(float(m[0]), math.inf)), text, count=1)),
     ]
 ]  # fmt: skip
 
@@ -302,14 +322,14 @@ def encoder_wrong(profile: ir.PolicyProfile) -> bool:
         first = tree((2 + axis, threshold, 1, 2), STAY, (RIGHT, UP)[axis])
         second = tree((4 + axis, threshold, 1, 2), (LEFT, DOWN)[axis], STAY)
         for profile_here in (team(profile, first, towards(1, 1)), team(profile, towards(0, 0), second)):
-            question = encode.question(profile_here, CLAIM, start_region(profile.world), "landmark_0")
-            for point in sharp_points(threshold, axis, rng):
+            question = encode.query(Question(profile_here, CLAIM, start_region(profile.world)), "landmark_0")
+            for state in sharp_points(threshold, axis, rng):
                 exact = [
                     (question.variables[name], z3.RatVal(*Fraction(value).as_integer_ratio()))
-                    for name, value in point.position.items()
+                    for name, value in state.position.items()
                 ]
                 said = z3.simplify(z3.substitute(question.constraints[-1], *exact))
-                if z3.is_true(said) != violates(profile_here, CLAIM, point):
+                if z3.is_true(said) != violates(from_start(profile_here, CLAIM), state):
                     return True
     return False
 
@@ -321,7 +341,7 @@ def sharp_points(threshold: float, axis: int, rng: np.random.Generator):
         position = {f"{name}.{letter}": float(rng.uniform(-1, 1)) for name in ENTITIES for letter in "xy"}
         for agent, landmark in (("agent_0", "landmark_0"), ("agent_1", "landmark_1")):
             position |= {f"{agent}.{letter}": base, f"{landmark}.{letter}": end}
-        yield Point(position, "landmark_0")
+        yield State(position, "landmark_0")
 
 
 def sharp_pairs(threshold: float):
@@ -364,7 +384,7 @@ def verdicts_wrong(profile: ir.PolicyProfile) -> bool:
         (still, start, Verdict.VIOLATED), (follower, start, Verdict.VIOLATED),
         (follower, replace(start, goals=("landmark_0",)), Verdict.PROVED),
     ]  # fmt: skip
-    return any(decide(one, CLAIM, region).verdict is not verdict for one, region, verdict in known)
+    return any(decide(Question(one, CLAIM, region)).verdict is not verdict for one, region, verdict in known)
 
 
 def verdict_fault(module, name: str, attribute: str, change: Callable[[Callable], Callable]) -> Fault:
@@ -379,7 +399,7 @@ def verdict_fault(module, name: str, attribute: str, change: Callable[[Callable]
 
 def steady_wrong(profile: ir.PolicyProfile) -> bool:
     """Whether a team whose verdict with errors of up to 1/10 is known gets another one."""
-    claim = Property(properties.STEADY, CLAIM.team, eps=Fraction(1, 10), of=CLAIM.name)
+    claim = DecisionClaim(properties.STEADY, CLAIM.team, eps=Fraction(1, 10), of=CLAIM.name)
     box = dict.fromkeys(start_region(profile.world).box, (Fraction(0), Fraction(0)))
     box |= {f"landmark_{k}.{axis}": (Fraction(1), Fraction(1)) for k in (0, 1) for axis in "xy"}
     region = replace(start_region(profile.world), box=box | {"agent_0.x": (Fraction(-2), Fraction(2))})
@@ -396,7 +416,7 @@ def steady_wrong(profile: ir.PolicyProfile) -> bool:
     ((own, _),) = read_properties(source, profile, "faults", lambda name: region)
     known = [(twice, claim, region, Verdict.PROVED), (apart, claim, region, Verdict.VIOLATED)]
     known.append((opposite, own, start_region(profile.world), Verdict.VIOLATED))
-    return any(decide(one, asked, where).verdict is not verdict for one, asked, where, verdict in known)
+    return any(decide(Question(one, asked, where)).verdict is not verdict for one, asked, where, verdict in known)
 
 
 def assuming_wrong(profile: ir.PolicyProfile) -> bool:
@@ -412,7 +432,7 @@ def assuming_wrong(profile: ir.PolicyProfile) -> bool:
     for assume, verdict in known.items():
         source = f'[[property]]\nname = "{CLAIM.name}"\nradius = 0.2\nassume = "{assume}"'
         ((claim, region),) = read_properties(source, same, "faults", lambda name: start_region(profile.world))
-        if decide(same, claim, region).verdict is not verdict:
+        if decide(Question(same, claim, region)).verdict is not verdict:
             return True
     return False
 
@@ -451,21 +471,21 @@ ENCODER = [
     steady_fault(encode, "errors forgotten", "measurable", lambda _: lambda meaning: False),
     steady_fault(encode._Encoder, "an error a test, not a feature", "_error", lambda f: lambda self, agent, feature: f(self, agent, f"{feature}{len(self.variables)}")),
     steady_fault(encode._Encoder, "agents share errors", "_error", lambda f: lambda self, agent, feature: f(self, "agent_0", feature)),
-    assuming_fault(engine, "not asked whether it can hold", "_nothing", lambda _: lambda *given: ("", 0)),
-    assuming_fault(engine, "emptiness of the region alone", "region_only", lambda f: lambda region, *_: f(region)),
-    assuming_fault(encode, "forgotten in the claim", "formula", lambda f: lambda p, claim: f(p, replace(claim, assume=TRUE))),
+    assuming_fault(deciding, "not asked whether it can hold", "about_nothing", lambda _: lambda question: ("", 0)),
+    assuming_fault(deciding, "emptiness of the region alone", "region_only", lambda f: lambda region, *_: f(region)),
+    assuming_fault(deciding, "forgotten in the claim", "query", lambda f: lambda q, goal: f(q.about(replace(q.claim, assume=TRUE)), goal)),
     assuming_fault(encode, "another goal than the question's", "for_goal", lambda f: lambda claim, goal: f(claim, "landmark_0")),
     verdict_fault(properties, "only one matching tried", "matchings", lambda f: lambda n, m: f(n, m)[:1]),
     verdict_fault(properties, "no matching tried", "matchings", lambda _: lambda n, m: []),
     verdict_fault(properties, "engaged taken for not engaged", "engaged", lambda f: lambda *given: negated(f(*given))),
     verdict_fault(properties, "always engaged", "engaged", lambda f: lambda *given: TRUE),
     verdict_fault(properties, "never at a landmark", "at", lambda f: lambda *given: FALSE),
-    verdict_fault(engine, "goal taken for landmark 0", "question", lambda f: lambda p, c, r, goal, *slack, **how: f(p, c, r, "landmark_0", *slack, **how)),
+    verdict_fault(deciding, "goal taken for landmark 0", "query", lambda f: lambda question, goal: f(question, "landmark_0")),
     verdict_fault(encode, "region forgotten", "_region", lambda f: lambda region, at: [z3.BoolVal(False)]),
     encoder_fault("not negated", "negated", lambda f: lambda claim: claim),
     verdict_fault(encode, "the other way round", "negated", lambda f: lambda claim: claim),
-    encoder_fault("margin of one", "formula", lambda f: lambda p, claim: f(p, replace(claim, margin=Fraction(1)))),
-    encoder_fault("at a landmark within one", "formula", lambda f: lambda p, claim: f(p, replace(claim, radius=Fraction(1)))),
+    encoder_fault("margin of one", "query", lambda f: lambda q, goal: f(q.with_margin(Fraction(1)), goal)),
+    encoder_fault("at a landmark within one", "query", lambda f: lambda q, goal: f(q.about(replace(q.claim, radius=Fraction(1))), goal)),
 ]  # fmt: skip
 
 
@@ -474,13 +494,15 @@ ENCODER = [
 
 def starts_lost(profile: ir.PolicyProfile) -> bool:
     """Whether zones lose the course of some start, also of starts on which thresholds tie."""
-    first, second = courses.arriving(0), courses.arriving(1)
-    pair = team(profile, courses.on_lattice(first), courses.on_lattice(second))
-    return any(courses.lost(pair, 9, 1, 300, lattice, (agent,)) for lattice in (None, 0.125) for agent in ENTITIES[1:3])
+    first, second = episode_cases.arriving(0), episode_cases.arriving(1)
+    pair = team(profile, episode_cases.on_lattice(first), episode_cases.on_lattice(second))
+    return any(
+        episode_cases.lost(pair, 9, 1, 300, lattice, (agent,)) for lattice in (None, 0.125) for agent in ENTITIES[1:3]
+    )
 
 
 def zones_fault(module, name: str, attribute: str, change: Callable[[Callable], Callable], guard=starts_lost) -> Fault:
-    said = "courses of single starts" if guard is starts_lost else "teams with a known verdict"
+    said = "episodes of single starts" if guard is starts_lost else "teams with a known verdict"
 
     def plant(profile, patch):
         patch.setattr(module, attribute, change(getattr(module, attribute)))
@@ -506,12 +528,13 @@ ZONES = [
     zones_fault(unroll, "tests shift the wrong way", "_shift", lambda f: lambda *given: tuple(-end for end in f(*given))),
     zones_fault(unroll, "sides of a split swapped", "_sides", lambda f: lambda *given: f(*given)[::-1]),
     zones_fault(unroll, "a threshold a millionth too low", "deciding_double", lambda f: lambda t: f(t) - 1e-6),
+    zones_fault(unroll, "both ends of a sign are one test", "_line", lambda f: lambda *given: (f(*given)[0], False), episode_cases.signs_wrong),
     zones_fault(unroll.Search, "an action moves at once", "_stepped", hasty),
     zones_fault(unroll.Search, "first answers stay", "_stepped", forgetful),
-    zones_fault(composition, "arrived within one", "away", lambda f: lambda z, g, a, k, radius: f(z, g, a, k, Fraction(1)), courses.verdicts_wrong),
-    zones_fault(composition, "never arrived", "away", lambda f: lambda zones, *given: zones, courses.verdicts_wrong),
-    zones_fault(composition, "always matched", "unmatched", lambda f: lambda zones, *given: zones.take(slice(0)), courses.verdicts_wrong),
-    zones_fault(composition, "never matched", "unmatched", lambda f: lambda zones, *given: zones, courses.verdicts_wrong),
+    zones_fault(composition, "arrived within one", "away", lambda f: lambda z, g, a, k, radius: f(z, g, a, k, Fraction(1)), episode_cases.verdicts_wrong),
+    zones_fault(composition, "never arrived", "away", lambda f: lambda zones, *given: zones, episode_cases.verdicts_wrong),
+    zones_fault(composition, "always matched", "unmatched", lambda f: lambda zones, *given: zones.take(slice(0)), episode_cases.verdicts_wrong),
+    zones_fault(composition, "never matched", "unmatched", lambda f: lambda zones, *given: zones, episode_cases.verdicts_wrong),
 ]  # fmt: skip
 
 ALL = [*TEXT, *PROOF, *GROWN, *PROFILE, *THRESHOLD, *ENCODER, *ZONES]

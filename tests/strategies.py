@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import strategies as st
 
 from codegen import ir
-from codegen.deploy import deployed
+from codegen.lowering.deploy import deployed
 from maviper.worlds import PhysicalDeception
 
 WORLD = PhysicalDeception()

@@ -20,9 +20,10 @@ from hypothesis import strategies as st
 
 from codegen import policy_json
 from codegen.errors import ExitCode
-from maviper import cli, runs
+from maviper.cli import main
+from maviper.files import runs
 from tests.strategies import WORLD
-from verify.spec import positions
+from verify.claims.region import positions
 
 ANSWERS = {ExitCode.DONE, ExitCode.VIOLATED, ExitCode.INPUT, ExitCode.INCONCLUSIVE}
 WORDS = ["", " ", "x", "agent_0", "goal_dx", "x*/", "a\nb", "__init__", "é", "a" * 100, "../../x", "%s%n", "{{7*7}}"]
@@ -61,7 +62,7 @@ def edit(document, path, change, value):
 
 
 def run(*arguments):
-    return cli.run([str(argument) for argument in arguments])
+    return main.run([str(argument) for argument in arguments])
 
 
 def whole(folder: Path) -> None:
@@ -116,6 +117,35 @@ def test_damaged_bytes(document, shared_place, noise, seed):
     file = shared_place / "profile.json"
     file.write_bytes(bytes(text))
     assert run("-q", "show", file) in ANSWERS
+
+
+FASTER = {"name": "vx", "unit": "length/s", "range": [-9, 9], "meaning": "agent_0.vx"}
+
+
+@pytest.mark.parametrize(
+    ("place_of", "value", "says"),
+    [
+        (("dt",), -0.1, "$.world.dt: must be from 0"),
+        (("agents", 1, "force"), -5.0, "$.world.agents[1].force: must be from 0"),
+        (("start_box",), [1.0, -1.0], "$.world.start_low: is above start_high"),
+        (("landmarks", 0, "start_box"), [1.0, -1.0], "$.world.landmarks[0].start_box: needs low <= high"),
+        (("damping",), 0.0, "nothing bounds agent_0.vx"),
+        (("damping",), 1e-320, "nothing bounds agent_0.vx"),
+        (("agents", 1, "force"), -0.0, ""),
+        (("landmarks", 0, "start_box"), [0.0, -0.0], ""),
+    ],
+)
+def test_start_boxes_that_are_none(document, place, capsys, place_of, value, says):
+    """Whatever a start box is computed from: speeds in it come from force, time step and damping."""
+    changed = {key: item for key, item in copy.deepcopy(document).items() if key != "content_hash"}
+    changed["agents"][1]["features"].append(FASTER)
+    changed = edit(changed, ("world", *place_of), "replace", value)
+    (place / "profile.json").write_text(json.dumps(changed))
+    for command, *more in (["verify"], ["compile", "--pass", "drop", "--region", "start"]):
+        asked = [command, place / "profile.json", *more, "-o", place / "out"]
+        code = run("-q", *asked)
+        assert code in ANSWERS, command
+        assert not says or (code == ExitCode.INPUT and says in capsys.readouterr().err)
 
 
 @pytest.mark.compile
@@ -197,7 +227,7 @@ OPTIONS = {
     "--team": ["", "adversaries", "defenders\n", "x"],
     "--margin": ["", "nan", "inf", "-1", "1e999", "1/0", "2/-3", "9" * 5000, "0x1"],
     "--radius": ["", "nan", "-0.5", "1_000", "1/3"],
-    "--budget": ["", "0", "-1", "1", "2.5", "9" * 30],
+    "--solver-units": ["", "0", "-1", "1", "2.5", "9" * 30],
     "--properties": ["", ".", "no/such", "profile.json"],
     "--kappa": ["", "1"],
     "--eps": ["", "0", "nan", "1/100"],
@@ -292,7 +322,7 @@ def test_ctrl_c_while_a_property_is_decided(document, place):
 
 LOOP_OPTIONS = {
     "--steps": ["", "-1", "0", "2.5", "1001", "9" * 30],
-    "--zones": ["", "0", "1", "-1", "9" * 30],
+    "--max-zones": ["", "0", "1", "-1", "9" * 30],
     "--radius": ["nan", "-1", "0", "9" * 30],
     "--landmarks": ["", ",", "landmark_0", "landmark_0,landmark_0", "nowhere,landmark_1", " landmark_1 , landmark_0"],
 }
@@ -479,7 +509,7 @@ WRITER = """
 import signal, sys
 signal.signal(signal.SIGINT, signal.default_int_handler)  # a caller in the background ignores it, and so would we
 from pathlib import Path
-from maviper import runs
+from maviper.files import runs
 runs.write(Path("file"), "a" * 300_000)
 print("ready", file=sys.stderr, flush=True)
 while True:

@@ -10,10 +10,11 @@ import sys
 import numpy as np
 import pytest
 
-from codegen.compiled import STRICT, find_compiler
-from maviper import agreement, load
-from maviper.evaluate.play import play, tree_policies
+from codegen.agreement.compiled import STRICT, find_compiler
+from maviper import load
+from maviper.episodes.play import play, tree_policies
 from maviper.worlds import WorldState
+from maviper.worlds.matching import matching_world
 from maviper.worlds.particle import SUCCESS
 from tests import machines
 from tests.test_generated import FOLDER
@@ -34,12 +35,12 @@ def team():
 
 @pytest.fixture(scope="module")
 def starts(team):
-    return agreement.matching_world(team).start_from_seeds(range(SEED, SEED + EPISODES))
+    return matching_world(team).start_from_seeds(range(SEED, SEED + EPISODES))
 
 
 def ours(team, starts, ends=True):
     """What our simulator says of episodes from these starts, in the lines of the programs; C's say where they end."""
-    world = agreement.matching_world(team)
+    world = matching_world(team)
     episodes = play(world, [tree_policies(team.agents)] * len(team.agents), starts)
     rows = [world.measures.index(measure) for measure in world.measures if measure.name == SUCCESS[0]]
     assert [world.measures[row].team for row in rows] == ["adversaries", "defenders"] and len(starts) > 0

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from codegen import policy_json, selfcheck
+from codegen import policy_json
+from codegen.agreement import selfcheck
 from codegen.targets import emit
 from tests import faults
 
@@ -26,7 +27,8 @@ def test_without_a_fault_no_guard_speaks(profile):
     assert not faults.steady_wrong(profile)
     assert not faults.assuming_wrong(profile)
     assert not faults.starts_lost(profile)
-    assert not faults.courses.verdicts_wrong(profile)
+    assert not faults.episode_cases.verdicts_wrong(profile)
+    assert not faults.episode_cases.signs_wrong(profile)
 
 
 def test_the_list(capsys):

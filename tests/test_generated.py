@@ -10,8 +10,12 @@ from pathlib import Path
 
 import pytest
 
-from codegen.compiled import find_compiler
-from maviper import agreement, claims, load, publish, runs
+from codegen.agreement.compiled import find_compiler
+from maviper import load
+from maviper.compilation import compile
+from maviper.files import runs
+from maviper.tour import handout
+from maviper.verification import join
 
 FOLDER = Path(__file__).parent.parent / "generated" / "physical_deception"
 
@@ -25,9 +29,9 @@ def present():
 
 def test_all_files_follow_from_the_committed_profile(golden):
     profile = load(FOLDER / runs.PROFILE_FILE)
-    compiled = agreement.compile_profile(profile)
-    asked = publish.questions(profile)
-    files = publish.handout(profile, compiled, asked, claims.verify_claims(profile, asked))
+    compiled = compile.compile_profile(profile)
+    asked = handout.questions(profile)
+    files = handout.handout(profile, compiled, asked, join.verify_claims(profile, asked))
     assert set(files) == {path.name for path in present()}
     golden("generated/physical_deception", files)
 

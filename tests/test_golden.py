@@ -8,9 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from codegen import compiled, ir, probes, questions, selfcheck, vectors
-from codegen.deploy import deployed
-from codegen.lower import AUTO, ORDERED, STYLES, lower
+from codegen import ir
+from codegen.agreement import compiled, probes, selfcheck, vectors
+from codegen.agreement.build import build
+from codegen.check import ensure
+from codegen.equivalence import obligations
+from codegen.lowering.deploy import deployed
+from codegen.lowering.lower import AUTO, ORDERED, STYLES, lower
 from codegen.policy_json import layout, loads
 from codegen.schema import schema
 from codegen.targets import TARGETS, c, emit
@@ -44,7 +48,7 @@ def small_profile() -> ir.PolicyProfile:
         for name, features, actions in zip(WORLD.agents, WORLD.features, WORLD.actions, strict=True)
     )
     provenance = ir.Provenance("hand-made", "none", 0, "", "tests", {"depth": 3}, {"success": 0.5})
-    return ir.ensure(ir.PolicyProfile(WORLD.spec, agents, provenance))
+    return ensure(ir.PolicyProfile(WORLD.spec, agents, provenance))
 
 
 def test_every_target_has_its_golden_file(golden):
@@ -53,9 +57,9 @@ def test_every_target_has_its_golden_file(golden):
     assert len(files) == len(TARGETS) + 1 - 2 + 2 * len(profile.agents), "a reader; a picture and a model an agent"
     files |= {f"walk_{name}": text for name, text in emit(profile, ["c"], style="walk").items()}
     files |= {f"ordered_{name}": text for name, text in emit(profile, ["c"], style="ordered").items()}
-    files |= vectors.files(profile, lower(profile), list(TARGETS))
-    asked = questions.about_c(files["physical_deception.h"], profile, lower(profile))
-    asked += questions.about_python(files["physical_deception.py"], profile, lower(profile))
+    files |= vectors.files(build(profile, TARGETS), TARGETS)
+    asked = obligations.about_c(files["physical_deception.h"], profile, lower(profile))
+    asked += obligations.about_python(files["physical_deception.py"], profile, lower(profile))
     named = {"c": asked[1], "python": asked[len(profile.agents) + 1]}
     files |= {f"physical_deception_{each.agent}.{kind}.smt2": each.text for kind, each in named.items()}
     golden(FOLDER, files)
@@ -150,7 +154,8 @@ def test_the_python_module_runs_with_nothing_installed(header, tmp_path):
     """-I -S: no site-packages, no environment; the module must import and decide."""
     shutil.copy(header.with_suffix(".py"), tmp_path / "policy.py")
     code = (
-        "import sys; sys.path.insert(0, '.'); import policy; print([policy.ACT[a]([0.0] * 10) for a in policy.AGENTS])"
+        "import sys; sys.path.insert(0, '.'); import policy;"
+        "print([policy.ACT[a]([0.0] * len(policy.FEATURES[a])) for a in policy.AGENTS])"
     )
     ran = subprocess.run(
         [sys.executable, "-I", "-S", "-c", code], cwd=tmp_path, capture_output=True, text=True, check=True

@@ -7,17 +7,20 @@ import pytest
 
 from codegen import ir
 from codegen.policy_json import content_hash
-from maviper import cli, load
-from maviper.evaluate import metrics
-from maviper.evaluate.play import tree_policies
+from maviper import load
+from maviper.cli import main
+from maviper.episodes import measures
+from maviper.episodes.play import tree_policies
 from maviper.worlds.physical_deception import DEFENDERS
-from verify.certificate import accepted, from_json
-from verify.world import everywhere
+from verify.checker.certificates import accepted, from_json
+from verify.claims.region import everywhere
 
 FOLDER = Path(__file__).parent.parent / "generated" / "proved_defenders"
 CERTIFICATE = FOLDER / "certificate-1-distinct_targets.json"
-MOST_DEPTH, LEAST_SUCCESS = 6, 0.98
-FRESH = range(metrics.MEASUREMENT_SEEDS + 500_000, metrics.MEASUREMENT_SEEDS + 510_000)  # no command measures on these
+MAX_DEPTH, LEAST_SUCCESS = 6, 0.98
+FRESH = range(
+    measures.MEASUREMENT_SEEDS + 500_000, measures.MEASUREMENT_SEEDS + 510_000
+)  # no command measures on these
 
 pytestmark = pytest.mark.solver
 
@@ -33,16 +36,16 @@ def test_the_certificate_is_about_these_trees_in_the_whole_start_box(proved, cap
     assert found.claim.name == "distinct_targets" and found.claim.team == DEFENDERS
     assert (found.claim.margin, found.claim.radius * 10, found.semantics) == (0, 1, "machine")
     assert found.region == everywhere(proved) and set(found.region.goals) == {"landmark_0", "landmark_1"}
-    assert cli.run(["check", str(CERTIFICATE)]) == 0
+    assert main.run(["check", str(CERTIFICATE)]) == 0
     assert capsys.readouterr().out.startswith("accepted")
 
 
 def test_the_trees_are_small_and_play_as_well_as_they_are_said_to(proved, world, expert):
-    assert max(int(ir.depth(policy.tree).max()) for policy in proved.team(DEFENDERS)) <= MOST_DEPTH
+    assert max(int(ir.depth(policy.tree).max()) for policy in proved.team(DEFENDERS)) <= MAX_DEPTH
     lineup = [tree_policies(proved.agents) if policy.team == DEFENDERS else expert for policy in proved.agents]
     measure = world.primary(DEFENDERS)
     assert measure.name == "success r=0.316"
-    low, high = metrics.evaluate(world, lineup, FRESH)[measure].interval
+    low, high = measures.evaluate(world, lineup, FRESH)[measure].interval
     assert low >= LEAST_SUCCESS
     told = next(
         row for row in json.loads((FOLDER / "repair.json").read_text())["measures"] if "0.316" in row["measure"]
@@ -62,7 +65,7 @@ def test_the_evidence_names_the_profiles(proved, expert):
 
 def test_repairing_the_extracted_team_again_gives_the_same_bytes(tmp_path, capsys):
     made = ["repair", str(FOLDER / "extracted.json"), "--max-depth", "6", "--episodes", "10000", "-o", str(tmp_path)]
-    assert cli.run(made) == 0
+    assert main.run(made) == 0
     names = {path.name for path in FOLDER.iterdir()} - {"README.md", "extracted.json"}
     assert names == {path.name for path in tmp_path.iterdir()}
     for name in names:
@@ -73,13 +76,13 @@ def test_repairing_the_extracted_team_again_gives_the_same_bytes(tmp_path, capsy
 @pytest.mark.slow
 @pytest.mark.timeout(900)
 def test_extracting_again_gives_the_same_bytes(tmp_path):
-    assert cli.run(["extract", "physical-deception", "--seed", "1", "-o", str(tmp_path / "extracted.json")]) == 0
+    assert main.run(["extract", "physical-deception", "--seed", "1", "-o", str(tmp_path / "extracted.json")]) == 0
     assert (tmp_path / "extracted.json").read_bytes() == (FOLDER / "extracted.json").read_bytes()
 
 
 @pytest.mark.compile
 def test_the_proved_trees_compile_with_every_check(proved):
-    from maviper.agreement import compile_profile
+    from maviper.compilation.compile import compile_profile
 
     compiled = compile_profile(proved)
     assert compiled.complete, compiled.report.skipped

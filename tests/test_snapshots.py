@@ -1,4 +1,4 @@
-"""What users read, under test: the README's session, every help text, every error message. `--update-golden` renews."""
+"""What users read, under test: the tour's session, every help text, every error message. `--update-golden` renews."""
 
 import os
 import re
@@ -9,16 +9,16 @@ from pathlib import Path
 import pytest
 
 from codegen import policy_json
-from maviper import cli
-from verify.certificate import Certificate, to_json
-from verify.formula import TRUE
-from verify.spec import Region
+from maviper.cli import main
+from verify.checker.certificates import Certificate, to_json
+from verify.claims.formula import TRUE
+from verify.claims.region import Region
 
 ROOT = Path(__file__).parent.parent
 FOLDER = "tests/golden"
 
 
-def commands(group=cli.cli, path=()):
+def commands(group=main.cli, path=()):
     yield path
     for name, command in sorted(getattr(group, "commands", {}).items()):
         yield from commands(command, (*path, name))
@@ -28,7 +28,7 @@ def test_help_texts(golden, capsys, monkeypatch):
     monkeypatch.setenv("COLUMNS", "100")
     text = ""
     for path in commands():
-        assert cli.run([*path, "--help"]) == 0
+        assert main.run([*path, "--help"]) == 0
         text += f"$ {' '.join(('maviper', *path))} --help\n{capsys.readouterr().out}\n"
     golden(FOLDER, {"help.txt": text})
 
@@ -51,13 +51,13 @@ ERRORS = [
     ["compile", "profile.json", "--prefix", "2fast", "-o", "out"],
     ["compile", "profile.json", "-o", "profile.json/out"],
     ["compile", "profile.json", "--target", "json", "--prove", "-o", "out"],
-    ["compile", "profile.json", "--prove", "--budget", "0", "-o", "out"],
+    ["compile", "profile.json", "--prove", "--solver-units", "0", "-o", "out"],
     ["verify", "profile.json", "--property", "distinct_target"],
     ["verify", "profile.json", "--team", "defender"],
     ["verify", "profile.json", "--margin", "much"],
     ["verify", "profile.json", "--region", "bad.toml"],
     ["verify", "profile.json", "--region", "misspelt.toml"],
-    ["verify", "profile.json", "--budget", "0"],
+    ["verify", "profile.json", "--solver-units", "0"],
     ["verify", "profile.json", "--property", "no_double", "--kappa", "1"],
     ["verify", "profile.json", "--property", "steady", "--of", "alined"],
     ["verify", "profile.json", "--semantics", "exact"],
@@ -128,7 +128,7 @@ def test_error_messages(golden, capsys, monkeypatch, tmp_path):
         Path(name).write_text(content)
     said = ""
     for arguments in ERRORS:
-        code = cli.run(arguments)
+        code = main.run(arguments)
         said += f"$ maviper {' '.join(arguments)}\n{capsys.readouterr().err}[exit {code}]\n\n"
         assert code in (2, 5)
     golden(FOLDER, {"errors.txt": said})
@@ -144,17 +144,17 @@ def lasting(session):
 @pytest.mark.slow
 @pytest.mark.compile
 @pytest.mark.solver
-def test_the_readme_session_is_a_real_one(tmp_path, request):
-    """The session in the README, run again; only rates and times may differ."""
-    readme = ROOT / "README.md"
-    before, rest = readme.read_text().split("    $ maviper demo -o demo\n")
+def test_the_tours_session_is_a_real_one(tmp_path, request):
+    """The session in the manual's tour, run again; only rates and times may differ."""
+    page = ROOT / "maviper" / "manual" / "tour.md"
+    before, rest = page.read_text().split("    $ maviper demo -o demo\n")
     session, after = rest.split("\nUnder `demo/` lie")
     command = [sys.executable, "-m", "maviper", "demo", "-o", "demo"]
     environment = {**os.environ, "TERM": "dumb"}
     found = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True, env=environment).stderr
     if request.config.getoption("--update-golden"):
         again = "".join(f"    {line}\n" if line else "\n" for line in lasting(found))
-        readme.write_text(f"{before}    $ maviper demo -o demo\n{again}\nUnder `demo/` lie{after}")
+        page.write_text(f"{before}    $ maviper demo -o demo\n{again}\nUnder `demo/` lie{after}")
         return
 
     def timeless(text):

@@ -10,12 +10,13 @@ import pytest
 
 from codegen import ir
 from codegen.policy_json import content_hash
-from maviper import cli, load
+from maviper import load
+from maviper.cli import main
 
 GENERATED = Path(__file__).parent.parent / "generated"
 VERDICTS, NAVIGATION = GENERATED / "verdicts", GENERATED / "proved_navigation"
 WORLDS = ("physical_deception", "cooperative_navigation", "predator_prey")
-MOST_DEPTH = 6
+MAX_DEPTH = 6
 
 pytestmark = pytest.mark.solver
 
@@ -35,7 +36,7 @@ def test_asking_again_gives_the_same_bytes(world, tmp_path, monkeypatch):
     words, _ = stated(world)
     monkeypatch.chdir(VERDICTS / world)
     assert words[-2:] == ["-o", "."]
-    assert cli.run([*words[:-1], str(tmp_path)]) == 1  # some claims are violated
+    assert main.run([*words[:-1], str(tmp_path)]) == 1  # some claims are violated
     given = {"properties.toml", "extracted.json", *(path.name for path in (VERDICTS / world).glob("region*.toml"))}
     made = {path.name for path in (VERDICTS / world).iterdir() if path.is_file()} - given
     assert made == {path.name for path in tmp_path.iterdir() if not path.name.startswith("states-")}
@@ -49,9 +50,9 @@ def test_certificates_are_accepted_and_counterexamples_replayed(world, capsys):
     certificates, counterexamples = sorted(folder.glob("certificate-*")), sorted(folder.glob("counterexample-*"))
     assert certificates and counterexamples
     for path in certificates:
-        assert cli.run(["check", str(path)]) == 0
+        assert main.run(["check", str(path)]) == 0
     for path in counterexamples:
-        assert cli.run(["replay", str(path)]) == 1
+        assert main.run(["replay", str(path)]) == 1
 
 
 @pytest.mark.parametrize("world", WORLDS)
@@ -91,16 +92,16 @@ def test_the_ready_tests_fail_while_the_claims_do():
 
 def test_the_navigation_team_is_small_and_made_from_the_extracted_one():
     profile = load(NAVIGATION / "profile.json")
-    assert max(int(ir.depth(policy.tree).max()) for policy in profile.agents) <= MOST_DEPTH
+    assert max(int(ir.depth(policy.tree).max()) for policy in profile.agents) <= MAX_DEPTH
     cost = json.loads((NAVIGATION / "repair.json").read_text())
     assert cost["profile"] == content_hash(profile)
     assert cost["profile_before"] == content_hash(load(NAVIGATION / "extracted.json"))
-    assert cli.run(["check", str(NAVIGATION / "certificate-1-distinct_targets.json")]) == 0
+    assert main.run(["check", str(NAVIGATION / "certificate-1-distinct_targets.json")]) == 0
 
 
 def test_repairing_the_navigation_team_again_gives_the_same_bytes(tmp_path, capsys):
     made = ["repair", str(NAVIGATION / "extracted.json"), "--max-depth", "6", "--episodes", "2000"]
-    assert cli.run([*made, "-o", str(tmp_path)]) == 0
+    assert main.run([*made, "-o", str(tmp_path)]) == 0
     names = {path.name for path in NAVIGATION.iterdir()} - {"README.md", "extracted.json"}
     assert names == {path.name for path in tmp_path.iterdir()}
     for name in names:
@@ -113,5 +114,5 @@ def test_repairing_the_navigation_team_again_gives_the_same_bytes(tmp_path, caps
     "world, folder", [("cooperative-navigation", NAVIGATION), ("predator-prey", VERDICTS / "predator_prey")]
 )
 def test_extracting_again_gives_the_same_bytes(world, folder, tmp_path):
-    assert cli.run(["extract", world, "--seed", "0", "-o", str(tmp_path / "extracted.json")]) == 0
+    assert main.run(["extract", world, "--seed", "0", "-o", str(tmp_path / "extracted.json")]) == 0
     assert (tmp_path / "extracted.json").read_bytes() == (folder / "extracted.json").read_bytes()

@@ -2,14 +2,14 @@
 
 Does: names the targets and emits any of them.
 Assumes: a target is a function from the lowered model and the profile to files.
-Does not: write files or check them (selfcheck.py).
+Does not: write files or check them (agreement/selfcheck.py).
 """
 
 from collections.abc import Callable, Iterable, Mapping
 
 from codegen import ir
 from codegen.errors import UnknownNameError
-from codegen.lower import AUTO, Model, lower
+from codegen.lowering.lower import AUTO, Model, lower
 from codegen.targets import c, javascript, json, onnx, python, rust, smt, svg
 
 Emitter = Callable[[Model, ir.PolicyProfile], Mapping[str, str | bytes]]
@@ -33,7 +33,11 @@ def emit(
 
     `style`: of the C. UnknownNameError for another target, MissingToolError for one whose package is not installed.
     """
-    model = lower(profile, prefix, style)
+    return written(lower(profile, prefix, style), profile, targets)
+
+
+def written(model: Model, profile: ir.PolicyProfile, targets: Iterable[str]) -> dict[str, str | bytes]:
+    """The same from a profile that is lowered already."""
     files: dict[str, str | bytes] = {}
     for target in targets:
         if target not in TARGETS:

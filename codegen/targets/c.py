@@ -6,8 +6,8 @@ Does not: use heap, libc, recursion or mutable globals.
 """
 
 from codegen import ir
-from codegen.lower import Model
-from codegen.render import render
+from codegen.lowering.lower import Model
+from codegen.lowering.render import render
 
 
 def emit(model: Model, profile: ir.PolicyProfile) -> dict[str, str]:

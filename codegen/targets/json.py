@@ -6,9 +6,9 @@ Does not: differ from the profile; the reader is the same for every profile, and
 """
 
 from codegen import ir
-from codegen.lower import Model
+from codegen.lowering.lower import Model
+from codegen.lowering.render import render
 from codegen.policy_json import dumps
-from codegen.render import render
 
 
 def emit(model: Model, profile: ir.PolicyProfile) -> dict[str, str]:

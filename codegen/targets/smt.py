@@ -10,8 +10,8 @@ import numpy as np
 from codegen import ir
 from codegen.floats import smt_literal
 from codegen.ir import Float32, Int32
-from codegen.lower import Agent, Model
-from codegen.render import render
+from codegen.lowering.lower import Agent, Model
+from codegen.lowering.render import render
 
 
 def emit(model: Model, profile: ir.PolicyProfile) -> dict[str, str]:
@@ -22,7 +22,7 @@ def emit(model: Model, profile: ir.PolicyProfile) -> dict[str, str]:
 def facts(model: Model, agent: Agent, rows: Float32, wanted: Int32) -> list[str]:
     """Formulas without variables that all hold iff the agent's function takes the wanted actions."""
     bits = np.ascontiguousarray(rows, dtype=np.float32).view(np.uint32)
-    name = f"{model.prefix}_{agent.lower}_act"
+    name = agent.names.act
     return [
         f"(= ({name} {' '.join(smt_literal(int(value)) for value in row)}) {action})"
         for row, action in zip(bits, wanted, strict=True)

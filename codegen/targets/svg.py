@@ -9,11 +9,11 @@ from dataclasses import dataclass
 
 from codegen import ir
 from codegen.errors import InputError
-from codegen.lower import Agent, Model, Node
-from codegen.render import render
+from codegen.lowering.lower import Agent, Model, Node
+from codegen.lowering.render import render
 
 LEAF_WIDTH, LEVEL_HEIGHT, MARGIN = 72, 62, 40
-MOST_NODES = 4_096
+MAX_NODES = 4_096
 
 
 @dataclass(frozen=True)
@@ -23,6 +23,31 @@ class Box:
     node: Node
     x: float
     y: float
+
+    @property
+    def width(self) -> int:
+        """Of its frame."""
+        return 124 if self.node.feature else 60
+
+    @property
+    def height(self) -> int:
+        """Of its frame."""
+        return 28 if self.node.feature else 24
+
+    @property
+    def left(self) -> float:
+        """Of its frame."""
+        return self.x - self.width // 2
+
+    @property
+    def top(self) -> float:
+        """Of its frame."""
+        return self.y - self.height // 2
+
+    @property
+    def lines(self) -> tuple[float, ...]:
+        """The base lines of its texts."""
+        return (self.y - 1, self.y + 11) if self.node.feature else (self.y + 4,)
 
 
 @dataclass(frozen=True)
@@ -56,9 +81,9 @@ def emit(model: Model, profile: ir.PolicyProfile) -> dict[str, str]:
 
 def picture(agent: Agent) -> Picture:
     """Where each node goes. InputError for a tree that no page shows."""
-    if len(agent.nodes) > MOST_NODES:
+    if len(agent.nodes) > MAX_NODES:
         what = f"the tree of {agent.name} has {len(agent.nodes)} nodes"
-        raise InputError(what, "--target svg", f"a picture shows at most {MOST_NODES}: extract a smaller tree")
+        raise InputError(what, "--target svg", f"a picture shows at most {MAX_NODES}: extract a smaller tree")
     level = [0] * len(agent.nodes)
     for node in agent.nodes:  # preorder: parents come first
         if node.feature:

@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 from importlib import metadata
 from typing import Any
 
-from maviper.evaluate.metrics import Estimate
+from maviper.episodes.measures import Estimate
 from maviper.experts.judging import Judged
 from maviper.experts.recipes import DEFAULT, Request
 from maviper.worlds import Measure, World

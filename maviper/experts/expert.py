@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Protocol
 
 from codegen.ir import Float32, Float64
-from maviper.evaluate.play import Controller
+from maviper.episodes.play import Controller
 from maviper.worlds.world import Int
 
 AS_GIVEN = -1  # in a column of `joint`: take each state's own action
@@ -43,6 +43,12 @@ class Expert(Controller, Protocol):
 
         `observations`: every agent's, each [batch, n_features]; `state`: the world's state. `joint`:
         [n_joint, n_agents] action indices asked for in every state; where it says AS_GIVEN, the agent's action is that
-        of `given` [batch, n_agents].
+        of `given` [batch, n_agents]. An agent whose episode has ended is never asked about; for the others, its
+        observation is its last one, and its action means nothing.
         """
         ...
+
+
+def labels(expert: Expert, observations: Sequence[Float32], state: Any) -> Int:
+    """The expert's joint action in each state, [n, n_agents]."""
+    return expert.act(range(len(observations)), observations, state)

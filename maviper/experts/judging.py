@@ -15,12 +15,12 @@ from functools import lru_cache
 import numpy as np
 
 from codegen.errors import InputError
-from maviper.evaluate import metrics
-from maviper.evaluate.metrics import Estimate
-from maviper.evaluate.play import Controller
+from codegen.intervals import Share
+from maviper.episodes import measures
+from maviper.episodes.measures import Estimate
+from maviper.episodes.play import Controller
 from maviper.experts.scripted import Scripted, scripted
 from maviper.worlds import Measure, World, built_in
-from verify.shares import Share
 
 LEAST_RATIO = 1e-3
 
@@ -42,7 +42,7 @@ class Judged:
 def judge(world: World, controller: Controller, seeds: range) -> Judged:
     """Judges a controller of all agents on the episodes `seeds`."""
     everybody = [controller] * len(world.agents)
-    among = metrics.evaluate(world, everybody, seeds)
+    among = measures.evaluate(world, everybody, seeds)
     script = _script(world)
     primary = [among[world.primary(team)] for team in world.teams]
     if all(isinstance(found, Share) for found in primary):
@@ -50,7 +50,9 @@ def judge(world: World, controller: Controller, seeds: range) -> Judged:
     if script is None:
         return Judged(_mean([found.value for found in primary]), among, {}, {})
     scripts = _scripts(world.name, seeds)
-    against = metrics.evaluate_teams(world, everybody, [script] * len(everybody), seeds) if len(world.teams) > 1 else {}
+    against = (
+        measures.evaluate_teams(world, everybody, [script] * len(everybody), seeds) if len(world.teams) > 1 else {}
+    )
     found = [math.log(max(ratio, LEAST_RATIO)) for ratio in ratios(world, against or among, scripts).values()]
     return Judged(_mean(found), among, against, scripts)
 
@@ -59,7 +61,7 @@ def ratios(world: World, against: dict[Measure, Estimate], scripts: dict[Measure
     """Each team's primary measure as a ratio to the script's; above 1 is better than the script."""
     found = {team: world.primary(team) for team in world.teams}
     return {
-        team: metrics.ratio(measure, against[measure].value, scripts[measure].value) or 0.0
+        team: measures.ratio(measure, against[measure].value, scripts[measure].value) or 0.0
         for team, measure in found.items()
     }
 
@@ -84,4 +86,4 @@ def _script(world: World) -> Scripted | None:
 @lru_cache(maxsize=8)
 def _scripts(name: str, seeds: range) -> dict[Measure, Estimate]:
     world = built_in(name)
-    return metrics.evaluate(world, [scripted(world)] * len(world.agents), seeds)
+    return measures.evaluate(world, [scripted(world)] * len(world.agents), seeds)

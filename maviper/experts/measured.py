@@ -14,7 +14,7 @@ import numpy as np
 
 from codegen.errors import InputError
 from codegen.ir import Float32, Float64
-from maviper.evaluate.play import Controller
+from maviper.episodes.play import Controller
 from maviper.experts.expert import AS_GIVEN
 from maviper.worlds import ParticleWorld, World
 from maviper.worlds.world import Int

@@ -15,7 +15,7 @@ from maviper.worlds import World
 DEFAULT, PAPER = "default", "paper"
 RECIPES = (DEFAULT, PAPER)
 ALGORITHMS = ("mappo", "maddpg", "vdn")
-LEAST, MOST = {"steps": 1, "games": 1, "epochs": 1, "minibatch": 1, "hidden": 1, "batch": 1, "buffer": 1}, 1e12
+LEAST, MAX_NUMBER = {"steps": 1, "games": 1, "epochs": 1, "minibatch": 1, "hidden": 1, "batch": 1, "buffer": 1}, 1e12
 
 # What the default recipe changes in an algorithm's own defaults, for a game or one of its variants.
 CHOSEN: dict[tuple[str, str], dict[str, Any]] = {
@@ -89,8 +89,10 @@ def _value(name: str, value: Any, types: Mapping[str, type]) -> Any:
 
 def _check(values: Mapping[str, Any], world: World) -> None:
     for name, value in values.items():
-        if not LEAST.get(name, 0) <= value <= MOST:
-            raise InputError(f"setting {name} must be from {LEAST.get(name, 0)} to {MOST:g}, not {value}", f"--{name}")
+        if not LEAST.get(name, 0) <= value <= MAX_NUMBER:
+            raise InputError(
+                f"setting {name} must be from {LEAST.get(name, 0)} to {MAX_NUMBER:g}, not {value}", f"--{name}"
+            )
     if not values["seed"] < 2**32:
         raise InputError("the seed must be from 0 to 4294967295", "--seed")
     least = values["games"] * world.spec.episode_steps

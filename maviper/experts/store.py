@@ -16,13 +16,13 @@ import numpy as np
 
 from codegen.errors import InputError, UnknownNameError
 from codegen.ir import Float32
-from maviper import runs
 from maviper.experts.network import ACTOR_CRITIC, CRITIC, LAYERS, NETS, NetworkExpert
+from maviper.files import runs
 from maviper.worlds import World, built_in
-from maviper.worlds.copies import named_by_user
+from maviper.worlds.processes import named_by_user
 
 FORMAT = "maviper-expert-1"
-MOST_HIDDEN = 4096
+MAX_HIDDEN = 4096
 MAX_BYTES = 64 * 2**20
 # world -> (file name, trained seeds, the one of the best score on its finalists' episodes)
 _TRAINED = {
@@ -65,7 +65,7 @@ def decode(data: bytes, where: str, world: World | None = None) -> NetworkExpert
         header = json.loads(data[8 : 8 + int.from_bytes(data[:8], "little")])
         card = json.loads(header["__metadata__"][FORMAT])
         name = str(card["world"])
-        hidden = range(1, MOST_HIDDEN + 1)[int(card["hidden"]) - 1]
+        hidden = range(1, MAX_HIDDEN + 1)[int(card["hidden"]) - 1]
         networks = card.get("networks", ACTOR_CRITIC)
         NETS[networks]
     except (SafetensorError, ValueError, LookupError, TypeError, AttributeError, RecursionError):

@@ -10,11 +10,11 @@ from collections.abc import Callable
 
 from codegen.errors import InputError, UnknownNameError
 from maviper.worlds.cooperative_navigation import CooperativeNavigation
-from maviper.worlds.copies import named_by_user
 from maviper.worlds.particle import ParticleWorld, WorldState
 from maviper.worlds.pettingzoo import PettingZooWorld, user_world
 from maviper.worlds.physical_deception import PhysicalDeception
 from maviper.worlds.predator_prey import PredatorPrey
+from maviper.worlds.processes import named_by_user
 from maviper.worlds.world import Measure, World
 
 WORLDS: dict[str, Callable[..., ParticleWorld]] = {
@@ -22,7 +22,7 @@ WORLDS: dict[str, Callable[..., ParticleWorld]] = {
     "cooperative-navigation": CooperativeNavigation,
     "predator-prey": PredatorPrey,
 }
-MOST_OF_A_KIND = 24  # agents, targets, obstacles
+MAX_OF_A_KIND = 24  # agents, targets, obstacles
 SWITCHES = ("velocity",)
 
 
@@ -59,7 +59,7 @@ def options_of(game: str) -> dict[str, int | str]:
 
 
 def _number(key: str, text: str, where: str) -> int:
-    low, high = (0, 1) if key in SWITCHES else (0 if key == "obstacles" else 1, MOST_OF_A_KIND)
+    low, high = (0, 1) if key in SWITCHES else (0 if key == "obstacles" else 1, MAX_OF_A_KIND)
     if not (text.isascii() and text.isdigit() and len(text) < 9) or not low <= int(text) <= high:
         raise InputError(f"option {key} is '{text[:20]}'", where, f"give a number from {low} to {high}")
     return int(text)

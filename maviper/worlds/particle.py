@@ -17,14 +17,14 @@ from typing import Any
 
 import numpy as np
 
+from codegen.dynamics import partners
+from codegen.dynamics import push as contact_force
 from codegen.errors import InputError
 from codegen.ir import ActionSpec, Bool, EntitySpec, FeatureSpec, Float32, Float64, WorldSpec
 from codegen.observe import Observer
 from maviper.worlds.features import extended, groups_of
 from maviper.worlds.world import Int, World
-from verify.contacts import partners
-from verify.contacts import push as contact_force
-from verify.matching import matched
+from verify.claims.matching import matched
 
 # mpe2's discrete actions, in its order
 ACTIONS = (
@@ -40,7 +40,7 @@ FORCE = 5.0  # of an agent without an acceleration of its own
 CONTACT_FORCE = 100.0
 CONTACT_MARGIN = 1e-3
 EPISODE_STEPS = 25
-MOST_MATCHED = 6  # beyond it, matching a whole batch by sets of targets takes longer than one game after the other
+MAX_MATCHED = 6  # beyond it, matching a whole batch by sets of targets takes longer than one game after the other
 # The released evaluation compares squared distances with 0.1, so the radius of the paper's tables is its root, 0.316.
 SQUARED_RADII = (0.1, 0.1**2)
 SUCCESS = tuple(f"success r={squared**0.5:.3g}" for squared in SQUARED_RADII)
@@ -221,7 +221,7 @@ def covered(near: Bool) -> Bool:
     """Whether every target has an agent of its own, [batch]. `near`: [n_agents, n_landmarks, batch], square."""
     possible = np.asarray(near.any(axis=0).all(axis=0))
     rows = np.flatnonzero(possible)
-    if len(near) <= MOST_MATCHED:
+    if len(near) <= MAX_MATCHED:
         possible[rows] = matched(near[..., rows].transpose(2, 0, 1))
     else:
         possible[rows] = [_matched_one(near[..., row]) for row in rows]

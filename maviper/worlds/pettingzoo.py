@@ -5,6 +5,9 @@ Assumes: discrete actions, vector observations, episodes that follow from their 
 Does not: know the dynamics, or where episodes start. What a profile must state about them says so: time step, damping,
   sizes and forces are 0, there are no landmarks or goals, and the start box is the widest that a profile may have.
 
+Agents may leave before the others: when the environment terminates or truncates them, or drops them from `agents`. From
+then on they take no part in anything: no data, no votes, no rewards. All must be there at the start.
+
 An environment may say more about itself by attributes (its own, or its `unwrapped` environment's):
 - `max_cycles`: how long episodes are; the option `max_steps` counts more.
 - `teams`: team -> its agents. Without it, a team is what agents share before the last `_`: `agent_0` is in `agent`.
@@ -23,10 +26,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from codegen import ir
-from codegen.check import MOST_LENGTH, identifier
+from codegen.check import MAX_LENGTH, check, identifier
 from codegen.errors import InputError
 from codegen.ir import ActionSpec, Bool, EntitySpec, FeatureSpec, Float32, Float64, WorldSpec
-from maviper.worlds.copies import (
+from maviper.worlds.processes import (
     MAX_STEPS,
     Copies,
     Copy,
@@ -39,10 +42,11 @@ from maviper.worlds.copies import (
     parsed,
     space,
 )
+from maviper.worlds.seeds import TRAINING, folded
 from maviper.worlds.world import RETURN, Int, Measure, World
 
 DEFAULT_STEPS = 25  # where nobody knows how long an episode is
-MOST_STEPS = 1_000  # of the episode that is played to find out
+PROBE_STEPS = 1_000  # of the episode that is played to find out
 LONGEST_NAME = 40  # of a world: generated code starts with it
 PAST = -1  # the moment of a state that cannot be stepped: a part of one, or several joined
 _moments = count()  # unlike in all worlds
@@ -55,20 +59,23 @@ class EnvStates:
     observations: tuple[Float32, ...]  # per agent [batch, n_features]
     rewards: Float64  # [batch, n_agents] on entering the state
     done: Bool  # [batch, n_agents] whose episode has ended
+    terminated: Bool  # [batch, n_agents] ... and was not just cut
     moment: int = PAST
 
     def __len__(self) -> int:
         return len(self.rewards)
 
     def __getitem__(self, rows: Any) -> "EnvStates":
-        return EnvStates(tuple(seen[rows] for seen in self.observations), self.rewards[rows], self.done[rows])
+        observations = tuple(seen[rows] for seen in self.observations)
+        return EnvStates(observations, self.rewards[rows], self.done[rows], self.terminated[rows])
 
     @staticmethod
     def joined(states: Sequence["EnvStates"]) -> "EnvStates":
         """Several batches as one, in their order."""
         observations = zip(*(state.observations for state in states), strict=True)
-        rewards, done = [state.rewards for state in states], [state.done for state in states]
-        return EnvStates(tuple(map(np.concatenate, observations)), np.concatenate(rewards), np.concatenate(done))
+        others = zip(*((state.rewards, state.done, state.terminated) for state in states), strict=True)
+        rewards, done, terminated = map(np.concatenate, others)
+        return EnvStates(tuple(map(np.concatenate, observations)), rewards, done, terminated)
 
 
 class PettingZooWorld(World):
@@ -119,18 +126,18 @@ class PettingZooWorld(World):
             for agent, features, actions in zip(self.agents, self.features, self.actions, strict=True)
         )
         profile = ir.PolicyProfile(self.spec, policies, ir.Provenance("", "", 0, "", ""))
-        wrong = "\n".join(f"{self.source.text}: {each.path}: {each.message}" for each in ir.check(profile))
+        wrong = "\n".join(f"{self.source.text}: {each.path}: {each.message}" for each in check(profile))
         if wrong:
             raise InputError("a profile cannot state what the environment says", wrong, "mend its `features`")
 
     def start(self, n: int, rng: np.random.Generator) -> EnvStates:
         """`n` random start states, `n` at most `games`: every copy is reset with a seed of its own."""
-        return self.start_from_seeds(rng.integers(2**32, size=n))
+        return self.start_from_seeds(rng.integers(*TRAINING, size=n))
 
     def start_from_seeds(self, seeds: Sequence[int] | Int) -> EnvStates:
-        """The start states after `reset(seed=...)`, one for each of at most `games` seeds."""
+        """The start states after `reset(seed=...)`, one for each of at most `games` seeds, which are `folded`."""
         assert 0 < len(seeds) <= self.games, f"{len(seeds)} games asked of {self.games} copies"
-        return self._entered("reset", [int(seed) for seed in seeds])
+        return self._entered("reset", [folded(int(seed)) for seed in seeds])
 
     def step(self, state: EnvStates, actions: Int) -> EnvStates:
         """The next states; RuntimeError for any state but the newest, since the copies cannot go back."""
@@ -142,10 +149,11 @@ class PettingZooWorld(World):
     def _entered(self, verb: str, arguments: Sequence[Any]) -> EnvStates:
         self._moment = PAST  # in case the copies fail
         outcomes: list[Outcome] = self._copies.ask(verb, arguments)
-        observations = zip(*(seen for seen, _, _ in outcomes), strict=True)
-        rewards, done = (np.array([outcome[part] for outcome in outcomes]) for part in (1, 2))
+        observations = zip(*(outcome.observations for outcome in outcomes), strict=True)
+        others = zip(*((outcome.rewards, outcome.done, outcome.terminated) for outcome in outcomes), strict=True)
+        rewards, done, terminated = map(np.array, others)
         self._moment = next(_moments)
-        return EnvStates(tuple(map(np.stack, observations)), rewards, done, self._moment)
+        return EnvStates(tuple(map(np.stack, observations)), rewards, done, terminated, self._moment)
 
     def observe(self, state: EnvStates) -> tuple[Float32, ...]:
         """Each agent's observation, [batch, n_features] float32."""
@@ -154,6 +162,14 @@ class PettingZooWorld(World):
     def rewards(self, state: EnvStates) -> Float64:
         """The environment's rewards on entering `state`, [batch, n_agents]; 0 at the start and for who is done."""
         return state.rewards
+
+    def alive(self, state: EnvStates) -> Bool:
+        """Who acts in `state`, [batch, n_agents]."""
+        return ~state.done
+
+    def terminated(self, state: EnvStates) -> Bool:
+        """Whose episode has ended by itself, [batch, n_agents]: the environment did not say that it was cut."""
+        return state.terminated
 
     def values(self, states: Sequence[EnvStates]) -> Float64:
         """Each team's return, [n_teams, batch]: the mean over its agents of the rewards of an episode, summed."""
@@ -259,8 +275,8 @@ def _spec(source: Source, agents: Sequence[str], steps: int) -> WorldSpec:
         goals=(),
         dt=0.0,
         damping=0.0,
-        start_low=-MOST_LENGTH,
-        start_high=MOST_LENGTH,
+        start_low=-MAX_LENGTH,
+        start_high=MAX_LENGTH,
         episode_steps=steps,
         options=dict(source.options),
     )
@@ -299,7 +315,7 @@ def _features(env: Any, agent: Any, source: Source) -> tuple[FeatureSpec, ...]:
 
 
 def _within(bounds: Any) -> list[float]:
-    return np.clip(np.asarray(bounds, dtype=np.float64), -MOST_LENGTH, MOST_LENGTH).tolist()
+    return np.clip(np.asarray(bounds, dtype=np.float64), -MAX_LENGTH, MAX_LENGTH).tolist()
 
 
 def episode_steps(env: Any, source: Source) -> tuple[int, bool]:
@@ -320,8 +336,8 @@ def episode_steps(env: Any, source: Source) -> tuple[int, bool]:
     copy = Copy(env, source)
     sizes = [space(env, "action", agent).n for agent in copy.names]
     copy.ask("reset", 0)
-    for step in range(1, MOST_STEPS + 1):
-        _, _, done = copy.ask("step", rng.integers(sizes).tolist())
-        if all(done):
+    for step in range(1, PROBE_STEPS + 1):
+        outcome = copy.ask("step", rng.integers(sizes).tolist())
+        if all(outcome.done):
             return (step, True) if copy.truncated else (max(step, DEFAULT_STEPS), False)
     return DEFAULT_STEPS, False

@@ -14,15 +14,7 @@ import numpy as np
 from codegen.errors import UnknownNameError
 from codegen.ir import EntitySpec, FeatureSpec, Float64, Meaning
 from maviper.worlds.features import own, relative, top_speed, velocity
-from maviper.worlds.particle import (
-    ACTIONS,
-    EPISODE_STEPS,
-    ParticleWorld,
-    WorldState,
-    distances,
-    mpe2_spec,
-    planes,
-)
+from maviper.worlds.particle import ACTIONS, EPISODE_STEPS, ParticleWorld, WorldState, distances, mpe2_spec, planes
 from maviper.worlds.world import Measure
 
 PREDATORS = "predators"

@@ -1,7 +1,8 @@
 """What a world is: agents in teams that observe, act and are measured, many games at once.
 
 Does: states what extraction, training and evaluation may ask of a game, ours or a user's.
-Assumes: discrete actions, vector observations, episodes of a fixed length at most.
+Assumes: discrete actions, vector observations, episodes of a fixed length at most; an agent whose episode has ended
+  before takes no part in the rest.
 Does not: know any game.
 """
 
@@ -13,7 +14,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from codegen.ir import ActionSpec, FeatureSpec, Float32, Float64, WorldSpec
+from codegen.ir import ActionSpec, Bool, FeatureSpec, Float32, Float64, WorldSpec
 
 Int = npt.NDArray[np.integer[Any]]
 RETURN = "return"  # the measure of summed rewards, a team's being its agents' mean
@@ -89,7 +90,15 @@ class World(ABC):
 
     @abstractmethod
     def rewards(self, state: Any) -> Float64:
-        """The environment's rewards on entering `state`, [batch, n_agents]."""
+        """The environment's rewards on entering `state`, [batch, n_agents]; 0 for whom the episode had ended before."""
+
+    def alive(self, state: Any) -> Bool:
+        """Who acts in `state`, [batch, n_agents]: all but those whose episode has ended. They never come back."""
+        return np.ones((len(state), len(self.agents)), dtype=bool)
+
+    def terminated(self, state: Any) -> Bool:
+        """Whose episode has ended by itself, [batch, n_agents]: nothing follows, unlike after a cut."""
+        return np.zeros((len(state), len(self.agents)), dtype=bool)
 
     def shaping(self, state: Any) -> Float64:
         """A training aid that may be added to the rewards, [batch, n_agents]; never part of a measure."""

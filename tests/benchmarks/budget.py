@@ -2,7 +2,7 @@
 
     python tests/benchmarks/budget.py [EXPERT] [--seeds 2] [--jobs 2] [--full] [--json]
 
-Each budget covers rollouts, selection and refinement together (`maviper extract --budget`). The protocol: 100
+Each budget covers rollouts, selection and refinement together (`maviper extract --max-episodes`). The protocol: 100
 iterations of 50 rollouts, every iterate on 100 episodes a team, without refinement; quick: 30 iterations, named so.
 --full: 10 seeds, the whole protocol. One row a budget: each team's primary measure, mean over seeds on 1,000 held-out
 episodes, and seconds. Figures: the least budget whose teams are all within 0.02 of the protocol's (deception:
@@ -15,11 +15,11 @@ import time
 
 import numpy as np
 
+from maviper.evaluation.held_out import measured_of
 from maviper.experts import store
-from maviper.extract.algorithms import extract
-from maviper.extract.outcome import measured_of
-from maviper.extract.settings import Settings
-from maviper.jobs import side_by_side
+from maviper.extraction.algorithms import extract
+from maviper.extraction.settings import Settings
+from maviper.files.jobs import side_by_side
 
 BUDGETS = (250, 500, 1_000, 2_000, 5_000, 10_000, 30_000, 100_000, 300_000)
 NEAR = 0.02

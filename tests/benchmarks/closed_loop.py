@@ -21,18 +21,19 @@ import z3
 from sklearn.tree import DecisionTreeClassifier
 
 from codegen import ir
-from codegen.deploy import deployed
+from codegen.lowering.deploy import deployed
 from maviper import load
 from maviper.worlds import PhysicalDeception
-from tests.courses import arriving
+from tests.episode_cases import arriving
 from tests.teams import team
-from verify.closed_loop import find_claim
-from verify.composition import decide
-from verify.encode import half_line, number
-from verify.episode_certificate import accepted, made
-from verify.rollout import owned
-from verify.spec import Region, Verdict
-from verify.world import everywhere
+from verify.checker.episode_certificates import accepted
+from verify.claims.episode_properties import find_claim
+from verify.claims.region import Region, Verdict, everywhere
+from verify.episodes.certificates import made
+from verify.episodes.composition import decide
+from verify.question import Question
+from verify.solver.encode import half_line, number
+from verify.states.episodes import owned
 
 MINUTE = 60_000  # milliseconds
 
@@ -156,7 +157,7 @@ def compare(depths, seeds, side, limit):
             for name in ("reaches", "covers"):
                 claim = find_claim(name, profile)
                 start = time.perf_counter()
-                found = decide(profile, claim, region)
+                found = decide(Question(profile, claim, region))
                 ours = time.perf_counter() - start
                 start = time.perf_counter()
                 violated = unrolled(profile, claim, region, "landmark_0", limit)
@@ -178,7 +179,7 @@ def everywhere_table(depths, budget):
         profile = fitted(depth)
         for name in ("reaches", "covers"):
             start = time.perf_counter()
-            found = decide(profile, find_claim(name, profile), everywhere(profile), budget)
+            found = decide(Question(profile, replace(find_claim(name, profile), zones=budget), everywhere(profile)))
             seconds = time.perf_counter() - start
             said = f"{found.verdict.value:8} {found.zones:10,} zones {seconds:7.2f} s"
             print(f"whole start box, depth {depth:2} {name:8} {said}", flush=True)
@@ -205,13 +206,13 @@ def certificate_table(depths, seeds, side):
         for name in ("reaches", "covers"):
             claim = find_claim(name, profile)
             start = time.perf_counter()
-            found = decide(profile, claim, region, 1_000_000)
+            found = decide(Question(profile, replace(claim, zones=1_000_000), region))
             decided = time.perf_counter() - start
             if found.verdict is not Verdict.PROVED:
                 print(f"{where:34} {name:8} {found.verdict.value}: no certificate ({decided:.2f} s)", flush=True)
                 continue
             start = time.perf_counter()
-            certificate = made(profile, claim, region, found.parts)
+            certificate = made(Question(profile, claim, region), found.parts)
             proving = time.perf_counter() - start
             start = time.perf_counter()
             branches = accepted(certificate, profile)

@@ -23,7 +23,9 @@ from pathlib import Path
 import numpy as np
 import peers
 
-from codegen import importers, ir, readback
+from codegen import importers, ir
+from codegen.agreement import readback
+from codegen.check import ensure
 from codegen.targets import emit
 
 FEATURES, ACTIONS, AGENTS = 18, 5, 4
@@ -96,7 +98,7 @@ def team(depth):
         start_high=1.0,
         episode_steps=1,
     )
-    return ir.ensure(ir.PolicyProfile(world, policies, ir.Provenance("synthetic", "none", 0, "", "benchmark")))
+    return ensure(ir.PolicyProfile(world, policies, ir.Provenance("synthetic", "none", 0, "", "benchmark")))
 
 
 def run_c(profile, compiler, flags, rounds):

@@ -12,14 +12,14 @@ import json
 import numpy as np
 from scipy.stats import spearmanr
 
-from maviper.evaluate.play import play
+from maviper.episodes.play import play, points
+from maviper.evaluation.held_out import measured_of
 from maviper.experts import store
+from maviper.experts.expert import labels
 from maviper.experts.measured import Measured
-from maviper.extract.algorithms import extract
-from maviper.extract.dataset import labels, points
-from maviper.extract.outcome import measured_of
-from maviper.extract.settings import Settings
-from maviper.extract.weights import maviper_weights
+from maviper.extraction.algorithms import extract
+from maviper.extraction.growth.weights import maviper_weights
+from maviper.extraction.settings import Settings
 
 EPISODES = range(9_200_000, 9_200_030)
 

@@ -12,7 +12,7 @@ from importlib import resources
 
 import numpy as np
 
-from maviper.evaluate import metrics
+from maviper.episodes import measures
 from maviper.experts import judging, store
 from maviper.experts.scripted import scripted
 
@@ -48,7 +48,7 @@ def of_expert(name):
         worse = found.interval[1 if measure.lower_is_better else 0]
         reach, stretch = TARGETS.get((world.name, measure.label), (None, None))
         better = "lower" if measure.lower_is_better else "higher"
-        yield figure(f"{name}: {measure.label} {metrics.shown(found)}", worse, reach, stretch, better)
+        yield figure(f"{name}: {measure.label} {measures.shown(found)}", worse, reach, stretch, better)
     if judged.against:
         yield from touches(name, world, expert)
     yield figure(f"{name}: training seconds", card_of(name)["seconds"], *TIME_TARGETS, "lower")
@@ -59,7 +59,7 @@ def touches(name, world, expert):
     script, rng = scripted(world), np.random.default_rng(0)
     episodes = world.start_from_seeds(SEEDS)
     draws = rng.integers(len(SEEDS), size=(2_000, len(SEEDS)))
-    from maviper.evaluate.play import play
+    from maviper.episodes.play import play
 
     base = play(world, [script] * len(world.agents), episodes).values[0]
     for team in world.teams:

@@ -18,7 +18,7 @@ import time
 
 import numpy as np
 
-from maviper.extract.settings import REFINEMENT
+from maviper.extraction.settings import REFINEMENT
 
 GAMES = (("physical-deception", 4, 90, 30), ("cooperative-navigation", 6, 240, 90), ("predator-prey", 4, 240, 90))
 SIZES = (3, 6, 12, 24)
@@ -34,8 +34,8 @@ def one_run(name, depth, iterations, refinement=0):
     code = (
         "import os; os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')\n"
         "from maviper.experts import store\n"
-        "from maviper.extract.algorithms import extract\n"
-        "from maviper.extract.settings import Settings\n"
+        "from maviper.extraction.algorithms import extract\n"
+        "from maviper.extraction.settings import Settings\n"
         f"expert, world = store.load({name!r})\n"
         f"extract(world, expert, Settings.of({chosen}))\n"
     )
@@ -46,16 +46,18 @@ def one_run(name, depth, iterations, refinement=0):
 
 def growth(splits, rounds):
     """CPU seconds of a joint growth of deception's teams on 25,000 points, by way of searching splits, interleaved."""
-    from maviper.evaluate.play import play
+    from maviper.episodes.play import play, points
     from maviper.experts import store
-    from maviper.extract.dataset import labels, points
-    from maviper.extract.growing import Growth
-    from maviper.extract.settings import Settings
+    from maviper.experts.expert import labels
+    from maviper.extraction.dataset import Dataset
+    from maviper.extraction.growth.growing import Growth
+    from maviper.extraction.settings import Settings
 
     expert, world = store.load("physical-deception")
     episodes = play(world, [expert] * 3, world.start_from_seeds(range(1_000)))
     observations, state = points(episodes)
     wanted = labels(expert, observations, state)
+    data = Dataset(observations, wanted, np.ones(wanted.shape), np.ones(wanted.shape, bool))
     ones = [np.ones(len(wanted), dtype=np.int64)] * 3
     found = {way: [] for way in splits}
     for _ in range(rounds):
@@ -63,7 +65,7 @@ def growth(splits, rounds):
             grow = Growth(world, Settings.of({"splits": way}))
             started = time.process_time()
             for team in ([0], [1, 2]):
-                grow.team(team, observations, wanted, ones, [0, 0, 0], len(team) - 1)
+                grow.team(team, data, ones, [0, 0, 0], len(team) - 1)
             found[way].append(time.process_time() - started)
     return found
 
@@ -74,9 +76,9 @@ def by_size(n):
     """
     from maviper.experts.measured import Measured
     from maviper.experts.scripted import scripted
-    from maviper.extract.growing import Growth
-    from maviper.extract.maviper import grow_teams, rollouts
-    from maviper.extract.settings import Settings
+    from maviper.extraction.growth.growing import Growth
+    from maviper.extraction.maviper import grow_teams, rollouts
+    from maviper.extraction.settings import Settings
     from maviper.worlds import find
 
     world = find(f"cooperative-navigation,agents={n}")

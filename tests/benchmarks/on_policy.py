@@ -13,13 +13,14 @@ from pathlib import Path
 
 import numpy as np
 
-from codegen import ir, readback
-from codegen.compiled import CompiledC, find_compiler
-from codegen.lower import lower
+from codegen import ir
+from codegen.agreement import readback
+from codegen.agreement.compiled import CompiledC, find_compiler
+from codegen.lowering.lower import lower
 from codegen.targets import emit
 from maviper import load
-from maviper.agreement import matching_world
-from maviper.evaluate.play import play, tree_policies
+from maviper.episodes.play import play, tree_policies
+from maviper.worlds.matching import matching_world
 
 PROFILE = Path(__file__).parents[2] / "generated" / "physical_deception" / "profile.json"
 GAMES = 16_384

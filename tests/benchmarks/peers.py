@@ -19,7 +19,8 @@ from pathlib import Path
 import numpy as np
 from sklearn.ensemble import RandomForestClassifier
 
-from codegen import importers, ir, probes
+from codegen import importers, ir
+from codegen.agreement import probes
 from codegen.targets import emit
 
 STYLES = ("nested", "ordered", "walk")

@@ -17,13 +17,13 @@ import time
 
 import numpy as np
 
-from maviper import demo
-from maviper.evaluate import metrics
-from maviper.evaluate.play import tree_policies
+from maviper.cli import tour as demo
+from maviper.episodes import measures
+from maviper.episodes.play import tree_policies
 from maviper.experts.finding import find_expert
-from maviper.extract.algorithms import extract
-from maviper.extract.settings import FITTED_Q, RELEASED, Settings
-from maviper.jobs import side_by_side
+from maviper.extraction.algorithms import extract
+from maviper.extraction.settings import FITTED_Q, RELEASED, Settings
+from maviper.files.jobs import side_by_side
 
 EPISODES, DRAWS = 1_000, 2_000
 ALGORITHMS = ("maviper", "iviper", "imitation", "fitted-q", "maviper-no-prediction", "maviper-iviper-resampling")
@@ -37,7 +37,7 @@ TARGETS = {
     ("cooperative-navigation", 4, "agents", "D"): (0.80, 0.70, "value"),
     ("cooperative-navigation", 6, "agents", "D"): (0.69, 0.60, "value"),
 }
-SEEDS = range(metrics.MEASUREMENT_SEEDS, metrics.MEASUREMENT_SEEDS + EPISODES)
+SEEDS = range(measures.MEASUREMENT_SEEDS, measures.MEASUREMENT_SEEDS + EPISODES)
 
 
 def one(name, critic, given):
@@ -48,7 +48,7 @@ def one(name, critic, given):
     seconds = time.perf_counter() - started
     trees = tree_policies(profile.agents)
     agents = len(world.agents)
-    found = metrics.team_values(world, [trees] * agents, [expert] * agents, SEEDS)
+    found = measures.team_values(world, [trees] * agents, [expert] * agents, SEEDS)
     leaves = sum(int((policy.tree.feature < 0).sum()) for policy in profile.agents)
     return profile.agents, {measure.label: row for measure, row in found.items()}, leaves, seconds
 
@@ -97,7 +97,7 @@ def main() -> None:
         more |= {"selection_episodes": demo.SELECTION_EPISODES}
     expert, world = find_expert(options.expert, options.critic)
     experts = [expert] * len(world.agents)
-    base = {measure.label: row for measure, row in metrics.values(world, experts, SEEDS).items()}
+    base = {measure.label: row for measure, row in measures.values(world, experts, SEEDS).items()}
     kinds = [(algorithm, preset) for preset in options.presets.split(",") for algorithm in algorithms]
     kinds = [kind for kind in kinds if kind != (FITTED_Q, RELEASED)]
     tasks = [
@@ -144,7 +144,7 @@ def main() -> None:
                     mixed = [
                         tree_policies((ours if agent in members else opponents)[0]) for agent in range(len(experts))
                     ]
-                    values.append(metrics.values(world, mixed, SEEDS)[measure])
+                    values.append(measures.values(world, mixed, SEEDS)[measure])
                 found = interval(np.stack(values))
                 name = f"{measure.label} of {', '.join(kinds[0])} against trees of {algorithm}, {preset}"
                 rows.append((name, "", found, None, None))

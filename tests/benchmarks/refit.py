@@ -19,21 +19,25 @@ from pathlib import Path
 
 import numpy as np
 
-from maviper import costs, demo, refitting
-from maviper.agreement import matching_world
+from maviper.cli import tour as demo
 from maviper.console import Console
-from maviper.evaluate.players import EXPERT, Player
+from maviper.evaluation import comparison
+from maviper.evaluation.players import EXPERT, Player
 from maviper.experts.finding import find_expert
-from maviper.extract.algorithms import extract
-from maviper.extract.settings import Settings
-from maviper.failing import document_of
-from maviper.jobs import side_by_side
-from maviper.repairing import met_states
-from verify.failures import failures
-from verify.properties import find_property
-from verify.repair import repair
-from verify.shares import SAMPLES, violating
-from verify.world import everywhere, sample
+from maviper.extraction import refitting
+from maviper.extraction.algorithms import extract
+from maviper.extraction.settings import Settings
+from maviper.files.jobs import side_by_side
+from maviper.verification.failing_states import document_of
+from maviper.verification.repair import met_states
+from maviper.worlds.matching import matching_world
+from verify.claims.decisions import find_property
+from verify.claims.region import everywhere
+from verify.question import Question, from_start
+from verify.repair.search import repair
+from verify.states.failures import failures
+from verify.states.shares import SAMPLES, violating
+from verify.states.state import sample
 
 EPISODES, SAMPLE_SEEDS = 4_000, (41, 42, 43)
 DEMO = {"iterations": demo.ITERATIONS, "rollouts": demo.ROLLOUTS, "refinement": demo.REFINEMENT}
@@ -44,15 +48,16 @@ REACH, STRETCH = 0.25, 0.1  # of the violating share that the first round leaves
 def share(profile, claim):
     """The share of uniform states of the start region in which the claim fails."""
     found = [
-        violating(profile, claim, sample(everywhere(profile), profile.world, SAMPLES, seed)[0]) for seed in SAMPLE_SEEDS
+        violating(from_start(profile, claim), sample(everywhere(profile), profile.world, SAMPLES, seed)[0])
+        for seed in SAMPLE_SEEDS
     ]
     return float(np.concatenate(found).mean())
 
 
 def row(kind, first, profile, claim, player, seconds, states):
     world = matching_world(profile)
-    cost = costs.measured(first, profile, claim.team, everywhere(profile), world, player, EPISODES)
-    sizes = costs.sizes(profile, [policy.agent for policy in profile.team(claim.team)])
+    cost = comparison.measured(first, profile, claim.team, everywhere(profile), world, player, EPISODES)
+    sizes = comparison.sizes(profile, [policy.agent for policy in profile.team(claim.team)])
     return {
         "kind": kind,
         "violating": share(profile, claim),
@@ -79,7 +84,7 @@ def one(name, prop, rounds, given):
         paths = []
         for number in range(1, rounds + 1):
             started = time.perf_counter()
-            points = failures(profile, claim, region)
+            points = failures(Question(profile, claim, region))
             if points:
                 paths.append(Path(folder) / f"states-{number}.json")
                 paths[-1].write_text(document_of(profile, claim, region, points, f"maviper verify x --property {prop}"))
@@ -88,7 +93,7 @@ def one(name, prop, rounds, given):
             seconds = time.perf_counter() - started
             found.append(row(f"round {number}", first, profile, claim, player, seconds, len(points)))
     started = time.perf_counter()
-    mended = repair(first, claim, region, met_states(first, world))
+    mended = repair(Question(first, claim, region), met_states(first, world))
     kind = "repaired" if mended.ended else "repair did not end"
     return [*found, row(kind, first, mended.profile, claim, player, time.perf_counter() - started, mended.rounds)]
 

@@ -23,12 +23,18 @@ import numpy as np
 from sklearn.tree import DecisionTreeClassifier
 
 from codegen import ir
+from codegen.check import ensure
 from codegen.observe import observe
 from maviper.worlds import find
-from verify import checker, engine, zone_compiled, zones
-from verify.certificate import numbers
-from verify.properties import STEADY, Property, formula
-from verify.spec import Semantics, Verdict, start_region
+from tests.verify.zone_cases import stated
+from verify.checker import decisions
+from verify.checker.certificates import numbers
+from verify.claims.decisions import STEADY, DecisionClaim, formula
+from verify.claims.region import Semantics, Verdict, start_region
+from verify.question import Question
+from verify.solver.decide import decide
+from verify.zones import compiled
+from verify.zones import engine as zones
 
 SAMPLES = 100_000
 LEFT, RIGHT, DOWN, UP = 1, 2, 3, 4
@@ -104,7 +110,7 @@ class Game:
             ir.AgentPolicy(name, self.world.team_of(name), features, actions, flat(trees.get(name, 0)))
             for name, features, actions in zip(self.world.agents, self.world.features, self.world.actions, strict=True)
         )
-        return ir.ensure(ir.PolicyProfile(self.world.spec, agents, ir.Provenance("", "", 0, "", "")))
+        return ensure(ir.PolicyProfile(self.world.spec, agents, ir.Provenance("", "", 0, "", "")))
 
 
 def flat(nested):
@@ -186,7 +192,7 @@ def main():
     if options.json:
         print(json.dumps({"figures": figures}))
         return
-    print(f"zone search: {'compiled' if zone_compiled.AVAILABLE else 'Python (the extension is not built)'}")
+    print(f"zone search: {'compiled' if compiled.AVAILABLE else 'Python (the extension is not built)'}")
     for row in rows:
         print(row)
     for figure in figures:
@@ -197,7 +203,7 @@ def measured(rounds, full):
     values, rows = {}, []
     game = Game("physical-deception")
     ratios, sweeps, branches = [], [], []
-    claim = Property("distinct_targets", "defenders")
+    claim = DecisionClaim("distinct_targets", "defenders")
     region = start_region(game.world.spec)
     for kind in ("roles", "nearer", "swapping"):
         for depth in (4, 6, 8, 10, 12) if full or kind == "swapping" else (4, 6, 8, 10):
@@ -207,8 +213,8 @@ def measured(rounds, full):
             pairs = leaf_product(profile, "defenders") * len(region.goals)
             ratio = []
             for _ in range(rounds):
-                ours, found = seconds(lambda: zones.decide(profile, formula(profile, claim), region))  # noqa: B023
-                theirs, second = seconds(lambda: engine.decide(profile, claim, region))  # noqa: B023
+                ours, found = seconds(lambda: zones.decide(stated(profile, formula(profile, claim), region)))  # noqa: B023
+                theirs, second = seconds(lambda: decide(Question(profile, claim, region)))  # noqa: B023
                 assert found.verdict is second.verdict
                 ratio.append((theirs / ours, ours, theirs))
             middle = sorted(ratio)[len(ratio) // 2]
@@ -247,20 +253,21 @@ def measured(rounds, full):
 
 def checked(profile, asked, region, found):
     return sum(
-        checker.check(profile, asked, region, goal, Semantics(), numbers(proof)) for goal, proof in found.proofs.items()
+        decisions.check(profile, asked, region, goal, Semantics(), numbers(proof))
+        for goal, proof in found.proofs.items()
     )
 
 
 def steady(game, region, rounds):
     """Though features are off: fixed roles under fitted splits, which hold, and the nearer of two matchings."""
-    claim = Property(STEADY, "defenders", eps=Fraction(1, 100), of="distinct_targets")
+    claim = DecisionClaim(STEADY, "defenders", eps=Fraction(1, 100), of="distinct_targets")
     ratios, rows = [], []
     for kind, depth in [("held", 6), ("held", 8), ("held", 10), ("nearer", 6), ("nearer", 8), ("nearer", 10)]:
         profile = held_roles(game, depth - 3) if kind == "held" else deception_team(game, kind, depth)
         asked, times = formula(profile, claim), []
         for _ in range(rounds):
-            ours, found = seconds(lambda: zones.decide(profile, asked, region, eps=claim.eps))  # noqa: B023
-            theirs, second = seconds(lambda: engine.decide(profile, claim, region))  # noqa: B023
+            ours, found = seconds(lambda: zones.decide(stated(profile, asked, region, eps=claim.eps)))  # noqa: B023
+            theirs, second = seconds(lambda: decide(Question(profile, claim, region)))  # noqa: B023
             assert found.verdict is second.verdict
             times.append((theirs / ours, ours, theirs))
         ratio, ours, theirs = sorted(times)[rounds // 2]
@@ -290,10 +297,12 @@ def ten_properties():
         trees[agent] = below(above, towards(*offset(game, agent, f"landmark_{k}")))
     profile = game.profile(trees)
     radii = [Fraction(n, 100) for n in (6, 8, 10, 20)]
-    claims = [Property(name, "agents", radius=r) for name in ("distinct_targets", "own_target") for r in radii]
-    claims += [Property("no_double", "agents", margin=margin) for margin in (Fraction(0), Fraction(1, 40))]
+    claims = [DecisionClaim(name, "agents", radius=r) for name in ("distinct_targets", "own_target") for r in radii]
+    claims += [DecisionClaim("no_double", "agents", margin=margin) for margin in (Fraction(0), Fraction(1, 40))]
     region = start_region(game.world.spec)
-    took, answers = seconds(lambda: [zones.decide(profile, formula(profile, one), region).verdict for one in claims])
+    took, answers = seconds(
+        lambda: [zones.decide(stated(profile, formula(profile, one), region)).verdict for one in claims]
+    )
     triples = leaf_product(profile, "agents")
     return took, [f"three agents: {triples} triples, {', '.join(answer.value for answer in answers)}"]
 
@@ -301,7 +310,7 @@ def ten_properties():
 def bytes_a_leaf(game, region):
     """Fixed roles under fitted splits: bytes of each goal's proof over the leaves of both trees."""
     profile = held_roles(game, 5)
-    found = zones.decide(profile, formula(profile, Property("distinct_targets", "defenders")), region)
+    found = zones.decide(stated(profile, formula(profile, DecisionClaim("distinct_targets", "defenders")), region))
     leaves = sum(len(ir.leaves(policy.tree)) for policy in profile.team("defenders"))
     return max(map(len, found.proofs.values())) / leaves
 

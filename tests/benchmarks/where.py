@@ -16,12 +16,14 @@ sys.path.insert(0, str(Path(__file__).parents[2]))  # for tests.*, also when run
 
 from maviper import load
 from tests.benchmarks.verifier import Game, deception_team, seconds
-from verify import engine, violations, zone_compiled
-from verify.largest import largest
-from verify.properties import find_property
-from verify.shares import SAMPLE_SEED, measure
-from verify.spec import Region
-from verify.world import everywhere
+from verify.claims.decisions import find_property
+from verify.claims.region import Region, everywhere
+from verify.extent import violations
+from verify.extent.largest import largest
+from verify.question import Question
+from verify.states.shares import SAMPLE_SEED, measure
+from verify.verdicts import decisions
+from verify.zones import compiled
 
 DEMO = Path(__file__).parents[2] / "generated" / "physical_deception" / "profile.json"
 TARGETS = {
@@ -33,10 +35,10 @@ TARGETS = {
 def parts(profile):
     """Seconds of each part, and what it found."""
     claim, region = find_property("distinct_targets", profile), everywhere(profile)
-    whole, _ = seconds(lambda: engine.verify(profile, claim, region, {}))
-    listing, found = seconds(lambda: violations.violations(profile, claim, region))
-    adding, share = seconds(lambda: violations.exact_share(profile, claim, region, found))
-    growing, part = seconds(lambda: largest(profile, claim, region, found, SAMPLE_SEED))
+    whole, _ = seconds(lambda: decisions.verify(Question(profile, claim, region), {}))
+    listing, found = seconds(lambda: violations.violations(Question(profile, claim, region)))
+    adding, share = seconds(lambda: violations.exact_share(Question(profile, claim, region), found))
+    growing, part = seconds(lambda: largest(Question(profile, claim, region), found, SAMPLE_SEED))
     facts = {
         "verdict s": whole,
         "zones s": listing,
@@ -45,12 +47,12 @@ def parts(profile):
         "zones": sum(len(one.zones) for one in found),
         "complete": all(one.complete for one in found),
         "violating": None if isinstance(share, str) else float(share.value),
-        "sampled": str(measure(profile, claim, region, SAMPLE_SEED).violating),
+        "sampled": str(measure(Question(profile, claim, region), SAMPLE_SEED).violating),
         "region": None,
     }
     if isinstance(part, Region):
-        facts["region"] = float(violations.exact_part(profile, claim, region, part))
-        facts["conflict in region"] = measure(profile, claim, part, SAMPLE_SEED).conflict.value
+        facts["region"] = float(violations.exact_part(Question(profile, claim, region), part))
+        facts["conflict in region"] = measure(Question(profile, claim, part), SAMPLE_SEED).conflict.value
     return facts
 
 
@@ -74,7 +76,7 @@ def main():
         ]
         print(json.dumps({"figures": figures, "teams": rows}))
         return
-    print(f"zone search: {'compiled' if zone_compiled.AVAILABLE else 'Python (the extension is not built)'}")
+    print(f"zone search: {'compiled' if compiled.AVAILABLE else 'Python (the extension is not built)'}")
     for name, facts in rows.items():
         print(name)
         for key, value in facts.items():

@@ -3,7 +3,7 @@
 import numpy as np
 
 from codegen import ir
-from codegen.deploy import deployed
+from codegen.lowering.deploy import deployed
 from maviper.worlds import find
 
 NAMES = [

@@ -2,9 +2,12 @@
 
 import numpy as np
 import pytest
+from sklearn.pipeline import make_pipeline
+from sklearn.preprocessing import StandardScaler
 from sklearn.tree import DecisionTreeClassifier
 
-from codegen import importers, ir, policy_json, probes, selfcheck
+from codegen import importers, ir, policy_json
+from codegen.agreement import probes, selfcheck
 from codegen.errors import InputError
 from codegen.targets import emit
 
@@ -38,8 +41,8 @@ def test_a_classifier_decides_as_before(seed):
 
 @pytest.mark.compile
 def test_it_compiles_like_ours():
-    profile = importers.from_sklearn(fitted()[0], ["speed", "gap ahead", "class", "class"], name="Überholen 2")
-    assert [feature.name for feature in profile.agents[0].features] == ["speed", "gap_ahead", "class", "class_2"]
+    profile = importers.from_sklearn(fitted()[0], ["speed", "gap -1", "class", "class"], name="Überholen 2")
+    assert [feature.name for feature in profile.agents[0].features] == ["speed", "gap_minus_1", "class", "class_2"]
     selfcheck.check_files(profile, emit(profile), random=500).ensure()
 
 
@@ -59,56 +62,108 @@ def test_what_is_no_single_tree_is_refused():
         importers.from_sklearn(DecisionTreeClassifier().fit(x, rng.integers(2, size=(4, 2))))
     with pytest.raises(InputError, match="3 feature names for 4"):
         importers.from_sklearn(fitted()[0], ["a", "b", "c"])
-    with pytest.raises(InputError, match="1 action names"):
-        importers.from_sklearn(fitted()[0], action_names=["a"])
+    for names in (["a"], [], list("abcd")):
+        with pytest.raises(InputError, match=f"{len(names)} action names for 3 classes"):
+            importers.from_sklearn(fitted()[0], action_names=names)
+    with pytest.raises(InputError, match="not a fitted"):
+        importers.from_sklearn(make_pipeline(StandardScaler(), DecisionTreeClassifier()).fit(x, [0, 1, 0, 1]))
 
 
-@pytest.mark.parametrize("given", [["if", "IF", "i f", "", "ß"], ["x" * 90, "x" * 91], ["1", "_1", "1"]])
+class Contrary(DecisionTreeClassifier):
+    def predict(self, x):
+        return super().predict(-x)
+
+
+def test_a_classifier_that_predicts_in_another_way_is_refused():
+    x = np.random.default_rng(0).normal(size=(50, 3))
+    contrary = Contrary().fit(x, x[:, 0] > 0)
+    changed = DecisionTreeClassifier().fit(x, x[:, 0] > 0)
+    changed.predict = lambda rows: rows
+    for classifier in (contrary, changed):
+        with pytest.raises(InputError, match="does not predict as"):
+            importers.from_sklearn(classifier)
+
+
+def test_what_was_learned_from_missing_values_is_refused_where_it_shows():
+    rng = np.random.default_rng(0)
+    x = rng.normal(size=(300, 3))
+    y = x[:, 0] > 0
+    x[rng.random(x.shape) < 0.3] = np.nan
+    x[y, 1] = np.nan
+    only = np.where(y, np.nan, 0.0)[:, None]  # a threshold of infinity: missing or not
+    for classifier in (DecisionTreeClassifier().fit(x, y), DecisionTreeClassifier().fit(only, y)):
+        with pytest.raises(InputError, match="learned from missing values") as caught:
+            importers.from_sklearn(classifier)
+        assert caught.value.where.startswith("node ")
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        {"class_weight": "balanced"},
+        {"criterion": "entropy", "splitter": "random"},
+        {"monotonic_cst": [1, -1, 0, 0]},
+        {"ccp_alpha": 0.01},
+    ],
+    ids=str,
+)
+@pytest.mark.parametrize("labels", [[0, 1], [9, -2], ["b", "a"], [False, True]], ids=str)
+def test_however_it_was_fitted(settings, labels):
+    rng = np.random.default_rng(0)
+    x = rng.normal(size=(400, 4)).astype(np.float32)
+    y = np.array(labels)[(x[:, 0] + 0.5 * rng.normal(size=400) > x[:, 1]).astype(int)]
+    weights = rng.random(400) * (rng.random(400) > 0.3)
+    classifier = DecisionTreeClassifier(max_depth=6, random_state=0, **settings).fit(x, y, sample_weight=weights)
+    (policy,) = importers.from_sklearn(classifier).agents
+    rows = boundary(policy).astype(np.float32)
+    rows = rows[np.isfinite(rows).all(axis=1)]
+    assert (classifier.classes_[ir.act(policy, rows)] == classifier.predict(rows)).all()
+    assert {*ir.act(policy, rows)} == {0, 1}
+
+
+def named(labels, **given):
+    x = np.arange(3.0 * len(labels))[:, None]
+    profile = importers.from_sklearn(DecisionTreeClassifier().fit(x, np.repeat(np.array(labels), 3)), **given)
+    return [action.name for action in profile.agents[0].actions]
+
+
+@pytest.mark.parametrize(
+    ("labels", "names"),
+    [
+        ([5, -2, 9], ["action_minus_2", "action_5", "action_9"]),
+        ([-1, 0, 1], ["action_minus_1", "action_0", "action_1"]),
+        ([-10, 1], ["action_minus_10", "action_1"]),
+        ([-1.0, 1.0], ["action_minus_1_0", "action_1_0"]),
+        ([False, True], ["False", "True"]),
+        (["wait", "go left", "-go"], ["go", "go_left", "wait"]),
+        (["turn -1", "turn 1"], ["turn_minus_1", "turn_1"]),
+        (["\N{MINUS SIGN}1", "+1", "-.5", "-5"], ["action_1", "action_minus__5", "action_minus_5", "action_minus_1"]),
+        (
+            ["r\N{LATIN SMALL LETTER U WITH DIAERESIS}ckw\N{LATIN SMALL LETTER A WITH DIAERESIS}rts", "b-2"],
+            ["b_2", "ruckwarts"],
+        ),
+        ([b"up", b"down"], ["down", "up"]),
+    ],
+    ids=str,
+)
+def test_labels_keep_their_order_their_sign_and_their_text(labels, names):
+    assert named(labels) == names and all(ir.NAME.fullmatch(name) for name in names)
+
+
+@pytest.mark.parametrize(
+    "labels", [["go", "Go"], ["1", "action 1"], ["a b", "a_b"], ["x" * 80 + "1", "x" * 80 + "2"], ["-", "?"]], ids=str
+)
+def test_labels_whose_names_collide_are_refused(labels):
+    with pytest.raises(InputError, match="become the same action name") as caught:
+        named(labels)
+    assert all(repr(label) in caught.value.what for label in labels)
+    assert named(labels, action_names=["p", "q"]) == ["p", "q"]
+    with pytest.raises(InputError, match="'a-b' and 'a b' become the same"):
+        named(labels, action_names=["a-b", "a b"])
+
+
+@pytest.mark.parametrize("given", [["if", "IF", "i f", "", "ß"], ["x" * 90, "x" * 91], ["1", "_1", "1", "-1"]])
 def test_cleaned_names_are_legal_and_different(given):
     found = importers.cleaned(given, "x")
     assert all(ir.NAME.fullmatch(name) for name in found)
     assert len({name.lower() for name in found}) == len(given)
-
-
-def onnx_of(classifier, n_features):
-    pytest.importorskip("onnx", reason="onnx is not installed")
-    skl2onnx = pytest.importorskip("skl2onnx", reason="skl2onnx is not installed")
-    from skl2onnx.common.data_types import FloatTensorType
-
-    return skl2onnx.convert_sklearn(classifier, initial_types=[("x", FloatTensorType([None, n_features]))])
-
-
-@pytest.mark.parametrize("seed", range(3))
-def test_an_onnx_model_decides_as_before(seed):
-    classifier, _ = fitted(seed)
-    model = onnx_of(classifier, 4)
-    (policy,) = importers.from_onnx(model.SerializeToString()).agents
-    rows = boundary(policy).astype(np.float32)
-    rows = rows[np.isfinite(rows).all(axis=1)]
-    names = np.array([action.name for action in policy.actions])
-    assert (names[ir.act(policy, rows)] == classifier.predict(rows)).all()
-
-
-def test_other_onnx_models_are_refused(tmp_path):
-    onnx = pytest.importorskip("onnx", reason="onnx is not installed")
-    with pytest.raises(InputError, match="not an ONNX model"):
-        importers.from_onnx(b"hello")
-    with pytest.raises(InputError, match="cannot read"):
-        importers.from_onnx(tmp_path / "nothing.onnx")
-    model = onnx_of(fitted()[0], 4)
-    node = next(each for each in model.graph.node if each.op_type == importers.ENSEMBLE)
-    for change, said in (
-        (lambda a: a.strings.__setitem__(0, b"BRANCH_GT") if a.name == "nodes_modes" else None, "tests by BRANCH_GT"),
-        (lambda a: a.ints.__setitem__(0, 1) if a.name == "nodes_missing_value_tracks_true" else None, "missing values"),
-        (lambda a: a.ints.__setitem__(0, 7) if a.name == "nodes_treeids" else None, "several trees"),
-    ):
-        changed = onnx.ModelProto()
-        changed.CopyFrom(model)
-        node = next(each for each in changed.graph.node if each.op_type == importers.ENSEMBLE)
-        for attribute in node.attribute:
-            change(attribute)
-        with pytest.raises(InputError, match=said):
-            importers.from_onnx(changed.SerializeToString())
-    del model.graph.node[:]
-    with pytest.raises(InputError, match="has 0 nodes"):
-        importers.from_onnx(model.SerializeToString())

@@ -7,7 +7,11 @@ import pytest
 from hypothesis import given
 
 from codegen import ir
+from codegen.check import check, ensure
 from codegen.errors import ProfileError
+from codegen.region import RegionSpec
+from maviper.verification.failing_states import blank
+from maviper.worlds import WORLDS, find
 from tests.strategies import WORLD, grown_trees, profiles
 
 STUMP = ir.Tree([0, -1, -1], [0.5, 0, 0], [1, -1, -1], [2, -1, -1], [-1, 1, 2])
@@ -53,7 +57,7 @@ def test_arrays_cannot_be_changed():
 
 @given(profiles())
 def test_extracted_profiles_are_sound(profile):
-    assert ir.check(profile) == ()
+    assert check(profile) == ()
 
 
 def broken(**arrays):
@@ -83,7 +87,7 @@ def broken(**arrays):
 )
 def test_each_broken_invariant_is_named_with_its_path(tree, path, message, profile):
     agents = tuple(replace(p, tree=tree, grown=None) if p.agent == "agent_0" else p for p in profile.agents)
-    found = ir.check(replace(profile, agents=agents))
+    found = check(replace(profile, agents=agents))
     assert any(item.path == f"$.agents[1].{path}" and message in item.message for item in found), found
 
 
@@ -100,6 +104,22 @@ def test_each_broken_invariant_is_named_with_its_path(tree, path, message, profi
         ({"agents": {"max_speed": 0.0}}, "$.world.agents[0].max_speed"),
         ({"agents": {"max_speed": np.nan}}, "$.world.agents[0].max_speed"),
         ({"contact_force": -1.0, "contact_margin": 1.0}, "$.world.contact_force"),
+        ({"contact_force": 1.0, "contact_margin": 1e-320}, "$.world.contact_margin"),
+        ({"contact_margin": -1.0}, "$.world.contact_margin"),
+        ({"dt": -0.1}, "$.world.dt"),
+        ({"dt": np.nan}, "$.world.dt"),
+        ({"damping": 1.5}, "$.world.damping"),
+        ({"damping": -0.25}, "$.world.damping"),
+        ({"damping": np.nan}, "$.world.damping"),
+        ({"start_low": 1.0, "start_high": -1.0}, "$.world.start_low"),
+        ({"start_low": np.nan}, "$.world.start_low"),
+        ({"start_high": np.inf}, "$.world.start_high"),
+        ({"episode_steps": 0}, "$.world.episode_steps"),
+        ({"agents": {"force": -5.0}}, "$.world.agents[0].force"),
+        ({"landmarks": {"force": -5.0}}, "$.world.landmarks[0].force"),
+        ({"agents": {"force": np.nan}}, "$.world.agents[0].force"),
+        ({"agents": {"size": np.nan}}, "$.world.agents[0].size"),
+        ({"agents": {"max_speed": np.inf}}, "$.world.agents[0].max_speed"),
     ],
 )
 def test_each_broken_rule_of_the_world_is_named_with_its_path(change, path, profile):
@@ -107,7 +127,7 @@ def test_each_broken_rule_of_the_world_is_named_with_its_path(change, path, prof
         if group in change:
             first, *rest = getattr(profile.world, group)
             change = {group: (replace(first, **change[group]), *rest)}
-    found = ir.check(replace(profile, world=replace(profile.world, **change)))
+    found = check(replace(profile, world=replace(profile.world, **change)))
     assert [item.path for item in found] == [path], found
 
 
@@ -124,27 +144,67 @@ def test_a_meaning_says_one_thing(meaning, profile):
     policy = profile.agents[1]
     features = (replace(policy.features[0], meaning=meaning), *policy.features[1:])
     agents = (profile.agents[0], replace(policy, features=features), *profile.agents[2:])
-    found = ir.check(replace(profile, agents=agents))
+    found = check(replace(profile, agents=agents))
     assert [item.path for item in found] == ["$.agents[1].features[0].meaning"], found
+
+
+@pytest.mark.parametrize("part", [np.nan, -np.inf, 1e10])
+def test_a_push_has_a_size(part, profile):
+    first, *rest = profile.agents
+    actions = (replace(first.actions[0], effect=(0.0, part)), *first.actions[1:])
+    found = check(replace(profile, agents=(replace(first, actions=actions), *rest)))
+    assert [item.path for item in found] == ["$.agents[0].actions[0].effect"], found
+
+
+@pytest.mark.parametrize("bounds", [(np.nan, 1.0), (0.0, np.nan), (1.0, -1.0), (-np.inf, 0.0), (0.0, 1e10)])
+def test_a_range_is_one(bounds, profile):
+    first, *rest = profile.agents
+    features = (replace(first.features[0], low=bounds[0], high=bounds[1]), *first.features[1:])
+    found = check(replace(profile, agents=(replace(first, features=features), *rest)))
+    assert [item.path for item in found] == ["$.agents[0].features[0]"], found
+
+
+def test_a_region_has_doubles_within_its_bounds(profile):
+    """Code compares doubles, and none is a third."""
+    for bounds in (("1/3", "1/3"), ("0.1", "0.10000000000000000001")):
+        region = RegionSpec(profile.world.goals, {"agent_0.x": bounds})
+        found = check(replace(profile, region=region))
+        assert [item.path for item in found] == ["$.region.box.agent_0.x"] and "no double" in found[0].message
+    for bounds in (("0", "0"), ("0.25", "0.25"), ("1/3", "2/3"), ("-1", "0")):
+        assert check(replace(profile, region=RegionSpec(profile.world.goals, {"agent_0.x": bounds}))) == ()
+
+
+VARIANTS = [
+    *WORLDS, "physical-deception,velocity=1", "physical-deception,defenders=4", "physical-deception,defenders=1",
+    "physical-deception,features=goal+differences+signs", "cooperative-navigation,agents=24",
+    "cooperative-navigation,agents=2,features=signs", "predator-prey,observation=mpe2",
+    "predator-prey,observation=released,prey=1", "predator-prey,predators=3,prey=1,obstacles=0",
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("name", VARIANTS)
+def test_every_world_keeps_the_rules(name):
+    world = find(name)
+    assert check(blank(world)) == ()
 
 
 def test_a_start_box_may_be_a_point(profile):
     landmarks = tuple(replace(entity, start=(0.5, 0.5)) for entity in profile.world.landmarks)
-    assert ir.check(replace(profile, world=replace(profile.world, landmarks=landmarks))) == ()
+    assert check(replace(profile, world=replace(profile.world, landmarks=landmarks))) == ()
 
 
 def test_all_violations_are_reported_at_once(profile):
     tree = broken(feature=[10, -1, -1], threshold=[np.nan, 0, 0])
     agents = tuple(replace(policy, tree=tree) for policy in profile.agents)
     with pytest.raises(ProfileError) as error:
-        ir.ensure(replace(profile, agents=agents), "x.json")
+        ensure(replace(profile, agents=agents), "x.json")
     assert str(error.value).count("tree[0].threshold") == 3
 
 
 def test_names_must_stay_apart_after_folding(profile):
     actions = (*profile.agents[0].actions[:4], ir.ActionSpec("LEFT", None))
     agents = (replace(profile.agents[0], actions=actions), *profile.agents[1:])
-    assert any("appears twice" in item.message for item in ir.check(replace(profile, agents=agents)))
+    assert any("appears twice" in item.message for item in check(replace(profile, agents=agents)))
 
 
 def test_trees_have_a_greatest_depth(profile):
@@ -155,4 +215,4 @@ def test_trees_have_a_greatest_depth(profile):
     action = [-1] * n + [0] * (n + 1)
     tree = ir.Tree(feature, np.zeros(2 * n + 1), left, right, action)
     agents = (replace(profile.agents[0], tree=tree, grown=None), *profile.agents[1:])
-    assert [item.message for item in ir.check(replace(profile, agents=agents))] == ["deeper than 64 splits"]
+    assert [item.message for item in check(replace(profile, agents=agents))] == ["deeper than 64 splits"]

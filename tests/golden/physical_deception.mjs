@@ -3,8 +3,10 @@
  * profile     d7c7e9951b353c845e3729dfb7383e9f94192c6dfd621196d4fd4879d989808d
  * made by     tests, hand-made, preset none, seed 0
  *
- * An ES module without imports. For each agent A: act_A(x) takes one observation (an array or a Float32Array) and
- * returns the action's number; act_A_rows(x, n) takes n observations, one after the other, and returns n numbers.
+ * An ES module without imports. For each agent A: act_A(x) takes one observation (an array or a typed array) and
+ * returns the action's number; act_A_rows(x, n) takes a typed array of n observations, one after the other, and returns
+ * n numbers. An observation has a number for each name of FEATURES[A]: another length is a RangeError, and what is not
+ * of the type number (a text, a BigInt, true, null, undefined) a TypeError.
  *
  * A split goes left iff x[feature] <= threshold. Observations are float32; each threshold is written as the largest
  * double that rounds to a float32 not above it, so doubles decide as if they had been rounded to float32 first.
@@ -24,13 +26,36 @@ export const ACTIONS = {
   "agent_1": ["stay", "left", "right", "down", "up"],
 };
 
+/** RangeError where x is not of n, TypeError where one of them is no number: a text would be compared as one. */
+function check(agent, n, x) {
+  if (x === null || x === undefined || x.length !== n) {
+    throw new RangeError(`${agent} observes ${n} numbers, given ${x === null || x === undefined ? x : x.length}`);
+  }
+  const asked = ArrayBuffer.isView(x) ? 1 : n; // all of a typed array are of one type
+  for (let place = 0; place < asked; place++) {
+    if (typeof x[place] !== "number") {
+      throw new TypeError(`${agent} observes ${n} numbers, given ${typeof x[place]} at ${place}`);
+    }
+  }
+}
+
+/** RangeError where x is no typed array of n observations of that width. */
+function checkRows(agent, width, x, n) {
+  if (!Number.isInteger(n) || !ArrayBuffer.isView(x) || x.length !== width * n) {
+    const given = ArrayBuffer.isView(x) ? x.length : typeof x;
+    throw new RangeError(`${agent} observes ${width} numbers: ${n} times ${width} in a typed array, given ${given}`);
+  }
+}
+
 /** adversary_0, team adversaries: 1 leaves, at most 0 comparisons. */
 export function act_adversary_0(x) {
+  check("adversary_0", 8, x);
   return 0; // stay, leaf 0
 }
 
 /** As act_adversary_0, for n observations. */
 export function act_adversary_0_rows(x, n) {
+  checkRows("adversary_0", 8, x, n);
   const actions = new Int32Array(n);
   for (let row = 0; row < n; row++) {
     actions[row] = act_adversary_0(x.subarray(row * 8, (row + 1) * 8));
@@ -40,6 +65,7 @@ export function act_adversary_0_rows(x, n) {
 
 /** agent_0, team defenders: 5 leaves, at most 3 comparisons. */
 export function act_agent_0(x) {
+  check("agent_0", 10, x);
   if (x[0] <= 0.09999999776482582) { // node 0: goal_dx
     if (x[3] <= 7.006492321624085e-46) { // node 1: landmark_0_dy
       return 1; // left, leaf 2
@@ -61,6 +87,7 @@ export function act_agent_0(x) {
 
 /** As act_agent_0, for n observations. */
 export function act_agent_0_rows(x, n) {
+  checkRows("agent_0", 10, x, n);
   const actions = new Int32Array(n);
   for (let row = 0; row < n; row++) {
     actions[row] = act_agent_0(x.subarray(row * 10, (row + 1) * 10));
@@ -70,6 +97,7 @@ export function act_agent_0_rows(x, n) {
 
 /** agent_1, team defenders: 4 leaves, at most 3 comparisons. */
 export function act_agent_1(x) {
+  check("agent_1", 10, x);
   if (x[4] <= -0.04999999888241292) { // node 0: landmark_1_dx
     return 1; // left, leaf 1
   } else {
@@ -87,6 +115,7 @@ export function act_agent_1(x) {
 
 /** As act_agent_1, for n observations. */
 export function act_agent_1_rows(x, n) {
+  checkRows("agent_1", 10, x, n);
   const actions = new Int32Array(n);
   for (let row = 0; row < n; row++) {
     actions[row] = act_agent_1(x.subarray(row * 10, (row + 1) * 10));

@@ -5,10 +5,10 @@
     policies = load("profile.json")
     policies["agent_0"].act([0.5, -1, 0.25, ...])                the action's number
 
-An observation has a number for each feature, in the profile's order, and is rounded to float32. From node 0 on, a split
+An observation has a number for each feature, in the profile's order, each rounded to double, then float32. From node 0 on, a split
 leads to its `left` where the feature is at most the threshold, else (a NaN too) to its `right`; a leaf has an action.
 """
-import json, math, struct, sys
+import json, math, numbers, struct, sys
 
 
 def float32(value):
@@ -23,7 +23,7 @@ class Policy:
     """One agent's features and actions, by name, and the nodes of its tree."""
 
     def __init__(self, agent):
-        self.features = [feature["name"] for feature in agent["features"]]
+        self.agent, self.features = agent["agent"], [feature["name"] for feature in agent["features"]]
         self.actions = [action["name"] for action in agent["actions"]]
         self.nodes = [self._node(node) for node in agent["tree"]]
 
@@ -34,8 +34,9 @@ class Policy:
 
     def act(self, x):
         """The number of the action for an observation."""
-        if len(x) != len(self.features):
-            raise ValueError("%d numbers are needed, not %d" % (len(self.features), len(x)))
+        given = [kind.__name__ for kind in {type(value) for value in x} if not issubclass(kind, numbers.Real)] or len(x)
+        if given != len(self.features):
+            raise ValueError("%s observes %d numbers, given %s" % (self.agent, len(self.features), given))
         node = self.nodes[0]
         while isinstance(node, tuple):
             feature, threshold, left, right = node

@@ -9,15 +9,27 @@ import numpy as np
 from codegen import ir
 from maviper.worlds import find
 from tests.teams import team, towards
-from tests.verify.test_encode import meanings, with_meanings
-from verify import encode
-from verify.properties import STEADY, Property
-from verify.spec import Region, start_region
-from verify.world import everywhere, measurable
+from tests.verify.solver.test_encode import meanings, with_meanings
+from verify.claims.decisions import OWN, STEADY, DecisionClaim
+from verify.claims.formula import agents
+from verify.claims.region import MACHINE, Region, everywhere, start_region
+from verify.question import Budgets, Question
+from verify.solver import encode
+from verify.states.state import measurable
 
 PROPERTIES = ("distinct_targets", "own_target", "no_double")
 SHARP = [0.0, -0.0, 0.1, -0.7, 0.5, -0.5, 1.0, -1.0, 2.0, 0.05, float(np.nextafter(np.float32(0.1), np.float32(1)))]
+NODES = Budgets().max_nodes
 NAVIGATION = find("cooperative-navigation")
+
+
+def stated(profile, formula, region, semantics=MACHINE, budget=NODES, goals=None, eps=Fraction(0)):
+    """The question whether a formula holds; `budget`: search nodes; `goals`: only these of the region's."""
+    acting = agents(formula)
+    team = next((policy.team for policy in profile.agents if policy.agent in acting), profile.agents[0].team)
+    claim = DecisionClaim(OWN, team, statement=formula, eps=eps)
+    region = region if goals is None else replace(region, goals=goals)
+    return Question(profile, claim, region, semantics, Budgets(max_nodes=budget))
 
 
 def random_tree(rng, n_features, max_depth, n_actions=5, grow=0.75):
@@ -70,7 +82,7 @@ def deception(rng, max_depth):
     depths = rng.integers(0, max_depth + 1, 2)
     trees = {f"agent_{k}": random_tree(rng, count, int(depth)) for k, depth in enumerate(depths)}
     margin, radius = Fraction(int(rng.integers(0, 3)), 20), Fraction(int(rng.integers(0, 13)), 10)
-    claim = Property(str(rng.choice(PROPERTIES)), "defenders", margin=margin, radius=radius)
+    claim = DecisionClaim(str(rng.choice(PROPERTIES)), "defenders", margin=margin, radius=radius)
     return with_meanings(trees), claim
 
 
@@ -81,7 +93,7 @@ def navigation(rng, max_depth):
         for name, features, actions in zip(NAVIGATION.agents, NAVIGATION.features, NAVIGATION.actions, strict=True)
     )
     profile = ir.PolicyProfile(NAVIGATION.spec, agents, ir.Provenance("", "", 0, "", ""))
-    return profile, Property(str(rng.choice(PROPERTIES)), "agents", radius=Fraction(int(rng.integers(1, 13)), 10))
+    return profile, DecisionClaim(str(rng.choice(PROPERTIES)), "agents", radius=Fraction(int(rng.integers(1, 13)), 10))
 
 
 def joined(split, left, right):
@@ -127,7 +139,7 @@ def near_roles(rng, profile):
                 beside = np.nextafter(tree.threshold[node], side)
                 change["threshold"][node] = beside if abs(beside) > 1e-30 else 0.001  # subnormal ones are refused
             pair[place] = replace(tree, **change)
-    claim = Property(str(rng.choice(PROPERTIES[:2])), "defenders", radius=Fraction(int(rng.integers(4, 12)), 100))
+    claim = DecisionClaim(str(rng.choice(PROPERTIES[:2])), "defenders", radius=Fraction(int(rng.integers(4, 12)), 100))
     return team(profile, *pair), claim
 
 
@@ -149,7 +161,7 @@ def noisy_roles(rng, profile):
         pair.append(tree)
     of, eps = str(rng.choice(PROPERTIES[:2])), Fraction(int(rng.integers(1, 50)), 1000)
     radius = Fraction(int(rng.integers(5, 14)), 100)
-    return team(profile, *pair), Property(STEADY, "defenders", radius=radius, eps=eps, of=of)
+    return team(profile, *pair), DecisionClaim(STEADY, "defenders", radius=radius, eps=eps, of=of)
 
 
 def noisy(rng, profile):
@@ -162,9 +174,9 @@ def noisy(rng, profile):
     return pair, replace(claim, name=STEADY, of=claim.name, eps=eps)
 
 
-def actions_at(profile, point, goal, machine=True):
+def actions_at(profile, state, goal, machine=True):
     """What each agent does at a rational point, by the solver's account of thresholds."""
-    at = dict(point)
+    at = dict(state)
     if goal:
         at |= {f"goal.{axis}": at[f"{goal}.{axis}"] for axis in "xy"}
     found = {}
@@ -189,9 +201,9 @@ def _left(meaning, threshold, at, machine, error=0, noisy=False):
     return total < line.end or (total == line.end and not line.strict)
 
 
-def actions_with_errors(profile, point, goal, eps, machine=True):
+def actions_with_errors(profile, state, goal, eps, machine=True):
     """What each agent can be led to do at a rational point: errors at their extremes, at every end, and between."""
-    at = dict(point)
+    at = dict(state)
     if goal:
         at |= {f"goal.{axis}": at[f"{goal}.{axis}"] for axis in "xy"}
     found = {}
@@ -230,12 +242,12 @@ def _tried(policy, at, eps, machine):
     return found
 
 
-def exactly_inside(region, point):
+def exactly_inside(region, state):
     """Whether a rational point lies in a region."""
-    gaps = [(max(abs(point[f"{a}.{x}"] - point[f"{b}.{x}"]) for x in "xy"), d) for a, b, d in region.apart]
+    gaps = [(max(abs(state[f"{a}.{x}"] - state[f"{b}.{x}"]) for x in "xy"), d) for a, b, d in region.apart]
     return (
-        all(low <= point[name] <= high for name, (low, high) in region.box.items())
-        and all(low <= point[a] - point[b] <= high for a, b, (low, high) in region.differences)
+        all(low <= state[name] <= high for name, (low, high) in region.box.items())
+        and all(low <= state[a] - state[b] <= high for a, b, (low, high) in region.differences)
         and all(gap >= least for gap, least in gaps)
     )
 
@@ -243,12 +255,12 @@ def exactly_inside(region, point):
 def grid_points(rng, region, count):
     """Rational points of a region on a grid of twentieths."""
     for _ in range(count):
-        point = {}
+        state = {}
         for name, (low, high) in region.box.items():
             step = Fraction(int(rng.integers(0, 21)), 20)
-            point[name] = low + (high - low) * step
-        if exactly_inside(region, point):
-            yield point
+            state[name] = low + (high - low) * step
+        if exactly_inside(region, state):
+            yield state
 
 
 def everyone(region):

@@ -1,0 +1,175 @@
+"""The emitted C, compiled: strictly by every compiler that is there, and loaded to be asked.
+
+Does: finds compilers, builds the header with every warning an error, calls its functions.
+Assumes: a scratch folder that it may write to; what is loaded is built by `cc`, `gcc` or `clang` on the path, or $CC.
+Does not: know what the right answers are (selfcheck.py).
+"""
+
+import ctypes
+import os
+import shlex
+import shutil
+import subprocess
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from codegen.errors import DisagreementError, InputError, MissingToolError
+from codegen.floats import observations
+from codegen.ir import Float32, Float64, Int32
+from codegen.lowering.lower import Model
+from codegen.targets import c
+
+STRICT = (
+    "-std=c99 -pedantic -Wall -Wextra -Werror -Wconversion -Wdouble-promotion -Wshadow -Wfloat-equal".split()  # noqa: SIM905
+)
+OTHERS = ("gcc -std=c99", "clang -std=c99", "g++ -x c++ -std=c++17", "clang++ -x c++ -std=c++20")
+
+
+def find_compiler() -> list[str] | None:
+    """The C compiler's command, or None. MissingToolError when $CC cannot be read as a command."""
+    try:
+        named = shlex.split(os.environ.get("CC", ""))
+    except ValueError as error:
+        raise MissingToolError("cannot read $CC as a command", str(error), "set it to a compiler") from None
+    for command in [named] if named else [["cc"], ["gcc"], ["clang"]]:
+        if shutil.which(command[0]):
+            return command
+    return None
+
+
+def ensure_strict(header: str, model: Model) -> tuple[str, ...]:
+    """The compilers, of OTHERS, that are installed and read the header without a warning.
+
+    DisagreementError when one that works finds something.
+    """
+    clean: list[str] = []
+    with tempfile.TemporaryDirectory(prefix="maviper-") as folder:
+        (Path(folder) / f"{model.prefix}.h").write_text(header)
+        (Path(folder) / "harness.c").write_text(c.harness(model))
+        (Path(folder) / "empty.c").write_text("extern int nothing;\n")
+        for named in OTHERS:
+            command = [*named.split(), *STRICT[1:], "-fsyntax-only"]
+            if shutil.which(command[0]) is None or _run([*command, "empty.c"], folder).returncode != 0:
+                continue
+            read = _run([*command, "harness.c"], folder)
+            if read.returncode != 0:
+                lines = "\n".join(read.stderr.strip().splitlines()[:5])
+                raise DisagreementError(f"the generated C does not compile with {named}", lines, "this is a bug")
+            clean.append(named)
+    return tuple(clean)
+
+
+def _run(command: Sequence[str], folder: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+
+
+class CompiledC:
+    """The header, compiled strictly into a library and loaded. Use as a context manager."""
+
+    def __init__(self, header: str, model: Model, compiler: list[str]) -> None:
+        self._folder = tempfile.TemporaryDirectory(prefix="maviper-")
+        folder = Path(self._folder.name)
+        (folder / f"{model.prefix}.h").write_text(header)
+        (folder / "harness.c").write_text(c.harness(model))
+        built = self._build(compiler, "harness.c")
+        if built.returncode != 0:
+            (folder / "empty.c").write_text("extern int nothing;\n")
+            works = self._build(compiler, "empty.c").returncode == 0
+            self._folder.cleanup()
+            lines = "\n".join(built.stderr.strip().splitlines()[:5])
+            if not works:
+                raise MissingToolError(f"the C compiler {compiler[0]} does not work", lines, "set CC to another one")
+            raise DisagreementError("the generated C does not compile", lines, "this is a bug; nothing was written")
+        try:
+            self._library = ctypes.CDLL(str(folder / "policy.so"))
+        except OSError as error:
+            self._folder.cleanup()
+            advice = "set CC to another compiler, or TMPDIR to a folder that may hold programs"
+            raise MissingToolError(f"cannot load what {compiler[0]} built", str(error), advice) from None
+        self._names = model.names
+        self._agents = {agent.name: agent for agent in model.agents}
+        self._n_coordinates = len(model.names.coordinates)
+
+    def _build(self, compiler: list[str], source: str) -> subprocess.CompletedProcess[str]:
+        command = [*compiler, *STRICT, "-O2", "-fPIC", "-shared", "-o", "policy.so", source]
+        return _run(command, self._folder.name)
+
+    def __enter__(self) -> "CompiledC":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Removes the library's file."""
+        self._folder.cleanup()
+
+    def act(self, agent: str, rows: Float32) -> Int32:
+        """The compiled decisions, [batch] int32. `rows`: [batch, n_features] float32."""
+        return self._run(agent, rows)[0]
+
+    def checks(self, agent: str, rows: Float32) -> Int32:
+        """The compiled input checks, [batch] int32: 1 for finite, 2 for within the ranges, their sum for both."""
+        return self._run(agent, rows)[1]
+
+    def batch(self, agent: str, rows: Float32) -> tuple[Int32, Int32]:
+        """The decisions of the batch functions, over rows and over columns, [batch] each."""
+        rows = self._held(agent, rows)
+        kind = {"unsigned char": np.uint8, "unsigned short": np.uint16}.get(self._agents[agent].tables.action_type)
+        found = [np.full(len(rows), 255, dtype=kind or np.uint32) for _ in range(2)]
+        columns = np.ascontiguousarray(rows.T)
+        run = self._library[self._agents[agent].names.exported_batch]
+        run(_pointer(rows), _pointer(columns), ctypes.c_long(len(rows)), *map(_pointer, found))
+        return found[0].astype(np.int32), found[1].astype(np.int32)
+
+    def all(self, rows: Sequence[Float32]) -> Int32:
+        """All agents' actions in one call, [batch, n_agents]. `rows`: each agent's observations, equally many."""
+        held = [self._held(agent, each) for agent, each in zip(self._agents, rows, strict=True)]
+        if len({len(each) for each in held}) != 1:
+            raise InputError("the agents have different numbers of observations", "", "give each the same number")
+        pointers = (ctypes.c_void_p * len(held))(*(each.ctypes.data for each in held))
+        found = np.full((len(held[0]), len(held)), -1, dtype=np.int32)
+        self._library[self._names.exported_all](pointers, ctypes.c_long(len(found)), _pointer(found))
+        return found
+
+    def team(self, worlds: Float64) -> Int32:
+        """The team's actions in world states [batch, n_coordinates], [batch, n_agents]."""
+        worlds = self._states(worlds)
+        found = np.full((len(worlds), len(self._agents)), -1, dtype=np.int32)
+        self._library[self._names.exported_team](_pointer(worlds), ctypes.c_long(len(worlds)), _pointer(found))
+        return found
+
+    def region(self, worlds: Float64) -> Int32:
+        """The compiled check of the region, [batch] int32: 1 within, else 0. `worlds`: [batch, n_coordinates]."""
+        worlds = self._states(worlds)
+        within = np.full(len(worlds), -1, dtype=np.int32)
+        self._library[self._names.exported_region](_pointer(worlds), ctypes.c_long(len(worlds)), _pointer(within))
+        return within
+
+    def _run(self, agent: str, rows: Float32) -> tuple[Int32, Int32]:
+        rows = self._held(agent, rows)
+        actions = np.full(len(rows), -1, dtype=np.int32)
+        checks = np.full(len(rows), -1, dtype=np.int32)
+        run = self._library[self._agents[agent].names.exported_rows]
+        run(_pointer(rows), ctypes.c_long(len(rows)), _pointer(actions), _pointer(checks))
+        return actions, checks
+
+    def _held(self, agent: str, rows: Any) -> Float32:
+        """Rows as the library reads them, which knows of no length: another one is an InputError."""
+        return np.ascontiguousarray(observations(rows, len(self._agents[agent].features), agent))
+
+    def _states(self, worlds: Any) -> Float64:
+        """World states as the library reads them."""
+        held = np.ascontiguousarray(worlds, dtype=np.float64)
+        if held.ndim != 2 or held.shape[1] != self._n_coordinates:
+            what = f"world states have {self._n_coordinates} coordinates, given an array of shape {held.shape}"
+            raise InputError(what, "", "see the world's coordinates")
+        return held
+
+
+def _pointer(array: np.ndarray) -> ctypes.c_void_p:
+    return array.ctypes.data_as(ctypes.c_void_p)

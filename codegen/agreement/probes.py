@@ -1,0 +1,171 @@
+"""Observations that tell a right implementation of a tree from a wrong one.
+
+Does: boundary observations for every split that can be reached, special float values, and random ones.
+Assumes: finite thresholds; random draws come from a seed.
+Does not: run any implementation (selfcheck.py).
+"""
+
+from collections.abc import Iterator
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from codegen import ir
+from codegen.floats import deciding_double, neighbour, round_down
+from codegen.ir import Float32, Float64, GrownTree, Tree
+from codegen.paths import parted
+from codegen.region import RegionSpec
+
+INFINITY = np.float32(np.inf)
+HUGE = 1e30  # drawing beyond it overflows; paths that demand more get their own bounds
+FILLINGS = 16  # random completions of each boundary value
+_LIMITS = np.finfo(np.float32)
+_EXTREMES = (_LIMITS.max, _LIMITS.tiny, _LIMITS.smallest_subnormal, np.float32(np.inf), np.float32(0))
+SPECIAL = np.array([np.nan, *_EXTREMES, *(-extreme for extreme in _EXTREMES)], dtype=np.float32)
+
+TYPED = 200  # observations in numbers of each other type
+ROUNDS = 20  # of moving states into a region
+AROUND = 64  # states at each border of a region
+
+
+def _uniform(rng: np.random.Generator, low: Any, high: Any, shape: tuple[int, ...]) -> Float64:
+    """Uniform draws, also where the bounds are 0 and -0, which numpy takes for bounds the wrong way round."""
+    return rng.uniform(low + 0.0, high + 0.0, shape)
+
+
+def neighbours(threshold: float) -> Float32:
+    """The float32 values around a threshold, float32 or float64: at or below it, its two neighbours. [3]"""
+    at = round_down(threshold)
+    return np.array([neighbour(at, -np.inf), at, neighbour(at, np.inf)], dtype=np.float32)
+
+
+def paths(tree: Tree | GrownTree, n_features: int) -> Iterator[tuple[int, Float32, Float32]]:
+    """Every split that some observation reaches, with the open-closed box (low, high] of those observations."""
+    stack = [(ir.ROOT, np.full(n_features, -INFINITY), np.full(n_features, INFINITY))]
+    while stack:
+        node, low, high = stack.pop()
+        feature = int(tree.feature[node])
+        if feature == ir.NO_FEATURE:
+            continue
+        yield node, low, high
+        threshold = round_down(float(tree.threshold[node]))
+        sides = zip((tree.left[node], tree.right[node]), parted(low, high, feature, threshold), strict=True)
+        stack += [(int(child), least, most) for child, (least, most) in sides if least[feature] < most[feature]]
+
+
+def boundary(tree: Tree | GrownTree, features: tuple[ir.FeatureSpec, ...], rng: np.random.Generator) -> Float32:
+    """Observations that reach each split with its feature at the threshold and at both float32 neighbours.
+
+    [n, n_features]; every boundary value comes with FILLINGS random values of the other features. Where the path
+    has a test of the same feature right beside the threshold, a neighbour may leave the path; it is asked all the same.
+    """
+    rows: list[Float32] = [np.zeros((0, len(features)), dtype=np.float32)]
+    floor = np.array([feature.low for feature in features], dtype=np.float32)
+    ceiling = np.array([feature.high for feature in features], dtype=np.float32)
+    for node, low, high in paths(tree, len(features)):
+        start = np.maximum(neighbour(low, np.inf), np.minimum(floor, high))
+        stop = np.maximum(np.minimum(high, np.maximum(ceiling, start)), start)
+        for value in neighbours(float(tree.threshold[node])):
+            drawn = _uniform(rng, start.clip(-HUGE, HUGE), stop.clip(-HUGE, HUGE), (FILLINGS, len(features)))
+            filled = drawn.astype(np.float32).clip(start, stop)
+            filled[:, int(tree.feature[node])] = value
+            rows.append(filled)
+    return np.concatenate(rows)
+
+
+def special(features: tuple[ir.FeatureSpec, ...], rng: np.random.Generator) -> Float32:
+    """Each feature at each special value among random ones, and all features at it at once. [n, n_features]"""
+    n = len(features)
+    rows = np.repeat(random(features, FILLINGS, rng), n * len(SPECIAL), axis=0).reshape(FILLINGS, n, len(SPECIAL), n)
+    for feature in range(n):
+        rows[:, feature, :, feature] = SPECIAL
+    return np.concatenate([rows.reshape(-1, n), np.repeat(SPECIAL[:, None], n, axis=1)])
+
+
+def random(features: tuple[ir.FeatureSpec, ...], count: int, rng: np.random.Generator) -> Float32:
+    """Uniform in the features' ranges, half in the inner third, where most thresholds lie. [count, n_features]"""
+    low = np.array([feature.low for feature in features])
+    high = np.array([feature.high for feature in features])
+    rows = _uniform(rng, low, high, (count, len(features)))
+    middle, inner = (low + high) / 2, slice(0, count // 2)
+    rows[inner] = middle + (rows[inner] - middle) / 3
+    return rows.astype(np.float32)
+
+
+def doubles(tree: Tree, features: tuple[ir.FeatureSpec, ...], rng: np.random.Generator) -> Float64:
+    """Double observations at and beside the doubles that decide: they must act as float32 rounding says."""
+    rows: list[Float64] = [np.zeros((0, len(features)))]
+    for node in ir.splits(tree):
+        turning = deciding_double(tree.threshold[node])
+        for value in (np.nextafter(turning, -np.inf), turning, np.nextafter(turning, np.inf)):
+            filled = random(features, FILLINGS, rng).astype(np.float64)
+            filled[:, int(tree.feature[node])] = value
+            rows.append(filled)
+    return np.concatenate(rows)
+
+
+def typed(rows: Float64) -> list[Any]:
+    """Some of these observations in numbers of other types, an array for each: what must be turned into doubles first.
+
+    Long doubles and fractions are a little above their double, so that comparing them as they are decides otherwise.
+    """
+    few = rows[np.random.default_rng(0).permutation(len(rows))[:TYPED]]
+    with np.errstate(over="ignore"):  # beyond the largest number of a type is infinity
+        found: list[Any] = [few.astype(kind) for kind in (np.float16, np.float32)]
+        found.append(np.nextafter(few.astype(np.longdouble), np.longdouble(np.inf)))
+    above = [[Fraction(x) + abs(Fraction(x)) / 2**70 for x in row] for row in few.tolist()]
+    return [*found, np.array(above)]
+
+
+def worlds(profile: ir.PolicyProfile, rng: np.random.Generator) -> Float64:
+    """World states in which features tie, are zero, or are anything, [n, n_coordinates] float64.
+
+    Each feature of each split is put at its threshold, or at a neighbour of it, by moving its first coordinate; the
+    others are random on a coarse grid, or anywhere.
+    """
+    names = profile.world.coordinates()
+    index = {name: place for place, name in enumerate(names)}
+    rows: list[Float64] = [np.zeros((1, len(names)))]
+    for policy in profile.agents:
+        for node in ir.splits(policy.tree):
+            meaning = policy.features[int(policy.tree.feature[node])].meaning
+            filled = rng.uniform(-2, 2, (FILLINGS, len(names)))
+            filled[::2] = np.round(filled[::2] * 4) / 4
+            if meaning and meaning.terms:
+                (weight, first), *rest = meaning.terms
+                near = neighbours(float(policy.tree.threshold[node])).clip(-HUGE, HUGE)
+                at = near[rng.integers(3, size=FILLINGS)].astype(np.float64)
+                others = sum((w * filled[:, index[name]] for w, name in rest), np.zeros(FILLINGS))
+                filled[:, index[first]] = weight * (at - others)
+            rows.append(filled)
+    return np.concatenate(rows)
+
+
+def bordering(region: RegionSpec, world: ir.WorldSpec, rng: np.random.Generator) -> Float64:
+    """World states in a region, at and beside each of its borders, and anywhere, [n, n_coordinates] float64."""
+    names = world.coordinates()
+    index = {name: place for place, name in enumerate(names)}
+    drawn = rng.uniform(-2, 2, (100 * AROUND, len(names)))
+    for first, second, low, high in region.bounds():
+        if not second:
+            drawn[:, index[first]] = _uniform(rng, low, high, (len(drawn),))
+    for _ in range(ROUNDS):  # towards the region, where differences narrow it
+        for first, second, low, high in region.bounds():
+            other = drawn[:, index[second]] if second else 0.0
+            drawn[:, index[first]] = other + np.clip(drawn[:, index[first]] - other, low, high)
+    if region.goals:
+        for axis in "xy":
+            drawn[:, index[f"goal.{axis}"]] = drawn[:, index[f"{region.goals[0]}.{axis}"]]
+    within = region.holds(drawn, names)
+    # first what is inside, so that each border is the only one that a state near it may cross
+    inside = np.concatenate([drawn[within], drawn[~within]])[:AROUND]
+    rows = [inside, rng.uniform(-2, 2, (AROUND, len(names)))]
+    moved = [(first, second, end) for first, second, *ends in region.bounds() for end in ends]
+    moved += [(f"{a}.x", f"{b}.x", side * least) for a, b, least in region.distances() for side in (1, -1)]
+    for first, second, end in moved:
+        at = inside.copy()
+        beside = np.array([np.nextafter(end, -np.inf), end, np.nextafter(end, np.inf)])
+        at[:, index[first]] = beside[rng.integers(3, size=AROUND)] + (at[:, index[second]] if second else 0.0)
+        rows.append(at)
+    return np.concatenate(rows)

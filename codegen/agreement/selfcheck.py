@@ -1,0 +1,317 @@
+"""Agreement: generated code, compiled strictly and replayed against the reference, tolerance zero.
+
+Does: asks the compiled C, the Python module, the JSON and what else was emitted, and compares every decision.
+Assumes: compiled.py builds the C where there is a compiler.
+Does not: trust the emitters: each target is read back from its text by means that the emitter does not use.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from codegen import ir
+from codegen.agreement import misuse, probes, readback
+from codegen.agreement.build import Build
+from codegen.agreement.compiled import ensure_strict
+from codegen.equivalence import structure
+from codegen.errors import DisagreementError, MissingToolError
+from codegen.floats import round_down
+from codegen.ir import Float32, Int32
+from codegen.lowering.lower import AUTO, ORDERED, Model, lower
+from codegen.observe import observe
+
+INPUT_CHECK = "c input check"
+STRUCTURE = "c structure"
+MAX_PARSED = 20_000  # nodes of all trees; parsing more, here or by every compiler, takes minutes
+ALL = "c all agents"
+TEAM = "c team from world states"
+RANDOM_OBSERVATIONS = 100_000
+SEED = 20_220_526  # of the random probes
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """How one target fared for one agent: `differences` of `observations` decisions differ from the reference."""
+
+    target: str
+    agent: str
+    observations: int
+    differences: int
+    first: str = ""  # the first difference, in words
+
+
+@dataclass(frozen=True)
+class Report:
+    """Everything that was compared, and what could not be."""
+
+    agreements: tuple[Agreement, ...]
+    skipped: tuple[str, ...]
+    compiler: str  # "" when there is none
+
+    @property
+    def observations(self) -> int:
+        """How many decisions were compared (answers of input checks and nodes of syntax trees are not decisions)."""
+        return sum(
+            item.observations for item in self.agreements if not item.target.endswith(("input check", STRUCTURE))
+        )
+
+    def ensure(self) -> "Report":
+        """The report itself; DisagreementError when any decision differs."""
+        wrong = [agreement for agreement in self.agreements if agreement.differences]
+        if wrong:
+            where = "\n".join(
+                f"{item.target}, {item.agent}: {item.differences} of {item.observations} decisions differ; {item.first}"
+                for item in wrong
+            )
+            raise DisagreementError(
+                "generated code disagrees with the profile", where, "this is a bug; nothing was written"
+            )
+        return self
+
+
+def observations(policy: ir.AgentPolicy, random: int = RANDOM_OBSERVATIONS) -> Float32:
+    """What every target is asked: boundaries of the deployed and the grown tree, special values, random ones."""
+    rng = np.random.default_rng(SEED)
+    parts = [
+        probes.boundary(policy.tree, policy.features, rng),
+        probes.special(policy.features, rng),
+        probes.random(policy.features, random, rng),
+    ]
+    if policy.grown is not None:
+        parts.append(probes.boundary(policy.grown, policy.features, rng))
+    return np.concatenate(parts)
+
+
+def compare(target: str, policy: ir.AgentPolicy, rows: Any, wanted: Int32, found: Any) -> Agreement:
+    """Counts the differences between wanted and found actions for the observations `rows`."""
+    found = np.asarray(found)
+    wrong = np.flatnonzero(found != wanted)
+    first = ""
+    if wrong.size:
+        row = int(wrong[0])
+        values = ", ".join(repr(float(value)) for value in rows[row])
+        names = [action.name for action in policy.actions]
+        given = int(found[row])
+        shown = names[given] if 0 <= given < len(names) else str(given)
+        first = f"for x = ({values}) the profile says {names[wanted[row]]}, the code {shown}"
+    return Agreement(target, policy.agent, len(wanted), int(wrong.size), first)
+
+
+def check_files(
+    profile: ir.PolicyProfile,
+    files: Mapping[str, str | bytes],
+    prefix: str | None = None,
+    random: int = RANDOM_OBSERVATIONS,
+    style: str = AUTO,
+) -> Report:
+    """Replays files (name -> content) against the reference, as `check`."""
+    with Build(profile, lower(profile, prefix, style), files) as build:
+        return check(build, random)
+
+
+def check(build: Build, random: int = RANDOM_OBSERVATIONS) -> Report:
+    """Replays every file of a build against the reference; the report holds differences too.
+
+    `random`: random observations an agent, beside all boundary and special ones.
+    """
+    profile, model, files = build.profile, build.model, build.files
+    found: list[Agreement] = []
+    skipped: list[str] = []
+    asked = {policy.agent: observations(policy, random) for policy in profile.agents}
+    wanted = {policy.agent: ir.act(policy, asked[policy.agent]) for policy in profile.agents}
+    header, module = (build.text(ending) for ending in ("h", "py"))
+    if header is not None and build.compiler is None:
+        skipped.append("C: no compiler found (cc, gcc, clang or $CC)")
+    if header is not None:
+        if sum(len(policy.tree.feature) for policy in profile.agents) <= MAX_PARSED:
+            ensure_strict(header, model)
+            found += _parsed(profile, header, model)
+        else:
+            skipped.append(f"the structural proof of the C: more than {MAX_PARSED} nodes")
+    if build.compilable:
+        found += _check_c(build, asked, wanted, skipped)
+    if module is not None:
+        found += _check_python(profile, module, model, asked, wanted)
+    found += _read(profile, files, model, asked, wanted, skipped)
+    found += _check_reader(build)
+    for suffix, check in (("mjs", _check_javascript), ("rs", _check_rust)):
+        text = build.text(suffix)
+        if text is not None:
+            try:
+                found += check(profile, text, model, asked, wanted)
+            except MissingToolError as error:
+                skipped.append(f"{suffix}: {error.what}")
+    return Report(tuple(found), tuple(skipped), " ".join(build.compiler or []))
+
+
+def _check_c(
+    build: Build, asked: Mapping[str, Float32], wanted: Mapping[str, Int32], skipped: list[str]
+) -> list[Agreement]:
+    profile, model, compiled = build.profile, build.model, build.library
+    found: list[Agreement] = []
+    for policy in profile.agents:
+        rows, expected = asked[policy.agent], wanted[policy.agent]
+        # by its contract, the style that compares bits is not asked about NaN
+        held = ~np.isnan(rows).any(axis=1) if model.style == ORDERED else np.ones(len(rows), dtype=bool)
+        acted = compiled.act(policy.agent, rows[held])
+        found.append(compare("c", policy, rows[held], expected[held], acted))
+        for name, actions in zip(("c rows", "c columns"), compiled.batch(policy.agent, rows), strict=True):
+            found.append(compare(name, policy, rows, expected, actions))
+        wrong = int((compiled.checks(policy.agent, rows) != _checks(policy, rows)).sum())
+        found.append(Agreement(INPUT_CHECK, policy.agent, len(rows), wrong, "a check is wrong" if wrong else ""))
+    n = min(len(rows) for rows in asked.values())
+    seen = [asked[policy.agent][:n] for policy in profile.agents]
+    if model.style == ORDERED and not model.side_by_side:  # the functions of that style, one after the other
+        seen = [np.nan_to_num(rows) for rows in seen]
+    for policy, rows, actions in zip(profile.agents, seen, compiled.all(seen).T, strict=True):
+        found.append(compare(ALL, policy, rows, ir.act(policy, rows), actions))
+    if model.located:
+        worlds = probes.worlds(profile, np.random.default_rng(SEED))
+        for policy, actions in zip(profile.agents, compiled.team(worlds).T, strict=True):
+            seen = observe(policy.features, worlds, profile.world)
+            found.append(compare(TEAM, policy, seen, ir.act(policy, seen), actions))
+    if model.region and profile.region is not None:
+        worlds = probes.bordering(profile.region, profile.world, np.random.default_rng(SEED))
+        within = profile.region.holds(worlds, profile.world.coordinates())
+        wrong = int((compiled.region(worlds) != within).sum())
+        found.append(Agreement(f"region {INPUT_CHECK}", "all", len(worlds), wrong, "the check is wrong"))
+        if not within.any():
+            skipped.append("the check of the region: no state was drawn that lies in it")
+    return found
+
+
+def _read(
+    profile: ir.PolicyProfile,
+    files: Mapping[str, str | bytes],
+    model: Model,
+    asked: Mapping[str, Float32],
+    wanted: Mapping[str, Int32],
+    skipped: list[str],
+) -> list[Agreement]:
+    """What the readers of `readback` find; a reader whose tool is missing is named in `skipped`, each tool once."""
+    found: list[Agreement] = []
+    for policy, agent in zip(profile.agents, model.agents, strict=True):
+        for reader in readback.READERS:
+            names = [name.format(prefix=model.prefix, agent=agent.lower) for name in reader.files]
+            if not all(name in files for name in names):
+                continue
+            rows = asked[policy.agent][:: reader.every]
+            expected = wanted[policy.agent][:: reader.every]
+            try:
+                acted = reader.act(*(files[name] for name in names), policy.agent, rows)
+            except MissingToolError as error:
+                reason = f"{Path(names[0]).suffix[1:]}: {error.what}"
+                skipped += [reason] if reason not in skipped else []
+            else:
+                found.append(compare(reader.target, policy, rows, expected, acted))
+    return found
+
+
+def _check_reader(build: Build) -> list[Agreement]:
+    """Whether the reference reader refuses what is no observation, and makes doubles of numbers of every type."""
+    profile, document = build.profile, build.text("json")
+    reader = build.files.get(f"{build.model.prefix}_reader.py")
+    if document is None or not isinstance(reader, str):
+        return []
+    found: list[Agreement] = []
+    for policy in profile.agents:
+        act = readback.shipped_reader(reader, document, policy.agent)
+        wrong = [each for each in misuse.single(len(policy.features), asks=True) if not isinstance(each, bytes)]
+        let = misuse.accepted(act, wrong)
+        found.append(Agreement("json reader input check", policy.agent, len(wrong), len(let), *let[:1]))
+        near = probes.doubles(policy.tree, policy.features, np.random.default_rng(SEED))
+        if len(near):
+            rows = [row for part in probes.typed(near) for row in part]
+            expected = ir.act(policy, [[float(value) for value in row] for row in rows])
+            found.append(compare("json reader other types", policy, rows, expected, [act(row) for row in rows]))
+    return found
+
+
+def _parsed(profile: ir.PolicyProfile, header: str, model: Model) -> list[Agreement]:
+    """The structural proof: the header's syntax tree against the policy trees, node by node."""
+    found = structure.faults(header, profile, model)
+    return [
+        Agreement(STRUCTURE, policy.agent, len(policy.tree.feature), len(found[policy.agent]), *found[policy.agent][:1])
+        for policy in profile.agents
+    ]
+
+
+def _checks(policy: ir.AgentPolicy, rows: Float32) -> Int32:
+    """What the input checks should say of observations."""
+    low, high = (np.array([getattr(feature, end) for feature in policy.features]) for end in ("low", "high"))
+    low, high = round_down(low), -round_down(-high)
+    within = ((rows >= low) & (rows <= high)).all(axis=1)
+    return (np.isfinite(rows).all(axis=1) + 2 * within).astype(np.int32)
+
+
+def _check_python(
+    profile: ir.PolicyProfile, module: str, model: Model, asked: Mapping[str, Float32], wanted: Mapping[str, Int32]
+) -> list[Agreement]:
+    found: list[Agreement] = []
+    namespace = readback.load_python(module)
+    for policy, agent in zip(profile.agents, model.agents, strict=True):
+        rows = asked[policy.agent]
+        act, batch = namespace[f"act_{agent.lower}"], namespace[f"act_{agent.lower}_batch"]
+        one_by_one = [act(row) for row in rows.tolist()]
+        found.append(compare("python", policy, rows, wanted[policy.agent], one_by_one))
+        found.append(compare("python batch", policy, rows, wanted[policy.agent], batch(rows)))
+        near = probes.doubles(policy.tree, policy.features, np.random.default_rng(SEED))
+        if len(near):
+            expected = ir.act(policy, near)
+            found.append(compare("python doubles", policy, near, expected, [act(row) for row in near.tolist()]))
+            typed = probes.typed(near)
+            rows = [row for part in typed for row in part]
+            expected = ir.act(policy, [[float(value) for value in row] for row in rows])
+            found.append(compare("python other types", policy, rows, expected, [act(list(row)) for row in rows]))
+            found.append(compare("python other arrays", policy, rows, expected, [act(row) for row in rows]))
+            batches = np.concatenate([batch(part) for part in typed])
+            found.append(compare("python other batches", policy, rows, expected, batches))
+        n = len(policy.features)
+        wrong, many = misuse.single(n, asks=agent.comparisons > 0), misuse.many(n)
+        let = misuse.accepted(act, wrong) + misuse.accepted(batch, many)
+        found.append(Agreement("python input check", policy.agent, len(wrong) + len(many), len(let), *let[:1]))
+    return found
+
+
+def _check_javascript(
+    profile: ir.PolicyProfile, module: str, model: Model, asked: Mapping[str, Float32], wanted: Mapping[str, Int32]
+) -> list[Agreement]:
+    near = {p.agent: probes.doubles(p.tree, p.features, np.random.default_rng(SEED)) for p in profile.agents}
+    rows = {name: np.concatenate([seen.astype(np.float64), near[name]]) for name, seen in asked.items()}
+    ran = readback.javascript_act(module, model, rows)
+    found: list[Agreement] = []
+    for policy in profile.agents:
+        expected = np.concatenate([wanted[policy.agent], ir.act(policy, near[policy.agent])])
+        acted = ran[policy.agent]
+        found.append(compare("javascript", policy, rows[policy.agent], expected, acted.single))
+        found.append(compare("javascript rows", policy, rows[policy.agent], expected, acted.batch))
+        let = acted.accepted
+        found.append(Agreement("javascript input check", policy.agent, acted.misused, len(let), *let[:1]))
+    return found
+
+
+def _check_rust(
+    profile: ir.PolicyProfile, module: str, model: Model, asked: Mapping[str, Float32], wanted: Mapping[str, Int32]
+) -> list[Agreement]:
+    found: list[Agreement] = []
+    for name, (actions, checks) in readback.rust_act(module, model, asked).items():
+        policy, rows = profile.policy(name), asked[name]
+        found.append(compare("rust", policy, rows, wanted[name], actions))
+        wrong = int((checks != np.isfinite(rows).all(axis=1)).sum())
+        found.append(Agreement("rust input check", name, len(rows), wrong, "a check is wrong" if wrong else ""))
+    return found
+
+
+def check_grown(policy: ir.AgentPolicy, on_policy: Float32) -> Agreement:
+    """The deployed tree against the tree as it was grown, on the given and on all boundary observations."""
+    grown = policy.grown
+    assert grown is not None, "a profile without the grown tree has nothing to compare with"
+    rng = np.random.default_rng(SEED)
+    rows = np.concatenate(
+        [on_policy, probes.boundary(grown, policy.features, rng), probes.boundary(policy.tree, policy.features, rng)]
+    )
+    learned = grown.action[ir.apply(grown, rows)]
+    return compare("tree as grown", policy, rows, learned, ir.act(policy, rows))

@@ -1,0 +1,45 @@
+"""Test vectors: observations with their answers, and a short test of them in a target's language.
+
+Does: picks boundary, special and ordinary observations that any wrong generator would fail; writes them and the tests.
+Assumes: files side by side.
+Does not: run the tests.
+"""
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from codegen import ir
+from codegen.agreement import probes
+from codegen.agreement.build import Build
+from codegen.agreement.selfcheck import SEED
+from codegen.lowering.lower import Model
+from codegen.lowering.render import render
+
+SPECIALS, ORDINARY, EACH = 60, 40, 3  # of special and ordinary observations an agent, of completions a boundary value
+TESTS = {"c": "c", "python": "py", "javascript": "mjs", "rust": "rs"}
+
+
+def vectors(profile: ir.PolicyProfile, model: Model) -> str:
+    """A line for each observation: the agent's place, the action's number, and the bits of every float32 in hex."""
+    lines = [f"# profile {model.content_hash}: agent's place, action's number, bits of each float32 in hex"]
+    for place, policy in enumerate(profile.agents):
+        rng = np.random.default_rng(SEED)
+        boundary = probes.boundary(policy.tree, policy.features, rng)
+        kept = np.arange(len(boundary)) % probes.FILLINGS < EACH
+        special = probes.special(policy.features, rng)
+        chosen = rng.permutation(len(special))[:SPECIALS]
+        rows = np.concatenate([boundary[kept], special[chosen], probes.random(policy.features, ORDINARY, rng)])
+        for row, action in zip(np.ascontiguousarray(rows).view(np.uint32), ir.act(policy, rows), strict=True):
+            lines.append(" ".join([str(place), str(action), *(f"{value:08x}" for value in row)]))
+    return "\n".join(lines) + "\n"
+
+
+def files(build: Build, targets: Iterable[str]) -> dict[str, str]:
+    """The vectors, and a test for each of the targets that can run one."""
+    model = build.model
+    found = {f"{model.prefix}.vectors.txt": vectors(build.profile, model)}
+    for target in targets:
+        if target in TESTS:
+            found[f"{model.prefix}_test.{TESTS[target]}"] = render(f"tests/test.{TESTS[target]}.j2", model=model)
+    return found

@@ -1,0 +1,181 @@
+"""Questions to a solver: is there an observation for which emitted code and tree take different actions?
+
+Does: writes them as SMT-LIB: the code from its text (C: symbolic.py; Python: its syntax tree), the tree from its
+  arrays.
+Assumes: IEEE arithmetic; doubles are rounded once, to nearest, ties to even.
+Does not: ask (maviper hands the text to verify), or use what the emitter made on the way.
+
+Floats are given by their bits, so that an answer covers every NaN, both zeros, infinities and subnormals.
+"""
+
+import ast
+import re
+import struct
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from codegen import ir
+from codegen.equivalence.symbolic import Definitions, Header, Unreadable
+from codegen.lowering.lower import ORDERED, Model
+from codegen.lowering.render import render
+
+SINGLE, DOUBLE = 32, 64  # bits of a number of an observation
+C, PYTHON = "c float proof", "python double proof"
+
+
+@dataclass(frozen=True)
+class Obligation:
+    """`text`: SMT-LIB, unsatisfiable iff code and tree decide alike for all observations that `covers` names."""
+
+    target: str
+    agent: str
+    width: int  # bits of each number
+    names: tuple[str, ...]  # the text's constants, the bits of each number
+    covers: str
+    text: str
+
+    def observation(self, bits: Mapping[str, int]) -> tuple[float, ...]:
+        """The observation with these bits."""
+        codes = ("<I", "<f") if self.width == SINGLE else ("<Q", "<d")
+        return tuple(struct.unpack(codes[1], struct.pack(codes[0], bits[name]))[0] for name in self.names)
+
+
+def about_c(header: str, profile: ir.PolicyProfile, model: Model) -> list[Obligation]:
+    """A question for each agent's `..._act`. Unreadable when the header is not of the C that is read."""
+    read = Header(header)
+    found: list[Obligation] = []
+    for policy, agent in zip(profile.agents, model.agents, strict=True):
+        n = len(policy.features)
+        inputs, code = [f"f{i}" for i in range(n)], Definitions("c")
+        bits = {f"f{i}": f"x{i}" for i in range(n)}
+        answer = read.decide(f"{model.prefix}_{agent.lower}_act", inputs, bits, code)
+        assumed = [f"(not (fp.isNaN {each}))" for each in inputs] if model.style == ORDERED else []
+        found.append(_question(C, policy, model, SINGLE, (code, answer), assumed))
+    return found
+
+
+def about_python(module: str, profile: ir.PolicyProfile, model: Model) -> list[Obligation]:
+    """A question for each agent's `act_...`, about lists of doubles: the code takes them as they are, the tree their
+    float32 values. Unreadable when a function is not of the Python that is read.
+    """
+    body = ast.parse(module).body
+    functions = {node.name: node for node in body if isinstance(node, ast.FunctionDef)}
+    for node in body:
+        named = isinstance(node, ast.Assign) and all(
+            isinstance(target, ast.Name) and target.id not in functions | BUILT_IN for target in node.targets
+        )
+        text = isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)
+        defines = isinstance(node, ast.FunctionDef) and not node.decorator_list and node.name not in BUILT_IN
+        if not (named or text or defines):
+            raise Unreadable(f"a statement of the module: {ast.unparse(node)[:60]}")
+    found: list[Obligation] = []
+    for policy, agent in zip(profile.agents, model.agents, strict=True):
+        function = functions.get(f"act_{agent.lower}")
+        if function is None:
+            raise Unreadable(f"there is no function act_{agent.lower}")
+        given = ast.unparse(function.args)
+        if not given.isidentifier() or given in BUILT_IN:
+            raise Unreadable(f"act_{agent.lower} does not take one observation")
+        code = Definitions("p")
+        answer = _python(function.body, given, len(policy.features), code)
+        found.append(_question(PYTHON, policy, model, DOUBLE, (code, answer), []))
+    return found
+
+
+def _question(
+    target: str,
+    policy: ir.AgentPolicy,
+    model: Model,
+    width: int,
+    code: tuple[Definitions, str],
+    assumed: Sequence[str],
+) -> Obligation:
+    wanted = Definitions("t")
+    answer = _tree(policy.tree, wanted)
+    covers = f"2^{width * len(policy.features)} observations{' but those with NaN' if assumed else ''}"
+    names = tuple(f"x{index}" for index in range(len(policy.features)))
+    text = render(
+        "smt/equal.smt2.j2",
+        target=target,
+        covers=covers,
+        policy=policy,
+        model=model,
+        width=width,
+        assumed=assumed,
+        code=code[0].lines,
+        tree=wanted.lines,
+        answers=(code[1], answer),
+    )
+    return Obligation(target, policy.agent, width, names, covers, text)
+
+
+def _tree(tree: ir.Tree, into: Definitions) -> str:
+    """The term of the tree's action, from its arrays."""
+    terms: dict[int, str] = {}
+    for node in reversed(range(len(tree.feature))):  # preorder: children come after their parents
+        if tree.feature[node] == ir.NO_FEATURE:
+            terms[node] = into.action(int(tree.action[node]))
+            continue
+        bits = int(tree.threshold[node].view(np.uint32))
+        below = f"(fp.leq f{tree.feature[node]} ((_ to_fp 8 24) #x{bits:08x}))"
+        terms[node] = into.choice(below, terms.pop(int(tree.left[node])), terms.pop(int(tree.right[node])))
+    return terms[ir.ROOT]
+
+
+BUILT_IN = dict.fromkeys(("float", "len", "list", "tuple", "type"))  # what a function asks about its observation
+OTHERWISE = "type({x}) is not list and type({x}) is not tuple or len({x}) != {n}"  # which a list of n doubles is not
+NUMBER = re.compile(
+    r"(\w+) if type\(\((\w+) := (\w+)\[(\d+)\]\)\) is float else _double\((\w+)\)"
+)  # itself, if a double
+_COMPARE: dict[type[ast.cmpop], str] = {ast.LtE: "fp.leq", ast.Lt: "fp.lt", ast.Gt: "fp.gt", ast.GtE: "fp.geq"}
+
+
+def _python(body: Sequence[ast.stmt], given: str, n: int, into: Definitions) -> str:
+    """The term of what statements return for a list of n doubles: `if` and `return` only."""
+    rest = [item for item in body if not (isinstance(item, ast.Expr) and isinstance(item.value, ast.Constant))]
+    match rest:
+        case [ast.Return(value=ast.Constant(value=int(number))), *_]:
+            return into.action(number)
+        case [ast.If(test=test, orelse=[]), *after] if ast.unparse(test) == OTHERWISE.format(x=given, n=n):
+            return _python(after, given, n, into)
+        case [ast.If(test=test, body=yes, orelse=no), *after]:
+            sides = (_python([*side, *after], given, n, into) for side in (yes, no))
+            return into.choice(_test(test, given, n), *sides)
+        case _:
+            raise Unreadable(f"a statement of Python: {ast.unparse(rest[0])[:60] if rest else 'none'}")
+
+
+def _test(test: ast.expr, given: str, n: int) -> str:
+    match test:
+        case ast.Compare(left=ast.IfExp() as left, ops=[sign], comparators=[to]) if type(sign) in _COMPARE:
+            place = _place(left, given)
+            if place < n:
+                (bits,) = struct.unpack("<Q", struct.pack("<d", _double(to)))
+                return f"({_COMPARE[type(sign)]} d{place} ((_ to_fp 11 53) #x{bits:016x}))"
+        case _:
+            pass
+    raise Unreadable(f"a test of Python: {ast.unparse(test)[:60]}")
+
+
+def _place(number: ast.IfExp, given: str) -> int:
+    """Which number of the observation an expression is, where the observation is of doubles."""
+    read = NUMBER.fullmatch(ast.unparse(number))
+    if read is None:
+        raise Unreadable(f"a number of Python: {ast.unparse(number)[:60]}")
+    value, name, whole, place, other = read.groups()
+    if not value == name == other or whole != given or name in (given, *BUILT_IN):
+        raise Unreadable(f"a number of Python: {ast.unparse(number)[:60]}")
+    return int(place)
+
+
+def _double(item: ast.expr) -> float:
+    """A float constant, with its sign."""
+    match item:
+        case ast.UnaryOp(op=ast.USub(), operand=ast.Constant(value=float(number))):
+            return -number
+        case ast.Constant(value=float(number)):
+            return number
+        case _:
+            raise Unreadable(f"a threshold of Python: {ast.unparse(item)[:60]}")

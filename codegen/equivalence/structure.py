@@ -1,0 +1,254 @@
+"""The structural proof of emitted C: its syntax tree, walked against the policy tree.
+
+Does: parses the header (pycparser) and finds every difference between a function and the tree that it should be: tests,
+  thresholds bit by bit, sides, actions, the loops around tables.
+Assumes: what pycparser reads is what a compiler reads; comments and preprocessor lines carry no decision.
+Does not: run anything, or use what the emitter made on the way.
+"""
+
+# pyright: basic
+# pycparser's nodes have no declared attributes
+import re
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+from pycparser import CParser, c_ast, c_generator
+from pycparser.c_parser import ParseError
+
+from codegen import ir
+from codegen.ir import NO_FEATURE, ROOT, Tree
+from codegen.lowering.lower import Model
+
+MEANT = re.compile(r'#(include <(float|stdint)\.h>|endif|error .*|define \w+_H|define \w+_PROFILE "[0-9a-f]{64}")')
+TYPES = "typedef int int32_t; typedef unsigned int uint32_t;\n"
+# what stands around the tables; {next} is the step to the child
+STEP = {
+    True: "i = ((2 * i) + 1) + ((x[feature[i]] <= threshold[i]) ? (0) : (1));",
+    False: "i = (int) child[(2 * i) + ((x[feature[i]] <= threshold[i]) ? (0) : (1))];",
+}
+WALK = "int i = 0; int level; for (level = 0; level < {levels}; level++) {{ {step} }} return (int) action[{place}];"
+
+COUNT = ["const long left = n - first;", "const long count = (left < 256) ? (left) : (256);"]
+LOOPS = ["first = 0;", "first < n;", "first += 256;", "row = 0;", "row < count;", "row++;"]
+COPIED = re.compile(r"for \(row = 0; row < count; row\+\+\) \{ actions\[first \+ row\] = \([a-z ]+\) chosen\[row\]; \}")
+
+
+def faults(header: str, profile: ir.PolicyProfile, model: Model) -> dict[str, list[str]]:
+    """Per agent, how its `act` and `act_columns` in the header differ from its tree; nothing where they do not."""
+    try:
+        parsed = CParser().parse(TYPES + plain(header))
+    except ParseError as error:
+        return {policy.agent: [f"not C as it should be: {error}"] for policy in profile.agents}
+    odd = odd_lines(header)
+    if odd:
+        return {policy.agent: [f"a line that may change the rest: {odd[0][:80]}"] for policy in profile.agents}
+    functions = {node.decl.name: node for node in parsed.ext if isinstance(node, c_ast.FuncDef)}
+    numbers = enumerators(parsed)
+    found: dict[str, list[str]] = {}
+    for policy, agent in zip(profile.agents, model.agents, strict=True):
+        name = f"{model.prefix}_{agent.lower}"
+        problems = _shapes(numbers, policy, name.upper())
+        for suffix, check in (("act", _act), ("act_columns", _columns)):
+            function = functions.get(f"{name}_{suffix}")
+            if function is None:
+                problems.append(f"there is no function {name}_{suffix}")
+                continue
+            try:
+                problems += [f"{suffix}: {each}" for each in check(function.body, policy.tree, numbers)]
+            except (AttributeError, LookupError, TypeError, ValueError) as error:
+                problems.append(f"{suffix}: not of the form that is proved ({error})")
+        found[policy.agent] = problems
+    return found
+
+
+def plain(header: str) -> str:
+    """The header without comments and preprocessor lines."""
+    text = re.sub(r"/\*.*?\*/", " ", header, flags=re.S)
+    return "\n".join(line for line in text.splitlines() if not line.lstrip().startswith("#"))
+
+
+def odd_lines(header: str) -> list[str]:
+    """Preprocessor lines that could change what the rest means: others than those that a header needs."""
+    lines = [line.strip() for line in re.sub(r"/\*.*?\*/", " ", header, flags=re.S).splitlines() if line.strip()]
+    odd = []
+    for line, after in zip(lines, [*lines[1:], ""], strict=True):
+        if not line.startswith("#"):
+            continue
+        refuses = re.match(r"#\s*(if|ifdef)\b", line) and after.startswith("#error")
+        guards = re.fullmatch(r"#ifndef (\w+)", line)
+        if not (refuses or MEANT.fullmatch(line) or (guards and after == f"#define {guards[1]}")):
+            odd.append(line)
+    return odd
+
+
+def enumerators(parsed: c_ast.FileAST) -> dict[str, int]:
+    """The numbers of all enumerators."""
+    found: dict[str, int] = {}
+    for declaration in parsed.ext:
+        enum = getattr(declaration, "type", None)
+        if isinstance(enum, c_ast.Enum):
+            found |= {each.name: int(each.value.value) for each in enum.values.enumerators}
+    return found
+
+
+def _shapes(numbers: Mapping[str, int], policy: ir.AgentPolicy, upper: str) -> list[str]:
+    """Whether the names of features and actions stand for their places."""
+    wanted = {f"{upper}_N_FEATURES": len(policy.features), f"{upper}_N_ACTIONS": len(policy.actions)}
+    for kind, items in (("X_", policy.features), ("", policy.actions)):
+        for place, item in enumerate(items):
+            wanted[f"{upper}_{kind}{item.name.upper().replace('-', '_')}"] = place
+    return [
+        f"{name} is {numbers.get(name)}, not {value}" for name, value in wanted.items() if numbers.get(name) != value
+    ]
+
+
+def _act(body: c_ast.Compound, tree: Tree, numbers: Mapping[str, int]) -> Iterator[str]:
+    items = [item for item in body.block_items or [] if not _is_void(item)]
+    if any(isinstance(item, c_ast.For) or _declares(item, "action") for item in items):
+        yield from _walk(items, tree)
+    else:
+        yield from _nested(items, tree, numbers)
+
+
+def _nested(items: list[Any], tree: Tree, numbers: Mapping[str, int]) -> Iterator[str]:
+    stack = [(items, ROOT)]
+    while stack:
+        (item,), node = stack.pop()
+        if tree.feature[node] == NO_FEATURE:
+            action = numbers[item.expr.name]
+            if action != tree.action[node]:
+                yield f"leaf {node} takes action {action}, not {tree.action[node]}"
+            continue
+        feature, threshold = _test(item.cond, numbers)
+        yield from _differences(tree, node, feature, threshold)
+        stack += [(item.iffalse.block_items, int(tree.right[node])), (item.iftrue.block_items, int(tree.left[node]))]
+
+
+def _differences(tree: Tree, node: int, feature: int, threshold: np.float32) -> Iterator[str]:
+    if feature != tree.feature[node]:
+        yield f"node {node} tests feature {feature}, not {tree.feature[node]}"
+    if threshold.view(np.uint32) != tree.threshold[node].view(np.uint32):
+        yield f"node {node} has the threshold {float(threshold).hex()}, not {float(tree.threshold[node]).hex()}"
+
+
+def _test(condition: c_ast.BinaryOp, numbers: Mapping[str, int]) -> tuple[int, np.float32]:
+    """Feature and threshold of `x[F] <= t`, or of its form by bits: signed for t >= 0, unsigned and turned below."""
+    left, right = condition.left, condition.right
+    if condition.op == "<=" and isinstance(left, c_ast.ArrayRef):
+        return numbers[left.subscript.name], _number(right)
+    turned = isinstance(left, c_ast.Cast)
+    call = left.expr if turned else left
+    if isinstance(left, c_ast.Cast) and left.to_type.type.type.names != ["uint32_t"]:
+        raise ValueError("a cast to another type")
+    if not call.name.name.endswith("_bits"):
+        raise ValueError("a call of another function")
+    bits = int(right.args.exprs[0].value, 16)
+    if (condition.op, right.name.name, bits >> 31) != ((">=", "UINT32_C", 1) if turned else ("<=", "INT32_C", 0)):
+        raise ValueError("bits compared in another way")
+    return numbers[call.args.exprs[0].subscript.name], np.uint32(bits).view(np.float32)
+
+
+def _number(item: Any) -> np.float32:
+    """A float constant, with its sign."""
+    if isinstance(item, c_ast.UnaryOp) and item.op == "-":
+        return -_number(item.expr)
+    if not isinstance(item, c_ast.Constant) or item.type != "float":
+        raise ValueError("a threshold that is no float constant")
+    return np.float32(float.fromhex(item.value.rstrip("f")))
+
+
+# --- tables
+
+
+def _declares(item: Any, name: str) -> bool:
+    return isinstance(item, c_ast.Decl) and item.name == name
+
+
+def _is_table(item: Any) -> bool:
+    return isinstance(item, c_ast.Decl) and isinstance(item.init, c_ast.InitList)
+
+
+def _is_void(item: Any) -> bool:
+    return isinstance(item, c_ast.Cast)  # (void)x;
+
+
+def _walk(items: list[Any], tree: Tree) -> Iterator[str]:
+    tables = {item.name: item.init.exprs for item in items if _is_table(item)}
+    code = " ".join(_text(item) for item in items if not _is_table(item))
+    actions = [int(item.value) for item in tables["action"]]
+    if "threshold" not in tables:
+        if code != "return (int) action[0];":
+            yield f"another way through the tables: {code[:80]}"
+        if tree.feature[ROOT] != NO_FEATURE or actions != [int(tree.action[ROOT])]:
+            yield "the only action is another"
+        return
+    thresholds = [_number(item) for item in tables["threshold"]]
+    features = [int(item.value) for item in tables["feature"]]
+    complete = "child" not in tables
+    n = len(thresholds)
+    levels = int(ir.depth(tree).max())
+    place = f"i - {n}" if complete else "i"
+    if code != WALK.format(levels=levels, step=STEP[complete], place=place):
+        yield f"another way through the tables: {code}"
+    if complete and n != 2**levels - 1:
+        yield f"tables of {n} nodes for {levels} levels"
+        return
+    child = [] if complete else [int(item.value) for item in tables["child"]]
+    stack = [(ROOT, ROOT)]
+    while stack:
+        node, at = stack.pop()
+        if tree.feature[node] != NO_FEATURE:
+            yield from _differences(tree, node, features[at], thresholds[at])
+            pair = (2 * at + 1, 2 * at + 2) if complete else (child[2 * at], child[2 * at + 1])
+            stack += [(int(tree.left[node]), pair[0]), (int(tree.right[node]), pair[1])]
+        elif not complete:
+            if actions[at] != tree.action[node] or child[2 * at : 2 * at + 2] != [at, at]:
+                yield f"leaf {node} takes action {actions[at]}, not {tree.action[node]}, or is not the end"
+        elif at >= n:
+            if actions[at - n] != tree.action[node]:
+                yield f"leaf {node} takes action {actions[at - n]}, not {tree.action[node]}"
+        else:
+            stack += [(node, 2 * at + 1), (node, 2 * at + 2)]
+
+
+def _text(item: Any) -> str:
+    text = c_generator.CGenerator().visit(item).strip()
+    text = text if text.endswith(("}", ";")) else f"{text};"
+    return re.sub(r"\s+", " ", text)
+
+
+# --- batches over columns
+
+
+def _columns(body: c_ast.Compound, tree: Tree, numbers: Mapping[str, int]) -> Iterator[str]:
+    """The form with a select a split; a batch that walks is of the same tables as `act_rows`, and is replayed."""
+    items = list(body.block_items or [])
+    if any(_declares(item, "action") for item in items):
+        return
+    pointers = [item for item in items if isinstance(item, c_ast.Decl) and item.init is not None]
+    columns = {item.name: numbers[item.init.subscript.name] for item in pointers}
+    blocks = next(item for item in items if isinstance(item, c_ast.For))
+    _, *counts, loop, copied = blocks.stmt.block_items
+    *selects, last = loop.stmt.block_items
+    around = [_text(each) for each in (blocks.init, blocks.cond, blocks.next, loop.init, loop.cond, loop.next, copied)]
+    if [_text(each) for each in counts] != COUNT or around[:6] != LOOPS or not COPIED.fullmatch(around[6]):
+        yield "the loop over rows is another"
+    splits = {select.name: select.init for select in selects}
+    wanted = {f"n{node}" for node in ir.splits(tree)}
+    if set(splits) != wanted:
+        yield f"selects for {sorted(set(splits) ^ wanted)[:3]} too many or too few"
+    for name, select in splits.items():
+        node = int(name[1:])
+        if select.cond.op != "<=" or _text(select.cond.left.subscript) != "first + row;":
+            yield f"node {node} is compared in another way"
+        yield from _differences(tree, node, columns[select.cond.left.name.name], _number(select.cond.right))
+        for side, child in ((select.iftrue, tree.left[node]), (select.iffalse, tree.right[node])):
+            found = side.name if isinstance(side, c_ast.ID) else float(side.value.rstrip("f"))
+            if found != (f"n{child}" if tree.feature[child] != NO_FEATURE else float(tree.action[child])):
+                yield f"node {node} leads to {found}"
+    found = last.rvalue.name if isinstance(last.rvalue, c_ast.ID) else float(last.rvalue.value.rstrip("f"))
+    if found != ("n0" if tree.feature[ROOT] != NO_FEATURE else float(tree.action[ROOT])):
+        yield f"the answer is {found}"
+    if _text(last.lvalue) != "chosen[row];":
+        yield "the answer goes elsewhere"

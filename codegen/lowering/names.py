@@ -1,0 +1,99 @@
+"""Names in generated code: the one list that templates take them from, and that no two of them meet.
+
+Does: joins prefix, agent, feature and action to the names of C, and of the functions of Python and JavaScript.
+Assumes: parts that are legal names.
+Does not: make a name legal (check.py) or write code.
+"""
+
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+
+from codegen.errors import InputError
+
+FUNCTIONS = ("act", "finite", "in_range", "act_rows", "act_columns", "act_world")
+
+
+@dataclass(frozen=True)
+class AgentNames:
+    """What C names after one agent; `features` and `actions` in the agent's order."""
+
+    act: str
+    finite: str
+    in_range: str
+    act_rows: str
+    act_columns: str
+    act_world: str
+    features: tuple[str, ...]
+    actions: tuple[str, ...]
+    n_features: str
+    n_actions: str
+    exported_rows: str  # of the library that replays the header
+    exported_batch: str
+
+
+@dataclass(frozen=True)
+class Names:
+    """What C names after the whole profile. `coordinates`: world coordinate in upper case -> constant."""
+
+    act_team: str
+    act_all: str
+    in_region: str
+    bits: str
+    coordinates: Mapping[str, str]
+    n_coordinates: str
+    profile: str
+    guard: str
+    exported_team: str = "team_rows"
+    exported_all: str = "all_rows"
+    exported_region: str = "in_region_rows"
+
+
+def of_agent(prefix: str, agent: str, features: Iterable[str], actions: Iterable[str]) -> AgentNames:
+    """The names of an agent; `agent` in lower case, `features` and `actions` in upper case."""
+    own = f"{prefix}_{agent}"
+    functions = {
+        name: f"{own}_{name}" for name in ("act", "finite", "in_range", "act_rows", "act_columns", "act_world")
+    }
+    upper = own.upper()
+    return AgentNames(
+        **functions,
+        features=tuple(f"{upper}_X_{feature}" for feature in features),
+        actions=tuple(f"{upper}_{action}" for action in actions),
+        n_features=f"{upper}_N_FEATURES",
+        n_actions=f"{upper}_N_ACTIONS",
+        exported_rows=f"{agent}_rows",
+        exported_batch=f"{agent}_batch",
+    )
+
+
+def of_profile(prefix: str, digest: str, coordinates: Iterable[str]) -> Names:
+    """The names of a profile with the content hash `digest`; `coordinates` in upper case."""
+    functions = {name: f"{prefix}_{name}" for name in ("act_team", "act_all", "in_region", "bits")}
+    upper = prefix.upper()
+    return Names(
+        **functions,
+        coordinates={name: f"{upper}_W_{name}" for name in coordinates},
+        n_coordinates=f"{upper}_N_COORDINATES",
+        profile=f"{upper}_PROFILE",
+        guard=f"{upper}_{digest[:16].upper()}_H",
+    )
+
+
+def ensure_distinct(names: Names, agents: Mapping[str, AgentNames]) -> None:
+    """Names that are legal one by one may meet once they are joined: InputError then. `agents`: by lower-case name."""
+    in_c = [*_listed(names), *(name for each in agents.values() for name in _listed(each))]
+    in_modules = [f"act_{agent}{ending}" for agent in agents for ending in ("", "_batch", "_rows")]
+    for found in (in_c, in_modules):
+        twice = sorted(name for name, count in Counter(found).items() if count > 1)
+        if twice:
+            what = f"two names of the profile become the same name in code: {twice[0]}"
+            raise InputError(what, "", "rename one of them")
+
+
+def _listed(names: Names | AgentNames) -> Iterator[str]:
+    for value in vars(names).values():
+        if isinstance(value, str):
+            yield value
+        else:
+            yield from value.values() if isinstance(value, Mapping) else value

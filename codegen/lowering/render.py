@@ -1,0 +1,44 @@
+"""Text from templates: the one Jinja2 environment of the project.
+
+Does: finds the templates in a wheel or in a checkout, renders them strictly, offers the filters that templates use.
+Assumes: templates only place values; whatever needs thought was done before.
+Does not: hold any text of a target language.
+"""
+
+import re
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+from codegen.errors import shown
+from codegen.floats import smt_literal
+from codegen.intervals import percent, sampled
+
+
+@cache
+def _environment() -> Environment:
+    here = Path(__file__).parent.parent
+    folder = here / "templates"  # in a wheel; a checkout has them beside the packages
+    environment = Environment(
+        loader=FileSystemLoader(folder if folder.is_dir() else here.parent / "templates"),
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+        autoescape=lambda name: name is not None and name.endswith(".html.j2"),
+    )
+    filters = {"comment": comment, "float32": smt_literal, "percent": percent, "sampled": sampled, "shown": shown}
+    environment.filters.update(filters)  # pyright: ignore[reportUnknownMemberType]
+    return environment
+
+
+def render(template: str, **values: Any) -> str:
+    """The text of a template of the folder templates/."""
+    return _environment().get_template(template).render(**values)
+
+
+def comment(value: object) -> str:
+    """A text that cannot end the comment or string it is put into: `a*/ b` becomes `a_/ b`."""
+    return re.sub(r'[^\x20-\x7e]|[\\"]|\*(?=/)|/(?=\*)|\?(?=\?)', "_", str(value))

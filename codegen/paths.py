@@ -1,0 +1,90 @@
+"""Paths through a tree: the boxes of observations that they leave, and nested trees written as arrays.
+
+Does: intervals (low, high] of features, halved test by test; the box of a leaf; preorder.
+Assumes: sound trees.
+Does not: serve what checks a claim or a proof: those read trees on their own.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TypeAlias, TypeVar
+
+import numpy as np
+
+from codegen.ir import NO_ACTION, NO_CHILD, NO_FEATURE, ROOT, Float32, Tree
+
+Node = TypeVar("Node")
+Corners: TypeAlias = tuple[Float32, Float32]  # the ends (low, high] of each feature, [n_features]
+
+
+@dataclass(frozen=True)
+class Box:
+    """Observations within intervals (low, high] of features; one without `high` holds infinity and NaN too."""
+
+    low: dict[int, float]
+    high: dict[int, float]
+
+    def halved(self, feature: int, threshold: float) -> tuple["Box | None", "Box | None"]:
+        """What of it goes left and what goes right at a test; None for nothing."""
+        low, high = self.low.get(feature), self.high.get(feature)
+        left = right = None
+        if low is None or low < threshold:
+            left = self if high is not None and high <= threshold else Box(self.low, self.high | {feature: threshold})
+        if high is None or threshold < high:
+            right = self if low is not None and low >= threshold else Box(self.low | {feature: threshold}, self.high)
+        return left, right
+
+    def point(self, n_features: int) -> Float32:
+        """An observation in it, [n_features]."""
+        found = np.zeros(n_features, dtype=np.float32)
+        for feature in self.low.keys() | self.high.keys():
+            high, low = self.high.get(feature), self.low.get(feature, 0.0)
+            with np.errstate(over="ignore", under="ignore"):  # beyond the largest float32 is infinity
+                found[feature] = np.nextafter(np.float32(low), np.float32(np.inf)) if high is None else high
+        return found
+
+
+EVERYTHING = Box({}, {})
+
+
+def box_of(tree: Tree, leaf: int) -> Box:
+    """The observations that reach a leaf: none where a low end is not below its high end."""
+    low: dict[int, float] = {}
+    high: dict[int, float] = {}
+    node = leaf
+    while node != ROOT:
+        parent = int(np.flatnonzero((tree.left == node) | (tree.right == node))[0])
+        feature, threshold = int(tree.feature[parent]), float(tree.threshold[parent])
+        if tree.left[parent] == node:
+            high[feature] = min(high.get(feature, threshold), threshold)
+        else:
+            low[feature] = max(low.get(feature, threshold), threshold)
+        node = parent
+    return Box(low, high)
+
+
+def parted(low: Float32, high: Float32, feature: int, threshold: np.float32) -> tuple[Corners, Corners]:
+    """What goes left and what goes right at a test, as arrays; a side is empty where its low end is not below."""
+    most, least = high.copy(), low.copy()
+    most[feature] = min(high[feature], threshold)
+    least[feature] = max(low[feature], threshold)
+    return (low, most), (least, high)
+
+
+def in_preorder(root: Node, parts: Callable[[Node], int | tuple[int, float, Node, Node]]) -> Tree:
+    """A nested tree as arrays. `parts`: a leaf's action, or the feature, threshold and sides of a split."""
+    rows: list[list[float]] = []
+    stack: list[tuple[Node, int, int]] = [(root, NO_CHILD, 0)]
+    while stack:
+        node, parent, column = stack.pop()
+        place = len(rows)
+        if parent != NO_CHILD:
+            rows[parent][column] = place
+        found = parts(node)
+        if isinstance(found, int):
+            rows.append([NO_FEATURE, 0.0, NO_CHILD, NO_CHILD, found])
+            continue
+        feature, threshold, left, right = found
+        rows.append([feature, threshold, NO_CHILD, NO_CHILD, NO_ACTION])
+        stack += [(right, place, 3), (left, place, 2)]
+    return Tree(*np.array(rows).T)

@@ -1,0 +1,6 @@
+"""The command line: one file a command.
+
+Does: parses, calls the library, prints.
+Assumes: every command is also a function of `maviper`.
+Does not: compute anything.
+"""

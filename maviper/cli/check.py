@@ -1,0 +1,43 @@
+"""The command check.
+
+Does: has a certificate checked, and says what it proves.
+Assumes: `maviper.verification.certificates` checks.
+Does not: prove.
+"""
+
+from pathlib import Path
+
+import click
+
+from codegen.errors import ExitCode
+from maviper.cli.group import Verb
+from maviper.cli.options import PATH, option
+
+
+@click.command(cls=Verb, example="maviper check generated/proved_defenders/certificate-1-distinct_targets.json")
+@click.argument("certificate", type=PATH)
+@option(
+    "--profile",
+    type=PATH,
+    default=None,
+    help="The profile that the certificate is about (default: profile.json beside it).",
+)
+def check(certificate: Path, profile: Path | None) -> int:
+    """Check that a certificate proves its claim.
+
+    `maviper verify -o` writes a CERTIFICATE for each claim that it proves by zones. The checker closes every branch of
+    the proof again with exact numbers, from the profile, the region and the claim. It shares only the arithmetic of
+    thresholds with the engine that found the proof.
+
+    A proof about episodes holds from rest. It holds for agents that follow their trees, whatever all others do.
+
+    \b
+    Exits with 0 when the proof holds, with 1 when it does not, and with 2 when
+    the file cannot be read or is about another profile.
+    """
+    from maviper.console import say
+    from maviper.verification.certificates import checked
+
+    found = checked(certificate, profile)
+    say(f"accepted  {found.subject}: {found.closed} branches closed, {found.size} bytes of proof")
+    return ExitCode.DONE

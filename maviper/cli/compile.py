@@ -1,0 +1,113 @@
+"""The command compile.
+
+Does: has a profile compiled, writes the files, and says how much was compared.
+Assumes: `maviper.compilation.run` compiles and proves.
+Does not: emit or compare anything itself.
+"""
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from codegen.errors import ExitCode
+from maviper.cli.group import Verb
+from maviper.cli.options import PROFILE, console_of, option, output
+
+WHAT, HOW, CHECKS = "What is written", "The trees", "What is proved"
+
+
+def _listed(_context: click.Context, _parameter: click.Parameter, value: str) -> tuple[str, ...]:
+    return tuple(name.strip() for name in value.split(",") if name.strip())
+
+
+def _targets(_context: click.Context, _parameter: click.Parameter, value: str) -> tuple[str, ...]:
+    return tuple(name.strip() for name in value.split(","))
+
+
+@click.command(
+    "compile", cls=Verb, renamed={"--budget": "--solver-units"}, example="maviper compile demo/profile.json -o code"
+)
+@PROFILE
+@option(
+    "--target",
+    "targets",
+    default="c,python,json",
+    show_default=True,
+    metavar="NAMES",
+    callback=_targets,
+    section=WHAT,
+    help="Some of c,python,json,javascript,rust,smt,svg,onnx.",
+)
+@option(
+    "--prefix",
+    default=None,
+    metavar="NAME",
+    section=WHAT,
+    help="The start of every public name (default: the world's name).",
+)
+@option(
+    "--style",
+    default="auto",
+    show_default=True,
+    metavar="NAME",
+    section=WHAT,
+    help="How the C decides: nested, ordered, walk or auto.",
+)
+@option("--test-vectors", is_flag=True, section=WHAT, help="Also write observations with answers, and a test of them.")
+@option(
+    "--pass",
+    "passes",
+    default="",
+    metavar="NAMES",
+    callback=_listed,
+    section=HOW,
+    help="Passes over the trees first: some of drop,merge,reorder.",
+)
+@option("--region", default=None, metavar="REGION", section=HOW, help="For the pass drop: `start` or a region file.")
+@option(
+    "--prove", is_flag=True, section=CHECKS, help="Prove C and Python equal to the trees for all observations, by Z3."
+)
+@option(
+    "--solver-units",
+    default=None,
+    type=int,
+    section=CHECKS,
+    help="Budget of a proof, in Z3's resource units (default: 200000000).",
+)
+@output("The folder for the code.")
+@click.pass_context
+def compile_verb(context: click.Context, profile: Path, output: Path, **options: Any) -> int:
+    """Compile a profile to code that decides the same.
+
+    The code is written only after a replay: code, PROFILE and the tree as it was learned must make the same decision
+    for every observation compared.
+
+    With --prove, Z3 is asked for an observation for which the text of ..._act and the tree act differently: any float32
+    numbers for C, any doubles for Python. The queries, in SMT-LIB, and the answers are written beside the code.
+
+    Passes make the trees smaller or quicker. Each is proved to leave every decision as it is; after drop, every
+    decision within the region.
+
+    \b
+      merge    removes splits that decide nothing
+      reorder  changes the order of tests, for fewer on average in play
+      drop     removes leaves that no state of --region reaches; the region
+               becomes part of the code's contract
+    """
+    from maviper.cli.agreement import say_agreement, say_proofs
+    from maviper.compilation.run import CompileOptions, compiled
+    from maviper.files import runs
+    from maviper.files.profiles import load
+
+    console = console_of(context)
+    found = compiled(load(profile), CompileOptions(**options))
+    for note in found.notes:
+        console.line("pass", note)
+    for name, text in found.files.items():
+        runs.write(output / name, text)
+        console.line("wrote", str(output / name))
+    say_agreement(found, console)
+    if found.proofs:
+        say_proofs(found.proofs, console)
+    return ExitCode.DONE if found.complete else ExitCode.INCONCLUSIVE

@@ -1,0 +1,93 @@
+"""How a command ends: every exception becomes an exit code and at most three lines, also a Ctrl-C in an odd place.
+
+Does: runs a command, prints its error, returns the code of `codegen.errors.ExitCode`; says how one that was interrupted
+  goes on.
+Assumes: it is called from the main thread of a process that ends afterwards.
+Does not: know any command.
+"""
+
+import _thread
+import signal
+import sys
+import threading
+import traceback
+from collections.abc import Callable
+from typing import Any
+
+from codegen.errors import ExitCode, MaviperError, visible
+from maviper.files import resuming
+
+_interrupts: list[int] = []
+AGAIN = "finished files are complete; run the command again"
+RESUME = "what is finished is kept; run the command again with --resume"
+
+
+def listen_for_interrupts() -> None:
+    """Makes Ctrl-C count wherever it falls.
+
+    Foreign-function calls turn a KeyboardInterrupt into another exception, and destructors swallow it (a solver's
+    terms have both); so the signal is remembered, and raised again when a destructor was hit.
+    """
+    signal.signal(signal.SIGINT, _interrupt)
+    sys.unraisablehook = _interrupt_again
+
+
+def _interrupt(number: int, _frame: object) -> None:
+    _interrupts.append(number)
+    raise KeyboardInterrupt
+
+
+def _interrupt_again(unraisable: Any) -> None:
+    if _interrupts:
+        # a moment later, or it would fall into this very hook
+        threading.Timer(0.01, _thread.interrupt_main).start()
+    else:
+        sys.__unraisablehook__(unraisable)
+
+
+def answered(command: Callable[[], Any], verbose: bool) -> int:
+    """Runs `command`; its exit code. Errors are told in three lines, with the traceback when `verbose`."""
+    resuming.forget()
+    try:
+        result = command()
+        return int(result) if isinstance(result, int) else ExitCode.DONE
+    except MaviperError as error:
+        return _tell(verbose, error.exit_code, error.what, error.where, error.next_step)
+    except BrokenPipeError:
+        return ExitCode.DONE
+    except KeyboardInterrupt:
+        return _interrupted()
+    except Exception as error:
+        return _interrupted() if _interrupts else _other(error, verbose)
+
+
+def _other(error: Exception, verbose: bool) -> int:
+    import click  # here, so that Ctrl-C is listened for before it is imported
+
+    if isinstance(error, click.exceptions.NoArgsIsHelpError):
+        print(error.format_message(), file=sys.stderr)
+        return ExitCode.INPUT
+    if isinstance(error, click.UsageError):
+        path = error.ctx.command_path if error.ctx else "maviper"
+        return _tell(verbose, ExitCode.INPUT, error.format_message(), "", f"see `{path} --help`")
+    if isinstance(error, click.ClickException):
+        return _tell(verbose, ExitCode.INPUT, error.format_message())
+    if isinstance(error, click.Abort):
+        return _interrupted()
+    return _tell(True, ExitCode.BUG, f"a bug in maviper: {error}", "", "please report it with the lines above")
+
+
+def _interrupted() -> int:
+    # a second signal, or the first one raised again, must not change how the process ends
+    signal.signal(signal.SIGINT, lambda number, frame: None)
+    sys.unraisablehook = lambda unraisable: None
+    return _tell(False, ExitCode.INTERRUPTED, "interrupted", "", RESUME if resuming.begun() else AGAIN)
+
+
+def _tell(with_traceback: bool, code: int, what: str, where: str = "", next_step: str = "") -> int:
+    if with_traceback:
+        traceback.print_exc()
+    first, *more = f"error: {what}".split("\n")
+    lines = [first, *(f"  {line}" for part in ("\n".join(more), where, next_step) for line in part.split("\n") if line)]
+    print("\n".join(map(visible, lines)), file=sys.stderr)
+    return code

@@ -1,0 +1,72 @@
+"""The command line: all commands in one group.
+
+Does: gathers the commands under chapters, states the exit codes, runs a command line inside a program.
+Assumes: each command is in a file of its own, which imports nothing heavy before the command runs.
+Does not: turn exceptions into exit codes (exits.py) or lay out help texts (group.py).
+"""
+
+import click
+
+from maviper.cli import exits
+from maviper.cli.check import check
+from maviper.cli.compile import compile_verb
+from maviper.cli.demo import demo
+from maviper.cli.evaluate import evaluate
+from maviper.cli.extract import extract
+from maviper.cli.group import Verbs
+from maviper.cli.guide import guide
+from maviper.cli.properties import properties
+from maviper.cli.repair import repair
+from maviper.cli.replay import replay
+from maviper.cli.schema import schema
+from maviper.cli.show import show
+from maviper.cli.train import train
+from maviper.cli.verify import verify
+from maviper.cli.worlds import worlds
+
+CHAPTERS = {
+    "Begin here": (demo, guide),
+    "Worlds and experts": (worlds, train),
+    "Extract": (extract, evaluate, show),
+    "Compile": (compile_verb, schema),
+    "Verify": (verify, properties, check, replay, repair),
+}
+EXIT_CODES = """\b
+Exit codes:
+  0   done, and everything asked was proved
+  1   a claim is violated, a threshold missed, or a certificate refused
+  2   usage, configuration or input error
+  3   inconclusive: VACUOUS, UNKNOWN or SKIPPED
+  4   generated code disagrees with the profile
+  5   something outside is missing (an optional package)
+  70  a bug in maviper
+  130 interrupted
+When several apply, 70 > 4 > 1 > 3. Only `demo` expects a violation: it exits
+with 0 when every step gave the expected outcome."""
+NAMES = {chapter: [str(command.name) for command in commands] for chapter, commands in CHAPTERS.items()}
+
+
+@click.group(
+    cls=Verbs,
+    chapters=NAMES,
+    example="maviper demo -o demo",
+    epilog=EXIT_CODES,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+@click.version_option(package_name="maviper")
+@click.option("-q", "--quiet", is_flag=True, help="Print results and errors only.")
+@click.option("-v", "--verbose", is_flag=True, help="Show the traceback of an error.")
+@click.pass_context
+def cli(context: click.Context, quiet: bool, verbose: bool) -> None:
+    """Neural multi-agent policies as small decision trees: extracted jointly, compiled exactly, proved."""
+    context.obj = {"quiet": quiet, "verbose": verbose}
+
+
+for command in (command for commands in CHAPTERS.values() for command in commands):
+    cli.add_command(command)
+
+
+def run(arguments: list[str]) -> int:
+    """Runs the command line inside a program; returns the exit code."""
+    verbose = bool({"-v", "--verbose"} & set(arguments))
+    return exits.answered(lambda: cli.main(args=arguments, prog_name="maviper", standalone_mode=False), verbose)

@@ -1,0 +1,71 @@
+"""The commands properties list and properties new.
+
+Does: prints the built-in properties; writes a property file to start from.
+Assumes: `maviper.verification.ask` knows both.
+Does not: verify.
+"""
+
+from pathlib import Path
+
+import click
+
+from codegen.errors import ExitCode
+from maviper.cli.group import Verb, Verbs
+from maviper.cli.options import PATH, option
+
+
+@click.group(cls=Verbs, example="maviper properties list")
+def properties() -> None:
+    """List the built-in properties, or begin a property file."""
+
+
+@properties.command("list", cls=Verb, example="maviper properties list")
+@option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+def properties_list(as_json: bool) -> int:
+    """List the built-in properties.
+
+    For each: what it claims, and its parameters with their defaults.
+    """
+    return print_properties(as_json)
+
+
+@properties.command("new", cls=Verb, example="maviper properties new physical-deception -o claims.toml")
+@click.argument("world")
+@option("-o", "--output", type=PATH, default=None, help="The file (default: print it).")
+def properties_new(world: str, output: Path | None) -> int:
+    """Write a property file for WORLD, to change as you like.
+
+    The file names the world's agents, landmarks and actions, and explains itself in comments.
+    """
+    from maviper.files import runs
+    from maviper.verification.ask import starter
+
+    text = starter(world)
+    if output is None:
+        click.echo(text, nl=False)
+    else:
+        runs.write(output, text)
+    return ExitCode.DONE
+
+
+def print_properties(as_json: bool) -> int:
+    """Prints the built-in properties, for people or as JSON."""
+    from codegen.policy_json import layout
+    from maviper.verification.ask import listed, option_of
+
+    if as_json:
+        click.echo(layout({"properties": listed()}))
+        return ExitCode.DONE
+    for found in listed():
+        click.echo(f"{found['name']}: {found['sentence']}")
+        for name, default in found["parameters"].items():
+            click.echo(f"  {option_of(name)} (default: {default or _of_the_world(found['name'], name)})")
+    return ExitCode.DONE
+
+
+def _of_the_world(claim: str, parameter: str) -> str:
+    """A default that depends on the world, in words."""
+    usual = {"steps": "the world's episode", "radius": "the distance at which they touch", "others": "one another"}
+    if parameter in usual:
+        return usual[parameter]
+    return "any matching" if claim == "covers" else "the order of the world"

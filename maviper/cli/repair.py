@@ -1,0 +1,109 @@
+"""The command repair.
+
+Does: has a profile repaired, says what that changed and cost, writes the results.
+Assumes: `maviper.verification.repair` repairs and measures.
+Does not: choose guards or decide verdicts.
+"""
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from codegen.errors import ExitCode
+from maviper.cli.group import Verb
+from maviper.cli.options import (
+    MARGIN,
+    PARAMETERS,
+    PROFILE,
+    QUESTION,
+    REGION,
+    console_of,
+    fraction,
+    names,
+    option,
+    output,
+)
+
+LIMITS = "Limits"
+
+
+@click.command(cls=Verb, example="maviper repair demo/profile.json --max-depth 8 -o repaired")
+@PROFILE
+@option(
+    "--property",
+    "name",
+    default="distinct_targets",
+    show_default=True,
+    metavar="NAME",
+    section=QUESTION,
+    help="distinct_targets or own_target.",
+)
+@option(
+    "--team",
+    default=None,
+    metavar="NAME",
+    section=QUESTION,
+    help="The team to repair (default: the one with as many agents as landmarks).",
+)
+@REGION
+@MARGIN
+@option(
+    "--radius",
+    callback=fraction,
+    metavar="NUMBER",
+    section=PARAMETERS,
+    help="An agent is at a landmark within this distance along each axis (default: 1/10).",
+)
+@option(
+    "--landmarks",
+    callback=names,
+    metavar="A,B",
+    section=PARAMETERS,
+    help="own_target: one for each agent of the team.",
+)
+@option("--max-depth", type=int, default=None, section=LIMITS, help="Prefer repairs within this depth (default: any).")
+@option("--episodes", default=1_000, show_default=True, section=LIMITS, help="Held-out episodes, before and after.")
+@output("The folder for the repaired profile.")
+@click.pass_context
+def repair(context: click.Context, profile: Path, output: Path, **options: Any) -> int:
+    """Change the leaves that violate a property until it is proved.
+
+    Each agent of the team gets a landmark of its own. A leaf of PROFILE that a counterexample ends in becomes a small
+    tree, with tests on the agent's offset to its landmark. This tree keeps the agent closing on the landmark or at it.
+    All other leaves decide as before. Both engines must prove the property in the region.
+
+    The command says how many actions change, and what the team reaches before and after in the same episodes. It
+    writes the repaired profile, its certificate, the report and the costs (repair.json).
+
+    \b
+    Exits with 0 when the property is proved within --max-depth, with 1 when the
+    trees are deeper, with 3 when no repair was found (then nothing is written).
+    """
+    from codegen.policy_json import content_hash
+    from maviper.cli.results import exit_code, say_repair, say_results
+    from maviper.files import runs
+    from maviper.files.profiles import load
+    from maviper.verification.repair import RepairOptions, repaired
+
+    console = console_of(context)
+    asked = RepairOptions(**options).checked()
+    found = repaired(load(profile), asked, profile.name)
+    if found.after is None:
+        subject = f"{found.claim.name} of the {found.claim.team}, region {found.region.name}"
+        console.line("not repaired", f"{subject}: {found.repair.reason}")
+        console.line("", f"{len(found.repair.guards)} leaves were guarded; nothing was written")
+        return ExitCode.INCONCLUSIVE
+    say_repair(found, console)
+    runs.folder(output)
+    say_results(found.after, found.results, console)
+    for name, text in found.files.items():
+        runs.write(output / name, text)
+    console.line("wrote", f"{output / runs.PROFILE_FILE}  id {content_hash(found.after)[:16]}")
+    for name in found.certificates:
+        console.line("certificate", f"{output / name}; maviper check {output / name}")
+    depth, most = found.repair.depth, asked.max_depth
+    if most is not None and depth > most:
+        console.line("too deep", f"depth {depth}, {most} was asked for; extract with a smaller --max-depth")
+        return ExitCode.VIOLATED
+    return exit_code(found.results)

@@ -1,0 +1,45 @@
+"""The command replay.
+
+Does: has a counterexample replayed, and says what the team does in it.
+Assumes: `maviper.verification.counterexamples` replays.
+Does not: look for counterexamples.
+"""
+
+from pathlib import Path
+
+import click
+
+from codegen.errors import ExitCode, shown
+from maviper.cli.group import Verb
+from maviper.cli.options import PATH, console_of, option
+
+
+@click.command(cls=Verb, example="maviper replay report/counterexample-1-distinct_targets.json")
+@click.argument("counterexample", type=PATH)
+@option(
+    "--profile", type=PATH, default=None, help="The profile to replay it with (default: profile.json beside the file)."
+)
+@click.pass_context
+def replay(context: click.Context, counterexample: Path, profile: Path | None) -> int:
+    """Replay a counterexample, with the same policy or another.
+
+    `maviper verify -o` writes a COUNTEREXAMPLE for each violated claim. The reference, the compiled C and the
+    environment replay it, and must act alike. A counterexample about episodes is played again from its start.
+
+    Exits with 1 when the claim fails there, with 0 when it holds, as it should for a mended policy.
+    """
+    from maviper.files.profiles import loaded
+    from maviper.verification.counterexamples import replay as replayed
+
+    console = console_of(context)
+    found = replayed(counterexample, loaded(profile, beside=counterexample))
+    if not found.same_policy:
+        console.line("policy", "not the one that the counterexample is about")
+    for agent, action in found.actions.items():
+        was = found.before.get(agent, action)
+        changed = "" if action == was else f" (was {shown(was)})"
+        console.line(agent, f"{action}{changed}")
+    told, _, said = found.says.partition(" ")
+    console.line(told, f"{said}, which act alike" if found.by else said)
+    console.line("VIOLATED" if found.violated else "holds", found.property)
+    return ExitCode.VIOLATED if found.violated else ExitCode.DONE

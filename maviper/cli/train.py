@@ -1,0 +1,55 @@
+"""The command train.
+
+Does: has an expert trained, and says how good it is.
+Assumes: the extra `maviper[train]`.
+Does not: know how an algorithm learns.
+"""
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from codegen.errors import ExitCode
+from maviper.cli.group import Verb
+from maviper.cli.options import console_of, option, output
+
+WHAT, HOW = "What is trained", "How it runs"
+
+
+@click.command(cls=Verb, example="maviper train predator-prey,prey=1 --seeds 4 --jobs 2 -o run")
+@click.argument("world")
+@option("--algorithm", default="", metavar="NAME", section=WHAT, help="mappo, maddpg or vdn (default: the recipe's).")
+@option("--recipe", default="default", show_default=True, section=WHAT, help="default, or paper: MADDPG as released.")
+@option("--steps", default=None, type=int, section=WHAT, help="Joint environment steps (default: the recipe's).")
+@option(
+    "--set", "settings", multiple=True, metavar="NAME=VALUE", section=WHAT, help="Another setting of the algorithm."
+)
+@option("--seed", default=0, show_default=True, section=WHAT, help="The seed of everything random.")
+@option("--seeds", default=1, show_default=True, section=WHAT, help="Train this many seeds; keep the best.")
+@option("--device", default="cpu", show_default=True, section=HOW, help="Any device that torch has.")
+@option("--jobs", default=1, show_default=True, section=HOW, help="Seeds trained at the same time.")
+@option("--resume", is_flag=True, section=HOW, help="Go on with the run in the folder.")
+@output("The run folder.")
+@click.pass_context
+def train(context: click.Context, world: str, output: Path, **options: Any) -> int:
+    """Train an expert for WORLD into a run folder.
+
+    It needs the extra maviper[train]. WORLD is a game, with options after commas (predator-prey,prey=1), or
+    module:function for an environment of your own.
+
+    At all times the folder holds the best checkpoint so far. An interrupted run goes on with --resume, and ends with
+    the same expert.
+    """
+    from maviper.experts.training.run import TrainOptions, trained
+    from maviper.experts.training.train import EXPERT_FILE
+
+    console = console_of(context)
+    card = trained(world, output, TrainOptions(**options), console)
+    for label, value in card["measured"].items():
+        if isinstance(value, list):
+            console.line("measured", f"{label}: {value[0]:.3f} [{value[1]:.3f}, {value[2]:.3f}]")
+    if "stopped" in card:
+        console.line("stopped", f"{card['stopped']}; the last good checkpoints were kept")
+    console.line("wrote", str(output / EXPERT_FILE))
+    return ExitCode.VIOLATED if "stopped" in card else ExitCode.DONE

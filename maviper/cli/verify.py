@@ -1,0 +1,125 @@
+"""The command verify.
+
+Does: asks what the options ask, prints verdicts, writes the report and what belongs to it.
+Assumes: `maviper.verification.run` decides; verify_options.py has the options that say what is asked.
+Does not: decide verdicts.
+"""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from maviper.cli.group import Verb
+from maviper.cli.options import PATH, PROFILE, RESULTS, console_of, option
+from maviper.cli.verify_options import asked
+
+if TYPE_CHECKING:
+    from codegen.ir import PolicyProfile
+    from maviper.console import Console
+    from maviper.verification.ask import Asked, VerifyOptions
+    from maviper.verification.run import Verified
+
+
+@click.command(
+    cls=Verb,
+    renamed={"--zones": "--max-zones", "--budget": "--solver-units", "--where-zones": "--max-cells"},
+    example="maviper verify demo/profile.json --region near.toml\n"
+    "maviper verify demo/profile.json --property reaches --steps 25 -o report",
+)
+@PROFILE
+@asked
+@option("-o", "--output", type=PATH, default=None, section=RESULTS, help="Folder for the report and the certificates.")
+@option("--json", "as_json", is_flag=True, section=RESULTS, help="Print the report as JSON.")
+@option("--smt", type=PATH, default=None, section=RESULTS, help="Folder for the queries to Z3, as SMT-LIB.")
+@click.pass_context
+def verify(context: click.Context, profile: Path, output: Path | None, as_json: bool, **options: Any) -> int:
+    """Decide claims about a profile for every state of a region.
+
+    The verdict on PROFILE is about the arithmetic that runs. `maviper properties list` names the built-in properties.
+    `maviper properties new WORLD` writes a property file to start from, for claims of your own.
+
+    reaches, covers and keeps_apart are about whole episodes that start in the region, at rest. reaches: each agent
+    comes to its own landmark at some step. covers: the team is matched to the landmarks after the last step.
+    keeps_apart: nobody of the team comes too near to the others. Where entities may touch, pushes are
+    over-approximated, so proofs need starts that are apart.
+
+    If a claim is violated, --where lists every failing cell: leaves of the agents and bounds on positions. It also
+    gives the exact share of the region that these cells cover, and the largest region found in which the claim is
+    proved and something could go wrong. With -o this region is a file for --region.
+
+    \b
+    A region file states exact bounds; positions it leaves out have the bounds of
+    the start region:
+      goals = ["landmark_0"]
+      default = [-1, 1]
+      [box]
+      "agent_0.x" = [-0.5, 0.25]
+      [difference]
+      "agent_0.x - agent_1.x" = [0, 1]
+      [apart]
+      "landmark_0 - landmark_1" = 0.2
+    """
+    from maviper.cli.results import exit_code, say_results
+    from maviper.files import runs
+    from maviper.files.profiles import load
+    from maviper.verification.ask import VerifyOptions, questions
+    from maviper.verification.places import ensure_free
+    from maviper.verification.run import verified
+
+    console, asking = console_of(context), VerifyOptions(**options).checked()
+    loaded = load(profile)
+    found = questions(loaded, profile.name, asking)
+    if output is not None and asking.cells is not None:
+        ensure_free(output, found, asking)
+    for folder in (output, asking.smt):
+        if folder is not None:
+            runs.folder(folder)
+    if asking.smt is not None:
+        _write_queries(asking.smt, loaded, found, asking, console)
+    done = verified(loaded, found, asking)
+    say_results(loaded, done.results, console)
+    for name in done.not_located:
+        console.line("where", f"not for {name}, which is about episodes")
+    if output is not None:
+        _write(output, profile, done, console)
+    if as_json:
+        click.echo(done.reports["report.json"], nl=False)
+    elif output is None:
+        click.echo(done.reports["report.txt"], nl=False)
+    return exit_code(done.results)
+
+
+def _write_queries(
+    folder: Path, profile: "PolicyProfile", asked: "Sequence[Asked]", options: "VerifyOptions", console: "Console"
+) -> None:
+    """The queries to the solver, and which questions have none."""
+    from maviper.files import runs
+    from maviper.verification.join import question_files
+    from verify.claims.episodes import EpisodeClaim
+
+    for name, text in question_files(profile, asked, options.semantics).items():
+        runs.write(folder / name, text)
+    console.line("questions", f"{folder}, as SMT-LIB")
+    for one in asked:
+        if isinstance(one.claim, EpisodeClaim):
+            console.line("", f"not exported: {one.claim.shown}, which zones decide and no solver")
+
+
+def _write(folder: Path, profile: Path, done: "Verified", console: "Console") -> None:
+    """All files, and the command that reads each kind."""
+    from maviper.files import runs
+
+    for name, text in done.files.items():
+        runs.write(folder / name, text)
+    console.line("report", str(folder / "report.html"))
+    for name in done.certificates:
+        console.line("certificate", f"{folder / name}; maviper check {folder / name} --profile {profile}")
+    for name in done.places:
+        console.line("where", str(folder / name))
+    for name in done.counterexamples:
+        if name.endswith(".json"):
+            console.line("replay", f"maviper replay {folder / name}")
+    for name in done.states:
+        console.line("states", f"{folder / name}; maviper extract EXPERT --counterexamples {folder}")

@@ -1,0 +1,133 @@
+"""The options of verify that say what is asked.
+
+Does: options for the claims, their parameters, where they hold, and budgets.
+Assumes: `maviper.verification.ask.VerifyOptions` has a field for each.
+Does not: check values beyond their form.
+"""
+
+from typing import Any
+
+import click
+
+from codegen.errors import ExitCode
+from maviper.cli.options import BUDGETS, EXTENT, MARGIN, PARAMETERS, PATH, QUESTION, REGION, fraction, names, option
+
+
+def _list_properties(context: click.Context, _parameter: click.Parameter, asked: bool) -> None:
+    if asked and not context.resilient_parsing:
+        from maviper.cli.properties import print_properties
+
+        print_properties(as_json=False)
+        context.exit(ExitCode.DONE)
+
+
+QUESTION_OPTIONS = (
+    option(
+        "--property",
+        "names",
+        multiple=True,
+        metavar="NAME",
+        section=QUESTION,
+        help="A built-in property (repeatable; default: distinct_targets).",
+    ),
+    option("--properties", "file", type=PATH, default=None, section=QUESTION, help="A property file (TOML)."),
+    option(
+        "--list",
+        is_flag=True,
+        is_eager=True,
+        expose_value=False,
+        callback=_list_properties,
+        section=QUESTION,
+        help="List the built-in properties.",
+    ),
+    REGION,
+    option(
+        "--team",
+        default=None,
+        metavar="NAME",
+        section=QUESTION,
+        help="The team that the claim is about (default: the one with as many agents as landmarks).",
+    ),
+    option(
+        "--semantics",
+        default="machine",
+        show_default=True,
+        section=QUESTION,
+        metavar="NAME",
+        help="machine: as deployed; real: exact arithmetic, for comparison.",
+    ),
+)
+PARAMETER_OPTIONS = (
+    MARGIN,
+    option(
+        "--radius",
+        callback=fraction,
+        metavar="NUMBER",
+        section=PARAMETERS,
+        help="An agent is at a landmark within this distance along each axis (default: 1/10; reaches, covers: 2/5). "
+        "keeps_apart: the least distance (default: at which they touch).",
+    ),
+    option(
+        "--landmarks",
+        callback=names,
+        metavar="A,B",
+        section=PARAMETERS,
+        help="own_target, reaches, covers: one for each agent of the team.",
+    ),
+    option(
+        "--others",
+        callback=names,
+        metavar="A,B",
+        section=PARAMETERS,
+        help="keeps_apart: from whom (default: from one another).",
+    ),
+    option(
+        "--steps",
+        default=None,
+        type=int,
+        section=PARAMETERS,
+        help="reaches, covers, keeps_apart: steps of an episode (default: the world's).",
+    ),
+    option(
+        "--kappa",
+        callback=fraction,
+        metavar="NUMBER",
+        section=PARAMETERS,
+        help="aligned: ahead by kappa times what is sideways (default: 1/2).",
+    ),
+    option("--of", default=None, metavar="NAME", section=PARAMETERS, help="steady: the property that stays true."),
+    option(
+        "--eps",
+        callback=fraction,
+        metavar="NUMBER",
+        section=PARAMETERS,
+        help="steady: by how much each feature may be off (default: 1/100).",
+    ),
+)
+LIMIT_OPTIONS = (
+    option("--where", is_flag=True, section=EXTENT, help="Find where claims about single decisions hold and fail."),
+    option(
+        "--max-cells", default=None, type=int, section=EXTENT, help="Limit on failing cells to find (default: 50000)."
+    ),
+    option(
+        "--solver-units",
+        default=None,
+        type=int,
+        section=BUDGETS,
+        help="Limit on a query to Z3, in its resource units (default: 200000000).",
+    ),
+    option(
+        "--max-zones",
+        default=None,
+        type=int,
+        section=BUDGETS,
+        help="Limit on zones visited for a claim about episodes, and on its certificate (default: 5000000).",
+    ),
+)
+
+
+def asked(command: Any) -> Any:
+    """Adds all of them to a command."""
+    for each in reversed((*QUESTION_OPTIONS, *PARAMETER_OPTIONS, *LIMIT_OPTIONS)):
+        command = each(command)
+    return command

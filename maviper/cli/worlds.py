@@ -1,0 +1,72 @@
+"""The commands worlds list, worlds show and worlds check.
+
+Does: prints what worlds there are, what is in one, and whether one can be used.
+Assumes: `maviper.worlds` knows the worlds.
+Does not: play.
+"""
+
+import click
+
+from codegen.errors import ExitCode
+from maviper.cli.group import Verb, Verbs
+
+
+@click.group(cls=Verbs, example="maviper worlds list")
+def worlds() -> None:
+    """List the games, show one, or check an environment of your own."""
+
+
+@worlds.command("list", cls=Verb, example="maviper worlds list")
+def worlds_list() -> int:
+    """List the worlds, their options and their shipped experts.
+
+    Options stand with their defaults. EXPERT@SEED is one trained seed.
+    """
+    from maviper.experts.store import SHIPPED
+    from maviper.worlds import WORLDS, find, options_of
+
+    for name in WORLDS:
+        agents = ", ".join(f"{team} ({len(members)})" for team, members in find(name).teams.items())
+        click.echo(f"{name}  {agents}")
+        click.echo(f"  options: {', '.join(f'{key}={value}' for key, value in options_of(name).items())}")
+        click.echo(f"  experts: {', '.join(expert for expert in SHIPPED if expert.startswith(name))}")
+    return ExitCode.DONE
+
+
+@worlds.command("show", cls=Verb, example="maviper worlds show physical-deception,defenders=3")
+@click.argument("world")
+def worlds_show(world: str) -> int:
+    """Print the agents of WORLD, their features and actions.
+
+    Each feature stands with its unit, range and meaning.
+    """
+    from maviper.worlds import find
+
+    found = find(world)
+    pace = f" of {found.spec.dt} s" if found.spec.dt else ""
+    click.echo(f"{found.name}, after {found.spec.reference}, {found.spec.episode_steps} steps{pace}")
+    for agent, features, actions in zip(found.agents, found.features, found.actions, strict=True):
+        click.echo(f"\n{agent}, team {found.team_of(agent)}")
+        for feature in features:
+            meaning = feature.meaning or "no meaning"
+            click.echo(f"  {feature.name:<16} {feature.unit} [{feature.low:g}, {feature.high:g}]  {meaning}")
+        click.echo(f"  actions: {', '.join(action.name for action in actions)}")
+    return ExitCode.DONE
+
+
+@worlds.command("check", cls=Verb, example="maviper worlds check mygame:make,n=2")
+@click.argument("world")
+def worlds_check(world: str) -> int:
+    """Say what WORLD has, lacks or has wrong.
+
+    One line for each finding; exits with 2 when the world cannot be used.
+
+    WORLD is a name from `maviper worlds list`, or module:function for a PettingZoo parallel environment of your own,
+    with options after commas: module:function,n=3,max_steps=50.
+    """
+    from maviper.worlds.checking import check, usable
+
+    findings = check(world)
+    for finding in findings:
+        click.echo(str(finding))
+    return ExitCode.DONE if usable(findings) else ExitCode.INPUT

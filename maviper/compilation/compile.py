@@ -1,0 +1,146 @@
+"""Compiling a profile: text, then the proof by replay that text, profile and learned tree decide alike.
+
+Does: emits the targets and joins codegen's self-check with on-policy observations and whole episodes.
+Assumes: the profile's world is one of ours; otherwise on-policy checks are reported as skipped.
+Does not: write files.
+"""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property, partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from codegen import ir
+from codegen.agreement import selfcheck
+from codegen.agreement.build import Build, build
+from codegen.agreement.selfcheck import Agreement, Report
+from codegen.check import ensure
+from codegen.errors import DisagreementError
+from codegen.lowering.lower import AUTO
+from codegen.policy_json import layout
+from codegen.targets import USUAL, smt
+from maviper.episodes.on_policy import on_policy
+from maviper.episodes.play import Episodes, Policies
+from maviper.evaluation.fidelity import Fidelity, fidelity
+from maviper.worlds import ParticleWorld
+from maviper.worlds.matching import NO_WORLD, matching_world
+
+if TYPE_CHECKING:
+    from maviper.compilation.proofs import Proofs
+
+SOLVER_ROWS = 1_000  # an agent; a solver takes milliseconds each
+BEFORE_REPAIR = "profile before repair"  # in the provenance of a repaired profile
+
+
+@dataclass(frozen=True)
+class Compiled:
+    """What was built, and what was compared before it was handed out."""
+
+    build: Build
+    report: Report
+    faithful: tuple[Fidelity, ...] = ()  # how far each tree acts as the expert; nothing where nobody has the expert
+    notes: tuple[str, ...] = ()  # what each pass did before
+    proofs: "Proofs | None" = None  # None: not asked
+    beside: Mapping[str, str | bytes] = field(default_factory=dict)  # test vectors and proofs
+
+    @cached_property
+    def files(self) -> Mapping[str, str | bytes]:
+        """All files, the evidence included: name -> text; bytes of targets that are none."""
+        evidence_file = f"{self.build.model.prefix}.agreement.json"
+        return {**self.build.files, evidence_file: evidence(self), **self.beside}
+
+    @property
+    def complete(self) -> bool:
+        """Whether nothing had to be skipped, and every proof that was asked for was found."""
+        return not self.report.skipped and (self.proofs is None or self.proofs.complete)
+
+
+def compile_profile(
+    profile: ir.PolicyProfile,
+    targets: Iterable[str] = USUAL,
+    prefix: str | None = None,
+    style: str = AUTO,
+) -> Compiled:
+    """Emits `targets` and replays them, tolerance zero. On any difference DisagreementError, and no files."""
+    ensure(profile)
+    with build(profile, targets, prefix, style) as made:
+        return checked(made)
+
+
+def checked(made: Build) -> Compiled:
+    """A build, replayed with tolerance zero. DisagreementError on any difference."""
+    profile, report = made.profile, selfcheck.check(made)
+    agreements, skipped = list(report.agreements), list(report.skipped)
+    faithful: tuple[Fidelity, ...] = ()
+    # trees that were changed after they were grown, by a repair or for a region, have no such form any more
+    changed = profile.region is not None or BEFORE_REPAIR in profile.provenance.training
+    missing = [policy.agent for policy in profile.agents if policy.grown is None and not changed]
+    if missing:
+        skipped.append(f"the tree as grown: the profile does not hold it for {', '.join(missing)}")
+    world = matching_world(profile)
+    if world is None:
+        skipped.append(f"on-policy observations and episodes: {NO_WORLD}")
+    else:
+        episodes = on_policy(profile, world)
+        faithful = fidelity(profile, world, episodes)
+        agreements += _grown(profile, episodes)
+        if made.compilable:
+            agreements += _driven(made, world, episodes)
+    agreements += asked(made)
+    return Compiled(made, Report(tuple(agreements), tuple(skipped), report.compiler).ensure(), faithful)
+
+
+def asked(made: Build) -> list[Agreement]:
+    """What Z3 finds the functions of the SMT-LIB, where there is one, to be at boundaries and special values."""
+    definitions = made.text("smt2")
+    if definitions is None:
+        return []
+    from verify.solver.solve import false_facts
+
+    model, found = made.model, []
+    for policy, agent in zip(made.profile.agents, model.agents, strict=True):
+        rows = selfcheck.observations(policy, random=1_000)
+        rows = rows[:: 1 + len(rows) // SOLVER_ROWS]
+        wanted = ir.act(policy, rows)
+        wrong = false_facts(definitions, smt.facts(model, agent, rows, wanted))
+        first = f"Z3 denies {smt.facts(model, agent, rows, wanted)[wrong[0]]}" if wrong else ""
+        found.append(Agreement("smt", policy.agent, len(rows), len(wrong), first))
+    return found
+
+
+def _grown(profile: ir.PolicyProfile, episodes: Episodes) -> list[Agreement]:
+    return [
+        selfcheck.check_grown(policy, seen.reshape(-1, seen.shape[-1]))
+        for policy, seen in zip(profile.agents, episodes.observations, strict=True)
+        if policy.grown is not None
+    ]
+
+
+def _driven(made: Build, world: ParticleWorld, episodes: Episodes) -> list[Agreement]:
+    """The same episodes, driven by the compiled C: every action and position must be the same."""
+    profile = made.profile
+    driver = Policies([partial(made.library.act, policy.agent) for policy in profile.agents])
+    again = on_policy(profile, world, driver)
+    if any(a.position.tobytes() != b.position.tobytes() for a, b in zip(again.states, episodes.states, strict=True)):
+        raise DisagreementError(
+            "episodes driven by the compiled C take another course", "", "this is a bug; nothing was written"
+        )
+    found = []
+    for agent, policy in enumerate(profile.agents):
+        rows = episodes.observations[agent].reshape(-1, len(policy.features))
+        wanted, given = episodes.actions[..., agent].ravel(), again.actions[..., agent].ravel()
+        found.append(selfcheck.compare("episodes driven by c", policy, rows, np.asarray(wanted, np.int32), given))
+    return found
+
+
+def evidence(compiled: Compiled) -> str:
+    """What was compared, and how far the trees act as their expert, as a JSON text to keep beside the code."""
+    rows: list[dict[str, Any]] = [
+        {"target": item.target, "agent": item.agent, "observations": item.observations, "differences": item.differences}
+        for item in compiled.report.agreements
+    ]
+    profile, skipped = compiled.build.model.content_hash, list(compiled.report.skipped)
+    document = {"profile": profile, "agreement": rows, "skipped": skipped}
+    return layout(document | {"expert": [item.document() for item in compiled.faithful]}) + "\n"

@@ -1,0 +1,114 @@
+"""Passes over a profile before it is compiled: smaller or quicker trees that decide the same.
+
+Does: joins the passes of codegen with what they need as data: dead leaves from the verifier, on-policy states.
+Assumes: the passes prove themselves what they claim.
+Does not: change what is decided; `drop` changes it outside the stated region, which becomes part of the profile.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from codegen import ir
+from codegen.check import ensure
+from codegen.errors import InputError, UnknownNameError
+from codegen.lowering import passes
+from codegen.lowering.passes import DROP, MERGE, PASSES, REORDER
+from codegen.policy_json import content_hash
+from codegen.region import RegionSpec
+from maviper.episodes.on_policy import on_policy
+from maviper.files.regions import find_region
+from maviper.worlds.matching import NO_WORLD, matching_world
+from verify.claims.region import plain
+
+BUDGET = 20_000_000  # solver resource units a leaf; what stays open is kept
+
+
+@dataclass(frozen=True)
+class Transformed:
+    """The profile after the passes, and what each did, in words."""
+
+    profile: ir.PolicyProfile
+    notes: tuple[str, ...]
+
+
+def transformed(profile: ir.PolicyProfile, names: Sequence[str], region: str | None = None) -> Transformed:
+    """`profile` after the named passes, in the order of PASSES.
+
+    `region`: `start` or a region file; `drop` needs one, and no other pass may have one. `reorder` needs a world that
+    this version plays. InputError otherwise.
+    """
+    for name in names:
+        if name not in PASSES:
+            raise UnknownNameError("pass", name, PASSES, "--pass")
+    if (DROP in names) != (region is not None):
+        what = "the pass drop needs a region" if region is None else "a region is for the pass drop"
+        raise InputError(what, "--region", "say --pass drop --region start, or a region file")
+    ensure(profile)
+    notes: list[str] = []
+    before = profile
+    for name in PASSES:
+        if name not in names:
+            continue
+        after = {DROP: _dropped, MERGE: _merged, REORDER: _reordered}[name](before, region or "")
+        notes.append(f"{name}: {_said(before, after)}")
+        before = after
+    if not names:
+        return Transformed(profile, ())
+    done = ", ".join(name for name in PASSES if name in names)
+    training = {**profile.provenance.training, "passes": done, "profile before passes": content_hash(profile)}
+    return Transformed(replace(before, provenance=replace(profile.provenance, training=training)), tuple(notes))
+
+
+def _said(before: ir.PolicyProfile, after: ir.PolicyProfile) -> str:
+    """Leaves and longest paths of each agent before and after."""
+    parts = []
+    for old, new in zip(before.agents, after.agents, strict=True):
+        leaves = [len(ir.leaves(policy.tree)) for policy in (old, new)]
+        levels = [int(ir.depth(policy.tree).max()) for policy in (old, new)]
+        parts.append(f"{new.agent} {leaves[0]} to {leaves[1]} leaves, at most {levels[0]} to {levels[1]} tests")
+    return "; ".join(parts)
+
+
+def _with_trees(profile: ir.PolicyProfile, trees: Mapping[str, ir.Tree], **changes: object) -> ir.PolicyProfile:
+    agents = tuple(replace(policy, tree=trees[policy.agent], **changes) for policy in profile.agents)
+    return replace(profile, agents=agents)
+
+
+def _merged(profile: ir.PolicyProfile, _: str) -> ir.PolicyProfile:
+    return _with_trees(profile, {policy.agent: passes.merged(policy.tree) for policy in profile.agents})
+
+
+def _dropped(profile: ir.PolicyProfile, region: str) -> ir.PolicyProfile:
+    from verify.solver.leaves import dead_leaves
+
+    if profile.region is not None:
+        what = "the profile is meant for a region already, and elsewhere its trees may have changed"
+        raise InputError(what, "--pass drop", "drop from the profile before its passes, for all of the wanted region")
+    found = find_region(region, profile)
+    dead = dead_leaves(profile, found, BUDGET)
+    if any(len(dead[policy.agent]) == len(ir.leaves(policy.tree)) for policy in profile.agents):
+        raise InputError("the region holds no world state, so nothing would be left of the trees", "--region")
+    trees = {policy.agent: passes.dropped(policy.tree, dead[policy.agent]) for policy in profile.agents}
+    spec = RegionSpec(
+        found.goals,
+        {name: (plain(low), plain(high)) for name, (low, high) in found.box.items()},
+        {f"{a} - {b}": (plain(low), plain(high)) for a, b, (low, high) in found.differences},
+        {f"{a} - {b}": plain(least) for a, b, least in found.apart},
+    )
+    for bound in spec.bounds():
+        if not bound.second and bound.low > bound.high:
+            where = f"--region: box.{bound.first}"
+            raise InputError("no double lies within the bounds of the region", where, "code compares doubles")
+    # the tree as grown decides otherwise outside the region
+    return replace(_with_trees(profile, trees, grown=None), region=spec)
+
+
+def _reordered(profile: ir.PolicyProfile, _: str) -> ir.PolicyProfile:
+    world = matching_world(profile)
+    if world is None:
+        raise InputError("the pass reorder needs on-policy states", NO_WORLD, "leave it out")
+    seen = on_policy(profile, world).observations
+    rows = {policy.agent: each.reshape(-1, each.shape[-1]) for policy, each in zip(profile.agents, seen, strict=True)}
+    return _with_trees(
+        profile, {policy.agent: passes.reordered(policy.tree, rows[policy.agent]) for policy in profile.agents}
+    )

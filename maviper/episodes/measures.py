@@ -1,0 +1,117 @@
+"""What episodes are worth: each team's measures, with intervals.
+
+Does: estimates the world's measures over episodes, and of each team against given opponents.
+Assumes: evaluation seeds are episode seeds of the reference environment, so that every number can be replayed there.
+Does not: run experiments over training seeds.
+"""
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from codegen.intervals import Z95, Share
+from codegen.ir import Float64
+from maviper.episodes.play import Controller, Episodes, rollout
+from maviper.worlds import Measure, World
+from maviper.worlds.world import RETURN
+
+# Episode seeds. The first three have fixed lengths; extraction seeds shift the others by 100,000
+# each, up to 2**32 of them, so those lie far apart. No purpose meets another's episodes.
+CHECKPOINT_SEEDS = 1_000_000
+FINALIST_SEEDS = 2_000_000
+MEASUREMENT_SEEDS = 3_000_000
+ON_POLICY_SEEDS = 4_000_000
+ROLLOUT_SEEDS = 1_000_000_000_000_000
+SELECTION_SEEDS = 2_000_000_000_000_000
+REFINEMENT_SEEDS = 3_000_000_000_000_000
+
+
+@dataclass(frozen=True)
+class Mean:
+    """The mean of a number over `count` episodes."""
+
+    value: float
+    half_width: float  # of its 95 % interval, by the normal approximation
+    count: int
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """The 95 % interval."""
+        return self.value - self.half_width, self.value + self.half_width
+
+
+Estimate = Share | Mean
+
+
+def estimate(measure: Measure, values: Float64) -> Estimate:
+    """A measure over episodes, `values` [batch]."""
+    if measure.share:
+        return Share(int(values.sum()), len(values))
+    deviation = float(values.std(ddof=1)) if len(values) > 1 else math.inf
+    return Mean(float(values.mean()), Z95 * deviation / math.sqrt(len(values)), len(values))
+
+
+def shown(found: Estimate) -> str:
+    """An estimate with its interval, for people: `0.910 [0.891, 0.926]`."""
+    low, high = found.interval
+    return f"{found.value:.3f} [{low:.3f}, {high:.3f}]"
+
+
+def ratio(measure: Measure, ours: float, theirs: float) -> float | None:
+    """Performance ratio: ours over theirs, the inverse where lower is better; None where that divides by zero.
+
+    A negative return is no divisor: 1 + (ours - theirs) / |theirs| is the same where theirs is positive.
+    """
+    if measure.lower_is_better:
+        return theirs / ours if ours else None
+    return 1 + (ours - theirs) / abs(theirs) if theirs else None
+
+
+def values(world: World, controllers: Sequence[Controller], seeds: Sequence[int]) -> dict[Measure, Float64]:
+    """Every measure of the world in each of the episodes `seeds`, and each team's return (its agents' mean)."""
+    tables = [table(world, episodes) for episodes in rollout(world, controllers, seeds)]
+    return {measure: np.concatenate([rows[measure] for rows in tables]) for measure in tables[0]}
+
+
+def table(world: World, episodes: Episodes) -> dict[Measure, Float64]:
+    """Every measure of each episode, and each team's return (its agents' mean), [batch]."""
+    rows = dict(zip(world.measures, episodes.values, strict=True))
+    return rows | {Measure(team, RETURN): episodes.returns[world.members(team)].mean(axis=0) for team in world.teams}
+
+
+def team_values(
+    world: World,
+    ours: Sequence[Controller],
+    opponents: Sequence[Controller],
+    seeds: Sequence[int],
+    teams: Iterable[str] | None = None,
+) -> dict[Measure, Float64]:
+    """Measures and returns of teams (None: of all) in each episode, each team played by `ours` against all others
+    played by `opponents`.
+    """
+    found: dict[Measure, Float64] = {}
+    for team in world.teams if teams is None else teams:
+        members = world.members(team)
+        mixed = [ours[agent] if agent in members else opponents[agent] for agent in range(len(ours))]
+        found |= {measure: row for measure, row in values(world, mixed, seeds).items() if measure.team == team}
+    return found
+
+
+def evaluate(world: World, controllers: Sequence[Controller], seeds: Sequence[int]) -> dict[Measure, Estimate]:
+    """The estimates of `values`."""
+    return estimates(values(world, controllers, seeds))
+
+
+def evaluate_teams(
+    world: World, ours: Sequence[Controller], opponents: Sequence[Controller], seeds: Sequence[int]
+) -> dict[Measure, Estimate]:
+    """The estimates of `team_values`, of the world's measures."""
+    found = team_values(world, ours, opponents, seeds)
+    return estimates({measure: found[measure] for measure in world.measures})
+
+
+def estimates(found: Mapping[Measure, Float64]) -> dict[Measure, Estimate]:
+    """An estimate of each measure."""
+    return {measure: estimate(measure, row) for measure, row in found.items()}

@@ -1,0 +1,104 @@
+"""Episodes: controllers of any kind, one for each agent, played in a batch of games.
+
+Does: rolls out a whole batch of episodes and returns everything that happened as arrays.
+Assumes: all agents that are still in play act at once.
+Does not: score episodes (measures.py) or learn from them.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+
+from codegen import ir
+from codegen.ir import Bool, Float32, Float64
+from maviper.worlds import World
+from maviper.worlds.world import Int
+
+Policy = Callable[[Float32], Int]  # [batch, n_features] float32 -> [batch] action indices
+
+
+class Controller(Protocol):
+    """What decides for agents: an expert, a team of trees, a script."""
+
+    def act(self, agents: Sequence[int], observations: Sequence[Float32], state: Any) -> Int:
+        """The actions of some agents, [batch, len(agents)].
+
+        `observations`: every agent's, each [batch, n_features]; `state`: the world's state, which scripts may read.
+        """
+        ...
+
+
+@dataclass(frozen=True)
+class Policies:
+    """A controller of one function for each agent, from its own observations to its actions."""
+
+    functions: Sequence[Policy]
+
+    def act(self, agents: Sequence[int], observations: Sequence[Float32], state: Any) -> Int:
+        """As `Controller.act`."""
+        return np.stack([self.functions[agent](observations[agent]) for agent in agents], axis=1)
+
+
+def tree_policies(policies: Sequence[ir.AgentPolicy]) -> Policies:
+    """Tree policies with their reference semantics."""
+    return Policies([lambda obs, policy=policy: ir.act(policy, obs) for policy in policies])
+
+
+@dataclass(frozen=True)
+class Episodes:
+    """A batch of episodes; step t acts on `observations[t]` in `states[t]` and ends in `states[t + 1]`.
+
+    There are as many steps as the longest episode has. Where an agent's own has ended before, `alive` is False: what
+    stands for it there is no observation, and no action, of the game.
+    """
+
+    observations: tuple[Float32, ...]  # per agent [steps, batch, n_features]
+    actions: Int  # [steps, batch, n_agents]
+    alive: Bool  # [steps, batch, n_agents] who acts
+    states: Sequence[Any]  # steps + 1 batches, the starts first
+    values: Float64  # [n_measures, batch], in the order of the world's measures
+    returns: Float64  # [n_agents, batch] summed rewards
+
+
+def play(world: World, controllers: Sequence[Controller], start: Any) -> Episodes:
+    """Plays one episode from each start state. `controllers`: one for each agent, in the world's order."""
+    shared: dict[int, list[int]] = {}  # a controller of several agents is asked once for all of them
+    for agent, controller in enumerate(controllers):
+        shared.setdefault(id(controller), []).append(agent)
+    states = [start]
+    observations: list[tuple[Float32, ...]] = []
+    actions: list[Int] = []
+    alive = [world.alive(start)]
+    returns = np.zeros((len(controllers), len(start)))
+    for _ in range(world.spec.episode_steps):
+        seen = world.observe(states[-1])
+        chosen = np.empty((len(states[-1]), len(controllers)), dtype=np.int64)
+        for agents in shared.values():
+            chosen[:, agents] = controllers[agents[0]].act(agents, seen, states[-1])
+        states.append(world.step(states[-1], chosen))
+        returns += world.rewards(states[-1]).T
+        observations.append(seen)
+        actions.append(chosen)
+        alive.append(world.alive(states[-1]))
+        if not alive[-1].any():
+            break
+    per_agent = tuple(np.stack([seen[agent] for seen in observations]) for agent in range(len(controllers)))
+    acting = np.stack(alive[: len(actions)])
+    return Episodes(per_agent, np.stack(actions), acting, states, world.values(states[1:]), returns)
+
+
+def rollout(world: World, controllers: Sequence[Controller], seeds: Sequence[int]) -> list[Episodes]:
+    """The episodes that start from `seeds`, in batches of as many games as the world plays at once."""
+    at_once = world.games or max(1, len(seeds))
+    parts = [seeds[low : low + at_once] for low in range(0, len(seeds), at_once)]
+    return [play(world, controllers, world.start_from_seeds(part)) for part in parts]
+
+
+def points(episodes: Episodes) -> tuple[tuple[Float32, ...], Any]:
+    """All observations of a batch of episodes, per agent [steps * batch, n_features], and the states they show, those
+    in which an agent no longer acts among them.
+    """
+    observations = tuple(seen.reshape(-1, seen.shape[-1]) for seen in episodes.observations)
+    return observations, type(episodes.states[0]).joined(episodes.states[:-1])

@@ -1,0 +1,148 @@
+"""What another policy costs a team: changed actions, and its measures before and after in the same episodes.
+
+Does: compares two profiles of one world in states of a region, in the states that the first one meets, and in play.
+Assumes: opponents are the expert where it is shipped, else the profiles' own trees.
+Does not: make the other policy, or judge whether it is worth its price.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from codegen import ir
+from codegen.intervals import Share
+from maviper.console import Console
+from maviper.episodes import measures
+from maviper.episodes.measures import Estimate, Mean, estimate, shown
+from maviper.episodes.play import Controller, rollout, tree_policies
+from maviper.evaluation.players import Player
+from maviper.worlds import Measure, ParticleWorld, WorldState
+from maviper.worlds.matching import NO_WORLD
+from verify.claims.region import Region
+from verify.states.shares import SAMPLE_SEED, SAMPLES
+from verify.states.state import chosen, sample
+
+
+@dataclass(frozen=True)
+class Compared:
+    """A measure of the team in the same episodes: before, after, and the mean difference."""
+
+    measure: Measure
+    before: Estimate
+    after: Estimate
+    difference: Mean
+
+
+@dataclass(frozen=True)
+class Cost:
+    """What a change costs. States met are of whole episodes, and so not independent; None where none can be played."""
+
+    uniform: Share  # of the region's states: some agent's action changes
+    met: Share | None  # of the states that the team met before, in the held-out episodes
+    opponents: str
+    compared: tuple[Compared, ...] = ()
+
+    def document(self) -> dict[str, Any]:
+        """The cost as plain data."""
+        return {
+            "changed": {"region": self.uniform.document(), "met": None if self.met is None else self.met.document()},
+            "opponents": self.opponents,
+            "measures": [
+                {
+                    "measure": one.measure.name,
+                    "episodes": one.difference.count,
+                    "before": _interval(one.before),
+                    "after": _interval(one.after),
+                    "difference": _interval(one.difference),
+                }
+                for one in self.compared
+            ],
+        }
+
+    def say(self, console: Console) -> None:
+        """A line for what changed, and one a measure."""
+        met = f"{self.met} of the states met, " if self.met else ""
+        console.line("changed", f"some action in {met}{self.uniform} of the region's states")
+        for one in self.compared:
+            low, high = one.difference.interval
+            values = f"{shown(one.before)} to {shown(one.after)}"
+            told = f"{values}, difference {one.difference.value:.3f} [{low:.3f}, {high:.3f}]"
+            console.line("measured", f"{one.measure.team} {one.measure.name}: {told}, {one.difference.count} episodes")
+
+
+def measured(
+    before: ir.PolicyProfile,
+    after: ir.PolicyProfile,
+    team: str,
+    region: Region,
+    world: ParticleWorld | None,
+    expert: Player | None,
+    episodes: int,
+) -> Cost:
+    """What `after` costs a team, in play against the expert where it is shipped, else against the own trees."""
+    uniform = _changed(before, after, team, sample(region, before.world, SAMPLES, SAMPLE_SEED)[0])
+    if world is None:
+        return Cost(uniform, None, NO_WORLD)
+    seeds = range(measures.MEASUREMENT_SEEDS, measures.MEASUREMENT_SEEDS + episodes)
+    others: Controller = tree_policies(before.agents) if expert is None else expert.controller
+    tables, met = [], None
+    for profile in (before, after):
+        own = tree_policies(profile.agents)
+        lineup = [own if policy.team == team else others for policy in profile.agents]
+        played = rollout(world, lineup, seeds)
+        parts = [measures.table(world, each) for each in played]
+        tables.append({m: np.concatenate([part[m] for part in parts]) for m in parts[0] if m.team == team})
+        if met is None:
+            states = [WorldState.joined(each.states[:-1]) for each in played]
+            met = _changed(before, after, team, np.concatenate([world.coordinates(state) for state in states]))
+    compared = [
+        Compared(
+            measure, estimate(measure, old), estimate(measure, tables[1][measure]), _mean(tables[1][measure] - old)
+        )
+        for measure, old in tables[0].items()
+    ]
+    return Cost(uniform, met, "the profile's own trees" if expert is None else str(expert), tuple(compared))
+
+
+def sizes(profile: ir.PolicyProfile, agents: Sequence[str]) -> dict[str, dict[str, int]]:
+    """Agent -> the leaves and the depth of its tree."""
+    trees = {agent: profile.policy(agent).tree for agent in agents}
+    return {
+        agent: {"leaves": len(ir.leaves(tree)), "depth": int(ir.depth(tree).max())} for agent, tree in trees.items()
+    }
+
+
+def sizes_document(before: ir.PolicyProfile, after: ir.PolicyProfile, agents: Sequence[str]) -> dict[str, Any]:
+    """Agent -> its sizes before and after, as plain data."""
+    old, new = sizes(before, agents), sizes(after, agents)
+    return {agent: {"before": old[agent], "after": new[agent]} for agent in agents}
+
+
+def say_sizes(before: ir.PolicyProfile, after: ir.PolicyProfile, agents: Sequence[str]) -> str:
+    """Leaves and depth of each agent before and after, in words."""
+    parts = []
+    for agent, found in sizes_document(before, after, agents).items():
+        leaves, depth = (f"{found['before'][part]} to {found['after'][part]}" for part in ("leaves", "depth"))
+        parts.append(f"{agent} {leaves} leaves, depth {depth}")
+    return "; ".join(parts)
+
+
+def _mean(values: np.ndarray) -> Mean:
+    found = estimate(Measure("", "difference", share=False), values)
+    assert isinstance(found, Mean), found
+    return found
+
+
+def _changed(before: ir.PolicyProfile, after: ir.PolicyProfile, team: str, coordinates: np.ndarray) -> Share:
+    """In how many states some agent of the team acts otherwise."""
+    other = np.zeros(len(coordinates), dtype=bool)
+    for old, new in zip(before.team(team), after.team(team), strict=True):
+        other |= chosen(old, coordinates, before.world) != chosen(new, coordinates, after.world)
+    return Share(int(other.sum()), len(other))
+
+
+def _interval(found: Estimate) -> dict[str, float]:
+    low, high = found.interval
+    return {"value": round(found.value, 6), "low": round(low, 6), "high": round(high, 6)}

@@ -1,0 +1,300 @@
+"""Teams among others: a team's measures when all of it, or one agent of it, is replaced, beside the expert there.
+
+Does: plays line-ups over the same episodes, each once; values, ratios and their intervals; how trees decide.
+Assumes: controllers are deterministic, or draw by episode seed as `Uniform` does, so that episodes can be paired.
+Does not: find controllers by name, or print (run.py).
+"""
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from codegen import ir
+from codegen.intervals import Share
+from codegen.ir import Float32, Float64
+from maviper.episodes import measures
+from maviper.episodes.measures import Estimate
+from maviper.episodes.play import Controller, Episodes, play
+from maviper.worlds import Measure, World
+from maviper.worlds.world import RETURN, Int
+
+DRAWS = 2_000  # bootstrap samples of the episodes
+DRAW_SEED = 11
+UNIFORM_SEED = 12
+MAX_GAMES = 8_192  # played at once
+MAX_NUMBERS = 2**25  # observed by all agents in the games that are played at once; bounds the memory
+MAX_COUNTS = 2**22  # as MAX_NUMBERS, for the bootstrap
+
+Lineup = tuple[Controller, ...]  # one for each agent, in the world's order
+Key = tuple[int, ...]  # of a line-up: its controllers' identities
+Watch = Callable[[Episodes], Float64]  # episodes -> [..., batch]
+
+
+@dataclass(frozen=True)
+class Interval:
+    """A number with its 95 % interval; an end may be infinite."""
+
+    value: float
+    low: float
+    high: float
+
+    def __str__(self) -> str:
+        return f"{self.value:.3f} [{self.low:.3f}, {self.high:.3f}]"
+
+
+@dataclass(frozen=True)
+class Alone:
+    """One agent replaced among expert team-mates."""
+
+    value: Interval
+    ratio: Interval | None
+
+
+@dataclass(frozen=True)
+class Standing:
+    """A team's measure against certain opponents; what needs an expert is None where nobody named one."""
+
+    measure: Measure
+    value: Interval  # the whole team is the subject
+    expert: Interval | None = None  # the expert in the team's place
+    joint: Interval | None = None  # ratio of the two; None also where it divides by zero
+    individual: Alone | None = None  # the mean over agents
+    agents: Mapping[str, Alone] | None = None  # agent -> the team when it alone is the subject
+
+
+@dataclass(frozen=True)
+class Cast:
+    """Who plays when a team is measured."""
+
+    team: str
+    ours: Lineup
+    expert: Lineup | None
+    alone: Mapping[str, Lineup]  # agent -> it alone is the subject; {} without an expert
+
+    @property
+    def lineups(self) -> list[Lineup]:
+        """All of them."""
+        return [self.ours, *([] if self.expert is None else [self.expert]), *self.alone.values()]
+
+
+def cast(
+    world: World, team: str, subject: Sequence[Controller], others: Sequence[Controller], expert: Controller | None
+) -> Cast:
+    """The line-ups that measure `team` against `others`, who play all other teams."""
+    members = world.members(team)
+
+    def lineup(ours: Sequence[int]) -> Lineup:
+        everybody = range(len(world.agents))
+        mates = [others[agent] if expert is None or agent not in members else expert for agent in everybody]
+        return tuple(subject[agent] if agent in ours else mates[agent] for agent in everybody)
+
+    if expert is None:
+        return Cast(team, lineup(members), None, {})
+    return Cast(team, lineup(members), lineup([]), {world.agents[agent]: lineup([agent]) for agent in members})
+
+
+class Uniform:
+    """Every action as likely as any other. The draws of an episode follow from its seed, whoever else plays."""
+
+    def __init__(self, world: World, seeds: Sequence[int] = ()) -> None:
+        self.world = world
+        self._sizes = np.array([len(choices) for choices in world.actions])
+        shape = (world.spec.episode_steps, len(self._sizes))
+        # all steps of one episode from one generator, [batch, steps, n_agents]
+        drawn = [np.random.default_rng([UNIFORM_SEED, seed]).random(shape) for seed in seeds]
+        actions = (np.array(drawn).reshape(-1, *shape) * self._sizes).astype(np.int64)
+        self._steps: Iterator[Int] = iter(actions.swapaxes(0, 1))
+
+    def started(self, seeds: Sequence[int]) -> "Uniform":
+        """One that plays the episodes `seeds` from their start."""
+        return Uniform(self.world, seeds)
+
+    def act(self, agents: Sequence[int], observations: Sequence[Float32], state: Any) -> Int:
+        """As `Controller.act`, once a step of the episodes that it was started for."""
+        return next(self._steps)[:, list(agents)]
+
+
+class Stage:
+    """What line-ups reach over the same episodes: `measures` are the world's, then each team's return."""
+
+    def __init__(self, world: World, seeds: range) -> None:
+        self.world, self.seeds = world, seeds
+        returns = (Measure(team, RETURN) for team in world.teams)
+        self.measures = tuple(dict.fromkeys((*world.measures, *returns)))  # a user's world measures returns itself
+        self._played: dict[Key, tuple[Lineup, Float64]] = {}  # the line-up is kept, so that its key stays its own
+        self._draws: dict[Key, Float64] = {}
+        self._starts: dict[range, Any] = {}
+
+    def play(self, lineup: Lineup, watch: Watch | None = None) -> Float64:
+        """Plays a line-up; what `watch` saw in its episodes, [..., n]."""
+        values, seen = [], []
+        for episodes in self._episodes(lineup):
+            rows = measures.table(self.world, episodes)
+            values.append(np.stack([rows[measure] for measure in self.measures]))
+            seen.append(watch(episodes) if watch else np.empty((0, episodes.actions.shape[1])))
+        self._played[key(lineup)] = lineup, np.concatenate(values, axis=1)
+        return np.concatenate(seen, axis=-1)
+
+    def _episodes(self, lineup: Lineup) -> Iterator[Episodes]:
+        """In batches of bounded size."""
+        world = self.world
+        numbers = world.spec.episode_steps * sum(len(features) for features in world.features)
+        at_once = world.games or max(1, min(MAX_GAMES, MAX_NUMBERS // numbers))
+        for low in range(0, len(self.seeds), at_once):
+            part = self.seeds[low : low + at_once]
+            fresh = {id(each): each.started(part) for each in lineup if isinstance(each, Uniform)}
+            yield play(world, [fresh.get(id(each), each) for each in lineup], self._start(part))
+
+    def _start(self, seeds: range) -> Any:
+        if self.world.games is not None:  # copies of an environment, which have to start anew
+            return self.world.start_from_seeds(seeds)
+        if seeds not in self._starts:
+            self._starts[seeds] = self.world.start_from_seeds(seeds)
+        return self._starts[seeds]
+
+    def values(self, lineup: Lineup, measure: Measure) -> Float64:
+        """A measure of each episode of a line-up that was played, [n]."""
+        return self._played[key(lineup)][1][self.measures.index(measure)]
+
+    def draws(self, lineup: Lineup, measure: Measure) -> Float64:
+        """A measure's means over bootstrap samples of the episodes, the same ones for all line-ups, [DRAWS]."""
+        if key(lineup) not in self._draws:
+            means = resampled(np.concatenate([values for _, values in self._played.values()]))
+            parts = np.split(means, len(self._played))
+            self._draws = dict(zip(self._played, parts, strict=True))
+        return self._draws[key(lineup)][self.measures.index(measure)]
+
+
+def key(lineup: Lineup) -> Key:
+    """What tells a line-up from others."""
+    return tuple(map(id, lineup))
+
+
+def resampled(values: Float64, draws: int = DRAWS, seed: int = DRAW_SEED) -> Float64:
+    """Means of each row of `values`, [k, n], over `draws` samples of n columns with replacement, [k, draws]."""
+    n, rng = values.shape[1], np.random.default_rng(seed)
+    at_once, parts = max(1, MAX_COUNTS // n), []
+    for low in range(0, draws, at_once):
+        rows = min(at_once, draws - low)
+        drawn = rng.integers(n, size=(rows, n)) + n * np.arange(rows)[:, None]
+        counts = np.bincount(drawn.ravel(), minlength=rows * n).reshape(rows, n)
+        parts.append(values @ counts.T.astype(np.float64) / n)
+    return np.concatenate(parts, axis=1)
+
+
+# --- a team's standing
+
+
+def standings(stage: Stage, cast: Cast) -> tuple[Standing, ...]:
+    """Every measure of the team, of line-ups that have been played."""
+    return tuple(_standing(stage, cast, measure) for measure in stage.measures if measure.team == cast.team)
+
+
+def _standing(stage: Stage, cast: Cast, measure: Measure) -> Standing:
+    value = interval(measures.estimate(measure, stage.values(cast.ours, measure)))
+    if cast.expert is None:
+        return Standing(measure, value)
+    expert = interval(measures.estimate(measure, stage.values(cast.expert, measure)))
+    agents = {
+        agent: Alone(
+            interval(measures.estimate(measure, stage.values(lineup, measure))),
+            ratio(stage, measure, [lineup], cast.expert),
+        )
+        for agent, lineup in cast.alone.items()
+    }
+    alone = list(cast.alone.values())
+    every = _mean_over_agents(measure, np.stack([stage.values(lineup, measure) for lineup in alone]))
+    individual = Alone(every, ratio(stage, measure, alone, cast.expert))
+    return Standing(measure, value, expert, ratio(stage, measure, [cast.ours], cast.expert), individual, agents)
+
+
+def interval(found: Estimate) -> Interval:
+    """An estimate as a plain number with its interval."""
+    return Interval(found.value, *found.interval)
+
+
+def ratio(stage: Stage, measure: Measure, ours: Sequence[Lineup], theirs: Lineup) -> Interval | None:
+    """The mean over `ours` of the performance ratio to `theirs`, with the interval of a paired bootstrap over episodes.
+
+    None where a ratio divides by zero; an end of the interval is infinite where that many samples do. A bootstrap
+    cannot see what no episode showed: of two shares without a failure, the interval is the point.
+    """
+    base = stage.values(theirs, measure).mean()
+    points = [measures.ratio(measure, stage.values(lineup, measure).mean(), base) for lineup in ours]
+    known = [point for point in points if point is not None]
+    if len(known) < len(points):
+        return None
+    if len(stage.seeds) == 1:
+        return Interval(float(np.mean(known)), -math.inf, math.inf)
+    divisor = stage.draws(theirs, measure)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        drawn = np.mean([_ratios(measure, stage.draws(lineup, measure), divisor) for lineup in ours], axis=0)
+    ordered = np.sort(drawn[~np.isnan(drawn)])  # a sample of 0 over 0 says nothing
+    at = [round(share * (len(ordered) - 1)) for share in (0.025, 0.975)]  # no interpolation: an end may be infinite
+    return Interval(float(np.mean(known)), *(float(end) for end in ordered[at]))
+
+
+def _ratios(measure: Measure, ours: Float64, theirs: Float64) -> Float64:
+    """`metrics.ratio` of arrays."""
+    return theirs / ours if measure.lower_is_better else 1 + (ours - theirs) / np.abs(theirs)
+
+
+def _mean_over_agents(measure: Measure, values: Float64) -> Interval:
+    """The mean of [n_agents, n] values. Shares over the same episodes spread no wider on average than one share does,
+    so theirs is the interval of as many hits as there are on average.
+    """
+    if not measure.share:
+        return interval(measures.estimate(measure, values.mean(axis=0)))
+    agents, n = values.shape
+    hits = int(values.sum())
+    low, high = Share(hits // agents, n), Share(-(-hits // agents), n)
+    return Interval(hits / values.size, low.interval[0], high.interval[1])
+
+
+# --- how trees decide
+
+
+@dataclass(frozen=True)
+class TreeFacts:
+    """One agent's tree at work. States are those of episodes in which all agents are the subject, or the expert."""
+
+    leaves: int
+    depth: int  # comparisons of the longest decision
+    comparisons: Interval  # of a decision in its own states
+    agreement_own: Interval | None  # share of its own states in which it acts as the expert would
+    agreement_expert: Interval | None  # the same in the expert's states
+
+
+def decisions(trees: Mapping[int, ir.AgentPolicy], episodes: Episodes, wanted: Int | None) -> Float64:
+    """For each tree its mean comparisons a decision and the share of the actions `wanted` that it takes, or NaN,
+    [2, n_trees, batch], over the steps in which its agent acts. `wanted`: [steps, batch, n_agents].
+    """
+    found = np.full((2, len(trees), episodes.actions.shape[1]), np.nan)
+    for row, (agent, policy) in enumerate(trees.items()):
+        seen = episodes.observations[agent]
+        leaf, alive = ir.apply(policy.tree, seen.reshape(-1, seen.shape[-1])).reshape(seen.shape[:2]), episodes.alive
+        steps = alive[..., agent].sum(axis=0)
+        found[0, row] = (ir.depth(policy.tree)[leaf] * alive[..., agent]).sum(axis=0) / steps
+        if wanted is not None:
+            right = policy.tree.action[leaf] == wanted[..., agent]
+            found[1, row] = (right & alive[..., agent]).sum(axis=0) / steps
+    return found
+
+
+def tree_facts(trees: Mapping[int, ir.AgentPolicy], own: Float64, expert: Float64 | None) -> dict[str, TreeFacts]:
+    """Agent -> facts, from what `decisions` saw in the subject's own episodes and in the expert's, if there is one."""
+    facts: dict[str, TreeFacts] = {}
+    for row, policy in enumerate(trees.values()):
+        depth = int(ir.depth(policy.tree).max())
+        agreement = (None, None) if expert is None else (_within(own[1, row], 1.0), _within(expert[1, row], 1.0))
+        facts[policy.agent] = TreeFacts(len(ir.leaves(policy.tree)), depth, _within(own[0, row], depth), *agreement)
+    return facts
+
+
+def _within(values: Float64, most: float) -> Interval:
+    """The mean of one number an episode, none of which is outside 0 and `most`."""
+    found = interval(measures.estimate(Measure("", ""), values))
+    return Interval(found.value, max(found.low, 0.0), min(found.high, most))

@@ -1,0 +1,105 @@
+"""Who plays: the controllers that a text on the command line means.
+
+Does: finds profiles, experts, scripts and uniform chance by name, and checks that they play the world in question.
+Assumes: a user who names a module wants its code to run; a file's word is never enough for that.
+Does not: play.
+"""
+
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+from codegen import ir, policy_json
+from codegen.errors import InputError, UnknownNameError
+from maviper.episodes.play import Controller, tree_policies
+from maviper.evaluation.crossplay import Uniform
+from maviper.experts import store
+from maviper.experts.finding import FEATURES, find_expert, plain_name, seeing
+from maviper.experts.scripted import scripted
+from maviper.files import runs
+from maviper.worlds import World
+from maviper.worlds.matching import NO_WORLD, matching_world, plays
+from maviper.worlds.processes import named_by_user
+from maviper.worlds.world import world_name
+
+SCRIPTED, RANDOM = "scripted", "random"
+PROFILE, EXPERT = "profile", "expert"
+SHOWN_ID = 16
+_ADVICE = "all who play together must be of the same world, options included"
+
+
+@dataclass(frozen=True)
+class Player:
+    """A controller of all agents, with what is told of it."""
+
+    name: str  # without folders
+    kind: str  # profile, expert, scripted, random
+    id: str  # hash of its content; "" when there is none
+    controller: Controller
+    trees: tuple[ir.AgentPolicy, ...] = ()
+    origin: str = ""  # a profile's: the id of the expert that it was extracted from
+
+    def __str__(self) -> str:
+        kind = "" if self.kind == self.name else f", {self.kind}"
+        return f"{self.name}{kind}{f', id {self.id[:SHOWN_ID]}' if self.id else ''}"
+
+
+def find_player(text: str, where: str, world: World | None) -> tuple[Player, World]:
+    """What `text` means, and the world that it plays: `world`, where that is known. A path that ends in .json is a
+    profile, `scripted` and `random` are that, anything else is an expert. `where`: the option, for errors.
+    """
+    if text in (SCRIPTED, RANDOM):
+        if world is None:
+            raise InputError(f"'{text}' does not say which world", where, "name it: --world physical-deception")
+        return Player(text, text, "", scripted(world) if text == SCRIPTED else Uniform(world)), world
+    if text.endswith(".json"):
+        return _profile(text, where, world)
+    if _holds_json(Path(text)):
+        raise InputError("JSON, not an expert's file", f"{where}: {text}", "let a profile's name end in .json")
+    named = world.name if world and named_by_user(world.name) else None
+    try:
+        expert, played = find_expert(text, world=named)
+    except UnknownNameError as error:
+        if not error.where.startswith("neither"):  # a world's option, say
+            raise
+        raise UnknownNameError("player", text, (*store.SHIPPED, SCRIPTED, RANDOM), where) from None
+    features = "" if world is None else str(world.spec.options.get(FEATURES, ""))
+    if features and FEATURES not in played.spec.options:
+        expert, played = seeing(expert, played, features)
+    if world and played.name != world.name:
+        raise InputError("the expert plays another world", f"{where}: {text}: {played.name}, not {world.name}", _ADVICE)
+    return Player(Path(text).name or text, EXPERT, getattr(expert, "hash", ""), expert), world or played
+
+
+def _holds_json(path: Path) -> bool:
+    with suppress(OSError, ValueError):
+        if path.is_file():
+            with path.open("rb") as file:
+                return file.read(1) == b"{"
+    return False
+
+
+def _profile(text: str, where: str, world: World | None) -> tuple[Player, World]:
+    data = runs.read(Path(text), policy_json.MAX_BYTES)
+    if data[8:9] == b"{" and not data.lstrip().startswith(b"{"):  # safetensors: a length, then its header
+        raise InputError("an expert's file, not a policy profile", f"{where}: {text}", "only profiles end in .json")
+    profile = policy_json.loads(data, Path(text).name)
+    played = world or matching_world(profile)
+    if played is None:
+        advice = "extract it again, or name your environment: --world module:function"
+        raise InputError("the profile's world cannot be played", f"{where}: {text}: {NO_WORLD}", advice)
+    if not plays(profile, played):
+        theirs = world_name(profile.world)
+        found = f"{theirs}, not {played.name}" if theirs != played.name else f"{theirs} in another version"
+        raise InputError("the profile plays another world", f"{where}: {text}: {found}", _ADVICE)
+    name, controller = Path(text).name, tree_policies(profile.agents)
+    known = policy_json.content_hash(profile)
+    return Player(name, PROFILE, known, controller, profile.agents, profile.provenance.expert), played
+
+
+def shipped_expert(origin: str, world: World) -> Player | None:
+    """The shipped expert with that id, or None."""
+    for name in store.SHIPPED:
+        if name.partition("@")[0] == plain_name(world.name)[0] and store.load(name)[0].hash == origin:
+            return find_player(name, "", world)[0]
+    return None

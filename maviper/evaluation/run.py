@@ -1,0 +1,312 @@
+"""Evaluation: a profile, an expert or a mix of both, against any opponents, beside the expert in the same place.
+
+Does: `evaluate` for controllers; finds those who are named; the answer as tables or plain data.
+Assumes: evaluation episodes are the same for everybody, so that numbers can be compared across commands.
+Does not: play or count anything itself (evaluate/crossplay.py), or find controllers (evaluate/players.py).
+"""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import count
+from typing import Any
+
+from codegen import ir
+from codegen.errors import InputError, UnknownNameError
+from maviper.console import LABEL_WIDTH
+from maviper.episodes import measures
+from maviper.episodes.play import Controller, Episodes, points
+from maviper.evaluation.crossplay import (
+    DRAWS,
+    Alone,
+    Interval,
+    Key,
+    Lineup,
+    Stage,
+    Standing,
+    TreeFacts,
+    Watch,
+    cast,
+    decisions,
+    key,
+    standings,
+    tree_facts,
+)
+from maviper.evaluation.players import RANDOM, Player, find_player, shipped_expert
+from maviper.worlds import World, find
+from maviper.worlds.world import Int
+
+EPISODES = 1_000
+MAX_EPISODES = 100_000  # the block of seeds from MEASUREMENT_SEEDS on has a million
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """What was measured. What needs an expert is None throughout where there was none."""
+
+    world: str
+    episodes: int
+    against: Mapping[str, tuple[Standing, ...]]  # opponents' name -> every measure of every team against them
+    trees: Mapping[str, TreeFacts]  # agent -> its tree, where it has one
+
+
+@dataclass(frozen=True)
+class Contest:
+    """Who plays whom. The subject and each of the opponents are one controller for each agent."""
+
+    world: World
+    subject: Sequence[Controller]
+    opponents: Mapping[str, Sequence[Controller]]
+    expert: Controller | None = None
+    trees: Sequence[ir.AgentPolicy] = ()  # the subject's, where agents have them
+
+
+def evaluate(
+    contest: Contest,
+    teams: Sequence[str] = (),
+    episodes: int = EPISODES,
+    on_played: Callable[[int, int], None] = lambda done, total: None,
+) -> Evaluation:
+    """Every measure of `teams` (all when empty) on held-out episodes, the same ones for every line-up.
+
+    A team's own agents are the subject, the expert or one the subject and the others the expert; all other teams are
+    the opponents. `on_played`: done and total line-ups. InputError for a number of episodes out of range,
+    UnknownNameError for a team.
+    """
+    world, subject, opponents = contest.world, contest.subject, contest.opponents
+    expert, trees = contest.expert, contest.trees
+    if not 1 <= episodes <= MAX_EPISODES:
+        raise InputError(f"the number of episodes must be from 1 to {MAX_EPISODES}, not {episodes}", "--episodes")
+    for team in teams:
+        if team not in world.teams:
+            raise UnknownNameError("team", team, world.teams, "--team")
+    asked = [team for team in world.teams if team in (teams or world.teams)]
+    casts = {name: [cast(world, team, subject, others, expert) for team in asked] for name, others in opponents.items()}
+    lineups = {key(lineup): lineup for found in casts.values() for each in found for lineup in each.lineups}
+    placed = {world.agents.index(tree.agent): tree for tree in trees if world.team_of(tree.agent) in asked}
+    own: Lineup = tuple(subject)
+    experts: Lineup = () if expert is None else (expert,) * len(world.agents)
+    watches: dict[Key, Watch] = {}
+    if placed:
+        watches[key(own)] = lambda met: decisions(placed, met, None if expert is None else _wanted(expert, met))
+        watches |= {key(experts): lambda met: decisions(placed, met, met.actions)} if experts else {}
+        lineups |= {key(lineup): lineup for lineup in (own, experts) if lineup}
+    stage = Stage(world, range(measures.MEASUREMENT_SEEDS, measures.MEASUREMENT_SEEDS + episodes))
+    seen = {}
+    for name, lineup in lineups.items():
+        seen[name] = stage.play(lineup, watches.get(name))
+        on_played(len(seen), len(lineups))
+    against = {name: tuple(row for each in found for row in standings(stage, each)) for name, found in casts.items()}
+    facts = tree_facts(placed, seen[key(own)], seen[key(experts)] if experts else None) if placed else {}
+    return Evaluation(world.name, episodes, against, facts)
+
+
+def _wanted(expert: Controller, episodes: Episodes) -> Int:
+    """The expert's actions in the states of episodes, [steps, batch, n_agents]."""
+    observations, state = points(episodes)
+    return expert.act(range(len(observations)), observations, state).reshape(episodes.actions.shape)
+
+
+@dataclass(frozen=True)
+class EvaluateOptions:
+    """What is measured besides the subject, by name."""
+
+    replaced: tuple[str, ...] = ()  # each NAME=SUBJECT
+    against: tuple[str, ...] = ()  # opponents
+    expert: str | None = None  # what ratios refer to
+    world: str | None = None  # of a user's own
+    team: str | None = None  # None: all
+    episodes: int = EPISODES  # held out
+
+
+@dataclass(frozen=True)
+class Request:
+    """What is asked for, found and checked."""
+
+    world: World
+    subject: Player
+    replaced: Mapping[str, Player]  # agent or team -> who plays in the subject's place
+    against: Mapping[str, Player]  # {}: the subject itself
+    expert: Player | None
+    notes: tuple[str, ...]  # what was left out, and why
+    teams: tuple[str, ...] = ()  # (): all
+    episodes: int = EPISODES
+
+    @property
+    def players(self) -> list[Player]:
+        """Who is the subject, for each agent; what is named later wins."""
+        places = dict.fromkeys(self.world.agents, self.subject)
+        for name, player in self.replaced.items():
+            places |= dict.fromkeys(self.world.teams.get(name, (name,)), player)
+        return list(places.values())
+
+
+def request(text: str, options: EvaluateOptions) -> Request:
+    """Finds everything that is named."""
+    given = None if options.world is None else find(options.world)
+    subject, world = find_player(text, "SUBJECT", given)
+    replaced = dict(_replacement(item, world) for item in options.replaced)
+    expert = None if options.expert is None else find_player(options.expert, "--expert", world)[0]
+    if expert and expert.kind == RANDOM:
+        raise InputError("chance is no expert", "--expert", "play against it: --against random")
+    known = [subject, *replaced.values()]
+    origins = {player.origin for player in known if player.trees}
+    notes = []
+    if expert is None and len(origins) == 1 and "" not in origins:
+        (origin,) = origins
+        alike = [player for player in known if player.id == origin]
+        expert = alike[0] if alike else shipped_expert(origin, world)
+    if expert is None:
+        why = "the expert of the profile is not a shipped one" if origins else "nothing to compare with"
+        notes.append(f"no ratios, no agreement: {why}; --expert names it")
+    elif origins - {expert.id, ""}:
+        notes.append("another expert than the one that the profile was extracted from")
+    against = _against(options.against, world) or ({expert.name: expert} if expert else {})
+    teams = (options.team,) if options.team else ()
+    return Request(world, subject, replaced, against, expert, tuple(notes), teams, options.episodes)
+
+
+def _against(texts: Sequence[str], world: World) -> dict[str, Player]:
+    if texts and len(world.teams) == 1:
+        raise InputError("there are no opponents in this world", f"--against: {world.name}", "leave --against out")
+    named: dict[str, Player] = {}
+    for text in texts:
+        player = find_player(text, "--against", world)[0]
+        names = (f"{player.name} #{k}" if k > 1 else player.name for k in count(1))
+        named[next(name for name in names if name not in named)] = player
+    return named
+
+
+def _replacement(text: str, world: World) -> tuple[str, Player]:
+    name, separator, named = text.partition("=")
+    if not separator or not named:
+        raise InputError(f"'{text[:40]}' replaces nobody", "--with", "write --with AGENT=SUBJECT or TEAM=SUBJECT")
+    if name not in (*world.agents, *world.teams):
+        raise UnknownNameError("agent or team", name, [*world.agents, *world.teams], "--with")
+    return name, find_player(named, "--with", world)[0]
+
+
+def evaluated(asked: Request, on_played: Callable[[int, int], None] = lambda done, total: None) -> Evaluation:
+    """What is asked for, measured; see `evaluate`."""
+    everybody, players = range(len(asked.world.agents)), asked.players
+    subject = [player.controller for player in players]
+    opponents = {name: [player.controller for _ in everybody] for name, player in asked.against.items()}
+    expert = asked.expert and asked.expert.controller
+    trees = [player.trees[agent] for agent, player in enumerate(players) if player.trees]
+    contest = Contest(asked.world, subject, opponents or {asked.subject.name: subject}, expert, trees)
+    return evaluate(contest, asked.teams, asked.episodes, on_played)
+
+
+def lines(asked: Request, found: Evaluation) -> list[str]:
+    """The answer for people: who plays, a table for each of the opponents, one of the trees."""
+    who = [("world", found.world), ("subject", str(asked.subject))]
+    who += [("with", f"{name} by {player}") for name, player in asked.replaced.items()]
+    who += [("expert", str(asked.expert))] if asked.expert else []
+    who += [("episodes", f"{found.episodes:,} held out, the same ones for every line-up; intervals of 95 %")]
+    said = [f"{label:<{LABEL_WIDTH}}{text}" for label, text in (*who, *(("note", note) for note in asked.notes))]
+    for name, rows in found.against.items():
+        opponents = asked.against.get(name, "itself")
+        said += ["", *([f"against {opponents}"] if len(asked.world.teams) > 1 else []), *_aligned(_standings(rows))]
+        lower = dict.fromkeys(row.measure.name for row in rows if row.measure.lower_is_better)
+        if lower and asked.expert:
+            said += [f"lower is better, and the ratio the expert's over the subject's, in {', '.join(lower)}"]
+    if found.trees:
+        said += ["", *_aligned(_trees(found.trees))]
+    return said
+
+
+def _standings(rows: Sequence[Standing]) -> list[list[str]]:
+    if rows[0].expert is None:
+        return [["team", "measure", "subject"], *([row.measure.team, row.measure.name, str(row.value)] for row in rows)]
+    table = [["team", "measure", "kind", "subject", "expert", "ratio"]]
+    for row in rows:
+        assert row.individual is not None and row.agents is not None
+        several = len(row.agents) > 1
+        kinds = [("joint" if several else "joint, individual", row.value, row.joint)]
+        kinds += [("individual", row.individual.value, row.individual.ratio)] if several else []
+        for kind, value, ratio in kinds:
+            numbers = [str(value), str(row.expert), _or(ratio, "no ratio")]
+            table.append([row.measure.team, row.measure.name, kind, *numbers])
+    return table
+
+
+def _trees(facts: Mapping[str, TreeFacts]) -> list[list[str]]:
+    compared = next(iter(facts.values())).agreement_own is not None
+    head = ["tree", "leaves", "depth", "comparisons a decision"]
+    table = [head + ["agrees with the expert in its own states", "in the expert's states"] * compared]
+    for agent, tree in facts.items():
+        row = [agent, str(tree.leaves), str(tree.depth), f"{tree.comparisons}, worst {tree.depth}"]
+        table.append(row + [_or(tree.agreement_own, ""), _or(tree.agreement_expert, "")] * compared)
+    return table
+
+
+def _or(found: Interval | None, otherwise: str) -> str:
+    return otherwise if found is None else str(found)
+
+
+def _aligned(table: Sequence[Sequence[str]]) -> list[str]:
+    widths = [max(len(row[column]) for row in table) for column in range(len(table[0]))]
+    return ["  ".join(f"{cell:<{width}}" for cell, width in zip(row, widths, strict=True)).rstrip() for row in table]
+
+
+def document(asked: Request, found: Evaluation) -> dict[str, Any]:
+    """The answer as plain data; an end of an interval that is infinite is null."""
+    first = measures.MEASUREMENT_SEEDS
+    return {
+        "world": found.world,
+        "subject": _player(asked.subject),
+        "with": {name: _player(player) for name, player in asked.replaced.items()},
+        "expert": asked.expert and _player(asked.expert),
+        "episodes": found.episodes,
+        "first_episode_seed": first,
+        "bootstrap_draws": DRAWS,
+        "notes": list(asked.notes),
+        "against": {
+            name: {
+                "opponents": _player(asked.against[name]) if name in asked.against else None,
+                "measures": [_row(row) for row in rows],
+            }
+            for name, rows in found.against.items()
+        },
+        "trees": {agent: _tree(tree) for agent, tree in found.trees.items()},
+    }
+
+
+def _player(player: Player) -> dict[str, str]:
+    return {"name": player.name, "kind": player.kind, "id": player.id}
+
+
+def _row(row: Standing) -> dict[str, Any]:
+    measure = row.measure
+    return {
+        "team": measure.team,
+        "measure": measure.name,
+        "lower_is_better": measure.lower_is_better,
+        "subject": _plain(row.value),
+        "expert": _plain(row.expert),
+        "joint_ratio": _plain(row.joint),
+        "individual": row.individual and _alone(row.individual),
+        "agents": {agent: _alone(alone) for agent, alone in (row.agents or {}).items()},
+    }
+
+
+def _alone(alone: Alone) -> dict[str, Any]:
+    return {"subject": _plain(alone.value), "ratio": _plain(alone.ratio)}
+
+
+def _tree(tree: TreeFacts) -> dict[str, Any]:
+    return {
+        "leaves": tree.leaves,
+        "depth": tree.depth,
+        "comparisons": _plain(tree.comparisons),
+        "most_comparisons": tree.depth,
+        "agreement_in_own_states": _plain(tree.agreement_own),
+        "agreement_in_the_experts_states": _plain(tree.agreement_expert),
+    }
+
+
+def _plain(found: Interval | None) -> dict[str, float | None] | None:
+    if found is None:
+        return None
+    low, high = (round(end, 6) if math.isfinite(end) else None for end in (found.low, found.high))
+    return {"value": found.value, "low": low, "high": high}

@@ -1,0 +1,39 @@
+"""A policy as rules that a person can read.
+
+Does: writes each leaf as one if-then line, its tests merged into ranges.
+Assumes: a checked profile.
+Does not: draw.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from codegen import ir
+from codegen.paths import parted
+
+
+def rules(policy: ir.AgentPolicy) -> Iterator[str]:
+    """One line a leaf: the ranges that lead to it, the action, the leaf's id."""
+    tree = policy.tree
+    n = len(policy.features)
+    stack = [(ir.ROOT, np.full(n, -np.inf, np.float32), np.full(n, np.inf, np.float32))]
+    while stack:
+        node, low, high = stack.pop()
+        if tree.feature[node] == ir.NO_FEATURE:
+            yield f"{_condition(policy, low, high)} -> {policy.actions[tree.action[node]].name}  (leaf {node})"
+            continue
+        left, right = parted(low, high, int(tree.feature[node]), tree.threshold[node])
+        stack += [(int(tree.right[node]), *right), (int(tree.left[node]), *left)]
+
+
+def _condition(policy: ir.AgentPolicy, low: ir.Float32, high: ir.Float32) -> str:
+    parts = []
+    for feature, least, most in zip(policy.features, low, high, strict=True):
+        if np.isfinite(least) and np.isfinite(most):
+            parts.append(f"{least:.3g} < {feature.name} <= {most:.3g}")
+        elif np.isfinite(most):
+            parts.append(f"{feature.name} <= {most:.3g}")
+        elif np.isfinite(least):
+            parts.append(f"{feature.name} > {least:.3g}")
+    return "if " + " and ".join(parts) if parts else "always"

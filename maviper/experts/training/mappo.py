@@ -1,0 +1,213 @@
+"""MAPPO (Yu et al. 2022): proximal policy optimisation with centralized values, all agents in one batched update.
+
+Does: trains one actor and one centralized value function per agent on a batched world, episode by episode.
+Assumes: the extra `maviper[train]`; discrete actions.
+Does not: give a critic of joint actions (critic.py fits one to the frozen policy), write files.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from codegen.ir import Float32
+from maviper.experts.network import ACTOR
+from maviper.experts.scripted import scripted
+from maviper.experts.training.imitation import Imitation
+from maviper.experts.training.nets import Adam, Nets, averaged
+from maviper.experts.training.trainer import Trainer
+from maviper.worlds import World
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Training settings of MAPPO."""
+
+    steps: int = 4_000_000  # joint environment steps, those of imitation included
+    imitate_steps: int = 0  # first imitate the world's scripted expert for so many steps ...
+    value_steps: int = 128_000  # ... and then learn values alone for so many, before the actors move again
+    imitate_rate: float = 3e-3
+    games: int = 1_024  # played in parallel, a whole episode between updates
+    epochs: int = 4
+    minibatch: int = 6_400  # transitions
+    hidden: int = 64
+    learning_rate: float = 1e-3  # falls linearly to a tenth
+    gamma: float = 0.95
+    trace: float = 0.95  # lambda of the generalised advantage
+    clip: float = 0.2
+    entropy: float = 0.01  # bonus, falls linearly to zero
+    shaping: float = 1.0  # weight of the world's shaping term
+    scripted: float = 0.0  # share of games in which each team meets the world's scripted opponents
+    gradient_norm: float = 0.5
+    checkpoint_steps: int = 102_400
+    seed: int = 0
+
+
+class Played(NamedTuple):
+    """A batch of whole episodes."""
+
+    seen: Tensor  # joint observations [steps + 1, games, n_obs + 1]
+    acted: Any  # [steps, games, n_agents], as the rest
+    rewards: Any
+    alive: Any  # who acted
+    goes_on: Any  # ... and whose episode did not end by itself with that step
+
+
+class Mappo(Trainer):
+    """Actors, values and, at first, what is imitated."""
+
+    networks = ACTOR
+
+    def __init__(self, world: World, settings: Settings, device: str) -> None:
+        super().__init__(world, settings, device)
+        joint, hidden = self.joint, settings.hidden
+        sizes = (joint.widest, hidden, hidden, joint.n_actions)
+        self.actor = Nets(sizes, joint.widths, self.generator, device, last=0.01)
+        self.values = Nets((joint.n_obs, hidden, hidden, 1), [joint.n_obs] * joint.n_agents, self.generator, device)
+        self.nets = {"actor": self.actor, "values": self.values}
+        for name, nets in self.nets.items():
+            self.optimisers[name] = Adam((nets,), settings.learning_rate, settings.gradient_norm)
+        if settings.imitate_steps:
+            self.imitation = Imitation(world, joint, self.actor, scripted(world), self.generator)
+            self.optimisers["imitation"] = Adam((self.actor,), settings.imitate_rate, norm=5.0)
+        self.opponents = scripted(world) if settings.scripted else None
+        self.mine = self._assigned()  # [n_agents, games]: who is played by the network where
+
+    def _assigned(self) -> Any:
+        """Which agent is the learner's in which game: for each team, a share of games is against the scripts."""
+        mine = np.ones((self.joint.n_agents, self.games), dtype=bool)
+        if self.opponents is None:
+            return mine
+        count = int(self.games * self.settings.scripted)
+        for place, team in enumerate(self.world.teams):
+            others = [agent for agent in range(self.joint.n_agents) if agent not in self.world.members(team)]
+            mine[others, place * count : (place + 1) * count] = False
+        return mine
+
+    @property
+    def _values_only(self) -> bool:
+        first = self.settings.imitate_steps
+        return bool(first) and self.steps < first + self.settings.value_steps
+
+    def advance(self) -> dict[str, float]:
+        """One batch of episodes and the update from it; returns what to log."""
+        settings = self.settings
+        if self.steps < settings.imitate_steps:
+            rate = settings.imitate_rate * (1 - 0.9 * self.steps / settings.imitate_steps)
+            played, agreement, loss = self.imitation.round(self.games, self.rng, self.optimisers["imitation"], rate)
+            self.steps += played
+            return {"agreement": agreement, "loss": loss}
+        played = self._collect()
+        self.running.add(played.rewards, played.alive, played.goes_on)
+        loss = self._learn(played)
+        self.steps += int(played.alive.any(axis=2).sum())
+        return {"reward": float(played.rewards.sum() / played.alive.sum()), "loss": loss}
+
+    def _collect(self) -> Played:
+        world = self.world
+        state = world.start(self.games, self.rng)
+        seen, acted, rewards, alive, goes_on = [], [], [], [world.alive(state)], []
+        for _ in range(world.spec.episode_steps):
+            observations = world.observe(state)
+            seen.append(self.joint.tensor(observations))
+            with torch.no_grad():
+                logits = (self.actor(self.joint.views(seen[-1])) + self.joint.forbidden).cpu().numpy()
+            chosen = np.argmax(logits + self.rng.gumbel(size=logits.shape), axis=2)
+            if self.opponents is not None:
+                scripted = self.opponents.act(range(self.joint.n_agents), observations, state).T
+                chosen = np.where(self.mine, chosen, scripted)
+            state = world.step(state, chosen.T)
+            acted.append(chosen.T)
+            rewards.append(self.rewards(state))
+            goes_on.append(alive[-1] & ~world.terminated(state))
+            alive.append(world.alive(state))
+            if not alive[-1].any():
+                break
+        seen.append(self.joint.tensor(world.observe(state)))
+        return Played(torch.stack(seen), *map(np.stack, (acted, rewards, alive[: len(acted)], goes_on)))
+
+    def _by_agent(self, numbers: Any) -> Tensor:
+        """[steps, games, n_agents] -> [n_agents, steps, games]."""
+        return torch.from_numpy(numbers).float().to(self.joint.device).permute(2, 0, 1)
+
+    def _learn(self, played: Played) -> float:
+        settings, joint = self.settings, self.joint
+        mean, deviation = self.running.scale()
+        # returns, not rewards, should be of order one
+        rewards = self._by_agent((played.rewards - mean) / deviation * (1 - settings.gamma))
+        acted, alive = torch.from_numpy(played.acted).to(joint.device), self._by_agent(played.alive)
+        steps, n_games = acted.shape[:2]
+        flat = played.seen.flatten(0, 1)
+        with torch.no_grad():
+            values = self.values(joint.shared(flat))[..., 0].unflatten(1, (steps + 1, n_games))
+            before = self._log_probabilities(played.seen[:steps].flatten(0, 1), acted.flatten(0, 1))[0]
+        advantages = self._advantages(rewards, values, alive, self._by_agent(played.goes_on))
+        targets = (advantages + values[:, :steps]).flatten(1)
+        advantages = advantages.flatten(1)
+        alive = alive.flatten(1)
+        mine = torch.from_numpy(self.mine).to(joint.device).float().repeat(1, steps) * alive
+        count = mine.sum(dim=1, keepdim=True).clamp(min=1)
+        centre = (advantages * mine).sum(dim=1, keepdim=True) / count
+        spread = ((advantages - centre).square() * mine).sum(dim=1, keepdim=True) / count
+        advantages = (advantages - centre) / (spread.sqrt() + 1e-8) * mine
+        rate = settings.learning_rate * (1 - 0.9 * self.progress)
+        total = 0.0
+        points, choices = flat[: steps * n_games], acted.flatten(0, 1)
+        some = alive.any(dim=0).nonzero()[:, 0]  # points in which anybody acts
+        for _ in range(settings.epochs):
+            order = some[torch.randperm(len(some), generator=self.generator).to(joint.device)]
+            for rows in order.split(settings.minibatch):
+                found = self.values(joint.shared(points[rows]))[..., 0]
+                loss = averaged((found - targets[:, rows]).square(), alive[:, rows]).sum()
+                self.optimisers["values"].descend(loss, rate)
+                total += float(loss.detach())
+                if not self._values_only:
+                    gain = self._gain(points[rows], choices[rows], before[:, rows], advantages[:, rows], mine[:, rows])
+                    gain = averaged(gain, alive[:, rows]).sum()
+                    self.optimisers["actor"].descend(-gain, rate)
+        return total / (settings.epochs * len(order.split(settings.minibatch)))
+
+    def _gain(self, seen: Tensor, acted: Tensor, before: Tensor, advantages: Tensor, mine: Tensor) -> Tensor:
+        """The clipped objective with its entropy bonus, to be raised, [n_agents, batch]; 0 where it is not `mine`."""
+        settings = self.settings
+        now, entropy = self._log_probabilities(seen, acted)
+        ratio = (now - before).exp()
+        gain = torch.min(ratio * advantages, ratio.clamp(1 - settings.clip, 1 + settings.clip) * advantages)
+        bonus = settings.entropy * (1 - self.progress) * entropy * mine
+        return gain + bonus
+
+    def _log_probabilities(self, seen: Tensor, acted: Tensor) -> tuple[Tensor, Tensor]:
+        """Of the actions taken, and the entropy, each [n_agents, batch]."""
+        logits = (self.actor(self.joint.views(seen)) + self.joint.forbidden).log_softmax(dim=2)
+        chosen = logits.gather(2, acted.T[:, :, None])[..., 0]
+        return chosen, -(logits.exp() * logits).sum(dim=2)
+
+    def _advantages(self, rewards: Tensor, values: Tensor, alive: Tensor, goes_on: Tensor) -> Tensor:
+        """Generalised advantages (Schulman et al. 2016). Nothing follows where an agent's episode ends by itself; every
+        other end, that of all episodes too, is a cut. Where an agent did not act, its number means nothing.
+        """
+        settings = self.settings
+        advantages = torch.empty_like(rewards)
+        following = torch.zeros_like(rewards[:, 0])
+        for step in reversed(range(rewards.shape[1])):
+            surprise = rewards[:, step] + settings.gamma * goes_on[:, step] * values[:, step + 1] - values[:, step]
+            following = surprise + settings.gamma * settings.trace * following
+            advantages[:, step] = following
+            following = following * alive[:, step]  # nothing for the step before, if that was the agent's last
+        return advantages
+
+    def tensors(self) -> dict[str, Float32]:
+        """As `Trainer.tensors`."""
+        return self.joint.named_actors(self.actor)
+
+    def memory(self) -> dict[str, Tensor]:
+        """As `Trainer.memory`."""
+        return self.imitation.state() if self.steps < self.settings.imitate_steps else {}
+
+    def remember(self, memory: Mapping[str, Tensor]) -> None:
+        """As `Trainer.remember`."""
+        if memory:
+            self.imitation.restore(memory)

@@ -1,0 +1,215 @@
+"""Networks of all agents in torch, stacked into batched matrix products, and what trainers share around them.
+
+Does: stacked two-hidden-layer networks, joint observations and their views by agent, Adam with state that can be saved.
+Assumes: the extra `maviper[train]`.
+Does not: know an algorithm.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import torch
+from torch import Tensor
+from torch.nn.functional import one_hot
+
+from codegen.ir import Float32
+from maviper.experts.network import LAYERS
+from maviper.worlds import World
+
+FORBIDDEN = -1e9  # logit of an action that an agent does not have
+
+
+class Nets:
+    """One two-hidden-layer network per agent, as stacked weights [n_agents, inputs, outputs]."""
+
+    def __init__(
+        self, sizes: Sequence[int], fan_in: Sequence[int], generator: torch.Generator, device: str, last: float = 1.0
+    ) -> None:
+        """`fan_in`: each agent's own inputs; the rest of its first layer never sees data. `last` scales the output."""
+        self.parameters: list[Tensor] = []
+        for layer in LAYERS:
+            inputs, outputs = sizes[layer - 1], sizes[layer]
+            fans = fan_in if layer == 1 else [inputs] * len(fan_in)
+            bound = torch.tensor([fan**-0.5 for fan in fans])[:, None, None] * (last if layer == LAYERS[-1] else 1.0)
+            for rows in (inputs, 1):
+                uniform = torch.rand(len(fan_in), rows, outputs, generator=generator) * 2 - 1
+                self.parameters.append((uniform * bound).to(device).requires_grad_())
+
+    def __call__(self, x: Tensor) -> Tensor:
+        """x: [n_agents, batch, inputs] -> [n_agents, batch, outputs]."""
+        w1, b1, w2, b2, w3, b3 = self.parameters
+        x = torch.relu(torch.baddbmm(b1, x, w1))
+        x = torch.relu(torch.baddbmm(b2, x, w2))
+        return torch.baddbmm(b3, x, w3)
+
+    def copy_from(self, other: "Nets", share: float) -> None:
+        """Moves every weight by `share` towards `other`'s."""
+        with torch.no_grad():
+            for mine, theirs in zip(self.parameters, other.parameters, strict=True):
+                mine.lerp_(theirs, share)
+
+    def named(self, agents: Sequence[str], net: str, inputs: Sequence[int], outputs: Sequence[int]) -> dict[str, Any]:
+        """The weights in the names and shapes of `network.NetworkExpert`, padding cut off."""
+        named: dict[str, Float32] = {}
+        for index, agent in enumerate(agents):
+            arrays = [parameter.detach()[index].cpu().numpy().copy() for parameter in self.parameters]
+            for layer in LAYERS:
+                weight, bias = arrays[2 * layer - 2], arrays[2 * layer - 1][0]
+                weight = weight[: inputs[index]] if layer == 1 else weight
+                last = outputs[index] if layer == LAYERS[-1] else None
+                named[f"{agent}.{net}.{layer}.weight"] = weight[:, :last]
+                named[f"{agent}.{net}.{layer}.bias"] = bias[:last]
+        return named
+
+    def load(self, tensors: Mapping[str, Float32], agents: Sequence[str], net: str) -> None:
+        """Takes over weights in the names and shapes of `network.NetworkExpert`."""
+        with torch.no_grad():
+            for index, agent in enumerate(agents):
+                for layer in LAYERS:
+                    weight, bias = (torch.from_numpy(tensors[f"{agent}.{net}.{layer}.{k}"]) for k in ("weight", "bias"))
+                    rows, columns = weight.shape
+                    self.parameters[2 * layer - 2][index, :rows, :columns] = weight
+                    self.parameters[2 * layer - 1][index, 0, :columns] = bias
+
+
+class Joint:
+    """How a world's observations and actions become tensors.
+
+    A joint observation is all agents' observations side by side and one zero column, which pads the views of agents
+    that see less than others.
+    """
+
+    def __init__(self, world: World, device: str) -> None:
+        self.device = device
+        self.agents = world.agents
+        self.widths = [len(features) for features in world.features]
+        self.choices = [len(actions) for actions in world.actions]
+        self.n_agents, self.n_actions = len(self.widths), max(self.choices)
+        self.n_obs, self.widest = sum(self.widths), max(self.widths)
+        starts = np.concatenate([[0], np.cumsum(self.widths)[:-1]])
+        view = [
+            [*range(start, start + width), *[self.n_obs] * (self.widest - width)]
+            for start, width in zip(starts, self.widths, strict=True)
+        ]
+        self.view = torch.tensor(view, device=device)
+        own = torch.arange(self.n_actions)[None, :] < torch.tensor(self.choices)[:, None]
+        self.forbidden = torch.where(own, 0.0, FORBIDDEN)[:, None, :].to(device)  # [n_agents, 1, n_actions]
+        # the rows of a critic's inputs that real agents and actions use
+        self.critic_inputs = self.n_obs + self.n_agents * self.n_actions
+
+    def tensor(self, observations: Sequence[Float32]) -> Tensor:
+        """[batch, n_obs + 1]."""
+        batch = len(observations[0])
+        joint = np.concatenate([*observations, np.zeros((batch, 1), np.float32)], axis=1)
+        return torch.from_numpy(joint).to(self.device)
+
+    def views(self, joint: Tensor) -> Tensor:
+        """[batch, n_obs + 1] -> [n_agents, batch, widest]."""
+        return joint[:, self.view].transpose(0, 1)
+
+    def shared(self, joint: Tensor) -> Tensor:
+        """[batch, n_obs + 1] -> [n_agents, batch, n_obs]: everybody's critic sees everything."""
+        return joint[:, : self.n_obs].expand(self.n_agents, -1, -1)
+
+    def one_hot(self, acted: Tensor) -> Tensor:
+        """[batch, n_agents] -> [batch, n_agents, n_actions]."""
+        return one_hot(acted, self.n_actions).float()
+
+    def critic_input(self, seen: Tensor, acted: Tensor) -> Tensor:
+        """acted: [batch, n_agents, n_actions], or with a leading [n_agents] where the critics are asked differently."""
+        flat = acted.flatten(-2).expand(self.n_agents, -1, -1)
+        return torch.cat([self.shared(seen), flat], dim=2)
+
+    def named_critics(self, critic: Nets) -> dict[str, Float32]:
+        """Critics in the shapes of `network.NetworkExpert`: rows of actions that no agent has are left out."""
+        named = critic.named(self.agents, "critic", [self.critic_inputs] * self.n_agents, [1] * self.n_agents)
+        rows = [*range(self.n_obs)]
+        for agent, choices in enumerate(self.choices):
+            rows += range(self.n_obs + agent * self.n_actions, self.n_obs + agent * self.n_actions + choices)
+        return {name: array[rows] if name.endswith("critic.1.weight") else array for name, array in named.items()}
+
+    def named_actors(self, actor: Nets, net: str = "actor") -> dict[str, Float32]:
+        """Actors, or value networks, in the shapes of `network.NetworkExpert`."""
+        return actor.named(self.agents, net, self.widths, self.choices)
+
+
+class Adam:
+    """Adam over stacked networks, the gradient's norm limited for each agent, with state that can be saved."""
+
+    def __init__(self, nets: Sequence[Nets], rate: float, norm: float) -> None:
+        self.parameters = [parameter for net in nets for parameter in net.parameters]
+        self.optimiser = torch.optim.Adam(self.parameters, lr=rate, eps=1e-5)
+        self.norm = norm
+
+    def descend(self, loss: Tensor, rate: float) -> None:
+        """One step against the gradient of a loss that is a sum over agents."""
+        gradients = torch.autograd.grad(loss, self.parameters)
+        squared = sum(gradient.square().sum(dim=(1, 2)) for gradient in gradients)
+        scale = (self.norm / (torch.as_tensor(squared).sqrt() + 1e-6)).clamp(max=1.0)
+        for parameter, gradient in zip(self.parameters, gradients, strict=True):
+            parameter.grad = gradient * scale[:, None, None]
+        self.optimiser.param_groups[0]["lr"] = rate
+        self.optimiser.step()
+
+    def state(self) -> dict[str, Tensor]:
+        """Moments and counts, by name."""
+        state: dict[str, Tensor] = {}
+        for index, parameter in enumerate(self.parameters):
+            for key, value in self.optimiser.state.get(parameter, {}).items():
+                state[f"{index}.{key}"] = torch.as_tensor(value).cpu()
+        return state
+
+    def restore(self, state: Mapping[str, Tensor]) -> None:
+        """Takes over what `state` gave."""
+        for name, value in state.items():
+            index, key = name.split(".")
+            parameter = self.parameters[int(index)]
+            placed = value if key == "step" else value.to(parameter.device)
+            self.optimiser.state[parameter][key] = placed.clone()
+
+
+class Running:
+    """Mean and deviation of rewards, per agent, over all steps that agents took so far.
+
+    Once an episode has ended by itself the deviation is from 0, and the mean is 0: whoever can end an episode would be
+    paid, or spared, what is taken off every reward.
+    """
+
+    def __init__(self, n_agents: int) -> None:
+        self.count, self.total, self.squares = np.zeros(n_agents), np.zeros(n_agents), np.zeros(n_agents)
+        self.ended = False
+
+    def add(self, rewards: Any, alive: Any, goes_on: Any) -> None:
+        """All [..., n_agents]: what was paid, who acted, and whose episode did not end by itself with that step."""
+        flat, taken = rewards.reshape(-1, rewards.shape[-1]), alive.reshape(-1, rewards.shape[-1])
+        if not taken.all():
+            flat = np.where(taken, flat, 0.0)
+        self.count = self.count + taken.sum(axis=0)
+        self.total = self.total + flat.sum(axis=0)
+        self.squares = self.squares + np.square(flat).sum(axis=0)
+        self.ended = self.ended or bool((alive & ~goes_on).any())
+
+    def scale(self) -> tuple[Any, Any]:
+        """(mean, deviation), each [n_agents]."""
+        count = np.maximum(self.count, 1)
+        mean = self.total / count * (not self.ended)
+        return mean, np.sqrt(np.maximum(self.squares / count - mean**2, 1e-6))
+
+    def state(self) -> list[Any]:
+        """Everything, as JSON has it."""
+        return [self.count.tolist(), self.total.tolist(), self.squares.tolist(), self.ended]
+
+    def restore(self, state: Sequence[Any]) -> None:
+        """Takes over what `state` gave."""
+        *parts, self.ended = state
+        self.count, self.total, self.squares = map(np.array, parts)
+
+
+def averaged(values: Tensor, taken: Tensor) -> Tensor:
+    """Each agent's mean over the rows in which it acts, [n_agents]. values: [n_agents, batch, ...]; taken: [n_agents,
+    batch], 1 or 0.
+    """
+    share = (taken.sum(dim=1) / taken.shape[1]).clamp(min=1 / taken.shape[1])
+    weights = taken.reshape(*taken.shape, *[1] * (values.dim() - 2))
+    return (values * weights).mean(dim=tuple(range(1, values.dim()))) / share

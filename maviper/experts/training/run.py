@@ -1,0 +1,125 @@
+"""Training: one seed with a live line, or several side by side, of which the best is kept.
+
+Does: joins worlds, trainers, console and run folders.
+Assumes: the extra `maviper[train]`.
+Does not: know how an algorithm learns.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from codegen.errors import InputError
+from maviper.console import Console
+from maviper.episodes.measures import Estimate, shown
+from maviper.experts.recipes import DEFAULT, Request
+from maviper.experts.training import train as training
+from maviper.files import resuming, runs
+from maviper.files.jobs import side_by_side
+from maviper.worlds import World, find
+
+MAX_SEEDS = 1_000
+MAX_SEED = 2**32
+SEEDS_FILE = "seeds.json"
+
+
+@dataclass(frozen=True)
+class TrainOptions:
+    """What a training is asked for."""
+
+    algorithm: str = ""  # "": the recipe's
+    recipe: str = DEFAULT
+    steps: int | None = None  # joint steps of the environment; None: the recipe's
+    settings: tuple[str, ...] = ()  # further ones, each NAME=VALUE
+    seed: int = 0
+    seeds: int = 1  # from `seed` on; the best is kept
+    device: str = "cpu"
+    jobs: int = 1  # seeds trained at the same time
+    resume: bool = False
+
+
+def trained(name: str, folder: Path, options: TrainOptions, console: Console) -> dict[str, Any]:
+    """Trains an expert for the named world into a run folder; returns its card.
+
+    The card says `stopped` where a training had to stop early.
+    """
+    overrides: dict[str, Any] = {"seed": options.seed}
+    overrides |= {} if options.steps is None else {"steps": options.steps}
+    overrides |= dict(_setting(text) for text in options.settings)
+    request = Request(options.algorithm, options.recipe, overrides, options.device).checked()
+    world = find(name)
+    seeds = range(options.seed, options.seed + options.seeds)
+    if not 1 <= len(seeds) <= MAX_SEEDS or options.jobs < 1:
+        raise InputError(f"--seeds must be from 1 to {MAX_SEEDS}, --jobs at least 1", "--seeds, --jobs")
+    if not 0 <= seeds[0] <= seeds[-1] < MAX_SEED:
+        raise InputError(f"seeds must be from 0 to {MAX_SEED - 1}, not {_seeds(seeds)}", "--seed, --seeds")
+    resuming.resumable(partial(runs.begun, folder))
+    console.line("training", f"{world.name}, {request.algorithm}, recipe {request.recipe}, {_seeds(seeds)}")
+    if len(seeds) == 1:
+        return _one(world, folder, request, options.resume, console)
+    return _several(_Task(name, folder, request, options.resume), seeds, options.jobs, console)
+
+
+def _setting(text: str) -> tuple[str, str]:
+    name, separator, value = text.partition("=")
+    if not separator:
+        raise InputError(f"'{text[:40]}' is not a setting", "--set", "write --set NAME=VALUE")
+    return name, value
+
+
+def _seeds(seeds: Sequence[int]) -> str:
+    return f"seed {seeds[0]}" if len(seeds) == 1 else f"seeds {seeds[0]} to {seeds[-1]}"
+
+
+def _one(world: World, folder: Path, request: Request, resume: bool, console: Console) -> dict[str, Any]:
+    best: list[training.Checkpoint] = []
+    with console.live("steps", 1) as live:
+
+        def show(checkpoint: training.Checkpoint, total: int) -> None:
+            if not best or checkpoint.score > best[0].score:
+                best[:] = [checkpoint]
+            live.total = total
+            live.update(checkpoint.steps, f"best {_measured(best[0].measured)}; return {_measured(checkpoint.returns)}")
+
+        return training.train(world, folder, request, show, resume)
+
+
+def _measured(found: Mapping[str, Estimate]) -> str:
+    return ", ".join(f"{team} {shown(value)}" for team, value in found.items())
+
+
+class _Task(NamedTuple):
+    """A training: of what, where, how."""
+
+    name: str
+    folder: Path
+    request: Request
+    resume: bool
+
+
+def _several(task: _Task, seeds: Sequence[int], jobs: int, console: Console) -> dict[str, Any]:
+    """Each seed in a folder of its own; the one with the best score on its finalists' episodes becomes the run's."""
+    folder, request = task.folder, task.request
+    folders = [runs.of_seed(folder, seed) for seed in seeds]
+    asked = [replace(request, overrides={**request.overrides, "seed": seed}) for seed in seeds]
+    tasks = [
+        _Task(task.name, place, one, task.resume and (place / runs.CONFIG_FILE).exists())
+        for place, one in zip(folders, asked, strict=True)
+    ]
+    cards: list[dict[str, Any]] = []
+    for seed, card in zip(seeds, side_by_side(_quietly, tasks, jobs), strict=True):
+        cards.append(card)
+        console.line("seed", f"{seed}: score {card['score']:.3f}, {card['steps']} steps, {card['seconds']:.0f} s")
+    best = max(range(len(cards)), key=lambda index: (cards[index]["score"], -index))
+    for file in (training.EXPERT_FILE, training.CARD_FILE, training.CURVE_FILE):
+        runs.write(folder / file, (folders[best] / file).read_bytes())
+    table = {str(seed): {"score": card["score"], **card["measured"]} for seed, card in zip(seeds, cards, strict=True)}
+    runs.write(folder / SEEDS_FILE, runs.as_json({"best": seeds[best], "seeds": table}))
+    console.line("best", f"seed {seeds[best]}")
+    return cards[best]
+
+
+def _quietly(name: str, folder: Path, request: Request, resume: bool) -> dict[str, Any]:
+    return training.train(find(name), folder, request, resume=resume)

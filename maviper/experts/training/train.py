@@ -1,0 +1,258 @@
+"""Training runs: an expert in a run folder, the best of its checkpoints on held-out episodes.
+
+Does: trains, judges checkpoints, keeps the best in the folder at all times, resumes, measures the winner on fresh
+  episodes.
+Assumes: the extra `maviper[train]`.
+Does not: know how an algorithm learns.
+
+A run folder holds config.json, metrics.jsonl (one line a checkpoint), checkpoints/ (the finalists so far),
+state.safetensors (to resume from) and expert.safetensors (the best so far); when it is done also card.json and
+learning_curve.svg. An interrupted run goes on from its last checkpoint and gives the same expert, byte for byte.
+"""
+
+import json
+import math
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from codegen.errors import InputError, MissingToolError
+from codegen.ir import Float32
+from maviper.episodes import measures
+from maviper.episodes.measures import Estimate
+from maviper.experts import cards, store
+from maviper.experts.judging import Judged, judge
+from maviper.experts.network import ACTOR, ACTOR_CRITIC
+from maviper.experts.recipes import Request, settings
+from maviper.files import runs
+from maviper.worlds import World
+from maviper.worlds.world import RETURN
+
+CHECKPOINT_EPISODES = 1_000
+FINALISTS = 5
+FINAL_EPISODES = 4_000
+SLOW = 10  # a world that plays few games at once is judged on so many times fewer episodes
+EXPERT_FILE, CARD_FILE, CURVE_FILE = "expert.safetensors", "card.json", "learning_curve.svg"
+METRICS_FILE, STATE_FILE, CHECKPOINTS = "metrics.jsonl", "state.safetensors", "checkpoints"
+STATE_FORMAT = "maviper-training-2"
+MAX_STATE_BYTES = 2**33
+
+
+@dataclass(frozen=True)
+class Checkpoint:
+    """A checkpoint's place in training and what it scored."""
+
+    steps: int
+    score: float
+    measured: dict[str, Estimate]  # each team's primary measure
+    returns: dict[str, Estimate]
+
+
+def train(
+    world: World,
+    folder: Path,
+    request: Request,
+    on_checkpoint: Callable[[Checkpoint, int], None] = lambda checkpoint, total: None,
+    resume: bool = False,
+) -> dict[str, Any]:
+    """Trains an expert for `world` into `folder`; returns its card. `on_checkpoint` also gets the number of all steps.
+
+    MissingToolError without torch; InputError for settings, a device or a folder that cannot be used, and for a
+    training whose loss stops being a number before there is a checkpoint.
+    """
+    request = request.checked()
+    trainer_of = _trainer(request.algorithm)
+    chosen = settings(world, request, trainer_of.settings)
+    _check_device(request.device)
+    config = cards.config(world, request, asdict(chosen), _rule(world))
+    done = _prepared(folder, config, resume)
+    if done is not None:
+        return done
+    trainer = trainer_of.trainer(world, chosen, request.device)
+    run = _Run(folder, config, trainer)
+    run.restore()
+    fault = run.finish_training(on_checkpoint)
+    card, tensors = run.best(fault)
+    runs.write(folder / EXPERT_FILE, store.encode(tensors, card))
+    runs.write(folder / CURVE_FILE, cards.learning_curve(world, run.lines))
+    circumstances = {"seconds": round(run.seconds, 1), "machine": cards.machine(request.device)}
+    card = card | circumstances
+    runs.write(folder / CARD_FILE, runs.as_json(card))
+    return card
+
+
+@dataclass(frozen=True)
+class _Algorithm:
+    settings: type
+    trainer: Callable[[World, Any, str], Any]
+
+
+def _trainer(algorithm: str) -> _Algorithm:
+    try:
+        import torch  # pyright: ignore[reportMissingImports]
+
+        from maviper.experts.training import maddpg, mappo, value_based
+    except ImportError:
+        raise MissingToolError("training needs torch", "", "install the extra: pip install 'maviper[train]'") from None
+    torch.set_num_threads(1)  # small products: threads cost more than they give, and one thread repeats bit for bit
+    return {
+        "mappo": _Algorithm(mappo.Settings, mappo.Mappo),
+        "maddpg": _Algorithm(maddpg.Settings, maddpg.Maddpg),
+        "vdn": _Algorithm(value_based.Settings, value_based.Vdn),
+    }[algorithm]
+
+
+def _check_device(device: str) -> None:
+    import torch  # pyright: ignore[reportMissingImports]
+
+    try:
+        torch.zeros(1, device=device)
+    except (RuntimeError, AssertionError, ValueError, NotImplementedError):
+        here = ["cpu", *(f"cuda:{index}" for index in range(torch.cuda.device_count()))]
+        raise InputError(
+            f"there is no device '{device[:40]}'", "--device", f"devices here: {', '.join(here)}"
+        ) from None
+
+
+def _episodes(world: World) -> tuple[int, int]:
+    """On how many episodes checkpoints, and in the end finalists, are judged."""
+    slow = 1 if world.games is None else SLOW
+    return CHECKPOINT_EPISODES // slow, FINAL_EPISODES // slow
+
+
+def _rule(world: World) -> str:
+    """How the expert is chosen, in words."""
+    checkpoint, final = _episodes(world)
+    return (
+        f"a checkpoint's score, on {checkpoint} episodes, is the mean over teams of the primary measure: the log-odds "
+        "of a share in play among experts, the log of any other's ratio to the scripted expert's in its place, or the "
+        f"measure itself where there is no script; the {FINALISTS} best are scored again on {final} fresh episodes, "
+        f"and the best of these is the expert; `measured` comes from {final} other episodes that no choice has seen"
+    )
+
+
+def _prepared(folder: Path, config: Mapping[str, Any], resume: bool) -> dict[str, Any] | None:
+    """Makes sure that the folder is this run's; the card when the run is done already."""
+    place = folder / CARD_FILE
+    if not runs.claim(folder, config, ("world", "algorithm", "recipe"), resume) or not place.exists():
+        return None
+    try:
+        return json.loads(runs.read(place, runs.MAX_CONFIG_BYTES))
+    except ValueError:
+        raise InputError("not a readable run folder", str(place), "start again in another folder") from None
+
+
+class _Run:
+    """A training in its folder."""
+
+    def __init__(self, folder: Path, config: Mapping[str, Any], trainer: Any) -> None:
+        self.folder, self.config, self.trainer, self.world = folder, config, trainer, trainer.world
+        self.lines: list[dict[str, Any]] = []
+        self.seconds = 0.0
+
+    def finish_training(self, on_checkpoint: Callable[[Checkpoint, int], None]) -> str:
+        """Trains to the end; returns what went wrong, or ""."""
+        trainer, every = self.trainer, self.trainer.settings.checkpoint_steps
+        started, before = time.monotonic(), self.seconds
+        while trainer.steps < trainer.settings.steps:
+            due = (trainer.steps // every + 1) * every
+            logged: dict[str, float] = {}
+            while trainer.steps < min(due, trainer.settings.steps):
+                logged = trainer.advance()
+                if not all(math.isfinite(value) for value in logged.values()):
+                    return f"stopped after {trainer.steps} steps: the loss was no longer a number"
+            judged = self._judge(trainer.tensors(), measures.CHECKPOINT_SEEDS, _episodes(self.world)[0])
+            self.seconds = before + time.monotonic() - started
+            self._save(judged, logged)
+            returns = {m.team: found for m, found in judged.among.items() if m.name == RETURN}
+            on_checkpoint(
+                Checkpoint(trainer.steps, judged.score, judged.primary(self.world), returns), trainer.settings.steps
+            )
+        return ""
+
+    def _card(self, **more: Any) -> dict[str, Any]:
+        return {**self.config, "networks": self.trainer.networks, **more}
+
+    def _judge(self, tensors: Mapping[str, Float32], first: int, episodes: int) -> Judged:
+        expert = store.built(self.world, tensors, {"world": self.world.name})
+        return judge(self.world, expert, range(first, first + episodes))
+
+    def _save(self, judged: Judged, logged: Mapping[str, float]) -> None:
+        """Writes a checkpoint so that an interruption at any point leaves a run that can go on."""
+        trainer, tensors = self.trainer, self.trainer.tensors()
+        steps = trainer.steps
+        best = max((line["score"] for line in self.lines), default=-math.inf)
+        self.lines.append({"steps": steps, "score": judged.score, **logged, **cards.table(judged)})
+        card = self._card(steps=steps, measured={"note": "interrupted before the final measurement"})
+        data = store.encode(tensors, card)
+        runs.write(self._checkpoint(steps), data)
+        runs.write(self.folder / METRICS_FILE, "".join(json.dumps(line) + "\n" for line in self.lines))
+        if judged.score > best:
+            runs.write(self.folder / EXPERT_FILE, data)
+        runs.write(self.folder / STATE_FILE, self._state())
+        kept = {self._checkpoint(line["steps"]).name for line in self._finalists()}
+        for path in (self.folder / CHECKPOINTS).iterdir():
+            if path.name not in kept:
+                path.unlink()
+
+    def _checkpoint(self, steps: int) -> Path:
+        return self.folder / CHECKPOINTS / f"{steps:012d}.safetensors"
+
+    def _finalists(self) -> list[dict[str, Any]]:
+        return sorted(self.lines, key=lambda line: (-line["score"], line["steps"]))[:FINALISTS]
+
+    def _state(self) -> bytes:
+        from safetensors.torch import save  # pyright: ignore[reportMissingImports]
+
+        tensors, facts = self.trainer.state()
+        return save(tensors, metadata={STATE_FORMAT: json.dumps({"facts": facts, "seconds": self.seconds})})
+
+    def restore(self) -> None:
+        """Goes back to the state that the folder holds, if it holds one."""
+        place = self.folder / STATE_FILE
+        if not place.exists():
+            return
+        from safetensors import SafetensorError
+        from safetensors.torch import load  # pyright: ignore[reportMissingImports]
+
+        data = runs.read(place, MAX_STATE_BYTES)
+        try:
+            header = json.loads(data[8 : 8 + int.from_bytes(data[:8], "little")])
+            known = json.loads(header["__metadata__"][STATE_FORMAT])
+            self.trainer.restore(load(data), known["facts"])
+            self.seconds = known["seconds"]
+            lines = runs.read(self.folder / METRICS_FILE, 2**28).decode().splitlines()
+            read = [json.loads(line) for line in lines]
+        except (SafetensorError, ValueError, LookupError, TypeError, AttributeError, RuntimeError):
+            advice = "start again in another folder; expert.safetensors is still the best checkpoint"
+            raise InputError("the state of the training is damaged or another's", str(place), advice) from None
+        self.lines = [line for line in read if line["steps"] <= self.trainer.steps]
+
+    def best(self, fault: str) -> tuple[dict[str, Any], dict[str, Float32]]:
+        """The winner among the finalists, with a critic, and its card."""
+        if not self.lines:
+            raise InputError(f"the training {fault}", str(self.folder), "try a lower learning rate")
+        finalists, episodes = [], _episodes(self.world)[1]
+        for line in self._finalists():
+            tensors = store.decode(
+                runs.read(self._checkpoint(line["steps"]), store.MAX_BYTES), "checkpoint", self.world
+            ).tensors
+            judged = self._judge(tensors, measures.FINALIST_SEEDS, episodes)
+            finalists.append((judged.score, line["steps"], tensors))
+        score, steps, tensors = max(finalists, key=lambda entry: entry[:2])
+        judged = self._judge(tensors, measures.MEASUREMENT_SEEDS, episodes)
+        networks = self.trainer.networks
+        if networks == ACTOR:
+            tensors, networks = {**tensors, **self._critic(tensors)}, ACTOR_CRITIC
+        measured = {"episodes": episodes, "first_episode_seed": measures.MEASUREMENT_SEEDS, **cards.table(judged)}
+        card = self._card(steps=steps, score=score, measured=measured) | {"networks": networks}
+        return card | ({"stopped": fault} if fault else {}), dict(tensors)
+
+    def _critic(self, actors: Mapping[str, Float32]) -> dict[str, Float32]:
+        from maviper.experts.training import critic
+
+        chosen = self.trainer.settings
+        shared = {name: getattr(chosen, name) for name in ("hidden", "gamma", "shaping", "seed")}
+        return critic.fit(self.world, actors, critic.Settings(**shared), self.trainer.device)

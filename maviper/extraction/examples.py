@@ -1,0 +1,200 @@
+"""World states in which a team shall fulfil a claim, as data that every iteration learns from.
+
+Does: labels each state with a joint action that fulfils the claim; puts the states before an iteration's data, with a
+  share of its weight; says in how many of them trees fulfil it.
+Assumes: claims about single decisions, of which the actions of one team decide.
+Does not: read files (refitting.py); find states in which a claim fails (verify).
+"""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations, product
+from typing import Any
+
+import numpy as np
+
+from codegen.ir import Bool, Float32, Float64, GrownTree
+from maviper.experts.expert import AS_GIVEN, Expert
+from maviper.extraction.dataset import Dataset
+from maviper.extraction.selection.stack import Stack
+from maviper.worlds import World
+from maviper.worlds.world import Int
+from verify.claims.formula import Batch, Formula, Or
+
+SHARE = 0.2  # of the weight of a team's data, where there are examples for it
+MAX_EACH = 100  # average points of the data that one such state may weigh, so that a few do not rule
+MAX_JOINT = 4_096  # joint actions with the same number of changed agents that are tried in a state
+
+
+@dataclass(frozen=True)
+class Lesson:
+    """`n` states for one claim."""
+
+    team: str
+    claim: Formula
+    columns: Mapping[str, Float64]  # coordinate -> [n]
+    observations: tuple[Float32, ...]  # of every agent, each [n, n_features], with a counterexample's errors
+    labels: Int  # [n, n_agents]; what the team's agents do fulfils the claim
+
+    def __len__(self) -> int:
+        return len(self.labels)
+
+    def fulfilled(self, world: World, trees: Mapping[int, GrownTree]) -> Bool:
+        """Where the team fulfils the claim with these trees (agent -> tree), all others acting as labelled, [n]."""
+        actions = {}
+        for agent, name in enumerate(world.agents):
+            acted = self.labels[:, agent]
+            if agent in trees:
+                acted = Stack.of([trees[agent]]).act(np.zeros(len(self), dtype=np.int64), self.observations[agent])
+            actions[name] = acted.astype(np.int32)
+        return Batch(self.columns, len(self)).holds(self.claim, actions)
+
+
+@dataclass(frozen=True)
+class Examples:
+    """The lessons of one extraction. `share`: what they carry of the weight of a team's data."""
+
+    lessons: tuple[Lesson, ...] = ()
+    share: float = SHARE
+    digest: str = ""  # of what they were made from
+
+    def __len__(self) -> int:
+        return sum(map(len, self.lessons))
+
+    def of_team(self, team: str) -> "Examples":
+        """Those for one team."""
+        return replace(self, lessons=tuple(lesson for lesson in self.lessons if lesson.team == team))
+
+    def before(self, world: World, data: Dataset, only: int | None = None) -> Dataset:
+        """The states of the lessons, then `data`. `only`: the one agent that `data` has weights for.
+
+        For agents of their teams the states carry `share` of all weight (less where there are few, see MAX_EACH), each
+        the same; for others none. They come first, so that the rest may grow behind them.
+        """
+        if not self.lessons:
+            return data
+        agents = range(len(world.agents)) if only is None else [only]
+        # where all weights are zero, every point in which the agent takes part counts alike
+        alive = data.alive[:, list(agents)]
+        theirs = np.where(data.weights.sum(axis=0) > 0, data.weights, alive)
+        ours = []
+        for agent, known, count in zip(agents, theirs.sum(axis=0), alive.sum(axis=0), strict=True):
+            team = world.team_of(world.agents[agent])
+            mine = np.concatenate([np.full(len(lesson), float(lesson.team == team)) for lesson in self.lessons])
+            each = self.share / (1 - self.share) * known / max(1.0, mine.sum())
+            ours.append(mine * min(each, MAX_EACH * known / count))
+        observations = tuple(
+            np.concatenate([lesson.observations[place] for lesson in self.lessons])
+            for place in range(len(world.agents))
+        )
+        labels = np.concatenate([lesson.labels for lesson in self.lessons])
+        everybody = np.ones(labels.shape, dtype=bool)
+        return Dataset(observations, labels, np.stack(ours, axis=1), everybody) + replace(data, weights=theirs)
+
+    def fulfilled(self, world: World, trees: Mapping[int, GrownTree]) -> float:
+        """The share of all states in which their teams fulfil the claims with these trees; 1 without states."""
+        found = [lesson.fulfilled(world, trees) for lesson in self.lessons]
+        return float(np.concatenate(found).mean()) if found else 1.0
+
+    @property
+    def facts(self) -> dict[str, int | str]:
+        """What a provenance says of them."""
+        return {"counterexamples": len(self), "counterexamples_from": self.digest} if self.lessons else {}
+
+
+NO_EXAMPLES = Examples()
+
+
+def counts_of(weights: Float64) -> Int:
+    """Weights [n] as whole multiplicities, at least 1 where there is any weight: for algorithms that do not draw."""
+    return np.maximum(np.rint(weights), weights > 0).astype(np.int64)
+
+
+@dataclass(frozen=True)
+class FailingStates:
+    """The states in which a claim failed: as in a lesson, and as the world's own state."""
+
+    columns: Mapping[str, Float64]
+    observations: tuple[Float32, ...]
+    state: Any
+
+
+def lesson_of(
+    world: World,
+    expert: Expert,
+    team: str,
+    claim: Formula,
+    failing: FailingStates,
+) -> Lesson:
+    """The states in which some action of the team fulfils the claim, with one that does; the others are left out.
+
+    Where a claim can be fulfilled in several ways
+    (the parts of an `or`, such as matchings of agents to landmarks), one of them is taken wherever it can be: the one
+    that the expert's own actions fulfil in most of the states. Labels that go from way to way between neighbours cannot
+    be learned by small trees. Of the actions that fulfil it, those that change the expert's for the fewest agents; of
+    these the one that the critics of the team value most.
+    """
+    columns, observations, state = failing.columns, failing.observations, failing.state
+    asked = _Asked(world, expert, team, Batch(columns, len(state)), observations, state)
+    ways = claim.parts if isinstance(claim, Or) and claim.parts else (claim,)
+    usual = max(ways, key=lambda way: int(asked.holds(way, asked.wanted).sum()))
+    labels, missing = asked.wanted.copy(), np.ones(len(state), dtype=bool)
+    for part in (usual, claim):
+        asked.label(part, labels, missing)
+    kept = {name: column[~missing] for name, column in columns.items()}
+    return Lesson(team, claim, kept, tuple(seen[~missing] for seen in observations), labels[~missing])
+
+
+class _Asked:
+    """States in which a team is asked for actions."""
+
+    def __init__(
+        self, world: World, expert: Expert, team: str, batch: Batch, observations: tuple[Float32, ...], state: Any
+    ) -> None:
+        self.world, self.expert, self.batch, self.observations, self.state = world, expert, batch, observations, state
+        self.members = world.members(team)
+        self.sizes = [len(world.actions[agent]) for agent in self.members]
+        self.wanted = expert.act(range(len(world.agents)), observations, state)
+
+    def holds(self, part: Formula, joint: Int) -> Bool:
+        """Where the formula is true for joint actions [n, n_agents], [n]."""
+        actions = {self.world.agents[agent]: joint[:, agent].astype(np.int32) for agent in self.members}
+        return self.batch.holds(part, actions)
+
+    def label(self, part: Formula, labels: Int, missing: Bool) -> None:
+        """Writes the best joint action that fulfils `part` into the rows that are `missing`, which then are not."""
+        for level in _moves(self.sizes):
+            best = np.full(len(labels), -np.inf)
+            for moves in level if missing.any() else ():
+                joint = self.wanted.copy()
+                joint[:, self.members] = (joint[:, self.members] + moves) % self.sizes
+                rows = np.flatnonzero(missing & self.holds(part, joint))
+                worth = self._worth(joint[rows], rows)
+                better = worth > best[rows]
+                labels[rows[better]], best[rows[better]] = joint[rows[better]], worth[better]
+            missing &= np.isneginf(best)
+
+    def _worth(self, joint: Int, rows: Int) -> Float64:
+        """The mean Q of the team's agents for joint actions in some rows."""
+        if not rows.size:
+            return np.zeros(0)
+        seen, given = [each[rows] for each in self.observations], np.full((1, joint.shape[1]), AS_GIVEN)
+        found = [self.expert.q(agent, seen, self.state[rows], given, joint)[:, 0] for agent in self.members]
+        return np.mean(found, axis=0)
+
+
+def _moves(sizes: Sequence[int]) -> Iterator[list[tuple[int, ...]]]:
+    """By how far each agent's action moves on from the expert's, for ever more changed agents, until one level of them
+    has more than MAX_JOINT.
+    """
+    places = range(len(sizes))
+    for changed in range(len(sizes) + 1):
+        chosen = list(combinations(places, changed))
+        if sum(math.prod(sizes[place] - 1 for place in each) for each in chosen) > MAX_JOINT:
+            return
+        yield [
+            moves
+            for each in chosen
+            for moves in product(*(range(1, sizes[place]) if place in each else (0,) for place in places))
+        ]

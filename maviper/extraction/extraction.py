@@ -1,0 +1,42 @@
+"""One extraction as a value: what from, how, what is done already, and who watches it run.
+
+Does: holds together what every algorithm needs.
+Assumes: settings that were checked.
+Does not: run anything.
+"""
+
+from dataclasses import dataclass
+
+from maviper.experts.expert import Expert
+from maviper.extraction.examples import NO_EXAMPLES, Examples
+from maviper.extraction.journal import NOTHING_KEPT, Journal
+from maviper.extraction.selection.race import OnProgress
+from maviper.extraction.settings import Settings
+from maviper.worlds import World
+
+
+@dataclass(frozen=True)
+class Extraction:
+    """What is extracted: from an expert of a world, as the settings say."""
+
+    world: World
+    expert: Expert
+    settings: Settings
+    journal: Journal = NOTHING_KEPT  # keeps the steps that are done
+    examples: Examples = NO_EXAMPLES  # states whose labels every iteration learns from as well
+
+
+def unseen(progress: object) -> None:
+    """Shows a step to nobody."""
+    del progress
+
+
+@dataclass(frozen=True)
+class Running:
+    """How it runs, which never changes what comes out."""
+
+    on_progress: OnProgress = unseen
+    jobs: int = 1  # agents or teams at the same time
+
+
+QUIETLY = Running()

@@ -1,0 +1,130 @@
+"""Fitted Q-Iteration (Ernst et al. 2005), the paper's second baseline: a tree of Q, laid over into a tree of actions.
+
+Does: fits a regression tree to Q(o_i, a_i) from expert episodes, iterates, turns argmax over actions into one tree.
+Assumes: observations cut into the ten bins at -1, -0.75, ..., 1; rewards of the environment.
+Does not: look at the expert's critic, or explore beyond the expert's episodes.
+"""
+
+from typing import Any
+
+import numpy as np
+
+from codegen import ir
+from codegen.errors import InputError
+from codegen.ir import NO_ACTION, NO_CHILD, NO_FEATURE, Float64, GrownTree
+from maviper.episodes.play import Episodes, rollout
+from maviper.experts.expert import Expert
+from maviper.extraction.selection.race import Selection
+from maviper.extraction.settings import Settings
+from maviper.worlds import World
+from maviper.worlds.world import Int
+
+EDGES = np.arange(-1, 1.01, 0.25)  # bin k holds EDGES[k - 1] <= x < EDGES[k]
+GAMMA = 0.95
+
+
+def fitted_q(world: World, expert: Expert, settings: Settings, selection: Selection) -> int:
+    """Offers the trees of every round over `rollouts` expert episodes; returns how many points there were.
+
+    Episodes and rounds are made again when a run goes on: together they take seconds.
+    """
+    played = rollout(world, [expert] * len(world.agents), settings.rollout_episodes(0))
+    agents = [_Agent(world, index, played, settings) for index in range(len(world.agents))]
+    for _ in range(settings.iterations):
+        if selection.offer([agent.round() for agent in agents]):
+            break
+    return sum(int(episodes.alive.any(axis=2).sum()) for episodes in played)
+
+
+class _Agent:
+    """One agent's transitions, binned, and its Q so far. After the end of its episode there are none."""
+
+    def __init__(self, world: World, index: int, played: list[Episodes], settings: Settings) -> None:
+        self.settings, self.n_actions = settings, len(world.actions[index])
+        seen, following, acted, paid, goes_on = [], [], [], [], []
+        for episodes in played:
+            mine = episodes.alive[..., index]
+            last = world.observe(episodes.states[-1])[index]
+            after = np.concatenate([episodes.observations[index][1:], last[None]])
+            seen.append(episodes.observations[index][mine])
+            following.append(after[mine])
+            acted.append(episodes.actions[..., index][mine])
+            paid.append(np.stack([world.rewards(state)[:, index] for state in episodes.states[1:]])[mine])
+            goes_on.append(~np.stack([world.terminated(state)[:, index] for state in episodes.states[1:]])[mine])
+        self.seen, self.following = (binned(np.concatenate(parts)) for parts in (seen, following))
+        self.acted, self.reward, self.goes_on = map(np.concatenate, (acted, paid, goes_on))
+        self.tree: Any = None
+
+    def round(self) -> GrownTree:
+        """One iteration: Q becomes the reward and what the best action is worth afterwards, if anything follows; the
+        greedy tree.
+        """
+        from sklearn.tree import DecisionTreeRegressor
+
+        target = self.reward
+        if self.tree is not None:
+            ahead = [self.tree.predict(self._inputs(self.following, action)) for action in range(self.n_actions)]
+            target = target + GAMMA * self.goes_on * np.max(ahead, axis=0)
+        tree = DecisionTreeRegressor(max_depth=self.settings.max_depth, random_state=self.settings.seed)
+        self.tree = tree.fit(self._inputs(self.seen, self.acted), target)
+        return greedy(self.tree.tree_, self.seen.shape[1], self.n_actions)
+
+    def _inputs(self, seen: Int, acted: Int | int) -> Float64:
+        """[n, n_features + n_actions]: bins, then the action one-hot."""
+        one_hot = np.zeros((len(seen), self.n_actions))
+        one_hot[np.arange(len(seen)), acted] = 1.0
+        return np.concatenate([seen.astype(np.float64), one_hot], axis=1)
+
+
+def binned(obs: np.ndarray) -> Int:
+    """The bin of every number, [n, n_features] from 0 to 9."""
+    return np.searchsorted(EDGES, obs.astype(np.float64), side="right")
+
+
+def greedy(tree: Any, n_features: int, n_actions: int) -> GrownTree:
+    """The actions that maximise a tree of Q over (bins, one-hot action), as a tree of actions.
+
+    One Q tree a action lies over the other; a split that an earlier one on the path decides is left out, and equal
+    siblings become one leaf. "bin <= k" is "x < EDGES[k]", which is "x <= the float before it". The depth may grow.
+    """
+    nodes: list[tuple[int, float, int, int, int]] = []  # feature, threshold, left, right, action
+
+    def skip(node: int, action: int, low: Int, high: Int) -> int:
+        """Down to a split on an observation that is still open between the bins `low` and `high`, or to a leaf."""
+        while tree.children_left[node] != -1:
+            feature, cut = int(tree.feature[node]), tree.threshold[node]
+            if feature >= n_features:
+                goes_left = (feature - n_features == action) <= cut
+            elif high[feature] <= cut or low[feature] > cut:
+                goes_left = high[feature] <= cut
+            else:
+                return node
+            node = int(tree.children_left[node] if goes_left else tree.children_right[node])
+        return node
+
+    def overlay(at: list[int], low: Int, high: Int, depth: int) -> int:
+        at = [skip(node, action, low, high) for action, node in enumerate(at)]
+        opened = [node for node in at if tree.children_left[node] != -1]
+        place = len(nodes)
+        if not opened:
+            best = int(np.argmax([tree.value[node].ravel()[0] for node in at]))
+            nodes.append((NO_FEATURE, 0.0, NO_CHILD, NO_CHILD, best))
+            return place
+        if depth >= ir.MAX_DEPTH:
+            raise InputError("the tree of actions is too deep", "--max-depth", "ask for a smaller depth")
+        feature, cut = int(tree.feature[opened[0]]), int(np.floor(tree.threshold[opened[0]]))
+        nodes.append((feature, float(np.nextafter(EDGES[cut], -np.inf)), NO_CHILD, NO_CHILD, NO_ACTION))
+        below, above = high.copy(), low.copy()
+        below[feature], above[feature] = cut, cut + 1
+        left = overlay(at, low, below, depth + 1)
+        right = overlay(at, above, high, depth + 1)
+        if nodes[left][0] == NO_FEATURE and nodes[left] == nodes[right]:
+            merged = nodes[left]
+            del nodes[place:]
+            nodes.append(merged)
+        else:
+            nodes[place] = (*nodes[place][:2], left, right, NO_ACTION)
+        return place
+
+    overlay([0] * n_actions, np.zeros(n_features, np.int64), np.full(n_features, len(EDGES), np.int64), 0)
+    return GrownTree(*(np.array(column) for column in zip(*nodes, strict=True)))

@@ -1,0 +1,168 @@
+"""Joint tree growing: the trees of a team grow level by level and predict one another (paper, TrainJointTrees).
+
+Does: Build (vote filter, best split) and Predict (projected trees), both over all points of a level at once.
+Assumes: scikit-learn's CART for single splits and for projected trees; data sets as multiplicities of shared points.
+Does not: choose data or judge trees.
+
+Reading of the paper: the vote counts every member of the team, i itself too; a point of D_i counts at a level when at
+least N - 1 of N members are predicted right (N counts those whose episode goes on there); removals last for that
+level only; a node left without points uses its unfiltered ones. A projected tree has the remaining depth, at least 1
+(so at the leaves of a tree that is finished it still has 1), and learns from the node's unfiltered points.
+"""
+
+from collections.abc import Sequence
+from typing import Protocol
+
+import numpy as np
+
+from codegen.ir import NO_ACTION, NO_CHILD, NO_FEATURE, Bool, Float32, GrownTree
+from maviper.worlds.particle import Int
+
+
+class _Growing:
+    """One agent's tree while it grows. Nodes are numbered as they are made, so level by level."""
+
+    def __init__(self, obs: Float32, labels: Int, counts: Int, n_actions: int, max_depth: int, seed: int) -> None:
+        self.obs, self.labels, self.counts = obs, labels, counts
+        self.n_actions, self.max_depth, self.seed = n_actions, max_depth, seed
+        self.feature: list[int] = []
+        self.threshold: list[float] = []
+        self.children: list[tuple[int, int]] = []
+        self.action: list[int] = []
+        self.place = np.zeros(len(obs), dtype=np.int64)  # the leaf that each point is in
+        self.open = [self._leaf(np.flatnonzero(counts))]  # leaves of the current level that may still split
+        self.level = 0
+        self._right: Bool | None = None  # cached until the tree grows
+
+    def _leaf(self, rows: Int) -> int:
+        self.feature.append(NO_FEATURE)
+        self.threshold.append(0.0)
+        self.children.append((NO_CHILD, NO_CHILD))
+        self.action.append(self._majority(rows))
+        return len(self.feature) - 1
+
+    def _majority(self, rows: Int) -> int:
+        return int(np.argmax(np.bincount(self.labels[rows], self.counts[rows], self.n_actions)))
+
+    def _fit(self, rows: Int, max_depth: int):  # noqa: ANN202 - scikit-learn is imported late
+        from sklearn.tree import DecisionTreeClassifier
+
+        tree = DecisionTreeClassifier(max_depth=max_depth, random_state=self.seed)
+        return tree.fit(self.obs[rows], self.labels[rows], sample_weight=self.counts[rows])
+
+    def predicted_right(self) -> Bool:
+        """Predict for all points: does the projected final tree act as the expert does? [n]"""
+        if self._right is None:
+            predicted = np.array(self.action)[self.place]
+            for leaf in self.open:
+                here = np.flatnonzero(self.place == leaf)
+                own = here[self.counts[here] > 0]
+                if here.size and own.size:
+                    predicted[here] = self._fit(own, max(1, self.max_depth - self.level)).predict(self.obs[here])
+            self._right = np.equal(predicted, self.labels)
+        return self._right
+
+    def build(self, keep: Bool) -> None:
+        """Grows one level: splits every open leaf on its kept points. `keep`: [n]."""
+        grown: list[int] = []
+        for leaf in self.open:
+            here = np.flatnonzero(self.place == leaf)
+            own = here[self.counts[here] > 0]
+            kept = own[keep[own]]
+            rows = kept if kept.size else own
+            if rows.size:
+                grown += self._split(leaf, here, rows)
+        self.open = grown
+        self.level += 1
+        self._right = None
+
+    def _split(self, leaf: int, here: Int, rows: Int) -> list[int]:
+        """Splits a leaf where that lowers the impurity of `rows`; returns the new leaves."""
+        self.action[leaf] = self._majority(rows)
+        stump = self._fit(rows, 1).tree_
+        if stump.node_count == 1:
+            return []
+        feature, threshold = int(stump.feature[0]), np.float64(stump.threshold[0])
+        # float32 against float64, as scikit-learn compares; numpy would round a Python float to float32 first
+        goes_left = self.obs[:, feature] <= threshold
+        children = (self._leaf(rows[goes_left[rows]]), self._leaf(rows[~goes_left[rows]]))
+        self.feature[leaf], self.threshold[leaf], self.children[leaf] = feature, float(threshold), children
+        self.place[here] = np.where(goes_left[here], *children)
+        return list(children)
+
+    def tree(self) -> GrownTree:
+        """The tree grown so far."""
+        return grown_tree(self.feature, self.threshold, self.children, self.action)
+
+
+def train_joint_trees(
+    observations: Sequence[Float32],
+    labels: Int,
+    counts: Sequence[Int],
+    n_actions: Sequence[int],
+    max_depth: int,
+    seeds: Sequence[int],
+    least_right: int | None = None,
+    alive: Bool | None = None,
+) -> list[GrownTree]:
+    """TrainJointTrees for one team of N agents over n shared points.
+
+    `observations`: per agent [n, n_features]; `labels`: [n, N]; `counts`: per agent [n], how often its data set D_i
+    holds each point; `seeds`: per agent, for ties between features; `least_right`: how many right predictions a point
+    needs (None: N - 1); `alive`: [n, N] who takes part in each point (None: everybody).
+    """
+    least_right = len(observations) - 1 if least_right is None else least_right
+    team = [
+        _Growing(obs, labels[:, agent], counts[agent], n_actions[agent], max_depth, seeds[agent])
+        for agent, obs in enumerate(observations)
+    ]
+    return grow_jointly(team, max_depth, least_right, alive)
+
+
+class Growing(Protocol):
+    """A tree that grows a level at a time, over points that the team shares."""
+
+    labels: Int
+
+    def predicted_right(self) -> Bool:
+        """Whether the projected final tree acts as the expert does, for all points [n]."""
+        ...
+
+    def build(self, keep: Bool) -> None:
+        """Grows one level, on the points that are kept [n]."""
+        ...
+
+    def tree(self) -> GrownTree:
+        """The tree grown so far."""
+        ...
+
+
+def grow_jointly(
+    team: Sequence[Growing], max_depth: int, least_right: int, alive: Bool | None = None
+) -> list[GrownTree]:
+    """TrainJointTrees: each member grows a level in turn, on the points where enough members are predicted right.
+
+    `alive`: as in `train_joint_trees`. A member that takes no part in a point cannot be wrong there, so that of the
+    others as many may be as ever.
+    """
+    everything = np.ones(len(team[0].labels), dtype=bool)
+    absent = [np.False_] * len(team) if alive is None else list(~alive.T)
+    for _ in range(max_depth):
+        for agent in team:
+            if least_right <= 0:
+                agent.build(everything)  # nothing to ask
+            else:
+                right = [member.predicted_right() | out for member, out in zip(team, absent, strict=True)]
+                votes = np.sum(right, axis=0)
+                agent.build(votes >= least_right)
+    return [agent.tree() for agent in team]
+
+
+def grown_tree(
+    feature: Sequence[int], threshold: Sequence[float], children: Sequence[tuple[int, int]], action: Sequence[int]
+) -> GrownTree:
+    """A tree from lists over its nodes; `action` has an entry for splits too, which counts for nothing."""
+    split = np.array(feature) != NO_FEATURE
+    left, right = zip(*children, strict=True)
+    action_ = np.where(split, NO_ACTION, action)
+    return GrownTree(np.array(feature), np.array(threshold), np.array(left), np.array(right), action_)

@@ -1,0 +1,77 @@
+"""Growing trees by either way of searching splits: every threshold (scikit-learn's CART), or histograms.
+
+Does: keeps the bins of a data set that only grows; grows a team jointly, or one agent alone.
+Assumes: points are appended, never changed.
+Does not: know where the points come from.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from codegen.ir import Bool, Float32, GrownTree
+from maviper.extraction.dataset import Dataset
+from maviper.extraction.growth.grow import grow_jointly, train_joint_trees
+from maviper.extraction.growth.histogram import Bins, Codes, HistogramTree
+from maviper.extraction.settings import EXACT, Settings
+from maviper.worlds import World
+from maviper.worlds.world import Int
+
+# Bins are those of the first REFIT_FACTOR**k points, k as large as there are points: a matter of their number alone, so
+# that a run that goes on makes the same ones.
+REFIT_FACTOR = 1.5
+
+
+class Growth:
+    """Trees of a world's agents from points that accumulate."""
+
+    def __init__(self, world: World, settings: Settings) -> None:
+        self.settings = settings
+        self.n_actions = [len(choices) for choices in world.actions]
+        self._bins: dict[int, tuple[Bins, int, Codes]] = {}  # agent -> bins, points that they are of, codes so far
+
+    def team(
+        self,
+        members: Sequence[int],
+        data: Dataset,
+        counts: Sequence[Int],
+        seeds: Sequence[int] | Int,
+        least_right: int,
+    ) -> list[GrownTree]:
+        """TrainJointTrees for agents over shared points. `counts`, `seeds`: by agent, of all agents. A point counts at
+        a level when at least `least_right` members are predicted right, or take no part in it.
+        """
+        depth, alive = self.settings.max_depth, data.alive[:, members]
+        if self.settings.splits == EXACT:
+            return train_joint_trees(
+                [data.observations[agent] for agent in members],
+                data.labels[:, members],
+                [counts[agent] for agent in members],
+                [self.n_actions[agent] for agent in members],
+                depth,
+                [int(seeds[agent]) for agent in members],
+                least_right,
+                alive,
+            )
+        team = []
+        for agent in members:
+            bins, codes = self._coded(agent, data.observations[agent], data.alive[:, agent])
+            given = (np.ascontiguousarray(data.labels[:, agent]), counts[agent], self.n_actions[agent], depth)
+            team.append(HistogramTree(bins, codes, *given))
+        return grow_jointly(team, depth, least_right, alive)
+
+    def _coded(self, agent: int, obs: Float32, alive: Bool) -> tuple[Bins, Codes]:
+        """An agent's bins and the codes of all points; only new points are coded. Bins are of points in which it takes
+        part, `alive`.
+        """
+        count = int(alive.sum())
+        fitted = int(REFIT_FACTOR ** np.floor(np.log(count) / np.log(REFIT_FACTOR) + 1e-9))
+        if agent not in self._bins or fitted != self._bins[agent][1]:
+            bins = Bins.of((obs if count == len(obs) else obs[alive])[:fitted])
+            self._bins[agent] = bins, fitted, bins.codes(obs)
+        bins, _, codes = self._bins[agent]
+        known = codes.shape[1]
+        if len(obs) > known:
+            codes = np.concatenate([codes, bins.codes(obs[known:])], axis=1)
+            self._bins[agent] = bins, fitted, codes
+        return bins, codes

@@ -1,0 +1,193 @@
+"""Split search by histograms: all open leaves of a tree, and all its projected trees, in one vectorised pass a level.
+
+Does: bins features once, finds the best split of every leaf from class counts per bin, grows a tree level by level.
+Assumes: few classes; data sets as multiplicities of shared points; class counts that are whole numbers, so that sums
+  are exact in any order.
+Does not: try every threshold. A feature with more than BINS distinct values is cut at BINS - 1 of them, spread evenly
+  over its values by rank; with fewer, every midpoint is a candidate, and splits are CART's.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from codegen.ir import NO_CHILD, NO_FEATURE, Bool, Float32, Float64, GrownTree
+from maviper.extraction.growth.grow import grown_tree
+from maviper.worlds.world import Int
+
+BINS = 256
+Codes = npt.NDArray[np.int32]
+
+
+@dataclass(frozen=True)
+class Bins:
+    """Candidate thresholds of each feature, ascending; an observation goes left of edge k iff it is <= edges[k]."""
+
+    edges: tuple[Float64, ...]
+
+    @staticmethod
+    def of(obs: Float32) -> "Bins":
+        """Bins for the observations [n, n_features]: midpoints between neighbouring distinct values."""
+        edges = []
+        for column in np.ascontiguousarray(obs.T):
+            values = np.unique(column).astype(np.float64)
+            middle = (values[1:] + values[:-1]) / 2
+            if len(middle) > BINS - 1:
+                ordered = np.sort(column)
+                wanted = ordered[np.linspace(0, len(ordered) - 1, BINS + 1).astype(np.int64)[1:-1]]
+                places = np.unique(np.minimum(np.searchsorted(values, wanted), len(middle) - 1))
+                middle = middle[places]
+            edges.append(middle)
+        return Bins(tuple(edges))
+
+    def codes(self, obs: Float32) -> Codes:
+        """The bin of every observation, [n_features, n]."""
+        found = np.empty((obs.shape[1], len(obs)), dtype=np.int32)
+        for code, column, edges in zip(found, np.ascontiguousarray(obs.T), self.edges, strict=True):
+            code[...] = np.searchsorted(edges, column.astype(np.float64), side="left")
+        return found
+
+
+@dataclass(frozen=True)
+class Splits:
+    """The best split of each slot (a leaf, or a leaf of a projected tree)."""
+
+    feature: Int  # [n_slots]
+    code: Int  # [n_slots] points with a bin up to it go left
+    found: Bool  # [n_slots] whether there is any: both sides hold points, and the slot is not pure
+    totals: Float64  # [n_slots, n_actions] class counts
+
+
+def best_splits(codes: Codes, labels: Int, weights: Float64, slot: Int, n_slots: int, n_actions: int) -> Splits:
+    """The split of least weighted Gini impurity in every slot; of equals the first feature's lowest threshold.
+
+    `codes`: [n_features, n]; `labels`, `weights`, `slot`: [n].
+    """
+    totals = np.bincount(slot * n_actions + labels, weights, n_slots * n_actions).reshape(n_slots, n_actions)
+    best = np.full(n_slots, -np.inf)
+    feature, code = np.zeros(n_slots, dtype=np.int64), np.zeros(n_slots, dtype=np.int64)
+    base = slot * (BINS * n_actions) + labels
+    everybody = np.arange(n_slots)
+    for index, bins in enumerate(codes):
+        counts = np.bincount(base + bins * n_actions, weights, n_slots * BINS * n_actions)
+        left = counts.reshape(n_slots, BINS, n_actions).cumsum(axis=1)[:, :-1]
+        right = totals[:, None] - left
+        below, above = left.sum(axis=2), right.sum(axis=2)
+        usable = (below > 0) & (above > 0)
+        purity = np.square(left).sum(axis=2) / np.maximum(below, 1) + np.square(right).sum(axis=2) / np.maximum(
+            above, 1
+        )
+        purity = np.where(usable, purity, -np.inf)
+        place = purity.argmax(axis=1)
+        reached = purity[everybody, place]
+        better = reached > best
+        best[better], feature[better], code[better] = reached[better], index, place[better]
+    impure = (totals > 0).sum(axis=1) > 1
+    return Splits(feature, code, (best > -np.inf) & impure, totals.astype(np.float64))
+
+
+def projected(codes: Codes, labels: Int, weights: Float64, slot: Int, n_slots: int, n_actions: int, depth: int) -> Int:
+    """What trees of `depth`, one for each slot and fitted to its points, say of every point, [n].
+
+    A point in slot -1 has no tree and gets -1, as do the points of a slot without weight.
+    """
+    some = np.bincount(slot[slot >= 0], weights[slot >= 0], n_slots) > 0
+    inside = np.flatnonzero((slot >= 0) & some[slot])
+    said = np.full(len(slot), -1, dtype=np.int64)
+    slot, codes = slot[inside], codes[:, inside]
+    fitted = np.flatnonzero(weights[inside] > 0)
+    own_codes, own_labels, own_weights = codes[:, fitted], labels[inside][fitted], weights[inside][fitted]
+    points = np.arange(len(inside))
+    for _ in range(depth):
+        splits = best_splits(own_codes, own_labels, own_weights, slot[fitted], n_slots, n_actions)
+        right = splits.found[slot] & (codes[splits.feature[slot], points] > splits.code[slot])
+        slot, n_slots = 2 * slot + right, 2 * n_slots
+    totals = np.bincount(slot[fitted] * n_actions + own_labels, own_weights, n_slots * n_actions)
+    said[inside] = totals.reshape(n_slots, n_actions).argmax(axis=1)[slot]
+    return said
+
+
+class HistogramTree:
+    """One agent's tree while it grows, a level at a time; nodes are numbered as they are made."""
+
+    def __init__(self, bins: Bins, codes: Codes, labels: Int, counts: Int, n_actions: int, max_depth: int) -> None:
+        """`codes`: [n_features, n] of all points; `counts`: [n], how often the agent's data set holds each."""
+        self.bins, self.codes, self.labels = bins, codes, labels
+        self.counts = counts.astype(np.float64)
+        self.n_actions, self.max_depth = n_actions, max_depth
+        self.feature, self.threshold = [NO_FEATURE], [0.0]
+        self.children: list[tuple[int, int]] = [(NO_CHILD, NO_CHILD)]
+        self.action = [int(np.bincount(labels, self.counts, n_actions).argmax())]
+        self.place = np.zeros(codes.shape[1], dtype=np.int64)  # the leaf that each point is in
+        self.open = [0]  # leaves of the current level
+        self.level = 0
+        self._right: Bool | None = None  # kept until the tree grows
+
+    def _slots(self) -> Int:
+        """The place of each point's leaf among the open ones, or -1."""
+        place_of = np.full(len(self.feature), -1, dtype=np.int64)
+        place_of[self.open] = np.arange(len(self.open))
+        return place_of[self.place]
+
+    def predicted_right(self) -> Bool:
+        """Whether the projected final tree acts as the expert does, for all points [n]."""
+        if self._right is None:
+            predicted = np.array(self.action)[self.place]
+            if self.open:
+                depth = max(1, self.max_depth - self.level)
+                said = projected(
+                    self.codes, self.labels, self.counts, self._slots(), len(self.open), self.n_actions, depth
+                )
+                predicted = np.where(said >= 0, said, predicted)
+            self._right = np.equal(predicted, self.labels)
+        return self._right
+
+    def build(self, keep: Bool) -> None:
+        """Grows one level: splits every open leaf on its kept points, or on all its points where none is kept."""
+        if self.open:
+            self._build(keep)
+        self.level += 1
+        self._right = None
+
+    def _build(self, keep: Bool) -> None:
+        slot, n_slots = self._slots(), len(self.open)
+        inside = slot >= 0
+        weights = self.counts * keep
+        emptied = np.bincount(slot[inside], weights[inside], n_slots) == 0
+        weights = np.where(inside & emptied[slot], self.counts, weights)
+        rows = np.flatnonzero(inside & (weights > 0))
+        labels, weights = self.labels[rows], weights[rows]
+        splits = best_splits(self.codes[:, rows], labels, weights, slot[rows], n_slots, self.n_actions)
+        some = splits.totals.sum(axis=1) > 0
+        right = self.codes[splits.feature[slot], np.arange(len(slot))] > splits.code[slot]
+        parts = np.bincount(
+            (2 * slot[rows] + right[rows]) * self.n_actions + labels, weights, 2 * n_slots * self.n_actions
+        )
+        actions = parts.reshape(n_slots, 2, self.n_actions).argmax(axis=2)
+        grown: list[int] = []
+        for index, leaf in enumerate(self.open):
+            if some[index]:
+                self.action[leaf] = int(splits.totals[index].argmax())
+            if not splits.found[index]:
+                continue
+            feature = int(splits.feature[index])
+            self.feature[leaf], self.threshold[leaf] = feature, float(self.bins.edges[feature][splits.code[index]])
+            self.children[leaf] = len(self.feature), len(self.feature) + 1
+            for action in actions[index]:
+                grown.append(self._leaf(int(action)))
+        first = np.array([left for left, _ in self.children])
+        moved = inside & splits.found[slot]
+        self.place = np.where(moved, first[self.place] + right, self.place)
+        self.open = grown
+
+    def _leaf(self, action: int) -> int:
+        self.feature.append(NO_FEATURE)
+        self.threshold.append(0.0)
+        self.children.append((NO_CHILD, NO_CHILD))
+        self.action.append(action)
+        return len(self.feature) - 1
+
+    def tree(self) -> GrownTree:
+        """The tree grown so far."""
+        return grown_tree(self.feature, self.threshold, self.children, self.action)

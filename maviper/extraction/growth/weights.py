@@ -1,0 +1,114 @@
+"""Resampling weights: how much it matters in a state that an agent acts as its expert does.
+
+Does: the paper's weights of MAVIPER and IVIPER from an expert's Q, for centralized critics and for value networks.
+Assumes: the expert acts greedily, so that V is Q at the expert's joint action.
+Does not: average over every joint action where there are too many: beyond MAX_JOINT a fixed sample stands for them;
+  weigh states in which the agent no longer acts (0), or average over the actions of others who no longer do.
+"""
+
+from collections.abc import Iterator
+from itertools import product
+from typing import Any
+
+import numpy as np
+
+from codegen.ir import Bool, Float32, Float64
+from maviper.experts.expert import AS_GIVEN, Expert
+from maviper.worlds import World
+from maviper.worlds.world import Int
+
+ROWS_AT_ONCE = 25_600  # bounds the memory: states x joint actions, each with a row of hidden units
+MAX_JOINT = 625  # joint actions of others that are enumerated
+SAMPLED_JOINT = 32  # ... and how many are drawn where there are more
+SAMPLE_SEED = 11
+
+
+def maviper_weights(
+    world: World, expert: Expert, observations: tuple[Float32, ...], state: Any, labels: Int
+) -> Float64:
+    """The MAVIPER weight of every point for every agent, [n, n_agents] (paper, section MAVIPER).
+
+    For agent i: the mean over joint actions of others, uniform, of Q_i(x, expert's a_i) - min over a_i of
+    Q_i(x, a_i). The others are all other agents in a cooperative game, and those outside i's team in a mixed one, where
+    team-mates stay at their expert actions. Who no longer acts is none of them.
+    """
+    columns = []
+    for agent, name in enumerate(world.agents):
+        team = world.members(world.team_of(name)) if len(world.teams) > 1 else [agent]
+        others = [other for other in range(len(world.agents)) if other not in team]
+        columns.append(_weight(world, expert, agent, others, observations, state, labels))
+    return np.stack(columns, axis=1)
+
+
+def iviper_weights(
+    world: World, expert: Expert, observations: tuple[Float32, ...], state: Any, labels: Int, agent: int
+) -> Float64:
+    """The IVIPER weight of every point for one agent, [n]: V - min over a_i of Q_i, all others at expert actions."""
+    return _weight(world, expert, agent, [], observations, state, labels)
+
+
+def in_play(alive: Bool, agent: int, others: list[int]) -> Iterator[tuple[Any, list[int]]]:
+    """The states in which an agent acts, [n] rows at a time, each time with those of `others` who act in them too."""
+    if alive[:, [agent, *others]].all():
+        yield slice(None), others  # views, where copies would be as good
+        return
+    acting = np.flatnonzero(alive[:, agent])
+    patterns, which = np.unique(np.packbits(alive[acting][:, others], axis=1), axis=0, return_inverse=True)
+    for pattern in range(len(patterns)):
+        rows = acting[which.ravel() == pattern]
+        yield rows, [other for other in others if alive[rows[0], other]]
+
+
+def _weight(
+    world: World,
+    expert: Expert,
+    agent: int,
+    others: list[int],
+    observations: tuple[Float32, ...],
+    state: Any,
+    labels: Int,
+) -> Float64:
+    weights = np.zeros(len(labels))
+    for rows, playing in in_play(world.alive(state), agent, others):
+        seen = tuple(each[rows] for each in observations)
+        weights[rows] = _weight_among(world, expert, agent, playing, seen, state[rows], labels[rows])
+    return weights
+
+
+def _weight_among(
+    world: World,
+    expert: Expert,
+    agent: int,
+    others: list[int],
+    observations: tuple[Float32, ...],
+    state: Any,
+    labels: Int,
+) -> Float64:
+    n_own = len(world.actions[agent])
+    # a value network's Q_i does not depend on what others do
+    joint = _joint_actions(world, agent, others if expert.centralized else [])
+    weights = np.empty(len(labels))
+    at_once = max(1, ROWS_AT_ONCE // len(joint))
+    for low in range(0, len(labels), at_once):
+        rows = slice(low, low + at_once)
+        q = expert.q(agent, [seen[rows] for seen in observations], state[rows], joint, labels[rows])
+        by_own = q.reshape(len(q), n_own, -1)  # the agent's own action varies slowest
+        chosen = np.take_along_axis(by_own, labels[rows, agent, None, None], axis=1)[:, 0]
+        weights[rows] = (chosen - by_own.min(axis=1)).mean(axis=1)
+    return weights
+
+
+def _joint_actions(world: World, agent: int, others: list[int]) -> Int:
+    """All actions of `agent` times joint actions of `others`, [n_joint, n_agents]; everybody else AS_GIVEN."""
+    choices = [len(world.actions[other]) for other in others]
+    if np.prod(choices, dtype=np.float64) <= MAX_JOINT:
+        every = list(product(*(range(n) for n in choices)))
+        theirs = np.array(every, dtype=np.int64).reshape(len(every), len(others))
+    else:
+        rng = np.random.default_rng([SAMPLE_SEED, agent])
+        theirs = rng.integers(choices, size=(SAMPLED_JOINT, len(others)))
+    n_own = len(world.actions[agent])
+    joint = np.full((n_own * len(theirs), len(world.agents)), AS_GIVEN, dtype=np.int64)
+    joint[:, agent] = np.repeat(np.arange(n_own), len(theirs))
+    joint[:, others] = np.tile(theirs, (n_own, 1))
+    return joint

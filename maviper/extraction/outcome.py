@@ -1,0 +1,84 @@
+"""What all algorithms end with: trees, provenance and held-out measures as a profile.
+
+Does: trees as policies and as controllers among others; the ratio to the expert; the profile.
+Assumes: trees in the world's order of agents.
+Does not: make or choose trees.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from types import MappingProxyType
+
+import numpy as np
+
+from codegen import ir
+from codegen.check import ensure
+from maviper.episodes import measures
+from maviper.episodes.measures import Estimate
+from maviper.episodes.play import Controller
+from maviper.episodes.trees import among
+from maviper.evaluation import held_out
+from maviper.evaluation.held_out import evaluation
+from maviper.experts.expert import Expert
+from maviper.experts.wrapped import critic_of
+from maviper.extraction.settings import Settings
+from maviper.files.profiles import version
+from maviper.worlds import Measure, World
+
+
+def joint_ratio(
+    world: World,
+    ours: Mapping[Measure, Estimate],
+    theirs: Mapping[Measure, Estimate],
+    teams: Sequence[str] | None = None,
+) -> tuple[float, float]:
+    """Mean over teams of the primary measure's ratio to the expert's, and the half width of its 95 % interval."""
+    ratios, widths = [], []
+    for team in world.teams if teams is None else teams:
+        measure = world.primary(team)
+        # a divisor of zero counts as if it were one hit among all episodes
+        value, base = ours[measure].value, max(abs(theirs[measure].value), 1 / theirs[measure].count)
+        ratio, slope = 1 + (value - theirs[measure].value) / base, 1 / base
+        if measure.lower_is_better:
+            value = max(value, 1 / ours[measure].count)
+            ratio, slope = base / value, base / value**2
+        low, high = ours[measure].interval
+        ratios.append(ratio)
+        widths.append((high - low) / 2 * slope)
+    return float(np.mean(ratios)), float(np.sqrt(np.square(widths).sum()) / len(widths))
+
+
+def finalist_score(world: World, expert: Expert, settings: Settings, agents: Sequence[ir.AgentPolicy]) -> float:
+    """The mean ratio of the teams to the expert, on episodes that no extraction with these settings has seen: to choose
+    among extraction seeds.
+    """
+    seeds = settings.episodes(measures.SELECTION_SEEDS)[-held_out.EVALUATION_EPISODES :]
+    experts: list[Controller] = [expert] * len(world.agents)
+    ours = measures.evaluate_teams(world, among(world, agents, experts), experts, seeds)
+    teams = [team for team in world.teams if any(policy.team == team for policy in agents)]
+    return joint_ratio(world, ours, measures.evaluate(world, experts, seeds), teams)[0]
+
+
+def profile_of(
+    world: World,
+    expert: Expert,
+    settings: Settings,
+    agents: Sequence[ir.AgentPolicy],
+    facts: Mapping[str, int | str],
+) -> ir.PolicyProfile:
+    """Policies of all agents, or of some, with where they come from and what they reach on held-out episodes."""
+    training = asdict(settings) | dict(facts) | {"opponents_in_selection": "expert"}
+    training["critic"] = critic_of(expert)
+    training["expert_algorithm"] = str(expert.card.get("algorithm", "unknown"))
+    for name in ("seed", "preset", "algorithm", *(() if settings.agent else ("agent",))):
+        del training[name]
+    provenance = ir.Provenance(
+        algorithm=settings.algorithm,
+        preset=settings.preset,
+        seed=settings.seed,
+        expert=expert.hash,
+        tool=f"maviper {version()}",
+        training=MappingProxyType(training),
+        evaluation=MappingProxyType(evaluation(world, agents, expert)),
+    )
+    return ensure(ir.PolicyProfile(world.spec, tuple(agents), provenance))

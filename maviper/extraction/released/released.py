@@ -1,0 +1,291 @@
+"""The authors' released code, its accidents included, where they matter for comparing with published numbers.
+
+Does: its warm-up, weights, resampling, one-hot leaves and data collection; its growth is in grow.py, its
+  selection in extraction/selection/race.py.
+Assumes: the preset `released`; `extraction/algorithms.py` says which algorithms there are in this form.
+Does not: repeat its start states (episode 0 of every batch is the same there) or its unseeded order of agents; seeds
+  are ours. Nor its Fitted Q, whose look-ups never hit, so that it always stands still.
+
+What it does otherwise than the paper: 500 expert episodes first; the weight is Q at the experts' joint action less the
+minimum over all joint actions of the team, each averaged over the others', at least 0; a fifth of the points is set
+aside before resampling, as many are drawn as weigh more than 0; the best iteration of each team is that of the highest
+return in 100 episodes; nothing stops early. IVIPER's and Imitation DT's trees are fitted to one-hot actions, and a leaf
+in which no action has a majority of more than half stands still. Imitation's collector starts a new episode at every
+step after the first 25.
+"""
+
+from collections.abc import Sequence
+from functools import partial
+from itertools import product
+from typing import Any
+
+import numpy as np
+
+from codegen.importers import grown_from_sklearn
+from codegen.ir import Bool, Float32, Float64, GrownTree
+from maviper.episodes import measures
+from maviper.episodes.play import Controller, tree_policies
+from maviper.episodes.trees import agent_policies, among
+from maviper.experts.expert import AS_GIVEN, Expert, labels
+from maviper.extraction.dataset import Dataset, Met, collect
+from maviper.extraction.examples import NO_EXAMPLES, Examples, counts_of
+from maviper.extraction.extraction import Extraction
+from maviper.extraction.growth.weights import in_play
+from maviper.extraction.journal import Arrays, Journal
+from maviper.extraction.released.grow import grow_team
+from maviper.extraction.selection.race import Selection
+from maviper.extraction.settings import IVIPER_RESAMPLING, NO_PREDICTION, Settings
+from maviper.worlds import World
+from maviper.worlds.world import Int
+
+WARM_UP = 500  # expert episodes
+SET_ASIDE = 5  # one point in so many only feeds printed accuracies
+STAY = 0  # what an all-zero one-hot action does
+FREE_STEPS = 25  # of Imitation's collector, before its counter makes every step a start
+
+
+# --- MAVIPER and its ablations
+
+
+def maviper(
+    world: World,
+    expert: Expert,
+    settings: Settings,
+    selection: Selection,
+    journal: Journal,
+    examples: Examples = NO_EXAMPLES,
+) -> int:
+    """As `maviper.maviper`, by the released code."""
+    everybody = range(len(world.agents))
+    weigh = partial(weights, world, expert, settings)
+    warm_up = settings.episodes(measures.ROLLOUT_SEEDS)[:WARM_UP]
+    data = journal.met("warm-up", collect, world, expert, [expert] * len(everybody), everybody, warm_up, weigh).data
+    for iteration in range(settings.iterations):
+        step = f"{iteration:04d}"
+        grown = journal.trees(f"{step}-trees", grow_teams, world, examples.before(world, data), settings, iteration)
+        policies = tree_policies(agent_policies(world, grown))
+        seeds = settings.rollout_episodes(iteration, WARM_UP)
+        met = journal.met(
+            f"{step}-rollouts", collect, world, expert, [policies] * len(everybody), everybody, seeds, weigh
+        )
+        data = data + met.data
+        selection.met(met.values, met.agreement)
+        selection.offer(grown)
+    return len(data)
+
+
+def weights(
+    world: World, expert: Expert, settings: Settings, observations: tuple[Float32, ...], state: object, wanted: Int
+) -> Float64:
+    """Each agent's weights, [n, n_agents], at least 0."""
+    weigh = _own_weight if settings.algorithm == IVIPER_RESAMPLING else _team_weight
+    columns = [weigh(world, expert, observations, state, wanted, agent) for agent in range(len(world.agents))]
+    return np.maximum(np.stack(columns, axis=1), 0)
+
+
+def _team_weight(
+    world: World, expert: Expert, observations: tuple[Float32, ...], state: Any, wanted: Int, agent: int
+) -> Float64:
+    """Q at the team's expert actions less the minimum over its joint actions, each averaged over others' actions."""
+    weights = np.zeros(len(wanted))
+    everybody_else = [other for other in range(len(world.agents)) if other != agent]
+    for rows, playing in in_play(world.alive(state), agent, everybody_else):
+        seen = tuple(each[rows] for each in observations)
+        weights[rows] = _team_weight_among(world, expert, seen, state[rows], wanted[rows], agent, playing)
+    return weights
+
+
+def _team_weight_among(
+    world: World,
+    expert: Expert,
+    observations: tuple[Float32, ...],
+    state: Any,
+    wanted: Int,
+    agent: int,
+    playing: Sequence[int],
+) -> Float64:
+    members = world.members(world.team_of(world.agents[agent]))
+    team = [member for member in members if member == agent or member in playing]
+    others = [other for other in playing if other not in members]
+    every = list(product(*(range(len(world.actions[other])) for other in others)))
+    theirs = np.array(every, dtype=np.int64).reshape(len(every), len(others))
+
+    def averaged(ours: Int) -> Float64:
+        joint = np.full((len(theirs), len(world.agents)), AS_GIVEN, dtype=np.int64)
+        joint[:, others] = theirs
+        joint[:, team] = ours
+        return expert.q(agent, observations, state, joint, wanted).mean(axis=1)
+
+    choices = product(*(range(len(world.actions[member])) for member in team))
+    worst = np.min([averaged(np.array(ours)) for ours in choices], axis=0)
+    return averaged(np.full(len(team), AS_GIVEN)) - worst
+
+
+def _own_weight(
+    world: World,
+    expert: Expert,
+    observations: tuple[Float32, ...],
+    state: Any,
+    wanted: Int,
+    agent: int,
+    moved: bool = True,
+) -> Float64:
+    """Maximum less minimum over own actions; others at expert actions, but if they are `moved`, those before the agent
+    at their last action, where the released list of joint actions, changed in place, leaves them.
+    """
+    joint = np.full((len(world.actions[agent]), len(world.agents)), AS_GIVEN, dtype=np.int64)
+    if moved:
+        joint[:, :agent] = [len(world.actions[other]) - 1 for other in range(agent)]
+    joint[:, agent] = np.arange(len(joint))
+    weights = np.zeros(len(wanted))
+    for rows, _ in in_play(world.alive(state), agent, []):
+        seen = tuple(each[rows] for each in observations)
+        weights[rows] = np.ptp(expert.q(agent, seen, state[rows], joint, wanted[rows]), axis=1)
+    return weights
+
+
+def grow_teams(world: World, data: Dataset, settings: Settings, iteration: int) -> list[GrownTree]:
+    """The trees of all agents; without prediction every point is kept."""
+    rng = np.random.default_rng([settings.seed, iteration])
+    used = rng.permutation(len(data))[len(data) // SET_ASIDE :]
+    columns = zip(data.weights.T, data.alive.T, strict=True)
+    counts = [_drawn(column, alive, used, settings.max_samples, rng) for column, alive in columns]
+    trees: dict[int, GrownTree] = {}
+    for team in world.teams:
+        members = world.members(team)
+        grown = grow_team(
+            [data.observations[agent] for agent in members],
+            data.labels[:, members],
+            [counts[agent] for agent in members],
+            [len(world.actions[agent]) for agent in members],
+            settings.max_depth,
+            rng,
+            settings.algorithm != NO_PREDICTION,
+            data.alive[:, members],
+        )
+        trees |= dict(zip(members, grown, strict=True))
+    return [trees[agent] for agent in range(len(world.agents))]
+
+
+def _drawn(column: Float64, alive: Bool, used: Int, max_samples: int, rng: np.random.Generator) -> Int:
+    """How often each point is drawn: as many draws as points of positive weight among those used."""
+    found = np.zeros(len(column), dtype=np.int64)
+    mine = column[used]
+    positive = int((mine > 0).sum())
+    if positive:
+        found[used] = rng.multinomial(min(max_samples, positive), mine / mine.sum())
+    else:  # the released code divides by zero here
+        found[used] = alive[used]
+    return found
+
+
+# --- one-hot trees: IVIPER and Imitation DT
+
+
+def viper(asked: Extraction, agent: int, selection: Selection) -> int:
+    """As `iviper.viper`, by the released code."""
+    world, expert, settings = asked.world, asked.expert, asked.settings
+    journal, examples = asked.journal, asked.examples
+    experts: list[Controller] = [expert] * len(world.agents)
+
+    def weigh(observations: tuple[Float32, ...], state: object, wanted: Int) -> Float64:
+        return _own_weight(world, expert, observations, state, wanted, agent, moved=False)[:, None]
+
+    warm_up = settings.episodes(measures.ROLLOUT_SEEDS)[:WARM_UP]
+    data = journal.met("warm-up", collect, world, expert, experts, [agent], warm_up, weigh).data
+    mine = examples.of_team(world.team_of(world.agents[agent]))
+    for iteration in range(settings.iterations):
+        step = f"{iteration:04d}"
+        known = mine.before(world, data, agent)
+        tree = journal.trees(f"{step}-trees", _resampled_tree, world, known, settings, agent, iteration)
+        policies = among(world, agent_policies(world, tree, [agent]), experts)
+        seeds = settings.rollout_episodes(iteration, WARM_UP)
+        met = journal.met(f"{step}-rollouts", collect, world, expert, policies, [agent], seeds, weigh)
+        data = data + met.data
+        selection.met(met.values, met.agreement)
+        selection.offer(tree)
+    return len(data)
+
+
+def _resampled_tree(world: World, data: Dataset, settings: Settings, agent: int, iteration: int) -> list[GrownTree]:
+    rng = np.random.default_rng([settings.seed, agent, iteration])
+    everything = np.arange(len(data))
+    counts = _drawn(data.weights[:, 0], data.alive[:, agent], everything, settings.max_samples, rng)
+    rows = np.repeat(np.arange(len(data)), counts)
+    rows = rng.permutation(rows)[len(rows) // SET_ASIDE :]  # split after resampling, so that duplicates leak
+    kept = np.bincount(rows, minlength=len(data))
+    n_actions = len(world.actions[agent])
+    return [one_hot_tree(data.observations[agent], data.labels[:, agent], kept, n_actions, settings.max_depth)]
+
+
+def imitation(
+    world: World,
+    expert: Expert,
+    settings: Settings,
+    selection: Selection,
+    journal: Journal,
+    examples: Examples = NO_EXAMPLES,
+) -> int:
+    """As `imitation.imitation`, by the released code: almost all points are start states."""
+    steps = world.spec.episode_steps
+    data: Dataset | None = None
+    for iteration in range(settings.iterations):
+        step = f"{iteration:04d}"
+        arrays = journal.arrays(f"{step}-rollouts", _starts, world, expert, settings, iteration, steps)
+        new = tuple(arrays[f"observations.{agent:03d}"] for agent in range(len(world.agents)))
+        met = Dataset(new, arrays["labels"], arrays["alive"].astype(np.float64), arrays["alive"])
+        data = met if data is None else data + met
+        known = examples.before(world, data)
+        grown = [
+            one_hot_tree(obs, labelled, counts_of(column), len(world.actions[agent]), settings.max_depth)
+            for agent, (obs, labelled, column) in enumerate(
+                zip(known.observations, known.labels.T, known.weights.T, strict=True)
+            )
+        ]
+        selection.offer(grown)
+    return len(data) if data else 0
+
+
+def _starts(world: World, expert: Expert, settings: Settings, iteration: int, steps: int) -> Arrays:
+    """`rollouts` times `steps` samples: in the first iteration one episode for FREE_STEPS, otherwise start states."""
+    rng = np.random.default_rng([settings.seed, iteration])
+    wanted = settings.rollouts * steps
+    found: list[Met] = []
+    if iteration == 0:
+        first = settings.episodes(measures.ROLLOUT_SEEDS).start
+        everybody = range(len(world.agents))
+        zeros = lambda observations, state, acted: np.zeros(acted.shape)  # noqa: E731 - weights are not used here
+        found.append(collect(world, expert, [expert] * len(everybody), everybody, [first], zeros))
+        wanted -= min(wanted, FREE_STEPS)
+    at_once, wanted = world.games or max(1, wanted), max(1, wanted)
+    parts = [world.start(min(at_once, wanted - done), rng) for done in range(0, wanted, at_once)]
+    state = parts[0] if len(parts) == 1 else type(parts[0]).joined(parts)
+    observations = world.observe(state)
+    acted = labels(expert, observations, state)
+    before = [met.data for met in found]
+    return {
+        **{
+            f"observations.{agent:03d}": np.concatenate([*(data.observations[agent] for data in before), seen])
+            for agent, seen in enumerate(observations)
+        },
+        "labels": np.concatenate([*(data.labels for data in before), acted]),
+        "alive": np.concatenate([*(data.alive for data in before), world.alive(state)]),
+    }
+
+
+def one_hot_tree(obs: Float32, acted: Int, counts: Int, n_actions: int, max_depth: int) -> GrownTree:
+    """A tree of one output per action; a leaf in which no action has more than half says none, and the agent stays."""
+    from sklearn.tree import DecisionTreeClassifier
+
+    used = counts > 0
+    targets = np.eye(n_actions, dtype=np.int64)[acted[used]]
+    fitted = DecisionTreeClassifier(max_depth=max_depth, random_state=0)
+    tree = fitted.fit(obs[used], targets, sample_weight=counts[used]).tree_
+    classes = [np.asarray(known) for known in fitted.classes_]
+    # value: [n_nodes, n_outputs, n_classes] shares; an output that is never 1 has one class only
+    said = np.zeros((tree.node_count, n_actions))
+    for output, known in enumerate(classes):
+        if 1 in known:
+            said[:, output] = tree.value[:, output, int(np.flatnonzero(known == 1)[0])]
+    action = np.where((said > 0.5).any(axis=1), said.argmax(axis=1), STAY)
+    return grown_from_sklearn(tree, action)

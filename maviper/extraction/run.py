@@ -1,0 +1,257 @@
+"""Extraction by name: find the expert, extract with a live line, write the profile or a whole run folder.
+
+Does: joins expert store, algorithm, console and file.
+Assumes: options as a user gives them.
+Does not: know how trees are grown.
+"""
+
+import json
+import platform
+import time
+from contextlib import ExitStack
+from dataclasses import asdict, dataclass, replace
+from functools import partial
+from importlib import metadata
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from codegen import ir, policy_json
+from codegen.errors import InputError
+from maviper.console import Console, LiveLine
+from maviper.episodes.measures import ratio, shown
+from maviper.evaluation.held_out import measured_of
+from maviper.experts.expert import Expert
+from maviper.experts.finding import find_expert, seeing
+from maviper.experts.measured import Measured
+from maviper.extraction import refitting
+from maviper.extraction.algorithms import check_examples, extract
+from maviper.extraction.choosing import helpful_features
+from maviper.extraction.extraction import Running
+from maviper.extraction.journal import NOTHING_KEPT, Journal
+from maviper.extraction.outcome import finalist_score
+from maviper.extraction.selection.race import EXTRACTING, Progress
+from maviper.extraction.settings import DEFAULT, MAVIPER, Settings
+from maviper.files import resuming, runs
+from maviper.files.jobs import side_by_side
+from maviper.files.profiles import version
+from maviper.worlds import ParticleWorld, World
+
+AUTOMATIC = "auto"
+FORMAT = "maviper-extraction-2"
+METRICS_FILE, SEEDS_FILE, STEPS = "metrics.jsonl", "seeds.json", "steps"
+MAX_SEEDS = 1_000
+SAME = ("format", "tool", "world", "expert", "critic", "counterexamples")  # in every call for one run
+PACKAGES = ("maviper", "mpe2", "numpy", "scikit-learn")
+
+
+@dataclass(frozen=True)
+class ExtractOptions:
+    """What an extraction is asked for; None: the preset's."""
+
+    algorithm: str = MAVIPER
+    preset: str = DEFAULT
+    max_depth: int = 4
+    agent: str | None = None  # VIPER's
+    splits: str | None = None
+    features: str = ""  # further ones, or AUTOMATIC
+    max_episodes: int | None = None  # in all, instead of the counts below
+    iterations: int | None = None
+    rollouts: int | None = None  # episodes an iteration
+    patience: int | None = None
+    selection: str | None = None
+    selection_episodes: int | None = None
+    refinement_episodes: int | None = None  # per team
+    critic: str = "learned"
+    world: str | None = None  # of a user's own
+    counterexamples: tuple[Path, ...] = ()
+    seed: int = 0
+    seeds: int = 1  # from `seed` on; the best is kept
+    jobs: int = 1  # seeds, agents or teams at a time
+    resume: bool = False
+    command: str = "maviper.extract"  # that asks for the same
+
+    def checked(self) -> "ExtractOptions":
+        """The options themselves; InputError for numbers of seeds or jobs out of their range."""
+        if self.jobs < 1 or not 1 <= self.seeds <= MAX_SEEDS:
+            raise InputError(f"--seeds must be from 1 to {MAX_SEEDS}, --jobs at least 1", "--seeds, --jobs")
+        return self
+
+    @property
+    def said(self) -> dict[str, Any]:
+        """What of it becomes `Settings`, by their names."""
+        same = (
+            "algorithm",
+            "preset",
+            "max_depth",
+            "agent",
+            "splits",
+            "iterations",
+            "rollouts",
+            "patience",
+            "selection",
+        )
+        found = {name: getattr(self, name) for name in (*same, "selection_episodes", "seed")}
+        return found | {"budget": self.max_episodes, "refinement": self.refinement_episodes}
+
+
+class Found(NamedTuple):
+    """Everything that an extraction names, found and checked."""
+
+    name: str  # of the expert
+    expert: Expert
+    world: World
+    settings: Settings
+    lessons: refitting.Task = refitting.NOTHING
+
+
+def _find(expert: str, options: ExtractOptions, console: Console) -> Found:
+    features = options.features
+    found, world = find_expert(expert, options.critic, options.world, "" if features == AUTOMATIC else features)
+    settings = Settings.of(options.said, world)
+    if features == AUTOMATIC:
+        features = helpful_features(world, found, settings) if isinstance(world, ParticleWorld) else ""
+        console.line("features", features or "none helps")
+        found, world = seeing(found, world, features) if features else (found, world)
+    lessons = refitting.task_of(options.counterexamples, world, found, console)
+    check_examples(settings, lessons.examples)
+    return Found(expert, found, world, settings, lessons)
+
+
+def extracted(expert: str, output: Path | None, options: ExtractOptions, console: Console) -> ir.PolicyProfile:
+    """The trees of the named expert. `output`: the profile's .json file, or a run folder; None: no file is written."""
+    options = options.checked()
+    asked = _find(expert, options, console)
+    jobs, resume, seeds = options.jobs, options.resume, options.seeds
+    if output is None or output.suffix == ".json":
+        if resume or seeds > 1:
+            what = "only a run folder can be resumed" if resume else "several seeds need a run folder"
+            raise InputError(what, str(output or "output"), "name a folder with -o: a name without .json")
+        if output is not None:
+            runs.target(output)  # before the work, not after it
+        profile = extract_live(asked, console, jobs)
+        return profile if output is None else _written(output, profile, console, asked, options.command)
+    resuming.resumable(partial(runs.begun, output))
+    task = _Task(output, asked, options.critic, options.command, resume)
+    if seeds == 1:
+        profile = _run(task, console, jobs)
+        return _written(output / runs.PROFILE_FILE, profile, console, asked, options.command)
+    runs.folder(output)
+    tasks = [
+        (replace(task, folder=folder, asked=each, resume=resume and (folder / runs.CONFIG_FILE).exists()),)
+        for seed in range(seeds)
+        for each in [asked._replace(settings=replace(asked.settings, seed=asked.settings.seed + seed).checked())]
+        for folder in [runs.of_seed(output, each.settings.seed)]
+    ]
+    profiles: list[ir.PolicyProfile] = []
+    scores: list[float] = []
+    for profile in side_by_side(_run, tasks, jobs):
+        profiles.append(profile)
+        scores.append(finalist_score(asked.world, asked.expert, asked.settings, profile.agents))
+        console.line("seed", f"{profile.provenance.seed}: score {scores[-1]:.3f}")
+    best = max(range(seeds), key=lambda place: (scores[place], -place))
+    table = {str(profile.provenance.seed): value for profile, value in zip(profiles, scores, strict=True)}
+    runs.write(output / SEEDS_FILE, runs.as_json({"best": profiles[best].provenance.seed, "scores": table}))
+    say_measured(profiles[best], asked.world, console)
+    return _written(output / runs.PROFILE_FILE, profiles[best], console, asked, options.command)
+
+
+@dataclass(frozen=True)
+class _Task:
+    """A run: its folder and how it was asked for."""
+
+    folder: Path
+    asked: Found
+    critic: str
+    command: str
+    resume: bool
+
+
+def _run(task: _Task, console: Console | None = None, jobs: int = 1) -> ir.PolicyProfile:
+    """One extraction in a run folder, with its profile there."""
+    asked = task.asked
+    config = {
+        "format": FORMAT,
+        "tool": f"maviper {version()}",
+        "world": asked.world.name,
+        "expert": asked.expert.hash or asked.name,
+        "critic": task.critic,
+        "command": task.command,
+        "counterexamples": asked.lessons.digests,
+        "versions": {"python": platform.python_version()} | {name: metadata.version(name) for name in PACKAGES},
+        "settings": asdict(asked.settings),
+    }
+    runs.claim(task.folder, config, SAME, task.resume)
+    quiet = console or Console(quiet=True)
+    profile = extract_live(asked, quiet, jobs, task.folder)
+    runs.write(task.folder / runs.PROFILE_FILE, policy_json.dumps(profile))
+    return profile
+
+
+def _written(place: Path, profile: ir.PolicyProfile, console: Console, asked: Found, command: str) -> ir.PolicyProfile:
+    """The profile as a file, and what counterexamples did to it, where it learned from any."""
+    runs.write(place, policy_json.dumps(profile))
+    if asked.lessons.failing:
+        report = refitting.report(asked.lessons, profile, place, asked.name, asked.expert, asked.world)
+        report.say(console)
+        runs.write(refitting.report_file(place), report.json(command))
+    console.line("wrote", f"{place}  id {policy_json.content_hash(profile)[:16]}")
+    return profile
+
+
+def extract_live(asked: Found, console: Console, jobs: int = 1, folder: Path | None = None) -> ir.PolicyProfile:
+    """Extracts with a live line, then says what the trees reach. `folder`: of a run that is kept and goes on."""
+    world, expert, settings, examples = asked.world, asked.expert, asked.settings, asked.lessons.examples
+    made = expert.card.get("algorithm", "unknown")
+    critic = ", measured critic" if isinstance(expert, Measured) else ""
+    console.line("expert", f"{made} for {world.name}{critic}{f', id {expert.hash[:16]}' if expert.hash else ''}")
+    journal = Journal(folder / STEPS) if folder else NOTHING_KEPT
+    with Stages(console, folder / METRICS_FILE if folder else None) as stages:
+        profile = extract(world, expert, settings, Running(stages.show, jobs), journal, examples)
+    say_measured(profile, world, console)
+    return profile
+
+
+class Stages:
+    """A live line for each stage of an extraction, and a line of `metrics` for each step."""
+
+    def __init__(self, console: Console, metrics: Path | None = None) -> None:
+        self.console, self.metrics, self.stage = console, metrics, ""
+        self._since = time.monotonic()
+        self._lines: list[str] = []
+        self._open = ExitStack()
+        self._live: LiveLine | None = None
+
+    def __enter__(self) -> "Stages":
+        return self
+
+    def __exit__(self, *caught: object) -> None:
+        self._open.close()
+
+    def show(self, progress: Progress) -> None:
+        """Shows and writes one step. A run that goes on shows the steps that are done again, so the file is whole."""
+        if self.metrics:
+            self._lines.append(json.dumps(progress.line) + "\n")
+            runs.write(self.metrics, "".join(self._lines))
+        label = progress.stage if progress.stage == EXTRACTING else f"{progress.stage} {'+'.join(progress.measured)}"
+        if label != self.stage or self._live is None:
+            self._open.close()
+            self.stage, self._live = label, self._open.enter_context(self.console.live(progress.stage, progress.total))
+            self._live.started = self._since  # its first step was done before it was shown
+        best = ", ".join(f"{team} {shown(found)}" for team, found in progress.measured.items())
+        agreed = "" if progress.agreement is None else f"  agreement {progress.agreement:.2f}"
+        self._live.update(progress.done, f"best {best}{agreed}  {progress.leaves} leaves")
+        self._since = time.monotonic()
+
+
+def say_measured(profile: ir.PolicyProfile, world: World, console: Console) -> None:
+    """Each team's measures against expert opponents beside the expert's own, on held-out episodes."""
+    measured = profile.provenance.evaluation
+    for name in dict.fromkeys(measure.name for measure in world.measures):
+        parts = []
+        for measure in world.measures:
+            if measure.name == name:
+                ours, theirs = measured_of(measured, measure)
+                found = ratio(measure, ours, theirs)
+                text = "no ratio" if found is None else f"ratio {found:.2f}"
+                parts.append(f"{measure.team} {ours:.3f} (expert {theirs:.3f}, {text})")
+        console.line("measured", f"{name}: {'; '.join(parts)}, {measured['episodes']} held-out episodes")

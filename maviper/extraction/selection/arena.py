@@ -1,0 +1,126 @@
+"""Candidates of a team on common episodes, and races among them.
+
+Does: plays many candidates at once on the same start states, everybody else at the expert; finds the best with few
+  episodes (sequential halving, Karnin et al. 2013; common random numbers).
+Assumes: a world that can start the same episodes again.
+Does not: make candidates.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from codegen.ir import Float32, Float64, GrownTree
+from maviper.episodes.play import Controller, Episodes, play
+from maviper.extraction.selection.stack import Stack
+from maviper.worlds import Measure, World
+from maviper.worlds.world import Int
+
+GAMES_AT_ONCE = 8_192  # bounds the memory
+Candidate = Sequence[GrownTree]  # one tree for each of an arena's agents, in their order
+
+
+@dataclass(frozen=True)
+class _Stacked:
+    """A controller: agents played by stacks of trees, each game with trees of its own."""
+
+    stacks: dict[int, tuple[Stack, Int]]  # agent -> its trees, and which of them plays in each game
+
+    def act(self, agents: Sequence[int], observations: Sequence[Float32], state: Any) -> Int:
+        """As `Controller.act`."""
+        del state
+        return np.stack([self.stacks[agent][0].act(self.stacks[agent][1], observations[agent]) for agent in agents], 1)
+
+
+class Arena:
+    """Where candidates of one team meet the same episodes. Every call draws the next episodes of `seeds`.
+
+    `secondary`: weight in a score of the mean of the team's other shares (such as success at a smaller radius), which
+    still tell candidates apart where the primary measure is near its end.
+    """
+
+    def __init__(
+        self, world: World, expert: Controller, agents: Sequence[int], seeds: range, secondary: float = 0.0
+    ) -> None:
+        self.world, self.expert, self.agents, self.seeds = world, expert, list(agents), seeds
+        self.primary = world.primary(world.team_of(world.agents[self.agents[0]]))
+        self.secondary = secondary
+        self._others = [
+            place
+            for place, measure in enumerate(world.measures)
+            if measure.share and measure.team == self.primary.team and measure != self.primary
+        ]
+        self.used = 0  # episode seeds
+        self.played = 0  # episodes
+        self.seen: list[Float32] = []  # per agent, what it observed in all episodes of the last call's first candidate
+        self.values = np.zeros((0, 0))  # the primary measure of the last call, [n_candidates, episodes]
+
+    def scores(self, candidates: Sequence[Candidate], episodes: int) -> Float64:
+        """Scores of each candidate in each of the next `episodes`, [n_candidates, episodes]; higher is better."""
+        seeds = self._next(episodes)
+        values, parts, which = [], [], np.repeat(np.arange(len(candidates)), episodes)
+        seen: list[list[Float32]] = [[] for _ in self.agents]
+        starts = self.world.start_from_seeds(seeds) if self.world.games is None else None
+        at_once = self.world.games or GAMES_AT_ONCE
+        for low in range(0, len(which), at_once):
+            rows = np.arange(low, min(low + at_once, len(which)))
+            start = self.world.start_from_seeds(seeds[rows % episodes]) if starts is None else starts[rows % episodes]
+            played = self._play(candidates, which[rows], start)
+            first = np.flatnonzero(which[rows] == 0)
+            for agent, met in zip(self.agents, seen, strict=True):
+                met.append(played.observations[agent][:, first][played.alive[:, first, agent]])
+            values.append(played.values[self.world.measures.index(self.primary)])
+            parts.append(score(self.primary, values[-1]))
+            if self.secondary and self._others:
+                parts[-1] = parts[-1] + self.secondary * played.values[self._others].mean(axis=0)
+        self.seen = [np.concatenate(met) for met in seen]
+        self.played += len(which)
+        self.values = np.concatenate(values).reshape(len(candidates), episodes)
+        return np.concatenate(parts).reshape(len(candidates), episodes)
+
+    def _next(self, episodes: int) -> Int:
+        places = np.arange(self.used, self.used + episodes) % len(self.seeds)
+        self.used += episodes
+        return self.seeds.start + places
+
+    def _play(self, candidates: Sequence[Candidate], which: Int, start: Any) -> Episodes:
+        stacks = {}
+        here, which = np.unique(which, return_inverse=True)
+        for place, agent in enumerate(self.agents):
+            trees = {id(candidates[index][place]): candidates[index][place] for index in here}
+            number = {key: k for k, key in enumerate(trees)}
+            mine = np.array([number[id(candidates[index][place])] for index in here])
+            stacks[agent] = Stack.of(list(trees.values())), mine[which]
+        team = _Stacked(stacks)
+        everybody = range(len(self.world.agents))
+        return play(self.world, [team if agent in stacks else self.expert for agent in everybody], start)
+
+
+def score(measure: Measure, values: Float64) -> Float64:
+    """A measure's values with the sign that makes higher better."""
+    return -values if measure.lower_is_better else values
+
+
+def halving(
+    scores: Callable[[Int, int], Float64], warm: Sequence[Float64], episodes: int, finalists: int = 1
+) -> list[int]:
+    """Indices of the best arms, best first, by sequential halving.
+
+    `scores(arms, episodes)`: [n_arms, episodes], on episodes that all of these arms meet; `warm`: scores of each arm
+    that are there already; `episodes`: to spend in all; `finalists`: how many to return.
+    """
+    alive = np.arange(len(warm))
+    total, count = np.array([known.sum() for known in warm]), np.array([float(len(known)) for known in warm])
+    rounds = max(1, int(np.ceil(np.log2(max(1, len(alive) / finalists)))))
+    for _ in range(rounds):
+        each = episodes // (rounds * len(alive))
+        if each:
+            found = scores(alive, each)
+            total[alive] += found.sum(axis=1)
+            count[alive] += each
+        mean = total[alive] / np.maximum(count[alive], 1)
+        kept = max(finalists, (len(alive) + 1) // 2)
+        alive = alive[np.argsort(-mean, kind="stable")[:kept]]
+    return [int(arm) for arm in alive[:finalists]]

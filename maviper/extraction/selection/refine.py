@@ -1,0 +1,214 @@
+"""Refinement by return (ours): small changes to a team's trees, kept where the team plays better for them.
+
+Does: proposes other actions at leaves, other tests at splits, new splits, smaller trees, and team-mates' trees of other
+  iterates; races them in play; keeps the winner when its gain is beyond chance. So agents adapt to the final trees of
+  their team-mates.
+Assumes: opponents, and team-mates outside the arena, at their experts.
+Does not: look at labels or critics, but for the claims that the team was given counterexamples of.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from codegen import ir
+from codegen.errors import InputError
+from codegen.ir import NO_FEATURE, Float32, Float64, GrownTree
+from maviper.episodes import measures
+from maviper.episodes.measures import estimate
+from maviper.extraction.examples import NO_EXAMPLES, Examples
+from maviper.extraction.extraction import QUIETLY, Extraction, Running
+from maviper.extraction.journal import Arrays, packed, unpacked
+from maviper.extraction.selection.arena import Arena, Candidate, score
+from maviper.extraction.selection.race import REFINING, OnProgress, Progress, count_leaves
+from maviper.extraction.selection.stack import merged, reaching, with_leaf, with_new_split, with_split
+from maviper.extraction.settings import Settings
+from maviper.files.jobs import side_by_side
+
+MOVES = 48  # raced in a round
+FIRST, GROWTH, LAST = 64, 4, 1_024  # episodes of the first heat, how many times more in each further one, of the last
+FEWEST = 4  # that run the last heat
+SPREADS = (0.02, 0.1, 0.3)  # of a threshold's new rank around its old one, among the observations that reach it
+SECONDARY = 0.2  # weight of the team's other shares beside its primary measure
+KEPT = 1.0  # weight in a score of the share of counterexamples in which the team fulfils its claim
+LEAST_ROWS = 10  # observations that must reach a node before anything is changed there
+
+Trees = list[GrownTree]
+
+
+@dataclass(frozen=True)
+class _Task:
+    """A team to refine."""
+
+    asked: Extraction  # with the examples of this team
+    team: str
+    agents: list[int]
+    chosen: list[list[GrownTree]]  # per agent: its trees, the chosen one first
+
+
+def refined(
+    asked: Extraction, agents: Sequence[int], chosen: Sequence[list[GrownTree]], running: Running = QUIETLY
+) -> tuple[Trees, dict[str, int]]:
+    """The refined tree of each of `agents`, and the episodes it took. `chosen`: their trees, the chosen one first.
+
+    Each team is refined on its own, so several of them at a time.
+    """
+    world, jobs, on_progress = asked.world, running.jobs, running.on_progress
+    if not asked.settings.refinement:
+        return [trees[0] for trees in chosen], {}
+    mine = dict(zip(agents, chosen, strict=True))
+    tasks: list[_Task] = []
+    for team in world.teams:
+        members = [agent for agent in world.members(team) if agent in mine]
+        if members:
+            trees = [mine[agent] for agent in members]
+            own = replace(asked, examples=asked.examples.of_team(team))
+            tasks.append(_Task(own, team, members, trees))
+    if jobs == 1:
+        found = [_team(task, on_progress) for task in tasks]
+    else:
+        found = []
+        for each in side_by_side(_quietly, [(task,) for task in tasks], jobs):
+            found.append(each)
+            if each[2]:
+                on_progress(each[2])
+    by_agent = {
+        agent: tree
+        for task, (trees, *_) in zip(tasks, found, strict=True)
+        for agent, tree in zip(task.agents, trees, strict=True)
+    }
+    return [by_agent[agent] for agent in agents], {"refinement_episodes": sum(played for _, played, _ in found)}
+
+
+def _quietly(task: _Task) -> tuple[Trees, int, Progress | None]:
+    return _team(task, lambda progress: None)
+
+
+def _team(task: _Task, on_progress: OnProgress) -> tuple[Trees, int, Progress | None]:
+    """Rounds for one team until its episodes are spent: its trees, the episodes played, and the last progress."""
+    asked, settings = task.asked, task.asked.settings
+    arena = Arena(asked.world, asked.expert, task.agents, settings.episodes(measures.REFINEMENT_SEEDS), SECONDARY)
+    trees, others = [trees[0] for trees in task.chosen], [trees[1:] for trees in task.chosen]
+    total, last = settings.refinement // round_cost(), None
+    for number in range(total):
+        rng = np.random.default_rng([settings.seed, *task.agents, number])
+        name = f"refine-{list(asked.world.teams).index(task.team)}-{number:04d}"  # a user's team may have any name
+        step = asked.journal.arrays(name, _round, arena, trees, others, settings.max_depth, rng, asked.examples)
+        trees = unpacked({name: array for name, array in step.items() if "." in name})
+        arena.used, arena.played = int(step["used"][0]), int(step["played"][0])
+        found = {task.team: estimate(arena.primary, step["values"])}
+        mean = float(score(arena.primary, step["values"]).mean())
+        last = Progress(REFINING, number + 1, total, mean, mean, found, None, count_leaves(trees))
+        on_progress(last)
+    return [merged(tree) for tree in trees], arena.played, last
+
+
+def _round(
+    arena: Arena,
+    trees: Trees,
+    others: Sequence[Trees],
+    max_depth: int,
+    rng: np.random.Generator,
+    examples: Examples,
+) -> Arrays:
+    trees, values = refine_once(arena, trees, others, max_depth, rng, examples)
+    spent = {"used": np.array([arena.used]), "played": np.array([arena.played]), "values": values}
+    return packed(trees) | spent
+
+
+def check(settings: Settings) -> None:
+    """InputError where there are episodes to refine by, but not enough for one round."""
+    if 0 < settings.refinement < round_cost():
+        what = f"{settings.refinement} episodes are too few for one round of refinement"
+        raise InputError(what, "--refinement-episodes", f"give 0, or {round_cost()} at least")
+
+
+def round_cost() -> int:
+    """Episodes of one round with all its moves."""
+    cost, alive, episodes, played = FIRST, MOVES, FIRST, 0
+    while True:
+        cost += (alive + 1) * episodes
+        played += episodes
+        if played >= LAST:
+            return cost
+        alive, episodes = min(alive, max(FEWEST, alive // GROWTH)), played * (GROWTH - 1)
+
+
+def refine_once(
+    arena: Arena,
+    trees: Trees,
+    others: Sequence[Trees],
+    max_depth: int,
+    rng: np.random.Generator,
+    examples: Examples = NO_EXAMPLES,
+) -> tuple[Trees, Float64]:
+    """One round: the team after the best move, or the same team when none helps, and its primary measure in the
+    episodes of the last heat.
+
+    `others`: further trees of each agent, for exchange. `examples`: the team's; scores count the share of them in which
+    it fulfils its claim, so that what it learned from them is not given away for play.
+    """
+    arena.scores([trees], FIRST)  # for what its agents observe
+    found = proposals(arena, trees, others, max_depth, rng)
+    found = [found[place] for place in rng.permutation(len(found))[:MOVES]]
+    if not found:  # too few observations for any
+        return trees, arena.values[0]
+    kept = np.array(
+        [examples.fulfilled(arena.world, dict(zip(arena.agents, one, strict=True))) for one in (trees, *found)]
+    )
+    learned = KEPT * (kept[1:] - kept[0])[:, None]
+    gains = np.zeros((len(found), 0))
+    episodes = FIRST
+    while found:
+        scored = arena.scores([trees, *found], episodes)  # the team as it is, then the moves
+        gains = np.concatenate([gains, scored[1:] - scored[0] + learned], axis=1)
+        if gains.shape[1] >= LAST:
+            break
+        best = np.argsort(-gains.mean(axis=1), kind="stable")[: max(FEWEST, len(found) // GROWTH)]
+        found, gains, learned = [found[place] for place in best], gains[best], learned[best]
+        episodes = gains.shape[1] * (GROWTH - 1)
+    best = int(gains.mean(axis=1).argmax())
+    gain, error = gains[best].mean(), gains[best].std() / np.sqrt(gains.shape[1])
+    return (list(found[best]), arena.values[best + 1]) if gain > error else (trees, arena.values[0])
+
+
+def proposals(
+    arena: Arena, trees: Trees, others: Sequence[Trees], max_depth: int, rng: np.random.Generator
+) -> list[Candidate]:
+    """Teams that differ from `trees` in one tree, with tests at what the arena has seen in play."""
+    found: list[Candidate] = []
+    for place, agent in enumerate(arena.agents):
+        changed = [*_changes(trees[place], arena.seen[place], len(arena.world.actions[agent]), max_depth, rng)]
+        for tree in changed + others[place]:
+            found.append([*trees[:place], tree, *trees[place + 1 :]])
+    return found
+
+
+def _changes(
+    tree: GrownTree, obs: Float32, n_actions: int, max_depth: int, rng: np.random.Generator
+) -> Iterator[GrownTree]:
+    depth = ir.depth(tree)
+    for node, rows in reaching(tree, obs).items():
+        if len(rows) < LEAST_ROWS:
+            continue
+        here = obs[rows]
+        anywhere = int(rng.integers(obs.shape[1]))
+        at = float(np.quantile(here[:, anywhere], rng.random(), method="lower"))
+        if tree.feature[node] == NO_FEATURE:
+            action = int(tree.action[node])
+            for other in range(n_actions):
+                if other != action:
+                    yield with_leaf(tree, node, other)
+            if depth[node] < max_depth:
+                other = int(rng.integers(n_actions))
+                pair = (action, other) if rng.random() < 0.5 else (other, action)
+                yield with_new_split(tree, node, anywhere, at, pair)
+            continue
+        yield with_leaf(tree, node, int(rng.integers(n_actions)))
+        column = here[:, tree.feature[node]]
+        rank = float((column <= tree.threshold[node]).mean())
+        for spread in rng.choice(SPREADS, size=2):
+            moved = float(np.clip(rng.normal(rank, spread), 0, 1))
+            yield with_split(tree, node, int(tree.feature[node]), float(np.quantile(column, moved, method="lower")))
+        yield with_split(tree, node, anywhere, at)

@@ -1,0 +1,160 @@
+"""What an extraction is asked for.
+
+Does: the settings of every algorithm, their presets and the limits they must keep.
+Assumes: presets change defaults; whatever a user says goes on top.
+Does not: know how an algorithm works.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+from codegen import ir
+from codegen.errors import InputError, UnknownNameError
+from maviper.episodes import measures
+from maviper.worlds import World
+
+MAVIPER, IVIPER, VIPER, IMITATION, FITTED_Q = "maviper", "iviper", "viper", "imitation", "fitted-q"
+NO_PREDICTION, IVIPER_RESAMPLING = "maviper-no-prediction", "maviper-iviper-resampling"
+ALGORITHMS = (MAVIPER, IVIPER, VIPER, IMITATION, FITTED_Q, NO_PREDICTION, IVIPER_RESAMPLING)
+EXACT, HISTOGRAM = "exact", "histogram"
+SPLITS = (EXACT, HISTOGRAM)
+UNIFORM, RETURN, RACE = "uniform", "return", "race"
+SELECTIONS = (UNIFORM, RETURN, RACE)
+PAPER, RELEASED, DEFAULT = "paper", "released", "default"
+REFINEMENT = 300_000
+MAX_NUMBER = 1_000_000  # of anything that is counted
+PRESETS: dict[str, dict[str, Any]] = {
+    PAPER: {"splits": EXACT, "selection": UNIFORM, "refinement": 0},
+    RELEASED: {"splits": EXACT, "selection": RETURN, "refinement": 0, "patience": MAX_NUMBER},
+    DEFAULT: {"splits": HISTOGRAM, "selection": RACE, "refinement": REFINEMENT},
+}
+OPTIONS = {"refinement": "--refinement-episodes", "budget": "--max-episodes"}  # named otherwise than their settings
+DEALT = ("iterations", "rollouts", "selection_episodes", "patience", "refinement")  # what a budget decides
+MAX_EPISODES = 100_000_000
+LARGE_BUDGET = 30_000  # from it on, there is enough to refine by
+MAX_ROLLOUTS = 2_000
+EPISODES_AN_ITERATION = 5
+EPISODES_PER_SEED = 100_000  # the episode seeds of two extraction seeds do not meet
+# What the paper's protocol changes for an algorithm, in both presets; imitation adds 5,000 samples an iteration.
+PROTOCOL: dict[str, dict[str, Any]] = {
+    IVIPER: {"iterations": 50},
+    VIPER: {"iterations": 50},
+    IMITATION: {"iterations": 20, "rollouts": 200, "patience": 20},
+    FITTED_Q: {"iterations": 10, "rollouts": 1_200, "patience": 10},
+}
+
+
+def option_of(setting: str) -> str:
+    """The option by which a user gives a setting."""
+    return OPTIONS.get(setting, f"--{setting.replace('_', '-')}")
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Settings of an extraction; the defaults are the paper's for physical deception."""
+
+    algorithm: str = MAVIPER
+    preset: str = PAPER
+    splits: str = EXACT  # how a split is searched: every threshold, or the bins of a histogram
+    max_depth: int = 4
+    iterations: int = 100
+    rollouts: int = 50  # episodes an iteration
+    max_samples: int = 300_000
+    # every iterate alike and one iteration for all agents; each team's best by return; a race in each team
+    selection: str = UNIFORM
+    selection_episodes: int = 100  # per candidate and team, on average
+    refinement: int = 0  # episodes per team
+    budget: int = 0  # episodes in all; 0: as the others say
+    patience: int = 10  # stop after so many iterations without a gain above the interval
+    agent: str = ""  # VIPER's: the one agent that becomes a tree
+    seed: int = 0
+
+    @staticmethod
+    def of(given: Mapping[str, Any], world: World | None = None) -> "Settings":
+        """Settings from what a user said; the rest is the algorithm's and the preset's. In a `world` that plays few
+        games at a time nothing is refined unless that is asked for.
+        """
+        algorithm, preset = given.get("algorithm", MAVIPER), given.get("preset", DEFAULT)
+        if algorithm not in ALGORITHMS:
+            raise UnknownNameError("algorithm", algorithm, ALGORITHMS, "--algorithm")
+        if preset not in PRESETS:
+            raise UnknownNameError("preset", preset, PRESETS, "--preset")
+        said = {name: value for name, value in given.items() if value is not None}
+        usual = {"preset": preset, **PROTOCOL.get(algorithm, {}), **PRESETS[preset]}
+        usual |= {"refinement": 0} if world is not None and world.games is not None else {}
+        if said.get("budget"):
+            both = [option_of(name) for name in DEALT if name in said]
+            if both:
+                raise InputError(
+                    f"a budget says what {', '.join(both)} would be", "--max-episodes", "give one or the other"
+                )
+        return Settings(**{**usual, **said}).checked()
+
+    def resolved(self, world: World) -> "Settings":
+        """The settings with a budget dealt out; InputError where it is too small for one iteration.
+
+        Half of it, at most MAX_ROLLOUTS episodes, goes to rollouts, in iterations whose number is the root of a fifth
+        of that: few points are worth labelling often. The rest goes to selection; from LARGE_BUDGET on, only as much
+        as to rollouts does, and what is left to refinement.
+        """
+        if not self.budget:
+            return self
+        runs = len(world.agents) if self.algorithm == IVIPER else 1  # each with rollouts and selection of its own
+        sides = 1 if self.algorithm in (IVIPER, VIPER) else len(world.teams)  # that a candidate is scored for
+        large = self.budget >= LARGE_BUDGET and world.games is None
+        rollouts = min(MAX_ROLLOUTS, self.budget // 2)
+        selection = rollouts if large else self.budget - rollouts
+        iterations = max(1, round((rollouts / runs / EPISODES_AN_ITERATION) ** 0.5))
+        found = replace(
+            self,
+            iterations=iterations,
+            rollouts=rollouts // (runs * iterations),
+            selection_episodes=selection // (runs * (iterations * sides + 1)),  # the expert plays them too
+            patience=iterations,
+            refinement=0,
+        )
+        if not found.rollouts or not found.selection_episodes:
+            least = "a few dozen are needed at least"
+            raise InputError(f"{self.budget} episodes are too few for one iteration", "--max-episodes", least)
+        refined = 1 if self.algorithm == VIPER else len(world.teams)
+        return replace(found, refinement=(self.budget - 2 * rollouts) // refined) if large else found
+
+    def episodes(self, purpose: int) -> range:
+        """The episode seeds of this extraction seed for a purpose, one of the first seeds in `metrics`."""
+        first = purpose + self.seed * EPISODES_PER_SEED
+        return range(first, first + EPISODES_PER_SEED)
+
+    def rollout_episodes(self, iteration: int, before: int = 0) -> range:
+        """The episode seeds of an iteration's rollouts; `before`: episodes that were played ahead of all."""
+        first = self.episodes(measures.ROLLOUT_SEEDS).start + before + iteration * self.rollouts
+        return range(first, first + self.rollouts)
+
+    def checked(self) -> "Settings":
+        """The settings themselves; InputError or UnknownNameError when one cannot be used."""
+        for kind, value, known in (
+            ("algorithm", self.algorithm, ALGORITHMS),
+            ("preset", self.preset, PRESETS),
+            ("splits", self.splits, SPLITS),
+            ("selection", self.selection, SELECTIONS),
+        ):
+            if value not in known:
+                raise UnknownNameError(kind, value, known, f"--{kind}")
+        for name in ("refinement", "budget"):
+            if not 0 <= getattr(self, name) <= MAX_EPISODES:
+                raise InputError(f"{name} must be from 0 to {MAX_EPISODES}, not {getattr(self, name)}", option_of(name))
+        for name in ("max_depth", "iterations", "rollouts", "max_samples", "selection_episodes", "patience"):
+            if not 1 <= getattr(self, name) <= MAX_NUMBER:
+                what = f"{name} must be at least 1 and at most {MAX_NUMBER}, not {getattr(self, name)}"
+                raise InputError(what, option_of(name))
+        if self.preset == RELEASED and self.algorithm == FITTED_Q:
+            what = "the released Fitted Q always stands still, since its look-ups never hit"
+            raise InputError(what, "--preset released", "choose --preset paper")
+        if self.max_depth > ir.MAX_DEPTH:
+            raise InputError(f"max_depth must be at most {ir.MAX_DEPTH}", "--max-depth")
+        if not 0 <= self.seed < 2**32:
+            raise InputError("the seed must be from 0 to 4294967295", "--seed")
+        if max(self.iterations * self.rollouts, self.selection_episodes) > EPISODES_PER_SEED:
+            where = "--iterations times --rollouts, --selection-episodes"
+            raise InputError(f"more than {EPISODES_PER_SEED} episodes in all", where)
+        return self

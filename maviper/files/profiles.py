@@ -1,0 +1,30 @@
+"""Profiles on disk, and the version of this package that writes them.
+
+Does: reads and checks a policy profile; names the installed version.
+Assumes: paths from the caller.
+Does not: write profiles.
+"""
+
+from importlib import metadata
+from pathlib import Path
+
+from codegen import policy_json
+from codegen.ir import PolicyProfile
+from maviper.files import runs
+
+
+def version() -> str:
+    """The installed version of the package."""
+    return metadata.version("maviper")
+
+
+def load(path: str | Path) -> PolicyProfile:
+    """The policy profile in a JSON file, checked. ProfileError (an InputError) with the path of the fault otherwise."""
+    return policy_json.loads(runs.read(Path(path), policy_json.MAX_BYTES), Path(path).name)
+
+
+def loaded(profile: PolicyProfile | str | Path | None, beside: Path) -> PolicyProfile:
+    """A profile that is given, or that lies in a file; None: profile.json beside another file."""
+    if profile is None:
+        return load(beside.parent / runs.PROFILE_FILE)
+    return load(profile) if isinstance(profile, str | Path) else profile

@@ -1,0 +1,141 @@
+"""Files that are never half written, and folders of runs that can go on.
+
+Does: writes a file under its final name only when it is complete; makes output folders and claims run folders, with
+  errors a user understands.
+Assumes: the folder's file system can rename atomically.
+Does not: know what is in the files.
+"""
+
+import contextlib
+import itertools
+import json
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, TypeVar
+
+import msgspec
+
+from codegen.errors import InputError, shown
+
+CONFIG_FILE = "config.json"
+MAX_CONFIG_BYTES = 2**20
+Form = TypeVar("Form")
+_serial = itertools.count()
+
+PROFILE_FILE = "profile.json"  # wherever a policy lies among other files
+
+
+def write(path: Path, content: str | bytes) -> Path:
+    """Writes a file atomically: a reader sees the old file or the new one, an interruption leaves the old one."""
+    data = content.encode() if isinstance(content, str) else content
+    folder(path.parent)
+    # named before it is made, so that an interruption at any point knows what to remove
+    scratch = path.parent / f".{path.name}.{os.getpid()}-{next(_serial)}.part"
+    try:
+        with scratch.open("wb") as file:
+            file.write(data)
+            file.flush()
+            os.fsync(file.fileno())
+        scratch.replace(path)
+    except OSError as error:
+        raise InputError(
+            f"cannot write {path.name}", f"{path}: {error.strerror}", "choose another folder with -o"
+        ) from None
+    finally:
+        with contextlib.suppress(OSError):
+            scratch.unlink()
+    return path
+
+
+def target(path: Path) -> Path:
+    """Makes sure that a file can be written at `path` later: its folder exists and is writable, it is no folder."""
+    try:
+        if path.is_dir():
+            raise InputError("the output is a folder, a file is needed", str(path), f"-o {path / 'profile.json'}")
+    except OSError as error:
+        raise InputError(
+            f"cannot write {path.name}", f"{path}: {error.strerror}", "choose another file with -o"
+        ) from None
+    folder(path.parent)
+    return path
+
+
+def folder(path: Path) -> Path:
+    """Makes an output folder, with its parents."""
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(
+            "cannot make the output folder", f"{path}: {error.strerror}", "choose another with -o"
+        ) from None
+    if not os.access(path, os.W_OK):
+        raise InputError("cannot write into the output folder", str(path), "choose another with -o")
+    return path
+
+
+def read(path: Path, limit: int) -> bytes:
+    """The bytes of an input file of at most `limit` bytes."""
+    try:
+        if path.stat().st_size > limit:
+            raise InputError("the file is too large", f"{path}: more than {limit} bytes", "is this the right file?")
+        return path.read_bytes()
+    except OSError as error:
+        raise InputError("cannot read the file", f"{path}: {error.strerror}", "check the path") from None
+
+
+def decoded(path: Path, limit: int, form: type[Form], what: str, advice: str) -> Form:
+    """A JSON input file of at most `limit` bytes as a msgspec struct. InputError that says `what` it is not."""
+    data = read(path, limit)
+    try:
+        return msgspec.json.decode(data, type=form)
+    except (msgspec.ValidationError, msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
+        raise InputError(what, f"{path}: {shown(error)}", advice) from None
+
+
+def as_json(content: Any) -> str:
+    """JSON as our files hold it."""
+    return json.dumps(content, indent=2, sort_keys=True) + "\n"
+
+
+def of_seed(folder_: Path, seed: int) -> Path:
+    """The folder of one seed's run, in the folder of a run of several seeds."""
+    return folder_ / f"seed-{seed}"
+
+
+def begun(folder_: Path) -> bool:
+    """Whether a folder holds a run, of one seed or of several: then `claim` lets nobody in without `resume`."""
+    try:
+        return any(place.exists() for place in (folder_ / CONFIG_FILE, *folder_.glob(f"seed-*/{CONFIG_FILE}")))
+    except OSError:
+        return False
+
+
+def claim(folder_: Path, config: Mapping[str, Any], same: Sequence[str], resume: bool) -> bool:
+    """Makes a folder a run's, or makes sure that it is this run's already; returns whether there was one to go on with.
+
+    `config`: what the run is started with: `settings`, the entries named in `same`, which a later call must repeat, and
+    the `command`. InputError for a folder that holds a run unless `resume`, another run, or none with `resume`.
+    """
+    folder(folder_)
+    place = folder_ / CONFIG_FILE
+    if not place.exists():
+        if resume:
+            raise InputError("there is no run to resume", str(place), "leave --resume out, or check the folder")
+        write(place, as_json(config))
+        return False
+    if not resume:
+        advice = "go on with --resume, or choose another folder with -o"
+        raise InputError("the folder already holds a run", str(folder_), advice)
+    try:
+        found = json.loads(read(place, MAX_CONFIG_BYTES))
+        differing = [key for key in same if found.get(key) != config[key]]
+        names = sorted({*config["settings"], *found["settings"]})
+        differing += [name for name in names if found["settings"].get(name) != config["settings"].get(name)]
+        command = str(found["command"])
+    except (ValueError, LookupError, TypeError, AttributeError):
+        raise InputError("not a readable run folder", str(place), "start again in another folder") from None
+    if differing:
+        where = f"{place}: {', '.join(differing)} differ"
+        raise InputError("the run in the folder is another", where, f"it was started with: {command}")
+    return True

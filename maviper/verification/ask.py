@@ -1,0 +1,257 @@
+"""From options and property files to questions: what is claimed where, and the command that asks it again.
+
+Does: built-in properties by name, property files, the list of properties, the starter file of a world.
+Assumes: options with None where a user said nothing.
+Does not: decide or print.
+"""
+
+import shlex
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from codegen import ir
+from codegen.errors import InputError
+from codegen.lowering.render import render
+from maviper.files import runs
+from maviper.files.regions import find_region
+from maviper.worlds import find
+from verify.claims.catalogue import Claim, find_claim, parameters, stated
+from verify.claims.decisions import BUILT_IN, EPS, STEADY, DecisionClaim
+from verify.claims.episode_properties import EPISODE_CLAIMS, in_general
+from verify.claims.episodes import KEEPS_APART, EpisodeClaim
+from verify.claims.files import read_properties
+from verify.claims.region import MACHINE, SEMANTICS, Region, exact, plain
+from verify.extent.violations import DEFAULT_ZONES as DEFAULT_CELLS
+from verify.verdicts.decisions import DEFAULT_BUDGET
+
+MAX_FILE_BYTES = 2**20
+DEFAULT = "distinct_targets"
+PARAMETERS = ("margin", "radius", "kappa", "eps", "landmarks", "of", "steps", "zones", "others")
+MAX_CELLS = 1_000_000  # a cell takes about 2 KB
+
+
+def option_of(parameter: str) -> str:
+    """The option by which a user gives a parameter of a claim."""
+    return "--max-zones" if parameter == "zones" else f"--{parameter}"
+
+
+@dataclass(frozen=True)
+class VerifyOptions:
+    """What is asked about a profile; None: as usual."""
+
+    names: tuple[str, ...] = ()  # built-in properties
+    file: Path | None = None  # a property file, whose claims come first
+    region: str = "start"
+    team: str | None = None
+    semantics: str = MACHINE
+    margin: Fraction | None = None
+    radius: Fraction | None = None
+    kappa: Fraction | None = None
+    eps: Fraction | None = None
+    landmarks: tuple[str, ...] | None = None
+    others: tuple[str, ...] | None = None
+    of: str | None = None
+    steps: int | None = None
+    where: bool = False  # also where claims about single decisions hold
+    max_cells: int | None = None
+    max_zones: int | None = None
+    solver_units: int | None = None
+    smt: Path | None = None  # a folder for the queries to the solver
+
+    def checked(self) -> "VerifyOptions":
+        """The options themselves; InputError for a limit that is out of its range, or that nothing reads."""
+        if not 0 < self.units < 2**32:
+            raise InputError("the solver units must be between 1 and 2**32", "--solver-units")
+        if self.max_cells is not None and not self.where:
+            raise InputError("nothing asks where the claims hold", "--max-cells", "add --where")
+        if self.max_cells is not None and not 0 < self.max_cells <= MAX_CELLS:
+            raise InputError(f"the cells must be between 1 and {MAX_CELLS}", "--max-cells")
+        return self
+
+    @property
+    def units(self) -> int:
+        """Solver resource units for a query."""
+        return DEFAULT_BUDGET if self.solver_units is None else self.solver_units
+
+    @property
+    def given(self) -> dict[str, Any]:
+        """The parameters of claims that a user gave."""
+        named = {"zones": self.max_zones, **{key: getattr(self, key) for key in PARAMETERS if key != "zones"}}
+        return {key: named[key] for key in PARAMETERS if named[key] is not None}
+
+    @property
+    def cells(self) -> int | None:
+        """How many failing cells are looked for at most; None where nothing asks."""
+        return (self.max_cells or DEFAULT_CELLS) if self.where else None
+
+
+class Asked(NamedTuple):
+    """One question: a claim, its region, and the command line that repeats it."""
+
+    claim: Claim
+    region: Region
+    command: str
+
+
+def questions(profile: ir.PolicyProfile, profile_name: str, options: VerifyOptions) -> list[Asked]:
+    """The questions of the options of `maviper verify`: first those of the property file, then the named ones."""
+    if options.semantics not in SEMANTICS:
+        raise InputError("the semantics are machine or real", "--semantics")
+    region = find_region(options.region, profile)
+    units, semantics = options.units, options.semantics
+    found: list[Asked] = []
+    if options.file is not None:
+        asked = from_file(options.file, profile, region)
+        words = ["maviper", "verify", profile_name, "--properties", options.file.name]
+        words += [] if region.name == "start" else ["--region", region.name]
+        found += [Asked(claim, where, _line(words, claim, units, semantics)) for claim, where in asked]
+    names = options.names or (() if found else (DEFAULT,))
+    for name, given in zip(names, _given(names, options), strict=True):
+        with with_option_names():
+            claim = find_claim(name, profile, options.team, **given)
+        found.append(Asked(claim, region, command(profile_name, claim, region.name, units, semantics)))
+    _check_episodes([one.claim for one in found], options)
+    return found
+
+
+def number(value: Fraction | float | str | None, parameter: str) -> Fraction | None:
+    """An exact number; of a float the decimal that Python prints for it. InputError for what is no number."""
+    if value is None or isinstance(value, Fraction):
+        return value
+    return exact(value if isinstance(value, str) else repr(value), parameter)
+
+
+@contextmanager
+def with_option_names() -> Iterator[None]:
+    """Errors about a parameter name the option that it came from."""
+    try:
+        yield
+    except InputError as error:
+        error.where = option_of(error.where) if error.where in PARAMETERS else error.where
+        raise
+
+
+def _check_episodes(claims: Sequence[Claim], options: VerifyOptions) -> None:
+    """InputError for options that a claim about episodes cannot follow."""
+    episodes = [claim for claim in claims if isinstance(claim, EpisodeClaim)]
+    if episodes and options.semantics != MACHINE:
+        what = f"{episodes[0].name} is decided for the deployed arithmetic only"
+        raise InputError(what, "--semantics", "leave it out, or ask the other properties alone")
+    if len(episodes) == len(claims):
+        if options.solver_units is not None:
+            what = "none of the properties asked is a query to the solver"
+            raise InputError(what, "--solver-units", "--max-zones is what limits claims about episodes")
+        if options.where:
+            what = (
+                f"{' and '.join(EPISODE_CLAIMS)} are about episodes, and the cells of --where are of single decisions"
+            )
+            raise InputError(what, "--where", "leave it out, or ask a smaller --region")
+        if options.smt is not None:
+            what = "no property asked is a question for a solver"
+            raise InputError(what, "--smt", f"{', '.join(EPISODE_CLAIMS)} are decided by zones")
+
+
+def _given(names: Sequence[str], options: VerifyOptions) -> list[dict[str, Any]]:
+    """For each property the parameters that a user gave and that it reads. InputError for one that none reads."""
+    given = options.given
+    if options.team is not None and not names:
+        raise InputError("properties of a file name their own teams", "--team", "write team into the file")
+    found, used = [], set[str]()
+    for name in names:
+        of = (given.get("of") or DEFAULT) if name == STEADY else ""
+        read = parameters(name, of)
+        # an unknown name is left to those who know its closest match
+        found.append({key: value for key, value in given.items() if read is None or key in read})
+        used |= set(found[-1])
+    for key in given:
+        if key not in used:
+            what = f"none of the properties asked reads {key}"
+            raise InputError(what, option_of(key), "see `maviper properties list`; in a file, write it into the file")
+    return found
+
+
+def from_file(path: Path, profile: ir.PolicyProfile, default: Region) -> list[tuple[Claim, Region]]:
+    """The claims of a property file; it names region files as seen from its own folder."""
+    try:
+        source = runs.read(path, MAX_FILE_BYTES).decode()
+    except UnicodeDecodeError:
+        raise InputError("not a readable property file", f"{path}: not UTF-8 text", "is this the right file?") from None
+
+    def region(name: str) -> Region:
+        return find_region(name if name == "start" else str(path.parent / name), profile)
+
+    return read_properties(source, profile, path.name, region, default)
+
+
+def command(profile: str, claim: Claim, region: str, budget: int = DEFAULT_BUDGET, semantics: str = MACHINE) -> str:
+    """The command line that asks about a built-in property again, run beside the profile and the region file."""
+    words = ["maviper", "verify", profile, "--property", claim.name, "--team", claim.team, "--region", region]
+    for key, value in stated(claim).items():
+        words += [option_of(key), _written(value)]
+    return _line(words, claim, budget, semantics)
+
+
+def _line(words: Sequence[str], claim: Claim, budget: int, semantics: str) -> str:
+    words = [*words, *(["--semantics", semantics] if semantics != MACHINE else [])]
+    words += ["--solver-units", str(budget)] if isinstance(claim, DecisionClaim) and budget != DEFAULT_BUDGET else []
+    return shlex.join(word.encode(errors="replace").decode() for word in words)
+
+
+def listed() -> list[dict[str, Any]]:
+    """The built-in properties as plain data: name, sentence, parameters with their defaults as texts.
+
+    A text is empty where the default depends on the world.
+    """
+    found = []
+    for name, built in BUILT_IN.items():
+        claim = DecisionClaim(name, "", eps=EPS, of=DEFAULT) if name == STEADY else DecisionClaim(name, "")
+        defaults = {key: _written(getattr(claim, key)) for key in built.parameters}
+        sentence = built.sentence.format(team="team", of="what the property named by `of` says")
+        found.append({"name": name, "sentence": sentence, "parameters": defaults})
+    for name in EPISODE_CLAIMS:
+        usual = EpisodeClaim("", "", -1)
+        defaults = {key: _written(getattr(usual, key)) for key in parameters(name) or ()} | {"steps": ""}
+        defaults |= {"radius": ""} if name == KEEPS_APART else {}
+        found.append({"name": name, "sentence": in_general(name), "parameters": defaults})
+    return found
+
+
+def _written(value: Fraction | int | str | Sequence[str]) -> str:
+    """A parameter as an option is written."""
+    if isinstance(value, Fraction):
+        return plain(value)
+    if isinstance(value, int):
+        return str(value)
+    return value if isinstance(value, str) else ",".join(value)
+
+
+def starter(world: str) -> str:
+    """A commented property file for a world, with its own agents, landmarks and actions."""
+    found = find(world)
+    teams = {team: list(members) for team, members in found.teams.items()}
+    marks = [mark.name for mark in found.spec.landmarks]
+    fitting = [team for team, members in teams.items() if len(members) == len(marks)]
+    team = fitting[0] if fitting else max(teams, key=lambda name: len(teams[name]))
+    actions = [action.name for action in found.actions[found.agents.index(teams[team][0])]]
+    meanings = [one.meaning for features in found.features for one in features]
+    seen = {name for meaning in meanings if meaning is not None for _, name in meaning.terms}
+    return render(
+        "properties/starter.toml.j2",
+        world=world,
+        teams=teams,
+        team=team,
+        fits=bool(fitting),
+        episodes=bool(fitting) and not any(entity.collides for entity in found.spec.landmarks),
+        colliding=[name for name, entity in zip(found.agents, found.spec.agents, strict=True) if entity.collides],
+        steps=found.spec.episode_steps,
+        agents=teams[team],
+        everybody=found.agents,
+        landmarks=marks,
+        goals=list(found.spec.goals),
+        actions=actions,
+        velocities=[name for name in found.spec.coordinates() if name in seen and name.endswith((".vx", ".vy"))],
+    )

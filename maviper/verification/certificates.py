@@ -1,0 +1,120 @@
+"""Certificates as files: written beside a report, and checked by `maviper check`.
+
+Does: names the files of certificates; reads one with its profile, checks it, says what it proves.
+Assumes: results of `verify.verdicts.decisions.verify`, or files that anyone wrote.
+Does not: prove.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+
+import msgspec
+
+from codegen.errors import RefusedError, shown
+from codegen.ir import PolicyProfile
+from maviper.files import runs
+from maviper.files.profiles import loaded
+from verify.checker import certificates as certificate
+from verify.checker import episode_certificates
+from verify.checker.certificates import Certificate
+from verify.checker.episode_certificates import EpisodeCertificate
+from verify.checker.reading import RejectedError
+from verify.claims.catalogue import stated
+from verify.claims.formula import agents
+from verify.claims.region import Region, is_start, plain
+from verify.verdicts.decisions import Result
+from verify.verdicts.episodes import EpisodeResult, whatever
+
+
+def certificate_files(results: Sequence[Result | EpisodeResult]) -> dict[str, str]:
+    """Certificates of proved results, and of regions found in others, file name -> text; numbered as in the report."""
+    found: dict[str, str] = {}
+    for place, result in enumerate(results, 1):
+        inner = result.within if isinstance(result, Result) else None
+        for proved, ending in ((result, ""), (inner, "-region")):
+            if proved is not None and proved.certificate is not None:
+                found[f"certificate-{place}-{result.claim.name}{ending}.json"] = _text(proved.certificate)
+    return found
+
+
+def _text(found: Certificate | EpisodeCertificate) -> str:
+    return certificate.to_json(found) if isinstance(found, Certificate) else episode_certificates.to_json(found)
+
+
+@dataclass(frozen=True)
+class Checked:
+    """A certificate whose proof holds."""
+
+    subject: str  # what it proves, from what was checked
+    closed: int  # branches of the proof
+    size: int  # bytes of proof
+
+
+def checked(path: Path, profile: PolicyProfile | Path | None = None) -> Checked:
+    """What the certificate in a file proves of a profile (default: profile.json beside it).
+
+    RefusedError when the proof does not hold.
+    """
+    found = _read(runs.read(path, certificate.MAX_BYTES), str(path))
+    about = loaded(profile, beside=path)
+    try:
+        if isinstance(found, Certificate):
+            closed, subject = certificate.accepted(found, about), _subject(found, about)
+        else:
+            closed, subject = episode_certificates.accepted(found, about), _episodes(found, about)
+    except RejectedError as error:
+        raise RefusedError(
+            "the certificate is refused", f"{path}: {shown(error)}", "do not rely on it; `maviper verify` asks anew"
+        ) from None
+    return Checked(subject, closed, found.size)
+
+
+class _Form(msgspec.Struct):
+    certificate: str
+
+
+def _read(text: bytes, where: str) -> Certificate | EpisodeCertificate:
+    """A certificate of either kind; what says of neither that it is one is told as one about single decisions."""
+    try:
+        form = msgspec.json.decode(text, type=_Form).certificate
+    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError):
+        form = ""
+    about = form.rpartition("-")[0] == episode_certificates.FORM.rpartition("-")[0]
+    return episode_certificates.from_json(text, where) if about else certificate.from_json(text, where)
+
+
+def _subject(found: Certificate, profile: PolicyProfile) -> str:
+    """What was proved, from what was checked."""
+    claim = "a formula without a name" if found.claim is None else f"{found.claim.name} of the {found.claim.team}"
+    if found.claim is None and not agents(found.formula):
+        claim += " that speaks of no agent's actions"
+    if found.claim is None and found.eps:
+        claim += f", though every feature is off by up to {_shown(found.eps)}"
+    if found.claim is not None:
+        claim += "".join(f", {name} {_shown(value)}" for name, value in stated(found.claim).items())
+    return f"{claim} in {_place(found.region, profile)}, {found.semantics} arithmetic"
+
+
+def _episodes(found: EpisodeCertificate, profile: PolicyProfile) -> str:
+    """What was proved of episodes, and whatever others do."""
+    claim = found.claim
+    own = f" at {' '.join(claim.landmarks)}" if claim.landmarks else ""
+    followed = sorted({" with ".join(part.followed) for part in found.parts})
+    said = f"{claim.name} of the {claim.team}{own}, steps {claim.steps}, radius {_shown(claim.radius)}"
+    opponents = any(profile.policy(agent).team != claim.team for part in found.parts for agent in part.followed)
+    others = f"followed: {', '.join(followed)}, {whatever(opponents)}"
+    return f"{said}, from rest in {_place(found.region, profile)}, {found.semantics} arithmetic; {others}"
+
+
+def _place(region: Region, profile: PolicyProfile) -> str:
+    """A region with its goals in words: it is called `start` only where it is the start region."""
+    named = "region start" if is_start(profile, region) else "a region of its own (see the file)"
+    return named + (f", goal {' or '.join(region.goals)}" if region.goals else "")
+
+
+def _shown(value: Fraction | str | tuple[str, ...]) -> str:
+    if isinstance(value, Fraction):
+        return plain(value)
+    return value if isinstance(value, str) else " ".join(value)

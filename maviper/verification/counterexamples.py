@@ -1,0 +1,255 @@
+"""Counterexamples as files, and their replay.
+
+Does: writes a counterexample with its claim and a test of it; replays one by reference, compiled C and environment, and
+  judges one of real arithmetic by exact measurements.
+Assumes: results of `verify.verdicts.decisions.verify`; a profile of the same world, the same policy or a better one.
+Does not: look for counterexamples; the files of those about whole episodes are in episode_files.py.
+"""
+
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from codegen.errors import InputError, shown
+from codegen.ir import PolicyProfile
+from codegen.lowering.render import render
+from codegen.policy_json import content_hash, layout
+from maviper.files import runs
+from maviper.verification import episode_files
+from maviper.verification.join import replayed
+from verify.claims.decisions import OWN, PLAIN, DecisionClaim, formula
+from verify.claims.formula import Acts, Formula, Goal, agents, atoms, coordinates
+from verify.claims.formula_json import formula_document, read_formula, read_number
+from verify.claims.region import MACHINE, MAX_NUMBER, REAL, goal_cases
+from verify.counterexamples.search import Counterexample
+from verify.reports.report import deployed_facts
+from verify.states.acting import REFERENCE
+from verify.states.real import Value, value_of, written_all
+from verify.states.state import State, error_name, true_at
+from verify.verdicts.decisions import Result
+from verify.verdicts.episodes import EpisodeResult
+
+FORM, REAL_FORM = "maviper-counterexample-1", "maviper-counterexample-2"  # of deployed, of real arithmetic
+FORMS = (FORM, REAL_FORM)
+MAX_BYTES = 1 << 24
+ADVICE = "make it again with `maviper verify -o`"
+
+
+class DeployedJson(msgspec.Struct, forbid_unknown_fields=True):
+    """What the deployed arithmetic does in the state of a counterexample in real arithmetic."""
+
+    actions: dict[str, str]
+    violated: bool
+
+
+class CounterexampleJson(msgspec.Struct, forbid_unknown_fields=True):
+    """The members of the file. Texts are fractions that are no float64 numbers, in real arithmetic only."""
+
+    counterexample: str
+    profile: str  # content hash
+    property: str
+    team: str
+    formula: dict[str, Any]
+    goal: str
+    position: dict[str, float | str]  # every coordinate that the region bounds
+    errors: dict[str, float | str]  # of features, as `verify.states.state.error_name` names them
+    actions: dict[str, str]  # agent -> what it did
+    explanation: dict[str, Any] = {}  # as in the report; replays do not read it
+    semantics: str = MACHINE
+    deployed: DeployedJson | None = None  # of real arithmetic; None where the state is no float64 state
+
+
+@dataclass(frozen=True)
+class Replayed:
+    """What the team does in the world state, and whether the claim fails there; of an episode, what all agents do, step
+    by step, and whether the claim fails in it.
+    """
+
+    property: str  # its name where that is sure, see `named`
+    violated: bool
+    actions: Mapping[str, str]  # of an episode: in order, with spaces between
+    before: Mapping[str, str]  # what the file says that it did
+    by: tuple[str, ...]  # what replays gave the same actions
+    same_policy: bool
+    says: str  # what judged the actions and who replayed them, in words
+
+
+def counterexample_files(profile: PolicyProfile, results: Sequence[Result | EpisodeResult]) -> dict[str, str]:
+    """For each violated claim a file, and a test that fails until a policy holds there."""
+    files: dict[str, str] = {}
+    for place, result in enumerate(results, 1):
+        if isinstance(result, EpisodeResult):
+            document = None if result.state is None else episode_files.document(profile, result)
+        else:
+            document = None if result.counterexample is None else _document(profile, result, result.counterexample)
+        if document is None:
+            continue
+        stem = f"counterexample-{place}-{result.claim.name}"
+        files[f"{stem}.json"] = layout(document) + "\n"
+        where = "from its start" if isinstance(result, EpisodeResult) else "in its world state"
+        named = {"name": f"{stem}.json", "place": place, "where": where}
+        files[f"test_{stem.replace('-', '_')}.py"] = render("tests/counterexample.py.j2", **named)
+    return files
+
+
+def _document(profile: PolicyProfile, result: Result, found: Counterexample) -> dict[str, Any]:
+    claim = result.claim
+    real = {} if result.semantics == MACHINE else {"semantics": result.semantics, "deployed": deployed_facts(found)}
+    return {
+        "counterexample": REAL_FORM if real else FORM,
+        "profile": content_hash(profile),
+        "property": claim.shown,
+        "team": claim.team,
+        "formula": formula_document(formula(profile, claim)),
+        "goal": found.state.goal,
+        "position": written_all(found.state.position),
+        "errors": written_all(found.state.errors),
+        "actions": {view.agent: view.action for view in found.agents},
+        **real,
+        "explanation": {} if result.explanation is None else result.explanation.document(),
+    }
+
+
+def replay(path: Path, profile: PolicyProfile) -> Replayed:
+    """The counterexample of a file, replayed with a profile: the one that it is about, or another of its world.
+
+    InputError when the file is damaged or speaks of what the profile does not have; DisagreementError when compiled C
+    or environment act differently from the reference.
+    """
+    single = not episode_files.holds_episode(path)
+    return _ensure_same(path, (_replayed_state if single else _replayed_episode)(path, profile))
+
+
+def _replayed_state(path: Path, profile: PolicyProfile) -> Replayed:
+    found, state, claim = read_counterexample(path, profile)
+    strange = sorted(set(found.actions) - {policy.agent for policy in profile.team(found.team)})
+    if strange:
+        what = "the counterexample is about another world"
+        raise InputError(what, f"{path}: {', '.join(map(shown, strange[:5]))}", ADVICE)
+    did = replayed(profile, claim, found.team, state, found.semantics)
+    return Replayed(
+        property=named(found.property, claim, found.team, profile),
+        violated=not true_at(profile, claim, state, did.actions),
+        actions={policy.agent: policy.actions[did.actions[policy.agent]].name for policy in profile.team(found.team)},
+        before=found.actions,
+        by=did.by,
+        same_policy=content_hash(profile) == found.profile,
+        says=did.says,
+    )
+
+
+def _replayed_episode(path: Path, profile: PolicyProfile) -> Replayed:
+    episode = episode_files.replay(path, profile)
+    found = episode.file
+    return Replayed(
+        property=_words(found.claim, found.property),
+        violated=episode.violated,
+        actions=episode.actions,
+        before=found.actions,
+        by=(REFERENCE, *episode.by),
+        same_policy=content_hash(profile) == found.profile,
+        says=f"replayed by {', '.join((REFERENCE, *episode.by))}",
+    )
+
+
+def named(stated: str, claim: Formula, team: str, profile: PolicyProfile) -> str:
+    """What the formula of a file is called: a property's name where it is what that says, for any other what the file
+    calls it, as the file's word.
+    """
+    if stated in PLAIN:
+        with suppress(InputError, ValueError):  # a property of other teams
+            if formula(profile, DecisionClaim(stated, team)) == claim:
+                return stated
+    return _words(OWN, stated)
+
+
+def _words(name: str, stated: str) -> str:
+    return name if stated == name else f"{name} (in the file: '{shown(stated)}')"
+
+
+def _ensure_same(path: Path, found: Replayed) -> Replayed:
+    """The replay itself; InputError where the file is about this very policy, and says that it acts otherwise."""
+    wrong = [agent for agent, action in found.actions.items() if found.before.get(agent, action) != action]
+    if found.same_policy and wrong:
+        where = f"{path}: $.actions.{wrong[0]}: the policy takes {found.actions[wrong[0]][:40]}"
+        raise InputError("the counterexample was edited after it was written", where, ADVICE)
+    return found
+
+
+def _strange_parts(claim: Formula, team: str, profile: PolicyProfile) -> list[str]:
+    """Goals and actions of a formula that the profile does not have; its agents are known."""
+    actions, parts = {policy.agent: policy.actions for policy in profile.team(team)}, list(atoms(claim))
+    acts = sorted({(atom.agent, atom.action) for atom in parts if isinstance(atom, Acts)})
+    return [
+        *sorted({atom.landmark for atom in parts if isinstance(atom, Goal)} - set(profile.world.goals)),
+        *(f"action {number} of {agent}" for agent, number in acts if not 0 <= number < len(actions[agent])),
+    ]
+
+
+def _read(path: Path) -> tuple[CounterexampleJson, State]:
+    found = runs.decoded(path, MAX_BYTES, CounterexampleJson, "not a counterexample", ADVICE)
+    if found.counterexample not in FORMS:
+        raise InputError("a counterexample of another version", f"{path}: '{shown(found.counterexample[:40])}'", ADVICE)
+    try:
+        position, errors = (
+            {name: _value(value) for name, value in values.items()} for values in (found.position, found.errors)
+        )
+    except ValueError as error:
+        raise InputError("not a counterexample", f"{path}: {error}", ADVICE) from None
+    state = State(position, found.goal, errors)
+    semantics = MACHINE if found.counterexample == FORM else REAL
+    if found.semantics != semantics or (semantics == MACHINE and (found.deployed or not state.floats)):
+        what = f"'{shown(found.semantics[:20])}' where {found.counterexample} is of {semantics} arithmetic"
+        raise InputError("not a counterexample", f"{path}: {what}", ADVICE)
+    return found, state
+
+
+def _value(stated: float | str) -> Value:
+    if not isinstance(stated, str):
+        return stated
+    number = read_number(stated)
+    if abs(number) > MAX_NUMBER:
+        raise ValueError(f"a number beyond {MAX_NUMBER}")
+    return value_of(number)
+
+
+def read_counterexample(path: Path, profile: PolicyProfile) -> tuple[CounterexampleJson, State, Formula]:
+    """A file, the world state and the formula in it, both known to a profile's world. InputError otherwise."""
+    found, state = _read(path)
+    return found, state, known_formula(found.formula, found.team, [state], profile, path)
+
+
+def known_formula(
+    document: dict[str, Any], team: str, states: Sequence[State], profile: PolicyProfile, path: Path
+) -> Formula:
+    """The formula of a file, if it and the world states are about what the profile's world has; else InputError."""
+    try:
+        claim = read_formula(document)
+    except (ValueError, LookupError, TypeError, AttributeError, RecursionError) as error:
+        raise InputError(
+            "the counterexample's formula cannot be read", f"{path}: {shown(error)}"[:200], ADVICE
+        ) from None
+    world = profile.world
+    needed = {f"{entity.name}.{axis}" for entity in world.agents + world.landmarks for axis in "xy"}
+    members = {policy.agent for policy in profile.team(team)}
+    positions = {name for state in states for name in state.position}
+    features = {error_name(policy.agent, feature.name) for policy in profile.agents for feature in policy.features}
+    strange = [
+        *sorted((coordinates(claim) | positions) - set(world.coordinates())),
+        *sorted(agents(claim) - members),
+        *sorted({name for state in states for name in state.errors} - features),
+        *sorted(f"goal {goal or 'none'}" for goal in {state.goal for state in states} - set(goal_cases(world.goals))),
+        *sorted({f"no {name}" for state in states for name in needed - set(state.position)}),
+    ]
+    strange = strange or _strange_parts(claim, team, profile)
+    if strange or not members:
+        what = ", ".join(strange[:5]) if members else f"no team {team}"
+        raise InputError("the counterexample is about another world", f"{path}: {shown(what)}", "give its profile")
+    for name, value in (pair for state in states for pair in (*state.position.items(), *state.errors.items())):
+        if abs(value) > MAX_NUMBER:
+            raise InputError("not a counterexample", f"{path}: {shown(name)} is beyond {MAX_NUMBER}", ADVICE)
+    return claim

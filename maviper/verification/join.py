@@ -1,0 +1,239 @@
+"""Verifying a profile's claims: the verifier joined with simulator, compiled code and reference environment.
+
+Does: hands `verify` its replays and the share of on-policy states, and makes the report's files.
+Assumes: the profile's world is one of ours; otherwise only the reference replays.
+Does not: decide verdicts.
+"""
+
+import hashlib
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from typing import Any, overload
+
+import numpy as np
+
+from codegen import ir
+from codegen.agreement.build import Build, build
+from codegen.check import ensure
+from codegen.errors import shown
+from codegen.lowering.render import render
+from codegen.policy_json import content_hash
+from maviper.episodes.on_policy import on_policy
+from maviper.episodes.play import Episodes
+from maviper.verification.replays import rollouts, state_of
+from maviper.worlds import ParticleWorld, WorldState
+from maviper.worlds.matching import NO_WORLD, matching_world
+from maviper.worlds.particle import placed
+from verify.claims.catalogue import Claim
+from verify.claims.decisions import LEAVES, DecisionClaim, sentence
+from verify.claims.episodes import EpisodeClaim
+from verify.claims.formula import Formula
+from verify.claims.region import MACHINE, Region, called
+from verify.extent.found import where as located
+from verify.question import Budgets, DecisionQuestion, Question
+from verify.reports import report
+from verify.solver.encode import Query, query, reaching
+from verify.solver.solve import DEFAULT_BUDGET, smt_lib
+from verify.states.acting import Acted, Replay, acted
+from verify.states.episodes import Episode, agreed
+from verify.states.state import State, contains, observed
+from verify.verdicts import decisions as engine
+from verify.verdicts import episodes as closed_loop
+from verify.verdicts.decisions import Result, Visited
+from verify.verdicts.episodes import EpisodeResult
+
+
+@overload
+def verify_claims(
+    profile: ir.PolicyProfile,
+    questions: Sequence[tuple[DecisionClaim, Region]],
+    budget: int = ...,
+    semantics: str = ...,
+    where: int | None = ...,
+) -> list[Result]: ...
+
+
+@overload
+def verify_claims(
+    profile: ir.PolicyProfile,
+    questions: Sequence[tuple[Claim, Region]],
+    budget: int = ...,
+    semantics: str = ...,
+    where: int | None = ...,
+) -> list[Result | EpisodeResult]: ...
+
+
+def verify_claims(
+    profile: ir.PolicyProfile,
+    questions: Sequence[tuple[Claim, Region]],
+    budget: int = DEFAULT_BUDGET,
+    semantics: str = MACHINE,
+    where: int | None = None,
+) -> list[Any]:
+    """A result for each (claim, region). `budget` and `semantics` are of claims about single decisions; those about
+    episodes have their own budget and speak of the deployed arithmetic. `where`: also where claims about single
+    decisions hold, by so many violating zones at most; None: not asked.
+    """
+    ensure(profile)
+    world = matching_world(profile)
+    made = build(profile, ["c"])
+    skipped = [] if made.compilable else ["compiled C: no compiler found"]
+    skipped += [] if world else [f"{shown(profile.world.reference)}: {NO_WORLD}"]
+    single = any(isinstance(claim, DecisionClaim) for claim, _ in questions)
+    episodes = on_policy(profile, world) if world is not None and single else None
+    budgets = Budgets(budget) if where is None else Budgets(budget, max_cells=where)
+    results: list[Result | EpisodeResult] = []
+    with made:
+        for number, (claim, region) in enumerate(questions, 1):
+            if isinstance(claim, EpisodeClaim):
+                replays = rollouts(made, world)
+                results.append(closed_loop.verify_episodes(Question(profile, claim, region, MACHINE), replays, skipped))
+                continue
+            decisions = _replays(made, profile.team(claim.team), world)
+
+            def decided(question: DecisionQuestion, decisions: Mapping[str, Replay] = decisions) -> Result:
+                visited = None if world is None or episodes is None else _visited(world, episodes, question.region)
+                return engine.verify(question, decisions, visited, skipped)
+
+            question = Question(profile, claim, region, semantics, budgets)
+            result = decided(question)
+            if where is not None:
+                name = region_file(number, claim)
+                found = located(question, result.verdict, name)
+                within = decided(question.within(found.part.region)) if found.part else None
+                result = replace(result, where=found, within=within)
+            results.append(result)
+    return results
+
+
+def region_file(number: int, claim: Claim) -> str:
+    """The name of the file of the region that is found for a claim; claims are counted from 1."""
+    return f"region-{number}-{claim.name}.toml"
+
+
+def replayed(profile: ir.PolicyProfile, claim: Formula, team: str, state: State, semantics: str) -> Acted:
+    """A team's actions in a world state, by everything that can replay it here."""
+    world, policies = matching_world(profile), profile.team(team)
+    with build(profile, ["c"]) as made:
+        return acted(profile, claim, team, state, _replays(made, policies, world), semantics)
+
+
+def replayed_course(profile: ir.PolicyProfile, state: State, steps: int) -> tuple[Episode, tuple[str, ...]]:
+    """The episode from a start, and the names of everything that can play it here and took the same course.
+
+    DisagreementError when one of them takes another course.
+    """
+    with build(profile, ["c"]) as made:
+        players = rollouts(made, matching_world(profile))
+        return agreed(profile, state, steps, players), tuple(players)
+
+
+def _replays(made: Build, team: Sequence[ir.AgentPolicy], world: ParticleWorld | None) -> Mapping[str, Replay]:
+    """What replays a team's decisions in one world state."""
+    replays: dict[str, Replay] = {}
+    profile = made.profile
+    if made.compilable:
+        replays["compiled C"] = partial(_in_compiled, made, team)
+    if world is not None:
+        replays[shown(profile.world.reference)] = partial(_in_reference, profile, team, world)
+    return replays
+
+
+def _in_compiled(made: Build, team: Sequence[ir.AgentPolicy], state: State) -> list[int]:
+    """The team's actions by the compiled header."""
+    seen = [observed(made.profile, policy, state) for policy in team]
+    return [int(made.library.act(policy.agent, obs)[0]) for policy, obs in zip(team, seen, strict=True)]
+
+
+def _in_reference(
+    profile: ir.PolicyProfile, team: Sequence[ir.AgentPolicy], world: ParticleWorld, state: State
+) -> list[int]:
+    """The team's actions on what the reference environment itself observes in the world state; features that it does
+    not have, and those that a counterexample's errors change, are observed by their meanings.
+    """
+    env = world.reference_env()
+    env.reset(seed=0)
+    world_state = state_of(profile, state)
+    placed(env, world_state)
+    found = []
+    for policy in team:
+        agent = world.agents.index(policy.agent)
+        obs = world.observe(world_state)[agent].copy()
+        shown = env.aec_env.unwrapped.observe(policy.agent)
+        obs[0, : world.shown[agent]] = shown[: world.shown[agent]]
+        exact, wrong = observed(profile, policy, replace(state, errors={})), observed(profile, policy, state)
+        obs = np.where(exact == wrong, obs, wrong)
+        found.append(int(ir.act(policy, obs)[0]))
+    return found
+
+
+def _visited(world: ParticleWorld, episodes: Episodes, region: Region) -> Visited:
+    """How many on-policy states lie inside a region, its goals included."""
+    world_state = WorldState.joined(episodes.states[1:])
+    within = contains(region, world.coordinates(world_state), world.spec)
+    if region.goals:
+        names = np.array([landmark.name for landmark in world.spec.landmarks])
+        within &= np.isin(names[world_state.goal], region.goals)
+    return Visited(int(within.sum()), len(within), len(episodes.states[0]))
+
+
+def digests(files: Mapping[str, str | bytes]) -> dict[str, str]:
+    """SHA-256 of each text in hexadecimal, by name."""
+    encoded = {name: item.encode() if isinstance(item, str) else item for name, item in sorted(files.items())}
+    return {name: hashlib.sha256(item).hexdigest() for name, item in encoded.items()}
+
+
+def question_files(
+    profile: ir.PolicyProfile, asked: Sequence[tuple[Claim, Region, str]], semantics: str = MACHINE
+) -> dict[str, str]:
+    """The very questions, one a property and goal (of alive_leaves: one a leaf and goal), as SMT-LIB, name -> text.
+
+    Claims about episodes have none: no solver is asked about them.
+    """
+    files: dict[str, str] = {}
+    for number, (claim, region, _) in enumerate(asked, 1):
+        if isinstance(claim, EpisodeClaim):
+            continue
+        question = Question(profile, claim, region, semantics)
+        for goal in question.goals:
+            for name, made in _queries(question, goal):
+                files[f"{number:02d}-{name}-{goal or 'no-goal'}.smt2"] = render(
+                    "smt/question.smt2.j2",
+                    profile=content_hash(profile),
+                    claim=f"{claim.shown}: {claim.written or sentence(claim)}",
+                    assume=claim.assumption,
+                    leaf=claim.name == LEAVES,
+                    region=called(profile, region) or "given",
+                    goal=goal,
+                    semantics=semantics,
+                    text=smt_lib(made),
+                )
+    return files
+
+
+def _queries(question: DecisionQuestion, goal: str) -> Iterator[tuple[str, Query]]:
+    """What the solver is asked for one goal, each query with a name that suits a file."""
+    team = question.team
+    if question.claim.name != LEAVES:
+        yield question.claim.name, query(question, goal)
+        return
+    for policy in team:
+        for leaf in map(int, ir.leaves(policy.tree)):
+            asked = reaching(policy, leaf, question.region, goal, semantics=question.semantics)
+            yield f"{LEAVES}-{policy.agent}-{leaf}", asked
+
+
+def report_files(
+    profile: ir.PolicyProfile,
+    results: Sequence[Result | EpisodeResult],
+    commands: Sequence[str],
+    files: Mapping[str, str | bytes],
+) -> dict[str, str]:
+    """report.html, report.json and report.txt, name -> text. `files`: texts whose hashes the report names."""
+    facts = report.document(profile, results, commands, digests(files))
+    return {
+        "report.json": report.as_json(facts),
+        "report.txt": report.as_text(facts),
+        "report.html": report.as_html(facts),
+    }

@@ -1,0 +1,161 @@
+"""Repair: guard leaves until a claim is proved, and measure what that costs.
+
+Does: hands `verify.repair.search` the states that the team meets, has both engines decide about the result, measures
+  the team before and after in the same held-out episodes, renders profile, certificate, report and costs.
+Assumes: the profile's world is one of ours; otherwise play is not measured, and said so.
+Does not: choose guards, decide verdicts, print or write files.
+"""
+
+import shlex
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from codegen import ir, policy_json
+from codegen.check import ensure
+from codegen.errors import InputError, visible
+from codegen.policy_json import content_hash
+from maviper.compilation import compile
+from maviper.episodes.on_policy import on_policy
+from maviper.evaluation.comparison import Cost, measured, sizes_document
+from maviper.evaluation.held_out import evaluation
+from maviper.evaluation.players import Player, shipped_expert
+from maviper.evaluation.run import MAX_EPISODES
+from maviper.files import runs
+from maviper.files.regions import find_region
+from maviper.verification.ask import command, with_option_names
+from maviper.verification.certificates import certificate_files
+from maviper.verification.join import report_files, verify_claims
+from maviper.worlds import ParticleWorld, WorldState
+from maviper.worlds.matching import matching_world
+from verify.claims.decisions import DecisionClaim, find_property
+from verify.claims.region import Region
+from verify.question import Question
+from verify.repair.search import Repair, repair
+from verify.verdicts.decisions import Result
+
+COST_FILE = "repair.json"
+PARAMETERS = ("margin", "radius", "landmarks")
+
+
+@dataclass(frozen=True)
+class RepairOptions:
+    """What a repair is asked for; None: as usual."""
+
+    name: str = "distinct_targets"  # the property
+    team: str | None = None
+    region: str = "start"
+    margin: Fraction | None = None
+    radius: Fraction | None = None
+    landmarks: tuple[str, ...] | None = None
+    max_depth: int | None = None  # repairs within it are preferred
+    episodes: int = 1_000  # held out, for the measures before and after
+
+    def checked(self) -> "RepairOptions":
+        """The options themselves; InputError for one that cannot be used."""
+        episodes, most = self.episodes, self.max_depth
+        if not 1 <= episodes <= MAX_EPISODES:
+            raise InputError(f"the number of episodes must be from 1 to {MAX_EPISODES}, not {episodes}", "--episodes")
+        if most is not None and not 1 <= most <= ir.MAX_DEPTH:
+            raise InputError(f"the depth must be from 1 to {ir.MAX_DEPTH}, not {most}", "--max-depth")
+        return self
+
+
+@dataclass(frozen=True)
+class Repaired:
+    """A repair: what it was to prove, and, where it ended, the profile after it with its cost, results and files."""
+
+    before: ir.PolicyProfile
+    claim: DecisionClaim
+    region: Region
+    repair: Repair
+    after: ir.PolicyProfile | None = None  # None: no repair was found
+    cost: Cost | None = None
+    results: tuple[Result, ...] = ()
+    files: Mapping[str, str | bytes] = field(default_factory=dict)  # name -> text
+
+    @property
+    def certificates(self) -> dict[str, str]:
+        """The certificates among the files."""
+        return certificate_files(self.results)
+
+
+def repaired(before: ir.PolicyProfile, options: RepairOptions, name: str = runs.PROFILE_FILE) -> Repaired:
+    """The repair of a profile, which a user calls `name`. InputError for options that cannot be used."""
+    options = options.checked()
+    region = find_region(options.region, before)
+    given = {name: getattr(options, name) for name in PARAMETERS if getattr(options, name) is not None}
+    with with_option_names():
+        claim = find_property(options.name, before, options.team, **given)
+    if Path(options.region).name in (runs.PROFILE_FILE, COST_FILE):
+        raise InputError("the region file would be overwritten by a result", "--region", "give it another name")
+    world, question = matching_world(before), Question(before, claim, region)
+    found = repair(question, None if world is None else met_states(before, world), options.max_depth)
+    unmeasured = Repaired(before, claim, region, found)
+    if not found.ended:
+        return unmeasured
+    expert = None if world is None else shipped_expert(before.provenance.expert, world)
+    after = _with_provenance(unmeasured, world, expert)
+    cost = measured(before, after, claim.team, region, world, expert, options.episodes)
+    done = replace(unmeasured, after=after, cost=cost, results=tuple(verify_claims(after, [(claim, region)])))
+    return replace(done, files=_files(done, name, options))
+
+
+def _files(done: Repaired, name: str, options: RepairOptions) -> dict[str, str | bytes]:
+    """Profile, costs, region, report and certificate, name -> text."""
+    assert done.after is not None
+    asked = command(runs.PROFILE_FILE, done.claim, done.region.name)
+    made = ["maviper", "repair", name, *shlex.split(asked)[3:], "--episodes", str(options.episodes)]
+    made += ["--max-depth", str(options.max_depth)] if options.max_depth is not None else []
+    files: dict[str, str | bytes] = {
+        runs.PROFILE_FILE: policy_json.dumps(done.after),
+        COST_FILE: policy_json.layout(document(done, shlex.join(made))) + "\n",
+    }
+    files |= {} if options.region == "start" else {Path(options.region).name: done.region.toml()}
+    return files | report_files(done.after, done.results, [asked], files) | done.certificates
+
+
+def met_states(profile: ir.PolicyProfile, world: ParticleWorld) -> np.ndarray:
+    """Coordinates [n, n_coordinates] of the states in which the profile's agents decide, playing one another."""
+    return world.coordinates(WorldState.joined(on_policy(profile, world).states[:-1]))
+
+
+def _with_provenance(done: Repaired, world: ParticleWorld | None, expert: Player | None) -> ir.PolicyProfile:
+    """The repaired profile, which says what was done to which, with measures of its own."""
+    before, found = done.before, done.repair
+    if not found.guards:
+        return before
+    training = {
+        **before.provenance.training,
+        "repair": visible(f"{done.claim.name} of the {done.claim.team}, region {done.region.name}"),
+        compile.BEFORE_REPAIR: content_hash(before),
+    }
+    known = world is not None and expert is not None
+    rows = evaluation(world, found.profile.agents, expert.controller) if known else {}  # type: ignore[union-attr, arg-type]
+    return ensure(replace(found.profile, provenance=replace(before.provenance, training=training, evaluation=rows)))
+
+
+def document(done: Repaired, made: str) -> dict[str, Any]:
+    """The repair and its cost as plain data; `made`: the command that made it."""
+    before, after, found = done.before, done.after, done.repair
+    assert after is not None and done.cost is not None
+    return {
+        "command": made,
+        "profile_before": content_hash(before),
+        "profile": content_hash(after),
+        "property": done.claim.name,
+        "team": done.claim.team,
+        "region": done.region.name,
+        "roles": dict(found.roles),
+        "counterexamples": found.rounds,
+        "guards": [
+            {"agent": one.agent, "leaf": one.leaf, "landmark": one.landmark, "leaves": len(ir.leaves(one.tree))}
+            for one in found.guards
+        ],
+        "trees": sizes_document(before, after, list(found.roles)),
+        **done.cost.document(),
+    }

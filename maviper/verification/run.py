@@ -1,0 +1,84 @@
+"""Verification: the answers to questions, and all files that belong to them.
+
+Does: has the claims decided; renders report, certificates, counterexamples, regions found and failing states.
+Assumes: `join` joins verifier and simulator.
+Does not: decide verdicts, print, or write files.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+from codegen import ir
+from codegen.check import ensure
+from codegen.policy_json import dumps
+from maviper.files import runs
+from maviper.verification.ask import Asked, VerifyOptions, questions
+from maviper.verification.certificates import certificate_files
+from maviper.verification.counterexamples import counterexample_files
+from maviper.verification.failing_states import states_files
+from maviper.verification.join import report_files, verify_claims
+from maviper.verification.places import repeated, where_files
+from verify.claims.episodes import EpisodeClaim
+from verify.verdicts.decisions import Result
+from verify.verdicts.episodes import EpisodeResult
+
+
+@dataclass(frozen=True)
+class Verified:
+    """The questions about a profile with their results. Files are name -> text."""
+
+    profile: ir.PolicyProfile
+    asked: tuple[Asked, ...]
+    results: tuple[Result | EpisodeResult, ...]
+    cells: int | None = None  # that --where looked for at most
+
+    @property
+    def not_located(self) -> list[str]:
+        """The claims for which `where` was asked in vain."""
+        episodes = [one.claim.shown for one in self.asked if isinstance(one.claim, EpisodeClaim)]
+        return episodes if self.cells is not None else []
+
+    @cached_property
+    def reports(self) -> dict[str, str]:
+        """report.html, report.json and report.txt."""
+        return report_files(self.profile, self.results, [repeated(one, self.cells) for one in self.asked], {})
+
+    @cached_property
+    def certificates(self) -> dict[str, str]:
+        """A certificate for each claim proved by zones, and for each region found."""
+        return certificate_files(self.results)
+
+    @cached_property
+    def counterexamples(self) -> dict[str, str]:
+        """For each violated claim a counterexample and a test of it."""
+        return counterexample_files(self.profile, self.results)
+
+    @cached_property
+    def places(self) -> dict[str, str]:
+        """Failing cells and regions found."""
+        return where_files(self.profile, self.results)
+
+    @cached_property
+    def states(self) -> dict[str, str]:
+        """States in which claims fail, to learn from."""
+        return states_files(self.profile, self.asked, self.results)
+
+    @property
+    def files(self) -> dict[str, str]:
+        """All of them; the profile too, where a counterexample is to be replayed with it."""
+        beside = {runs.PROFILE_FILE: dumps(self.profile)} if self.counterexamples else {}
+        return self.reports | self.certificates | self.counterexamples | self.places | self.states | beside
+
+
+def verified(profile: ir.PolicyProfile, asked: Sequence[Asked], options: VerifyOptions) -> Verified:
+    """The results of questions, see `maviper.verification.ask.questions`."""
+    pairs = [(one.claim, one.region) for one in asked]
+    results = verify_claims(profile, pairs, options.units, options.semantics, options.cells)
+    return Verified(profile, tuple(asked), tuple(results), options.cells)
+
+
+def results(profile: ir.PolicyProfile, options: VerifyOptions) -> list[Result | EpisodeResult]:
+    """The results alone. InputError for options that cannot be used."""
+    asked = questions(ensure(profile), runs.PROFILE_FILE, options.checked())
+    return list(verified(profile, asked, options).results)

@@ -1,0 +1,32 @@
+"""The world that a profile was learned in.
+
+Does: finds our world with exactly the profile's spec, agents, features and actions.
+Assumes: a checked profile.
+Does not: play.
+"""
+
+from codegen import ir
+from codegen.errors import InputError
+from maviper.worlds import ParticleWorld, World, built_in
+from maviper.worlds.world import world_name
+
+NO_WORLD = "no world of this version has the profile's spec, agents, features and actions"
+
+
+def matching_world(profile: ir.PolicyProfile) -> ParticleWorld | None:
+    """Our world with exactly the profile's spec, agents, teams, features and actions, or None."""
+    try:
+        world = built_in(world_name(profile.world))
+    except InputError:  # another's world, or options of another version
+        return None
+    return world if plays(profile, world) else None
+
+
+def plays(profile: ir.PolicyProfile, world: World) -> bool:
+    """Whether a world has exactly the profile's spec, agents, teams, features and actions."""
+    ours = [
+        (agent, world.team_of(agent), features, actions)
+        for agent, features, actions in zip(world.agents, world.features, world.actions, strict=True)
+    ]
+    theirs = [(policy.agent, policy.team, policy.features, policy.actions) for policy in profile.agents]
+    return world.spec == profile.world and ours == theirs

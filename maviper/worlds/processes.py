@@ -1,0 +1,354 @@
+"""A user's environment: found by `module:function`, made, and played in copies, each in a process of its own.
+
+Does: imports and calls the function; resets and steps the copies; turns what an environment raises into an InputError.
+Assumes: discrete actions and vector observations (`pettingzoo.faults` found nothing); all live agents act at once.
+Does not: send an environment through a pipe, only numbers; know what a world is.
+"""
+
+import importlib
+import inspect
+import multiprocessing
+import os
+import re
+import signal
+import sys
+import traceback
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, redirect_stdout, suppress
+from dataclasses import dataclass
+from multiprocessing import resource_tracker
+from multiprocessing.connection import Connection
+from pathlib import Path
+from types import ModuleType
+from typing import Any, NamedTuple
+from warnings import catch_warnings, simplefilter
+
+import numpy as np
+
+from codegen.errors import InputError, UnknownNameError
+from codegen.ir import Float32
+
+MAX_STEPS = "max_steps"  # the one option that is ours: how long an episode may be
+NUMBER = re.compile(r"-?[0-9]{1,18}")
+MAX_MESSAGE = 300  # characters of what an environment says when it raises
+GRACE = 2.0  # seconds in which a copy may end by itself
+
+
+class Outcome(NamedTuple):
+    """What a step or a reset gave, agent by agent."""
+
+    observations: list[Float32]  # each [n_features]
+    rewards: list[float]
+    done: list[bool]  # the agent's episode has ended
+    terminated: list[bool]  # ... by itself; it was not just cut
+
+
+@dataclass(frozen=True)
+class Source:
+    """Where an environment comes from: `module:function,option=value`."""
+
+    module: str
+    function: str
+    options: Mapping[str, int | str]
+
+    @property
+    def reference(self) -> str:
+        """`module:function`."""
+        return f"{self.module}:{self.function}"
+
+    @property
+    def text(self) -> str:
+        """The whole, as the command line reads it; options in alphabetical order."""
+        return ",".join([self.reference, *(f"{key}={value}" for key, value in sorted(self.options.items()))])
+
+
+def named_by_user(name: str) -> bool:
+    """Whether a world's name is a `module:function`, not that of one of our games."""
+    return ":" in name.split(",")[0]
+
+
+def parsed(text: str) -> Source:
+    """The parts of `module:function,option=value`; InputError when it has another form."""
+    reference, *choices = text.split(",")
+    module, _, function = reference.partition(":")
+    if not all(part.isidentifier() for part in (*module.split("."), function)):
+        raise InputError("not of the form module:function", text, "write it as in `import`: package.module:function")
+    options: dict[str, int | str] = {}
+    for choice in choices:
+        key, _, value = choice.partition("=")
+        if not key.isidentifier() or not value:
+            raise InputError(f"cannot read the option '{choice}'", text, f"write {reference},OPTION=VALUE")
+        options[key] = int(value) if NUMBER.fullmatch(value) else value
+    return Source(module, function, options)
+
+
+def imported(source: Source) -> Callable[..., Any]:
+    """The function. The current folder comes first, as for `python -m`. InputError when it cannot be imported."""
+    folder = str(Path.cwd())
+    if folder not in sys.path:
+        sys.path.insert(0, folder)
+    importlib.invalidate_caches()
+    module = _module(source)
+    known = [name for name, value in vars(module).items() if callable(value) and not name.startswith("_")]
+    if not callable(getattr(module, source.function, None)):
+        raise UnknownNameError(f"function in {source.module}", source.function, known, source.text)
+    return getattr(module, source.function)
+
+
+def _module(source: Source) -> ModuleType:
+    try:
+        with redirect_stdout(sys.stderr):  # ours is for results
+            return importlib.import_module(source.module)
+    except ModuleNotFoundError as error:
+        if error.name is not None and f"{source.module}.".startswith(f"{error.name}."):
+            advice = "install it, or run maviper in the folder where it lies"
+            raise InputError(f"no module '{error.name}'", source.text, advice) from None
+        raise fault(error, source, f"importing {source.module}") from error
+    except (Exception, SystemExit) as error:
+        raise fault(error, source, f"importing {source.module}") from error
+
+
+def made(function: Callable[..., Any], source: Source) -> Any:
+    """A fresh environment; InputError when the function raises or returns something else."""
+    from pettingzoo import AECEnv, ParallelEnv
+
+    known = _parameters(function)
+    options = {key: value for key, value in source.options.items() if key != MAX_STEPS or key in (known or ())}
+    unknown = [] if known is None else sorted(set(options) - set(known))
+    if unknown:
+        raise UnknownNameError("option", unknown[0], [*(known or ()), MAX_STEPS], source.text)
+    try:
+        with redirect_stdout(sys.stderr):
+            env = function(**options)
+    except (Exception, SystemExit) as error:
+        raise fault(error, source, source.function) from error
+    if isinstance(env, AECEnv):
+        advice = "wrap it: pettingzoo.utils.conversions.aec_to_parallel(env)"
+        raise InputError("the environment is an AEC one, in which agents take turns", source.text, advice)
+    if not isinstance(env, ParallelEnv):
+        advice = "return a pettingzoo.ParallelEnv"
+        raise InputError(
+            f"the function returns no PettingZoo environment but {type(env).__name__}", source.text, advice
+        )
+    return env
+
+
+def _parameters(function: Callable[..., Any]) -> list[str] | None:
+    """The names of a function's keyword arguments, or None where it takes any, or Python cannot tell."""
+    try:
+        found = inspect.signature(function).parameters.values()
+    except (TypeError, ValueError):  # not written in Python
+        return None
+    if any(each.kind is each.VAR_KEYWORD for each in found):
+        return None
+    return [each.name for each in found if each.kind in (each.POSITIONAL_OR_KEYWORD, each.KEYWORD_ONLY)]
+
+
+def fault(error: BaseException, source: Source, doing: str) -> InputError:
+    """What an environment raised, with its place in the environment's own code."""
+    if isinstance(error, InputError):
+        return error
+    frames = [frame for frame in traceback.extract_tb(error.__traceback__) if frame.filename != __file__]
+    frames = [frame for frame in frames if not frame.filename.startswith("<frozen importlib")]
+    place = f": {frames[-1].filename}:{frames[-1].lineno}, in {frames[-1].name}" if frames else ""
+    message = " ".join(str(error).split())[:MAX_MESSAGE]
+    said = f"{type(error).__name__}: {message}" if message else type(error).__name__
+    return InputError(f"{doing} raised {said}", source.text + place, "mend it there, then `maviper worlds check` it")
+
+
+def space(env: Any, kind: str, agent: Any) -> Any:
+    """An agent's `action` or `observation` space, by method or, as older environments have it, from a mapping."""
+    with catch_warnings():
+        simplefilter("ignore")
+        return getattr(env, f"{kind}_space")(agent)
+
+
+class Copy:
+    """One copy of an environment in play.
+
+    An agent whose episode has ended keeps its last observation; its reward is 0, its actions are ignored, and it does
+    not come back before the next reset.
+    """
+
+    def __init__(self, env: Any, source: Source) -> None:
+        self.env, self.source = env, source
+        self.names = list(env.possible_agents)  # the environment's own
+        self.truncated = False  # whether the last step cut an agent's episode
+        self._sizes = [space(env, "observation", name).shape[0] for name in self.names]
+        self._seen: list[Float32] = []
+        self._ended: set[Any] = set()
+        self._cut: set[Any] = set()  # those of them whose episode did not end by itself
+
+    def ask(self, verb: str, argument: Any) -> Outcome:
+        """`reset` with a seed or `step` with all agents' actions; InputError when the environment raises."""
+        try:
+            with redirect_stdout(sys.stderr):
+                return self._reset(argument) if verb == "reset" else self._step(argument)
+        except (Exception, SystemExit) as error:
+            raise fault(error, self.source, f"the environment's {verb}") from error
+
+    def _reset(self, seed: int) -> Outcome:
+        observations, _ = self._parts(self.env.reset(seed=seed), "reset", "observations and infos")
+        missing = [str(name) for name in self.names if name not in observations or name not in self.env.agents]
+        if missing:
+            what = f"reset: no observation of {', '.join(missing)}, or not in `agents`"
+            advice = "all of possible_agents must observe and act from the start"
+            raise InputError(what, self.source.text, advice)
+        self._ended, self._cut = set(), set()
+        self._seen = [np.zeros(size, np.float32) for size in self._sizes]
+        return self._outcome([], observations, {})
+
+    def _step(self, actions: Sequence[int]) -> Outcome:
+        live = self._live()
+        self.truncated = False
+        if not live:
+            return self._outcome([], {}, {})
+        chosen = {name: int(action) for name, action in zip(self.names, actions, strict=True) if name in live}
+        parts = "observations, rewards, terminations, truncations and infos"
+        observations, rewards, terminated, truncated, _ = self._parts(self.env.step(chosen), "step", parts)
+        ended = {name for name in live if terminated.get(name) or truncated.get(name) or name not in self.env.agents}
+        self._ended |= ended
+        self._cut |= {name for name in ended if truncated.get(name) and not terminated.get(name)}
+        self.truncated = any(truncated.get(name) for name in live)
+        return self._outcome(live, observations, rewards)
+
+    def _live(self) -> list[Any]:
+        return [name for name in self.names if name not in self._ended]
+
+    def _outcome(self, acted: Sequence[Any], observations: Mapping[Any, Any], rewards: Mapping[Any, Any]) -> Outcome:
+        live = self._live()
+        for index, (name, size) in enumerate(zip(self.names, self._sizes, strict=True)):
+            if name in observations and (name in acted or name in live):
+                with np.errstate(over="ignore"):  # a double beyond the format rounds to infinity
+                    self._seen[index] = np.array(observations[name], dtype=np.float32)
+                if self._seen[index].shape != (size,):
+                    found = f"{name} observes an array of shape {self._seen[index].shape}, its space says ({size},)"
+                    raise InputError(found, self.source.text, "return what observation_space says")
+        gained = [float(rewards.get(name, 0.0)) if name in acted else 0.0 for name in self.names]
+        done, ended = ([name in which for name in self.names] for which in (self._ended, self._ended - self._cut))
+        return Outcome(list(self._seen), gained, done, ended)
+
+    def _parts(self, given: Any, verb: str, wanted: str) -> tuple[Any, ...]:
+        n = 2 if verb == "reset" else 5
+        if not isinstance(given, tuple) or len(given) != n:
+            raise InputError(f"{verb} does not return {wanted}", self.source.text, "see PettingZoo's parallel API")
+        return given
+
+
+class Copies:
+    """Copies of one environment: one in this process (`at_once` 1), or each in its own, started when first asked."""
+
+    def __init__(self, source: Source, make: Callable[[], Any], at_once: int) -> None:
+        self.source, self.make, self.at_once = source, make, at_once
+        self._here: Copy | None = None
+        self._processes: list[_Process] = []
+
+    def ask(self, verb: str, arguments: Sequence[Any]) -> list[Outcome]:
+        """One request to each of the first copies, all at once; InputError when one raises or ends."""
+        if self.at_once == 1:
+            self._here = self._here or Copy(self.make(), self.source)
+            return [self._here.ask(verb, argument) for argument in arguments]
+        try:
+            while len(self._processes) < len(arguments):
+                self._processes.append(_Process(self.source))
+            asked = self._processes[: len(arguments)]
+            for process, argument in zip(asked, arguments, strict=True):
+                process.send(verb, argument)
+            return [process.outcome() for process in asked]
+        except BaseException:  # a Ctrl-C too: answers on their way would be taken for later ones
+            self.close()
+            raise
+
+    def close(self) -> None:
+        """Ends all copies; the next request starts fresh ones."""
+        if self._here is not None:
+            with suppress(Exception):  # it did what we wanted of it
+                self._here.env.close()
+        processes, self._processes, self._here = self._processes, [], None
+        for process in processes:
+            process.dismiss()
+        for process in processes:
+            process.end()
+
+
+class _Process:
+    """A copy in a process of its own, and our end of its pipe."""
+
+    def __init__(self, source: Source) -> None:
+        context = multiprocessing.get_context("spawn")
+        self.source = source
+        self.pipe, theirs = context.Pipe()
+        self.process = context.Process(target=serve, args=(theirs, source.text, str(Path.cwd())), daemon=True)
+        with _deaf_to_interrupts():
+            self.process.start()
+        theirs.close()  # or its end would not end the pipe
+
+    def send(self, verb: str, argument: Any) -> None:
+        with suppress(OSError):  # `outcome` says that it has ended
+            self.pipe.send((verb, argument))
+
+    def outcome(self) -> Outcome:
+        try:
+            raised, answer = self.pipe.recv()
+        except (EOFError, OSError):
+            self.process.join(GRACE)
+            what = f"a copy of the environment ended by itself, exit code {self.process.exitcode}"
+            advice = "its last words are on standard error; a script of your own needs `if __name__ == '__main__':`"
+            raise InputError(what, self.source.text, advice) from None
+        if raised:
+            raise InputError(*answer)
+        return answer
+
+    def dismiss(self) -> None:
+        with suppress(OSError):
+            self.pipe.send(None)
+        self.pipe.close()
+
+    def end(self) -> None:
+        self.process.join(GRACE)
+        if self.process.exitcode is None:
+            self.process.kill()
+            self.process.join()
+        self.process.close()
+
+
+@contextmanager
+def _deaf_to_interrupts() -> Iterator[None]:
+    """A process that starts here never sees a Ctrl-C: that one is for us, and the process ends with its pipe."""
+    resource_tracker.ensure_running()  # starting it lifts the mask
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def serve(pipe: Connection, text: str, folder: str) -> None:
+    """A copy's process: answers (raised, outcome or the error's three parts) until the pipe or a None ends it."""
+    os.dup2(2, 1)  # standard output is for results
+    os.chdir(folder)  # spawned processes start where their parent did
+    source = parsed(text)
+    copy = None
+    with suppress(EOFError, OSError):  # nobody asks any more
+        while (request := pipe.recv()) is not None:
+            try:
+                copy = copy or Copy(made(imported(source), source), source)
+                answer: tuple[bool, Any] = (False, copy.ask(*request))
+            except InputError as error:
+                answer = (True, (error.what, error.where, error.next_step))
+            pipe.send(answer)
+    if copy is not None:
+        copy.env.close()
+
+
+def cores() -> int:
+    """How many CPU cores this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def copies_at_once(function: Callable[..., Any], source: Source) -> int:
+    """One a core; 1 where another process would not find the same function, or none may be started."""
+    module = sys.modules.get(source.module)
+    shared = source.module != "__main__" and getattr(module, source.function, None) is function
+    shared = shared and getattr(module, "__spec__", None) is not None
+    return cores() if shared and not multiprocessing.current_process().daemon else 1

@@ -1,0 +1,67 @@
+"""The structural proof of the C: silent about right headers, and by itself enough to find what was planted."""
+
+import re
+
+import pytest
+from hypothesis import given, settings
+
+from codegen.equivalence import structure
+from codegen.lowering.lower import lower
+from codegen.targets import emit
+from tests import faults
+from tests.strategies import profiles
+
+NOT_ITS_OWN = (
+    "input check",
+    "range check",
+    "of rows",
+    "last rows",
+    "world state",
+    "rounded before",
+    "order",
+    "for all",
+)
+
+
+def proved(profile, style, change=lambda text: text):
+    (header,) = emit(profile, ["c"], style=style).values()
+    changed = change(header)
+    found = structure.faults(changed, profile, lower(profile, style=style))
+    assert set(found) == {policy.agent for policy in profile.agents}
+    return changed != header, [each for problems in found.values() for each in problems]
+
+
+@pytest.mark.parametrize("style", ["nested", "ordered", "walk"])
+@settings(max_examples=15)
+@given(profile=profiles())
+def test_right_headers_are_proved(style, profile):
+    assert proved(profile, style)[1] == []
+
+
+HEADER_FAULTS = [fault for fault in faults.TEXT if fault.name.startswith("h: ")]
+
+
+@pytest.mark.parametrize("fault", HEADER_FAULTS, ids=lambda fault: fault.name)
+def test_planted_faults_are_found_without_running_anything(fault, profile):
+    changed, found = proved(profile, fault.style, fault.change)
+    if any(text in fault.name for text in NOT_ITS_OWN):
+        return
+    assert changed and found, fault.name
+
+
+@pytest.mark.parametrize(
+    ("style", "change", "said"),
+    [
+        ("walk", lambda text: text.replace("level < 3", "level < 2"), "another way"),
+        ("walk", lambda text: re.sub(r"action\[8\] = \{\d", "action[8] = {9", text, count=1), "takes action 9"),
+        ("nested", lambda text: text.replace("static inline int", "static inline long int", 0) + "int x = ;", "not C"),
+        ("nested", lambda text: re.sub(r"\w+_agent_0_act\(const", "gone(const", text, count=1), "there is no function"),
+        ("nested", lambda text: re.sub(r"(<= -?0x[\w.+-]+)f\)", r"\1)", text, count=1), "no float constant"),
+        ("nested", lambda text: text.replace("const float n0 =", "const float n00 =", 1), "too many or too few"),
+        ("ordered", lambda text: text.replace("(uint32_t)", "(int32_t)"), "another type"),
+        ("ordered", lambda text: re.sub(r"<= INT32_C", "< INT32_C", text, count=1), "another way"),
+    ],
+)
+def test_other_forms_are_not_waved_through(style, change, said, profile):
+    changed, found = proved(profile, style, change)
+    assert changed and any(said in each for each in found), found[:3]

@@ -1,0 +1,150 @@
+"""ONNX: models that decide as the reference under two runtimes, and come back as the same tree."""
+
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+
+from codegen import importers, ir
+from codegen.agreement import probes, readback, selfcheck
+from codegen.errors import MissingToolError
+from codegen.targets import emit
+from tests.codegen.games import NAMES, random_profile
+from tests.codegen.targets.test_targets import chain
+from tests.strategies import profiles
+from tests.teams import tree
+
+FEW = 1_000
+
+onnx = pytest.importorskip("onnx", reason="onnx is not installed")
+pytest.importorskip("onnxruntime", reason="onnxruntime is not installed")
+
+
+def with_tree(profile, one, n_actions=5):
+    """The profile with the same tree for each agent, and that many actions."""
+    agents = (replace(policy, tree=one, actions=policy.actions[:n_actions], grown=None) for policy in profile.agents)
+    return replace(profile, agents=tuple(agents))
+
+
+def agrees(profile):
+    report = selfcheck.check_files(profile, emit(profile, ["onnx"]), random=FEW).ensure()
+    assert not report.skipped
+    assert {item.target for item in report.agreements} == {"onnx", "onnx one by one"}
+    assert {item.agent for item in report.agreements} == {policy.agent for policy in profile.agents}
+
+
+@settings(max_examples=10)
+@given(profiles())
+def test_random_profiles_agree(profile):
+    agrees(profile)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_game_agrees(name):
+    agrees(random_profile(name))
+
+
+@pytest.mark.parametrize("n_actions", [1, 2, 3, 5])
+def test_few_classes_and_leaves_that_name_one_only(n_actions, profile):
+    """Where runtimes take an ensemble for a binary one and answer another class."""
+    for low, high in {(0, 0), (0, n_actions - 1), (n_actions - 1, 0), (n_actions - 1, n_actions - 1)}:
+        agrees(with_tree(profile, tree((3, 0.1, 1, 2), low, high), n_actions))
+        agrees(with_tree(profile, tree(high), n_actions))
+
+
+@pytest.mark.parametrize("threshold", [0.0, -0.0, 1e-45, -1e-45, 1e-38, 3.4028234663852886e38, -3.4028234663852886e38])
+def test_thresholds_at_the_ends_of_the_format(threshold, profile):
+    agrees(with_tree(profile, tree((0, threshold, 1, 2), 1, 2)))
+
+
+def test_a_chain_of_a_thousand_splits(profile):
+    agrees(with_tree(profile, chain(1_000)))
+
+
+@settings(max_examples=5)
+@given(profiles())
+def test_another_runtime_and_the_importer_decide_alike(profile):
+    from onnx.reference import ReferenceEvaluator
+
+    files = emit(profile, ["onnx"])
+    for policy in profile.agents:
+        model = files[f"physical_deception_{policy.agent}.onnx"]
+        rng = np.random.default_rng(0)
+        rows = probes.boundary(policy.tree, policy.features, rng)
+        rows = np.concatenate([rows, probes.special(policy.features, rng)])
+        back = importers.from_onnx(model).agents[0]
+        assert len(back.features) == len(policy.features) and len(back.actions) == len(policy.actions)
+        assert (ir.act(back, rows) == ir.act(policy, rows)).all()
+        few = rows[:: max(1, len(rows) // 300)]
+        (said,) = ReferenceEvaluator(onnx.load_model_from_string(model)).run(["action"], {"x": few})
+        assert said.dtype == np.int64 and (said == ir.act(policy, few)).all()
+
+
+def test_the_model_says_what_it_is(profile):
+    files = emit(profile, ["onnx"])
+    assert files == emit(profile, ["onnx"])
+    made = onnx.load_model_from_string(files["physical_deception_agent_0.onnx"])
+    assert [(each.domain, each.version) for each in made.opset_import] == [("", 13), ("ai.onnx.ml", 1)]
+    assert made.ir_version == 7 and not made.doc_string and not made.graph.doc_string
+    facts = {each.key: each.value for each in made.metadata_props}
+    assert facts["features"].split(",") == [feature.name for feature in profile.policy("agent_0").features]
+    assert facts["actions"].split(",") == [action.name for action in profile.policy("agent_0").actions]
+    assert made.graph.input[0].type.tensor_type.shape.dim[1].dim_value == 10
+
+
+@pytest.mark.parametrize("wrong", [np.zeros((2, 9), np.float32), np.zeros((2, 11), np.float32), np.zeros((2, 10))])
+def test_a_runtime_refuses_another_width_or_type(wrong, profile):
+    with pytest.raises(Exception, match=r"(?i)invalid dimensions|unexpected input data type"):
+        readback.onnx_act(emit(profile, ["onnx"])["physical_deception_agent_0.onnx"], "agent_0", wrong)
+
+
+def planted(change):
+    """A change of the attributes of the ensemble's node, by name, as a change of the file."""
+
+    def changed(content):
+        made = onnx.load_model_from_string(content)
+        change({each.name: each for each in made.graph.node[0].attribute})
+        return made.SerializeToString()
+
+    return changed
+
+
+def next_threshold(at):
+    at["nodes_values"].floats[0] = float(np.nextafter(np.float32(at["nodes_values"].floats[0]), np.float32(9)))
+
+
+def swapped_children(at):
+    true, false = at["nodes_truenodeids"].ints, at["nodes_falsenodeids"].ints
+    true[0], false[0] = false[0], true[0]
+
+
+FAULTS = {
+    "< for <=": lambda at: at["nodes_modes"].strings.__setitem__(0, b"BRANCH_LT"),
+    "a NaN goes left": lambda at: at["nodes_missing_value_tracks_true"].ints.__setitem__(0, 1),
+    "the next float": next_threshold,
+    "swapped children": swapped_children,
+    "another feature": lambda at: at["nodes_featureids"].ints.__setitem__(0, at["nodes_featureids"].ints[0] ^ 1),
+    "another label": lambda at: at["classlabels_int64s"].ints.__setitem__(1, 7),
+}
+
+
+@pytest.mark.parametrize("name", FAULTS)
+def test_planted_faults_are_caught(name, profile):
+    profile = with_tree(profile, tree((0, 0.1, 1, 2), 1, 2))
+    files = {file: planted(FAULTS[name])(content) for file, content in emit(profile, ["onnx"]).items()}
+    found = selfcheck.check_files(profile, files, random=FEW).agreements
+    assert len(found) == 6 and all(item.differences for item in found if item.target == "onnx")
+
+
+def test_missing_packages_are_said(profile, monkeypatch):
+    files = emit(profile, ["onnx"])
+    monkeypatch.setitem(sys.modules, "onnxruntime", None)
+    report = selfcheck.check_files(profile, files, random=FEW)
+    assert report.skipped == ("onnx: onnxruntime is not installed",) and not report.agreements
+    monkeypatch.setitem(sys.modules, "onnx", None)
+    with pytest.raises(MissingToolError, match="needs the package onnx"):
+        emit(profile, ["onnx"])
+    with pytest.raises(MissingToolError, match="onnxruntime"):
+        readback.onnx_act(b"", "agent_0", np.zeros((1, 10), dtype=np.float32))

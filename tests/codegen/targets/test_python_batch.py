@@ -1,0 +1,78 @@
+"""The batch function of the Python module: any number of rows, in any layout, decide as the tree does."""
+
+import numpy as np
+import pytest
+
+from codegen import ir
+from codegen.agreement import probes, readback
+from codegen.check import ensure
+from codegen.lowering.deploy import deployed
+from codegen.lowering.lower import TILED, lower
+from codegen.targets import emit
+from tests.codegen.games import random_tree
+from tests.codegen.targets.test_targets import chain
+
+BLOCK, TILE = 65_536, 256  # rows of the emitted code
+
+
+def specs(n_features):
+    return tuple(ir.FeatureSpec(f"x{k}", "none", -1.0, 1.0, None) for k in range(n_features))
+
+
+def full_tree(n_features, n_actions, depth, rng):
+    return deployed(random_tree(specs(n_features), n_actions, rng, depth))
+
+
+def batch_of(tree, n_features, n_actions=5):
+    """The policy of one agent, whether its columns are copied in tiles, and its batch function."""
+    actions = tuple(ir.ActionSpec(f"a{k}", None) for k in range(n_actions))
+    policy = ir.AgentPolicy("agent_0", "team", specs(n_features), actions, tree)
+    entity = ir.EntitySpec("agent_0", 0.0, 0.0, None, False)
+    empty = {"reference": "", "landmarks": (), "goals": (), "dt": 0.0, "damping": 0.0}
+    world = ir.WorldSpec(name="synthetic", agents=(entity,), start_low=-1.0, start_high=1.0, episode_steps=1, **empty)
+    profile = ensure(ir.PolicyProfile(world, (policy,), ir.Provenance("test", "none", 0, "", "test")))
+    module = readback.load_python(emit(profile, ["python"])["synthetic.py"])
+    return policy, lower(profile).agents[0].tiled, module["act_agent_0_batch"]
+
+
+@pytest.mark.parametrize("n_features", [TILED - 1, TILED, 18])
+@pytest.mark.parametrize("rows", [0, 1, TILE - 1, TILE, TILE + 1, BLOCK, BLOCK + 3 * TILE + 5])
+def test_any_number_of_rows(n_features, rows):
+    rng = np.random.default_rng(rows)
+    policy, tiled, batch = batch_of(full_tree(n_features, 5, 5, rng), n_features)
+    assert tiled == (n_features >= TILED)
+    x = rng.uniform(-1, 1, (rows, n_features)).astype(np.float32)
+    x[rng.random(x.shape) < 0.05] = np.nan
+    x[: rows // 2 : 7] = rng.choice(probes.SPECIAL, (len(x[: rows // 2 : 7]), n_features))
+    found = batch(x)
+    assert found.dtype == np.int64
+    np.testing.assert_array_equal(found, ir.act(policy, x))
+
+
+@pytest.mark.parametrize("n_features", [TILED - 1, 18])
+def test_any_layout(n_features):
+    rng = np.random.default_rng(3)
+    policy, _, batch = batch_of(full_tree(n_features, 5, 5, rng), n_features)
+    x = rng.uniform(-1, 1, (1_000, n_features)).astype(np.float32)
+    wide = np.zeros((2_000, 2 * n_features), dtype=np.float32)
+    wide[::2, ::2] = x
+    near = probes.doubles(policy.tree, policy.features, rng)
+    for given in (np.asfortranarray(x), wide[::2, ::2], x[::-1], x.astype(np.float64), x[:300].tolist(), near):
+        np.testing.assert_array_equal(batch(given), ir.act(policy, np.asarray(given, dtype=np.float32)))
+    before = x.copy()
+    batch(x)
+    np.testing.assert_array_equal(x, before)
+
+
+def test_more_actions_than_a_byte_holds():
+    rng = np.random.default_rng(4)
+    policy, _, batch = batch_of(full_tree(9, 700, 8, rng), 9, 700)
+    x = rng.uniform(-1, 1, (5_000, 9)).astype(np.float32)
+    np.testing.assert_array_equal(batch(x), ir.act(policy, x))
+    assert batch(x).max() > 255
+
+
+def test_the_deepest_tree():
+    policy, _, batch = batch_of(chain(ir.MAX_DEPTH), 1)
+    x = np.linspace(-1.1, 1.1, 3_000, dtype=np.float32)[:, None]
+    np.testing.assert_array_equal(batch(x), ir.act(policy, x))

@@ -1,0 +1,74 @@
+"""The header on a microcontroller: it compiles for a Cortex-M4 without warnings, the walk fits where it should, and on
+machines of 32 bits every style gives the same answers.
+"""
+
+import shutil
+import subprocess
+
+import numpy as np
+import pytest
+from sklearn.tree import DecisionTreeClassifier
+
+from codegen import importers
+from codegen.agreement import vectors
+from codegen.agreement.build import build
+from codegen.agreement.compiled import STRICT
+from codegen.targets import emit
+from tests import machines
+
+COMPILER = "arm-none-eabi-gcc"
+MAX_BYTES = {4: 160, 6: 450}  # of code and tables, as an array walk by hand takes
+
+
+@pytest.mark.compile
+@pytest.mark.parametrize("depth", MAX_BYTES)
+def test_a_walk_fits_a_cortex_m4(depth, tmp_path):
+    if shutil.which(COMPILER) is None:
+        pytest.skip(f"{COMPILER} is not installed")
+    rng = np.random.default_rng(0)
+    x = rng.uniform(-1, 1, (4_000, 18)).astype(np.float32)
+    classifier = DecisionTreeClassifier(max_depth=depth, random_state=0).fit(x, rng.integers(5, size=len(x)))
+    assert classifier.get_depth() == depth
+    sizes = {}
+    for style in ("nested", "ordered", "walk"):
+        (header,) = emit(importers.from_sklearn(classifier), ["c"], prefix="small", style=style).values()
+        (tmp_path / "small.h").write_text(header)
+        source = (
+            '#include "small.h"\nint act(const float *x);\nint act(const float *x) { return small_agent_0_act(x); }\n'
+        )
+        (tmp_path / "small.c").write_text(source)
+        flags = "-mcpu=cortex-m4 -mthumb -mfloat-abi=hard -mfpu=fpv4-sp-d16 -std=c99 -Os -Wall -Wextra -Werror"
+        built = subprocess.run(
+            [COMPILER, *flags.split(), "-ffreestanding", "-c", "small.c", "-o", "small.o"],
+            cwd=tmp_path, capture_output=True, text=True, check=False,
+        )  # fmt: skip
+        assert built.returncode == 0, built.stderr
+        listed = subprocess.run(
+            [COMPILER.replace("gcc", "size"), "small.o"], cwd=tmp_path, capture_output=True, text=True, check=True
+        )
+        sizes[style] = int(listed.stdout.splitlines()[1].split()[0])
+    print(f"depth {depth}: {sizes} bytes")
+    assert sizes["walk"] <= MAX_BYTES[depth]
+
+
+@pytest.mark.compile
+@pytest.mark.parametrize("machine", machines.MACHINES)
+@pytest.mark.parametrize("style", ["nested", "ordered", "walk"])
+def test_every_test_vector_has_the_same_answer_with_32_bits(style, machine, profile, tmp_path):
+    made = build(profile, ["c"], style=style)
+    model, files = made.model, {**made.files, **vectors.files(made, ["c"])}
+    for name, text in files.items():
+        (tmp_path / name).write_text(text)
+    header, test = f"{model.prefix}.h", f"{model.prefix}_test.c"
+    (tmp_path / "alone.c").write_text(f'#include "{header}"\nint main(void) {{ return 0; }}\n')
+    machines.build(machine, tmp_path, "alone.c", [*STRICT, "-O2"])
+    machines.build(machine, tmp_path, test, ["-std=c99", "-Wall", "-Wextra", "-Werror", "-O2"])
+    done = machines.run(machine, tmp_path)
+    assert done.returncode == 0 and done.stdout.endswith(" 0 wrong\n"), done.stdout + done.stderr
+    n = len(files[f"{model.prefix}.vectors.txt"].splitlines()) - 1
+    said = int(done.stdout.split()[0])
+    assert said == n if style != "ordered" else 0.8 * n < said < n, "NaN is left out by that style's contract"
+    (tmp_path / header).write_text(files[header].replace("<=", "<").replace(">=", ">"))
+    machines.build(machine, tmp_path, test, ["-std=c99", "-O2"])
+    bad = machines.run(machine, tmp_path)
+    assert bad.returncode == 1 and not bad.stdout.endswith(" 0 wrong\n"), bad.stdout + bad.stderr

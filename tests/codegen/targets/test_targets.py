@@ -1,0 +1,337 @@
+"""Generated text: legal, exact, identical each time, and checked against planted faults."""
+
+import ast
+import re
+import shutil
+import subprocess
+import sys
+from dataclasses import replace
+from itertools import pairwise
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+
+from codegen import ir
+from codegen.agreement import compiled, probes, readback, selfcheck
+from codegen.agreement.build import build
+from codegen.check import check, ensure
+from codegen.errors import DisagreementError, InputError, UnknownNameError
+from codegen.floats import neighbour
+from codegen.lowering import lower as lower_module
+from codegen.lowering import names
+from codegen.lowering.lower import lower
+from codegen.lowering.render import comment
+from codegen.targets import c, emit
+from maviper.compilation import compile
+from tests.codegen.games import NAMES, random_profile
+from tests.strategies import profiles
+
+FEW = 1_000  # random observations; the boundary ones are what counts
+
+
+def test_equal_profiles_give_equal_bytes(profile):
+    assert emit(profile) == emit(profile)
+
+
+def test_no_machine_facts_in_text(profile):
+    for text in emit(profile).values():
+        assert not re.search(r"/tmp|/home|/root|20\d\d-\d\d-\d\d", text)
+
+
+@pytest.mark.compile
+@settings(max_examples=6)
+@given(profiles())
+def test_random_profiles_agree_everywhere(profile):
+    report = selfcheck.check_files(profile, emit(profile), random=FEW).ensure()
+    assert {item.target for item in report.agreements} >= {"c", "c input check", "python", "python batch", "json"}
+
+
+@pytest.mark.compile
+@pytest.mark.parametrize("style", ["nested", "ordered", "walk"])
+@settings(max_examples=4)
+@given(profile=profiles())
+def test_every_style_agrees(style, profile):
+    report = selfcheck.check_files(profile, emit(profile, ["c"], style=style), random=FEW, style=style).ensure()
+    assert {item.target for item in report.agreements} >= {"c", "c rows", "c columns", "c input check"}
+
+
+@pytest.mark.compile
+@pytest.mark.parametrize("style", ["nested", "ordered", "walk"])
+@pytest.mark.parametrize("name", NAMES)
+def test_every_game_decides_from_world_states(name, style):
+    profile = random_profile(name)
+    report = selfcheck.check_files(profile, emit(profile, ["c"], style=style), random=FEW, style=style).ensure()
+    teams = [item for item in report.agreements if item.target == selfcheck.TEAM]
+    assert {item.agent for item in teams} == {policy.agent for policy in profile.agents}
+    assert all(item.observations > 100 for item in teams)
+
+
+def test_without_meanings_there_is_no_world_to_decide_from(profile):
+    policy = profile.agents[0]
+    features = (replace(policy.features[0], meaning=None), *policy.features[1:])
+    header = emit(replace(profile, agents=(replace(policy, features=features), *profile.agents[1:])), ["c"])
+    assert "act_world" not in next(iter(header.values()))
+
+
+def test_the_automatic_style_is_nested_until_compilers_give_up(profile):
+    assert lower(profile).style == "nested"
+    for deep in (chain(lower_module.NESTED_LEVELS + 1), chain(lower_module.NESTED_LEVELS)):
+        policies = tuple(replace(policy, tree=deep, grown=None) for policy in profile.agents)
+        found = lower(replace(profile, agents=policies))
+        assert found.style == ("walk" if ir.depth(deep).max() > lower_module.NESTED_LEVELS else "nested")
+        assert not found.agents[0].tables.complete
+    with pytest.raises(UnknownNameError, match="did you mean 'ordered'"):
+        emit(profile, ["c"], style="orderd")
+
+
+def chain(n):
+    """A tree that tests one feature again and again, ever lower."""
+    feature = [0] * n + [-1] * (n + 1)
+    left = [*range(1, n + 1)] + [-1] * (n + 1)
+    right = [2 * n - node for node in range(n)] + [-1] * (n + 1)
+    action = [-1] * n + [node % 5 for node in range(n + 1)]
+    threshold = np.concatenate([np.linspace(1, -1, n), np.zeros(n + 1)])
+    return ir.Tree(feature, threshold, left, right, action)
+
+
+@pytest.mark.compile
+def test_a_chain_of_a_thousand_splits_walks(profile):
+    """Deeper than a profile may be, so lowered without the checker: tables without end to nest."""
+    policies = tuple(replace(policy, tree=chain(1_000), grown=None) for policy in profile.agents)
+    deep = replace(profile, agents=policies)
+    selfcheck.check_files(deep, emit(deep, ["c"]), random=FEW).ensure()
+
+
+@pytest.mark.compile
+@pytest.mark.parametrize("name", NAMES)
+def test_every_game_agrees_everywhere(name):
+    """Signs, 0 or 1, and features that are always 0 are numbers like any other; their meanings stand in the text."""
+    profile = random_profile(name)
+    files = emit(profile)
+    report = selfcheck.check_files(profile, files, random=FEW).ensure()
+    assert {item.agent for item in report.agreements} == {policy.agent for policy in profile.agents}
+    header = next(text for file, text in files.items() if file.endswith(".h"))
+    for policy in profile.agents:
+        tested = policy.tree.feature[policy.tree.feature != ir.NO_FEATURE]
+        assert all(str(policy.features[feature].meaning) in header for feature in tested)
+
+
+@pytest.mark.compile
+def test_a_profile_of_single_leaves_compiles(profile):
+    leaf = ir.Tree([-1], [0], [-1], [-1], [3])
+    alone = replace(profile, agents=tuple(replace(policy, tree=leaf, grown=None) for policy in profile.agents))
+    selfcheck.check_files(alone, emit(alone), random=FEW).ensure()
+
+
+@pytest.mark.compile
+def test_the_deepest_trees_compile(profile):
+    tree = chain(ir.MAX_DEPTH)
+    deep = replace(profile, agents=tuple(replace(policy, tree=tree, grown=None) for policy in profile.agents))
+    assert check(deep) == ()
+    selfcheck.check_files(deep, emit(deep), random=FEW).ensure()
+
+
+def complete(levels):
+    """A tree with every split that so many levels have room for."""
+    rng, rows, stack = np.random.default_rng(0), [], [(levels, 0, 0)]
+    while stack:
+        left, parent, side = stack.pop()
+        if rows:
+            rows[parent][side] = len(rows)
+        if left:
+            stack += [(left - 1, len(rows), 3), (left - 1, len(rows), 2)]
+            rows.append([rng.integers(10), rng.normal(), -1, -1, -1])
+        else:
+            rows.append([ir.NO_FEATURE, 0, -1, -1, rng.integers(5)])
+    return ir.Tree(*np.array(rows, dtype=np.float64).T)
+
+
+@pytest.mark.slow
+@pytest.mark.compile
+def test_a_tree_of_more_than_a_hundred_thousand_nodes_compiles(profile):
+    large = replace(profile, agents=(replace(profile.agents[1], tree=complete(16), grown=None),))
+    assert len(ensure(large).agents[0].tree.feature) == 131_071
+    report = selfcheck.check_files(large, emit(large, ["c"]), random=FEW).ensure()
+    assert report.observations > 1_000_000
+    assert report.skipped == ("the structural proof of the C: more than 20000 nodes",)
+
+
+@pytest.mark.compile
+@pytest.mark.parametrize("compiler", ["gcc -std=c99", "gcc -std=c11", "g++ -x c++ -std=c++17", "clang -std=c99"])
+def test_the_header_compiles_strictly(profile, compiler, tmp_path):
+    import shutil
+
+    command = compiler.split()
+    if shutil.which(command[0]) is None:
+        pytest.skip(f"{command[0]} is not installed")
+    files = emit(profile)
+    (tmp_path / "physical_deception.h").write_text(files["physical_deception.h"])
+    (tmp_path / "use.c").write_text(
+        '#include "physical_deception.h"\n#include "physical_deception.h"\n'
+        "int main(void)\n{\n    const float x[10] = {0};\n"
+        "    return physical_deception_agent_0_act(x) + physical_deception_agent_1_finite(x);\n}\n"
+    )
+    flags = compiled.STRICT[1:]  # without the language standard
+    subprocess.run([*command, *flags, "use.c", "-o", "use"], cwd=tmp_path, check=True)
+    for flag in ("-ffast-math", "-ffinite-math-only"):
+        refused = subprocess.run([*command, flag, "-c", "use.c"], cwd=tmp_path, capture_output=True, check=False)
+        assert refused.returncode != 0 and b"fast-math" in refused.stderr
+
+
+def test_the_python_module_needs_the_standard_library_only(profile, tmp_path):
+    (tmp_path / "policy.py").write_text(emit(profile)["physical_deception.py"])
+    code = "import sys, policy; print(policy.ACT['agent_0']([0.0] * 10), 'numpy' in sys.modules)"
+    found = subprocess.run([sys.executable, "-S", "-c", code], cwd=tmp_path, capture_output=True, text=True, check=True)
+    assert found.stdout.split()[1] == "False"
+    imported = {
+        name.name
+        for node in ast.walk(ast.parse((tmp_path / "policy.py").read_text()))
+        if isinstance(node, ast.Import)
+        for name in node.names
+    }
+    assert imported == {"numpy"}
+
+
+def test_unknown_target_and_bad_prefix(profile):
+    with pytest.raises(UnknownNameError, match="did you mean 'python'"):
+        emit(profile, ["pyton"])
+    with pytest.raises(InputError, match="prefix"):
+        emit(profile, ["c"], prefix="2fast")
+
+
+def test_names_that_collide_in_code_are_refused(profile):
+    actions = tuple(
+        replace(action, name="x_goal_dx") if k == 0 else action for k, action in enumerate(profile.agents[1].actions)
+    )
+    agents = (profile.agents[0], replace(profile.agents[1], actions=actions), profile.agents[2])
+    with pytest.raises(InputError, match="same name"):
+        lower(replace(profile, agents=agents))
+
+
+def test_hostile_provenance_stays_inside_the_comment(profile):
+    hostile = replace(profile.provenance, tool='x */ int main; /* """ \\ ??/\n#error', algorithm='"""+evil+"""')
+    files = emit(replace(profile, provenance=hostile))
+    readback.load_python(files["physical_deception.py"])
+    assert "*/ int" not in files["physical_deception.h"] and "\n#error\n" not in files["physical_deception.h"]
+
+
+def test_the_comment_filter_by_example():
+    assert comment('a*/ b\n"c"\\ /* ??/') == "a_/ b__c__ _* _?/"
+
+
+def test_c_that_does_not_compile_is_reported(profile):
+    if compiled.find_compiler() is None:
+        pytest.skip("no C compiler")
+    with pytest.raises(DisagreementError, match="does not compile"):
+        selfcheck.check_files(profile, {"physical_deception.h": "int x = ;"}, random=FEW)
+
+
+def test_without_a_compiler_c_is_skipped_and_said(profile, monkeypatch):
+    monkeypatch.setenv("CC", "no-such-compiler")
+    report = selfcheck.check_files(profile, emit(profile), random=FEW)
+    assert report.skipped == ("C: no compiler found (cc, gcc, clang or $CC)",)
+    assert {item.target for item in report.agreements if item.target.startswith("c")} == {selfcheck.STRUCTURE}
+
+
+# --- the probes themselves
+
+
+@given(profiles())
+def test_boundary_probes_reach_their_split(profile):
+    policy = profile.agents[1]
+    tree = policy.tree
+    for node, low, high in probes.paths(tree, len(policy.features)):
+        x = np.minimum(neighbour(low, np.inf), high)
+        assert ((low < x) & (x <= high)).all()
+        here = 0
+        while here != node:
+            assert tree.feature[here] != ir.NO_FEATURE
+            here = int(tree.left[here] if x[tree.feature[here]] <= tree.threshold[here] else tree.right[here])
+
+
+def test_boundary_probes_hold_every_threshold_and_both_neighbours(profile):
+    policy = profile.agents[1]
+    rows = probes.boundary(policy.tree, policy.features, np.random.default_rng(0))
+    for node, _, _ in probes.paths(policy.tree, len(policy.features)):
+        column = rows[:, policy.tree.feature[node]]
+        threshold = policy.tree.threshold[node]
+        for value in (threshold, np.nextafter(threshold, np.float32(9)), np.nextafter(threshold, np.float32(-9))):
+            assert value in column
+
+
+# --- further targets
+
+MORE = ("javascript", "rust", "smt", "svg")
+
+
+@pytest.mark.compile
+@settings(max_examples=3)
+@given(profiles())
+def test_further_targets_agree_on_random_profiles(profile):
+    report = selfcheck.check_files(profile, emit(profile, MORE), random=FEW).ensure()
+    missing = {tool for tool in ("node", "rustc") if shutil.which(tool) is None}
+    assert len(report.skipped) == len(missing)
+    assert {item.target for item in report.agreements} >= {"svg"}
+
+
+@pytest.mark.solver
+@pytest.mark.parametrize("name", NAMES)
+def test_a_solver_finds_the_functions_to_be_the_trees(name):
+    profile = random_profile(name)
+    found = compile.asked(build(profile, ["smt"]))
+    assert [item.agent for item in found] == [policy.agent for policy in profile.agents]
+    assert not any(item.differences for item in found) and min(item.observations for item in found) > 100
+
+
+def test_a_picture_has_room_for_its_leaves(profile):
+    for text in emit(profile, ["svg"]).values():
+        root = ElementTree.fromstring(text)
+        boxes = [rect.attrib for rect in root.iter("{http://www.w3.org/2000/svg}rect") if rect.attrib["width"] == "60"]
+        places = sorted(float(box["x"]) for box in boxes)
+        assert len(boxes) > 1 and min(b - a for a, b in pairwise(places)) >= 60
+    wide = tuple(replace(policy, tree=chain(3_000), grown=None) for policy in profile.agents)
+    with pytest.raises(InputError, match="at most 4096"):
+        emit(replace(profile, agents=wide), ["svg"])
+
+
+def test_a_missing_tool_is_said(profile, monkeypatch):
+    files = emit(profile, ["javascript", "rust"])
+    monkeypatch.setattr(shutil, "which", lambda name: None)
+    report = selfcheck.check_files(profile, files, random=FEW)
+    assert report.skipped == ("mjs: node is not installed", "rs: rustc is not installed") and not report.agreements
+
+
+def renamed(profile, *names):
+    """The first agents, under other names."""
+    agents = tuple(replace(policy, agent=name) for policy, name in zip(profile.agents, names, strict=False))
+    world = profile.world
+    entities = tuple(replace(entity, name=name) for entity, name in zip(world.agents, names, strict=False))
+    return replace(profile, world=replace(world, agents=entities), agents=agents)
+
+
+@pytest.mark.parametrize("second", ["a_rows", "a_batch", "team", "all"])
+def test_agents_whose_functions_would_meet_are_refused(profile, second):
+    with pytest.raises(InputError, match="same name"):
+        lower(renamed(profile, "a" if second.startswith("a_") else "b", second))
+
+
+DEFINED = {
+    "h": r"^static inline \w+ (\w+)\(|^#define (\w+)|^    (\w+) = \d+,?(?: /\*.*)?$",
+    "harness": r"^void (\w+)\(",
+    "py": r"^def (act\w+)\(",
+    "mjs": r"^export function (act\w+)\(",
+}
+
+
+@pytest.mark.parametrize("style", ["nested", "ordered", "walk"])
+def test_all_names_in_code_are_of_the_list(profile, style):
+    model = lower(profile, style=style)
+    listed = {name for agent in model.agents for name in names._listed(agent.names)} | set(names._listed(model.names))
+    modules = {f"act_{agent.lower}{ending}" for agent in model.agents for ending in ("", "_batch", "_rows")}
+    files = emit(profile, ["c", "python", "javascript"], style=style)
+    texts = {name.rpartition(".")[2]: text for name, text in files.items()} | {"harness": c.harness(model)}
+    for ending, pattern in DEFINED.items():
+        found = {next(filter(None, match.groups())) for match in re.finditer(pattern, texts[ending], re.MULTILINE)}
+        assert len(found) >= len(model.agents) and found <= (listed if ending in ("h", "harness") else modules), ending

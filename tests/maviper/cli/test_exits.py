@@ -1,0 +1,152 @@
+"""How an interrupted command says it goes on: what it says works, and nothing else does."""
+
+import json
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+from codegen.errors import ExitCode
+from codegen.policy_json import dumps
+from maviper.cli import exits, main
+from maviper.experts.training import run as commands
+from maviper.extraction import run
+from maviper.files import runs
+from tests.teams import team, towards
+from tests.test_golden import small_profile
+
+QUICK = ["--iterations", "2", "--rollouts", "4", "--selection-episodes", "4", "--refinement", "0", "--max-depth", "2"]
+
+
+@pytest.fixture(autouse=True)
+def _handlers():
+    """An interrupted command turns off what listens for further interrupts."""
+    handler, hook = signal.getsignal(signal.SIGINT), sys.unraisablehook
+    yield
+    signal.signal(signal.SIGINT, handler)
+    sys.unraisablehook = hook
+
+
+def interrupted(*given, **named):
+    raise KeyboardInterrupt
+
+
+def told(capsys, *arguments):
+    """The advice of a command that is interrupted."""
+    assert main.run([str(argument) for argument in arguments]) == ExitCode.INTERRUPTED
+    lines = capsys.readouterr().err.splitlines()
+    assert lines[-2] == "error: interrupted"
+    return lines[-1].strip()
+
+
+def extract(place, *more):
+    return ["-q", "extract", "physical-deception", *QUICK, *more, "-o", place]
+
+
+def test_a_run_folder_goes_on_with_resume_alone(capsys, monkeypatch, tmp_path):
+    with monkeypatch.context() as patched:
+        patched.setattr(run, "extract", interrupted)
+        assert told(capsys, *extract(tmp_path / "run")) == exits.RESUME
+        assert told(capsys, *extract(tmp_path / "run", "--resume")) == exits.RESUME
+    assert main.run(list(map(str, extract(tmp_path / "run")))) == ExitCode.INPUT
+    assert "go on with --resume" in capsys.readouterr().err
+    assert main.run(list(map(str, extract(tmp_path / "run", "--resume")))) == ExitCode.DONE
+    assert (tmp_path / "run" / runs.PROFILE_FILE).exists()
+
+
+def test_before_a_run_has_begun_there_is_nothing_to_resume(capsys, monkeypatch, tmp_path):
+    with monkeypatch.context() as patched:
+        patched.setattr(run.runs, "claim", interrupted)
+        assert told(capsys, *extract(tmp_path / "run")) == exits.AGAIN
+    with monkeypatch.context() as patched:
+        patched.setattr(run, "find_expert", interrupted)
+        assert told(capsys, *extract(tmp_path / "run")) == exits.AGAIN
+    assert main.run(list(map(str, extract(tmp_path / "run", "--resume")))) == ExitCode.INPUT
+    assert main.run(list(map(str, extract(tmp_path / "run")))) == ExitCode.DONE
+
+
+def test_a_single_file_is_made_again(capsys, monkeypatch, tmp_path):
+    """Also beside a run, which this command has nothing to do with."""
+    (tmp_path / runs.CONFIG_FILE).write_text("{}")
+    with monkeypatch.context() as patched:
+        patched.setattr(run, "extract", interrupted)
+        assert told(capsys, *extract(tmp_path / "x.json")) == exits.AGAIN
+    assert main.run(list(map(str, extract(tmp_path / "x.json")))) == ExitCode.DONE
+
+
+def test_several_seeds_go_on_with_resume_once_one_has_begun(capsys, monkeypatch, tmp_path):
+    seeds = ["--seeds", "2"]
+    with monkeypatch.context() as patched:
+        patched.setattr(run, "side_by_side", interrupted)
+        assert told(capsys, *extract(tmp_path / "run", *seeds)) == exits.AGAIN
+    with monkeypatch.context() as patched:
+        patched.setattr(run, "finalist_score", interrupted)  # after the first seed
+        assert told(capsys, *extract(tmp_path / "run", *seeds)) == exits.RESUME
+    assert main.run(list(map(str, extract(tmp_path / "run", *seeds)))) == ExitCode.INPUT
+    assert main.run(list(map(str, extract(tmp_path / "run", *seeds, "--resume")))) == ExitCode.DONE
+    assert (tmp_path / "run" / runs.PROFILE_FILE).exists()
+
+
+def test_training_goes_on_with_resume_alone(capsys, monkeypatch, tmp_path):
+    def begins(world, folder, request, *given, resume=False):
+        runs.claim(folder, {"settings": {}, "command": ""}, (), resume)
+        raise KeyboardInterrupt
+
+    def asked(place, *more):
+        return ["-q", "train", "physical-deception", *more, "-o", place]
+
+    with monkeypatch.context() as patched:
+        patched.setattr(commands, "find", interrupted)
+        assert told(capsys, *asked(tmp_path / "run")) == exits.AGAIN
+        patched.setattr(commands, "_one", interrupted)
+        assert told(capsys, *asked(tmp_path / "run")) == exits.AGAIN
+    with monkeypatch.context() as patched:
+        patched.setattr(commands.training, "train", begins)
+        assert told(capsys, *asked(tmp_path / "run")) == exits.RESUME
+        assert told(capsys, *asked(tmp_path / "runs", "--seeds", "2")) == exits.RESUME
+
+
+@pytest.mark.solver
+def test_commands_without_runs_are_run_again(capsys, monkeypatch, tmp_path):
+    """Also after another one in this process that had a run, and into a folder that holds one."""
+    place = tmp_path / "run"
+    with monkeypatch.context() as patched:
+        patched.setattr(run, "extract", interrupted)
+        assert told(capsys, *extract(place)) == exits.RESUME
+    (tmp_path / "profile.json").write_text(dumps(team(small_profile(), towards(0, 0), towards(1, 1))))
+    for name, stops, arguments in (
+        ("verify", "maviper.verification.run.verify_claims", [tmp_path / "profile.json", "-o", place]),
+        ("repair", "maviper.verification.repair.repair", [tmp_path / "profile.json", "-o", place]),
+        ("compile", "maviper.compilation.run.compile_profile", [tmp_path / "profile.json", "-o", place]),
+        ("show", "maviper.evaluation.show.rules", [tmp_path / "profile.json"]),
+        ("demo", "maviper.cli.tour.extract_live", ["-o", place]),
+    ):
+        with monkeypatch.context() as patched:
+            patched.setattr(stops, interrupted)
+            assert told(capsys, "-q", name, *arguments) == exits.AGAIN
+    for name in ("verify", "compile"):
+        code = main.run([*map(str, ["-q", name, tmp_path / "profile.json", "-o", place])])
+        assert code in (ExitCode.DONE, ExitCode.INCONCLUSIVE), name
+
+
+@pytest.mark.slow
+def test_a_signal_in_the_middle_of_an_extraction(tmp_path):
+    """A real process, a real Ctrl-C, and the advice that it prints."""
+    asked = [sys.executable, "-m", "maviper", *extract(tmp_path / "run")[1:]]
+    asked[asked.index("--iterations") + 1] = "60"
+    asked = [str(word) for word in asked]
+    process = subprocess.Popen(asked, stderr=subprocess.PIPE, text=True)
+    for _ in range(600):
+        if list((tmp_path / "run").glob("steps/*")):
+            break
+        time.sleep(0.05)
+    process.send_signal(signal.SIGINT)
+    _, err = process.communicate(timeout=60)
+    assert process.returncode == ExitCode.INTERRUPTED and err.strip().endswith(exits.RESUME), err
+    again = subprocess.run(asked, capture_output=True, text=True, check=False)
+    assert again.returncode == ExitCode.INPUT
+    again = subprocess.run([*asked, "--resume"], capture_output=True, text=True, check=False)
+    assert again.returncode == ExitCode.DONE, again.stderr
+    assert json.loads((tmp_path / "run" / runs.PROFILE_FILE).read_text())["agents"]

@@ -1,0 +1,136 @@
+"""Help: one whole line a command, headings for options, an example that parses; options that had another name."""
+
+import shlex
+
+import click
+import pytest
+
+from codegen.errors import ExitCode
+from maviper import manual
+from maviper.cli import main
+from maviper.cli.group import Verb, Verbs
+
+WIDTH = 80
+
+
+def every(group=main.cli, path=()):
+    yield path, group
+    for name, command in getattr(group, "commands", {}).items():
+        yield from every(command, (*path, name))
+
+
+COMMANDS = dict(every())
+NAMED = pytest.mark.parametrize("path", COMMANDS, ids=" ".join)
+
+
+def help_of(path, capsys):
+    assert main.run([*path, "--help"]) == 0
+    return capsys.readouterr().out
+
+
+@NAMED
+def test_every_command_has_one_whole_line_in_its_group(path, capsys):
+    command = COMMANDS[path]
+    assert isinstance(command, Verb) and command.one_line
+    assert all(len(line) <= WIDTH for line in help_of(path, capsys).splitlines())
+    if path:
+        lines = help_of(path[:-1], capsys).splitlines()
+        (line,) = [line for line in lines if line.split()[:1] == [path[-1]] and line.startswith("  ")]
+        assert line.endswith(f"  {command.one_line}") and "..." not in line and not line.endswith(".")
+
+
+@NAMED
+def test_every_help_has_an_example_that_parses(path, capsys):
+    command = COMMANDS[path]
+    assert command.example and all(f"  {line}\n" in help_of(path, capsys) for line in command.example.splitlines())
+    for line in command.example.splitlines():
+        words = shlex.split(line.partition(">")[0])
+        assert words[: 1 + len(path)] == ["maviper", *path]
+        named, rest = main.cli, words[1:]
+        while isinstance(named, click.Group):
+            named, rest = named.commands[rest[0]], rest[1:]
+        named.make_context(line, rest)
+
+
+def test_the_chapters_hold_every_command():
+    named = [name for names in main.cli.chapters.values() for name in names]
+    assert sorted(named) == sorted(main.cli.commands)
+
+
+@pytest.mark.parametrize("name", ["verify", "extract", "compile", "evaluate", "train", "repair"])
+def test_long_helps_have_headings(name, capsys):
+    text = help_of((name,), capsys)
+    sections = {
+        getattr(each, "section", "Options")
+        for each in main.cli.commands[name].params
+        if each.param_type_name == "option"
+    }
+    assert len(sections) > 2 - (name == "evaluate") and all(f"\n{section}:\n" in text for section in sections)
+
+
+OLD = [
+    ("verify", ["p.json", "--zones", "7"], "max_zones", 7, "--zones is now --max-zones"),
+    ("verify", ["p.json", "--budget=7"], "solver_units", 7, "--budget is now --solver-units"),
+    ("verify", ["p.json", "--where-zones", "7"], "max_cells", 7, "--where-zones is now --max-cells"),
+    ("compile", ["p.json", "-o", "x", "--budget", "7"], "solver_units", 7, "--budget is now --solver-units"),
+    ("extract", ["e", "-o", "x", "--budget", "7"], "max_episodes", 7, "--budget is now --max-episodes"),
+    (
+        "extract",
+        ["e", "-o", "x", "--refinement", "0"],
+        "refinement_episodes",
+        0,
+        "--refinement is now --refinement-episodes",
+    ),
+]
+
+
+@pytest.mark.parametrize(("name", "words", "parameter", "value", "said"), OLD)
+def test_old_names_of_options_are_read_and_said(capsys, name, words, parameter, value, said):
+    context = main.cli.commands[name].make_context(name, list(words))
+    assert context.params[parameter] == value
+    assert context.get_parameter_source(parameter) is click.core.ParameterSource.COMMANDLINE
+    assert capsys.readouterr().err == f"{said}\n"
+    assert f" {said.split()[0]} " not in help_of((name,), capsys)
+
+
+def test_quiet_keeps_the_new_name_back(capsys):
+    assert main.run(["-q", "verify", "none.json", "--zones", "7"]) == ExitCode.INPUT
+    assert "is now" not in capsys.readouterr().err
+    assert main.run(["verify", "none.json", "--zones", "7"]) == ExitCode.INPUT
+    assert capsys.readouterr().err.startswith("--zones is now --max-zones\n")
+
+
+def test_a_word_that_is_no_option_keeps_its_name(capsys):
+    with pytest.raises(click.UsageError):
+        main.cli.commands["verify"].make_context("verify", ["p.json", "--", "--zones"])
+    assert "is now" not in capsys.readouterr().err
+
+
+def test_the_guide_lists_topics_and_prints_pages(capsys):
+    assert main.run(["guide"]) == 0
+    listed = capsys.readouterr().out.splitlines()
+    assert [line.split()[0] for line in listed] == list(manual.TOPICS)
+    for topic, title in manual.topics().items():
+        assert main.run(["guide", topic]) == 0
+        assert capsys.readouterr().out == manual.page(topic) and any(title in line for line in listed)
+
+
+def test_the_guide_names_the_closest_topic(capsys):
+    assert main.run(["guide", "claim"]) == ExitCode.INPUT
+    assert "did you mean 'claims'?" in capsys.readouterr().err
+
+
+def test_the_guide_pages_on_a_terminal_only(monkeypatch):
+    import sys
+
+    paged = []
+    monkeypatch.setattr(click, "echo_via_pager", paged.append)
+    monkeypatch.setattr(sys.stdout, "isatty", lambda: True, raising=False)
+    assert main.run(["guide", "words"]) == 0
+    assert paged == [manual.page("words")]
+
+
+def test_a_group_is_no_end(capsys):
+    assert isinstance(main.cli.commands["worlds"], Verbs)
+    assert main.run(["worlds", "lst"]) == ExitCode.INPUT
+    assert "did you mean 'list'?" in capsys.readouterr().err

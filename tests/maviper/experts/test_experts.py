@@ -1,0 +1,222 @@
+"""Experts: the shipped ones are good and honest about themselves; files are refused with the fault; critics agree."""
+
+import json
+from importlib import resources
+
+import numpy as np
+import pytest
+
+from codegen.errors import InputError, UnknownNameError
+from maviper.episodes import measures
+from maviper.experts import judging, store
+from maviper.experts.expert import AS_GIVEN
+from maviper.experts.finding import find_expert
+from maviper.experts.measured import GAMMA, Measured
+from maviper.experts.network import ACTOR, VALUE, NetworkExpert
+from maviper.experts.scripted import scripted
+from maviper.worlds import find
+from maviper.worlds.physical_deception import ADVERSARIES, DEFENDERS
+from maviper.worlds.predator_prey import PREDATORS, PREY
+
+FRESH = range(9_000_000, 9_001_000)  # episodes that neither training nor a card used
+
+
+def primary(name):
+    expert, world = store.load(name)
+    found = measures.evaluate(world, [expert] * len(world.agents), FRESH)
+    return {team: found[world.primary(team)] for team in world.teams}
+
+
+def test_shipped_deception_reaches_its_target():
+    success = primary("physical-deception")
+    assert success[DEFENDERS].interval[0] >= 0.98
+    assert success[ADVERSARIES].interval[0] >= 0.55
+
+
+def test_shipped_deception_with_velocity_covers_at_a_tenth():
+    expert, world = store.load("physical-deception,velocity=1")
+    found = measures.evaluate(world, [expert] * 3, FRESH)
+    assert next(value for m, value in found.items() if m.label == "defenders success r=0.1").interval[0] >= 0.90
+
+
+def test_shipped_navigation_reaches_its_target():
+    assert primary("cooperative-navigation")["agents"].interval[1] <= 0.70
+
+
+def test_shipped_predator_prey_against_the_scripts():
+    expert, world = store.load("predator-prey")
+    judged = judging.judge(world, expert, FRESH)
+    ratios = judging.ratios(world, judged.against, judged.scripts)
+    assert ratios[PREY] >= 1 / 0.80
+    assert ratios[PREDATORS] >= 0.25  # signs alone do not show how far the prey is: see README, Limits
+
+
+@pytest.mark.parametrize("name", store.SHIPPED)
+def test_cards_say_what_made_them_and_what_was_measured(name):
+    expert, world = store.load(name)
+    card = expert.card
+    assert card["command"].startswith(f"maviper train {world.name} --algorithm mappo")
+    assert {"python", "torch", "numpy", "mpe2", "maviper"} <= set(card["versions"])
+    first, episodes = card["measured"]["first_episode_seed"], card["measured"]["episodes"]
+    found = measures.evaluate(world, [expert] * len(world.agents), range(first, first + episodes))
+    for measure in world.measures:
+        assert card["measured"][measure.label][0] == pytest.approx(found[measure].value, rel=1e-9)
+        low, high = card["measured"][measure.label][1:]
+        assert low <= card["measured"][measure.label][0] <= high
+
+
+@pytest.mark.parametrize("name", store.SHIPPED)
+def test_beside_each_expert_lie_its_card_and_its_learning_curve(name):
+    folder = resources.files("maviper.experts.shipped")
+    stem = store.SHIPPED[name].removesuffix(".safetensors")
+    card = json.loads((folder / f"{stem}.json").read_text())
+    assert card["seconds"] > 0 and "cores" in card["machine"]
+    assert {key: value for key, value in card.items() if key not in ("seconds", "machine")} == store.load(name)[0].card
+    assert (folder / f"{stem}.svg").read_text().lstrip().startswith("<?xml")
+
+
+def q_directly(expert, agent, observations, joint):
+    """The critic written out: one row, one-hot actions, float64."""
+    one_hot = np.concatenate([np.eye(n)[action] for n, action in zip(expert.n_actions, joint, strict=True)])
+    x = np.concatenate([*[row.astype(np.float64) for row in observations], one_hot])
+    for layer in (1, 2, 3):
+        name = f"{expert.agents[agent]}.critic.{layer}"
+        x = x @ expert.tensors[f"{name}.weight"].astype(np.float64) + expert.tensors[f"{name}.bias"]
+        x = np.maximum(x, 0) if layer < 3 else x
+    return x[0]
+
+
+def test_split_first_layer_gives_the_same_q(world, expert):
+    state = world.start(20, np.random.default_rng(0))
+    observations = world.observe(state)
+    given = np.random.default_rng(1).integers(5, size=(20, 3))
+    joint = np.array([[0, AS_GIVEN, 3], [4, AS_GIVEN, 1]])
+    for agent in range(3):
+        found = expert.q(agent, observations, state, joint, given)
+        for row in range(20):
+            for column, asked in enumerate(joint):
+                actions = [given[row, k] if action == AS_GIVEN else action for k, action in enumerate(asked)]
+                wanted = q_directly(expert, agent, [seen[row] for seen in observations], actions)
+                assert found[row, column] == pytest.approx(wanted, rel=1e-9)
+
+
+def networks(world, kind, seed=0, hidden=8):
+    """Random networks of a kind."""
+    rng = np.random.default_rng(seed)
+    return {
+        name: rng.normal(size=shape).astype(np.float32) for name, shape in store.shapes(world, hidden, kind).items()
+    }
+
+
+def test_value_networks_are_their_own_critics(world):
+    expert = store.built(world, networks(world, VALUE), {})
+    state = world.start(20, np.random.default_rng(0))
+    observations = world.observe(state)
+    given = expert.act(range(3), observations)
+    assert not expert.centralized
+    for agent in range(3):
+        joint = np.array([[AS_GIVEN] * 3, *[[AS_GIVEN] * agent + [k] + [AS_GIVEN] * (2 - agent) for k in range(5)]])
+        q = expert.q(agent, observations, state, joint, given)
+        assert (q[:, 0] == q[:, 1:].max(axis=1)).all()
+        assert q[:, 1:] == pytest.approx(expert.logits(agent, observations[agent]))
+
+
+def test_actors_alone_have_no_critic(world):
+    expert = store.built(world, networks(world, ACTOR), {"world": world.name})
+    observations = world.observe(world.start(2, np.random.default_rng(0)))
+    assert expert.act([2, 0], observations).shape == (2, 2)
+    with pytest.raises(InputError, match="has no critic"):
+        expert.q(0, observations, None, np.zeros((1, 3), int), np.zeros((2, 3), int))
+
+
+def test_measured_q_is_the_discounted_return_of_a_branch(world, expert):
+    """Written out with one game and one joint action at a time."""
+    measured = Measured(world, expert, shaping=0.5, horizon=4)
+    state = world.start(3, np.random.default_rng(2))
+    given = np.random.default_rng(1).integers(5, size=(3, 3))
+    joint = np.array([[0, AS_GIVEN, 3], [4, 2, 1]])
+    found = measured.all_q(state, joint, given)
+    for row in range(3):
+        for column, asked in enumerate(joint):
+            now, total = state[row : row + 1], 0.0
+            actions = np.where(asked == AS_GIVEN, given[row], asked)[None]
+            for step in range(4):
+                now = world.step(now, actions)
+                total = total + GAMMA**step * (world.rewards(now) + 0.5 * world.shaping(now))[0]
+                actions = expert.act(range(3), world.observe(now), now)
+            assert found[row, column] == pytest.approx(total, rel=1e-9)
+    assert (measured.q(1, world.observe(state), state, joint, given) == found[..., 1]).all()
+
+
+def test_measured_q_prefers_what_the_script_does():
+    """In navigation the script is close to the best, so its own action should rarely be beaten by far."""
+    world = find("cooperative-navigation")
+    script = scripted(world)
+    state = world.start(200, np.random.default_rng(0))
+    for _ in range(8):
+        state = world.step(state, script.act(range(3), world.observe(state), state))
+    given = script.act(range(3), world.observe(state), state)
+    joint = np.array([[k, AS_GIVEN, AS_GIVEN] for k in range(5)])
+    q = Measured(world, script).q(0, world.observe(state), state, joint, given)
+    chosen = np.take_along_axis(q, given[:, :1], axis=1)[:, 0]
+    assert np.median(q.max(axis=1) - chosen) < 0.1 * np.median(q.max(axis=1) - q.min(axis=1))
+
+
+def test_an_expert_is_found_by_name_file_size_or_function(tmp_path, monkeypatch):
+    expert, world = find_expert("physical-deception")
+    assert isinstance(expert, NetworkExpert) and world.name == "physical-deception"
+    expert, world = find_expert("cooperative-navigation,agents=5")
+    assert isinstance(expert, Measured) and len(world.agents) == 5 and expert.card["algorithm"] == "scripted"
+    expert, _ = find_expert("physical-deception", "measured")
+    assert isinstance(expert, Measured) and isinstance(expert.controller, NetworkExpert)
+    source = "from maviper.experts.finding import find_expert\n\n\nmine = lambda: find_expert('physical-deception')[0]"
+    (tmp_path / "an_expert_of_mine.py").write_text(source)
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(InputError, match="it has no world"):
+        find_expert("an_expert_of_mine:mine")
+    with pytest.raises(UnknownNameError, match="did you mean 'measured'"):
+        find_expert("physical-deception", "measure")
+    with pytest.raises(UnknownNameError, match="option"):
+        find_expert("predator-prey,preys=2")
+
+
+def test_files_are_equal_each_time_and_read_back(expert):
+    data = store.encode(expert.tensors, expert.card)
+    assert data == store.encode(dict(reversed(expert.tensors.items())), expert.card)
+    again = store.decode(data, "x")
+    assert all((again.tensors[name] == tensor).all() for name, tensor in expert.tensors.items())
+
+
+def test_bad_expert_files_are_refused(expert, tmp_path):
+    data = store.encode(expert.tensors, expert.card)
+    for bad in (b"", b"\x80\x04pickle", data[:100], data[:-5], b"\xff" * 64, b"{}" * 100):
+        with pytest.raises(InputError, match="not an expert file"):
+            store.decode(bad, "x")
+    with pytest.raises(InputError, match="not an expert file"):
+        store.decode(store.encode(expert.tensors, {**expert.card, "networks": "transformer"}), "x")
+    with pytest.raises(InputError, match="sound expert"):
+        store.decode(store.encode(expert.tensors, {**expert.card, "hidden": 32}), "x")
+    broken = {**expert.tensors, "agent_0.actor.1.bias": np.full(64, np.nan, np.float32)}
+    with pytest.raises(InputError, match=r"agent_0.actor.1.bias"):
+        store.decode(store.encode(broken, expert.card), "x")
+    with pytest.raises(UnknownNameError, match="physical-deception"):
+        store.decode(store.encode(expert.tensors, {**expert.card, "world": "physical-decption"}), "x")
+    with pytest.raises(UnknownNameError, match="did you mean 'physical-deception'"):
+        store.load("physical-decption")
+    with pytest.raises(InputError, match="cannot read"):
+        store.load(str(tmp_path / "none.safetensors"))
+
+
+def test_an_expert_of_another_world_is_refused(expert):
+    data = store.encode(expert.tensors, expert.card)
+    with pytest.raises(InputError, match="another world"):
+        store.decode(data, "x", find("predator-prey"))
+    with pytest.raises(InputError, match="sound expert"):  # the right name, other sizes
+        store.decode(store.encode(expert.tensors, {**expert.card, "world": "physical-deception,defenders=3"}), "x")
+    with pytest.raises(InputError, match="--world somewhere:something"):
+        store.decode(store.encode(expert.tensors, {**expert.card, "world": "somewhere:something"}), "x")
+
+
+def test_a_run_folder_is_an_expert(expert, tmp_path):
+    (tmp_path / "expert.safetensors").write_bytes(store.encode(expert.tensors, expert.card))
+    assert store.load(str(tmp_path))[0].card == expert.card

@@ -1,0 +1,199 @@
+"""Scripted experts: as good as they are meant to be, at any number of agents, and what their look-ahead promises."""
+
+from dataclasses import replace
+from itertools import product
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from codegen.errors import InputError
+from maviper.episodes import measures
+from maviper.episodes.play import Policies, play
+from maviper.experts import scripted as module
+from maviper.experts.scripted import HELD, HORIZON, PLANNED, Landing, scripted
+from maviper.worlds import WorldState, find
+from maviper.worlds.particle import planes
+from maviper.worlds.physical_deception import ADVERSARIES, DEFENDERS
+from maviper.worlds.predator_prey import PREDATORS, PREY
+
+SPREAD = "cooperative-navigation"
+STILL = Policies([lambda obs: np.zeros(len(obs), dtype=np.int64)] * 24)
+
+
+def random_walk(seed):
+    rng = np.random.default_rng(seed)
+    return Policies([lambda obs: rng.integers(5, size=len(obs))] * 24)
+
+
+def measured(world, controllers, episodes, first=9_000_000):
+    """{label: estimate} on episodes of their own."""
+    found = measures.evaluate(world, controllers, range(first, first + episodes))
+    return {measure.label: value for measure, value in found.items()}
+
+
+def sides(world, team, ours, theirs):
+    """One controller for a team, another one for everybody else."""
+    return [ours if world.team_of(agent) == team else theirs for agent in world.agents]
+
+
+# --- how good they are
+
+
+@pytest.mark.parametrize("defenders", [2, 3])
+def test_defenders_always_split_up(defenders):
+    world = find(f"physical-deception,defenders={defenders}")
+    found = measured(world, [scripted(world)] * len(world.agents), 500)
+    for radius in ("0.316", "0.1"):
+        assert found[f"{DEFENDERS} success r={radius}"].value == 1
+        assert found[f"{DEFENDERS} success r={radius}"].interval[0] >= 0.99
+
+
+def test_the_adversary_cannot_do_much_better_than_guess():
+    """Defenders that cover every target tell it nothing; it still lands on one of them."""
+    world = find("physical-deception")
+    found = measured(world, [scripted(world)] * 3, 1_000)
+    assert 0.5 <= found[f"{ADVERSARIES} success r=0.1"].value <= 0.7
+    still = measured(world, sides(world, ADVERSARIES, STILL, scripted(world)), 1_000)
+    assert still[f"{ADVERSARIES} success r=0.1"].interval[1] < 0.1
+
+
+def test_navigation_lands_on_all_targets():
+    world = find(SPREAD)
+    ours, still = measured(world, [scripted(world)] * 3, 500), measured(world, [STILL] * 3, 500)
+    assert ours["agents D + collisions"].interval[1] < 0.65
+    assert still["agents D + collisions"].interval[0] > 2 * ours["agents D + collisions"].interval[1]
+    assert ours["agents success r=0.1"].interval[0] > 0.5
+
+
+def test_navigation_runs_with_many_agents():
+    world = find(f"{SPREAD},agents=24")
+    ours, still = measured(world, [scripted(world)] * 24, 10), measured(world, [STILL] * 24, 10)
+    assert ours["agents D"].interval[1] < still["agents D"].interval[0]
+
+
+@pytest.mark.parametrize("name", ["predator-prey", "predator-prey,predators=3,prey=1,observation=mpe2"])
+def test_pursuers_catch_and_fleers_get_away(name):
+    world = find(name)
+    script, walk = scripted(world), random_walk(0)
+    touches = f"{PREDATORS} touches"
+    nobody = measured(world, [walk] * len(world.agents), 500)[touches]
+    hunted = measured(world, sides(world, PREDATORS, script, walk), 500)[touches]
+    fled = measured(world, sides(world, PREY, script, walk), 500)[touches]
+    both = measured(world, [script] * len(world.agents), 500)[touches]
+    assert hunted.interval[0] > 5 * nobody.interval[1]
+    assert fled.interval[1] < 0.5 * nobody.interval[0]
+    assert fled.interval[1] < both.interval[0] and both.interval[1] < hunted.interval[0]
+
+
+def test_fleers_stay_in_the_arena():
+    """What prey pay beside touches is the price of the border."""
+    world = find("predator-prey")
+
+    def border(controller):
+        found = measured(world, [controller] * 4, 500)
+        return -found[f"{PREY} return"].value - 10 * found[f"{PREY} touches"].value / 2
+
+    assert 0 <= border(scripted(world)) < 0.2 * border(random_walk(1))
+
+
+# --- what they are made of
+
+
+def moving_states(world, count, seed):
+    """Moving states, everything within [-2, 2]."""
+    rng = np.random.default_rng(seed)
+    n_entities = len(world.agents) + len(world.spec.landmarks)
+    position = rng.uniform(-2, 2, (count, n_entities, 2))
+    velocity = rng.normal(size=(count, len(world.agents), 2))
+    return WorldState(position, velocity, rng.integers(max(1, len(world.spec.goals)), size=count))
+
+
+def test_landing_is_the_best_plan_of_the_simulator():
+    """Every sequence of PLANNED actions, then coasting, played through the world: none ends with a smaller sum."""
+    world = find(f"{SPREAD},agents=1")
+    state = moving_states(world, 60, seed=1)
+    state.position[:5, 0], state.velocity[:5] = state.position[:5, 1], 0  # there already
+    costs = {}
+    for plan in product(range(5), repeat=PLANNED):
+        here, total = state, np.zeros(len(state))
+        for step in range(HORIZON):
+            acted = plan[step] if step < PLANNED else 0
+            here = world.step(here, np.full((len(state), 1), acted))
+            total += np.linalg.norm(here.position[:, 0] - here.position[:, 1], axis=1)
+        costs[plan] = total
+    best = np.min(list(costs.values()), axis=0)
+    position, velocity = planes(state.position), planes(state.velocity)
+    chosen = Landing(world)(0, position[1] - position[0], velocity[0])
+    reachable = [min(costs[plan][row] for plan in costs if plan[0] == action) for row, action in enumerate(chosen)]
+    np.testing.assert_allclose(reachable, best, rtol=0, atol=1e-9)
+    assert set(chosen[:5].tolist()) == {0} and set(chosen[5:].tolist()) >= {1, 2, 3, 4}
+
+
+def test_held_actions_go_where_the_simulator_goes():
+    world = find("predator-prey,predators=1,prey=1,obstacles=0")
+    state = moving_states(world, 40, seed=2)
+    apart = np.linalg.norm(state.position[:, 0] - state.position[:, 1], axis=1) > 2
+    state = state[apart]
+    script = scripted(world)
+    for agent in (0, 1):
+        found = script._held(agent, planes(state.position)[agent], planes(state.velocity)[agent])
+        for action in range(5):
+            here = state
+            for _ in range(HELD):
+                here = world.step(here, np.full((len(state), 2), action))
+            np.testing.assert_allclose(found[action].T, here.position[:, agent], rtol=0, atol=1e-9)
+
+
+def test_defenders_do_not_look_at_the_goal():
+    world = find("physical-deception,defenders=3")
+    state = moving_states(world, 100, seed=3)
+    other = replace(state, goal=(state.goal + 1) % 3)
+    seen = world.observe(state)
+    script = scripted(world)
+    assert (script.act(range(4), seen, state) == script.act(range(4), seen, other)).all()
+
+
+@pytest.mark.parametrize("name", ["physical-deception", SPREAD, "predator-prey"])
+def test_agents_can_be_asked_in_any_order(name):
+    world = find(name)
+    script, state = scripted(world), moving_states(world, 50, seed=4)
+    everybody = script.act(range(len(world.agents)), (), state)
+    assert everybody.shape == (50, len(world.agents)) and everybody.min() >= 0 and everybody.max() <= 4
+    assert (script.act([2, 0], (), state) == everybody[:, [2, 0]]).all()
+
+
+@pytest.mark.parametrize("name", ["physical-deception", SPREAD, "predator-prey"])
+def test_chunks_change_nothing(name, monkeypatch):
+    world = find(name)
+    script, state = scripted(world), moving_states(world, 50, seed=5)
+    everybody = range(len(world.agents))
+    whole = script.act(everybody, (), state)
+    monkeypatch.setattr(module, "GAMES_AT_ONCE", 7)
+    assert (script.act(everybody, (), state) == whole).all()
+    assert script.act(everybody, (), state[:0]).shape == (0, len(world.agents))
+
+
+def test_the_same_episodes_again():
+    world = find("predator-prey")
+    start = world.start_from_seeds(range(50))
+    first, again = (play(world, [scripted(world)] * 4, start) for _ in range(2))
+    assert (first.actions == again.actions).all()
+
+
+# --- what they cannot do
+
+
+def test_a_script_has_no_critic():
+    world = find(SPREAD)
+    script = scripted(world)
+    assert script.centralized and script.agents == world.agents and script.hash == ""
+    assert script.card == {"algorithm": "scripted", "world": SPREAD}
+    with pytest.raises(InputError, match="no critic"):
+        script.q(0, (), None, np.zeros((1, 3), dtype=np.int64), np.zeros((1, 3), dtype=np.int64))
+
+
+def test_there_is_no_script_for_other_worlds():
+    with pytest.raises(InputError, match="no scripted expert") as error:
+        scripted(SimpleNamespace(name="tennis"))
+    assert "tennis" in str(error.value)

@@ -1,0 +1,335 @@
+"""Training: every algorithm learns, repeats, resumes to the same bytes, and stops with an error that helps."""
+
+import json
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from codegen.errors import InputError, MissingToolError, UnknownNameError
+from maviper.experts import store
+from maviper.experts.expert import AS_GIVEN
+from maviper.experts.recipes import Request, settings
+from maviper.experts.training.train import train
+from maviper.worlds import find
+
+TINY = {"games": 128, "checkpoint_steps": 6_400, "steps": 19_200, "hidden": 16}
+ALGORITHMS = {
+    "mappo": {**TINY, "minibatch": 1_600},
+    "maddpg": {**TINY, "steps_per_update": 400, "batch": 512},
+    "vdn": {**TINY, "steps_per_update": 400, "batch": 512},
+}
+
+
+@pytest.fixture(autouse=True)
+def quick(request, monkeypatch):
+    """Fewer episodes a judgement, a short fit of the critic."""
+    if not request.node.get_closest_marker("train"):
+        return
+    from maviper.experts.training import critic
+    from maviper.experts.training import train as training
+
+    monkeypatch.setattr(training, "CHECKPOINT_EPISODES", 50)
+    monkeypatch.setattr(training, "FINAL_EPISODES", 50)
+    whole = critic.Settings
+    quick_fit = {"steps": 6_400, "games": 128, "updates": 4}
+    monkeypatch.setattr(critic, "Settings", lambda **given: whole(**{**quick_fit, **given}))
+
+
+FILES = ("expert.safetensors", "metrics.jsonl", "config.json", "learning_curve.svg")
+
+
+def request_of(algorithm, **more):
+    return Request(algorithm, overrides={**ALGORITHMS[algorithm], "seed": 3, **more})
+
+
+@pytest.mark.train
+@pytest.mark.parametrize("algorithm", ALGORITHMS)
+@pytest.mark.parametrize("name", ["physical-deception", "cooperative-navigation,agents=2", "predator-prey,prey=1"])
+def test_every_algorithm_trains_every_game(name, algorithm, tmp_path):
+    world = find(name)
+    seen = []
+    card = train(world, tmp_path, request_of(algorithm), lambda checkpoint, total: seen.append(checkpoint))
+    loaded, played = store.load(str(tmp_path))
+    assert played.name == name and {**card, **loaded.card} == card
+    assert [checkpoint.steps for checkpoint in seen] == [6_400, 12_800, 19_200]
+    lines = [json.loads(line) for line in (tmp_path / "metrics.jsonl").read_text().splitlines()]
+    assert [line["steps"] for line in lines] == [checkpoint.steps for checkpoint in seen]
+    assert all(f"{team} return" in line for line in lines for team in world.teams)
+    observations = world.observe(world.start(4, np.random.default_rng(0)))
+    given = loaded.act(range(len(world.agents)), observations)
+    joint = np.full((1, len(world.agents)), AS_GIVEN)
+    assert np.isfinite(loaded.q(0, observations, None, joint, given)).all()
+
+
+@pytest.mark.train
+@pytest.mark.parametrize(
+    ("algorithm", "more"),
+    [("mappo", {}), ("mappo", {"imitate_steps": 9_600, "value_steps": 3_200}), ("maddpg", {}), ("vdn", {})],
+)
+def test_a_resumed_run_gives_the_same_bytes(algorithm, more, tmp_path):
+    """Stopped in the middle of a checkpoint's interval, right after it, and in the middle of writing."""
+    world = find("physical-deception")
+    asked = request_of(algorithm, **more)
+    train(world, tmp_path / "whole", asked)
+    for stop in (1, 2):
+
+        class Killed(Exception):
+            pass
+
+        def kill(checkpoint, total, stop=stop):
+            if checkpoint.steps == 6_400 * stop:
+                raise Killed
+
+        folder = tmp_path / f"cut {stop}"
+        with pytest.raises(Killed):
+            train(world, folder, asked, kill)
+        # an interruption between two files: metrics are ahead of the state
+        with (folder / "metrics.jsonl").open("a") as file:
+            file.write(json.dumps({"steps": 10**9, "score": 9.0}) + "\n")
+        train(world, folder, asked, resume=True)
+        for name in FILES:
+            assert (folder / name).read_bytes() == (tmp_path / "whole" / name).read_bytes(), name
+
+
+@pytest.mark.train
+def test_a_finished_run_is_not_trained_again(tmp_path):
+    world, asked = find("physical-deception"), request_of("mappo")
+    card = train(world, tmp_path, asked)
+    before = (tmp_path / "expert.safetensors").stat().st_mtime_ns
+    assert train(world, tmp_path, asked, resume=True) == card
+    assert (tmp_path / "expert.safetensors").stat().st_mtime_ns == before
+    with pytest.raises(InputError, match="already holds a run"):
+        train(world, tmp_path, asked)
+    with pytest.raises(InputError, match="hidden differ"):
+        train(world, tmp_path, request_of("mappo", hidden=8), resume=True)
+    with pytest.raises(InputError, match=r"world.* differ"):
+        train(find("predator-prey"), tmp_path, asked, resume=True)
+
+
+@pytest.mark.train
+def test_bad_folders_and_devices_are_refused(tmp_path):
+    world, asked = find("physical-deception"), request_of("mappo")
+    with pytest.raises(InputError, match="no run to resume"):
+        train(world, tmp_path / "none", asked, resume=True)
+    with pytest.raises(InputError, match="no device 'cuda:99'"):
+        train(world, tmp_path / "a", Request("mappo", overrides=ALGORITHMS["mappo"], device="cuda:99"))
+    with pytest.raises(InputError, match="no device 'toaster'"):
+        train(world, tmp_path / "a", Request("mappo", overrides=ALGORITHMS["mappo"], device="toaster"))
+
+    def stop(checkpoint, total):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        train(world, tmp_path / "a", asked, stop)
+    assert store.load(str(tmp_path / "a"))[1].name == world.name  # what an interruption leaves is an expert
+    state = (tmp_path / "a" / "state.safetensors").read_bytes()
+    for bad in (state[:-7], b"", state[:100]):
+        (tmp_path / "a" / "state.safetensors").write_bytes(bad)
+        with pytest.raises(InputError, match="damaged or another's"):
+            train(world, tmp_path / "a", asked, resume=True)
+    (tmp_path / "a" / "config.json").write_text("{")
+    with pytest.raises(InputError, match="not a readable run folder"):
+        train(world, tmp_path / "a", asked, resume=True)
+
+
+@pytest.mark.train
+def test_a_loss_that_is_no_number_stops_with_the_last_good_checkpoint(tmp_path, monkeypatch):
+    from maviper.experts.training.mappo import Mappo
+
+    advance = Mappo.advance
+
+    def failing(self):
+        logged = advance(self)
+        return logged | ({"loss": float("nan")} if self.steps > 12_800 else {})
+
+    monkeypatch.setattr(Mappo, "advance", failing)
+    card = train(find("physical-deception"), tmp_path / "a", request_of("mappo"))
+    assert "no longer a number" in card["stopped"] and card["steps"] in (6_400, 12_800)
+    assert store.load(str(tmp_path / "a"))[0].card["stopped"] == card["stopped"]
+    monkeypatch.setattr(Mappo, "advance", lambda self: advance(self) | {"loss": float("nan")})
+    with pytest.raises(InputError, match="lower learning rate"):
+        train(find("physical-deception"), tmp_path / "b", request_of("mappo"))
+
+
+@pytest.mark.train
+def test_imitation_and_scripted_opponents(tmp_path):
+    """The networks come to do what the script does, and agents that the script plays are not learned from."""
+    from maviper.experts.training.mappo import Mappo, Settings
+
+    world = find("physical-deception,velocity=1")
+    trainer = Mappo(world, Settings(**{**TINY, "steps": 10**6, "imitate_steps": 10**6}), "cpu")
+    agreed = [trainer.advance()["agreement"] for _ in range(12)]
+    assert agreed[-1] > 0.5 > agreed[0]
+
+    world = find("predator-prey")
+    trainer = Mappo(world, Settings(**TINY, scripted=0.25), "cpu")
+    assert trainer.mine.sum(axis=1).tolist() == [96, 96, 96, 96]
+    assert not trainer.mine[2:, :32].any() and not trainer.mine[:2, 32:64].any() and trainer.mine[:, 64:].all()
+    seen, acted, *_ = trainer._collect()
+    assert acted.shape == (25, 128, 4) and len(seen) == 26
+
+
+@pytest.mark.train
+def test_several_seeds_keep_the_best(tmp_path):
+    from maviper.console import Console
+    from maviper.experts.training.run import TrainOptions, trained
+
+    chosen = [f"{name}={value}" for name, value in ALGORITHMS["vdn"].items() if name != "steps"]
+    options = TrainOptions("vdn", seed=5, seeds=2, steps=12_800, settings=tuple(chosen))
+    card = trained("physical-deception", tmp_path, options, Console(quiet=True))
+    assert "stopped" not in card
+    table = json.loads((tmp_path / "seeds.json").read_text())
+    scores = {seed: row["score"] for seed, row in table["seeds"].items()}
+    assert set(scores) == {"5", "6"} and scores[str(table["best"])] == max(scores.values())
+    best = tmp_path / f"seed-{table['best']}" / "expert.safetensors"
+    assert (tmp_path / "expert.safetensors").read_bytes() == best.read_bytes()
+    assert "stopped" not in trained("physical-deception", tmp_path, replace(options, resume=True), Console(quiet=True))
+
+
+@pytest.mark.train
+@pytest.mark.parametrize("name", ["physical-deception", "predator-prey,observation=mpe2"])
+def test_numpy_and_torch_networks_agree(name):
+    import torch
+
+    from maviper.experts.training.maddpg import Maddpg, Settings
+
+    world = find(name)
+    n_agents = len(world.agents)
+    trainer = Maddpg(world, Settings(buffer=1_000), "cpu")
+    expert = store.decode(store.encode(trainer.tensors(), {"world": world.name, "hidden": 64}), "x")
+    observations = world.observe(world.start(64, np.random.default_rng(0)))
+    acted = np.random.default_rng(1).integers(5, size=(64, n_agents))
+    joint = trainer.joint.tensor(observations)
+    with torch.no_grad():
+        logits = trainer._logits("actor", joint).numpy()
+        one_hot = trainer.joint.one_hot(torch.from_numpy(acted))
+        q = trainer.nets["critic"](trainer.joint.critic_input(joint, one_hot)).numpy()[..., 0]
+    assert (logits.argmax(axis=2) == expert.act(range(n_agents), observations).T).all()
+    for agent in range(n_agents):
+        asked = expert.q(agent, observations, None, np.full((1, n_agents), AS_GIVEN), acted)[:, 0]
+        assert asked == pytest.approx(q[agent], rel=1e-4, abs=1e-5)
+
+
+@pytest.mark.train
+def test_a_fitted_critic_predicts_the_returns_of_the_frozen_policy():
+    """Against measured Q: the order of one agent's actions, and the spread over states, agree."""
+    from scipy.stats import spearmanr
+
+    from maviper.experts.measured import Measured
+    from maviper.experts.training.critic import Settings, fit
+
+    world = find("physical-deception")
+    expert = store.load("physical-deception")[0]
+    actors = {name: tensor for name, tensor in expert.tensors.items() if ".actor." in name}
+    chosen = Settings(steps=76_800, games=512, updates=60, hidden=32, learning_rate=4e-3, explore=0.3)
+    fitted = store.built(world, {**actors, **fit(world, actors, chosen, "cpu")}, {})
+    state = world.start(150, np.random.default_rng(4))
+    observations = world.observe(state)
+    given = expert.act(range(3), observations)
+    joint = np.array([[AS_GIVEN, k, AS_GIVEN] for k in range(5)])
+    wanted = Measured(world, fitted, shaping=1.0, horizon=20).q(1, observations, state, joint, given)
+    found = fitted.q(1, observations, state, joint, given)
+    assert spearmanr(found.ravel(), wanted.ravel()).statistic > 0.8
+
+
+@pytest.mark.train
+@pytest.mark.filterwarnings("ignore:`torch.jit")  # deprecated by torch, and what many experts still lie in
+def test_torch_modules_and_torchscript_are_experts(world, expert, tmp_path, monkeypatch):
+    import torch
+
+    from maviper.experts.adapter import TorchExpert
+    from maviper.experts.finding import find_expert
+
+    def module(agent, net):
+        layers = []
+        for layer in (1, 2, 3):
+            weight, bias = (torch.from_numpy(expert.tensors[f"{agent}.{net}.{layer}.{k}"]) for k in ("weight", "bias"))
+            linear = torch.nn.Linear(*weight.shape)
+            linear.weight.data, linear.bias.data = weight.T.contiguous(), bias
+            layers += [linear, torch.nn.ReLU()]
+        return torch.nn.Sequential(*layers[:-1])
+
+    class Critic(torch.nn.Module):
+        def __init__(self, body):
+            super().__init__()
+            self.body = body
+
+        def forward(self, seen, acted):
+            return self.body(torch.cat([seen, acted], dim=1))
+
+    actors = [module(agent, "actor") for agent in world.agents]
+    critics = [Critic(module(agent, "critic")) for agent in world.agents]
+    state = world.start(30, np.random.default_rng(0))
+    observations = world.observe(state)
+    given = expert.act(range(3), observations)
+    joint = np.array([[0, AS_GIVEN, 3], [4, AS_GIVEN, 1]])
+    examples = torch.zeros(2, sum(len(f) for f in world.features)), torch.zeros(2, 15)
+    scripts = [torch.jit.trace(critic, examples) for critic in critics]
+    for found in (TorchExpert(world, actors, critics), TorchExpert(world, actors, scripts)):
+        assert (found.act(range(3), observations, state) == given).all()
+        for agent in range(3):
+            wanted = expert.q(agent, observations, state, joint, given)
+            assert found.q(agent, observations, state, joint, given) == pytest.approx(wanted, rel=1e-4, abs=1e-4)
+    valued = TorchExpert(world, actors, value_based=True)
+    assert valued.q(1, observations, state, np.full((1, 3), AS_GIVEN), given).shape == (30, 1)
+    with pytest.raises(InputError, match="has no critic"):
+        TorchExpert(world, actors).q(0, observations, state, joint, given)
+    with pytest.raises(InputError, match="2 actors for 3 agents"):
+        TorchExpert(world, actors[:2])
+    with pytest.raises(InputError, match="torch module failed"):
+        TorchExpert(world, actors[::-1])
+    with pytest.raises(InputError, match=r"gives \(2, 4\)"):
+        TorchExpert(world, [torch.nn.Linear(8, 4), *actors[1:]])
+
+    (tmp_path / "brought_along.py").write_text("EXPERT = None\n\n\ndef expert():\n    return EXPERT\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    import brought_along
+
+    brought_along.EXPERT = TorchExpert(world, actors, critics)
+    assert find_expert("brought_along:expert")[1] is world
+
+
+def test_training_without_torch_says_what_to_install(world, tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "torch", None)
+    with pytest.raises(MissingToolError, match=r"maviper\[train\]"):
+        train(world, tmp_path, Request())
+
+
+def test_settings_come_from_recipe_and_user(world):
+    from dataclasses import dataclass
+
+    @dataclass(frozen=True)
+    class Some:
+        steps: int = 1_000_000
+        games: int = 10
+        learning_rate: float = 0.1
+        imitate_steps: int = 0
+        hidden: int = 64
+        entropy: float = 0.0
+        scripted: float = 0.0
+        seed: int = 0
+
+    found = settings(find("cooperative-navigation,agents=4"), Request(overrides={"games": "20"}).checked(), Some)
+    assert found.games == 20 and found.hidden == 128  # the game's recipe also where its options differ
+    with pytest.raises(UnknownNameError, match="did you mean 'learning_rate'"):
+        settings(world, Request(overrides={"learning_rat": 1}).checked(), Some)
+    with pytest.raises(InputError, match="must be a whole number"):
+        settings(world, Request(overrides={"games": "many"}).checked(), Some)
+    with pytest.raises(InputError, match="games must be from 1"):
+        settings(world, Request(overrides={"games": 0}).checked(), Some)
+    with pytest.raises(InputError, match="steps must be at least 250"):
+        settings(world, Request(overrides={"steps": 249}).checked(), Some)
+    with pytest.raises(InputError, match="seed"):
+        settings(world, Request(overrides={"seed": 2**32}).checked(), Some)
+
+
+def test_unknown_algorithm_and_recipe():
+    with pytest.raises(UnknownNameError, match="did you mean 'mappo'"):
+        Request("mapo").checked()
+    with pytest.raises(UnknownNameError, match="did you mean 'paper'"):
+        Request(recipe="papr").checked()
+    with pytest.raises(InputError, match="no recipe for vdn"):
+        Request("vdn", "paper").checked()
+    assert Request(recipe="paper").checked().algorithm == "maddpg"

@@ -1,0 +1,313 @@
+"""The algorithms beside MAVIPER, presets, and the two ways of searching splits."""
+
+from itertools import product
+
+import numpy as np
+import pytest
+from sklearn.tree import DecisionTreeClassifier
+
+from codegen import ir, policy_json
+from codegen.errors import InputError, UnknownNameError
+from maviper.episodes import measures
+from maviper.episodes.play import points, rollout
+from maviper.evaluation import held_out
+from maviper.experts.expert import AS_GIVEN, labels
+from maviper.experts.measured import Measured
+from maviper.experts.scripted import scripted
+from maviper.extraction import fitted_q
+from maviper.extraction.algorithms import extract
+from maviper.extraction.dataset import Dataset
+from maviper.extraction.extraction import Running
+from maviper.extraction.growth.grow import grow_jointly, train_joint_trees
+from maviper.extraction.growth.histogram import BINS, Bins, HistogramTree, best_splits, projected
+from maviper.extraction.growth.weights import SAMPLED_JOINT, _joint_actions, iviper_weights, maviper_weights
+from maviper.extraction.journal import NOTHING_KEPT
+from maviper.extraction.released import released
+from maviper.extraction.selection.race import KINDS
+from maviper.extraction.settings import (
+    ALGORITHMS,
+    EXACT,
+    FITTED_Q,
+    HISTOGRAM,
+    IMITATION,
+    IVIPER,
+    PRESETS,
+    VIPER,
+    Settings,
+)
+from maviper.worlds import find
+
+SMALL = {"iterations": 3, "rollouts": 8, "selection_episodes": 20, "max_depth": 3, "refinement": 0}
+
+
+@pytest.fixture(autouse=True)
+def quick(monkeypatch):
+    monkeypatch.setattr(held_out, "EVALUATION_EPISODES", 50)
+    monkeypatch.setattr(released, "WARM_UP", 20)
+
+
+def small(algorithm, **more):
+    return Settings.of({"algorithm": algorithm, **SMALL, **more})
+
+
+ALL = [(algorithm, preset) for algorithm, preset in product(ALGORITHMS, PRESETS) if algorithm != VIPER]
+
+
+@pytest.mark.parametrize(("algorithm", "preset"), [each for each in ALL if each != (FITTED_Q, "released")])
+def test_every_algorithm_gives_a_profile_that_repeats(algorithm, preset, world, expert):
+    found = extract(world, expert, small(algorithm, preset=preset))
+    assert [policy.agent for policy in found.agents] == list(world.agents)
+    assert found.provenance.algorithm == algorithm and found.provenance.preset == preset
+    assert found.provenance.training["splits"] == PRESETS[preset]["splits"]
+    if algorithm != FITTED_Q:  # its trees of actions lie over one another
+        assert all(ir.depth(policy.tree).max() <= 3 for policy in found.agents)
+    text = policy_json.dumps(found)
+    assert policy_json.dumps(policy_json.loads(text)) == text
+    assert policy_json.dumps(extract(world, expert, small(algorithm, preset=preset))) == text
+
+
+@pytest.mark.parametrize("name", ["cooperative-navigation", "predator-prey"])
+@pytest.mark.parametrize("algorithm", ["maviper", "iviper", IMITATION, FITTED_Q])
+def test_every_game(name, algorithm):
+    world = find(name)
+    expert = Measured(world, scripted(world), horizon=2)
+    found = extract(world, expert, small(algorithm, iterations=1, rollouts=2, selection_episodes=4))
+    assert len(found.agents) == len(world.agents)
+    assert found.provenance.training["expert_algorithm"] == "scripted"
+
+
+def test_jobs_change_nothing(world, expert):
+    alone = extract(world, expert, small(IVIPER))
+    beside = extract(world, expert, small(IVIPER), Running(jobs=2))
+    assert policy_json.dumps(alone) == policy_json.dumps(beside)
+
+
+def test_ivipers_tree_is_vipers(world, expert):
+    whole = extract(world, expert, small(IVIPER))
+    for agent in world.agents:
+        one = extract(world, expert, small(VIPER, agent=agent))
+        assert [policy.agent for policy in one.agents] == [agent]
+        assert one.agents[0].tree.threshold.tobytes() == whole.policy(agent).tree.threshold.tobytes()
+
+
+def test_viper_needs_an_agent(world, expert):
+    with pytest.raises(InputError, match="VIPER extracts one agent"):
+        extract(world, expert, small(VIPER))
+    with pytest.raises(UnknownNameError, match="did you mean 'agent_1'"):
+        extract(world, expert, small(VIPER, agent="agnt_1"))
+
+
+def test_ivipers_weight_is_v_minus_the_worst_own_action(world, expert):
+    state = world.start(10, np.random.default_rng(0))
+    observations = world.observe(state)
+    wanted = labels(expert, observations, state)
+    for agent in range(3):
+        joint = np.full((5, 3), AS_GIVEN)
+        joint[:, agent] = np.arange(5)
+        q = expert.q(agent, observations, state, joint, wanted)
+        found = iviper_weights(world, expert, observations, state, wanted, agent)
+        assert found == pytest.approx(q[np.arange(10), wanted[:, agent]] - q.min(axis=1))
+
+
+def test_a_cooperative_game_averages_over_all_others():
+    """Navigation, written out: E over both others' actions of Q at the expert's minus the least Q over own actions."""
+    from maviper.experts import store
+
+    world = find("cooperative-navigation")
+    expert = store.load("cooperative-navigation")[0]
+    state = world.start(4, np.random.default_rng(0))
+    observations = world.observe(state)
+    wanted = labels(expert, observations, state)
+    found = maviper_weights(world, expert, observations, state, wanted)
+    for row, agent in product(range(4), range(3)):
+        total, others = 0.0, [other for other in range(3) if other != agent]
+        for theirs in product(range(5), repeat=2):
+            joint = np.empty((5, 3), dtype=int)
+            joint[:, agent], joint[:, others] = np.arange(5), theirs
+            one = [seen[row : row + 1] for seen in observations]
+            q = expert.q(agent, one, state[row : row + 1], joint, wanted[row : row + 1])[0]
+            total += q[wanted[row, agent]] - q.min()
+        assert found[row, agent] == pytest.approx(total / 25, rel=1e-9)
+
+
+def test_the_released_weight_in_a_cooperative_game_has_nobody_to_average_over():
+    """All others are of the team: Q at the experts' joint action less the least Q of any joint action."""
+    from maviper.experts import store
+
+    world = find("cooperative-navigation")
+    expert = store.load("cooperative-navigation")[0]
+    state = world.start(4, np.random.default_rng(0))
+    observations = world.observe(state)
+    wanted = labels(expert, observations, state)
+    found = released.weights(world, expert, small("maviper", preset="released"), observations, state, wanted)
+    for agent in range(3):
+        q = expert.q(agent, observations, state, np.array(list(product(range(5), repeat=3))), wanted)
+        best = expert.q(agent, observations, state, np.full((1, 3), AS_GIVEN), wanted)[:, 0]
+        assert found[:, agent] == pytest.approx(best - q.min(axis=1))
+
+
+def test_many_agents_are_sampled():
+    world = find("cooperative-navigation,agents=24")
+    joint = _joint_actions(world, 3, [other for other in range(24) if other != 3])
+    assert joint.shape == (5 * SAMPLED_JOINT, 24) and (joint >= 0).all()
+    others = np.delete(joint, 3, axis=1).reshape(5, SAMPLED_JOINT, 23)
+    assert (others == others[0]).all() and (joint[:, 3].reshape(5, -1) == np.arange(5)[:, None]).all()
+
+
+# --- histograms
+
+
+def some_points(seed, n=400, n_features=4, n_distinct=30):
+    rng = np.random.default_rng(seed)
+    obs = rng.integers(n_distinct, size=(n, n_features)).astype(np.float32) / 7
+    labels = (obs[:, 0] > obs[:, 1]) * 2 + (obs[:, 2] + rng.normal(size=n) > 2)
+    return obs, labels.astype(np.int64), rng.integers(3, size=n)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_with_few_values_a_histogram_splits_as_cart_does(seed):
+    """Every midpoint is a candidate then, so the impurity reached is CART's; ties may differ."""
+    obs, wanted, counts = some_points(seed)
+    bins = Bins.of(obs)
+    splits = best_splits(bins.codes(obs), wanted, counts.astype(float), np.zeros(len(obs), np.int64), 1, 4)
+    stump = DecisionTreeClassifier(max_depth=1, random_state=0).fit(obs, wanted, sample_weight=counts).tree_
+    left = obs[:, splits.feature[0]] <= bins.edges[splits.feature[0]][splits.code[0]]
+
+    def impurity(part):
+        shares = np.bincount(wanted[part], counts[part], 4)
+        return shares.sum() - np.square(shares).sum() / shares.sum()
+
+    parts = stump.impurity[1:] * stump.weighted_n_node_samples[1:]
+    assert impurity(left) + impurity(~left) == pytest.approx(parts.sum(), rel=1e-9)
+
+
+@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("depth", [1, 3])
+def test_projected_trees_fit_each_leaf_on_its_own(seed, depth):
+    """All slots in one pass give what one slot at a time gives; slot -1 and empty slots say nothing."""
+    obs, wanted, counts = some_points(seed)
+    codes, rng = Bins.of(obs).codes(obs), np.random.default_rng(seed)
+    slot = rng.integers(-1, 4, size=len(obs))
+    counts = np.where(slot == 3, 0, counts).astype(float)
+    together = projected(codes, wanted, counts, slot, 4, 4, depth)
+    assert (together[(slot == -1) | (slot == 3)] == -1).all()
+    for k in range(3):
+        here = np.flatnonzero(slot == k)
+        alone = projected(codes[:, here], wanted[here], counts[here], np.zeros(len(here), np.int64), 1, 4, depth)
+        assert (together[here] == alone).all() and (alone >= 0).all()
+
+
+@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("members", [1, 2, 3])
+def test_joint_growth_is_as_good_on_its_data_as_with_cart(seed, members):
+    data = [some_points(10 * seed + k) for k in range(members)]
+    wanted = np.stack([each[1] for each in data], axis=1)
+    counts = [each[2] for each in data]
+    exact = train_joint_trees([each[0] for each in data], wanted, counts, [4] * members, 4, [0] * members)
+    team = []
+    for (obs, label, count), _ in zip(data, range(members), strict=True):
+        bins = Bins.of(obs)
+        team.append(HistogramTree(bins, bins.codes(obs), label, count, 4, 4))
+    binned = grow_jointly(team, 4, members - 1)
+    for (obs, label, count), ours, theirs in zip(data, binned, exact, strict=True):
+        right = [np.average(tree.action[ir.apply(tree, obs)] == label, weights=count) for tree in (ours, theirs)]
+        assert right[0] >= right[1] - 0.05
+
+
+def test_many_values_are_cut_evenly_by_rank_and_between_values():
+    rng = np.random.default_rng(0)
+    obs = rng.normal(size=(20_000, 2)).astype(np.float32)
+    obs[:, 1] = np.round(obs[:, 1], 1)
+    bins = Bins.of(obs)
+    assert len(bins.edges[0]) == BINS - 1 and len(bins.edges[1]) == len(np.unique(obs[:, 1])) - 1
+    assert all((np.diff(edges) > 0).all() for edges in bins.edges)
+    share = np.bincount(bins.codes(obs)[0], minlength=BINS) / len(obs)
+    assert share.max() < 1.2 / BINS
+    for column, edges, codes in zip(obs.T, bins.edges, bins.codes(obs), strict=True):
+        assert not np.isin(edges, column.astype(np.float64)).any()
+        assert (codes == (column[:, None] > edges[None]).sum(axis=1)).all()
+
+
+def test_bins_depend_on_how_many_points_there_are_alone(world, expert):
+    """So that a run that goes on has the bins that it would have had; they are kept while points are few more."""
+    from maviper.extraction.growth.growing import Growth
+
+    episodes = rollout(world, [expert] * 3, range(40))[0]
+    observations, state = points(episodes)
+    wanted = labels(expert, observations, state)
+
+    def grow(growth, n):
+        ones = [np.ones(n, dtype=np.int64)] * 3
+        data = Dataset(tuple(seen[:n] for seen in observations), wanted[:n], np.ones((n, 3)), np.ones((n, 3), bool))
+        return growth.team([1, 2], data, ones, [0] * 3, 1)
+
+    growth = Growth(world, small("maviper"))
+    grow(growth, 600)
+    first = growth._bins[1][0]
+    grow(growth, 610)
+    assert growth._bins[1][0] is first and growth._bins[1][2].shape[1] == 610
+    assert (growth._bins[1][2] == first.codes(observations[1][:610])).all()
+    later = grow(growth, 990)
+    assert growth._bins[1][0] is not first
+    for ours, theirs in zip(later, grow(Growth(world, small("maviper")), 990), strict=True):
+        assert ours.threshold.tobytes() == theirs.threshold.tobytes() and (ours.feature == theirs.feature).all()
+
+
+# --- fitted Q
+
+
+def test_the_tree_of_actions_is_the_argmax_of_the_tree_of_q():
+    """In every bin of every feature, over random trees of Q."""
+    from sklearn.tree import DecisionTreeRegressor
+
+    rng = np.random.default_rng(0)
+    n_features, n_actions = 3, 4
+    centres = np.concatenate([[-1.125], fitted_q.EDGES + 0.125])
+    everywhere = np.array(list(product(range(10), repeat=n_features)))
+    for depth in (1, 2, 4):
+        seen = rng.integers(10, size=(600, n_features))
+        acted = rng.integers(n_actions, size=600)
+        inputs = np.concatenate([seen, np.eye(n_actions)[acted]], axis=1)
+        target = np.sin(seen @ rng.normal(size=n_features)) * (acted + 1) + rng.normal(size=600)
+        tree = DecisionTreeRegressor(max_depth=depth, random_state=0).fit(inputs, target)
+        actions = fitted_q.greedy(tree.tree_, n_features, n_actions)
+        one_hot = [np.tile(np.eye(n_actions)[k], (len(everywhere), 1)) for k in range(n_actions)]
+        q = [tree.predict(np.concatenate([everywhere, each], axis=1)) for each in one_hot]
+        found = actions.action[ir.apply(actions, centres[everywhere].astype(np.float32))]
+        assert (found == np.argmax(q, axis=0)).all()
+        for place in everywhere[::37]:  # the lower ends of bins belong to them
+            at = np.where(place > 0, fitted_q.EDGES[np.maximum(place - 1, 0)], -9.0).astype(np.float32)
+            row = np.flatnonzero((everywhere == place).all(axis=1))
+            assert actions.action[ir.apply(actions, at[None])][0] == found[row][0]
+
+
+def test_bins_are_ten():
+    edges = np.array([[-5.0, -1.0, -0.75, 0.0, 0.99, 1.0, 7.0]], dtype=np.float32)
+    assert fitted_q.binned(edges).tolist() == [[0, 1, 2, 5, 8, 9, 9]]
+
+
+# --- settings
+
+
+def test_presets_and_protocols():
+    assert Settings.of({}).splits == HISTOGRAM and Settings.of({"preset": "paper"}).splits == EXACT
+    assert Settings.of({"preset": "paper", "splits": HISTOGRAM}).splits == HISTOGRAM
+    assert Settings.of({"algorithm": IVIPER}).iterations == 50
+    imitation = Settings.of({"algorithm": IMITATION})
+    assert imitation.iterations * imitation.rollouts * 25 == 100_000
+    assert Settings.of({"algorithm": FITTED_Q}).rollouts * 25 == 30_000
+    with pytest.raises(UnknownNameError, match="did you mean 'iviper'"):
+        Settings.of({"algorithm": "ivipr"})
+    with pytest.raises(UnknownNameError, match="did you mean 'histogram'"):
+        Settings.of({"splits": "histograms"})
+
+
+def test_help_names_every_algorithm():
+    from maviper.cli import extract as command
+
+    assert set(command.ALGORITHMS.split(", ")) == set(ALGORITHMS)
+
+
+def test_selection_is_on_episodes_of_its_own(world, expert):
+    selection = KINDS["race"](world, expert, small("maviper"), NOTHING_KEPT, lambda progress: None)
+    assert min(selection.seeds) >= measures.SELECTION_SEEDS and len(selection.seeds) == 20

@@ -1,0 +1,534 @@
+"""Races and refinement: many trees at once, common episodes, moves, and runs that go on."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from codegen import ir, policy_json
+from codegen.check import check
+from codegen.errors import InputError
+from codegen.lowering.deploy import deployed
+from maviper.cli import main
+from maviper.episodes import measures
+from maviper.episodes.play import tree_policies
+from maviper.episodes.trees import agent_policies
+from maviper.evaluation import held_out
+from maviper.experts.finding import find_expert
+from maviper.extraction.algorithms import extract
+from maviper.extraction.extraction import Extraction, Running
+from maviper.extraction.journal import Journal, packed, unpacked
+from maviper.extraction.released import released
+from maviper.extraction.selection import arena, refine
+from maviper.extraction.selection.arena import Arena, halving
+from maviper.extraction.selection.race import Raced
+from maviper.extraction.selection.stack import Stack, merged, reaching, with_leaf, with_new_split, with_split
+from maviper.extraction.settings import Settings
+from maviper.worlds import find
+from tests.strategies import grown_trees
+
+TREES = st.lists(grown_trees(n_features=3, max_depth=4), min_size=1, max_size=5)
+
+
+def rows_near(trees, n=200):
+    """Observations at, beside and away from the thresholds."""
+    rng = np.random.default_rng(len(trees))
+    cuts = np.concatenate([tree.threshold for tree in trees]).astype(np.float32)
+    picked = rng.choice(cuts, size=(n, 3))
+    beside = np.nextafter(picked, rng.choice(np.array([-9, 9], dtype=np.float32), size=picked.shape))
+    return np.where(rng.random(picked.shape) < 0.5, picked, beside).astype(np.float32)
+
+
+def same(a, b):
+    return all(np.array_equal(getattr(a, name), getattr(b, name)) for name in packed_names())
+
+
+def packed_names():
+    return ("feature", "threshold", "left", "right", "action")
+
+
+@given(TREES)
+def test_a_stack_decides_as_each_deployed_tree(trees):
+    rows = rows_near(trees)
+    which = np.arange(len(rows)) % len(trees)
+    found = Stack.of(trees).act(which, rows)
+    for index, tree in enumerate(trees):
+        mine = which == index
+        at = deployed(tree)
+        assert (found[mine] == at.action[ir.apply(at, rows[mine])]).all()
+
+
+@given(TREES)
+def test_merging_changes_no_decision_and_leaves_nothing_to_merge(trees):
+    for tree in trees:
+        small, rows = merged(tree), rows_near([tree])
+        assert (small.action[ir.apply(small, rows)] == tree.action[ir.apply(tree, rows)]).all()
+        assert len(small.feature) <= len(tree.feature) and same(small, merged(small))
+        for node in np.flatnonzero(small.feature != ir.NO_FEATURE):
+            a, b = small.left[node], small.right[node]
+            assert small.feature[a] >= 0 or small.feature[b] >= 0 or small.action[a] != small.action[b]
+
+
+@given(grown_trees(n_features=3, max_depth=4))
+def test_rows_reach_the_nodes_on_their_path(tree):
+    rows = rows_near([tree])
+    found, leaf = reaching(tree, rows), ir.apply(deployed(tree), rows)
+    assert (found[ir.ROOT] == np.arange(len(rows))).all()
+    at_leaves = [node for node in found if tree.feature[node] == ir.NO_FEATURE]
+    assert sorted(np.concatenate([found[node] for node in at_leaves])) == list(range(len(rows)))
+    order = {}
+    for node in at_leaves:
+        assert len(set(leaf[found[node]])) == 1, "one grown leaf is one deployed leaf"
+        order[node] = leaf[found[node]][0]
+    assert len(set(order.values())) == len(order)
+    assert max(ir.depth(tree)) == ir.depth(deployed(tree)).max()
+
+
+@given(grown_trees(n_features=3, max_depth=3), st.data())
+def test_changes_are_local(tree, data):
+    rows = rows_near([tree])
+    before = tree.action[ir.apply(tree, rows)]
+    node = data.draw(st.sampled_from(sorted(reaching(tree, rows))))
+    inside = np.isin(np.arange(len(rows)), reaching(tree, rows)[node])
+
+    def acts(changed):
+        assert check(profile_of(changed)) == ()
+        return changed.action[ir.apply(changed, rows)]
+
+    cut = acts(with_leaf(tree, node, 4))
+    assert (cut[inside] == 4).all() and (cut[~inside] == before[~inside]).all()
+    if tree.feature[node] == ir.NO_FEATURE:
+        grown = acts(with_new_split(tree, node, 1, 0.0, (3, 4)))
+        assert (grown[inside] == np.where(rows[inside, 1] <= 0, 3, 4)).all() and (grown == before)[~inside].all()
+    else:
+        moved = acts(with_split(tree, node, 2, 9.0e9))
+        assert (moved == before)[~inside].all()
+
+
+def profile_of(tree):
+    features = tuple(ir.FeatureSpec(f"f{k}", "none", -1e9, 1e9, None) for k in range(3))
+    actions = tuple(ir.ActionSpec(f"a{k}", None) for k in range(5))
+    policy = ir.AgentPolicy("agent_0", "team", features, actions, deployed(tree), tree)
+    spec = find("cooperative-navigation,agents=1").spec
+    return ir.PolicyProfile(spec, (policy,), ir.Provenance("x", "x", 0, "", "x"))
+
+
+# --- the arena
+
+
+def constant(action):
+    return ir.GrownTree([ir.NO_FEATURE], [0.0], [-1], [-1], [action])
+
+
+def test_scores_are_the_measures_of_the_same_episodes(world, expert):
+    """Candidates together score as each alone does by `metrics`, everybody else being the expert."""
+    seeds = range(500, 600)
+    ring = Arena(world, expert, [1, 2], seeds)
+    candidates = [[constant(a), constant(b)] for a, b in ((0, 0), (1, 4), (2, 4))]
+    found = ring.scores(candidates, 60)
+    again = ring.scores(candidates, 60)  # 40 fresh episodes, then from the start
+    assert (again[:, 40:] == found[:, :20]).all() and ring.played == 360 and ring.used == 120
+    for scored, trees in zip(found, candidates, strict=True):
+        team = tree_policies([*agent_policies(world, [constant(0)], [0]), *agent_policies(world, trees, [1, 2])])
+        alone = measures.values(world, [expert, team, team], seeds[:60])
+        assert (alone[world.primary("defenders")] == scored).all()
+
+
+def test_lower_measures_score_higher(monkeypatch):
+    world = find("cooperative-navigation")
+    expert = find_expert("cooperative-navigation")[0]
+    monkeypatch.setattr(arena, "GAMES_AT_ONCE", 7)  # batches that cut candidates apart
+    ring = Arena(world, expert, [0, 1, 2], range(20))
+    found = ring.scores([[constant(0)] * 3, [constant(1)] * 3], 10)
+    assert (found <= 0).all() and found[0].mean() > found[1].mean(), "standing still beats running away"
+    assert [len(rows) for rows in ring.seen] == [10 * 25] * 3
+
+
+def test_halving_finds_the_best_and_keeps_to_its_budget():
+    rng, values = np.random.default_rng(0), np.linspace(0, 0.9, 30)
+    hits, spent = 0, 0
+
+    def scores(arms, episodes):
+        nonlocal spent
+        spent += len(arms) * episodes
+        luck = rng.random(episodes)  # common random numbers
+        return (luck < values[arms][:, None]).astype(float)
+
+    for _ in range(20):
+        order = halving(scores, [np.zeros(0)] * 30, 3_000, finalists=3)
+        assert len(order) == len(set(order)) == 3
+        hits += order[0] >= 28
+    assert hits >= 18 and spent <= 20 * 3_000
+    warm = [np.full(50, value) for value in values]
+    assert halving(scores, warm, 0)[0] == 29, "without episodes the warm start decides"
+    assert halving(scores, warm[:1], 100) == [0]
+
+
+def test_moves_differ_in_one_tree_and_keep_the_depth(world, expert):
+    rng = np.random.default_rng(0)
+    trees = [with_new_split(constant(1), 0, 2, 0.0, (2, 3)), constant(4)]
+    ring = Arena(world, expert, [1, 2], range(1_000))
+    ring.scores([trees], 20)
+    others = [[constant(0)], []]
+    found = refine.proposals(ring, trees, others, 2, rng)
+    assert any(a is others[0][0] and b is trees[1] for a, b in found), "trees of other iterates are moves too"
+    assert len(found) > 12
+    for a, b in found:
+        assert (a is trees[0]) != (b is trees[1])
+        assert max(ir.depth(a).max(), ir.depth(b).max()) <= 2
+
+
+def test_a_round_costs_what_it_says_and_never_takes_what_does_not_pay(world, expert, monkeypatch):
+    for name, value in (("FIRST", 8), ("LAST", 32), ("MOVES", 10)):
+        monkeypatch.setattr(refine, name, value)
+    ring = Arena(world, expert, [1, 2], range(10_000))
+    trees = [constant(0), constant(0)]
+    found, scores = refine.refine_once(ring, trees, [[], []], 2, np.random.default_rng(0))
+    assert ring.played <= refine.round_cost() == 8 + 11 * 8 + 5 * 24 and len(scores) == 24
+    worse = lambda candidates, episodes: -np.arange(len(candidates))[:, None] * np.ones(episodes)  # noqa: E731
+    monkeypatch.setattr(ring, "scores", worse)
+    kept, _ = refine.refine_once(ring, found, [[], []], 2, np.random.default_rng(1))
+    assert kept is found
+
+
+def test_refinement_raises_the_measure(world, expert, profile):
+    """Of real trees, in a few rounds; on episodes that it has not seen."""
+    settings = Settings(max_depth=3, refinement=8 * refine.round_cost())
+    start = [[policy.grown] for policy in profile.agents[1:]]
+    said = []
+    trees, facts = refine.refined(Extraction(world, expert, settings), [1, 2], start, Running(said.append))
+    assert 0 < facts["refinement_episodes"] <= settings.refinement and len(said) == 8
+    reached = []
+    for team in ([trees[0] for trees in start], trees):
+        policies = tree_policies([*agent_policies(world, [constant(0)], [0]), *agent_policies(world, team, [1, 2])])
+        found = measures.evaluate(world, [expert, policies, policies], range(1_000))
+        reached.append(found[world.primary("defenders")].value)
+    assert reached[1] > reached[0] + 0.01
+
+
+# --- the default preset, its runs and their journal
+
+SMALL = {"iterations": 3, "rollouts": 8, "selection_episodes": 20, "max_depth": 3}
+
+
+@pytest.fixture
+def quick(monkeypatch):
+    monkeypatch.setattr(held_out, "EVALUATION_EPISODES", 50)
+    for name, value in (("FIRST", 8), ("LAST", 32), ("MOVES", 10)):
+        monkeypatch.setattr(refine, name, value)
+
+
+@pytest.mark.parametrize("algorithm", ["maviper", "iviper", "imitation"])
+def test_any_step_may_be_the_last_before_an_interruption(quick, world, expert, algorithm, tmp_path):
+    """Stopped after each step, then gone on with: the same bytes; the steps that were done are not done again."""
+    settings = Settings.of({**SMALL, "algorithm": algorithm, "refinement": 2 * refine.round_cost()})
+    whole = policy_json.dumps(extract(world, expert, settings, journal=Journal(tmp_path / "whole")))
+    assert policy_json.dumps(extract(world, expert, settings)) == whole
+    steps = sorted(path.relative_to(tmp_path / "whole") for path in (tmp_path / "whole").rglob("*.safetensors"))
+    assert len(steps) >= 9
+
+    class Stopped(Exception):
+        pass
+
+    for stop in (0, 2, 5, len(steps) - 1):
+
+        class Stopping(Journal):
+            def arrays(self, name, compute, *arguments, stop=stop):
+                done = len(list((tmp_path / f"cut {stop}").rglob("*.safetensors")))
+                fresh = not (self.folder / f"{name}.safetensors").exists()
+                if fresh and done >= stop:
+                    raise Stopped
+                return super().arrays(name, compute, *arguments)
+
+            def part(self, name):
+                return Stopping(self.folder / name)
+
+        folder = tmp_path / f"cut {stop}"
+        with pytest.raises(Stopped):
+            extract(world, expert, settings, journal=Stopping(folder))
+        kept = {path: path.stat().st_mtime_ns for path in folder.rglob("*.safetensors")}
+        assert len(kept) == stop
+        assert policy_json.dumps(extract(world, expert, settings, journal=Journal(folder))) == whole
+        assert all(path.stat().st_mtime_ns == when for path, when in kept.items())
+        assert sorted(path.relative_to(folder) for path in folder.rglob("*.safetensors")) == steps
+
+
+def test_jobs_change_nothing(world, expert, monkeypatch):
+    monkeypatch.setattr(held_out, "EVALUATION_EPISODES", 50)
+    settings = Settings.of({**SMALL, "refinement": refine.round_cost()})
+    alone, beside = (extract(world, expert, settings, Running(jobs=jobs)) for jobs in (1, 2))
+    assert policy_json.dumps(alone) == policy_json.dumps(beside)
+
+
+def test_a_killed_run_goes_on_to_the_same_files(tmp_path):
+    """kill -9 at some moment, then --resume."""
+    asked = ["extract", "physical-deception", "--iterations", "6", "--max-depth", "2"]
+    asked += ["--refinement-episodes", str(refine.round_cost()), "--selection-episodes", "20"]
+    assert main.run([*asked, "-o", str(tmp_path / "whole")]) == 0
+    folder = tmp_path / "cut"
+    command = [sys.executable, "-m", "maviper", *asked, "-o", str(folder)]
+    process = subprocess.Popen(command, stderr=subprocess.DEVNULL)
+    deadline = time.monotonic() + 60
+    while len(list(folder.glob("steps/*.safetensors"))) < 5 and time.monotonic() < deadline:
+        time.sleep(0.01)
+    os.kill(process.pid, signal.SIGKILL)
+    process.wait()
+    assert not (folder / "profile.json").exists()
+    assert main.run([*asked, "-o", str(folder), "--resume"]) == 0
+    for name in ("profile.json", "metrics.jsonl", "config.json"):
+        assert (folder / name).read_bytes() == (tmp_path / "whole" / name).read_bytes(), name
+    lines = [json.loads(line) for line in (folder / "metrics.jsonl").read_text().splitlines()]
+    assert {line["stage"] for line in lines} == {"extracting", "refining"}
+    assert all(0 < line["agreement"] <= 1 for line in lines if line["stage"] == "extracting")
+
+
+def test_run_folders_are_the_runs_own(quick, tmp_path, capsys):
+    asked = ["extract", "physical-deception", "--iterations", "1", "--max-depth", "1", "--refinement-episodes", "0"]
+    asked += ["--rollouts", "4", "--selection-episodes", "4", "-o"]
+    folder = tmp_path / "run"
+
+    def refused(*arguments):
+        assert main.run(list(arguments)) == 2
+        return capsys.readouterr().err
+
+    assert "no run to resume" in refused(*asked, str(folder), "--resume")
+    assert main.run([*asked, str(folder)]) == 0
+    profile = (folder / "profile.json").read_bytes()
+    assert main.run([*asked, str(folder), "--resume"]) == 0
+    assert (folder / "profile.json").read_bytes() == profile
+    assert "already holds a run" in refused(*asked, str(folder))
+    error = refused(*asked, str(folder), "--resume", "--seed", "1")
+    assert "seed differ" in error and "--iterations 1" in error
+    assert "expert differ" in refused("extract", "physical-deception@0", *asked[2:], str(folder), "--resume")
+    config = json.loads((folder / "config.json").read_text())
+    (folder / "config.json").write_text(json.dumps({**config, "tool": "maviper 0.0.0"}))
+    assert "tool differ" in refused(*asked, str(folder), "--resume")
+    (folder / "config.json").write_text(json.dumps(config))
+    step = folder / "steps" / "0000-trees.safetensors"
+    step.write_bytes(step.read_bytes()[:-3])
+    assert "a step of the run is damaged" in refused(*asked, str(folder), "--resume")
+    assert "only a run folder can be resumed" in refused(*asked, str(tmp_path / "x.json"), "--resume")
+
+
+@given(TREES)
+def test_trees_are_kept_as_they_are(trees):
+    assert all(same(a, b) for a, b in zip(trees, unpacked(packed(trees)), strict=True))
+
+
+def test_each_team_takes_its_own_best(quick, world, expert):
+    """A race among candidates of which one is best for one team and another for the other."""
+    settings = Settings.of({**SMALL, "refinement": 0})
+    race = Raced(world, expert, settings, Journal(), lambda progress: None)
+    good = extract(world, expert, Settings.of({**SMALL, "iterations": 6, "rollouts": 40, "refinement": 0}))
+    trees = [policy.grown for policy in good.agents]
+    still = constant(0)
+    race.offer([trees[0], still, still])
+    race.offer([still, *trees[1:]])
+    chosen = race.chosen()
+    assert [mine[0] is tree for mine, tree in zip(chosen, trees, strict=True)] == [True] * 3
+    assert race.facts == {"stopped_after": 2, "best_iteration_adversaries": 1, "best_iteration_defenders": 2}
+
+
+# --- budgets
+
+
+@pytest.mark.parametrize("budget", [100, 500, 1_000, 29_999, 30_000, 100_000])
+@pytest.mark.parametrize("algorithm", ["maviper", "iviper", "viper"])
+def test_a_budget_is_kept(budget, algorithm, world):
+    given_ = {"budget": budget, "algorithm": algorithm, "agent": "agent_0" if algorithm == "viper" else ""}
+    found = Settings.of(given_).resolved(world)
+    runs, sides = (3, 1) if algorithm == "iviper" else (1, 1 if algorithm == "viper" else 2)
+    spent = runs * found.iterations * found.rollouts
+    spent += runs * (found.iterations * sides + 1) * found.selection_episodes
+    spent += found.refinement * (1 if algorithm == "viper" else 2)
+    assert 0.7 * budget <= spent <= budget
+    assert (found.refinement >= refine.round_cost()) == (budget >= 30_000)
+
+
+def test_what_a_budget_spends_is_what_is_played(world, expert, monkeypatch):
+    played = []
+    play = arena.play
+
+    def counted(world, controllers, start):
+        played.append(len(start))
+        return play(world, controllers, start)
+
+    from maviper.episodes import play as module
+
+    monkeypatch.setattr(arena, "play", counted)
+    monkeypatch.setattr(module, "play", counted)
+    monkeypatch.setattr(held_out, "EVALUATION_EPISODES", 1)
+    extract(world, expert, Settings.of({"budget": 400, "max_depth": 2}))
+    assert 300 <= sum(played) - 3 <= 400  # three episodes for the profile's own figures
+
+
+def test_budgets_that_cannot_be(world, expert):
+    with pytest.raises(InputError, match="4 episodes are too few"):
+        extract(world, expert, Settings.of({"budget": 4}))
+    with pytest.raises(InputError, match="a budget says what --iterations, --refinement-episodes would be"):
+        Settings.of({"budget": 1_000, "iterations": 3, "refinement": 0})
+    with pytest.raises(InputError, match="budget must be from 0"):
+        Settings.of({"budget": -1})
+    with pytest.raises(InputError, match="too few for one round of refinement"):
+        extract(world, expert, Settings.of({"refinement": 10}))
+
+
+def test_a_users_environment_is_not_refined_unasked():
+    slow = type("Slow", (), {"games": 2})()
+    assert Settings.of({}, slow).refinement == 0 and Settings.of({"refinement": 50_000}, slow).refinement == 50_000
+    assert Settings.of({}, find("physical-deception")).refinement > 0
+
+
+# --- further features
+
+
+@pytest.mark.parametrize("groups", ["goal", "differences", "signs", "velocity", "goal+differences"])
+def test_further_features_are_played_compiled_and_verified(groups, quick, tmp_path, capsys):
+    profile = tmp_path / "profile.json"
+    asked = ["--iterations", "2", "--refinement-episodes", "0", "--selection-episodes", "10", "-o", str(profile)]
+    assert main.run(["extract", "physical-deception", "--features", groups, *asked]) == 0
+    found = policy_json.loads(profile.read_bytes(), "profile")
+    assert found.world.options == {"features": groups}
+    assert main.run(["compile", str(profile), "-o", str(tmp_path / "out")]) == 0
+    assert "episodes driven" in capsys.readouterr().err
+    assert main.run(["evaluate", str(profile), "--episodes", "20", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)
+    code = main.run(["verify", str(profile)])
+    said = capsys.readouterr()
+    if groups == "velocity":
+        assert code in (0, 1) or "which regions do not bound yet" in said.err
+    else:
+        assert code in (0, 1) and ("replayed by reference, compiled C, mpe2" in said.out) == (code == 1)
+
+
+def test_the_expert_sees_what_it_knows(expert, world):
+    wrapped, wide = find_expert("physical-deception", features="goal+differences")
+    named, again = find_expert("physical-deception,features=goal+differences")
+    state = wide.start(50, np.random.default_rng(0))
+    seen, plain = wide.observe(state), world.observe(state)
+    assert all((a[:, : b.shape[1]] == b).all() and a.shape[1] > b.shape[1] for a, b in zip(seen, plain, strict=True))
+    wanted = expert.act([0, 1, 2], plain, state)
+    assert (wrapped.act([0, 1, 2], seen, state) == wanted).all() and again.name == wide.name
+    assert (named.act([0, 1, 2], seen, state) == wanted).all() and wrapped.hash == expert.hash
+    is_goal = seen[1][:, [feature.name for feature in wide.features[1]].index("goal_is_landmark_0")]
+    assert (is_goal == (state.goal == 0)).all()
+    assert "goal_is_landmark_0" not in [feature.name for feature in wide.features[0]], "the adversary may not know"
+
+
+def test_features_that_cannot_be(tmp_path, capsys):
+    def refused(*arguments):
+        assert main.run(["extract", *arguments, "-o", str(tmp_path / "p.json")]) == 2
+        return capsys.readouterr().err
+
+    assert "did you mean 'goal'" in refused("physical-deception", "--features", "gaol")
+    assert "named twice" in refused("physical-deception", "--features", "goal+goal")
+    assert "add nothing here" in refused("predator-prey", "--features", "goal")
+    assert "has further features already" in refused("physical-deception,features=goal", "--features", "signs")
+
+
+def test_the_automatic_choice_keeps_what_helps(world, expert):
+    """A script whose actions depend on a difference that is in a group; and the expert, whom none helps enough."""
+    from maviper.extraction.choosing import helpful_features
+
+    class Ahead:
+        """Goes right where landmark 0 is right of landmark 1."""
+
+        def act(self, agents, observations, state):
+            del observations
+            landmarks = state.position[:, -2:, 0]
+            return np.repeat(1 + (landmarks[:, :1] > landmarks[:, 1:]), len(agents), axis=1)
+
+    assert helpful_features(world, Ahead(), Settings.of({"max_depth": 1})) == "differences"
+    assert helpful_features(world, expert, Settings.of({})) in ("", "differences")
+
+
+def test_an_unweighted_expert_is_plain_dagger(world):
+    plain = find_expert("physical-deception", critic="none")[0]
+    joint = np.zeros((4, 3), dtype=int)
+    assert (plain.q(0, (), None, joint, np.zeros((6, 3), dtype=int)) == np.zeros((6, 4))).all()
+
+
+def test_scripts_are_named_after_their_world(world):
+    fixed, navigation = find_expert("cooperative-navigation@fixed-roles")
+    state = navigation.start(20, np.random.default_rng(0))
+    for _ in range(40):
+        state = navigation.step(state, fixed.act([0, 1, 2], navigation.observe(state), state))
+    apart = np.linalg.norm(state.position[:, :3] - state.position[:, 3:], axis=2)
+    assert np.median(apart) < 0.1, "agent k is at landmark k"
+    with pytest.raises(InputError, match="no script with fixed-roles"):
+        find_expert("predator-prey@fixed-roles")
+
+
+# --- unusual experts
+
+
+class Stubborn:
+    """Always does the same, and finds every action worth the same or, with `sure`, its own worth more."""
+
+    card, hash, agents, centralized = {}, "", ("adversary_0", "agent_0", "agent_1"), True
+
+    def __init__(self, sure):
+        self.sure = sure
+
+    def act(self, agents, observations, state):
+        return np.full((len(observations[0]), len(agents)), 3)
+
+    def q(self, agent, observations, state, joint, given):
+        return np.zeros((len(given), len(joint))) + self.sure * (joint[:, agent] == 3)
+
+
+@pytest.mark.parametrize("preset", ["paper", "default", "released"])
+@pytest.mark.parametrize("sure", [0, 1])
+@pytest.mark.parametrize("algorithm", ["maviper", "iviper", "imitation"])
+def test_points_without_weight_and_actions_that_are_never_used(world, preset, sure, algorithm, quick, monkeypatch):
+    """Where all weights are 0, all points count alike; an action that the expert never takes is never a leaf's."""
+    monkeypatch.setattr(released, "WARM_UP", 5)
+    settings = Settings.of({**SMALL, "preset": preset, "algorithm": algorithm, "refinement": 0})
+    found = extract(world, Stubborn(sure), settings)
+    assert all(policy.tree.action.tolist() == [3] for policy in found.agents)
+    assert all(len(policy.actions) == 5 for policy in found.agents)
+
+
+def test_a_profile_is_no_expert(tmp_path, capsys, profile):
+    place = tmp_path / "profile.json"
+    place.write_text(policy_json.dumps(profile))
+    assert main.run(["extract", str(place), "-o", str(tmp_path / "out.json")]) == 2
+    assert "not an expert file" in capsys.readouterr().err
+
+
+def test_an_expert_of_another_world_is_refused(tmp_path, capsys):
+    asked = ["extract", "physical-deception", "--world", "predator-prey", "-o", str(tmp_path / "out.json")]
+    assert main.run(asked) == 2
+    assert "the expert plays another world" in capsys.readouterr().err
+
+
+def test_several_seeds_side_by_side(tmp_path, capsys):
+    asked = ["extract", "physical-deception", "--iterations", "1", "--max-depth", "2", "--refinement-episodes", "0"]
+    asked += ["--rollouts", "20", "--selection-episodes", "4", "--seed", "5", "-o", str(tmp_path / "run")]
+    assert main.run([*asked, "--seeds", "2", "--jobs", "2"]) == 0
+    found = json.loads((tmp_path / "run" / "seeds.json").read_text())
+    assert set(found["scores"]) == {"5", "6"} and found["scores"][str(found["best"])] == max(found["scores"].values())
+    chosen = (tmp_path / "run" / "profile.json").read_bytes()
+    assert chosen == (tmp_path / "run" / f"seed-{found['best']}" / "profile.json").read_bytes()
+    (tmp_path / "run" / "seed-6" / "profile.json").unlink()
+    assert main.run([*asked, "--seeds", "2", "--resume"]) == 0
+    assert (tmp_path / "run" / "profile.json").read_bytes() == chosen
+    assert (tmp_path / "run" / "seed-6" / "profile.json").exists()
+    capsys.readouterr()
+    assert main.run([*asked[:-1], str(tmp_path / "x.json"), "--seeds", "2"]) == 2
+    assert "several seeds need a run folder" in capsys.readouterr().err
+    assert main.run([*asked, "--seeds", "0"]) == 2
+
+
+@pytest.mark.parametrize("critic", ["learned", "measured", "none"])
+def test_a_profile_says_whose_q_weighed_its_states(critic, quick):
+    expert, world = find_expert("physical-deception", critic, features="goal")
+    settings = Settings.of({**SMALL, "iterations": 1, "rollouts": 2, "refinement": 0})
+    assert extract(world, expert, settings).provenance.training["critic"] == critic

@@ -1,0 +1,186 @@
+"""The released code's preset: its formulas written out slowly, its leaves, its growth, its selection."""
+
+from itertools import product
+
+import numpy as np
+import pytest
+
+from codegen import ir
+from codegen.errors import InputError
+from maviper.episodes import measures
+from maviper.evaluation import held_out
+from maviper.experts.expert import labels
+from maviper.extraction.algorithms import extract
+from maviper.extraction.journal import NOTHING_KEPT
+from maviper.extraction.released import released
+from maviper.extraction.released.grow import _Growing, best_split, grow_team
+from maviper.extraction.selection.race import ByReturn
+from maviper.extraction.settings import FITTED_Q, IVIPER_RESAMPLING, Settings
+from maviper.worlds import Measure
+
+
+@pytest.fixture
+def some(world, expert):
+    state = world.start(6, np.random.default_rng(3))
+    observations = world.observe(state)
+    return observations, state, labels(expert, observations, state)
+
+
+def q_of(expert, agent, some, row, joint):
+    observations, state, wanted = some
+    one = [seen[row : row + 1] for seen in observations]
+    return expert.q(agent, one, state[row : row + 1], np.array([joint]), wanted[row : row + 1])[0, 0]
+
+
+def test_the_weight_is_the_released_formula(world, expert, some):
+    """Mean over opponents of Q(team at expert actions) less the minimum over joint team actions of that mean."""
+    observations, state, wanted = some
+    found = released.weights(world, expert, Settings.of({"preset": "released"}), observations, state, wanted)
+    for row, agent in product(range(6), range(3)):
+        team = [0] if agent == 0 else [1, 2]
+        others = [other for other in range(3) if other not in team]
+
+        def averaged(ours, row=row, agent=agent, team=team, others=others):
+            values = []
+            for theirs in product(range(5), repeat=len(others)):
+                joint = np.empty(3, dtype=int)
+                joint[team], joint[others] = ours, theirs
+                values.append(q_of(expert, agent, some, row, joint))
+            return np.mean(values)
+
+        worst = min(averaged(ours) for ours in product(range(5), repeat=len(team)))
+        assert found[row, agent] == pytest.approx(max(0, averaged(wanted[row, team]) - worst), rel=1e-9)
+
+
+def test_ivipers_resampling_leaves_earlier_agents_at_their_last_action(world, expert, some):
+    observations, state, wanted = some
+    settings = Settings.of({"preset": "released", "algorithm": IVIPER_RESAMPLING})
+    found = released.weights(world, expert, settings, observations, state, wanted)
+    for row in range(6):
+        q = [q_of(expert, 1, some, row, [4, own, wanted[row, 2]]) for own in range(5)]
+        assert found[row, 1] == pytest.approx(max(q) - min(q), rel=1e-9)
+
+
+def test_a_leaf_without_a_majority_stays():
+    obs = np.array([[0.0]] * 10 + [[1.0]] * 10, dtype=np.float32)
+    acted = np.array([3] * 6 + [4] * 4 + [1] * 4 + [2] * 3 + [3] * 3)
+    tree = released.one_hot_tree(obs, acted, np.ones(20, dtype=int), 5, 1)
+    assert tree.action[ir.apply(tree, np.array([[0.0], [1.0]], dtype=np.float32))].tolist() == [3, released.STAY]
+    exactly_half = released.one_hot_tree(obs[:8], np.array([1] * 4 + [2] * 4), np.ones(8, dtype=int), 5, 1)
+    assert exactly_half.action.tolist() == [released.STAY]
+    weighed = released.one_hot_tree(obs, acted, np.where(acted == 1, 9, 1), 5, 1)
+    assert weighed.action[ir.apply(weighed, np.array([[1.0]], dtype=np.float32))].tolist() == [1]
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_the_split_is_the_best_of_all(seed):
+    rng = np.random.default_rng(seed)
+    obs = rng.integers(6, size=(40, 3)).astype(np.float32) / 4
+    acted, counts = rng.integers(3, size=40), rng.integers(1, 4, size=40)
+
+    def impurity(part):
+        shares = np.bincount(acted[part], counts[part], 3)
+        return shares.sum() - np.square(shares).sum() / shares.sum() if shares.sum() else 0.0
+
+    feature, threshold = best_split(obs, acted, counts, 3)
+    best = []
+    for index in range(3):
+        values = np.unique(obs[:, index])
+        for cut in (values[1:] + values[:-1]) / 2:
+            left = obs[:, index] < cut
+            best.append((round(impurity(left) + impurity(~left), 9), index, float(cut)))
+    assert (feature, threshold) == min(best)[1:]
+    assert best_split(obs, np.ones(40, dtype=int), counts, 3) is None, "a pure node is not split"
+
+
+def test_less_goes_left():
+    obs = np.array([[0.0], [1.0], [0.0], [1.0]], dtype=np.float32)
+    acted, everybody = np.array([[0], [1], [0], [1]]), np.ones((4, 1), dtype=bool)
+    (tree,) = grow_team([obs], acted, [np.ones(4, dtype=int)], [2], 1, rng(), predicts=False, alive=everybody)
+    at = np.array([[0.5], [np.nextafter(np.float32(0.5), np.float32(0))]], dtype=np.float32)
+    assert tree.action[ir.apply(tree, at)].tolist() == [1, 0]
+
+
+def rng():
+    return np.random.default_rng(0)
+
+
+def test_a_node_is_made_of_the_kept_points_or_of_all():
+    obs = np.arange(8, dtype=np.float32)[:, None]
+    acted = np.array([0, 0, 0, 0, 0, 1, 1, 1])
+    growing = _Growing(obs, acted, np.ones(8, dtype=int), 2, 2, 0)
+    keep = np.arange(8) >= 5
+    assert growing.made(np.arange(8), 0, keep).rows.tolist() == [5, 6, 7]
+    assert growing.made(np.arange(8), 0, keep).action == 1
+    assert growing.made(np.arange(4), 1, keep).rows.tolist() == [0, 1, 2, 3]
+    assert growing.made(np.arange(8), 2, keep).projected is None, "there is nothing left to project at full depth"
+
+
+def test_votes_of_more_than_half_keep_a_point():
+    """A team of two: both must be right. The second sees nothing, so it is right where its majority is: the first
+    one's split lies midway between the points that are left.
+    """
+    obs = np.arange(40, dtype=np.float32)[:, None]
+    first = (np.arange(40) >= 20).astype(int)
+    noise = np.random.default_rng(1).integers(2, size=40)
+    given = ([obs, np.zeros((40, 1), dtype=np.float32)], np.stack([first, noise], axis=1))
+    ones = [np.ones(40, dtype=int)] * 2
+    kept = np.flatnonzero(noise == np.bincount(noise).argmax())
+    middle = (kept[kept < 20].max() + kept[kept >= 20].min()) / 2
+    assert middle != 19.5
+    for predicts, cut in ((True, middle), (False, 19.5)):
+        trees = grow_team(*given, ones, [2, 2], 1, rng(), predicts=predicts, alive=np.ones((40, 2), dtype=bool))
+        assert trees[0].threshold[0] == np.nextafter(cut, -1) and len(trees[1].feature) == 1
+
+
+def test_each_teams_best_is_that_of_the_highest_return(world, expert, monkeypatch):
+    settings = Settings.of({"preset": "released", "selection_episodes": 2})
+    selection = ByReturn(world, expert, settings, NOTHING_KEPT, lambda progress: None)
+    returns = iter([(1, 5), (3, 2), (2, 9)])
+
+    def played(trees):
+        adversary, defenders = next(returns)
+        shares = {"adversaries": np.array([0.0, 1.0]), "defenders": np.array([1.0, 1.0])}
+        paid = {"adversaries": np.array([adversary]), "defenders": np.array([defenders])}
+        primary = {world.primary(team): row for team, row in shares.items()}
+        return primary | {Measure(team, measures.RETURN): row for team, row in paid.items()}
+
+    monkeypatch.setattr(selection, "_played", played)
+    trees = [[ir.GrownTree([-1], [0.0], [-1], [-1], [k])] * 3 for k in range(3)]
+    assert not any(selection.offer(each) for each in trees), "nothing stops early"
+    assert [mine[0].action[0] for mine in selection.chosen()] == [1, 2, 2]
+    assert selection.facts == {"stopped_after": 3, "best_iteration_adversaries": 2, "best_iteration_defenders": 3}
+
+
+def test_imitations_points_are_starts(world, expert):
+    """The first 25 steps of one episode, then start states: at rest, all within the start box."""
+    settings = Settings.of({"preset": "released", "algorithm": "imitation", "rollouts": 3})
+    arrays = released._starts(world, expert, settings, 0, 25)
+    assert len(arrays["labels"]) == 75 and arrays["observations.001"].shape == (75, 10)
+    later = released._starts(world, expert, settings, 1, 25)
+    assert len(later["labels"]) == 75 and np.abs(later["observations.000"]).max() <= 2
+    first = measures.ROLLOUT_SEEDS
+    start = world.observe(world.start_from_seeds([first]))
+    assert (arrays["observations.000"][0] == start[0][0]).all()
+
+
+def test_no_episode_is_for_two_purposes():
+    settings = Settings.of({"preset": "released"})
+    last = settings.rollout_episodes(settings.iterations - 1, released.WARM_UP)
+    assert settings.rollout_episodes(0, released.WARM_UP).start == measures.ROLLOUT_SEEDS + released.WARM_UP
+    assert last.stop <= measures.ROLLOUT_SEEDS + 100_000
+
+
+def test_warm_up_comes_first(world, expert, monkeypatch):
+    monkeypatch.setattr(held_out, "EVALUATION_EPISODES", 4)
+    monkeypatch.setattr(released, "WARM_UP", 10)
+    settings = Settings.of(
+        {"preset": "released", "iterations": 2, "rollouts": 3, "selection_episodes": 4, "max_depth": 1}
+    )
+    found = extract(world, expert, settings).provenance.training
+    assert found["points"] == 25 * (10 + 2 * 3) and found["stopped_after"] == 2 and found["selection"] == "return"
+
+
+def test_released_fitted_q_is_refused():
+    with pytest.raises(InputError, match="always stands still"):
+        Settings.of({"preset": "released", "algorithm": FITTED_Q})

@@ -1,0 +1,178 @@
+"""The verbs of the package: documented, typed, with the defaults of the command line, and the same answers."""
+
+import inspect
+import re
+from dataclasses import MISSING, fields
+from fractions import Fraction
+from pathlib import Path
+
+import pytest
+
+import maviper
+from codegen import policy_json
+from codegen.errors import InputError, RefusedError, UnknownNameError
+from maviper.cli import main
+from maviper.compilation.run import CompileOptions
+from maviper.evaluation.run import EvaluateOptions
+from maviper.experts.training.run import TrainOptions
+from maviper.extraction.run import ExtractOptions
+from maviper.verification.ask import VerifyOptions, number
+from maviper.verification.repair import RepairOptions
+from verify.claims.region import Verdict
+
+ROOT = Path(__file__).parents[2]
+PROVED = ROOT / "generated" / "proved_defenders"
+CERTIFICATE = PROVED / "certificate-1-distinct_targets.json"
+OPTIONS = {
+    "compile": CompileOptions,
+    "evaluate": EvaluateOptions,
+    "extract": ExtractOptions,
+    "repair": RepairOptions,
+    "train": TrainOptions,
+    "verify": VerifyOptions,
+}
+# by the command: an empty tuple is what nobody gave
+SAME = {(): None, "": None, "start": "start"}
+
+
+@pytest.mark.parametrize("name", maviper.__all__)
+def test_every_verb_says_its_types_and_is_no_folder(name):
+    verb = getattr(maviper, name)
+    signature = inspect.signature(verb)
+    assert inspect.getdoc(verb) and signature.return_annotation is not inspect.Signature.empty
+    assert not (ROOT / "maviper" / name).exists()
+    for parameter in signature.parameters.values():
+        assert parameter.annotation is not inspect.Parameter.empty
+        assert parameter.kind not in (inspect.Parameter.VAR_KEYWORD, inspect.Parameter.VAR_POSITIONAL)
+
+
+def plain(value):
+    return SAME.get(value, value) if not isinstance(value, bool | int) else value
+
+
+@pytest.mark.parametrize("name", OPTIONS)
+def test_verbs_commands_and_their_options_have_the_same_defaults(name):
+    given = {each.name: each.default for each in inspect.signature(getattr(maviper, name)).parameters.values()}
+    asked = {each.name: each.default for each in fields(OPTIONS[name]) if each.default is not MISSING}
+    command = {each.name: each for each in main.cli.commands[name].params if each.param_type_name == "option"}
+    for key in asked.keys() & given.keys():
+        if (name, key) != ("compile", "targets"):
+            assert plain(given[key]) == plain(asked[key]), key
+    for key in asked.keys() - {"command"}:
+        context = main.cli.commands[name].make_context(name, ["x", *(["-o", "y"] if "output" in command else [])])
+        assert plain(context.params[key]) == plain(asked[key]), key
+
+
+def test_every_option_of_a_command_is_a_parameter():
+    missing = {
+        name: {each.name for each in main.cli.commands[name].params}
+        - set(inspect.signature(getattr(maviper, name)).parameters)
+        for name in ("train", "extract", "evaluate", "compile", "verify", "repair", "check", "replay")
+    }
+    printed = {"as_json", "output", "smt", "list"}  # of the command line alone
+    renamed = {"name", "names", "file"}  # claim; of property files there is verify_file
+    assert {name: left - printed - renamed for name, left in missing.items() if left - printed - renamed} == {}
+
+
+def test_options_are_read_by_name_nowhere():
+    for path in (ROOT / "maviper").rglob("*.py"):
+        assert not re.search(r"options\[[\"']", path.read_text()), path
+
+
+@pytest.mark.parametrize(
+    ("value", "found"),
+    [(None, None), ("1/40", Fraction(1, 40)), (0.025, Fraction(1, 40)), (2, 2), (Fraction(1, 3),) * 2],
+)
+def test_numbers_are_exact(value, found):
+    assert number(value, "margin") == found
+
+
+@pytest.mark.parametrize("value", ["much", float("nan"), float("inf"), "1/0"])
+def test_what_is_no_number_is_told(value):
+    with pytest.raises(InputError, match="not a number"):
+        number(value, "margin")
+
+
+@pytest.fixture(scope="module")
+def proved():
+    return maviper.load(PROVED / "profile.json")
+
+
+@pytest.mark.solver
+def test_verify_takes_parameters(profile, tmp_path):
+    (tmp_path / "near.toml").write_text("default = [-0.1, 0.1]")
+    found = maviper.verify(
+        profile, "own_target", tmp_path / "near.toml", margin=0.025, landmarks=["landmark_1", "landmark_0"]
+    )
+    assert found.claim.margin == Fraction(1, 40) and found.claim.landmarks == ("landmark_1", "landmark_0")
+    assert found.region.name == "near.toml"
+    steps = maviper.verify(profile, "covers", steps=2, max_zones=10)
+    assert steps.claim.steps == 2 and steps.claim.zones == 10
+    assert maviper.verify(profile, solver_units=5).verdict in (Verdict.UNKNOWN, Verdict.VIOLATED)
+    with pytest.raises(UnknownNameError, match="distinct_target"):
+        maviper.verify(profile, "distinct_target")
+    with pytest.raises(InputError, match="none of the properties asked reads steps"):
+        maviper.verify(profile, steps=3)
+    with pytest.raises(InputError, match="nothing asks where"):
+        maviper.verify(profile, max_cells=7)
+
+
+@pytest.mark.solver
+def test_verify_file_answers_in_the_files_order(profile, tmp_path):
+    (tmp_path / "p.toml").write_text(
+        '[[property]]\nname = "no_double"\n[[property]]\nformula = "true"\nlabel = "mine"\n'
+    )
+    found = maviper.verify_file(profile, tmp_path / "p.toml")
+    assert [each.claim.shown for each in found] == ["no_double", "mine"]
+    (tmp_path / "p.toml").write_text('[[property]]\nname = "no_doubl"\n')
+    with pytest.raises(UnknownNameError) as error:
+        maviper.verify_file(profile, tmp_path / "p.toml")
+    assert "p.toml, line 2" in error.value.where
+
+
+def test_check_says_what_a_certificate_proves(proved, profile):
+    found = maviper.check(CERTIFICATE)
+    assert found.closed > 0 and "distinct_targets of the defenders" in found.subject and "region start" in found.subject
+    assert maviper.check(str(CERTIFICATE), proved) == found == maviper.check(CERTIFICATE, PROVED / "profile.json")
+    with pytest.raises((InputError, RefusedError)):
+        maviper.check(CERTIFICATE, profile)
+
+
+@pytest.mark.solver
+def test_repair_returns_the_profile_and_its_cost(proved):
+    found = maviper.repair(proved, episodes=5)
+    assert found.repair.ended and found.repair.guards == () and found.after == proved
+    assert found.results[0].verdict is Verdict.PROVED and found.cost.compared
+
+
+def test_compile_takes_passes_and_vectors(profile):
+    found = maviper.compile(profile, ["json"], passes=["merge"], test_vectors=True)
+    assert found.notes[0].startswith("merge: ") and any("vectors" in name for name in found.files)
+    assert found.proofs is None
+
+
+def test_extract_writes_nothing_unless_it_is_told_where(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    small = {"max_depth": 1, "iterations": 1, "rollouts": 2, "selection_episodes": 4, "refinement_episodes": 0}
+    found = maviper.extract("physical-deception", **small)
+    assert not list(tmp_path.iterdir()) and capsys.readouterr() == ("", "")
+    again = maviper.extract("physical-deception", "p.json", **small)
+    assert policy_json.dumps(again) == policy_json.dumps(found) == (tmp_path / "p.json").read_text()
+    with pytest.raises(InputError, match="several seeds need a run folder"):
+        maviper.extract("physical-deception", seeds=2, **small)
+    measured = maviper.evaluate(tmp_path / "p.json", against=["random"], team="defenders", episodes=3)
+    assert (
+        measured.episodes == 3
+        and list(measured.against) == ["random"]
+        and set(measured.trees) == {"agent_0", "agent_1"}
+    )
+
+
+def test_train_without_torch_is_told(tmp_path, monkeypatch):
+    import sys
+
+    from codegen.errors import MissingToolError
+
+    monkeypatch.setitem(sys.modules, "torch", None)
+    with pytest.raises(MissingToolError):
+        maviper.train("physical-deception", tmp_path / "run", settings={"games": 4})

@@ -1,0 +1,648 @@
+"""The manual and the README: what their tables, commands, options, code and pictures say is what the code does."""
+
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import click
+import pytest
+
+from codegen.agreement.compiled import STRICT, find_compiler
+from codegen.errors import ExitCode, InputError, UnknownNameError
+from codegen.policy_json import loads
+from codegen.schema import SCHEMA_VERSION
+from codegen.targets import TARGETS, emit
+from maviper import manual
+from maviper.cli import main
+from maviper.evaluation import held_out
+from maviper.experts import store
+from maviper.extraction.settings import ALGORITHMS
+from maviper.verification.ask import listed
+from maviper.worlds import MAX_OF_A_KIND, WORLDS, find, options_of
+from maviper.worlds.features import GROUPS
+from maviper.worlds.predator_prey import OBSERVATIONS
+from verify.claims import predicates
+from verify.claims.episodes import DEFAULT_ZONES
+from verify.claims.formula import holds
+from verify.claims.region import Verdict
+from verify.extent.violations import DEFAULT_ZONES as DEFAULT_CELLS
+from verify.verdicts.decisions import DEFAULT_BUDGET
+
+ROOT = Path(__file__).parents[2]
+FOLDER = "maviper/manual"
+README = ROOT / "README.md"
+PAGES = [*manual.TOPICS]
+TEAM = ROOT / "generated" / "physical_deception"  # what `maviper demo -o demo` writes
+MAX_COLUMNS, MAX_TABLE_COLUMNS, MAX_README_LINES = 100, 120, 120
+
+
+def text_of(name):
+    return README.read_text() if name == "README" else manual.page(name)
+
+
+def padded(header, rows):
+    """A Markdown table with columns of one width, so that it reads in a terminal too."""
+    table = [list(map(str, row)) for row in (header, *rows)]
+    widths = [max(map(len, column)) for column in zip(*table, strict=True)]
+    filled = [[f"{cell:<{width}}" for cell, width in zip(row, widths, strict=True)] for row in table]
+    lines = [f"| {' | '.join(row)} |" for row in filled]
+    return [lines[0], "|" + "|".join("-" * (width + 2) for width in widths) + "|", *lines[1:]]
+
+
+def table_under(page, heading):
+    """The lines of the first table under a heading."""
+    lines = f"\n{page}".split(f"\n{heading}\n")[1].splitlines()
+    start = next(place for place, line in enumerate(lines) if line.startswith("|"))
+    assert not any(line.startswith("#") for line in lines[:start]), f"{heading}: no table"
+    end = next((place for place in range(start, len(lines)) if not lines[place].startswith("|")), len(lines))
+    return lines[start:end]
+
+
+def rows_of(lines):
+    """The cells of a table's rows, without its head."""
+    return [[cell.strip() for cell in line.strip("|").split("|")] for line in lines[2:]]
+
+
+# --- the package
+
+
+def test_every_page_is_a_topic_and_has_a_title():
+    assert sorted(manual.TOPICS) == sorted(path.stem for path in (ROOT / FOLDER).glob("*.md"))
+    titles = manual.topics()
+    assert list(titles) == PAGES and len(set(titles.values())) == len(PAGES)
+    for topic, title in titles.items():
+        assert manual.page(topic).startswith(f"# {title}\n") and title and not title.startswith("#")
+
+
+@pytest.mark.parametrize(("topic", "advice"), [("claim", "did you mean 'claims'?"), ("../cli", ""), ("", "")])
+def test_a_wrong_topic_is_told_with_the_closest_match(topic, advice):
+    with pytest.raises(UnknownNameError) as error:
+        manual.page(topic)
+    assert isinstance(error.value, InputError) and advice in error.value.next_step and topic in error.value.what
+
+
+def test_the_manual_loads_nothing_heavy():
+    code = (
+        "import sys; from maviper import manual; manual.topics();"
+        "print(sorted({'numpy', 'click', 'jinja2', 'msgspec', 'rich', 'z3'} & set(sys.modules)))"
+    )
+    found = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
+    assert found.stdout.strip() == "[]"
+
+
+# --- the games
+
+
+def observation(world, agent):
+    """The rows of an agent's observation."""
+    features = world.features[world.agents.index(agent)]
+    return [
+        [index, feature.name, feature.unit, f"{feature.low:g} to {feature.high:g}", str(feature.meaning)]
+        for index, feature in enumerate(features)
+    ]
+
+
+def entities(world):
+    movers = [(entity, True) for entity in world.spec.agents] + [(entity, False) for entity in world.spec.landmarks]
+    rows = []
+    for entity, moves in movers:
+        low, high = entity.start or (world.spec.start_low, world.spec.start_high)
+        speed = "fixed" if not moves else "none" if entity.max_speed is None else f"{entity.max_speed:g}"
+        row = [entity.name, f"{entity.size:g}", f"{entity.force:g}" if moves else "fixed", speed]
+        rows.append([*row, "yes" if entity.collides else "no", f"{low:g} to {high:g}"])
+    return rows
+
+
+OBSERVED = [
+    ("physical-deception", "adversary_0"), ("physical-deception", "agent_0"), ("cooperative-navigation", "agent_0"),
+    *((name, agent) for name in ("predator-prey", *(f"predator-prey,observation={o}" for o in ("mpe2", "released")))
+      for agent in ("adversary_0", "agent_0")),
+]  # fmt: skip
+ENTITIES = ["entity", "radius", "acceleration", "top speed", "collides", "starts within"]
+
+
+def game_tables():
+    """Heading of games.md -> its table, from the worlds."""
+    actions = [(k, a.name, "({:g}, {:g})".format(*a.effect)) for k, a in enumerate(find("predator-prey").actions[0])]
+    tables = {"### Actions": padded(["index", "action", "direction (x, y)"], actions)}
+    for game in WORLDS:
+        tables[f"### Entities of {game}"] = padded(ENTITIES, entities(find(game)))
+    for game, agent in OBSERVED:
+        header = ["index", "feature", "unit", "range", "meaning"]
+        tables[f"### Observation of {agent} in {game}"] = padded(header, observation(find(game), agent))
+    return tables
+
+
+def test_the_games_tables_are_those_of_the_worlds(golden, request):
+    page = manual.page("games")
+    for heading, table in game_tables().items():
+        found = table_under(page, heading)
+        if request.config.getoption("--update-golden"):
+            before, after = page.split(f"\n{heading}\n")
+            page = f"{before}\n{heading}\n{after.replace(chr(10).join(found), chr(10).join(table), 1)}"
+        else:
+            assert found == table, heading
+    golden(FOLDER, {"games.md": page})
+
+
+@pytest.mark.parametrize(("game", "first"), OBSERVED)
+def test_other_agents_of_a_team_observe_the_same_in_their_own_place(game, first):
+    world = find(game)
+    members = world.teams[world.team_of(first)]
+    assert {member for _, member in OBSERVED if _ == game} == {team[0] for team in world.teams.values()}
+    for agent in members:
+        order = [[name, *(other for other in members if other != name)] for name in (first, agent)]
+        names = dict(zip(*order, strict=True))
+
+        def renamed(text, names=names):
+            return re.sub("|".join(names), lambda found: names[found[0]], text)
+
+        for mine, theirs in zip(observation(world, first), observation(world, agent), strict=True):
+            compares = sum(mine[1].count(name) for name in world.agents) == 2
+            assert theirs == (mine if compares else [*mine[:1], *map(renamed, mine[1:])])
+
+
+def test_every_action_is_the_same_in_every_game():
+    assert len({choices for game in WORLDS for choices in find(game).actions}) == 1
+
+
+@pytest.mark.parametrize("game", WORLDS)
+def test_options_and_measures_are_those_of_the_world(game):
+    page, usual = manual.page("games"), options_of(game)
+    rows = rows_of(table_under(page, f"### Options of {game}"))
+    stated = [(key, "none" if value == "" else str(value)) for key, value in usual.items()]
+    assert [(row[0].strip("`"), row[1]) for row in rows] == stated
+    for name, _, values, _ in rows:
+        if name == "`features`":
+            assert values == "groups"
+        elif name == "`observation`":
+            assert sorted(re.findall(r"\w+", values.replace(" or ", " "))) == sorted(OBSERVATIONS)
+        else:
+            low, high = map(int, re.findall(r"\d+", values))
+            assert find(f"{game},{name.strip('`')}={high}") and find(f"{game},{name.strip('`')}={low}")
+            assert high in (1, MAX_OF_A_KIND)
+            for beyond in (low - 1, high + 1):
+                with pytest.raises(InputError):
+                    find(f"{game},{name.strip('`')}={beyond}")
+    measures = [(m.team, f"`{m.name}`", "lower" if m.lower_is_better else "higher") for m in find(game).measures]
+    assert [tuple(row[:3]) for row in rows_of(table_under(page, f"### Measures of {game}"))] == measures
+
+
+def test_velocity_adds_what_the_page_says():
+    wide, plain = find("physical-deception,velocity=1"), find("physical-deception")
+    for more, fewer in zip(wide.features, plain.features, strict=True):
+        assert [feature.name for feature in more] == [*(feature.name for feature in fewer), "vx", "vy"]
+
+
+# --- experts, extraction, claims, verdicts, files
+
+
+def test_the_shipped_experts_and_what_their_cards_say():
+    page = manual.page("experts")
+    named, measured = [], []
+    for world in (name for name in store.SHIPPED if "@" not in name):
+        seeds = [name.partition("@")[2] for name in store.SHIPPED if name.startswith(f"{world}@")]
+        named.append([f"`{world}`", ", ".join(seeds), store.SHIPPED[world].split(".")[1]])
+        card = store.load(world)[0].card["measured"]
+        for measure in find(world).measures:
+            label = f"{measure.label} against scripts"
+            label = label if label in card else measure.label
+            value, low, high = card[label]
+            measured.append([f"`{world}`", label, f"{value:.3f} [{low:.3f}, {high:.3f}]"])
+    assert table_under(page, "## Shipped experts") == padded(["name", "seeds", "best"], named)
+    assert "\n".join(padded(["expert", "measure", "value"], measured)) in page
+
+
+def first_column(page, heading):
+    return [row[0].strip("`") for row in rows_of(table_under(page, heading))]
+
+
+def test_algorithms_features_targets_and_verdicts_are_all_there():
+    assert sorted(first_column(manual.page("extraction"), "## Algorithms")) == sorted(ALGORITHMS)
+    assert sorted(first_column(manual.page("extraction"), "## Features")) == sorted(GROUPS)
+    assert first_column(manual.page("compiling"), "## Targets") == list(TARGETS)
+    assert first_column(manual.page("verdicts"), "# " + manual.topics()["verdicts"]) == [each.value for each in Verdict]
+    codes = first_column(manual.page("verdicts"), "## Exit codes of all commands")
+    assert list(map(int, codes)) == [int(code) for code in ExitCode]
+
+
+def test_every_claim_has_its_parameters_and_defaults():
+    page = manual.page("claims")
+    single, episodes = page.split("\n## Built-in claims about whole episodes\n")
+    said = {}
+    for part in (single, episodes):
+        start = part.index("| parameters and defaults")
+        lines = part[part.rindex("\n", 0, start) + 1 :].splitlines()
+        said |= {row[0].strip("`"): row[1] for row in rows_of(lines[: lines.index("")])}
+    usual = {"landmarks": "in the world's order", "others": "are one another", "radius": "where they touch"}
+    for claim in listed():
+        text = said.pop(claim["name"])
+        parameters = {key: value for key, value in claim["parameters"].items() if key not in ("steps", "zones")}
+        for key, value in parameters.items():
+            default = value or ("for any matching" if (claim["name"], key) == ("covers", "landmarks") else usual[key])
+            assert f"`{key}` {default}" in text, (claim["name"], key)
+        assert text == "none" if not parameters else text.count("`") == 2 * len(parameters)
+        if "steps" in claim["parameters"]:
+            assert claim["name"] in episodes and claim["parameters"]["zones"] == str(DEFAULT_ZONES)
+    assert not said and f"{DEFAULT_ZONES:,}" in episodes
+
+
+def test_the_limits_are_the_defaults():
+    rows = {
+        row[0].strip("`"): row[2]
+        for row in rows_of(table_under(manual.page("verdicts"), "## When the answer is UNKNOWN"))
+    }
+    limits = {"--solver-units": DEFAULT_BUDGET, "--max-zones": DEFAULT_ZONES, "--max-cells": DEFAULT_CELLS}
+    assert rows == {name: f"{value:,}" for name, value in limits.items()}
+
+
+def pictured():
+    """The rows of the claims page: landmark, offset, closes, at, engaged."""
+    rows = rows_of(table_under(manual.page("claims"), "With a margin of 0 and a radius of 0.1:"))
+    return [
+        (name, tuple(map(float, offset.strip("()").split(","))), *(each == "yes" for each in said))
+        for name, offset, *said in rows
+    ]
+
+
+def test_closes_at_and_engaged_are_as_the_page_shows_them():
+    from fractions import Fraction
+
+    policy = loads((TEAM / "profile.json").read_bytes()).policy("agent_0")
+    actions = {action.name: number for number, action in enumerate(policy.actions)}
+    closing = predicates.closing(policy, "landmark_0", Fraction(0))
+    near = predicates.at("agent_0", "landmark_0", Fraction(1, 10))
+    found = pictured()
+    assert len({row[2:] for row in found}) == 3
+    for _, (x, y), *said in found:
+        place = {"agent_0.x": Fraction(0), "agent_0.y": Fraction(0)}
+        place |= {"landmark_0.x": Fraction(str(x)), "landmark_0.y": Fraction(str(y))}
+        ahead, there = (holds(each, place, {"agent_0": actions["right"]}) for each in (closing, near))
+        assert said == [ahead, there, ahead or there]
+        assert not holds(closing, place, {"agent_0": actions["stay"]})
+
+
+def test_the_files_page_names_every_form():
+    page = manual.page("files")
+    sources = [path.read_text() for folder in ("maviper", "verify") for path in (ROOT / folder).rglob("*.py")]
+    forms = {form for text in sources for form in re.findall(r"\"(maviper-[a-z-]+-[0-9]+)\"", text)}
+    inside = {"maviper-expert-1", "maviper-training-2", "maviper-extraction-2"}  # of runs and experts, in their files
+    assert forms - inside == set(re.findall(r"`(maviper-[a-z-]+-[0-9]+)`", page))
+    assert f"| `schema_version` | {SCHEMA_VERSION} " in page
+
+
+# --- pictures: what the code renders
+
+
+def counterexample_picture():
+    """The drawing in the committed report, as a file of its own."""
+    found = re.search(r"<svg.*?</svg>\n", (TEAM / "report.html").read_text(), flags=re.S)[0]
+    found = found.replace("<svg ", '<svg xmlns="http://www.w3.org/2000/svg" font-family="sans-serif" ', 1)
+    return found.replace("</defs>\n", '</defs>\n<rect width="100%" height="100%" fill="#fbfcfd"/>\n', 1)
+
+
+def claims_picture():
+    """What the claims page shows: the half plane ahead of the agent, and the square in which a landmark is near."""
+    scale, middle = 200, 160
+    near = f'x="{middle - 0.1 * scale:g}" y="{middle - 0.1 * scale:g}" width="{0.2 * scale:g}" height="{0.2 * scale:g}"'
+    lines = [
+        '<svg xmlns="http://www.w3.org/2000/svg" font-family="sans-serif" font-size="12" viewBox="0 0 320 320" '
+        'width="320" height="320" role="img" aria-label="Agent A goes right: landmarks ahead, and landmarks near">',
+        '<defs><marker id="head" viewBox="0 0 8 8" refX="6" refY="4" markerWidth="6" markerHeight="6" orient="auto">'
+        '<path d="M0 0L8 4L0 8z" fill="#1f5fa8"/></marker></defs>',
+        '<rect width="320" height="320" fill="#fbfcfd"/>',
+        f'<rect x="{middle}" width="{middle}" height="320" fill="#4d8fd6" fill-opacity="0.15"/>',
+        f'<rect {near} fill="#3c9a5f" fill-opacity="0.3" stroke="#3c9a5f"/>',
+        f'<line x1="{middle}" y1="{middle}" x2="{middle + 60}" y2="{middle}" stroke="#1f5fa8" stroke-width="2.5" '
+        'marker-end="url(#head)"/>',
+        f'<circle cx="{middle}" cy="{middle}" r="7" fill="#4d8fd6" stroke="#fff"/>',
+    ]  # fmt: skip
+    for name, (x, y), closes, at, _ in pictured():
+        left, top = middle + scale * x, middle - scale * y
+        said = "closes" if closes else "at" if at else "neither"
+        fill = "#1c2733" if closes or at else "#7a8794"
+        lines.append(f'<rect x="{left - 4:g}" y="{top - 4:g}" width="8" height="8" fill="{fill}"/>')
+        beside = f'x="{left - 22:g}" y="{top + 4:g}" text-anchor="end"' if at else f'x="{left:g}" y="{top - 9:g}"'
+        anchor = "" if at else ' text-anchor="middle"'
+        lines.append(f'<text {beside}{anchor} fill="{fill}">{name}: {said}</text>')
+    words = [
+        (80, 24, "behind A"),
+        (240, 24, "ahead of A"),
+        (middle, middle + 38, "within the radius"),
+        (middle + 106, middle + 4, "A goes right"),
+    ]
+    lines += [f'<text x="{x}" y="{y}" text-anchor="middle" fill="#5b6b7b">{word}</text>' for x, y, word in words]
+    return "\n".join([*lines, "</svg>"]) + "\n"
+
+
+def test_the_pictures_are_what_the_code_renders(golden):
+    team = loads((TEAM / "profile.json").read_bytes())
+    tree = emit(team, ["svg"])["physical_deception_agent_0.svg"]
+    golden(FOLDER, {"tree.svg": tree, "counterexample.svg": counterexample_picture(), "claims.svg": claims_picture()})
+    shown = {name for page in ("README", *PAGES) for name in re.findall(r"!\[.*?\]\((?:.*/)?(.*?)\)", text_of(page))}
+    assert shown == {path.name for path in (ROOT / FOLDER).glob("*.svg")}
+
+
+# --- commands
+
+
+def commands_of(name):
+    """Every command line of a page, without what a shell says of it."""
+    found = []
+    for line in text_of(name).splitlines():
+        match = re.match(r" {4}(?:\$ )?(maviper [a-z].*)", line)
+        if match:
+            found.append(match[1])
+    return found
+
+
+def words_of(line):
+    """The words of a command after `maviper`."""
+    return shlex.split(line, comments=True)[1:]
+
+
+def command_of(words):
+    """The command that words name, and what is left of them."""
+    command = main.cli
+    words = list(words)
+    while isinstance(command, click.Group) and words and words[0] in command.commands:
+        command = command.commands[words.pop(0)]
+    return command, words
+
+
+@pytest.mark.parametrize("name", ["README", *PAGES])
+def test_every_command_of_a_page_parses(name):
+    for line in commands_of(name):
+        command, rest = command_of(words_of(line))
+        assert not isinstance(command, click.Group), line
+        command.make_context(line, rest)
+
+
+def test_a_command_that_does_not_parse_would_be_found():
+    for words in (["verify", "p.json", "--zone", "3"], ["extract", "x"], ["compile", "p.json", "-o"]):
+        command, rest = command_of(words)
+        with pytest.raises(click.UsageError):
+            command.make_context("maviper", rest)
+
+
+@pytest.mark.parametrize("name", ["README", *PAGES])
+def test_commands_and_options_in_the_text_exist(name):
+    known = {option for _, command in every_command() for each in command.params for option in each.opts} | {"--help"}
+    for code in re.findall(r"`([^`\n]+)`", text_of(name)):
+        if code.startswith("maviper "):
+            words = words_of(code)
+            command, rest = command_of(words)
+            assert words[0] in {"--help", "COMMAND"} or command is not main.cli, code
+            mine = {"--help", *(option for each in command.params for option in each.opts)}
+            assert {word for word in rest if word.startswith("-")} <= mine, code
+        for option in re.findall(r"(?<![\w-])--[a-z][a-z-]*", code):
+            assert option in known or code.startswith(("pytest", "python ")), f"{name}: {code}"
+
+
+def every_command(group=main.cli, path=()):
+    for name, command in group.commands.items():
+        yield (*path, name), command
+        if isinstance(command, click.Group):
+            yield from every_command(command, (*path, name))
+
+
+def test_every_command_is_in_some_page():
+    text = "\n".join(text_of(name) for name in ("README", *PAGES))
+    for path, command in every_command():
+        assert isinstance(command, click.Group) or f"maviper {' '.join(path)}" in text, path
+
+
+@pytest.fixture
+def place(tmp_path, monkeypatch):
+    """A folder in which the demo was run, with what is committed beside it."""
+    (tmp_path / "demo").mkdir()
+    for file in TEAM.iterdir():
+        if file.is_file():
+            (tmp_path / "demo" / file.name).write_bytes(file.read_bytes())
+    (tmp_path / "generated").symlink_to(ROOT / "generated")
+    (tmp_path / "near.toml").write_text(re.search(r"```toml\n(goals.*?)```", manual.page("claims"), flags=re.S)[1])
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(tmp_path)
+    return tmp_path
+
+
+QUICK = {
+    "maviper worlds list": 0,
+    "maviper worlds show physical-deception,defenders=3": 0,
+    "maviper properties list": 0,
+    "maviper properties new physical-deception -o claims.toml": 0,
+    "maviper schema": 0,
+    "maviper show demo/profile.json --agent agent_1": 0,
+    "maviper check generated/proved_defenders/certificate-1-distinct_targets.json": 0,
+    "maviper verify demo/profile.json --region near.toml": 1,
+    "maviper extract physical-deception --max-episodes 500 -o small.json": 0,
+}
+
+
+@pytest.mark.slow
+@pytest.mark.compile
+@pytest.mark.solver
+@pytest.mark.parametrize("line", QUICK)
+def test_quick_commands_of_the_pages_run(line, place, capsys):
+    assert line in {each for name in PAGES for each in commands_of(name)}
+    assert main.run(words_of(line)) == QUICK[line], capsys.readouterr().err
+
+
+# --- code
+
+
+def blocks(name, language):
+    return re.findall(rf"```{language}\n(.*?)```", text_of(name), flags=re.S)
+
+
+def test_the_property_and_region_files_of_the_claims_page_are_read(place):
+    from maviper.files.regions import find_region
+    from maviper.verification.ask import from_file
+
+    claims, region = blocks("claims", "toml")
+    (place / "claims.toml").write_text(claims)
+    team = loads((TEAM / "profile.json").read_bytes())
+    found = find_region("near.toml", team)
+    assert (found.goals, len(found.differences), len(found.apart)) == (("landmark_0",), 1, 1) and region
+    assert [claim.shown for claim, _ in from_file(place / "claims.toml", team, found)] == [
+        "nobody is drawn off a near target",
+        "own_target",
+    ]
+
+
+@pytest.mark.slow
+def test_the_experts_pages_expert_is_extracted_from(place, capsys):
+    (source,) = blocks("experts", "python")
+    (place / "myexpert.py").write_text(source)
+    line = next(line for line in commands_of("experts") if "myexpert:direct" in line)
+    assert main.run(words_of(line)) == 0, capsys.readouterr().err
+
+
+@pytest.mark.slow
+def test_the_environments_page_is_sound_and_is_extracted_from(place, capsys, monkeypatch):
+    (source,) = blocks("environments", "python")
+    (place / "mygame.py").write_text(source)
+    monkeypatch.setattr(held_out, "EVALUATION_EPISODES", 20)  # a thousand take their time in a user's environment
+    assert main.run(["worlds", "check", "mygame:make"]) == 0
+    said = capsys.readouterr().out
+    assert "missing" not in said and "wrong" not in said and "every feature has one" in said
+    budget = ["--max-episodes", "40"]
+    assert main.run(["extract", "mygame:my_expert", "--critic", "none", *budget, "-o", "profile.json"]) == 0
+    assert main.run(["verify", "profile.json"]) == 2, "the page says that every claim is refused"
+    assert main.run(["evaluate", "profile.json", "--world", "mygame:make,n=2", "--episodes", "4"]) == 0
+
+
+@pytest.mark.compile
+def test_the_c_of_the_embedding_page_compiles_and_decides_as_it_says(tmp_path):
+    program, function = blocks("embedding", "c")
+    (tmp_path / "main.c").write_text(program)
+    (tmp_path / "decide.c").write_text(f"int decide(const float *x);\n{function}")
+    flags = [*STRICT, f"-I{TEAM}"]
+    subprocess.run([*find_compiler(), *flags, "-c", "decide.c", "-o", "decide.o"], cwd=tmp_path, check=True)
+    subprocess.run([*find_compiler(), *flags, "main.c", "-o", "main"], cwd=tmp_path, check=True)
+    ran = subprocess.run([str(tmp_path / "main")], capture_output=True, text=True, check=True)
+    assert ran.stdout == "agent_0 1, agent_1 4\n"
+    names = re.findall(
+        r"`PREFIX_([a-zA-Z_]+)`", "\n".join(table_under(manual.page("embedding"), "### Functions of the header"))
+    )
+    header = (TEAM / "physical_deception.h").read_text()
+    for name in names:
+        assert f" physical_deception_{name.replace('A_', 'agent_0_')}(" in header or name == "in_region", name
+
+
+def test_the_python_of_the_embedding_page_decides_as_it_says(tmp_path):
+    (source,) = blocks("embedding", "python")
+    ran = subprocess.run([sys.executable, "-c", source], cwd=TEAM, capture_output=True, text=True, check=True)
+    assert ran.stdout.split() == re.findall(r"print\(.*# (\w+)", source)
+    line = next(line for line in manual.page("embedding").splitlines() if "physical_deception_reader.py" in line)
+    ran = subprocess.run([sys.executable, *shlex.split(line)[1:]], cwd=TEAM, capture_output=True, text=True, check=True)
+    assert ran.stdout == "1 left\n"
+
+
+def test_the_javascript_of_the_embedding_page_decides_as_it_says(tmp_path):
+    node = shutil.which("node")
+    if node is None:
+        pytest.skip("node is not installed")
+    (source,) = blocks("embedding", "javascript")
+    team = loads((TEAM / "profile.json").read_bytes())
+    (tmp_path / "physical_deception.mjs").write_text(emit(team, ["javascript"])["physical_deception.mjs"])
+    (tmp_path / "main.mjs").write_text(source)
+    ran = subprocess.run([node, "main.mjs"], cwd=tmp_path, capture_output=True, text=True, check=True)
+    assert ran.stdout == "left\n"
+
+
+@pytest.mark.slow
+@pytest.mark.solver
+def test_the_python_of_the_verdicts_page_runs(place):
+    (source,) = blocks("verdicts", "python")
+    exec(source, {})
+
+
+# --- the README
+
+
+def session(text):
+    """The commands of the README's session, and the text before, in and after it."""
+    before, rest = text.split("    $ ", 1)
+    lines = f"    $ {rest}".splitlines(keepends=True)
+    end = next(place for place, line in enumerate(lines) if not line.startswith("    "))
+    return [line[6:].strip() for line in lines[:end] if line.startswith("    $ ")], before, lines[:end], lines[end:]
+
+
+@pytest.mark.slow
+@pytest.mark.compile
+@pytest.mark.solver
+def test_the_readmes_session_is_a_real_one(place, request):
+    commands, before, lines, after = session(README.read_text())
+    assert len(commands) >= 2
+    found = []
+    for line in commands:
+        words = [sys.executable, "-m", *shlex.split(line)]
+        ran = subprocess.run(words, cwd=place, capture_output=True, text=True, check=True)
+        found += [f"    $ {line}\n", *(f"    {said}\n" for said in (ran.stderr + ran.stdout).splitlines())]
+    if request.config.getoption("--update-golden"):
+        README.write_text(before + "".join([*found, *after]))
+        return
+    assert found == lines
+
+
+@pytest.mark.slow
+@pytest.mark.compile
+@pytest.mark.solver
+def test_the_readmes_python_prints_what_it_says(place, capsys):
+    (source,) = blocks("README", "python")
+    assert len([line for line in source.splitlines() if line]) == 8
+    exec(source, {})
+    said = [each.strip() for comment in re.findall(r"print\(.*# (.*)", source) for each in comment.split(",")]
+    assert capsys.readouterr().out.splitlines() == said
+
+
+def test_the_readme_is_short_links_every_page_and_keeps_its_two_lines():
+    text = README.read_text()
+    assert len(text.splitlines()) <= MAX_README_LINES
+    linked = re.findall(r"\[([^\]]+)\]\(maviper/manual/(\w+)\.md\)", text)
+    assert {topic for _, topic in linked} == set(PAGES)
+    for word in ("maviper demo", "pytest"):
+        assert len(re.findall(rf"^    python3 -m venv \.venv .*{word}", text, flags=re.M)) == 1
+    profile = loads((TEAM / "profile.json").read_bytes())
+    ours, theirs = (profile.provenance.evaluation[f"defenders {who}success r=0.316"] for who in ("", "expert "))
+    assert f"{100 * ours / theirs:.0f} %" in text
+    assert f"{(profile.policy('agent_0').tree.feature < 0).sum()} leaves" in text
+
+
+def test_the_citation_names_the_project_and_the_papers_authors():
+    text = (ROOT / "CITATION.cff").read_text()
+    project = (ROOT / "pyproject.toml").read_text()
+    version = re.search(r'^version = "(.*)"', project, flags=re.M)[1]
+    assert f"\nversion: {version}\n" in text and "\nlicense: MIT\n" in text and text.startswith("cff-version: 1.2.0\n")
+    authors = ["Milani", "Zhang", "Topin", "Shi", "Kamhoua", "Papalexakis", "Fang"]
+    assert re.findall(r"family-names: (\w+)", text) == authors
+
+
+# --- the text
+
+
+BANNED = (
+    "of which",
+    "all else as it is",
+    "what it is worth",
+    "an agent a landmark",
+    "a leaf each",
+    "course",
+    "start box",
+)
+
+
+@pytest.mark.parametrize("name", ["README", *PAGES])
+def test_the_text_is_plain_and_fits(name):
+    inside, lines = False, []
+    for line in text_of(name).splitlines():
+        inside ^= line.startswith("```")
+        if inside or line.startswith((" " * 4, "```", "![")):
+            continue
+        assert len(line) <= (MAX_TABLE_COLUMNS if line.startswith("|") else MAX_COLUMNS), line
+        lines.append(line)
+    text = " ".join(lines).lower()
+    for phrase in BANNED:
+        assert phrase not in text, phrase
+    assert text.isascii()
+
+
+@pytest.mark.parametrize("name", ["README", *PAGES])
+def test_links_and_paths_lead_somewhere(name):
+    here = ROOT if name == "README" else ROOT / FOLDER
+    text = text_of(name)
+    for target in re.findall(r"\]\(([^)#]+)\)", text):
+        assert target.startswith("https://") or (here / target).exists(), target
+    for path in re.findall(r"`((?:generated|maviper|codegen|verify|templates|tests)/[\w./-]*)`", text):
+        assert (ROOT / path).exists() or path.endswith("table.py") or "tree.csv" in path, path
+    for path in re.findall(r"python (tests/benchmarks/\w+\.py)", text):
+        assert (ROOT / path).exists(), path
+
+
+def test_the_benchmarks_page_names_every_one():
+    named = set(re.findall(r"`(\w+\.py)`", manual.page("developing")))
+    assert {path.name for path in (ROOT / "tests/benchmarks").glob("*.py")} - named == set()

@@ -1,0 +1,665 @@
+"""The batched simulators against the reference environments, and what each game observes and measures."""
+
+from dataclasses import replace
+from itertools import combinations
+
+import numpy as np
+import pytest
+from scipy.optimize import linear_sum_assignment
+
+from codegen.dynamics import NEGLIGIBLE_MARGINS
+from codegen.errors import InputError, UnknownNameError
+from codegen.ir import Meaning
+from maviper.episodes.play import play
+from maviper.experts.scripted import scripted
+from maviper.worlds import PhysicalDeception, WorldState, find, physical_deception
+from maviper.worlds.particle import SQUARED_RADII, placed
+from maviper.worlds.predator_prey import PREDATORS, PREY
+
+PROMISED = 1e-9  # of a step, from the same state
+SPREAD = "cooperative-navigation"
+SPREADS = [SPREAD, f"{SPREAD},agents=1", f"{SPREAD},agents=2", f"{SPREAD},agents=6"]
+TAG = "predator-prey,observation=mpe2"
+TAGS = [TAG, f"{TAG},predators=3,prey=1,obstacles=2", f"{TAG},predators=1,prey=2,obstacles=0"]
+VARIANTS = [
+    "physical-deception", "physical-deception,velocity=1", "physical-deception,defenders=3",
+    *SPREADS, *TAGS, "predator-prey", "predator-prey,observation=released,prey=1",
+]  # fmt: skip
+
+
+def states(world, position, velocity=None, goal=None):
+    """A batch of states from plain arrays; at rest and with the first goal unless said otherwise."""
+    velocity = np.zeros((len(position), len(world.agents), 2)) if velocity is None else velocity
+    return WorldState(position, velocity, np.zeros(len(position), dtype=np.int64) if goal is None else goal)
+
+
+def drawn(world, count, seed):
+    """States from far apart to crowded, at rest to faster than allowed, inside to far outside the arena."""
+    rng = np.random.default_rng(seed)
+    n_agents, n_entities = len(world.agents), len(world.agents) + len(world.spec.landmarks)
+    position = rng.normal(size=(count, n_entities, 2)) * rng.choice([0.05, 0.2, 0.7, 2.0], size=(count, 1, 1))
+    velocity = rng.normal(size=(count, n_agents, 2)) * rng.choice([0.0, 0.5, 2.0], size=(count, 1, 1))
+    goals = rng.integers(max(1, len(world.spec.goals)), size=count)
+    return states(world, position, velocity, goals)
+
+
+def scattered(world, count, seed):
+    """Moving states in which nobody is near enough to push anybody."""
+    rng = np.random.default_rng(seed)
+    n_agents, n_entities = len(world.agents), len(world.agents) + len(world.spec.landmarks)
+    position = rng.uniform(-9, 9, (200 * count, n_entities, 2))
+    gaps = np.linalg.norm(position[:, :, None] - position[:, None], axis=3) + 9 * np.eye(n_entities)
+    position = position[gaps.min(axis=(1, 2)) > 1.2][:count]
+    assert len(position) == count
+    return states(world, position, rng.normal(size=(count, n_agents, 2)), rng.integers(1, size=count))
+
+
+def overlaps(world, state):
+    """Distances between the entities that push each other, less the distance of touching. [batch, n_pairs]"""
+    entities = world.spec.agents + world.spec.landmarks
+    pairs = [(a, b) for a, b in combinations(range(len(entities)), 2) if a < len(world.agents)]
+    pairs = [(a, b) for a, b in pairs if entities[a].collides and entities[b].collides]
+    gaps = [np.linalg.norm(state.position[:, a] - state.position[:, b], axis=1) for a, b in pairs]
+    return np.stack(
+        [gap - entities[a].size - entities[b].size for gap, (a, b) in zip(gaps, pairs, strict=True)], axis=1
+    )
+
+
+class Reference:
+    """mpe2's environment of a world, set into our states."""
+
+    def __init__(self, world):
+        self.world, self.env = world, world.reference_env()
+        self.env.reset(seed=0)
+        self.scenario = self.env.aec_env.unwrapped.scenario
+
+    @property
+    def raw(self):
+        return self.env.aec_env.unwrapped.world
+
+    def place(self, state):
+        """Into a state of one game; returns the agents' observations there."""
+        self.env.reset(seed=0)
+        placed(self.env, state)
+        return [self.env.aec_env.unwrapped.observe(agent) for agent in self.world.agents]
+
+    def step(self, acted):
+        """Everything after a step: positions, velocities, observations, rewards."""
+        seen, reward, *_ = self.env.step(dict(zip(self.world.agents, acted.tolist(), strict=True)))
+        agents = self.world.agents
+        return *self.entities(), [seen[agent] for agent in agents], np.array([reward[agent] for agent in agents])
+
+    def entities(self):
+        position = np.array([entity.state.p_pos for entity in self.raw.agents + self.raw.landmarks])
+        return position, np.array([agent.state.p_vel for agent in self.raw.agents])
+
+
+def assert_equal(world, state, row, theirs, tolerance):
+    """Game `row` of our states against what mpe2 has: within `tolerance`, bit for bit where that is 0."""
+    position, velocity, seen, reward = theirs
+    close = {"rtol": 0, "atol": tolerance}
+    np.testing.assert_allclose(state.position[row], position, **close)
+    np.testing.assert_allclose(state.velocity[row], velocity, **close)
+    np.testing.assert_allclose(world.rewards(state[row : row + 1])[0], reward, **close)
+    for ours, wanted in zip(world.observe(state[row : row + 1]), seen, strict=True):
+        assert ours.dtype == wanted.dtype == np.float32 and ours[0].shape == wanted.shape
+        if tolerance:
+            one_ulp = np.spacing(np.abs(wanted))
+            assert (np.abs(ours[0].astype(float) - wanted) <= np.maximum(one_ulp, 1e-7)).all()
+        else:
+            assert ours[0].tobytes() == wanted.tobytes()
+    if not tolerance:
+        assert state.position[row].tobytes() == position.tobytes()
+        assert state.velocity[row].tobytes() == velocity.tobytes()
+
+
+# --- trajectories
+
+
+@pytest.mark.parametrize("n_defenders", [1, 2, 3, 4])
+def test_whole_random_episodes_are_equal_to_mpe2_bit_for_bit(n_defenders):
+    world = PhysicalDeception(n_defenders)
+    env = world.reference_env()
+    episodes = 40
+    rng = np.random.default_rng(n_defenders)
+    actions = rng.integers(5, size=(world.spec.episode_steps, episodes, len(world.agents)))
+    state = world.start_from_seeds(range(episodes))
+    observations, rewards, positions = [world.observe(state)], [], []
+    for acted in actions:
+        state = world.step(state, acted)
+        observations.append(world.observe(state))
+        rewards.append(world.rewards(state))
+        positions.append(state.position)
+    for seed in range(episodes):
+        seen, _ = env.reset(seed=seed)
+        for step, acted in enumerate(actions[:, seed]):
+            for index, agent in enumerate(world.agents):
+                assert observations[step][index][seed].tobytes() == seen[agent].tobytes()
+            seen, reward, _, truncated, _ = env.step(dict(zip(world.agents, acted.tolist(), strict=True)))
+            raw = env.aec_env.unwrapped.world
+            for index, entity in enumerate(raw.agents + raw.landmarks):
+                assert positions[step][seed, index].tobytes() == entity.state.p_pos.tobytes()
+            for index, agent in enumerate(world.agents):
+                assert rewards[step][seed, index] == reward[agent]
+        assert all(truncated.values())
+
+
+@pytest.mark.parametrize("name", [*SPREADS, *TAGS])
+def test_whole_episodes_stay_with_mpe2_through_all_contacts(name):
+    """From `reset(seed)` and never corrected: the promise is for one step, and 25 of them keep it on these episodes."""
+    world = find(name)
+    reference = Reference(world)
+    episodes = 12 if len(world.agents) > 4 else 40
+    actions = np.random.default_rng(1).integers(5, size=(world.spec.episode_steps, episodes, len(world.agents)))
+    course = [world.start_from_seeds(range(episodes))]
+    for acted in actions:
+        course.append(world.step(course[-1], acted))
+    assert len(world.agents) == 1 or (overlaps(world, WorldState.joined(course)) < 0).any()
+    for seed in range(episodes):
+        reference.env.reset(seed=seed)
+        for step, acted in enumerate(actions[:, seed]):
+            assert_equal(world, course[step + 1], seed, reference.step(acted), PROMISED)
+
+
+@pytest.mark.parametrize("name", [*SPREADS, f"{SPREAD},agents=24", *TAGS])
+def test_a_step_is_mpe2s_in_crowds_at_speed_and_outside(name):
+    world = find(name)
+    reference = Reference(world)
+    state = drawn(world, 10 if len(world.agents) > 6 else 120, seed=2)
+    if len(world.agents) > 1:
+        assert ((overlaps(world, state) < 0).sum(axis=1) >= min(2, overlaps(world, state).shape[1])).any(), "no crowd"
+    limits = [entity.max_speed for entity in world.spec.agents]
+    acted = np.random.default_rng(3).integers(5, size=(len(state), len(limits)))
+    following = world.step(state, acted)
+    for row in range(len(state)):
+        for ours, wanted in zip(
+            world.observe(state[row : row + 1]), reference.place(state[row : row + 1]), strict=True
+        ):
+            assert ours[0].tobytes() == wanted.tobytes()
+        assert_equal(world, following, row, reference.step(acted[row]), PROMISED)
+    speed = np.linalg.norm(following.velocity, axis=2)
+    for agent, limit in enumerate(limits):
+        if limit is not None:
+            assert (speed[:, agent] <= limit + 1e-12).all() and (np.abs(speed[:, agent] - limit) < 1e-12).any()
+
+
+@pytest.mark.parametrize("name", [*SPREADS, *TAGS])
+def test_without_contacts_a_step_is_mpe2s_bit_for_bit(name):
+    world = find(name)
+    reference = Reference(world)
+    state = scattered(world, 40, seed=4)
+    acted = np.random.default_rng(5).integers(5, size=(len(state), len(world.agents)))
+    following = world.step(state, acted)
+    for row in range(len(state)):
+        reference.place(state[row : row + 1])
+        assert_equal(world, following, row, reference.step(acted[row]), 0)
+
+
+@pytest.mark.parametrize("name", [SPREAD, TAG])
+def test_the_last_pushes_of_a_contact_are_mpe2s(name):
+    """Two entities at and around the distance where they touch, as far as where the push is left out."""
+    world = find(name)
+    reference = Reference(world)
+    entities = world.spec.agents + world.spec.landmarks
+    margin = world.spec.contact_margin
+    margins = [-50.0, -3.0, -1.0, 0.0, 1.0, 5.0, 10.0, 20.0, 30.0, NEGLIGIBLE_MARGINS - 0.1, NEGLIGIBLE_MARGINS + 0.1]
+    for a, b in combinations(range(len(entities)), 2):
+        position = scattered(world, len(margins), seed=6).position
+        touching = entities[a].size + entities[b].size
+        for row, away in enumerate(margins):
+            position[row, b] = position[row, a] + (touching + away * margin) * np.array([np.cos(row), np.sin(row)])
+        state = states(world, position)
+        following = world.step(state, np.zeros((len(state), len(world.agents)), dtype=np.int64))
+        for row in range(len(state)):
+            reference.place(state[row : row + 1])
+            assert_equal(world, following, row, reference.step(np.zeros(len(world.agents), dtype=int)), PROMISED)
+        pushed = np.linalg.norm(following.velocity[:, a], axis=1) if a < len(world.agents) else np.zeros(len(state))
+        collide = a < len(world.agents) and entities[a].collides and entities[b].collides
+        assert (pushed[:-1] > 0).all() == collide and pushed[-1] == 0
+
+
+@pytest.mark.parametrize("name", [SPREAD, "predator-prey"])
+def test_coincident_centres_push_nobody(name):
+    """mpe2 divides by zero there; here everybody goes as if alone."""
+    world = find(name)
+    position = scattered(world, 2, seed=7).position
+    position[0, :] = 0.5  # everything in one point
+    position[1] -= position[1, 0]
+    position[1, 1] = 1e-200  # so near to the first that the squared distance is 0
+    state = states(world, position)
+    found = world.step(state, np.full((2, len(world.agents)), 2))
+    assert found.position.tobytes() == state.position.tobytes()
+    for velocity in found.velocity:
+        np.testing.assert_array_equal(velocity, [[entity.force * 0.1, 0] for entity in world.spec.agents])
+    assert np.isfinite(world.rewards(found)).all() and np.isfinite(world.values([found])).all()
+    assert all(np.isfinite(seen).all() for seen in world.observe(found))
+
+
+def test_placing_reaches_every_state(world):
+    """Deception, bit for bit, from states that no episode meets."""
+    reference = Reference(world)
+    rng = np.random.default_rng(3)
+    state = states(world, rng.normal(size=(50, 5, 2)), rng.normal(size=(50, 3, 2)), rng.integers(2, size=50))
+    acted = rng.integers(5, size=(50, 3))
+    following = world.step(state, acted)
+    for row in range(50):
+        for ours, wanted in zip(
+            world.observe(state[row : row + 1]), reference.place(state[row : row + 1]), strict=True
+        ):
+            assert ours[0].tobytes() == wanted.tobytes()
+        assert_equal(world, following, row, reference.step(acted[row]), 0)
+
+
+# --- starts
+
+
+@pytest.mark.parametrize("name", [*VARIANTS, "cooperative-navigation,agents=24"])
+def test_starts_are_those_of_reset(name):
+    world = find(name)
+    reference = Reference(world)
+    seeds = [*range(15), 4_000_000, 2**32, 2_000_000_000_000_000]
+    state = world.start_from_seeds(np.array(seeds))
+    for row, seed in enumerate(seeds):
+        reference.env.reset(seed=seed)
+        position, velocity = reference.entities()
+        assert state.position[row].tobytes() == position.tobytes() and not velocity.any()
+        if world.spec.goals:
+            assert reference.raw.agents[0].goal_a is reference.raw.landmarks[state.goal[row]]
+    assert not state.velocity.any()
+
+
+@pytest.mark.parametrize("name", ["physical-deception", SPREAD, "predator-prey"])
+def test_random_starts_fill_the_start_boxes(name):
+    world = find(name)
+    state = world.start(4_000, np.random.default_rng(0))
+    assert not state.velocity.any() and len(state) == 4_000
+    for index, entity in enumerate(world.spec.agents + world.spec.landmarks):
+        bound = 0.9 if entity.name.startswith("obstacle") else 1.0
+        for axis in (0, 1):
+            column = state.position[:, index, axis]
+            assert -bound <= column.min() < -0.99 * bound and 0.99 * bound < column.max() <= bound
+            assert abs(column.mean()) < 0.05
+    assert abs(state.goal.mean() - (len(world.spec.goals) - 1) / 2 * bool(world.spec.goals)) < 0.05
+
+
+# --- observations
+
+
+def signs(numbers):
+    return [float(int(number > 0) - int(number < 0)) for number in numbers]
+
+
+def slow_paper(n_predators, n_agents, position, velocity, agent):
+    """The paper's appendix, item by item, for one agent in one state."""
+    hunters, hunted = range(n_predators), range(n_predators, n_agents)
+    others = [other for other in range(n_agents) if other != agent]
+    team, opponents = (hunters, hunted) if agent in hunters else (hunted, hunters)
+    seen = [*position[agent], *velocity[agent]]  # 1. own position and velocity
+    for entity in [*range(n_agents, len(position)), *others]:  # 2. relative positions and velocities, binarised
+        seen += signs(position[entity] - position[agent])
+    for other in others:
+        if agent in hunted or other in hunted:
+            seen += signs(velocity[other] - velocity[agent])
+    for group in (opponents, team):  # 3. and 4. pairs of the other team, then of the own
+        for first, second in combinations(group, 2):
+            seen += signs(position[first] - position[second])
+    return seen
+
+
+def slow_released(n_predators, n_agents, position, velocity, agent):
+    """The released code: own velocity and position, then what is positive, with the own pairs once an opponent."""
+    hunters, hunted = range(n_predators), range(n_predators, n_agents)
+    others = [other for other in range(n_agents) if other != agent]
+    team, opponents = (hunters, hunted) if agent in hunters else (hunted, hunters)
+    numbers = []
+    for entity in [*range(n_agents, len(position)), *others]:
+        numbers += list(position[entity] - position[agent])
+    for other in others:
+        if other in hunted:
+            numbers += list(velocity[other])
+    for group in [opponents, *([team] * len(opponents))]:
+        for first, second in combinations(group, 2):
+            numbers += list(position[first] - position[second])
+    return [*velocity[agent], *position[agent], *(float(number > 0) for number in numbers)]
+
+
+@pytest.mark.parametrize(("observation", "slow"), [("paper", slow_paper), ("released", slow_released)])
+@pytest.mark.parametrize(("predators", "prey", "obstacles"), [(2, 2, 2), (3, 1, 2), (1, 3, 0)])
+def test_binary_observations_written_out(observation, slow, predators, prey, obstacles):
+    world = find(f"predator-prey,predators={predators},prey={prey},obstacles={obstacles},observation={observation}")
+    state = drawn(world, 100, seed=8)
+    # half of the states on a coarse grid, so that coordinates and velocities tie
+    position, velocity = state.position.copy(), state.velocity.copy()
+    position[::2], velocity[::2] = np.round(position[::2] * 4) / 4, np.round(velocity[::2])
+    found = world.observe(states(world, position, velocity))
+    for agent, seen in enumerate(found):
+        wanted = [slow(predators, predators + prey, *one, agent) for one in zip(position, velocity, strict=True)]
+        assert seen.tobytes() == np.array(wanted, dtype=np.float32).tobytes()
+        assert len(world.features[agent]) == seen.shape[1]
+        assert set(np.unique(seen[:, 4:])) == ({-1.0, 0.0, 1.0} if observation == "paper" else {0.0, 1.0})
+
+
+def test_widths_of_predator_prey():
+    """Paper: predators 22, prey 24; the released code has them the other way round, and repeats two columns."""
+    widths = {"paper": [22, 22, 24, 24], "released": [24, 24, 22, 22], "mpe2": [18, 18, 16, 16]}
+    for observation, wanted in widths.items():
+        world = find(f"predator-prey,observation={observation}")
+        assert [len(features) for features in world.features] == wanted
+        assert [seen.shape for seen in world.observe(world.start(3, np.random.default_rng(0)))] == [
+            (3, width) for width in wanted
+        ]
+    released = find("predator-prey,observation=released")
+    for seen in released.observe(drawn(released, 100, seed=9)):
+        assert seen[:, -4:-2].tobytes() == seen[:, -2:].tobytes()
+
+
+def test_the_words_of_silent_agents_are_features_too():
+    world = find(SPREAD)
+    for features, seen in zip(world.features, world.observe(scattered(world, 20, seed=10)), strict=True):
+        assert len(features) == 18 and [feature.meaning for feature in features[-4:]] == [Meaning(())] * 4
+        assert not seen[:, -4:].any() and seen[:, :-4].all()
+
+
+@pytest.mark.parametrize("name", ["physical-deception", "physical-deception,velocity=1", f"{SPREAD},agents=1"])
+def test_features_stay_in_their_ranges(name):
+    """Everybody runs one way for a whole episode, from the worst corner."""
+    world = find(name)
+    ways = np.random.default_rng(0).integers(1, 5, size=(200, len(world.agents)))
+    position = world.start(200, np.random.default_rng(0)).position.copy()
+    position[100:] = np.sign(position[100:])
+    for start in (states(world, position), states(world, -position)):
+        state = start
+        for _ in range(world.spec.episode_steps):
+            state = world.step(state, ways)
+        for features, seen in zip(world.features, world.observe(state), strict=True):
+            assert (seen >= [feature.low for feature in features]).all()
+            assert (seen <= [feature.high for feature in features]).all()
+            reached = np.abs(seen).max(axis=0) / [max(feature.high, 1e-9) for feature in features]
+            assert reached.max() > 0.95, "the ranges are far too wide"
+
+
+def test_added_velocity_is_the_agents_own():
+    plain, fast = find("physical-deception"), find("physical-deception,velocity=1")
+    state = drawn(plain, 30, seed=11)
+    for agent, (seen, more) in enumerate(zip(plain.observe(state), fast.observe(state), strict=True)):
+        assert more[:, :-2].tobytes() == seen.tobytes()
+        assert more[:, -2:].tobytes() == state.velocity[:, agent].astype(np.float32).tobytes()
+
+
+# --- measures and training aids
+
+
+def measured(world, course):
+    """{label: [batch]} of episodes given as the states after each step."""
+    found = world.values(course)
+    assert found.shape == (len(world.measures), len(course[0])) and found.dtype == np.float64
+    return dict(zip([measure.label for measure in world.measures], found, strict=True))
+
+
+def test_the_adversarys_distance_is_the_references(world, monkeypatch):
+    """The reference's benchmark data are squared distances; success compares the same numbers with 0.1."""
+    assert SQUARED_RADII == (0.1, 0.1**2)
+    reference = Reference(world)
+    state = world.start_from_seeds(range(200))
+    for seed in range(200):
+        reference.env.reset(seed=seed)
+        squared = float(reference.scenario.benchmark_data(reference.raw.agents[0], reference.raw))
+        monkeypatch.setattr(physical_deception, "SQUARED_RADII", (float(np.nextafter(squared, 9)), squared))
+        found = measured(world, [state[seed : seed + 1]])
+        assert found["adversaries success r=0.316"] == 1 and found["adversaries success r=0.1"] == 0
+
+
+def test_defenders_need_a_target_each_at_the_same_step(world):
+    position = np.zeros((2, 1, 5, 2))
+    position[..., 3, 0], position[..., 4, 0] = 1.0, -1.0  # landmarks
+    position[0, 0, 1, 0] = position[1, 0, 2, 0] = 1.0  # one defender at a time, at the same landmark
+    position[0, 0, 2, 0] = position[1, 0, 1, 0] = 1.0
+    both = [f"defenders success r={radius}" for radius in ("0.316", "0.1")]
+
+    def won(steps):
+        found = measured(world, [states(world, step) for step in steps])
+        return [found[label][0] for label in both]
+
+    assert won(position) == [0, 0]
+    position[1, 0, 1, 0] = -1.0
+    assert won(position) == [1, 1]
+    assert won(position[:1]) == [0, 0]
+    position[1, 0, 1, 0] = -1.2
+    assert won(position) == [1, 0]
+
+
+def test_one_position_may_not_serve_two_targets(world):
+    position = np.zeros((1, 5, 2))
+    position[:, 2, 0] = 9.0
+    assert measured(world, [states(world, position)])["defenders success r=0.316"] == 0
+
+
+@pytest.mark.parametrize("agents", [2, 3, 8])
+def test_navigations_measures_are_the_references(agents):
+    """D and collisions from mpe2's benchmark data; success by an assignment without a gap, step by step."""
+    world = find(f"{SPREAD},agents={agents}")
+    reference = Reference(world)
+    episodes = 6 if agents > 3 else 30
+    start = world.start_from_seeds(range(episodes))
+    found = play(world, [scripted(world)] * agents, start)
+    values = dict(zip([measure.label for measure in world.measures], found.values, strict=True))
+    successes = 0
+    for row in range(episodes):
+        distance, collisions, covered = [], [], dict.fromkeys(SQUARED_RADII, False)
+        for state in found.states[1:]:
+            reference.place(state[row : row + 1])
+            data = [reference.scenario.benchmark_data(agent, reference.raw) for agent in reference.raw.agents]
+            distance.append(data[0][2])
+            collisions += [one[1] for one in data]
+            gaps = state.position[row, :agents, None] - state.position[row, None, agents:]
+            squared = np.square(gaps).sum(axis=2)
+            for radius in SQUARED_RADII:
+                apart = squared >= radius
+                covered[radius] |= not apart[linear_sum_assignment(apart)].any()
+        assert values["agents D"][row] == pytest.approx(np.mean(distance), abs=1e-12)
+        assert values["agents collisions"][row] == pytest.approx(np.mean(collisions), abs=1e-12)
+        both = np.mean(distance) + np.mean(collisions)
+        assert values["agents D + collisions"][row] == pytest.approx(both, abs=1e-12)
+        for radius, label in zip(SQUARED_RADII, ("r=0.316", "r=0.1"), strict=True):
+            assert values[f"agents success {label}"][row] == (covered[radius] and not any(collisions))
+        successes += int(values["agents success r=0.1"][row])
+    assert 0 < successes < episodes or agents > 3
+    assert world.primary("agents").name == "D + collisions" and world.primary("agents").lower_is_better
+
+
+@pytest.mark.parametrize("agents", [3, 9, 24])
+def test_covering_asks_for_an_agent_each(agents):
+    """Whatever decides the matching: as many agents as targets, two targets that only one agent is near to."""
+    world = find(f"{SPREAD},agents={agents}")
+    places = np.stack([np.arange(agents) * 2.0, np.zeros(agents)], axis=1)
+    position = np.concatenate([places, places[::-1]])[None].copy()
+    labels = ["agents success r=0.316", "agents success r=0.1"]
+    assert [measured(world, [states(world, position)])[label][0] for label in labels] == [1, 1]
+    position[0, agents, 0] += 0.2  # within the larger radius only
+    assert [measured(world, [states(world, position)])[label][0] for label in labels] == [1, 0]
+    position[0, agents + 1] = position[0, agents] - [0.3, 0]  # two targets at one agent
+    assert [measured(world, [states(world, position)])[label][0] for label in labels] == [0, 0]
+    position = np.concatenate([places, places])[None].copy()
+    collided = position.copy()
+    collided[0, 0] = collided[0, 1]
+    course = [states(world, collided), states(world, position)]
+    assert [measured(world, course)[label][0] for label in labels] == [0, 0], "collided before"
+
+
+@pytest.mark.parametrize("name", TAGS)
+def test_touches_are_the_references(name):
+    world = find(name)
+    reference = Reference(world)
+    course = [drawn(world, 40, seed) for seed in (12, 13)]
+    wanted = np.zeros(40)
+    for state in course:
+        for row in range(40):
+            reference.place(state[row : row + 1])
+            predators = reference.scenario.adversaries(reference.raw)
+            wanted[row] += sum(reference.scenario.benchmark_data(agent, reference.raw) for agent in predators)
+    found = measured(world, course)
+    assert found[f"{PREDATORS} touches"].tolist() == found[f"{PREY} touches"].tolist() == wanted.tolist()
+    assert 0 in wanted and wanted.max() > 1
+    assert world.primary(PREY).lower_is_better and not world.primary(PREDATORS).lower_is_better
+
+
+def test_every_touch_and_the_way_out_are_paid_for():
+    """The reference's rewards at all prices of the border, and for two touches at once."""
+    world = find(TAG)
+    reference = Reference(world)
+    position = scattered(world, 8, seed=14).position
+    position[:, 2] = [[0.89, 0], [0.9, 0.95], [1.0, -1.0], [-1.5, 0.999], [2.0, 2.1], [-2.3, 0], [9, 9], [0, 0]]
+    position[7, :2] = [[0.05, 0], [-0.05, 0]]  # two predators at one prey
+    state = states(world, position)
+    for row in range(8):
+        reference.place(state[row : row + 1])
+        wanted = [reference.scenario.reward(agent, reference.raw) for agent in reference.raw.agents]
+        np.testing.assert_allclose(world.rewards(state)[row], wanted, rtol=0, atol=PROMISED)
+    assert world.rewards(state)[:, 2].tolist() == pytest.approx([0, -0.5, -2, -np.e - 0.99, -16.414070, -10, -20, -20])
+    assert world.rewards(state)[7, :2].tolist() == [20, 20]
+
+
+def test_shaping_written_out():
+    def gap(position, a, b):
+        return float(np.hypot(*(position[a] - position[b])))
+
+    world = find("predator-prey,predators=3")
+    state = drawn(world, 20, seed=15)
+    for found, at in zip(world.shaping(state), state.position, strict=True):
+        nearest = sum(min(gap(at, hunter, prey) for prey in (3, 4)) for hunter in range(3))
+        fled = [0.1 * sum(gap(at, hunter, prey) for hunter in range(3)) for prey in (3, 4)]
+        assert found.tolist() == pytest.approx([-0.1 * nearest] * 3 + fled)
+    world = find("physical-deception")
+    state = drawn(world, 20, seed=16)
+    for found, at in zip(world.shaping(state), state.position, strict=True):
+        term = -sum(min(gap(at, defender, target) for defender in (1, 2)) for target in (3, 4))
+        assert found.tolist() == pytest.approx([0, term, term])
+    world = find(SPREAD)
+    assert not world.shaping(drawn(world, 20, seed=17)).any()
+
+
+# --- batches
+
+
+@pytest.mark.parametrize("name", ["physical-deception", SPREAD, TAG])
+def test_thousands_of_games_at_once(name):
+    """A game in a batch takes the course that it takes alone."""
+    world = find(name)
+    state = world.start(5_000, np.random.default_rng(0))
+    acted = np.random.default_rng(1).integers(5, size=(5_000, len(world.agents)))
+    for _ in range(3):
+        before, state = state, world.step(state, acted)
+    for k in range(5):
+        single = world.step(before[k : k + 1], acted[k : k + 1])
+        assert single.position.tobytes() == state.position[k : k + 1].tobytes()
+        assert single.velocity.tobytes() == state.velocity[k : k + 1].tobytes()
+        assert world.rewards(single).tobytes() == world.rewards(state)[k : k + 1].tobytes()
+
+
+@pytest.mark.parametrize("name", ["physical-deception", SPREAD])
+def test_slices_and_joins_of_batches(name):
+    world = find(name)
+    state = drawn(world, 30, seed=18)
+    mask = np.arange(30) % 3 == 0
+    for rows in (slice(4, 9), mask, np.array([7, 3, 3]), slice(0, 0)):
+        part = state[rows]
+        assert len(part) == len(np.arange(30)[rows])
+        assert part.position.tobytes() == state.position[rows].tobytes()
+        assert part.velocity.tobytes() == state.velocity[rows].tobytes() and (part.goal == state.goal[rows]).all()
+        for seen, all_seen in zip(world.observe(part), world.observe(state), strict=True):
+            assert seen.tobytes() == all_seen[rows].tobytes()
+    again = WorldState.joined([state[:7], state[7:8], state[8:]])
+    for field in ("position", "velocity", "goal"):
+        assert getattr(again, field).tobytes() == getattr(state, field).tobytes()
+        assert getattr(again, field).shape == getattr(state, field).shape
+
+
+def test_a_step_leaves_the_state_before_it_alone():
+    for name in VARIANTS:
+        world = find(name)
+        state = drawn(world, 10, seed=19)
+        copy = states(world, state.position.copy(), state.velocity.copy(), state.goal.copy())
+        world.step(state, np.ones((10, len(world.agents)), dtype=np.int64))
+        world.observe(state), world.rewards(state), world.values([state]), world.shaping(state)
+        assert copy.position.tobytes() == state.position.tobytes()
+        assert copy.velocity.tobytes() == state.velocity.tobytes()
+
+
+# --- names and options
+
+
+@pytest.mark.parametrize("name", VARIANTS)
+def test_a_worlds_name_finds_it_again(name):
+    world = find(name)
+    again = find(world.name)
+    assert again.name == world.name
+    assert again.spec == world.spec and again.features == world.features and again.actions == world.actions
+    assert dict(again.teams) == dict(world.teams) and again.measures == world.measures
+    assert [world.team_of(agent) for agent in world.agents] == [
+        team for team, members in world.teams.items() for _ in members
+    ]
+
+
+def test_defaults_leave_the_name_alone():
+    usual = "predator-prey,predators=2,prey=2,obstacles=2,observation=paper"
+    assert find(usual).name == "predator-prey" and dict(find(usual).spec.options) == {}
+    assert find("physical-deception,defenders=2,velocity=0").name == "physical-deception"
+    assert find(f"{SPREAD},agents=3").name == SPREAD
+    assert find("predator-prey,prey=1").name == "predator-prey,prey=1"
+    assert len(find("predator-prey,prey=1").agents) == 3
+    assert find("predator-prey,predators=24,prey=24,obstacles=24").name.count("24") == 3
+
+
+@pytest.mark.parametrize("agents", [1, 2, 6, 24])
+def test_any_number_of_agents(agents):
+    for name in (f"{SPREAD},agents={agents}", f"predator-prey,predators={agents},prey={agents}"):
+        world = find(name)
+        state = world.start(2, np.random.default_rng(0))
+        state = world.step(state, np.ones((2, len(world.agents)), dtype=np.int64))
+        assert world.rewards(state).shape == (2, len(world.agents))
+        widths = [seen.shape[1] for seen in world.observe(state)]
+        assert widths == [len(features) for features in world.features]
+        assert np.isfinite(world.values([state])).all()
+        names = [feature.name for features in world.features for feature in features]
+        assert max(map(len, names)) <= 64 and len(set(world.features[0])) == len(world.features[0])
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("physical-decepton", "did you mean 'physical-deception'"),
+        ("", "unknown world"),
+        ("predator-prey,pray=1", "did you mean 'prey'"),
+        ("predator-prey,agents=2", "unknown option 'agents'"),
+        ("predator-prey,", "unknown option ''"),
+        ("predator-prey,observation=papper", "did you mean 'paper'"),
+    ],
+)
+def test_unknown_names(name, message):
+    with pytest.raises(UnknownNameError, match=message):
+        find(name)
+
+
+@pytest.mark.parametrize(
+    "choice",
+    ["prey", "prey=", "prey=0", "prey=25", "prey=-1", "prey=1.5", "prey=two", "prey=²", "prey=1e1", "obstacles=-1",
+     "obstacles=25", "prey=" + "9" * 5_000],
+)  # fmt: skip
+def test_bad_values(choice):
+    with pytest.raises(InputError, match=r"option (prey|obstacles) (is|has)"):
+        find(f"predator-prey,{choice}")
+
+
+def test_a_switch_is_on_or_off():
+    with pytest.raises(InputError, match="from 0 to 1"):
+        find("physical-deception,velocity=2")
+
+
+def test_contacts_are_in_the_spec():
+    """What a profile says about its world is what the simulator does: no force in the spec, no contact."""
+    world = find(SPREAD)
+    state = drawn(world, 30, seed=20)
+    acted = np.zeros((30, 3), dtype=np.int64)
+    assert (overlaps(world, state) < 0).any()
+    world.spec = replace(world.spec, contact_force=0.0)
+    np.testing.assert_array_equal(world.step(state, acted).velocity, state.velocity * 0.75)

@@ -1,0 +1,109 @@
+"""Imports: no circle of modules, hidden ones included; what is imported is declared."""
+
+import ast
+import re
+import sys
+import tomllib
+from functools import cache
+from graphlib import CycleError, TopologicalSorter
+from importlib import metadata
+from pathlib import Path
+
+import grimp
+import pytest
+
+ROOT = Path(__file__).parent.parent
+PACKAGES = ("codegen", "maviper", "verify")
+VERBS = ("maviper", "maviper.__main__", "maviper.cli")  # load what they do when they are called
+HEAVY = {"joblib", "matplotlib", "mpe2", "scipy", "sklearn", "torch", "z3"}
+EXTRAS = {"matplotlib", "onnx", "onnxruntime", "torch"}  # asked for where they are missing
+
+
+@cache
+def graph():
+    """All imports but those for types, in functions too."""
+    return grimp.build_graph(*PACKAGES, include_external_packages=True, exclude_type_checking_imports=True)
+
+
+def modules():
+    for package in PACKAGES:
+        for path in sorted((ROOT / package).rglob("*.py")):
+            name = ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
+            yield name, ast.parse(path.read_text())
+
+
+def imported(node):
+    """The modules that a statement may import."""
+    if isinstance(node, ast.Import):
+        return [alias.name for alias in node.names]
+    if isinstance(node, ast.ImportFrom) and node.module:
+        return [node.module, *(f"{node.module}.{alias.name}" for alias in node.names)]
+    return []
+
+
+def circle(imports):
+    """A circle in name -> names, or none."""
+    try:
+        TopologicalSorter(imports).prepare()
+    except CycleError as error:
+        return error.args[1]
+    return None
+
+
+def test_no_circle_of_modules():
+    found = graph()
+    # the verbs of the package itself lead everywhere
+    names = {name for name in found.modules if name.split(".")[0] in PACKAGES} - {"maviper"}
+    imports = {name: found.find_modules_directly_imported_by(name) & names for name in names}
+    assert sum(map(len, imports.values())) > 500 and circle(imports) is None
+
+
+def test_a_circle_is_found():
+    assert circle({"a": {"b"}, "b": {"c"}, "c": {"a"}}) and circle({"a": {"b"}, "b": {"c"}}) is None
+
+
+def in_functions(tree):
+    functions = [node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)]
+    return {id(node): node for each in functions for node in ast.walk(each)}
+
+
+@cache
+def at_once():
+    """What each module imports when it is imported itself, without what its functions import."""
+    found = {}
+    for name, tree in modules():
+        hidden = in_functions(tree)
+        nodes = [node for node in ast.walk(tree) if id(node) not in hidden]
+        found[name] = {target for node in nodes for target in imported(node)}
+    return found
+
+
+def loaded(name):
+    """Everything that comes with a module."""
+    found, open_ = set(), [name]
+    while open_:
+        new = at_once().get(open_.pop(), set()) - found
+        found |= new
+        open_ += new
+    return found
+
+
+@pytest.mark.parametrize(("name", "tree"), list(modules()), ids=lambda item: item if isinstance(item, str) else "")
+def test_functions_import_only_what_is_heavy(name, tree):
+    if name in VERBS or name.startswith("maviper.cli."):
+        return
+    for node in in_functions(tree).values():
+        for target in set(imported(node)) & at_once().keys():
+            if isinstance(node, ast.ImportFrom) and any(f"{target}.{each.name}" in at_once() for each in node.names):
+                continue  # the package of what is imported
+            heavy = HEAVY & {each.split(".")[0] for each in loaded(target)}
+            assert heavy, f"{name} imports {target} in a function, which hides it and saves nothing"
+
+
+def test_what_is_imported_is_declared():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    declared = {re.split(r"[^\w.-]", line)[0].lower() for line in project["dependencies"]}
+    distributions = metadata.packages_distributions()
+    asked = {target.split(".")[0] for _, tree in modules() for node in ast.walk(tree) for target in imported(node)}
+    for module in asked - sys.stdlib_module_names - set(PACKAGES) - EXTRAS:
+        assert declared & {name.lower() for name in distributions[module]}, f"{module} is imported and not declared"

@@ -1,0 +1,117 @@
+"""Machine thresholds of the zone engine: against the roundings and the solver's encoder, at each tie."""
+
+import ast
+import math
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+from codegen import ir
+from codegen.errors import InputError
+from codegen.observe import observe
+from maviper.worlds import find
+from tests.faults import sharp_pairs
+from tests.strategies import FLOAT32
+from tests.verify.solver.test_encode import meanings
+from verify.checker import thresholds
+from verify.checker.thresholds import rounded_once, rounded_twice, sides
+from verify.claims import formula
+from verify.claims.region import MACHINE, REAL
+from verify.solver import encode
+
+WORLD = find("physical-deception").spec
+NORMAL = FLOAT32.filter(lambda value: value == 0 or abs(value) >= 2.0**-126)
+EDGES = [
+    0.0,
+    -0.0,
+    1.0,
+    -1.0,
+    0.5,
+    -2.0,
+    0.1,
+    -0.7,
+    2.0**-126,
+    -(2.0**-126),
+    2.0**127,
+    -(2.0**127),
+    3.4028234663852886e38,
+]
+
+
+def spec(meaning):
+    return ir.FeatureSpec("f", "none", -2.0, 2.0, meaning)
+
+
+@given(st.one_of(NORMAL, st.sampled_from(EDGES)))
+def test_the_two_implementations_agree(threshold):
+    threshold = float(np.float32(threshold))
+    for ours, theirs in ((rounded_once, encode.last_double), (rounded_twice, encode.half_line)):
+        end = ours(threshold)
+        assert (end.value(), end.strict) == tuple(theirs(threshold))
+
+
+@given(st.integers(-140, 120), st.integers(-2, 2), st.sampled_from([-1.0, 1.0]))
+def test_they_agree_around_powers_of_two(power, steps, sign):
+    threshold = np.float32(sign * 2.0**power)
+    for _ in range(abs(steps)):
+        threshold = np.nextafter(threshold, np.float32(math.copysign(math.inf, steps)))
+    assume(np.isfinite(threshold) and (threshold == 0 or abs(threshold) >= 2.0**-126))
+    end = rounded_twice(float(threshold))
+    assert (end.value(), end.strict) == tuple(encode.half_line(float(threshold)))
+    end = rounded_once(float(threshold))
+    assert (end.value(), end.strict) == tuple(encode.last_double(float(threshold)))
+
+
+def test_no_code_is_shared():
+    tree = ast.parse(Path(thresholds.__file__).read_text())
+    modules = {node.module for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)}
+    assert "verify.solver.encode" not in modules and "z3" not in modules
+
+
+def left_of(meaning, threshold, position):
+    """What the machine does: observe, round, compare."""
+    names = WORLD.coordinates()
+    row = np.array([[position.get(name, 0.0) for name in names]])
+    return bool(observe((spec(meaning),), row, WORLD)[0, 0] <= np.float32(threshold))
+
+
+@pytest.mark.parametrize(
+    "threshold", [0.1, float(np.nextafter(np.float32(0.1), np.float32(1))), 0.0, -0.7, 0.5, -1.0, 1.0]
+)
+@pytest.mark.parametrize("kind", range(14))
+def test_sides_are_what_the_machine_does_at_and_beside_every_tie(kind, threshold):
+    meaning = meanings("agent_0")[kind]
+    left, right = sides(spec(meaning), float(np.float32(threshold)))
+    seen = set()
+    for end, base in sharp_pairs(float(np.float32(threshold))):
+        for first, second in ((end, base), (base, end), (base, base)):
+            names = [name for _, name in meaning.terms]
+            position = dict(zip(names, (first, second), strict=False))
+            if len(names) == 1:
+                position = {names[0]: end * meaning.terms[0][0]}
+            at = {name: Fraction(position.get(name, 0.0)) for name in WORLD.coordinates()}
+            machine = left_of(meaning, threshold, position)
+            assert formula.holds(left, at, {}) == machine
+            assert formula.holds(right, at, {}) != machine
+            seen.add(machine)
+    constant = not meaning.terms or (meaning.function and not -1 <= threshold < 1)
+    assert len(seen) == 2 or constant or meaning.function
+
+
+def test_real_semantics_takes_the_threshold_as_it_is():
+    meaning = meanings("agent_0")[1]
+    threshold = float(np.float32(0.1))
+    left, _ = sides(spec(meaning), threshold, REAL)
+    assert left.bound == Fraction(threshold) and not left.strict
+    assert sides(spec(meaning), threshold, MACHINE)[0].bound != left.bound
+
+
+def test_sums_of_three_and_features_without_meaning_are_refused():
+    three = ir.Meaning(((1, "agent_0.x"), (-1, "agent_1.x"), (1, "goal.x")))
+    for meaning in (three, None):
+        with pytest.raises(InputError, match="not a coordinate or a difference"):
+            sides(spec(meaning), 0.0)

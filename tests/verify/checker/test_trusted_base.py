@@ -1,0 +1,56 @@
+"""The trusted base: what README and reports list is what the checker imports, and is as large as is said."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from verify.checker import certificates
+from verify.reports import trusted
+
+ROOT = Path(__file__).parents[3]
+README = Path(certificates.__file__).with_name("README.md")
+ROW = re.compile(r"^\| `([\w/]+)\.py` \| (\d+) \| (yes|) \| (.+) \|$", re.MULTILINE)
+
+
+def imported(module):
+    """The modules of ours that one imports, directly or not; packages, which are docstrings, aside."""
+    code = (
+        f"import sys, {module}; ours = {{n: m for n, m in sys.modules.items() if n.split('.')[0] in"
+        " ('codegen', 'maviper', 'verify')}; print(*(n for n, m in ours.items() if not hasattr(m, '__path__')))"
+    )
+    found = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
+    return set(found.stdout.split())
+
+
+@pytest.mark.parametrize(
+    ("module", "base"),
+    [
+        ("verify.checker.certificates", trusted.DECISIONS),
+        ("verify.checker.episode_certificates", trusted.EPISODES),
+        ("verify.states.state", trusted.REFEREE),
+    ],
+)
+def test_reports_name_what_the_accept_path_imports(module, base):
+    assert imported(module) == set(trusted.modules(base))
+
+
+def test_the_readme_lists_the_trusted_base_and_its_sizes():
+    rows = ROW.findall(README.read_text())
+    listed = {path.replace("/", "."): (int(size), decisions == "yes") for path, size, decisions, _ in rows}
+    assert set(listed) == imported("verify.checker.episode_certificates") and len(rows) == len(listed)
+    assert {name for name, (_, decisions) in listed.items() if decisions} == set(trusted.modules(trusted.DECISIONS))
+    sizes = {name: len((ROOT / f"{name.replace('.', '/')}.py").read_text().splitlines()) for name in listed}
+    for name, (said, _) in listed.items():
+        assert abs(said - sizes[name]) <= sizes[name] / 10, (name, said, sizes[name])
+    total = re.search(r"Lines in all: about ([\d,]+)\.", README.read_text())
+    assert total is not None
+    assert abs(int(total.group(1).replace(",", "")) - sum(sizes.values())) <= sum(sizes.values()) / 10
+
+
+def test_packages_of_the_trusted_base_are_empty():
+    for name in ("codegen", "verify", "verify.checker", "verify.claims", "verify.states"):
+        lines = (ROOT / name.replace(".", "/") / "__init__.py").read_text().splitlines()
+        assert lines[0].startswith('"""') and lines[-1] == '"""', name

@@ -1,0 +1,137 @@
+"""Built-in properties: their formulas say what their definitions say, for actions and states of every kind."""
+
+from fractions import Fraction
+from itertools import permutations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from codegen.check import check
+from codegen.errors import InputError, UnknownNameError
+from tests.teams import team, towards
+from verify.claims.decisions import PLAIN, DecisionClaim, find_property, formula, sentence
+from verify.claims.formula import FALSE, TRUE, And, Batch, Linear, Not, Or, below, holds, negated, normal
+from verify.claims.formula import given as once
+from verify.claims.region import everywhere, observed_velocities
+from verify.states.state import batch, sample
+
+TEAM = "defenders"
+AGENTS = ("agent_0", "agent_1")
+MARKS = ("landmark_0", "landmark_1")
+EIGHTHS = st.integers(-16, 16).map(lambda n: Fraction(n, 8))
+NAMES = [f"{name}.{axis}" for name in AGENTS + MARKS for axis in "xy"]
+STATES = st.fixed_dictionaries(dict.fromkeys(NAMES, EIGHTHS))
+ACTIONS = st.fixed_dictionaries({agent: st.integers(0, 4) for agent in AGENTS})
+CLAIMS = st.sampled_from([DecisionClaim(name, TEAM, margin=margin) for name in PLAIN for margin in (0, Fraction(1, 4))])
+
+
+def defined(profile, claim, at, actions):
+    """The definitions, computed with numbers instead of formulas."""
+    effects = {p.agent: [tuple(map(Fraction, a.effect)) for a in p.actions] for p in profile.team(TEAM)}
+
+    def off(agent, mark):
+        return [at[f"{mark}.{axis}"] - at[f"{agent}.{axis}"] for axis in "xy"]
+
+    def ahead(agent, mark):
+        return sum(u * d for u, d in zip(effects[agent][actions[agent]], off(agent, mark), strict=True))
+
+    def sideways(agent, mark):
+        (ux, uy), (dx, dy) = effects[agent][actions[agent]], off(agent, mark)
+        return abs(ux * dy - uy * dx)
+
+    def close(agent, mark):
+        return ahead(agent, mark) > claim.margin
+
+    def near(agent, mark):
+        return max(map(abs, off(agent, mark))) <= claim.radius
+
+    def busy(agent, mark):
+        return close(agent, mark) or near(agent, mark)
+
+    def straight(agent, mark):
+        return near(agent, mark) or (close(agent, mark) and ahead(agent, mark) >= claim.kappa * sideways(agent, mark))
+
+    def length(match):
+        return sum(sum(map(abs, off(agent, mark))) for agent, mark in zip(AGENTS, match, strict=True))
+
+    matchings = list(permutations(MARKS))
+    shortest = min(map(length, matchings))
+    sole = [{mark for mark in MARKS if close(agent, mark)} for agent in AGENTS]
+    return {
+        "distinct_targets": any(all(map(busy, AGENTS, match)) for match in matchings),
+        "own_target": all(map(busy, AGENTS, MARKS)),
+        "no_double": not (len(sole[0]) == 1 and sole[0] == sole[1]),
+        "aligned": any(all(map(straight, AGENTS, match)) for match in matchings),
+        "assignment": any(all(map(busy, AGENTS, match)) for match in matchings if length(match) == shortest),
+    }[claim.name]
+
+
+@given(CLAIMS, STATES, ACTIONS)
+def test_formulas_say_what_definitions_say(profile, claim, at, actions):
+    stated = formula(profile, claim)
+    wanted = defined(profile, claim, at, actions)
+    assert holds(stated, at, actions) is wanted
+    assert holds(negated(stated), at, actions) is not wanted
+    assert holds(once(stated, actions), at, {}) is wanted
+    columns = {name: np.array([float(value)]) for name, value in at.items()}
+    chosen = {agent: np.array([action]) for agent, action in actions.items()}
+    assert bool(Batch(columns, 1).holds(stated, chosen)[0]) is wanted  # eighths are exact in float64
+
+
+def test_fixed_roles_keep_their_own_target_everywhere(profile):
+    roles = team(profile, towards(1, 0), towards(0, 1))
+    states, _ = sample(everywhere(profile), profile.world, 5_000, 0)
+    from verify.states.state import chosen
+
+    actions = {p.agent: chosen(p, states, profile.world) for p in roles.team(TEAM)}
+    swapped = find_property("own_target", roles, landmarks=("landmark_1", "landmark_0"))
+    assert batch(states, profile.world).holds(formula(roles, swapped), actions).all()
+    straight = find_property("own_target", roles)
+    assert not batch(states, profile.world).holds(formula(roles, straight), actions).all()
+
+
+def test_formulas_simplify_and_negate():
+    atom = Linear(((Fraction(1), "a.x"),), Fraction(1))
+    assert below({"a.x": 0}, 0) == TRUE and below({}, 0, strict=True) == FALSE
+    assert normal(Not(Not(atom))) == atom
+    assert negated(And((atom, Or(())))) == TRUE
+    assert negated(atom) == Linear(((Fraction(-1), "a.x"),), Fraction(-1), strict=True)
+
+
+def test_landmarks_of_own_target_are_checked(profile):
+    with pytest.raises(UnknownNameError, match="landmark_2"):
+        find_property("own_target", profile, landmarks=("landmark_0", "landmark_2"))
+    with pytest.raises(InputError, match="different landmark"):
+        find_property("own_target", profile, landmarks=("landmark_0", "landmark_0"))
+    assert "fixed landmark" in sentence(find_property("own_target", profile))
+
+
+def test_observed_velocities_are_bounded_by_what_actions_can_cause(profile):
+    from maviper.worlds import find
+
+    assert observed_velocities(profile) == () and all(not name.endswith("v.x") for name in everywhere(profile).box)
+    spec = find("cooperative-navigation").spec
+    from verify.claims.region import start_region
+
+    region = start_region(spec, ("agent_0.vx",))
+    terminal = Fraction(5) * Fraction(0.1) / Fraction(0.25)
+    assert region.box["agent_0.vx"] == (-terminal, terminal)
+
+
+def test_no_double_needs_two(profile):
+    with pytest.raises(InputError, match="two or more"):
+        formula(profile, DecisionClaim("no_double", "adversaries"))
+
+
+def test_without_damping_nothing_bounds_a_velocity(profile):
+    from dataclasses import replace
+
+    from verify.claims.region import start_region
+
+    still = replace(profile.world, damping=0.0)
+    with pytest.raises(InputError, match="no damping"):
+        start_region(still, ("agent_0.vx",))
+    broken = replace(profile, world=replace(profile.world, damping=-0.5))
+    assert any("damping" in item.path for item in check(broken))

@@ -1,0 +1,567 @@
+"""Certificates about episodes: made for what zones prove, read back, and what their checker refuses."""
+
+import ast
+import subprocess
+import sys
+from dataclasses import replace
+from fractions import Fraction
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from codegen import ir
+from codegen.errors import InputError
+from codegen.lowering.deploy import deployed
+from codegen.policy_json import content_hash
+from maviper import load
+from tests.episode_cases import arriving, on_lattice
+from tests.strategies import grown_trees, with_trees
+from tests.teams import DOWN, LEFT, RIGHT, STAY, UP, team, towards, tree
+from verify.checker import episode_reading, episodes
+from verify.checker.certificates import numbers
+from verify.checker.episode_certificates import accepted, from_json, to_json
+from verify.checker.episode_reading import CLAIM, Episode, Part, matchings
+from verify.checker.reading import RejectedError
+from verify.claims.episode_properties import find_claim
+from verify.claims.region import Region, Verdict, everywhere, start_region
+from verify.episodes.certificates import LeftOpenError, NoCertificateError, made
+from verify.episodes.composition import Decision, decide
+from verify.episodes.proof import Prover
+from verify.question import Question
+from verify.states.episodes import at_rest, fulfilled, play
+from verify.states.state import sample
+from verify.verdicts.episodes import verify_episodes
+
+pytestmark = pytest.mark.solver
+
+AXES = "xy"
+BOTH = ("agent_0", "agent_1")
+ENTITIES = (*BOTH, "landmark_0", "landmark_1")
+
+
+def centred(profile, half, middles, goals=None):
+    """A region of boxes of half the side `half` around middles {entity: (x, y)}; others are anywhere."""
+    start = start_region(profile.world)
+    box = dict(start.box)
+    for name, place in middles.items():
+        for axis, middle in zip(AXES, place, strict=True):
+            box[f"{name}.{axis}"] = (Fraction(str(middle)) - half, Fraction(str(middle)) + half)
+    return Region(box, start.goals if goals is None else goals)
+
+
+def random_middles(seed, most=0.5):
+    rng = np.random.default_rng(seed)
+    return {name: tuple(round(float(v), 2) for v in rng.uniform(-most, most, 2)) for name in ENTITIES}
+
+
+def random_pair(profile, first, second, ties=False):
+    trees = [on_lattice(deployed(grown)) if ties else deployed(grown) for grown in (first, second)]
+    assume(all(not (np.abs(each.threshold[each.threshold != 0]) < 2.0**-126).any() for each in trees))
+    return with_trees({"agent_0": trees[0], "agent_1": trees[1]}, profile)
+
+
+def failures(profile, claim, region, count, seed=0, lattice=None):
+    """How many sampled starts of a region fail the claim."""
+    coordinates, _ = sample(at_rest(region), profile.world, count, seed)
+    if lattice:
+        coordinates = np.round(coordinates / lattice) * lattice
+    return int((~fulfilled(profile, claim, play(profile, coordinates, claim.steps)[0])).sum())
+
+
+def certified(profile, claim, region):
+    found = decide(Question(profile, claim, region))
+    assert found.verdict is Verdict.PROVED, found
+    return made(Question(profile, claim, region), found.parts)
+
+
+@pytest.fixture(scope="module")
+def arrivers(profile):
+    return team(profile, arriving(0), arriving(1))
+
+
+@pytest.fixture(scope="module")
+def proved(arrivers):
+    """A claim about the whole start box and its certificate."""
+    return certified(arrivers, find_claim("reaches", arrivers), everywhere(arrivers))
+
+
+# --- the checker
+
+
+def test_the_checker_is_small_and_shares_nothing_with_the_engine():
+    assert len(Path(episodes.__file__).read_text().splitlines()) <= 140
+    ours = ("episode_reading", "episodes", "reading", "thresholds")
+    claims = ("episodes", "formula", "region")
+    trusted = {
+        "codegen.ir",
+        *(f"verify.checker.{name}" for name in ours),
+        *(f"verify.claims.{name}" for name in claims),
+    }
+    for module in (episodes, episode_reading):
+        body = ast.parse(Path(module.__file__).read_text()).body  # what is only imported for types stands below `if`
+        imported = {node.module for node in body if isinstance(node, ast.ImportFrom)}
+        assert {name for name in imported if name.split(".")[0] in ("verify", "codegen")} <= trusted
+    code = (
+        "import sys, verify.checker.episodes; ours = {n for n in sys.modules if n.split('.')[0] in ('verify', 'z3')};"
+        "print(sorted(ours - {'verify', 'verify.checker', 'verify.claims', *sys.argv[1:]}))"
+    )
+    found = subprocess.run([sys.executable, "-c", code, *trusted], capture_output=True, text=True, check=True)
+    assert found.stdout.strip() == "[]"
+
+
+def possible(episode, node, start, now):
+    """The ends of a question that a start may come to, as its answers say."""
+    if isinstance(node, int):
+        return {node}
+    found = set()
+    for side in node:
+        upper, lower, most = episode.bound(side, now)
+        if (start[upper] - start[lower]) * unit(episode) <= most + 1:  # strict bounds are one less
+            found |= possible(episode, side.child, start, now)
+    return found
+
+
+def unit(episode):
+    return episode.unit * episode_reading.GRID
+
+
+@settings(max_examples=25)
+@given(grown_trees(max_depth=3), grown_trees(max_depth=3), st.integers(0, 9), st.booleans(), st.booleans())
+def test_what_the_machine_does_is_always_among_the_answers(profile, first, second, steps, ties, alone):
+    """Each choice of played episodes, and whether an agent is near, for starts of which thresholds may tie."""
+    random = random_pair(profile, first, second, ties)
+    claim = find_claim("reaches", random, steps=steps)
+    coordinates, goals = sample(at_rest(everywhere(random)), random.world, 20, steps)
+    coordinates = np.round(coordinates * 8) / 8 if ties else coordinates
+    names = random.world.coordinates()
+    for axis in AXES:
+        marks = np.array([names.index(f"landmark_{number}.{axis}") for number in range(2)])
+        coordinates[:, names.index(f"goal.{axis}")] = coordinates[np.arange(len(coordinates)), marks[goals]]
+    course, actions = play(random, coordinates, steps)
+    followed = BOTH[:1] if alone else BOTH
+    pair = ("agent_0", "landmark_0")
+    for goal in (0, 1):
+        episode = Episode(random, claim, everywhere(random), f"landmark_{goal}", followed, [(pair,)])
+        for row in np.flatnonzero(goals == goal):
+            exact = [Fraction(float(coordinates[row, names.index(name)])) for name in episode.names[1 : episode.nodes]]
+            start, now = [Fraction(0), *exact], episode.start
+            for step in range(steps + 1):
+                ends = [
+                    [Fraction(float(course[step, row, names.index(f"{one}.{axis}")])) for one in pair] for axis in AXES
+                ]
+                near = all(abs(a - b) <= claim.radius for a, b in ends)
+                assert near or episode_reading.AWAY in possible(episode, episode.claim, start, now)
+                if step == steps:
+                    break
+                chosen = tuple(int(actions[step, row, random.world.agents.index(_agent(random, a))]) for a in followed)
+                for asked, action in zip(episode.trees, chosen, strict=True):
+                    assert action in possible(episode, asked, start, now)
+                now = episode._later(now, chosen)
+
+
+def _agent(profile, name):
+    return next(entity for entity in profile.world.agents if entity.name == name)
+
+
+@settings(max_examples=25)
+@given(
+    grown_trees(max_depth=3), grown_trees(max_depth=3), st.integers(0, 12), st.integers(0, 3), st.sampled_from([3, 30])
+)
+def test_proofs_are_found_for_what_zones_prove_and_only_for_what_holds(profile, first, second, steps, seed, side):
+    random = random_pair(profile, first, second)
+    region = centred(random, Fraction(1, side), random_middles(seed))
+    for name in ("reaches", "covers"):
+        claim = find_claim(name, random, steps=steps)
+        decided = decide(Question(random, replace(claim, zones=20_000), region))
+        if decided.verdict is Verdict.PROVED:
+            certificate = made(Question(random, claim, region), decided.parts)
+            assert from_json(to_json(certificate)) == certificate
+            assert accepted(certificate, random) > 0
+        whole = [Part("", "", "", BOTH, b"")]
+        try:  # also without asking the zones first
+            certificate = made(Question(random, claim, region), whole, 20_000)
+        except NoCertificateError:
+            continue
+        assert accepted(certificate, random) > 0
+        assert failures(random, claim, region, 2_000, seed) == 0
+        assert failures(random, claim, region, 500, seed, 0.125) == 0 or side == 30
+
+
+def test_a_certificate_comes_back_and_is_accepted(arrivers, proved):
+    text = to_json(proved)
+    assert to_json(from_json(text)) == text
+    assert from_json(text) == proved and accepted(proved, arrivers) > 10_000
+    assert [part.followed for part in proved.parts] == [("agent_0",), ("agent_1",)]
+    result = verify_episodes(Question(arrivers, proved.claim, everywhere(arrivers)), {})
+    assert result.certificate == proved and result.branches == accepted(proved, arrivers)
+
+
+def test_teams_that_need_a_matching_or_each_other(profile):
+    """One proof of the team where no single matching fits, and one that follows both agents."""
+    still = team(profile, tree(STAY), tree(STAY))
+    box = {name: (Fraction(0), Fraction(0)) for name in start_region(profile.world).box}
+    box |= {f"agent_{number}.x": (Fraction(side, 4),) * 2 for number, side in enumerate((-1, 1))}
+    box |= {f"landmark_{number}.x": (Fraction(-3, 10), Fraction(3, 10)) for number in range(2)}
+    shared = Region(box, ("landmark_0",), (), (("landmark_0", "landmark_1", Fraction(1, 2)),))
+    certificate = certified(still, find_claim("covers", still), shared)
+    assert [part.agent for part in certificate.parts] == [""] and accepted(certificate, still) > 0
+
+    pair = team(profile, tree((8, 0.25, 1, 2), RIGHT, STAY), tree(LEFT))
+    places = {"agent_0": (0, 0), "agent_1": (1, 0), "landmark_0": (0.5, 0), "landmark_1": (0.5, 0)}
+    region = centred(pair, Fraction(1, 100), places)
+    certificate = certified(pair, find_claim("reaches", pair, steps=15, radius=Fraction(1, 5)), region)
+    assert [part.followed for part in certificate.parts] == [BOTH, ("agent_1",)]
+    assert accepted(certificate, pair) > 0
+    alone = replace(certificate.parts[0], followed=BOTH[:1])
+    with pytest.raises(RejectedError):
+        accepted(replace(certificate, parts=(alone, certificate.parts[1])), pair)
+
+
+def test_goals_that_are_read_have_proofs_of_their_own(profile):
+    seeker = team(profile, tree((0, 0.0, 1, 2), LEFT, RIGHT), tree(STAY))
+    places = {"agent_0": (0, 0), "landmark_0": (0.8, 0), "agent_1": (0.75, 0), "landmark_1": (0.75, 0)}
+    region = centred(seeker, Fraction(1, 100), places)
+    claim = find_claim("reaches", seeker, steps=10)
+    certificate = certified(seeker, claim, region)
+    assert accepted(certificate, seeker) > 0
+    assert {part.goal for part in certificate.parts if part.agent == "agent_0"} == {"landmark_0", "landmark_1"}
+    one = tuple(part for part in certificate.parts if part.goal != "landmark_1")
+    with pytest.raises(RejectedError, match="goal landmark_1"):
+        accepted(replace(certificate, parts=one), seeker)
+    forall = tuple(replace(part, goal="") for part in one)
+    with pytest.raises(RejectedError):
+        accepted(replace(certificate, parts=forall), seeker)
+
+
+def test_the_committed_defenders_arrive_from_a_quarter_of_the_start_box():
+    committed = load(Path(__file__).parents[3] / "generated" / "proved_defenders" / "profile.json")
+    box = {name: (low / 4, high / 4) for name, (low, high) in everywhere(committed).box.items()}
+    region = Region(box, committed.world.goals)
+    certificate = certified(committed, find_claim("reaches", committed), region)
+    assert accepted(certificate, committed) > 2_000 and {part.goal for part in certificate.parts} == {""}
+
+
+# --- mutations
+
+
+def tight(profile):
+    """Claims that just hold: (profile, certificate)."""
+    walker = team(profile, tree((2, -0.05, 1, 2), LEFT, (2, 0.05, 3, 4), STAY, RIGHT), tree(STAY))
+    places = {"agent_0": (0, 0), "landmark_0": (0.9, 0), "agent_1": (0, 0), "landmark_1": (0, 0)}
+    region = centred(walker, Fraction(1, 50), places)
+    reach = next(steps for steps in range(25) if _holds(walker, "reaches", steps, region))
+    found = [(walker, certified(walker, find_claim("reaches", walker, steps=reach), region))]
+    arrivers = team(profile, arriving(0), arriving(1))
+    near = centred(arrivers, Fraction(1, 20), random_middles(2, 0.9), ("landmark_0",))
+    for name in ("reaches", "covers"):
+        steps = next(steps for steps in range(26) if _holds(arrivers, name, steps, near))
+        found.append((arrivers, certified(arrivers, find_claim(name, arrivers, steps=steps), near)))
+    return found
+
+
+def _holds(profile, name, steps, region):
+    return decide(Question(profile, find_claim(name, profile, steps=steps), region)).verdict is Verdict.PROVED
+
+
+def stands(certificate, profile):
+    """Whether a certificate of any content, its hashes made to fit, is accepted."""
+    certificate = replace(certificate, profile=content_hash(profile))
+    try:
+        return accepted(from_json(to_json(certificate)), profile) >= 0
+    except (RejectedError, InputError):
+        return False
+
+
+def mutated(rng, profile, certificate):
+    """A random change of what a certificate is about, or of its proof."""
+    kind, claim, region = rng.integers(9), certificate.claim, certificate.region
+    if kind == 0:  # a threshold or an action of a tree
+        agent = f"agent_{rng.integers(2)}"
+        grown = profile.policy(agent).tree
+        place = int(rng.integers(len(grown.feature)))
+        if grown.feature[place] == ir.NO_FEATURE:
+            action = grown.action.copy()
+            action[place] = rng.integers(5)
+            grown = replace(grown, action=action)
+        else:
+            threshold = grown.threshold.copy()
+            threshold[place] += np.float32(rng.choice([-0.3, -0.02, 0.02, 0.3]))
+            grown = replace(grown, threshold=threshold)
+        return with_trees({agent: grown}, profile), certificate
+    if kind == 1:
+        world = replace(profile.world, **rng.choice([{"damping": 0.3}, {"dt": 0.09}, {"damping": 0.2}]))
+        return replace(profile, world=world), certificate
+    if kind == 2:
+        entities = tuple(replace(one, force=one.force * 0.9) for one in profile.world.agents)
+        return replace(profile, world=replace(profile.world, agents=entities)), certificate
+    if kind == 3:
+        radius = claim.radius * Fraction(int(rng.integers(10, 20)), 20)
+        return profile, replace(certificate, claim=replace(claim, radius=radius))
+    if kind == 4:
+        steps = max(0, claim.steps + int(rng.choice([-2, -1, 1, 2])))
+        return profile, replace(certificate, claim=replace(claim, steps=steps))
+    if kind == 5:
+        name = str(rng.choice([name for name in region.box if name.split(".")[0] in ENTITIES]))
+        low, high = region.box[name]
+        wide = {name: (low - Fraction(int(rng.integers(3)), 10), high + Fraction(int(rng.integers(3)), 10))}
+        return profile, replace(certificate, region=replace(region, box={**region.box, **wide}))
+    if kind == 6:
+        parts = [replace(one, landmark={"landmark_0": "landmark_1"}.get(one.landmark, "landmark_0"))
+                 for one in certificate.parts]  # fmt: skip
+        crossed = replace(claim, landmarks=claim.landmarks[::-1])
+        return profile, replace(certificate, parts=tuple(parts), claim=crossed)
+    place = int(rng.integers(len(certificate.parts)))
+    part = certificate.parts[place]
+    if kind == 7:
+        proof = bytearray(part.proof)
+        at = int(rng.integers(len(proof)))
+        proof[at : at + int(rng.integers(2))] = bytes(rng.integers(0, 12, rng.integers(3)).tolist())
+        part = replace(part, proof=bytes(proof))
+    else:
+        part = replace(part, proof=certificate.parts[1 - place if len(certificate.parts) == 2 else 0].proof)
+    parts = (*certificate.parts[:place], part, *certificate.parts[place + 1 :])
+    return profile, replace(certificate, parts=parts)
+
+
+def test_no_mutation_makes_a_false_claim_accepted(profile):
+    """400 mutations with hashes made to fit: what is accepted holds in a dense sample and for the zone engine."""
+    rng = np.random.default_rng(7)
+    cases = tight(profile)
+    wrong = kept = 0
+    for _ in range(400):
+        changed, certificate = mutated(rng, *cases[rng.integers(len(cases))])
+        claim, region = certificate.claim, certificate.region
+        false = failures(changed, claim, region, 300) > 0
+        wrong += false
+        if stands(certificate, changed):
+            kept += 1
+            assert not false
+            assert decide(Question(changed, claim, region)).verdict is not Verdict.VIOLATED
+    assert wrong > 100 and kept > 10
+
+
+def test_each_changed_byte_of_a_proof_is_refused_or_as_good(profile):
+    """A proof says nothing but which branches are closed how, so whatever its bytes are the claim stays true; that it
+    can be refused is what shows that the checker reads it."""
+    walker, certificate = tight(profile)[0]
+    part, refused = certificate.parts[0], 0
+    for place in range(len(part.proof)):
+        proof = bytearray(part.proof)
+        proof[place] ^= 1
+        parts = (replace(part, proof=bytes(proof)), *certificate.parts[1:])
+        refused += not stands(replace(certificate, parts=parts), walker)
+    assert refused > 0.8 * len(part.proof)
+    for proof in (part.proof[:-1], part.proof + b"\0", b"", part.proof + part.proof):
+        assert not stands(replace(certificate, parts=(replace(part, proof=proof), *certificate.parts[1:])), walker)
+
+
+# --- provers with faults
+
+
+class Unrelaxed(Episode):
+    """Forgets that tests have slack."""
+
+    def bound(self, side, now):
+        return super().bound(side._replace(slack=0), now)
+
+
+class WrongSign(Episode):
+    """Moves bounds the wrong way."""
+
+    def bound(self, side, now):
+        return super().bound(side, now._replace(shift=[-shift for shift in now.shift]))
+
+
+class WrongDamping(Episode):
+    """Takes the world to be one of twice the damping."""
+
+    def __init__(self, *given):
+        super().__init__(*given)
+        self._kept = 0.5
+
+
+class Eager(Episode):
+    """Moves with the new velocity instead of the old one."""
+
+    def _later(self, now, chosen):
+        first = super()._later(now, chosen)
+        second = super()._later(first, chosen)
+        return first._replace(shift=[*second.shift[: self.nodes], *first.shift[self.nodes :]])
+
+
+class Generous(Episode):
+    """Takes whoever is within one more unit of length for arrived."""
+
+    def onward(self, stage, answer, chosen, now):
+        return None if stage == CLAIM and now.step == self.steps else super().onward(stage, answer, chosen, now)
+
+
+class Still(Episode):
+    """Takes what has moved for unmoved."""
+
+    def bound(self, side, now):
+        return super().bound(side, now._replace(moved=[False] * len(now.moved)))
+
+
+def forged(kind, profile, claim, region):
+    """What a faulty search gives for the agents alone, with the right text around it; None where it gives nothing."""
+    parts = []
+    for pair in matchings(profile, claim)[0]:
+        followed = (pair[0],)
+        try:
+            proof = Prover(kind(profile, claim, region, "", followed, [(pair,)]), 50_000).run()
+        except RejectedError:
+            return None
+        parts.append(Part(*pair, "", followed, proof))
+    return parts
+
+
+@pytest.mark.parametrize("kind", [WrongSign, WrongDamping, Eager, Generous])
+def test_faults_of_the_search_are_refused(kind, profile):
+    """Each fault proves something false on some of these claims, and none of it is accepted."""
+    opposite = np.array([STAY, RIGHT, LEFT, UP, DOWN])
+    fleeing = [replace(one, action=np.where(one.action < 0, -1, opposite[one.action])) for one in map(arriving, (0, 1))]
+    teams, caught = (team(profile, arriving(0), arriving(1)), team(profile, *fleeing)), 0
+    for seed, played in product(range(6), teams):
+        region = centred(played, Fraction(1, 20), random_middles(seed, 0.9), ("landmark_0",))
+        for name, steps in (("reaches", 6 + 2 * seed), ("covers", 8 + 2 * seed)):
+            claim = find_claim(name, played, steps=steps, landmarks=["landmark_0", "landmark_1"])
+            parts = forged(kind, played, claim, region)
+            if parts is None or decide(Question(played, claim, region)).verdict is Verdict.PROVED:
+                continue
+            caught += 1
+            with pytest.raises(RejectedError):
+                episodes.check(played, claim, region, [(part, numbers(part.proof)) for part in parts])
+    assert caught > 0
+
+
+@pytest.mark.parametrize("kind", [Unrelaxed, Still])
+def test_a_search_without_slack_is_refused(kind, profile):
+    """The agent comes to rest just where the claim asks it to be, nearer than rounding is accounted for."""
+    runner = team(profile, tree((2, 0.5, 1, 2), STAY, RIGHT), tree(STAY))
+    places = {"agent_0": (0, 0), "landmark_0": (0.9, 0), "agent_1": (0, 0), "landmark_1": (0, 0)}
+    region = centred(runner, Fraction(0), places, ("landmark_0",))
+    course, _ = play(runner, sample(at_rest(region), runner.world, 1, 0)[0], 6)
+    names = runner.world.coordinates()
+    gap = Fraction(float(course[6, 0, names.index("landmark_0.x")])) - Fraction(
+        float(course[6, 0, names.index("agent_0.x")])
+    )
+    claim = find_claim("reaches", runner, steps=6, radius=gap + Fraction(1, 2**34))
+    parts = forged(kind, runner, claim, region)
+    assert parts is not None and forged(Episode, runner, claim, region) is None
+    with pytest.raises(RejectedError):
+        episodes.check(runner, claim, region, [(part, numbers(part.proof)) for part in parts])
+
+
+# --- what is refused before a proof is read
+
+
+def test_what_a_certificate_must_say(arrivers, proved):
+    def refused(said, **changes):
+        with pytest.raises((RejectedError, InputError), match=said):
+            accepted(replace(proved, **changes), arrivers)
+
+    claim, region, part = proved.claim, proved.region, proved.parts[0]
+    refused("the parts are not the claim", parts=proved.parts[:1])
+    refused("the parts are not the claim", parts=())
+    refused("another policy", profile="0" * 64)
+    refused("inhabitant", inhabitant={**proved.inhabitant, "agent_0.x": Fraction(2)})
+    refused("inhabitant", inhabitant={**proved.inhabitant, "agent_0.x": Fraction(1, 3)})
+    refused("machine arithmetic", semantics="real")
+    refused("own_target have no certificates", claim=replace(claim, name="own_target"))
+    refused("the profile has no team nobody", claim=replace(claim, team="nobody"))
+    refused("a landmark of its own", claim=replace(claim, landmarks=("landmark_0", "landmark_0")))
+    refused("agents that", parts=(replace(part, followed=("agent_7",)), proved.parts[1]))
+    refused("not followed", parts=(replace(part, followed=("agent_1",)), proved.parts[1]))
+    refused("followed twice", parts=(replace(part, followed=("agent_0", "agent_0")), proved.parts[1]))
+    refused("landmarks that", parts=(replace(part, landmark=""), proved.parts[1]))
+    refused("landmarks that", parts=(replace(part, goal="landmark_7"), proved.parts[1]))
+    refused("steps are not", claim=replace(claim, steps=10**6))
+    refused("rounding over", claim=replace(claim, steps=2_000))
+    moving = replace(region, box={**region.box, "agent_0.vx": (Fraction(1, 4), Fraction(1))})
+    refused("at rest", region=moving, inhabitant={**proved.inhabitant, "agent_0.vx": Fraction(1, 2)})
+    far = Fraction(10**400)
+    refused("no start", inhabitant={**proved.inhabitant, "agent_0.x": far})
+    refused("reaches beyond", region=replace(region, box={**region.box, "agent_0.x": (-far, far)}))
+    some = {name: bounds for name, bounds in region.box.items() if name != "agent_0.x"}
+    start = {name: proved.inhabitant[name] for name in some}
+    refused("bound all positions", region=replace(region, box=some), inhabitant=start)
+
+
+def test_worlds_with_contacts_have_no_certificate(arrivers, proved):
+    colliding = tuple(replace(entity, collides=True) for entity in arrivers.world.agents)
+    touching = replace(arrivers, world=replace(arrivers.world, agents=colliding))
+    with pytest.raises(RejectedError, match="can push each other"):
+        accepted(replace(proved, profile=content_hash(touching)), touching)
+    with pytest.raises(NoCertificateError, match="can push each other"):
+        made(Question(touching, proved.claim, proved.region), proved.parts)
+
+
+def test_a_proof_that_is_too_long_is_told(arrivers, proved, monkeypatch):
+    with pytest.raises(NoCertificateError, match="more than"):
+        made(Question(arrivers, proved.claim, proved.region), proved.parts, 1_000)
+    monkeypatch.setattr("verify.verdicts.episodes.certificates.made", _too_long)
+    result = verify_episodes(Question(arrivers, proved.claim, proved.region), {})
+    assert result.verdict is Verdict.PROVED and result.certificate is None and result.uncertified == "too long"
+
+
+def test_what_the_second_reading_leaves_open_is_not_proved(arrivers, proved, monkeypatch):
+    """Zones that prove what is not so, as a fault of theirs would."""
+    swinging = team(arrivers, towards(0, 0), arriving(1))
+    monkeypatch.setattr("verify.verdicts.episodes.decide", lambda *_: Decision(Verdict.PROVED, 1, parts=proved.parts))
+    monkeypatch.setattr("verify.verdicts.episodes.first_failing", lambda *_: None)
+    result = verify_episodes(Question(swinging, proved.claim, proved.region), {})
+    assert result.verdict is Verdict.UNKNOWN and "left open at the last step" in result.reason
+    assert result.certificate is None and not result.followed and not result.uncertified
+    assert result.control is Verdict.SKIPPED
+
+
+@pytest.mark.parametrize("order", [1, -1])
+def test_a_part_that_is_too_large_hides_no_open_branch(arrivers, proved, order):
+    """One agent's proof exceeds the limit, the other's fails."""
+    swinging = team(arrivers, arriving(0), towards(1, 1))
+    with pytest.raises(LeftOpenError):
+        made(Question(swinging, proved.claim, proved.region), proved.parts[::order], 2_000)
+
+
+def test_a_control_is_judged_by_both_readings_too(arrivers, proved, monkeypatch):
+    monkeypatch.setattr("verify.question.shuffled", lambda profile, *_: team(profile, tree(STAY), tree(STAY)))
+    decided = iter(
+        [decide(Question(arrivers, proved.claim, proved.region)), Decision(Verdict.PROVED, 1, parts=proved.parts)]
+    )
+    monkeypatch.setattr("verify.verdicts.episodes.decide", lambda *_: next(decided))
+    monkeypatch.setattr("verify.verdicts.episodes.first_failing", lambda *_: None)
+    result = verify_episodes(Question(arrivers, proved.claim, proved.region), {})
+    assert result.verdict is Verdict.PROVED and result.control is Verdict.UNKNOWN
+
+
+def _too_long(*given):
+    raise NoCertificateError("too long")
+
+
+def test_files_that_are_none(proved):
+    text = to_json(proved)
+    for damaged, said in (
+        (text.replace('"steps": 25', '"steps": 24'), "edited"),
+        (text.replace("certificate-1", "certificate-9"), "another version"),
+        (text[: len(text) // 2], "truncated"),
+        (text.replace('"parts"', '"pieces"'), "not a certificate"),
+        ("[]", "not a certificate"),
+    ):
+        with pytest.raises(InputError, match=said):
+            from_json(damaged)
+
+
+def test_the_adversary_may_do_anything(profile):
+    """Both ways that a test of the adversary leaves open arrive."""
+    pair = with_trees({"agent_0": tree((6, 0.0, 1, 2), RIGHT, UP), "agent_1": tree(STAY)}, profile)
+    places = {"agent_0": (0, 0), "landmark_0": (0.3, 0.3), "agent_1": (0, 0), "landmark_1": (0, 0)}
+    region = centred(pair, Fraction(1, 100), places)
+    assert accepted(certified(pair, find_claim("reaches", pair, steps=6), region), pair) > 0
+    swinging = team(profile, towards(0, 0), towards(1, 1))
+    with pytest.raises(NoCertificateError, match="left open"):
+        made(Question(swinging, find_claim("reaches", swinging), everywhere(swinging)), [Part("", "", "", BOTH, b"")])

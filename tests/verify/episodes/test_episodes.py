@@ -1,0 +1,420 @@
+"""Claims about episodes: verdicts against simulation, Z3 and known teams; courses that replay bit for bit."""
+
+from contextlib import contextmanager
+from dataclasses import replace
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from codegen import ir
+from codegen.agreement.build import build
+from codegen.errors import DisagreementError, InputError, UnknownNameError
+from codegen.lowering.deploy import deployed
+from maviper.verification.replays import rollouts
+from maviper.worlds.matching import matching_world
+from tests.benchmarks.closed_loop import unrolled
+from tests.episode_cases import arriving, lost, on_lattice, verdicts_wrong
+from tests.strategies import grown_trees, with_trees
+from tests.teams import LEFT, RIGHT, STAY, UP, team, towards, tree
+from verify.claims.episode_properties import find_claim, sentence
+from verify.claims.region import Region, Verdict, everywhere, start_region
+from verify.episodes.composition import _Decider, _Task, _Violated, decide
+from verify.episodes.zones import starts
+from verify.question import Question
+from verify.states.episodes import Episode, at_rest, courses, fails, fulfilled, play
+from verify.states.state import State, inside, sample
+from verify.verdicts.episodes import verify_episodes
+
+pytestmark = pytest.mark.solver
+
+AXES = "xy"
+
+
+@pytest.fixture
+def arrivers(profile):
+    return team(profile, arriving(0), arriving(1))
+
+
+def centred(profile, half, middles, goals=None):
+    """A region of boxes of half the side `half` around middles {entity: (x, y)}; others are anywhere."""
+    start = start_region(profile.world)
+    box = dict(start.box)
+    for name, place in middles.items():
+        for axis, middle in zip(AXES, place, strict=True):
+            box[f"{name}.{axis}"] = (Fraction(str(middle)) - half, Fraction(str(middle)) + half)
+    return Region(box, goals or start.goals)
+
+
+@contextmanager
+def replays_of(profile):
+    with build(profile, ["c"]) as made:
+        yield rollouts(made, matching_world(profile))
+
+
+def sampled_failures(profile, claim, region, count, seed):
+    coordinates, _ = sample(at_rest(region), profile.world, count, seed)
+    return int((~fulfilled(profile, claim, play(profile, coordinates, claim.steps)[0])).sum())
+
+
+# --- teams whose answers are known
+
+
+def test_a_team_that_arrives_is_proved_from_everywhere_agent_by_agent(arrivers):
+    claim = find_claim("reaches", arrivers)
+    result = verify_episodes(Question(arrivers, claim, everywhere(arrivers)), {})
+    assert result.verdict is Verdict.PROVED
+    assert result.followed == (("agent_0",), ("agent_1",))
+    assert result.control is Verdict.VIOLATED
+    assert result.violating.hits == 0 and result.idle.value < 0.03
+    assert sampled_failures(arrivers, claim, result.region, 50_000, 1) == 0
+
+
+def test_the_same_team_does_not_stay_there(arrivers):
+    result = verify_episodes(Question(arrivers, find_claim("covers", arrivers), everywhere(arrivers)), {})
+    assert result.verdict is Verdict.VIOLATED
+
+
+def test_heading_is_not_arriving(profile):
+    """This team satisfies own_target everywhere, but swings to and fro in x."""
+    swinging = team(profile, towards(0, 0), towards(1, 1))
+    for name in ("reaches", "covers"):
+        assert decide(Question(swinging, find_claim(name, swinging), everywhere(swinging))).verdict is Verdict.VIOLATED
+
+
+def test_matchings_are_what_is_asked(arrivers):
+    crossed = find_claim("reaches", arrivers, landmarks=["landmark_1", "landmark_0"])
+    assert decide(Question(arrivers, crossed, everywhere(arrivers))).verdict is Verdict.VIOLATED
+    swapped = team(arrivers, arriving(1), arriving(0))
+    assert decide(Question(swapped, crossed, everywhere(swapped))).verdict is Verdict.PROVED
+    assert "landmark_1, landmark_0" in sentence(crossed)
+
+
+def test_a_violation_that_sampling_misses_is_found_by_zones(arrivers):
+    """agent_0 stands still where its landmark lies in a strip 2e-6 wide."""
+    late = tree(
+        (2, -0.5, 1, 2), LEFT, (2, 0.7, 3, 4), STAY, (2, 0.700002, 5, 6), STAY, RIGHT,
+    )  # fmt: skip
+    on_axis = centred(arrivers, Fraction(0), {"landmark_0": (0, 0), "landmark_1": (0, 0), "agent_1": (0, 0)})
+    box = dict(on_axis.box) | {"agent_0.x": (Fraction(-1), Fraction("-0.7000001")), "agent_0.y": (Fraction(0),) * 2}
+    claim = find_claim("reaches", arrivers)
+    sliver = team(arrivers, late, tree(STAY))
+    result = verify_episodes(Question(sliver, claim, replace(on_axis, box=box)), {})
+    assert result.violating.hits == 0 and result.zones > 0
+    assert result.verdict is Verdict.VIOLATED
+    assert Fraction("-0.70001") < Fraction(result.state.position["agent_0.x"]) <= Fraction("-0.7000001")
+
+
+# --- the first steps
+
+
+def test_nobody_moves_before_the_second_next_state(profile):
+    runner = team(profile, tree(RIGHT), tree(STAY))
+    places = {"agent_0": (0, 0), "landmark_0": (0.4375, 0), "agent_1": (0, 0), "landmark_1": (0, 0)}
+    region = centred(runner, Fraction(0), places)
+    verdicts = [
+        decide(Question(runner, find_claim("reaches", runner, steps=steps), region)).verdict for steps in range(4)
+    ]
+    # 0.05 after the second step is the first that it comes
+    assert verdicts == [Verdict.VIOLATED, Verdict.VIOLATED, Verdict.PROVED, Verdict.PROVED]
+
+
+@pytest.mark.parametrize("steps", [0, 1])
+def test_without_moves_a_claim_is_one_about_starts(profile, steps):
+    for half, wanted in ((Fraction(19, 100), Verdict.PROVED), (Fraction(21, 100), Verdict.VIOLATED)):
+        names = ("agent_0", "agent_1", "landmark_0", "landmark_1")
+        region = centred(profile, half, dict.fromkeys(names, (0, 0)))
+        for name in ("reaches", "covers"):
+            assert decide(Question(profile, find_claim(name, profile, steps=steps), region)).verdict is wanted
+
+
+# --- against simulation
+
+
+@settings(max_examples=30)
+@given(
+    grown_trees(max_depth=3), grown_trees(max_depth=3), st.integers(0, 12), st.integers(0, 3), st.sampled_from([3, 30])
+)
+def test_random_teams_on_small_boxes(profile, first, second, steps, seed, side):
+    """Verdicts hold on a dense sample, and every violation replays."""
+    trees = [deployed(grown) for grown in (first, second)]
+    assume(all(not (np.abs(each.threshold[each.threshold != 0]) < 2.0**-126).any() for each in trees))
+    random = with_trees({"agent_0": trees[0], "agent_1": trees[1]}, profile)
+    rng = np.random.default_rng(seed)
+    names = ("agent_0", "agent_1", "landmark_0", "landmark_1")
+    middles = {name: tuple(round(float(v), 2) for v in rng.uniform(-0.5, 0.5, 2)) for name in names}
+    region = centred(random, Fraction(1, side), middles)
+    for name in ("reaches", "covers"):
+        claim = find_claim(name, random, steps=steps)
+        found = decide(Question(random, replace(claim, zones=20_000), region))
+        failures = sampled_failures(random, claim, region, 2_000, seed)
+        if found.verdict is Verdict.PROVED:
+            assert failures == 0
+        if found.verdict is Verdict.VIOLATED:
+            assert inside(region, found.state)
+            assert fails(random, claim, courses(random, [found.state], steps)[0][:, 0])
+
+
+@settings(max_examples=15)
+@given(grown_trees(max_depth=2), grown_trees(max_depth=2), st.integers(2, 9))
+def test_points_are_decided_as_simulated(profile, first, second, steps):
+    """A region that is one start: the verdict is that of playing it."""
+    trees = [deployed(grown) for grown in (first, second)]
+    assume(all(not (np.abs(each.threshold[each.threshold != 0]) < 2.0**-126).any() for each in trees))
+    random = with_trees({"agent_0": trees[0], "agent_1": trees[1]}, profile)
+    rng = np.random.default_rng(steps)
+    for _ in range(3):
+        position = {name: round(float(rng.uniform(-1, 1)), 3) for name in start_region(profile.world).box}
+        state = State(position, "landmark_1")
+        box = {name: (Fraction(value), Fraction(value)) for name, value in position.items()}
+        for name in ("reaches", "covers"):
+            claim = find_claim(name, random, steps=steps, radius=Fraction(7, 10))
+            found = decide(Question(random, claim, Region(box, ("landmark_1",))))
+            wrong = fails(random, claim, courses(random, [state], steps)[0][:, 0])
+            # an adversary's own place can leave both answers open
+            assert found.verdict is (Verdict.VIOLATED if wrong else Verdict.PROVED) or "other opponents" in found.reason
+
+
+@pytest.mark.parametrize("steps", [2, 5])
+@pytest.mark.parametrize("trees", [(towards(0, 0), towards(1, 1)), (arriving(0), arriving(1)), (arriving(0), tree(UP))])
+def test_against_unrolling_by_z3(profile, trees, steps):
+    played = team(profile, *trees)
+    for half, radius in ((Fraction(1, 4), Fraction(2, 5)), (Fraction(1, 8), Fraction(7, 10))):
+        names = ("agent_0", "agent_1", "landmark_0", "landmark_1")
+        region = centred(played, half, dict.fromkeys(names, (0.25, 0)), ("landmark_0",))
+        for name in ("reaches", "covers"):
+            claim = find_claim(name, played, steps=steps, radius=radius)
+            wanted = Verdict.VIOLATED if unrolled(played, claim, region, "landmark_0") else Verdict.PROVED
+            assert decide(Question(played, claim, region)).verdict is wanted
+
+
+@settings(max_examples=40)
+@given(grown_trees(max_depth=3), grown_trees(max_depth=3), st.integers(0, 7), st.booleans())
+def test_every_start_lies_in_a_zone_that_moves_as_it_does(profile, first, second, steps, ties):
+    """Also agents that read each other and the adversary, and starts on which thresholds tie."""
+    trees = [on_lattice(deployed(grown)) if ties else deployed(grown) for grown in (first, second)]
+    assume(all(not (np.abs(each.threshold[each.threshold != 0]) < 2.0**-126).any() for each in trees))
+    random = with_trees({"agent_0": trees[0], "agent_1": trees[1]}, profile)
+    assert lost(random, steps, steps, 100, 0.125 if ties else None, budget=50_000) in (0, None)
+
+
+@pytest.mark.parametrize("lattice", [None, 0.125])
+def test_starts_keep_their_zones_over_whole_episodes(profile, arrivers, lattice):
+    for played in (arrivers, team(profile, towards(0, 0), towards(1, 1))):
+        for agent in ("agent_0", "agent_1"):
+            assert lost(played, 25, 5, 400, lattice, (agent,)) == 0
+
+
+def test_known_verdicts(profile):
+    assert not verdicts_wrong(profile)
+
+
+# --- who is followed
+
+
+def test_agents_together_answer_as_alone(arrivers):
+    """Each agent's part, and the team's as a whole, followed in both ways on small boxes."""
+    for seed in range(4):
+        rng = np.random.default_rng(seed)
+        names = ("agent_0", "agent_1", "landmark_0", "landmark_1")
+        middles = {name: tuple(round(float(v), 2) for v in rng.uniform(-0.6, 0.6, 2)) for name in names}
+        region = centred(arrivers, Fraction(1, 60), middles)
+        for name, steps in (("reaches", 9), ("covers", 9), ("covers", 14)):
+            claim = find_claim(name, arrivers, steps=steps, landmarks=["landmark_0", "landmark_1"])
+            parts = starts(region, arrivers.world)
+            for task in (_Task(("agent_0",), "landmark_0"), _Task(("agent_1",), "landmark_1")):
+                answers = []
+                for agents in (task.agents, ("agent_0", "agent_1")):
+                    decider = _Decider(Question(arrivers, replace(claim, zones=1_000_000), region), parts)
+                    try:
+                        answers.append(decider._attempt(task, agents, "landmark_0", 1_000_000, None))
+                    except _Violated:
+                        answers.append("violated")
+                assert answers[0] == answers[1]
+            freely = replace(claim, name="covers", landmarks=())
+            whole = decide(Question(arrivers, freely, region)).verdict
+            decider = _Decider(Question(arrivers, replace(freely, zones=1_000_000), region), parts)
+            try:
+                both = ("agent_0", "agent_1")
+                left = decider._attempt(_Task(both), both, "landmark_0", 1_000_000, None)
+            except _Violated:
+                left = Verdict.VIOLATED
+            assert (left or Verdict.PROVED) is whole
+
+
+def test_team_mates_that_are_read_are_followed(profile):
+    """agent_0 waits until agent_1 has come near, which it does: true only if agent_1 is followed."""
+    waiting = tree((8, 0.25, 1, 2), RIGHT, STAY)
+    pair = team(profile, waiting, tree(LEFT))
+    places = {"agent_0": (0, 0), "agent_1": (1, 0), "landmark_0": (0.5, 0), "landmark_1": (0.5, 0)}
+    region = centred(pair, Fraction(1, 100), places)
+    found = decide(Question(pair, find_claim("reaches", pair, steps=15, radius=Fraction(1, 5)), region))
+    assert found.verdict is Verdict.PROVED
+    assert found.followed == (("agent_0", "agent_1"), ("agent_1",))
+
+
+def test_the_adversary_may_do_anything(profile):
+    """A tree that flees from the adversary: proved where both ways arrive, else about the profile's own adversary."""
+    shy = tree((6, 0.0, 1, 2), RIGHT, UP)
+    pair = with_trees({"agent_0": shy, "agent_1": tree(STAY), "adversary_0": tree(STAY)}, profile)
+    places = {"agent_0": (0, 0), "landmark_0": (0.3, 0.3), "agent_1": (0, 0), "landmark_1": (0, 0)}
+    region = centred(pair, Fraction(1, 100), places)
+    claim = find_claim("reaches", pair, steps=6)
+    free = decide(Question(pair, claim, region))
+    assert free.verdict is Verdict.PROVED and free.followed == (("agent_0",), ("agent_1",))
+    # the profile's own adversary stays on the right, so agent_0 only ever goes up; another one could make it go right
+    far = find_claim("reaches", pair, steps=12, radius=Fraction(1, 5))
+    above = centred(pair, Fraction(1, 100), {**places, "landmark_0": (0, 0.5)})
+    right = replace(above, box={**above.box, "adversary_0.x": (Fraction(1, 2), Fraction(1))})
+    assert sampled_failures(pair, far, right, 1_000, 0) == 0
+    found = decide(Question(pair, far, right))
+    assert found.verdict is Verdict.PROVED and ("adversary_0", "agent_0", "agent_1") in found.followed
+    assert decide(Question(pair, replace(far, zones=500), right)).verdict is Verdict.UNKNOWN
+    left = replace(above, box={**above.box, "adversary_0.x": (Fraction(-1), Fraction(-1, 2))})
+    assert decide(Question(pair, far, left)).verdict is Verdict.VIOLATED
+
+
+def test_goals_are_told_apart(profile):
+    """agent_0 runs to the goal: right when landmark_0 is the goal, wrong when landmark_1 is."""
+    seeker = tree((0, 0.0, 1, 2), LEFT, RIGHT)
+    pair = team(profile, seeker, tree(STAY))
+    places = {"agent_0": (0, 0), "landmark_0": (0.8, 0), "agent_1": (-0.8, 0), "landmark_1": (-0.8, 0)}
+    region = centred(pair, Fraction(1, 100), places)
+    claim = find_claim("reaches", pair, steps=10)
+    assert decide(Question(pair, claim, replace(region, goals=("landmark_0",)))).verdict is Verdict.PROVED
+    found = decide(Question(pair, claim, region))
+    assert found.verdict is Verdict.VIOLATED and found.state.goal == "landmark_1"
+
+
+# --- budgets, regions, refusals, replays
+
+
+def test_a_spent_budget_is_unknown_with_the_same_count(arrivers):
+    claim = find_claim("reaches", arrivers)
+    found = [decide(Question(arrivers, replace(claim, zones=500), everywhere(arrivers))) for _ in range(2)]
+    assert found[0] == found[1]
+    assert found[0].verdict is Verdict.UNKNOWN and "--max-zones" in found[0].reason and found[0].zones <= 500
+
+
+def test_empty_regions_are_vacuous(arrivers):
+    start = everywhere(arrivers)
+    claim = find_claim("reaches", arrivers)
+    apart = replace(start, apart=(("agent_0", "agent_1", Fraction(5)),))
+    assert verify_episodes(Question(arrivers, claim, apart), {}).verdict is Verdict.VACUOUS
+    differing = replace(start, differences=(("agent_0.x", "agent_1.x", (Fraction(3), Fraction(4))),))
+    assert decide(Question(arrivers, claim, differing)).verdict is Verdict.VACUOUS
+    moving = replace(start, box={**start.box, "agent_0.vx": (Fraction(1), Fraction(2))})
+    assert decide(Question(arrivers, claim, moving)).verdict is Verdict.VACUOUS
+
+
+def test_regions_with_differences_and_distances(profile):
+    """Agents that stand still have arrived exactly where the region says so."""
+    still = team(profile, tree(STAY), tree(STAY))
+    start = everywhere(still)
+    near = (Fraction(-2, 5), Fraction(2, 5))
+    pairs = [(f"agent_{number}.{axis}", f"landmark_{number}.{axis}") for number in range(2) for axis in AXES]
+    close = replace(start, differences=tuple((a, b, near) for a, b in pairs))
+    claim = find_claim("reaches", still, steps=3)
+    tight = replace(close, differences=tuple((a, b, (near[0] / 2, near[1] / 2)) for a, b in pairs))
+    assert decide(Question(still, claim, tight)).verdict is Verdict.PROVED
+    apart = replace(tight, apart=(("agent_0", "agent_1", Fraction(1, 2)), ("landmark_0", "landmark_1", Fraction(1, 5))))
+    assert decide(Question(still, claim, apart)).verdict is Verdict.PROVED
+    wide = replace(close, differences=tuple((a, b, (near[0], Fraction(1, 2))) for a, b in pairs))
+    found = decide(Question(still, claim, wide))
+    assert found.verdict is Verdict.VIOLATED and inside(wide, found.state)
+    off = replace(start, apart=(("agent_0", "landmark_0", Fraction(1, 2)),))
+    assert decide(Question(still, claim, off)).verdict is Verdict.VIOLATED
+
+
+def test_the_edge_itself_is_left_open_or_refuted_never_proved(profile):
+    """Standing exactly at the radius counts as arrived for the referee; the relaxed zones cannot say so."""
+    still = team(profile, tree(STAY), tree(STAY))
+    places = {"agent_0": (0, 0), "landmark_0": (0.5, 0), "agent_1": (0, 0), "landmark_1": (0, 0)}
+    region = centred(still, Fraction(0), places)
+    found = decide(Question(still, find_claim("reaches", still, radius=Fraction(1, 2)), region))
+    assert found.verdict is Verdict.UNKNOWN and "between float64 starts" in found.reason
+
+
+def test_courses_equal_simulator_compiled_c_and_mpe2(profile):
+    """Whole courses bit by bit, from a violation found by zones and beyond the usual length."""
+    swinging = team(profile, towards(0, 0), towards(1, 1))
+    for steps in (25, 40):
+        claim = find_claim("reaches", swinging, steps=steps)
+        with replays_of(swinging) as replays:
+            assert {"simulator", "mpe2.simple_adversary_v3"} <= set(replays)
+            result = verify_episodes(Question(swinging, claim, everywhere(swinging)), replays)
+        assert result.verdict is Verdict.VIOLATED
+        assert len(result.ways[0].places) == steps + 1 and len(result.ways[0].actions) == steps
+
+
+def test_random_courses_equal_mpe2(profile):
+    coordinates, goals = sample(everywhere(profile), profile.world, 5, 3)
+    names = profile.world.coordinates()
+    with replays_of(profile) as replays:
+        for row, goal in zip(coordinates, goals, strict=True):
+            place = {name: float(row[names.index(name)]) for name in start_region(profile.world).box}
+            state = State(place, profile.world.landmarks[goal].name)
+            ours = [part[:, 0] for part in courses(profile, [state], 25)]
+            for replay in replays.values():
+                other = replay(state, 25)
+                assert np.array_equal(other.coordinates, ours[0]) and np.array_equal(other.actions, ours[1])
+
+
+def test_a_replay_that_takes_another_course_is_no_verdict(profile):
+    swinging = team(profile, towards(0, 0), towards(1, 1))
+    claim = find_claim("reaches", swinging)
+
+    def off(state, steps):
+        coordinates, actions = courses(swinging, [state], steps)
+        return Episode(coordinates[:, 0] + 2.0**-52, actions[:, 0])
+
+    with pytest.raises(DisagreementError, match="another course"):
+        verify_episodes(Question(swinging, claim, everywhere(swinging)), {"simulator": off})
+
+
+def test_speed_limits_and_observed_velocities(profile):
+    """A spec with a speed limit and trees that observe their velocity: play and zones agree."""
+    from maviper.worlds import PhysicalDeception
+
+    world = PhysicalDeception(velocity=1)
+    braking = tree((10, 0.3, 1, 2), RIGHT, STAY)  # accelerates up to a speed
+    policies = []
+    for name, features, actions in zip(world.agents, world.features, world.actions, strict=True):
+        chosen = braking if name == "agent_0" else tree(STAY)
+        policies.append(ir.AgentPolicy(name, world.team_of(name), features, actions, chosen))
+    agents = tuple(replace(entity, max_speed=0.4) for entity in world.spec.agents)
+    limited = ir.PolicyProfile(replace(world.spec, agents=agents), tuple(policies), ir.Provenance("", "", 0, "", ""))
+    assert limited.policy("agent_0").features[10].name == "vx"
+    places = {"agent_0": (0, 0), "landmark_0": (0.9, 0), "agent_1": (0, 0), "landmark_1": (0, 0)}
+    region = centred(limited, Fraction(1, 100), places)
+    verdicts = []
+    for steps in range(14, 22):
+        claim = find_claim("reaches", limited, steps=steps)
+        verdicts.append(decide(Question(limited, claim, region)).verdict)
+        assert (sampled_failures(limited, claim, region, 500, 1) > 0) >= (verdicts[-1] is not Verdict.PROVED)
+    assert verdicts[0] is Verdict.VIOLATED and verdicts[-1] is Verdict.PROVED
+
+
+def test_what_cannot_be_asked_is_refused(profile):
+    with pytest.raises(UnknownNameError, match="reaches"):
+        find_claim("reach", profile)
+    with pytest.raises(InputError, match="steps must be"):
+        find_claim("reaches", profile, steps=1_001)
+    with pytest.raises(InputError, match="radius must be"):
+        find_claim("reaches", profile, radius=Fraction(-1))
+    with pytest.raises(InputError, match="different landmark"):
+        find_claim("reaches", profile, landmarks=["landmark_0", "landmark_0"])
+    huge = Region(dict.fromkeys(everywhere(profile).box, (Fraction(-(10**6)), Fraction(10**6))), ("landmark_0",))
+    with pytest.raises(InputError, match="rounding over 25 steps"):
+        decide(Question(profile, find_claim("reaches", profile), huge))
+
+
+def test_an_interrupt_passes_through(arrivers, monkeypatch):
+    def interrupted(*given):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("verify.episodes.unroll.decided", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        decide(Question(arrivers, find_claim("reaches", arrivers), everywhere(arrivers)))

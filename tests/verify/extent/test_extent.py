@@ -1,0 +1,406 @@
+"""Where claims hold: zones against points, shares against sampling, regions against both engines."""
+
+import json
+from dataclasses import replace
+from fractions import Fraction
+from itertools import product
+
+import numpy as np
+import pytest
+
+from tests.teams import STAY, UP, team, towards, tree
+from tests.verify.zone_cases import (
+    actions_at,
+    deception,
+    everyone,
+    grid_points,
+    navigation,
+    near_roles,
+    random_region,
+    switching,
+)
+from verify.claims.decisions import DecisionClaim, engaged, find_property, formula
+from verify.claims.formula import And, Goal, Linear, Not, Or, holds
+from verify.claims.region import MACHINE, REAL, Region, Verdict, everywhere, read_region, start_region
+from verify.extent import found as where
+from verify.extent import violations
+from verify.extent.carving import GRID, obstacles
+from verify.extent.largest import largest
+from verify.question import Budgets, Question
+from verify.reports import where as where_report
+from verify.solver.decide import decide
+from verify.states import shares
+from verify.verdicts import decisions
+
+pytestmark = pytest.mark.solver
+CLAIM = DecisionClaim("distinct_targets", "defenders")
+
+
+def contains(bounds, state):
+    """Whether a zone contains a rational point, its open faces left out."""
+    at = state | {"": Fraction(0)}
+    for (a, b), (most, below) in bounds.items():
+        gap = at[a] - at[b]
+        if gap > most or (below and gap == most):
+            return False
+    return True
+
+
+def fails_at(profile, claim, state, goal, machine=True):
+    at = state | {f"goal.{axis}": state.get(f"{goal}.{axis}", Fraction(0)) for axis in "xy"}
+    return not holds(formula(profile, claim), at, actions_at(profile, state, goal, machine))
+
+
+def check_points(profile, claim, region, semantics, rng, count=40):
+    """Every violating point lies in exactly one zone of its goal, every other one in none; returns how many violate."""
+    found, seen = violations.violations(Question(profile, claim, region, semantics)), 0
+    assert [one.goal for one in found] == list(everyone(region)) and all(one.complete for one in found)
+    zones_of = [[one.bounds(zone) for zone in one.zones] for one in found]
+    for state in grid_points(rng, region, count):
+        for failing, zones_here in zip(found, zones_of, strict=True):
+            fails = fails_at(profile, claim, state, failing.goal, semantics == MACHINE)
+            assert sum(contains(bounds, state) for bounds in zones_here) == fails
+            seen += fails
+    return seen
+
+
+@pytest.mark.parametrize("semantics", [MACHINE, REAL])
+def test_zones_hold_exactly_the_violating_points(semantics):
+    """Every meaning, sharp thresholds; regions with equalities, differences and distances: on boundaries too."""
+    rng = np.random.default_rng(21)
+    seen = 0
+    for _ in range(40):
+        profile, claim = deception(rng, 3)
+        seen += check_points(profile, claim, random_region(rng, profile), semantics, rng)
+    assert seen > 100
+
+
+def test_zones_of_teams_that_nearly_hold_their_claim(profile):
+    rng = np.random.default_rng(22)
+    seen = 0
+    for _ in range(12):
+        pair, claim = near_roles(rng, profile)
+        seen += check_points(pair, claim, start_region(pair.world), MACHINE, rng)
+    assert seen > 10
+
+
+def test_zones_of_three_agents_with_velocities():
+    rng = np.random.default_rng(23)
+    seen = sum(
+        check_points(profile, claim, random_region(rng, profile), MACHINE, rng)
+        for profile, claim in (navigation(rng, 2) for _ in range(6))
+    )
+    assert seen > 20
+
+
+def test_zones_name_the_leaves_that_the_agents_are_in(profile):
+    from codegen import ir
+
+    same = team(profile, towards(0, 0), towards(0, 1))
+    claim = find_property("distinct_targets", same)
+    for failing in violations.violations(Question(same, claim, everywhere(same))):
+        assert failing.agents == ("agent_0", "agent_1")
+        for leaves, _ in failing.zones:
+            for agent, leaf in zip(failing.agents, leaves, strict=True):
+                assert same.policy(agent).tree.feature[leaf] == ir.NO_FEATURE
+
+
+def test_an_assumption_keeps_zones_inside_it(profile):
+    same = team(profile, towards(0, 0), towards(0, 1))
+    right = Linear(((Fraction(-1), "agent_0.x"),), Fraction(0))
+    claim = replace(find_property("distinct_targets", same), assume=right)
+    found = violations.violations(Question(same, claim, everywhere(same)))
+    assert check_points(same, claim, everywhere(same), MACHINE, np.random.default_rng(1)) > 0
+    share = violations.exact_share(Question(same, claim, everywhere(same)), found)
+    low, high = shares.measure(Question(same, claim, everywhere(same)), 3).violating.interval
+    assert low <= share.value <= high
+
+
+# --- shares
+
+
+def sampled_and_exact(profile, claim, region, seed):
+    found = violations.violations(Question(profile, claim, region))
+    share = violations.exact_share(Question(profile, claim, region), found)
+    return found, share, shares.measure(Question(profile, claim, region), seed, 20_000).violating
+
+
+def test_exact_shares_lie_in_the_sampled_intervals():
+    """Of many random questions about as many as the intervals' level says, and none far outside."""
+    rng, inside, asked = np.random.default_rng(25), 0, 0
+    for seed in range(60):
+        profile, claim = deception(rng, 3)
+        region = random_region(rng, profile)
+        _, share, sampled = sampled_and_exact(profile, claim, region, seed)
+        if sampled.count < 1000:
+            continue
+        low, high = sampled.interval
+        asked += 1
+        inside += low <= share.value <= high
+        assert low - (high - low) <= share.value <= high + (high - low)
+    assert asked > 25 and inside >= 0.9 * asked
+
+
+def test_a_zone_left_out_is_seen_in_the_share():
+    """Sampling refutes the share of all zones but the largest one."""
+    rng, seen = np.random.default_rng(26), 0
+    for seed in range(20):
+        profile, claim = deception(rng, 2)
+        region = everywhere(profile)
+        found, share, sampled = sampled_and_exact(profile, claim, region, seed)
+        if not any(share.zones):
+            continue
+        place = max(range(len(found)), key=lambda goal: max(share.zones[goal], default=0))
+        largest_zone = max(range(len(share.zones[place])), key=share.zones[place].__getitem__)
+        fewer = list(found)
+        kept = [zone for number, zone in enumerate(found[place].zones) if number != largest_zone]
+        fewer[place] = replace(found[place], zones=tuple(kept))
+        without = violations.exact_share(Question(profile, claim, region), fewer)
+        assert without.value < share.value
+        low, high = sampled.interval
+        seen += low <= share.value <= high and not low <= without.value <= high
+    assert seen > 10
+
+
+def test_shares_of_what_is_known(profile):
+    """Two agents that stay violate where not each is at a landmark of its own: an area that can be told by hand."""
+    still = team(profile, tree(STAY), tree(UP))
+    region = everywhere(still)
+    claim = find_property("own_target", still, radius=Fraction(1, 10))
+    share = violations.exact_share(
+        Question(still, claim, region), violations.violations(Question(still, claim, region))
+    )
+    # one axis: |a - b| <= r for uniform numbers of [-1, 1]; the second agent also closes when it is below
+    near = Fraction(1, 10) - Fraction(1, 400)
+    at_first, at_second = near**2, Fraction(1, 2) + near * near / 2
+    assert share.value == 1 - at_first * at_second
+
+
+def test_a_region_that_is_flat_in_some_coordinates(profile):
+    """A fixed goal and a fixed difference: the share is among the states that there are."""
+    same = team(profile, towards(0, 0), towards(0, 1))
+    claim = find_property("distinct_targets", same)
+    box = dict(everywhere(same).box) | {"landmark_0.x": (Fraction(1, 2), Fraction(1, 2))}
+    fixed = Region(box, ("landmark_0",))
+    _, share, sampled = sampled_and_exact(same, claim, fixed, 1)
+    low, high = sampled.interval
+    assert low <= share.value <= high and 0 < share.value < 1
+    joined = replace(fixed, differences=(("agent_0.y", "agent_1.y", (Fraction(1, 4), Fraction(1, 4))),))
+    assert set(violations.fixed_coordinates(joined)) == {"landmark_0.x", "agent_1.y"}
+    thick = replace(joined, differences=(("agent_0.y", "agent_1.y", (Fraction(1, 4), Fraction(2501, 10_000))),))
+    flat, near = (sampled_and_exact(same, claim, region, 1)[1].value for region in (joined, thick))
+    assert abs(flat - near) < Fraction(1, 1000)
+
+
+def test_distances_of_a_region_are_made_disjoint(profile):
+    same = team(profile, towards(0, 0), towards(0, 1))
+    claim = find_property("distinct_targets", same)
+    apart = (("landmark_0", "landmark_1", Fraction(4, 5)), ("agent_0", "agent_1", Fraction(1, 2)))
+    region = replace(everywhere(same), apart=apart)
+    _, share, sampled = sampled_and_exact(same, claim, region, 5)
+    low, high = sampled.interval
+    assert low <= share.value <= high
+    impossible = replace(everywhere(same), apart=(("agent_0", "agent_1", Fraction(2)),))
+    assert sampled_and_exact(same, claim, impossible, 5)[1] == "the region has no volume"
+
+
+def test_the_budget_of_faces_has_its_reason(profile):
+    same = team(profile, towards(0, 0), towards(0, 1))
+    claim, region = find_property("distinct_targets", same), everywhere(same)
+    found = violations.violations(Question(same, claim, region))
+    assert violations.exact_share(Question(same, claim, region), found, 1) == "it takes more than 1 faces"
+    assert violations.exact_part(Question(same, claim, region), region, 0) == 1  # a box has no faces to visit
+
+
+# --- regions
+
+
+def teams_to_locate(profile):
+    """Teams that violate their claim somewhere, not everywhere."""
+    yield profile
+    yield team(profile, towards(0, 0), towards(0, 1))
+    first, second = switching(0.1)
+    wrong = first.action.copy()
+    wrong[-1] = UP
+    yield team(profile, replace(first, action=wrong), second)
+
+
+@pytest.mark.parametrize("number", range(3))
+def test_the_region_found_is_proved_by_both_engines(profile, number):
+    asked = list(teams_to_locate(profile))[number]
+    claim, region = find_property("distinct_targets", asked), everywhere(asked)
+    found = where.where(Question(asked, claim, region), Verdict.VIOLATED, name="region-1.toml")
+    part = found.part
+    assert found.complete and part.region.name == "region-1.toml"
+    again = read_region(part.region.toml(), asked.world, "region-1.toml")
+    assert again == part.region
+    result = decisions.verify(Question(asked, claim, again), {})
+    assert result.verdict is Verdict.PROVED and result.certificate is not None
+    assert {opinion.verdict for opinion in result.engines} == {Verdict.PROVED}
+    assert result.shares.conflict.hits > 0 and result.shares.violating.hits == 0
+    low, high = part.share.interval
+    assert low <= part.exact <= high and part.exact > Fraction(1, 50)
+    # no zone of its goals meets the inside of it
+    for failing in violations.violations(Question(asked, claim, part.region)):
+        assert not failing.zones
+
+
+def test_the_same_question_finds_the_same_region(profile):
+    same = team(profile, towards(0, 0), towards(0, 1))
+    claim, region = find_property("distinct_targets", same), everywhere(same)
+    failing = violations.violations(Question(same, claim, region))
+    once, twice = (largest(Question(same, claim, region), failing, 7) for _ in range(2))
+    assert once.toml() == twice.toml()
+
+
+def test_a_region_inside_a_region_keeps_its_bounds(profile):
+    same = team(profile, towards(0, 0), towards(0, 1))
+    claim = find_property("distinct_targets", same)
+    gap = (("agent_0.x", "landmark_1.x", (Fraction(-1, 2), Fraction(1, 3))),)
+    apart = (("landmark_0", "landmark_1", Fraction(1, 4)),)
+    region = replace(everywhere(same), goals=("landmark_1",), differences=gap, apart=apart)
+    found = where.where(Question(same, claim, region), Verdict.VIOLATED)
+    assert found.part.region.goals == ("landmark_1",) and found.part.region.apart == apart
+    assert all(
+        region.box[name][0] <= low and high <= region.box[name][1]
+        for name, (low, high) in found.part.region.box.items()
+    )
+    low, high = next(one[2] for one in found.part.region.differences if one[:2] == gap[0][:2])
+    assert low >= Fraction(-1, 2) and high <= Fraction(1, 3)
+    assert decide(Question(same, claim, found.part.region)).verdict is Verdict.PROVED
+    assert found.part.start.value < found.part.share.value
+
+
+def test_cuts_remove_the_zones_that_they_say(profile):
+    same = team(profile, towards(0, 0), towards(0, 1))
+    failing = violations.violations(Question(same, find_property("distinct_targets", same), everywhere(same)))
+    space = obstacles(failing)
+    for direction in range(0, len(space.directions), 7):
+        at = space.thresholds(space.zones, direction)
+        most = int(np.median(at))
+        a, b = space.pair(direction)
+        kept = 0
+        for one in failing:
+            for zone in one.zones:
+                bounds = one.bounds(zone)
+                lower = bounds.get((b, a)) or (bounds[b, ""][0] + bounds["", a][0], False)
+                kept += -lower[0] <= Fraction(most, GRID)
+        assert len(space.left(space.zones, direction, most)[0]) == kept
+
+
+# --- what there is to say
+
+
+def test_a_proved_claim_holds_everywhere(profile):
+    roles = team(profile, towards(0, 0), towards(1, 1))
+    claim, region = find_property("distinct_targets", roles), everywhere(roles)
+    assert where.where(Question(roles, claim, region), Verdict.PROVED) == where.Where(everywhere=True)
+    assert not any(one.zones for one in violations.violations(Question(roles, claim, region)))
+
+
+@pytest.mark.parametrize(
+    ("name", "verdict", "reason"),
+    [
+        ("aligned", Verdict.VIOLATED, where.BEYOND),
+        ("assignment", Verdict.VIOLATED, where.BEYOND),
+        ("steady", Verdict.VIOLATED, where.NOISY),
+        ("alive_leaves", Verdict.VIOLATED, where.OF_LEAVES),
+        ("distinct_targets", Verdict.VACUOUS, "the claim speaks of no world state of the region"),
+    ],
+)
+def test_what_cannot_be_had_has_its_reason(profile, name, verdict, reason):
+    found = where.where(Question(profile, find_property(name, profile), everywhere(profile)), verdict)
+    assert found.reason == reason and not found.everywhere and found.part is None
+
+
+def test_a_budget_of_zones_that_ends_says_so(profile):
+    same = team(profile, towards(0, 0), towards(0, 1))
+    claim, region = find_property("distinct_targets", same), everywhere(same)
+    every = where.where(Question(same, claim, region), Verdict.VIOLATED)
+    few = where.where(Question(same, claim, region, budgets=Budgets(max_cells=5)), Verdict.VIOLATED)
+    assert few.count == 5 and not few.complete and few.share is None and few.part is None
+    assert few.share_reason.startswith("not all violating zones are known")
+    exactly = where.where(Question(same, claim, region, budgets=Budgets(max_cells=every.count)), Verdict.VIOLATED)
+    assert exactly.complete and exactly.share == every.share
+
+
+def test_a_team_that_always_fails_has_no_region(profile):
+    still = team(profile, tree(STAY), tree(STAY))
+    claim = find_property("distinct_targets", still, radius=Fraction(0))
+    found = where.where(Question(still, claim, everywhere(still)), Verdict.VIOLATED)
+    assert found.share.value == 1 and found.part is None and "no state" in found.part_reason
+
+
+# --- in words
+
+
+def test_bounds_in_words_are_all_that_a_zone_needs():
+    """With the region's box they imply the zone; regions with fixed coordinates and differences too."""
+    rng, seen = np.random.default_rng(31), 0
+    for _ in range(30):
+        profile, claim = deception(rng, 2)
+        region = random_region(rng, profile)
+        for failing in violations.violations(Question(profile, claim, region)):
+            for zone in failing.zones[:5]:
+                bounds = failing.bounds(zone)
+                names = ["", *failing.problem.places]
+                least = {(name, ""): (high, False) for name, (_, high) in region.box.items()}
+                least |= {("", name): (-low, False) for name, (low, _) in region.box.items()}
+                for name, low, high in where_report._needed(failing, zone, region):
+                    a, b = name.split(" - ") if " - " in name else (name, "")
+                    least |= {(b, a): (-low[0], low[1])} if low else {}
+                    least |= {(a, b): high} if high else {}
+                for k, a, b in product(names, repeat=3):
+                    if (a, k) in least and (k, b) in least and len({a, b, k}) == 3:
+                        most = least[a, k][0] + least[k, b][0], least[a, k][1] or least[k, b][1]
+                        least[a, b] = min(least.get((a, b), most), most, key=lambda end: (end[0], not end[1]))
+                assert {pair: least[pair] for pair in bounds} == dict(bounds)
+                seen += 1
+    assert seen > 50
+
+
+def test_leaves_of_different_agents_are_not_counted_together(profile):
+    """A claim that speaks of one agent for one goal and of another for the other."""
+    still = team(profile, tree(STAY), tree(STAY))
+    goal_0, goal_1 = Goal("landmark_0"), Goal("landmark_1")
+    first, second = (engaged(still.policy(f"agent_{k}"), f"landmark_{k}", CLAIM) for k in (0, 1))
+    stated = And((Or((Not(goal_0), first)), Or((Not(goal_1), second))))
+    claim = replace(CLAIM, name="own", statement=stated)
+    region = everywhere(still)
+    result = decisions.verify(Question(still, claim, region), {})
+    result = replace(result, where=where.where(Question(still, claim, region), result.verdict))
+    told = where_report.where_facts(still, result)["most"]
+    assert [[one["agent"] for one in zone["agents"]] for zone in told] == [["agent_0"], ["agent_1"]]
+    assert [zone["goal"] for zone in told] == ["landmark_0", "landmark_1"]
+
+
+def test_why_the_zones_are_not_all(profile):
+    same = team(profile, towards(0, 0), towards(0, 1))
+    claim, region = find_property("distinct_targets", same), everywhere(same)
+    assert where.where(
+        Question(same, claim, region, budgets=Budgets(max_cells=5)), Verdict.VIOLATED
+    ).part_reason.endswith("there are more than 5")
+    assert where.where(
+        Question(same, claim, region, budgets=Budgets(max_nodes=60)), Verdict.VIOLATED
+    ).part_reason.endswith("the search ended after 60 nodes")
+
+
+def test_a_region_without_sampled_states_says_so(profile):
+    """A difference that has one value: there are states and zones, and no draw meets one."""
+    same = team(profile, towards(0, 0), towards(0, 1))
+    flat = (("agent_0.y", "agent_1.y", (Fraction(1, 4), Fraction(1, 4))),)
+    found = where.where(Question(same, CLAIM, replace(everywhere(same), differences=flat)), Verdict.VIOLATED)
+    assert found.count and 0 < found.share.value < 1
+    assert found.part is None and found.part_reason == "no sampled state lies in the region"
+
+
+def test_of_zones_that_are_not_all_the_file_holds_the_first(profile, monkeypatch):
+    same = team(profile, towards(0, 0), towards(0, 1))
+    region = everywhere(same)
+    monkeypatch.setattr(where_report, "FIRST", 4)
+    result = decisions.verify(Question(same, CLAIM, region), {})
+    for most, complete in ((9, False), (violations.DEFAULT_ZONES, True)):
+        found = where.where(Question(same, CLAIM, region, budgets=Budgets(max_cells=most)), result.verdict)
+        written = json.loads(where_report.zones_json(same, replace(result, where=found)))
+        assert written["complete"] is complete and written["found"] == found.count > 4
+        assert len(written["violating"]) == (found.count if complete else 4)

@@ -1,0 +1,91 @@
+"""Shares of a region: the conflict share against trying every joint action, and teams with too many of these."""
+
+from fractions import Fraction
+from itertools import product
+
+import numpy as np
+import pytest
+
+from codegen.errors import InputError
+from maviper.worlds import find
+from tests.verify.zone_cases import navigation
+from verify.claims.decisions import find_property, formula
+from verify.claims.files import read_properties
+from verify.claims.formula import given, holds
+from verify.claims.matching import matched, matchings, preventable
+from verify.claims.region import everywhere
+from verify.question import Question, from_start
+from verify.states import shares
+from verify.states.shares import SAMPLE_SEED, conflicts
+from verify.states.state import sample
+
+POINTS = 60
+NAMED = {"distinct_targets": {}, "own_target": {}, "no_double": {}, "steady": {"of": "distinct_targets"}}
+OF_ALL = """
+[[property]]
+name = "formula"
+formula = "acts(agent_0) == stay or acts(agent_1) == stay or acts(agent_2) == stay or agent_0.x >= 0"
+"""
+
+
+@pytest.fixture(scope="module")
+def team():
+    return navigation(np.random.default_rng(3), 3)[0]
+
+
+def tried(profile, claim, row):
+    """Whether some joint action, every agent closing on a landmark, violates the claim, by the exact referee."""
+    at = dict(zip(profile.world.coordinates(), map(Fraction, map(float, row)), strict=True))
+    members, stated = profile.team(claim.team), formula(profile, claim)
+    marks = [landmark.name for landmark in profile.world.landmarks]
+
+    def closing(policy, action):
+        ux, uy = map(Fraction, policy.actions[action].effect)
+        ahead = (
+            ux * (at[f"{k}.x"] - at[f"{policy.agent}.x"]) + uy * (at[f"{k}.y"] - at[f"{policy.agent}.y"]) for k in marks
+        )
+        return any(each > claim.margin for each in ahead)
+
+    for joint in product(*(range(len(policy.actions)) for policy in members)):
+        chosen = {policy.agent: action for policy, action in zip(members, joint, strict=True)}
+        if all(map(closing, members, joint)) and not holds(given(stated, chosen), at, {}):
+            return True
+    return False
+
+
+@pytest.mark.parametrize("name", NAMED)
+@pytest.mark.parametrize("most", [1_000, 5], ids=["enumerated", "decomposed"])
+def test_conflicts_are_those_of_some_joint_action(team, name, most, monkeypatch):
+    claim = find_property(name, team, **NAMED[name])
+    coordinates, _ = sample(everywhere(team), team.world, POINTS, SAMPLE_SEED)
+    monkeypatch.setattr(shares, "MAX_JOINT_ACTIONS", most)
+    found = conflicts(from_start(team, claim), coordinates)
+    if most == 5 and name == "no_double":  # a part of it speaks of two agents
+        assert found is None
+        return
+    wanted = [tried(team, claim, row) for row in coordinates]
+    assert list(found) == wanted and 0 < sum(wanted) < POINTS
+
+
+def test_a_formula_about_too_many_joint_actions_has_no_conflict_share(team, monkeypatch):
+    monkeypatch.setattr(shares, "MAX_JOINT_ACTIONS", 100)
+    ((claim, region),) = read_properties(OF_ALL.replace('name = "formula"', 'team = "agents"'), team, "f.toml", None)
+    assert shares.measure(Question(team, claim, region), SAMPLE_SEED, 1_000).conflict is None
+
+
+def test_preventable_is_what_trying_all_choices_finds():
+    rng = np.random.default_rng(5)
+    choices = [[(rng.random(400) < 0.7, rng.random((400, 3)) < 0.5) for _ in range(3)] for _ in range(3)]
+    wanted = np.zeros(400, dtype=bool)
+    for joint in product(*choices):
+        allowed = np.logical_and.reduce([one for one, _ in joint])
+        wanted |= allowed & ~matched(np.stack([related for _, related in joint], axis=1))
+    assert (preventable(choices, 3) == wanted).all() and 0 < wanted.sum() < 400
+
+
+def test_more_agents_than_matchings_can_be_listed_for_are_refused():
+    assert len(matchings(6, 6)) == 720 and len(matchings(2, 3)) == 6
+    with pytest.raises(InputError, match=r"12 agents and 12 landmarks have 479,001,600 matchings") as raised:
+        matchings(12, 12)
+    assert "own_target" in raised.value.next_step
+    assert len(find("cooperative-navigation,agents=12").agents) == 12

@@ -1,0 +1,62 @@
+"""The question: what is derived from profile, claim, region, semantics and budgets, and what stays as it is."""
+
+from dataclasses import FrozenInstanceError, replace
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from codegen.errors import InputError
+from tests.teams import LEFT, STAY, team, tree
+from tests.verify.zone_cases import deception
+from verify.claims.decisions import DecisionClaim, formula
+from verify.claims.formula import for_goal
+from verify.claims.region import REAL, everywhere
+from verify.question import Budgets, Question, from_start, shuffled
+
+CLAIM = DecisionClaim("distinct_targets", "defenders")
+
+
+@pytest.fixture(name="question")
+def _question():
+    base, _ = deception(np.random.default_rng(0), 1)
+    return from_start(team(base, tree((0, 0.0, 1, 2), STAY, LEFT), tree(STAY)), CLAIM)
+
+
+def test_derives(question):
+    assert question.formula == formula(question.profile, CLAIM) and question.formula is question.formula
+    assert question.formula_for("landmark_1") == for_goal(question.formula, "landmark_1")
+    assert question.goals == question.region.goals == ("landmark_0", "landmark_1")
+    assert question.within(replace(question.region, goals=())).goals == ("",)
+    assert question.for_one_goal("landmark_1").goals == ("landmark_1",)
+    assert question.for_one_goal("").goals == ("",)
+    assert [policy.agent for policy in question.team] == ["agent_0", "agent_1"]
+    assert question.budgets == Budgets() and question.region == everywhere(question.profile)
+
+
+def test_neighbours_differ_in_one_part(question):
+    other = question.with_margin(Fraction(1, 2))
+    assert other.claim == replace(CLAIM, margin=Fraction(1, 2)) and other.formula != question.formula
+    assert other.region is question.region and other.profile is question.profile
+    assert question.with_eps(Fraction(1, 8)).claim.eps == Fraction(1, 8)
+    assert question.by(REAL).semantics == REAL
+    spent = question.spending(max_nodes=7).budgets
+    assert spent == replace(Budgets(), max_nodes=7)
+    wanted = shuffled(question.profile, CLAIM.team).policy("agent_0").tree.action
+    control = question.control
+    assert (control.profile.policy("agent_0").tree.action == wanted).all()
+    assert (control.claim, control.region, control.budgets) == (question.claim, question.region, question.budgets)
+
+
+def test_is_frozen_and_refuses_whom_it_cannot_be_about(question):
+    with pytest.raises(FrozenInstanceError):
+        question.claim = CLAIM
+    blind = replace(question.profile.policy("agent_1"), features=())
+    with pytest.raises(InputError, match="team"):
+        _ = question.about(replace(CLAIM, team="nobody")).team
+    unknown = replace(
+        question.profile.policy("agent_0"),
+        features=tuple(replace(one, meaning=None) for one in question.profile.policy("agent_0").features),
+    )
+    with pytest.raises(InputError, match="meaning"):
+        _ = Question(replace(question.profile, agents=(unknown, blind)), CLAIM, question.region).team

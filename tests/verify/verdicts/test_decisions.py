@@ -1,0 +1,385 @@
+"""Verdicts: brute force on small worlds, counterexamples that replay, proofs that mean something."""
+
+from dataclasses import replace
+from fractions import Fraction
+from itertools import product
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from codegen import ir
+from codegen.errors import DisagreementError, InputError, UnknownNameError
+from codegen.lowering.deploy import deployed
+from tests.strategies import grown_trees, profiles
+from tests.teams import LEFT, RIGHT, STAY, team, towards, tree
+from verify.checker.certificates import accepted
+from verify.claims.decisions import PROPERTIES, DecisionClaim, find_property
+from verify.claims.formula import below, conjunction, disjunction
+from verify.claims.region import Region, Verdict, start_region
+from verify.extent.boxes import proved_boxes
+from verify.question import Budgets, Question, from_start, shuffled
+from verify.solver.decide import Decision, decide
+from verify.states import shares
+from verify.states.state import State, inside, sample, violates
+from verify.verdicts import decisions
+from verify.verdicts.decisions import verify
+from verify.verdicts.opinions import Opinion, Zoned
+from verify.zones import engine as zones
+
+pytestmark = pytest.mark.solver
+
+
+@pytest.fixture
+def claim(profile):
+    return find_property("distinct_targets", profile)
+
+
+def test_fixed_roles_are_proved_everywhere(profile, claim):
+    roles = team(profile, towards(0, 0), towards(1, 1))
+    result = verify(Question(roles, claim, start_region(roles.world)), {})
+    assert result.verdict is Verdict.PROVED
+    assert result.control is Verdict.VIOLATED
+    assert 0.34 < result.shares.conflict.value < 0.38  # 36 % of the start box, see the definitions
+    assert result.shares.contested is not None and 0.026 < result.shares.contested.value < 0.031
+    assert result.shares.violating.hits == 0
+
+
+def test_both_at_the_same_target_is_refuted(profile, claim):
+    same = team(profile, towards(0, 0), towards(0, 1))
+    result = verify(Question(same, claim, start_region(same.world)), {})
+    assert result.verdict is Verdict.VIOLATED
+    state = result.counterexample.state
+    assert violates(from_start(same, claim), state) and inside(result.region, state)
+    assert all(len(repr(value)) <= 6 for value in state.position.values()), "not shrunk"
+
+
+def test_standing_still_is_refuted(profile, claim):
+    still = team(profile, tree(STAY), tree(STAY))
+    assert decide(Question(still, claim, start_region(still.world))).verdict is Verdict.VIOLATED
+
+
+def test_an_empty_region_is_vacuous(profile, claim):
+    start = start_region(profile.world)
+    high = Region(start.box, start.goals, differences=(("agent_0.x", "agent_1.x", (Fraction(3), Fraction(4))),))
+    result = verify(Question(profile, claim, high), {})
+    assert result.verdict is Verdict.VACUOUS and result.control is Verdict.SKIPPED
+    apart = Region(start.box, start.goals, apart=(("agent_0", "agent_1", Fraction(5)),))
+    assert verify(Question(profile, claim, apart), {}).verdict is Verdict.VACUOUS
+
+
+def test_a_spent_budget_is_unknown_with_its_reason(profile, claim):
+    result = verify(Question(profile, claim, start_region(profile.world), budgets=Budgets(10)), {})
+    assert result.verdict is Verdict.UNKNOWN
+    assert "resource units" in result.reason and "--solver-units" in result.reason
+
+
+def test_the_same_question_costs_the_same(profile, claim):
+    region = start_region(profile.world)
+    decide(Question(shuffled(profile, claim.team), claim, region))
+    assert decide(Question(profile, claim, region)).resources == decide(Question(profile, claim, region)).resources
+
+
+def test_a_replay_that_acts_differently_is_no_verdict(profile, claim):
+    same = team(profile, towards(0, 0), towards(0, 1))
+    with pytest.raises(DisagreementError, match="compiled C"):
+        verify(Question(same, claim, start_region(same.world)), {"compiled C": lambda state: [STAY, STAY]})
+
+
+def test_violation_only_between_neighbouring_floats(profile, claim):
+    """A violating sliver one float32 wide is found, and the point replays in float64."""
+    t = np.float32(0.3)
+    sliver = tree((2, float(np.nextafter(t, np.float32(0))), 1, 2), RIGHT, (2, float(t), 3, 4), STAY, RIGHT)
+    other = towards(1, 1)
+    box = dict(start_region(profile.world).box)
+    one = Fraction(1)
+    box |= {"landmark_0.x": (one, one), "landmark_0.y": (one, one), "agent_0.x": (-one, Fraction(8, 10))}
+    box |= {"landmark_1.x": (-one, -one), "landmark_1.y": (-one, -one), "agent_0.y": (-one, Fraction(0))}
+    box |= {"agent_1.x": (Fraction(-1, 2), Fraction(-1, 4)), "agent_1.y": (Fraction(1, 4), one)}
+    region = Region(box, ("landmark_0",))
+    lopsided = team(profile, sliver, other)
+    result = verify(Question(lopsided, claim, region), {})
+    assert result.verdict is Verdict.VIOLATED
+    assert violates(from_start(lopsided, claim), result.counterexample.state)
+    # the same region is proved once the sliver is gone
+    assert decide(Question(team(profile, tree(RIGHT), other), claim, region)).verdict is Verdict.PROVED
+
+
+GRID = [-1.0, -0.25, 0.5]
+
+
+@settings(max_examples=25)
+@given(grown_trees(max_depth=2), grown_trees(max_depth=2))
+def test_against_brute_force_on_a_grid(first, second):
+    """A region of few points: Z3's verdict is that of trying each of them."""
+    from maviper.worlds import PhysicalDeception
+
+    world = PhysicalDeception()
+    roles = {"agent_0": deployed(first), "agent_1": deployed(second)}
+    agents = tuple(
+        ir.AgentPolicy(name, world.team_of(name), features, actions, roles.get(name, tree(STAY)))
+        for name, features, actions in zip(world.agents, world.features, world.actions, strict=True)
+    )
+    profile = ir.PolicyProfile(world.spec, agents, ir.Provenance("", "", 0, "", ""))
+    if any((np.abs(p.tree.threshold) < 2.0**-126)[p.tree.threshold != 0].any() for p in agents):
+        return  # subnormal thresholds are refused
+    claim = DecisionClaim("distinct_targets", "defenders")
+    fixed = {"adversary_0.x": 0.5, "adversary_0.y": -1.0, "landmark_0.x": 1.0, "landmark_0.y": 0.75}
+    fixed |= {"landmark_1.x": -0.75, "landmark_1.y": -1.0, "agent_1.x": 0.0, "agent_1.y": 0.25}
+    answers = []
+    for x, y in product(GRID, GRID):
+        state = State(fixed | {"agent_0.x": x, "agent_0.y": y}, "landmark_1")
+        box = {name: (Fraction(value), Fraction(value)) for name, value in state.position.items()}
+        found = decide(Question(profile, claim, Region(box, ("landmark_1",)))).verdict
+        answers.append((found is Verdict.VIOLATED) == violates(from_start(profile, claim), state))
+    assert all(answers)
+
+
+@settings(max_examples=10)
+@given(profiles(max_depth=2), st.integers(0, 99))
+def test_sampled_violations_are_never_proved_away(profile, seed):
+    claim = DecisionClaim("distinct_targets", "defenders")
+    if any((np.abs(p.tree.threshold) < 2.0**-126)[p.tree.threshold != 0].any() for p in profile.agents):
+        return
+    region = start_region(profile.world)
+    coordinates, _ = sample(region, profile.world, 500, seed)
+    if shares.violating(from_start(profile, claim), coordinates).any():
+        assert decide(Question(profile, claim, region)).verdict is Verdict.VIOLATED
+
+
+def test_proved_against_samples_is_our_bug(profile, claim, monkeypatch):
+    same = team(profile, towards(0, 0), towards(0, 1))
+    monkeypatch.setattr(decisions, "decide", lambda *given: Decision(Verdict.PROVED, 0))
+    with pytest.raises(AssertionError, match=r"engines disagree: zones VIOLATED, Z3 .* PROVED"):
+        verify(Question(same, claim, start_region(same.world)), {})
+    silent = Zoned(Opinion("zones", Verdict.SKIPPED, 0, "search nodes"))
+    monkeypatch.setattr(decisions, "by_zones", lambda *given: silent)
+    with pytest.raises(AssertionError, match="proved, yet"):
+        verify(Question(same, claim, start_region(same.world)), {})
+
+
+def test_a_verdict_names_its_engines_and_a_proof_its_certificate(profile, claim):
+    roles = team(profile, towards(0, 0), towards(1, 1))
+    proved = verify(Question(roles, claim, start_region(roles.world)), {})
+    assert [opinion.verdict for opinion in proved.engines] == [Verdict.PROVED] * 2
+    assert proved.certificate is not None and proved.branches == accepted(proved.certificate, roles) > 10
+    same = team(profile, towards(0, 0), towards(0, 1))
+    refuted = verify(Question(same, claim, start_region(same.world)), {})
+    assert [opinion.verdict for opinion in refuted.engines] == [Verdict.VIOLATED] * 2
+    assert refuted.certificate is None
+    beyond = verify(Question(roles, replace(claim, name="aligned"), start_region(roles.world)), {})
+    assert beyond.engines[0].verdict is Verdict.SKIPPED and beyond.engines[1].verdict is beyond.verdict
+
+
+def test_zones_answer_where_the_solver_does_not(profile, claim, monkeypatch):
+    monkeypatch.setattr(decisions, "decide", lambda *given: Decision(Verdict.UNKNOWN, 0, reason="spent"))
+    for roles, wanted in ((towards(1, 1), Verdict.PROVED), (towards(0, 1), Verdict.VIOLATED)):
+        found = verify(Question(team(profile, towards(0, 0), roles), claim, start_region(profile.world)), {})
+        assert found.verdict is wanted and (found.counterexample is None) == (wanted is Verdict.PROVED)
+
+
+def test_a_refused_proof_is_our_bug(profile, claim, monkeypatch):
+    roles = team(profile, towards(0, 0), towards(1, 1))
+    right = zones.decide
+
+    def damaged(*given, **more):
+        found = right(*given, **more)
+        return replace(found, proofs={goal: proof[:-1] for goal, proof in found.proofs.items()})
+
+    monkeypatch.setattr(zones, "decide", damaged)
+    with pytest.raises(AssertionError, match="checker refuses"):
+        verify(Question(roles, claim, start_region(roles.world)), {})
+
+
+def test_subnormal_thresholds_are_refused(profile, claim):
+    tiny = team(profile, tree((0, 1e-40, 1, 2), LEFT, RIGHT), tree(STAY))
+    with pytest.raises(InputError, match="subnormal"):
+        decide(Question(tiny, claim, start_region(tiny.world)))
+
+
+def test_features_without_meaning_are_refused(profile, claim):
+    policy = profile.policy("agent_0")
+    blind = replace(policy, features=tuple(replace(feature, meaning=None) for feature in policy.features))
+    agents = tuple(blind if p.agent == "agent_0" else p for p in profile.agents)
+    with pytest.raises(InputError, match="no meaning"):
+        decide(Question(replace(profile, agents=agents), claim, start_region(profile.world)))
+
+
+def test_unknown_names_are_answered_with_the_closest(profile):
+    with pytest.raises(UnknownNameError, match="distinct_targets"):
+        find_property("distinct_target", profile)
+    with pytest.raises(UnknownNameError, match="defenders"):
+        find_property("distinct_targets", profile, "defender")
+    assert "distinct_targets" in PROPERTIES
+
+
+def test_boxes_found_are_proved_conflicting_and_discriminating(profile, claim):
+    box = next(proved_boxes(profile, claim, 0))
+    result = verify(Question(profile, claim, box.region), {})
+    assert result.verdict is Verdict.PROVED
+    assert result.shares.conflict.hits > 0
+    assert result.control is Verdict.VIOLATED
+
+
+def test_boxes_are_found_where_something_always_starts_in_one_place(profile, claim):
+    first, *others = profile.world.landmarks
+    world = replace(profile.world, landmarks=(replace(first, start=(0.5, 0.5)), *others))
+    box = next(proved_boxes(replace(profile, world=world), claim, 0))
+    assert 0 < box.volume <= 1 and box.region.box[f"{first.name}.x"] == (Fraction(1, 2), Fraction(1, 2))
+
+
+@pytest.mark.parametrize("bound", ["0.9", "0.8", "0.1", "0.3", "1/3"])
+def test_bounds_that_no_float64_meets_still_give_counterexamples(profile, claim, bound):
+    """A model sits on the faces of the box; the float64 nearest to a face may lie outside."""
+    start = start_region(profile.world)
+    limit = Fraction(bound)
+    region = Region(dict.fromkeys(start.box, (-limit, limit)), start.goals)
+    same = team(profile, towards(0, 0), towards(0, 1))
+    result = verify(Question(same, claim, region), {})
+    assert result.verdict is Verdict.VIOLATED
+    assert inside(region, result.counterexample.state) and violates(
+        from_start(same, claim), result.counterexample.state
+    )
+
+
+def test_a_state_on_a_boundary_that_sampling_misjudges(profile, claim):
+    """Exactly 1/10 away is at; in float64, 0.4 - 0.3 is more. The proof stands and nothing crashes."""
+    place = dict.fromkeys(start_region(profile.world).box, (Fraction(0), Fraction(0)))
+    place |= {"agent_0.x": (Fraction(3, 10),) * 2, "landmark_0.x": (Fraction(4, 10),) * 2}
+    still = team(profile, tree(STAY), tree(STAY))
+    result = verify(Question(still, claim, Region(place, ("landmark_0",))), {})
+    assert result.verdict is Verdict.PROVED and result.shares.violating.hits > 0
+
+
+def test_only_a_real_valued_state_is_unknown(profile, claim):
+    """A region that no float64 point meets: 0.3 and 0.1 exactly, where standing still would violate."""
+    place = {name: (Fraction(1, 3), Fraction(1, 3)) for name in start_region(profile.world).box}
+    place |= {"landmark_0.x": (Fraction(2, 3),) * 2, "landmark_1.x": (Fraction(5, 3),) * 2}
+    result = verify(
+        Question(team(profile, tree(STAY), tree(STAY)), claim, Region(place, ("landmark_0", "landmark_1"))), {}
+    )
+    assert result.verdict is Verdict.UNKNOWN and "real-valued" in result.reason
+
+
+def test_the_control_is_asked_not_assumed(profile, claim):
+    """Where both agents are at their landmarks, any team satisfies the claim, shuffled or not."""
+    place = dict.fromkeys(start_region(profile.world).box, (Fraction(0), Fraction(0)))
+    place |= {f"{name}.x": (Fraction(1), Fraction(1)) for name in ("agent_1", "landmark_1")}
+    result = verify(Question(team(profile, towards(0, 0), towards(1, 1)), claim, Region(place, ("landmark_0",))), {})
+    assert result.verdict is Verdict.PROVED and result.control is Verdict.PROVED
+    assert result.shares.conflict.hits == 0
+
+
+def test_boxes_without_a_refuted_control_are_passed_over(profile, claim, monkeypatch):
+    from verify import question
+    from verify.extent import boxes
+
+    monkeypatch.setattr(question, "shuffled", lambda profile, team: profile)
+    monkeypatch.setattr(boxes, "SEEDS_DRAWN", 15)
+    assert list(proved_boxes(profile, claim, 0)) == []
+
+
+def test_shrinking_keeps_the_violation_and_drops_the_digits(profile, claim):
+    from verify.counterexamples.search import shrink
+
+    same = team(profile, towards(0, 0), towards(0, 1))
+    region = start_region(profile.world)
+    coordinates, goals = sample(region, profile.world, 200, 3)
+    names = profile.world.coordinates()
+    shrunk = 0
+    for row in np.flatnonzero(shares.violating(from_start(same, claim), coordinates))[:10]:
+        state = State(
+            {name: float(coordinates[row, names.index(name)]) for name in region.box}, f"landmark_{goals[row]}"
+        )
+        small = shrink([Question(same, claim, region)], state)
+        assert violates(from_start(same, claim), small) and inside(region, small) and small.goal == state.goal
+        shrunk += all(len(repr(value)) <= 5 for value in small.position.values())
+    assert shrunk >= 8
+
+
+@pytest.mark.parametrize(
+    ("margin", "radius", "wanted"),
+    [
+        ("0", "3/50", Verdict.PROVED),
+        ("1/40", "3/50", Verdict.PROVED),
+        ("1/10", "3/50", Verdict.VIOLATED),  # between 0.05 and 0.1 away on x an agent is not ahead by more than 0.1
+        # the trees turn where float32 observations do, 2.6e-9 above 1/20: that sliver is neither at nor closing
+        ("0", "1/20", Verdict.VIOLATED),
+        ("0", "0.0500000026", Verdict.VIOLATED),
+        ("0", "0.0500000027", Verdict.PROVED),
+    ],
+)
+def test_margin_and_radius_are_exact(profile, claim, margin, radius, wanted):
+    roles = team(profile, towards(0, 0), towards(1, 1))
+    asked = replace(claim, margin=Fraction(margin), radius=Fraction(radius))
+    assert decide(Question(roles, asked, start_region(profile.world))).verdict is wanted
+
+
+@pytest.mark.parametrize("meaning", ["sign", "coordinate"])
+def test_signs_and_single_coordinates_against_the_referee(profile, claim, meaning):
+    """Features of the other games: a sign, and one coordinate, rounded once."""
+    policy = profile.policy("agent_0")
+    one = ir.Meaning(((1, "landmark_0.x"),)) if meaning == "coordinate" else ir.Meaning(
+        ((1, "landmark_0.x"), (-1, "agent_0.x")), "sign"
+    )  # fmt: skip
+    features = (replace(policy.features[0], meaning=one), *policy.features[1:])
+    for threshold in (-0.5, 0.0, 0.5) if meaning == "sign" else (0.1, -0.3):
+        changed = replace(policy, features=features, tree=tree((0, threshold, 1, 2), LEFT, RIGHT), grown=None)
+        agents = tuple(changed if p.agent == "agent_0" else p for p in team(profile, tree(STAY), towards(1, 1)).agents)
+        here = replace(profile, agents=agents)
+        t = float(np.float32(threshold))
+        tie = (t + float(np.nextafter(np.float32(t), np.float32(9)))) / 2
+        for x in (tie, np.nextafter(tie, 9), np.nextafter(tie, -9), t, 0.25, -0.25):
+            position = dict.fromkeys(start_region(here.world).box, 0.0) | {
+                "landmark_0.x": float(x),
+                "landmark_1.y": 1.0,
+            }
+            position |= {"agent_0.x": 0.25 if meaning == "sign" else -1.0, "agent_0.y": -0.5, "agent_1.y": -0.5}
+            state = State(position, "landmark_0")
+            box = {name: (Fraction(value), Fraction(value)) for name, value in position.items()}
+            found = decide(Question(here, claim, Region(box, ("landmark_0",)))).verdict
+            assert (found is Verdict.VIOLATED) == violates(from_start(here, claim), state), (threshold, x)
+
+
+def test_ctrl_c_during_the_search_is_no_verdict():
+    """The solver catches the signal itself and answers unknown; that must not pass for an answer."""
+    import signal
+    import subprocess
+    import sys
+    import time
+
+    pigeons = """
+import sys, z3
+from verify.solver.encode import Query
+from verify.solver.solve import ask
+n = 18
+hole = [[z3.Bool(f"{i} {j}") for j in range(n - 1)] for i in range(n)]
+rules = [z3.Or(row) for row in hole]
+rules += [z3.Or(z3.Not(hole[i][k]), z3.Not(hole[j][k])) for k in range(n - 1) for i in range(n) for j in range(i)]
+print("ready", file=sys.stderr, flush=True)
+ask(Query("", {}, rules), 2**32 - 1)
+"""
+    process = subprocess.Popen([sys.executable, "-c", pigeons], stderr=subprocess.PIPE, text=True)
+    assert process.stderr.readline() == "ready\n"
+    time.sleep(1.5)
+    process.send_signal(signal.SIGINT)
+    _, err = process.communicate(timeout=60)
+    assert process.returncode != 0 and "KeyboardInterrupt" in err
+
+
+def test_a_proof_under_an_assumption_that_nobody_meets_is_no_proof(profile):
+    """When the budget ends before the assumption is settled, zones alone may have proved the claim about nothing."""
+    roles = team(profile, towards(0, 0), towards(1, 1))
+    names = ["adversary_0", "agent_0", "agent_1", "landmark_0", "landmark_1"]
+    far = Fraction(101, 100)
+
+    def apart(a, b):
+        sides = [below({f"{p}.{axis}": 1, f"{q}.{axis}": -1}, -far) for axis in "xy" for p, q in ((a, b), (b, a))]
+        return disjunction(*sides)
+
+    assume = conjunction(*(apart(a, b) for place, a in enumerate(names) for b in names[place + 1 :]))
+    claim = replace(find_property("own_target", roles), assume=assume)
+    for budget in (20_000, 2_000_000):
+        found = verify(Question(roles, claim, start_region(roles.world), budgets=Budgets(budget)), {})
+        assert found.verdict in (Verdict.UNKNOWN, Verdict.VACUOUS) and found.certificate is None

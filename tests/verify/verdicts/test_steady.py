@@ -1,0 +1,223 @@
+"""Errors of features: one a feature and agent, decided exactly, replayed with the errors of the counterexample."""
+
+from dataclasses import replace
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from codegen import ir
+from codegen.lowering.deploy import deployed
+from tests.strategies import grown_trees
+from tests.teams import LEFT, RIGHT, STAY, UP, team, towards, tree
+from tests.verify.solver.test_encode import meanings, tied_points, with_meanings
+from verify.claims.decisions import STEADY, DecisionClaim, find_property
+from verify.claims.region import Region, Verdict, start_region
+from verify.question import Question, from_start
+from verify.solver.decide import decide
+from verify.solver.encode import query as query_of
+from verify.states import noise, shares
+from verify.states.state import State, error_name, inside, measurable, observed, sample, violates
+from verify.verdicts.decisions import verify
+
+EPS = Fraction(1, 10)
+CLAIM = DecisionClaim(STEADY, "defenders", eps=EPS, of="distinct_targets")
+
+
+def asked(profile, claim, state):
+    """Whether the solver's constraints hold in one world state with its errors; an error that is not named is 0."""
+    import z3
+
+    region = start_region(profile.world)
+    wide = Region(dict.fromkeys(region.box, (Fraction(-9), Fraction(9))), region.goals)
+    query = query_of(Question(profile, claim, wide), state.goal)
+    known = dict(state.position) | dict(state.errors)
+    values = [
+        (variable, z3.RatVal(*Fraction(known.get(name, 0.0)).as_integer_ratio()))
+        for name, variable in query.variables.items()
+    ]
+    answer = z3.simplify(z3.substitute(z3.And(*query.constraints), *values))
+    assert z3.is_true(answer) or z3.is_false(answer), answer
+    return z3.is_true(answer)
+
+
+def mistaken_points(profile, count, seed):
+    """World states on a coarse grid, with errors on a grid too, so that sums meet thresholds."""
+    rng = np.random.default_rng(seed)
+    for state in tied_points(count, seed):
+        errors = {}
+        for policy in profile.team("defenders"):
+            for feature in policy.features:
+                error = float(rng.choice([0.0, 0.0, 0.1, -0.1, 0.0625, -0.0625, 1e-9]))
+                if abs(Fraction(error)) <= EPS:  # the float64 number 0.1 is more than a tenth
+                    errors[error_name(policy.agent, feature.name)] = error
+        yield State(state.position, state.goal, errors)
+
+
+@pytest.mark.solver
+@settings(max_examples=40)
+@given(grown_trees(n_features=14, max_depth=3), grown_trees(n_features=14, max_depth=3), st.integers(0, 999))
+def test_states_with_errors_against_the_referee(first, second, seed):
+    """Every kind of meaning, errors at thresholds: the solver's constraints are what the referee computes."""
+    trees = {"agent_0": deployed(first), "agent_1": deployed(second)}
+    assume(not any(((t.threshold != 0) & (np.abs(t.threshold) < 2.0**-126)).any() for t in trees.values()))
+    profile = with_meanings(trees)
+    for state in mistaken_points(profile, 12, seed):
+        assert asked(profile, CLAIM, state) == violates(from_start(profile, CLAIM), state), state
+
+
+@pytest.mark.solver
+@pytest.mark.parametrize("threshold", [-0.5, -0.0, 0.0625, 0.25, 0.5])
+@pytest.mark.parametrize("kind", range(14))
+def test_each_meaning_with_errors_against_the_referee(kind, threshold):
+    profile = with_meanings({"agent_0": tree((kind, threshold, 1, 2), LEFT, UP), "agent_1": tree(UP)})
+    for state in mistaken_points(profile, 8, seed=kind):
+        assert asked(profile, CLAIM, state) == violates(from_start(profile, CLAIM), state), state
+
+
+def test_constants_and_equalities_have_no_errors():
+    found = [measurable(meaning) for meaning in meanings("agent_0")]
+    assert [str(m) for m, kept in zip(meanings("agent_0"), found, strict=True) if not kept] == [
+        "0", "zero(goal.x - landmark_0.x)", "zero(landmark_0.x - agent_0.x)",
+    ]  # fmt: skip
+
+
+@pytest.mark.solver
+def test_a_feature_read_twice_has_one_error(profile):
+    """Two tests on a path that only two different errors could pass: proved, because there is one."""
+    near = dict.fromkeys(start_region(profile.world).box, (Fraction(0), Fraction(0)))
+    near |= {f"landmark_{k}.{axis}": (Fraction(1), Fraction(1)) for k in (0, 1) for axis in "xy"}
+    region = Region(near | {"agent_0.x": (Fraction(-2), Fraction(2))}, ("landmark_0",))
+    # landmark_0_dx (feature 2) above 0.3 and then at most 0.15: out of reach for any one error
+    twice = tree((2, 0.3, 1, 2), UP, (2, 0.15, 3, 4), STAY, UP)
+    assert decide(Question(team(profile, twice, tree(UP)), CLAIM, region)).verdict is Verdict.PROVED
+    # the same with two features that measure the same thing: each has an error of its own
+    goal_first = tree((0, 0.3, 1, 2), UP, (2, 0.15, 3, 4), STAY, UP)
+    apart = team(profile, goal_first, tree(UP))
+    assert decide(Question(apart, find_property("distinct_targets", profile), region)).verdict is Verdict.PROVED
+    found = verify(Question(apart, CLAIM, region), {})
+    assert found.verdict is Verdict.VIOLATED and found.shares.violating.hits > 0
+    errors = found.counterexample.state.errors
+    assert errors["agent_0:goal_dx"] > 0 > errors["agent_0:landmark_0_dx"]
+    assert all(abs(Fraction(error)) <= EPS for error in errors.values())
+    narrow = DecisionClaim(STEADY, "defenders", eps=Fraction(7, 100), of="distinct_targets")
+    assert decide(Question(apart, narrow, region)).verdict is Verdict.PROVED
+
+
+@pytest.mark.solver
+def test_the_least_error_that_matters_is_found_exactly(profile):
+    """An agent 0.25 from a threshold: errors below that change nothing, errors of it do (as the machine rounds)."""
+    box = dict.fromkeys(start_region(profile.world).box, (Fraction(0), Fraction(0)))
+    box |= {f"landmark_{k}.{axis}": (Fraction(1), Fraction(1)) for k in (0, 1) for axis in "xy"}
+    region = Region(box, ("landmark_0",))
+    one = team(profile, tree((2, 0.75, 1, 2), STAY, RIGHT), tree(UP))
+    # 0.75, half a float32 step and half a float64 step above it still go left
+    end, little = 1 - Fraction(3, 4) - Fraction(1, 2**25) - Fraction(1, 2**54), Fraction(1, 2**60)
+    cases = ((end - little, Verdict.PROVED), (end + little, Verdict.VIOLATED), (EPS, Verdict.PROVED))
+    for eps, verdict in cases:
+        claim = DecisionClaim(STEADY, "defenders", eps=eps, of="distinct_targets")
+        assert decide(Question(one, claim, region)).verdict is verdict, eps
+
+
+@pytest.mark.solver
+def test_violations_hold_their_errors_and_replay(profile):
+    """Fixed roles are proved without errors; with large ones they fail, in a state that the referee confirms."""
+    roles = team(profile, towards(0, 0), towards(1, 1))
+    region = start_region(roles.world)
+    claim = DecisionClaim(STEADY, "defenders", eps=Fraction(1, 4), of="distinct_targets")
+    replayed = []
+
+    def replay(state):
+        replayed.append(state)
+        return [int(ir.act(policy, observed(roles, policy, state))[0]) for policy in roles.team("defenders")]
+
+    found = verify(Question(roles, claim, region), {"again": replay})
+    assert found.verdict is Verdict.VIOLATED and found.control is Verdict.VIOLATED
+    state = found.counterexample.state
+    assert state.errors and replayed == [state] and violates(from_start(roles, claim), state) and inside(region, state)
+    assert not violates(from_start(roles, claim), State(state.position, state.goal)), (
+        "without its errors nothing is wrong"
+    )
+    assert all(len(repr(value)) <= 8 for value in state.errors.values()), "errors are not shrunk"
+    shown = {name for view in found.counterexample.agents for name, _ in view.errors}
+    assert shown == {name.split(":")[1] for name in state.errors}
+
+
+def test_random_errors_never_leave_what_is_called_reachable(profile):
+    roles = team(profile, towards(0, 0), towards(0, 1))
+    region = start_region(roles.world)
+    coordinates, goals = sample(region, roles.world, 400, 0)
+    able = {policy.agent: noise.reachable(policy, coordinates, roles.world, float(EPS)) for policy in roles.agents}
+    bad, changes = (
+        noise.violable(from_start(roles, CLAIM), coordinates),
+        noise.changeable(from_start(roles, CLAIM), coordinates),
+    )
+    assert 0 < changes.sum() < 400 and 0 < bad.sum() < 400
+    rng, names = np.random.default_rng(1), roles.world.coordinates()
+    met = dict.fromkeys(range(400), False)
+    for row in range(400):
+        position = {name: float(coordinates[row, names.index(name)]) for name in region.box}
+        for _ in range(5):
+            errors = {
+                error_name(policy.agent, feature.name): float(rng.uniform(-0.1, 0.1))
+                for policy in roles.team("defenders")
+                for feature in policy.features
+            }
+            state = State(position, f"landmark_{goals[row]}", errors)
+            for policy in roles.team("defenders"):
+                action = int(ir.act(policy, observed(roles, policy, state))[0])
+                assert able[policy.agent][row, action]
+            met[row] |= violates(from_start(roles, CLAIM), state)
+        assert bad[row] or not met[row]
+        if bad[row]:
+            found = noise.mistaken(from_start(roles, CLAIM), State(position, f"landmark_{goals[row]}"))
+            assert found is not None and violates(from_start(roles, CLAIM), found)
+    assert shares.violating(from_start(roles, CLAIM), coordinates).sum() == bad.sum()
+
+
+@pytest.mark.parametrize("threshold", [-1.0, -0.5, 0.0, 0.5])
+@pytest.mark.parametrize("function", ["sign", "positive", "zero"])
+def test_what_errors_reach_where_a_function_turns(profile, function, threshold):
+    """The whole error, towards 0 and no farther."""
+    eps = Fraction(1, 8)
+    policy = team(profile, tree((2, threshold, 1, 2), LEFT, RIGHT), tree(STAY)).policy("agent_0")
+    meaning = replace(policy.features[2].meaning, function=function)
+    features = [replace(one, meaning=meaning) if place == 2 else one for place, one in enumerate(policy.features)]
+    policy = replace(policy, features=tuple(features))
+    turned = replace(profile, agents=tuple(policy if one.agent == "agent_0" else one for one in profile.agents))
+    for offset in (-0.25, -0.125, -0.0625, 0.0, 0.0625, 0.125, 0.25):
+        position = dict.fromkeys(start_region(turned.world).box, 0.0) | {"landmark_0.x": offset}
+        state = State(position, "landmark_1")
+        name, found = error_name("agent_0", features[2].name), set()
+        for error in (-0.125, 0.0, 0.125):
+            found.add(int(ir.act(policy, observed(turned, policy, replace(state, errors={name: error})))[0]))
+        able = noise.reachable(policy, state.coordinates(turned), turned.world, float(eps))[0]
+        assert set(np.flatnonzero(able).tolist()) >= found, (offset, found)
+        assert function != "sign" or threshold >= 0 or set(np.flatnonzero(able).tolist()) == found, (offset, found)
+
+
+@pytest.mark.solver
+def test_without_room_for_errors_the_plain_verdict_stays(profile):
+    """Errors smaller than every distance to a threshold change no verdict; more can only make it harder."""
+    roles = team(profile, towards(0, 0), towards(1, 1))
+    region = start_region(roles.world)
+    verdicts = [
+        decide(Question(roles, DecisionClaim(STEADY, "defenders", eps=eps, of="distinct_targets"), region)).verdict
+        for eps in (Fraction(1, 10**6), Fraction(1, 100), Fraction(1, 5), Fraction(1, 2))
+    ]
+    order = [Verdict.PROVED, Verdict.VIOLATED]
+    assert verdicts == sorted(verdicts, key=order.index) and set(verdicts) == set(order)
+
+
+@pytest.mark.compile
+@pytest.mark.solver
+def test_errors_replay_in_compiled_code_and_in_the_environment(profile):
+    from maviper.verification.join import verify_claims
+
+    roles = team(profile, towards(0, 0), towards(1, 1))
+    claim = DecisionClaim(STEADY, "defenders", eps=Fraction(1, 4), of="distinct_targets")
+    (found,) = verify_claims(roles, [(claim, start_region(roles.world))])
+    assert found.verdict is Verdict.VIOLATED and found.counterexample.state.errors
+    assert found.counterexample.replayed == ("reference", "compiled C", roles.world.reference)

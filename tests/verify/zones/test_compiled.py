@@ -1,0 +1,193 @@
+"""The compiled zone search: equal bytes, counts and points to the Python search, for both widths of integers."""
+
+import importlib.util
+import shlex
+import subprocess
+import sysconfig
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from codegen.agreement.compiled import find_compiler
+from tests.teams import team, towards
+from tests.verify.zone_cases import deception, navigation, near_roles, noisy, random_region, stated, switching
+from verify.claims.decisions import find_property, formula
+from verify.claims.region import MACHINE, REAL, Verdict, start_region
+from verify.extent import violations
+from verify.question import Budgets, Question
+from verify.zones import compiled as zone_compiled
+from verify.zones import engine
+from verify.zones.compiled import CompiledSearch
+from verify.zones.search import Search
+
+pytestmark = pytest.mark.compile
+SOURCE = Path(zone_compiled.__file__).parent / "_zones.c"
+
+
+@pytest.fixture(scope="module")
+def compiled(tmp_path_factory):
+    """The extension, built here under strict warnings."""
+    place = tmp_path_factory.mktemp("extension") / "_zones.so"
+    compiler = [*find_compiler(), "-O2", "-std=gnu99", "-Wall", "-Wextra", "-Wshadow", "-Werror"]
+    include = f"-I{sysconfig.get_paths()['include']}"
+    if not (Path(sysconfig.get_paths()["include"]) / "Python.h").exists():
+        pytest.skip("no headers of Python")
+    command = [*compiler, "-fPIC", "-shared", "-fno-strict-aliasing", include, str(SOURCE), "-o", str(place)]
+    built = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert built.returncode == 0, shlex.join(command) + built.stderr
+    spec = importlib.util.spec_from_file_location("_zones", place)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.fixture
+def both(compiled, monkeypatch):
+    """Asks a question with both searches; what they say must be equal. Counts how often the compiled one was used."""
+    monkeypatch.setattr(zone_compiled, "_zones", compiled)
+    used = []
+
+    def asked(*question, bits=None, **options):
+        def build(problem, region, budget):
+            least = zone_compiled.width(problem)
+            used.append(least if bits is None or least is None else max(bits, least))
+            if least is None:
+                return Search(problem, region, budget)
+            with monkeypatch.context() as patch:
+                patch.setattr(zone_compiled, "width", lambda _: used[-1])
+                return CompiledSearch(problem, region, budget)
+
+        with monkeypatch.context() as patch:
+            patch.setattr(engine, "search", Search)
+            plain = engine.decide(stated(*question, **options))
+            patch.setattr(engine, "search", build)
+            assert engine.decide(stated(*question, **options)) == plain
+        return plain
+
+    asked.used = used
+    return asked
+
+
+@pytest.mark.parametrize("semantics", [MACHINE, REAL])
+@pytest.mark.parametrize("bits", [128, 256])
+def test_random_questions(both, bits, semantics):
+    rng = np.random.default_rng(11)
+    found = []
+    for _ in range(80):
+        profile, claim = deception(rng, 4)
+        asked = formula(profile, claim)
+        found.append(both(profile, asked, random_region(rng, profile), semantics, bits=bits).verdict)
+    assert {Verdict.PROVED, Verdict.VIOLATED, Verdict.VACUOUS} <= set(found)
+    assert both.used.count(bits) > 40
+
+
+def test_teams_that_nearly_hold_their_claim(both, profile):
+    rng = np.random.default_rng(12)
+    found = []
+    for _ in range(40):
+        pair, claim = near_roles(rng, profile)
+        region = start_region(pair.world) if rng.random() < 0.5 else random_region(rng, pair)
+        found.append(both(pair, formula(pair, claim), region).verdict)
+    assert found.count(Verdict.PROVED) > 5 and found.count(Verdict.VIOLATED) > 5
+
+
+def test_three_agents(both):
+    rng = np.random.default_rng(13)
+    for _ in range(10):
+        profile, claim = navigation(rng, 3)
+        both(profile, formula(profile, claim), random_region(rng, profile))
+
+
+@pytest.mark.parametrize("bits", [128, 256])
+def test_all_violating_zones(compiled, monkeypatch, bits):
+    """The same zones in the same order, with the same limits."""
+    monkeypatch.setattr(zone_compiled, "_zones", compiled)
+    rng, seen = np.random.default_rng(14), 0
+
+    def build(problem, region, budget):
+        least = max(bits, zone_compiled.width(problem))
+        with monkeypatch.context() as patch:
+            patch.setattr(zone_compiled, "width", lambda _: least)
+            return CompiledSearch(problem, region, budget)
+
+    for _ in range(15):
+        profile, claim = deception(rng, 3)
+        region = random_region(rng, profile)
+        for most, nodes in ((1000, 10**6), (3, 10**6), (1000, 60)):
+            monkeypatch.setattr(engine, "search", Search)
+            plain = violations.violations(
+                Question(profile, claim, region, MACHINE, Budgets(max_nodes=nodes, max_cells=most))
+            )
+            monkeypatch.setattr(engine, "search", build)
+            assert (
+                violations.violations(
+                    Question(profile, claim, region, MACHINE, Budgets(max_nodes=nodes, max_cells=most))
+                )
+                == plain
+            )
+            seen += sum(len(one.zones) for one in plain)
+    assert seen > 100
+
+
+def test_the_budget_ends_at_the_same_node(both, profile):
+    pair = team(profile, *switching(0.1))
+    claim = formula(pair, find_property("distinct_targets", pair))
+    for budget in (1, 3, 10, 50, 100):
+        assert both(pair, claim, start_region(pair.world), budget=budget).verdict is Verdict.UNKNOWN
+
+
+def test_bounds_beyond_256_bits_are_searched_in_python(both, profile):
+    pair = team(profile, towards(0, 0), towards(1, 1))
+    claim = formula(pair, find_property("distinct_targets", pair, radius=Fraction(10**90 // 11, 10**90)))
+    assert both(pair, claim, start_region(pair.world)).verdict is Verdict.PROVED
+    assert set(both.used) == {None}
+
+
+def test_combinations_beyond_the_table_are_asked_for(compiled, monkeypatch, profile):
+    """Many classes: the search asks for each combination, and gets the same answers."""
+    pair = team(profile, *switching(0.1))
+    claim = formula(pair, find_property("distinct_targets", pair))
+    few = engine.decide(stated(pair, claim, start_region(pair.world)))
+
+    class Spread(CompiledSearch):
+        def refutation(self, trees, classes, resolve):
+            spread = [[number * 3000 for number in own] for own in classes]
+            return super().refutation(trees, spread, lambda numbers: resolve(tuple(n // 3000 for n in numbers)))
+
+    monkeypatch.setattr(zone_compiled, "_zones", compiled)
+    monkeypatch.setattr(engine, "search", Spread)
+    assert engine.decide(stated(pair, claim, start_region(pair.world))) == few
+
+
+def test_an_error_while_searching_is_raised(compiled, monkeypatch, profile):
+    class Broken(CompiledSearch):
+        def refutation(self, trees, classes, resolve):
+            def broken(numbers):
+                raise KeyboardInterrupt
+
+            return super().refutation(trees, classes, broken)
+
+    monkeypatch.setattr(zone_compiled, "_zones", compiled)
+    monkeypatch.setattr(engine, "search", Broken)
+    pair = team(profile, *switching(0.1))
+    with pytest.raises(KeyboardInterrupt):
+        engine.decide(stated(pair, formula(pair, find_property("distinct_targets", pair)), start_region(pair.world)))
+
+
+def test_without_the_extension_the_python_search_answers(monkeypatch, profile):
+    monkeypatch.setattr(zone_compiled, "AVAILABLE", False)
+    pair = team(profile, towards(0, 0), towards(1, 1))
+    claim = formula(pair, find_property("distinct_targets", pair))
+    assert engine.decide(stated(pair, claim, start_region(pair.world))).verdict is Verdict.PROVED
+
+
+def test_questions_with_errors_of_features(both, profile):
+    rng = np.random.default_rng(14)
+    found = []
+    for _ in range(40):
+        pair, claim = noisy(rng, profile)
+        region = start_region(pair.world) if rng.random() < 0.5 else random_region(rng, pair)
+        found.append(both(pair, formula(pair, claim), region, eps=claim.eps).verdict)
+    assert found.count(Verdict.PROVED) > 5 and found.count(Verdict.VIOLATED) > 5

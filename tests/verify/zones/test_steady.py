@@ -1,0 +1,226 @@
+"""Errors of features in the zone engine: against Z3, errors tried one by one, and teams with known verdicts."""
+
+from dataclasses import replace
+from fractions import Fraction
+from itertools import product
+
+import numpy as np
+import pytest
+
+from codegen import ir
+from codegen.ir import Meaning
+from tests.teams import RIGHT, STAY, UP, team, towards, tree
+from tests.verify.verdicts.test_steady import CLAIM, EPS
+from tests.verify.zone_cases import (
+    actions_with_errors,
+    everyone,
+    exactly_inside,
+    grid_points,
+    navigation,
+    noisy,
+    noisy_roles,
+    random_region,
+    stated,
+)
+from verify.checker import decisions
+from verify.checker.certificates import numbers
+from verify.checker.thresholds import sides
+from verify.claims.decisions import STEADY, DecisionClaim, find_property, formula
+from verify.claims.formula import for_goal, holds
+from verify.claims.region import MACHINE, REAL, Region, Semantics, Verdict, start_region
+from verify.counterexamples import search
+from verify.question import Budgets, Question, from_start
+from verify.reports import report
+from verify.solver.decide import decide
+from verify.states import noise
+from verify.states.state import sample, violates
+from verify.verdicts import decisions as engine
+from verify.verdicts import opinions
+from verify.verdicts.margins import MAX_QUESTIONS, STEP
+from verify.zones import engine as zones
+from verify.zones import tables
+
+pytestmark = pytest.mark.solver
+BUDGET = 10**9
+
+
+def stands(profile, claim, state, goal, machine=True):
+    """Whether no errors make the team violate the claim at a rational point."""
+    asked = for_goal(formula(profile, claim), goal)
+    ways = actions_with_errors(profile, state, goal, claim.eps, machine)
+    return all(
+        holds(asked, state, dict(zip(ways, joint, strict=True)))
+        for joint in product(*(sorted(actions) for actions in ways.values()))
+    )
+
+
+def agree(profile, claim, region, semantics=MACHINE, seed=0):
+    """Zones, Z3, checker and errors tried one by one say the same; returns the verdict."""
+    asked, machine = formula(profile, claim), semantics == MACHINE
+    found = zones.decide(stated(profile, asked, region, semantics, eps=claim.eps))
+    assert found.verdict is decide(Question(profile, claim, region, semantics)).verdict
+    if found.verdict is Verdict.VIOLATED:
+        assert exactly_inside(region, found.state)
+        assert not stands(profile, claim, found.state, found.goal, machine)
+    if found.verdict is Verdict.PROVED:
+        for goal, proof in found.proofs.items():
+            assert decisions.check(profile, asked, region, goal, Semantics(semantics, claim.eps), numbers(proof)) >= 0
+        for state in grid_points(np.random.default_rng(seed), region, 10):
+            assert all(stands(profile, claim, state, goal, machine) for goal in everyone(region))
+    return found.verdict
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_random_questions_with_errors(profile, seed):
+    """Every meaning, thresholds nearer than errors, dead leaves; regions with equalities, differences, distances."""
+    rng = np.random.default_rng([seed, 21])
+    found = []
+    for _ in range(16):
+        pair, claim = noisy(rng, profile)
+        start = start_region(pair.world)
+        found.append(agree(pair, claim, start if rng.random() < 0.4 else random_region(rng, pair), seed=seed))
+    assert Verdict.PROVED in found and Verdict.VIOLATED in found
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_random_questions_over_the_reals(profile, seed):
+    rng = np.random.default_rng([seed, 22])
+    for _ in range(10):
+        pair, claim = noisy(rng, profile)
+        agree(pair, claim, random_region(rng, pair), REAL, seed)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_three_agents_with_velocities(seed):
+    """Features of one coordinate: with an error they are rounded twice."""
+    rng = np.random.default_rng([seed, 23])
+    for _ in range(4):
+        trio, claim = navigation(rng, 3)
+        agree(
+            trio, DecisionClaim(STEADY, "agents", radius=claim.radius, eps=EPS, of=claim.name), random_region(rng, trio)
+        )
+
+
+def test_tests_of_one_feature_share_its_error(profile, monkeypatch):
+    """Without that, proofs are lost: leaves that no error reaches would count."""
+    rng, questions = np.random.default_rng(24), []
+    for _ in range(40):
+        pair, claim = noisy_roles(rng, profile)
+        questions.append((pair, formula(pair, claim), start_region(pair.world), claim.eps))
+    right = [zones.decide(stated(*asked, eps=eps)).verdict for *asked, eps in questions]
+    monkeypatch.setattr(zones, "barred_sides", lambda *_: frozenset())
+    apart = [zones.decide(stated(*asked, eps=eps)).verdict for *asked, eps in questions]
+    assert all(other is verdict for verdict, other in zip(right, apart, strict=True) if verdict is Verdict.VIOLATED)
+    assert sum(verdict is not other for verdict, other in zip(right, apart, strict=True)) > 0
+
+
+def test_a_feature_read_twice_and_two_that_measure_the_same(profile):
+    near = dict.fromkeys(start_region(profile.world).box, (Fraction(0), Fraction(0)))
+    near |= {f"landmark_{k}.{axis}": (Fraction(1), Fraction(1)) for k in (0, 1) for axis in "xy"}
+    region = Region(near | {"agent_0.x": (Fraction(-2), Fraction(2))}, ("landmark_0",))
+    twice = team(profile, tree((2, 0.3, 1, 2), UP, (2, 0.15, 3, 4), STAY, UP), tree(UP))
+    assert agree(twice, CLAIM, region) is Verdict.PROVED
+    apart = team(profile, tree((0, 0.3, 1, 2), UP, (2, 0.15, 3, 4), STAY, UP), tree(UP))
+    assert agree(apart, CLAIM, region) is Verdict.VIOLATED
+    reached = noise.reachable(twice.policy("agent_0"), sample(region, twice.world, 400, 0)[0], twice.world, float(EPS))
+    assert not reached[:, STAY].any(), "the shares count a leaf that no error reaches"
+
+
+def test_the_least_error_that_matters_is_found_exactly(profile):
+    box = dict.fromkeys(start_region(profile.world).box, (Fraction(0), Fraction(0)))
+    box |= {f"landmark_{k}.{axis}": (Fraction(1), Fraction(1)) for k in (0, 1) for axis in "xy"}
+    region = Region(box, ("landmark_0",))
+    one = team(profile, tree((2, 0.75, 1, 2), STAY, RIGHT), tree(UP))
+    # 0.75, half a float32 step and half a float64 step above it still go left
+    end, little = 1 - Fraction(3, 4) - Fraction(1, 2**25) - Fraction(1, 2**54), Fraction(1, 2**200)
+    verdicts = [
+        agree(one, DecisionClaim(STEADY, "defenders", eps=eps, of="distinct_targets"), region)
+        for eps in (end - little, end, end + little)
+    ]
+    assert verdicts == [Verdict.PROVED, Verdict.VIOLATED, Verdict.VIOLATED]
+
+
+@pytest.mark.parametrize("function", ["sign", "positive"])
+@pytest.mark.parametrize("threshold", [-1.5, -1.0, -0.5, 0.0, 0.5, 1.0])
+def test_sides_of_functions_move_where_the_sum_does(function, threshold):
+    spec = ir.FeatureSpec("s", "", -1.0, 1.0, Meaning(((1, "agent_0.x"),), function))
+    eps, little = Fraction(1, 4), Fraction(1, 2**80)
+    for total in (-eps - little, -eps, -eps + little, Fraction(0), eps - little, eps, eps + little):
+        values = set()
+        for error in (-eps, -total if abs(total) <= eps else eps, eps, little - total, -little - total):
+            if abs(error) <= eps:
+                exact = total + error
+                values.add((exact > 0) - (exact < 0) if function == "sign" else int(exact > 0))
+        left, right = (holds(side, {"agent_0.x": total}, {}) for side in sides(spec, threshold, MACHINE, eps))
+        assert left == any(value <= threshold for value in values), (total, values)
+        assert right == any(value > threshold for value in values), (total, values)
+
+
+def test_one_coordinate_with_an_error_is_rounded_twice():
+    spec = ir.FeatureSpec("x", "", -9.0, 9.0, Meaning(((1, "agent_0.x"),)))
+    exact, off = (sides(spec, 0.5, MACHINE, eps)[0] for eps in (Fraction(0), EPS))
+    assert off.bound - EPS > exact.bound
+
+
+def test_equalities_and_constants_have_no_errors():
+    equal = ir.FeatureSpec("e", "", 0.0, 1.0, Meaning(((1, "agent_0.x"), (-1, "agent_1.x")), "zero"))
+    nothing = ir.FeatureSpec("n", "", 0.0, 0.0, Meaning(()))
+    for spec in (equal, nothing):
+        assert sides(spec, 0.5, MACHINE, EPS) == sides(spec, 0.5, MACHINE)
+
+
+def test_zones_alone_give_a_counterexample_with_errors(profile):
+    """Their point holds no errors; those that lead to the open leaves are found for it."""
+    roles = team(profile, towards(0, 0), towards(1, 1))
+    claim, region = (
+        DecisionClaim(STEADY, "defenders", eps=Fraction(1, 4), of="distinct_targets"),
+        start_region(roles.world),
+    )
+    zoned = opinions.by_zones(Question(roles, claim, region, budgets=Budgets(BUDGET)))
+    state = search.near(Question(roles, claim, region), zoned.goal, zoned.state)
+    assert state.errors and violates(from_start(roles, claim), state)
+    assert all(abs(Fraction(error)) <= claim.eps for error in state.errors.values())
+
+
+def test_up_to_which_errors_a_claim_holds(profile):
+    """Proved there and not one step further; where it does not hold at all nothing is sought."""
+    roles = team(profile, towards(0, 0), towards(1, 1))
+    region = start_region(roles.world)
+    claim = DecisionClaim(STEADY, "defenders", eps=Fraction(1, 100), of="distinct_targets")
+    found = engine.verify(Question(roles, claim, region), {})
+    room = found.steady_up_to
+    assert found.verdict is Verdict.PROVED and found.certificate.eps == claim.eps
+    assert room.failed == room.proved + STEP and claim.eps < room.proved and room.questions <= MAX_QUESTIONS
+    verdicts = [decide(Question(roles, replace(claim, eps=eps), region)).verdict for eps in (room.proved, room.failed)]
+    assert verdicts == [Verdict.PROVED, Verdict.VIOLATED]
+    facts = report.document(roles, [found], [""])
+    assert facts["results"][0]["largest_eps"]["proved"] == report.decimal(room.proved)
+    assert f"proved up to eps {report.decimal(room.proved)}, not at" in report.as_text(facts)
+    assert "largest eps" in report.as_html(facts)
+    off = engine.verify(Question(roles, replace(claim, eps=room.failed), region), {})
+    assert off.verdict is Verdict.VIOLATED and off.steady_up_to is None
+    plain = engine.verify(Question(roles, find_property("distinct_targets", roles), region), {})
+    assert plain.steady_up_to is None
+    facts = report.document(roles, [plain], [""])
+    assert "largest_eps" not in facts["results"][0] and "eps" not in report.as_text(facts)
+
+
+@pytest.mark.parametrize("name", ["aligned", "assignment"])
+def test_what_zones_cannot_decide_is_left_to_z3(profile, name):
+    claim = find_property("steady", profile, of=name)
+    assert (
+        opinions.by_zones(
+            Question(profile, claim, start_region(profile.world), budgets=Budgets(BUDGET))
+        ).opinion.verdict
+        is Verdict.SKIPPED
+    )
+
+
+def test_without_errors_nothing_is_barred(profile):
+    """Ordinary questions keep their proofs: a side that tests above contradict is closed there by a cycle."""
+    twice = team(profile, tree((2, 0.3, 1, 2), UP, (2, 0.15, 3, 4), STAY, UP), tree(UP))
+    policy = twice.policy("agent_0")
+    splits = tables.split_sides(policy, MACHINE)
+    assert tables.barred_sides(policy, splits) == {(2, 0)}
+    table = tables.Table(twice, formula(twice, find_property("own_target", twice)), start_region(twice.world), "")
+    assert all(None not in sides for sides in tables.zone_tree(table, policy, splits).sides if sides[0])

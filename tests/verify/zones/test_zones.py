@@ -1,0 +1,236 @@
+"""The zone engine: against Z3, against exact evaluation at rational points, and against known verdicts."""
+
+from dataclasses import replace
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from codegen import ir
+from codegen.errors import InputError
+from tests.teams import RIGHT, STAY, UP, team, towards, tree
+from tests.verify.zone_cases import (
+    NAVIGATION,
+    actions_at,
+    deception,
+    everyone,
+    exactly_inside,
+    grid_points,
+    navigation,
+    near_roles,
+    random_region,
+    random_tree,
+    stated,
+    switching,
+)
+from verify.checker import decisions
+from verify.checker.certificates import numbers
+from verify.claims.decisions import DecisionClaim, find_property, formula
+from verify.claims.formula import Linear, holds
+from verify.claims.region import MACHINE, REAL, Region, Semantics, Verdict, start_region
+from verify.question import Question, from_start, shuffled
+from verify.solver import encode
+from verify.solver.decide import decide
+from verify.zones import engine as zones
+from verify.zones.search import varint
+
+pytestmark = pytest.mark.solver
+
+
+def agree(profile, claim, region, semantics, seed):
+    """Zones, Z3, checker and grid points say the same; returns the verdict."""
+    asked = formula(profile, claim)
+    found = zones.decide(stated(profile, asked, region, semantics))
+    assert found.verdict is decide(Question(profile, claim, region)).verdict
+    if found.verdict is Verdict.VIOLATED:
+        at = dict(found.state) | {f"goal.{axis}": found.state.get(f"{found.goal}.{axis}", Fraction(0)) for axis in "xy"}
+        assert exactly_inside(region, found.state)
+        assert not holds(asked, at, actions_at(profile, found.state, found.goal, semantics == MACHINE))
+    if found.verdict is Verdict.PROVED:
+        assert exactly_inside(region, found.inhabitant)
+        for goal, proof in found.proofs.items():
+            assert decisions.check(profile, asked, region, goal, Semantics(semantics), numbers(proof)) >= 0
+        for state in grid_points(np.random.default_rng(seed), region, 20):
+            for goal in everyone(region):
+                at = state | {f"goal.{axis}": state.get(f"{goal}.{axis}", Fraction(0)) for axis in "xy"}
+                assert holds(asked, at, actions_at(profile, state, goal, semantics == MACHINE))
+    return found.verdict
+
+
+def real_thresholds(monkeypatch):
+    for name in ("half_line", "last_double"):
+        monkeypatch.setattr(encode, name, lambda threshold: encode.HalfLine(Fraction(threshold), False))
+
+
+@pytest.mark.parametrize("semantics", [MACHINE, REAL])
+@pytest.mark.parametrize("seed", range(15))
+def test_random_questions_of_two_defenders(seed, semantics, monkeypatch):
+    """Every meaning, sharp thresholds, trees of depth 0 to 4; regions with equalities, differences, distances."""
+    if semantics == REAL:
+        real_thresholds(monkeypatch)
+    rng = np.random.default_rng([seed, 1])
+    found = set()
+    for _ in range(12):
+        profile, claim = deception(rng, 4)
+        found.add(agree(profile, claim, random_region(rng, profile), semantics, seed))
+    assert Verdict.VIOLATED in found
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_teams_that_nearly_hold_their_claim(profile, seed):
+    """Roles that are fixed, or switch at adjacent floats: proofs that need both trees, and slivers one float wide."""
+    rng = np.random.default_rng([seed, 3])
+    found = []
+    for _ in range(8):
+        pair, claim = near_roles(rng, profile)
+        start = start_region(pair.world)
+        found.append(agree(pair, claim, start if rng.random() < 0.5 else random_region(rng, pair), MACHINE, seed))
+    assert Verdict.PROVED in found and Verdict.VIOLATED in found
+
+
+@pytest.mark.parametrize(("threshold", "semantics"), [(0.1, MACHINE), (-0.3, MACHINE), (0.1, REAL)])
+def test_roles_that_switch_at_adjacent_floats(profile, threshold, semantics):
+    """Proved for the machine; over the reals the gap between the two thresholds is a violation, and real."""
+    pair = team(profile, *switching(threshold))
+    claim = formula(pair, find_property("distinct_targets", pair))
+    found = zones.decide(stated(pair, claim, start_region(pair.world), semantics))
+    assert found.verdict is (Verdict.PROVED if semantics == MACHINE else Verdict.VIOLATED)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_random_questions_of_three_agents_with_velocities(seed):
+    rng = np.random.default_rng([seed, 2])
+    for _ in range(4):
+        profile, claim = navigation(rng, 3)
+        agree(profile, claim, random_region(rng, profile), MACHINE, seed)
+
+
+def test_random_questions_have_every_verdict():
+    rng = np.random.default_rng(7)
+    found = []
+    for _ in range(150):
+        profile, claim = deception(rng, 3)
+        region = random_region(rng, profile)
+        found.append(zones.decide(stated(profile, formula(profile, claim), region)).verdict)
+    for verdict in (Verdict.PROVED, Verdict.VIOLATED, Verdict.VACUOUS):
+        assert found.count(verdict) > 5, verdict
+
+
+@pytest.mark.parametrize("name", ["distinct_targets", "own_target"])
+def test_fixed_roles_are_proved_leaf_by_leaf(profile, name):
+    """A claim that leaves settle has a proof linear in the leaves."""
+    roles = team(profile, towards(0, 0), towards(1, 1))
+    claim = formula(roles, find_property(name, roles))
+    found = zones.decide(stated(roles, claim, start_region(roles.world)))
+    leaves = sum(len(ir.leaves(roles.policy(agent).tree)) for agent in ("agent_0", "agent_1"))
+    assert found.verdict is Verdict.PROVED
+    assert all(len(proof) <= 20 * leaves for proof in found.proofs.values())
+
+
+def test_unused_lemmas_are_left_out(profile):
+    """Agent 1 closes on both landmarks wherever it is; one of the two is needed."""
+    box = start_region(profile.world).box | {"agent_1.y": (Fraction(-2), Fraction(-2))}
+    roles = team(profile, towards(0, 0), tree(UP))
+    claim = formula(roles, find_property("distinct_targets", roles))
+    found = zones.decide(stated(roles, claim, Region(box, ("landmark_0",))))
+    own = zones.decide(stated(roles, formula(roles, find_property("own_target", roles)), Region(box, ("landmark_0",))))
+    assert found.proofs["landmark_0"][-5:] == own.proofs["landmark_0"][-5:]
+    assert len(found.proofs["landmark_0"]) == len(own.proofs["landmark_0"])
+
+
+def test_shuffled_teams_are_refuted(profile):
+    roles = team(profile, towards(0, 0), towards(1, 1))
+    claim = find_property("distinct_targets", roles)
+    for seed in range(5):
+        control = shuffled(roles, claim.team, seed)
+        assert (
+            zones.decide(stated(control, formula(control, claim), start_region(roles.world))).verdict
+            is Verdict.VIOLATED
+        )
+
+
+def test_points_have_room_where_there_is_some(profile):
+    """The float64 neighbour of the exact point violates the claim too."""
+    from verify.states.state import State, violates
+
+    same = team(profile, towards(0, 0), towards(0, 1))
+    claim = find_property("distinct_targets", same)
+    found = zones.decide(stated(same, formula(same, claim), start_region(same.world)))
+    assert violates(
+        from_start(same, claim), State({name: float(value) for name, value in found.state.items()}, found.goal)
+    )
+
+
+def test_the_budget_counts_nodes_and_the_same_question_costs_the_same(profile):
+    claim = formula(profile, find_property("distinct_targets", profile))
+    region = start_region(profile.world)
+    full = zones.decide(stated(profile, claim, region))
+    assert full.nodes == zones.decide(stated(profile, claim, region)).nodes > 10
+    short = zones.decide(stated(profile, claim, region, budget=5))
+    assert short.verdict is Verdict.UNKNOWN and "5 search nodes" in short.reason and short.nodes == 10
+
+
+def test_one_goal_may_be_asked_alone(profile):
+    claim = formula(profile, find_property("own_target", profile))
+    roles = team(profile, towards(0, 0), towards(1, 1))
+    found = zones.decide(stated(roles, claim, start_region(profile.world), goals=("landmark_1",)))
+    assert set(found.proofs) == {"landmark_1"}
+
+
+def test_a_strict_cycle_of_sum_zero_is_empty(profile):
+    """x below y and y at most x; and the same cycle without a strict bound is not."""
+    one = Fraction(1)
+    still = team(profile, tree(STAY), tree(STAY))
+    gap = ((one, "agent_0.x"), (-one, "agent_1.x"))
+    region = replace(start_region(profile.world), differences=(("agent_0.x", "agent_1.x", (Fraction(0), Fraction(0))),))
+    for strict, verdict in ((True, Verdict.VIOLATED), (False, Verdict.PROVED)):
+        claim = Linear(gap, Fraction(0), strict)  # its denial is a - b >= 0, or > 0
+        assert zones.decide(stated(still, claim, region)).verdict is verdict
+
+
+def test_inequalities_beyond_difference_bounds_are_told(profile):
+    for name in ("aligned", "assignment"):
+        with pytest.raises(zones.BeyondZonesError):
+            zones.decide(stated(profile, formula(profile, find_property(name, profile)), start_region(profile.world)))
+
+
+def test_coordinates_that_the_region_does_not_bound_are_refused():
+    names = [feature.name for feature in NAVIGATION.features[0]]
+    fast = tree((names.index("vx"), 0.0, 1, 2), RIGHT, UP)
+    agents = tuple(
+        ir.AgentPolicy(name, "agents", features, actions, fast)
+        for name, features, actions in zip(NAVIGATION.agents, NAVIGATION.features, NAVIGATION.actions, strict=True)
+    )
+    profile = ir.PolicyProfile(NAVIGATION.spec, agents, ir.Provenance("", "", 0, "", ""))
+    with pytest.raises(InputError, match=r"agent_0\.vx, which regions do not bound"):
+        zones.decide(
+            stated(
+                profile, formula(profile, DecisionClaim("distinct_targets", "agents")), start_region(NAVIGATION.spec)
+            )
+        )
+
+
+@pytest.mark.parametrize("number", [0, 1, 127, 128, 300, 2**21, 2**62])
+def test_numbers_of_a_proof_come_back(number):
+    assert list(numbers(varint(number) + varint(5))) == [number, 5]
+
+
+def test_deep_trees_do_not_meet_the_recursion_limit(profile):
+    rng = np.random.default_rng(3)
+    deep = tree(*_preorder(ir.MAX_DEPTH))
+    pair = team(profile, deep, random_tree(rng, 10, 2))
+    claim = find_property("distinct_targets", pair)
+    region = start_region(pair.world)
+    assert (
+        zones.decide(stated(pair, formula(pair, claim), region)).verdict
+        is decide(Question(pair, claim, region)).verdict
+    )
+
+
+def _preorder(depth):
+    """A tree that goes right `depth` times: split, left leaf, split, left leaf, ..."""
+    nodes = []
+    for level in range(depth):
+        place = 2 * level
+        nodes += [(2, float(np.float32(-1 + level / 40)), place + 1, place + 2), level % 5]
+    return [*nodes, STAY]

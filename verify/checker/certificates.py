@@ -1,0 +1,289 @@
+"""Certificates of claims about single decisions: the document with its proof, and whether it is accepted.
+
+Does: the document and its JSON text; whether a certificate fits a profile and passes the checker.
+Assumes: a profile that was read and checked; proofs of the form that README.md specifies, made by anyone.
+Does not: prove.
+"""
+
+import base64
+import binascii
+import hashlib
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field, fields
+from fractions import Fraction
+from typing import Any
+
+import msgspec
+
+from codegen.errors import InputError, shown
+from codegen.ir import GOAL, PolicyProfile
+from codegen.policy_json import content_hash, layout
+from verify.checker import decisions
+from verify.checker.reading import RejectedError, region_formula
+from verify.checker.thresholds import NO_ERROR
+from verify.claims.decisions import PLAIN, STEADY, DecisionClaim, check_range, checked, formula
+from verify.claims.formula import Formula, agents, coordinates, for_goal, holds
+from verify.claims.formula_json import formula_document, read_formula, read_number
+from verify.claims.region import SEMANTICS, Region, Semantics
+from verify.claims.verifiable import verifiable
+
+FORM = "maviper-certificate-1"
+MAX_BYTES = 1 << 30
+LINE = 96  # characters of a proof on a line
+NAMED = ("name", "team", "margin", "radius", "kappa", "landmarks")  # of a property, what a certificate states
+NOISY = (*NAMED, "eps", "of")  # of steady
+REMAKE = "make it again with `maviper verify -o`"
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """A claim about a profile in a region, with a proof for each goal."""
+
+    profile: str  # content hash
+    claim: DecisionClaim | None  # the named property; None for a formula without a name
+    formula: Formula
+    region: Region
+    semantics: str  # see thresholds.py
+    inhabitant: Mapping[str, Fraction]  # a point of the region, which shows that it is not empty
+    proofs: Mapping[str, bytes]  # goal ("" without goals) -> proof
+    eps: Fraction = NO_ERROR  # by how much each measured feature may be off
+    region_said: str = field(default="", compare=False)  # what a file that was read calls its region; says nothing
+
+    @property
+    def size(self) -> int:
+        """Bytes of all proofs."""
+        return sum(map(len, self.proofs.values()))
+
+
+def numbers(proof: bytes) -> Iterator[int]:
+    """The numbers of a proof. RejectedError for one beyond 64 bits."""
+    value = shift = 0
+    for byte in proof:
+        if byte < 128 and not shift:
+            yield byte
+            continue
+        value |= (byte & 127) << shift
+        shift += 7
+        if shift > 70:
+            raise RejectedError("the proof holds a number that is no place")
+        if byte < 128:
+            yield value
+            value = shift = 0
+
+
+def accepted(certificate: Certificate, profile: PolicyProfile) -> int:
+    """Checks a certificate; the number of branches that its proofs close.
+
+    InputError when it is about another policy or names what the profile does not have; RejectedError when a proof is
+    missing or does not hold, or the formula is not the property's.
+    """
+    found = content_hash(profile)
+    if found != certificate.profile:
+        raise InputError(
+            "the certificate is about another policy",
+            f"it names {shown(certificate.profile[:16])}..., the profile is {found[:16]}...",
+            "give the profile that it was made for with --profile",
+        )
+    claim = certificate.claim
+    known_names(certificate, profile, None if claim is None else claim.team)
+    if claim is not None:
+        verifiable(profile, claim.team)
+        try:
+            same = formula(profile, claim) == certificate.formula
+        except (LookupError, ValueError):  # a property of other agents or landmarks
+            same = False
+        if not same:
+            raise RejectedError(f"the formula is not what {claim.name} says of this profile")
+        checked(profile, claim)
+        if claim.eps != certificate.eps:
+            raise RejectedError(f"{claim.name} is about errors up to {claim.eps}, the proof up to {certificate.eps}")
+    check_range("eps", certificate.eps)
+    region = certificate.region
+    if not holds(region_formula(region), certificate.inhabitant, {}):
+        raise RejectedError("its inhabitant is no point of the region: the claim may be about nothing")
+    goals = region.goal_cases
+    if set(goals) != set(certificate.proofs):
+        proved = sorted(map(shown, certificate.proofs))
+        raise RejectedError(f"proofs for the goals {proved}, the region has {sorted(goals)}")
+    closed, semantics = 0, Semantics(certificate.semantics, certificate.eps)
+    for goal in goals:
+        proof = numbers(certificate.proofs[goal])
+        try:
+            asked = for_goal(certificate.formula, goal)
+            closed += decisions.check(profile, asked, region, goal, semantics, proof)
+        except RejectedError as error:
+            raise RejectedError(f"goal {goal or 'none'}: {error}") from None
+    return closed
+
+
+def known_names(certificate: Certificate, profile: PolicyProfile, team: str | None) -> None:
+    """InputError when a certificate, or the team of its claim, speaks of what the profile does not have."""
+    region, world = certificate.region, profile.world
+    entities = [entity.name for entity in world.agents + world.landmarks]
+    used = {*region.box, *coordinates(certificate.formula), *(n for a, b, _ in region.differences for n in (a, b))}
+    bounded = {name for name in region.box if not name.startswith(f"{GOAL}.")}  # the goal's place is its landmark's
+    compared = {f"{name}.{axis}" for a, b, _ in region.apart for name in (a, b) for axis in "xy"}
+    compared |= {name for a, b, _ in region.differences for name in (a, b)}
+    strange = [
+        *sorted(set(region.box) - bounded),
+        *sorted(compared - bounded),
+        *sorted(used - set(world.coordinates())),
+        *sorted({name for a, b, _ in region.apart for name in (a, b)} - set(entities)),
+        *sorted(set(region.goals) - set(world.goals)),
+        *sorted(agents(certificate.formula) - {policy.agent for policy in profile.agents}),
+        *([f"the profile has no team {team}"] if team is not None and not profile.team(team) else []),
+    ]
+    if strange:
+        what = "the certificate speaks of what the profile does not have"
+        raise InputError(what, ", ".join(map(shown, strange)), REMAKE)
+    if set(certificate.inhabitant) != set(region.box) or (world.goals and not region.goals):
+        raise InputError("the certificate's region and inhabitant do not fit together", "$.inhabitant", REMAKE)
+
+
+# --- the text
+
+
+class CertificateJson(msgspec.Struct, forbid_unknown_fields=True):
+    """The members of the file; numbers are exact texts."""
+
+    certificate: str
+    profile: str
+    property: dict[str, str | list[str]] | None
+    semantics: str
+    region: dict[str, Any]
+    formula: dict[str, Any]
+    inhabitant: dict[str, str]
+    proofs: dict[str, list[str]]
+    content_hash: str
+    eps: str | msgspec.UnsetType = msgspec.UNSET  # stated where features may be off
+
+
+def to_json(certificate: Certificate) -> str:
+    """The text of a certificate; equal certificates give equal bytes."""
+    body = {
+        "certificate": FORM,
+        "profile": certificate.profile,
+        "property": None if certificate.claim is None else _property_document(certificate.claim),
+        "semantics": certificate.semantics,
+        **({"eps": str(certificate.eps)} if certificate.eps else {}),
+        "region": {"name": certificate.region.name or certificate.region_said, **certificate.region.document()},
+        "formula": formula_document(certificate.formula),
+        "inhabitant": {name: str(value) for name, value in certificate.inhabitant.items()},
+        "proofs": {goal: proof_lines(proof) for goal, proof in certificate.proofs.items()},
+    }
+    return layout(body | {"content_hash": body_hash(body)}) + "\n"
+
+
+@contextmanager
+def undamaged(where: str) -> Iterator[None]:
+    """InputError for what goes wrong when a damaged certificate is read."""
+    try:
+        yield
+    except msgspec.ValidationError as error:
+        raise InputError("not a certificate", f"{where}: {shown(error)}", REMAKE) from None
+    except (msgspec.DecodeError, UnicodeDecodeError) as error:
+        raise InputError("the certificate is truncated or no JSON", f"{where}: {error}", REMAKE) from None
+    except (ValueError, LookupError, TypeError, AttributeError, ZeroDivisionError, RecursionError) as error:
+        what = "the certificate does not hold what it should"
+        raise InputError(what, f"{where}: {shown(error)}"[:200], REMAKE) from None
+
+
+def ensure_whole(raw: msgspec.Struct, form: str, where: str) -> None:
+    """InputError when a certificate is of another version, or was edited."""
+    body = msgspec.to_builtins(raw)
+    stated, found = body.pop("content_hash"), body["certificate"]
+    if found != form:
+        raise InputError("a certificate of another version", f"{where}: '{shown(found[:40])}', not {form}", REMAKE)
+    if body_hash(body) != stated:
+        raise InputError("the certificate was edited after it was written", f"{where}: $.content_hash", REMAKE)
+
+
+def from_json(text: str | bytes, where: str = "certificate") -> Certificate:
+    """The certificate in a text. InputError when it is damaged, of another version, or edited."""
+    with undamaged(where):
+        raw = msgspec.json.decode(text, type=CertificateJson)
+        ensure_whole(raw, FORM, where)
+        return _certificate(raw)
+
+
+def _certificate(raw: CertificateJson) -> Certificate:
+    if raw.semantics not in SEMANTICS:
+        raise ValueError(f"$.semantics: {raw.semantics[:40]!r}")
+    eps = NO_ERROR if isinstance(raw.eps, msgspec.UnsetType) else read_number(raw.eps)
+    if not isinstance(raw.eps, msgspec.UnsetType) and eps <= 0:
+        raise ValueError(f"$.eps: {raw.eps[:40]!r}")
+    return Certificate(
+        profile=raw.profile,
+        claim=None if raw.property is None else _property(raw.property),
+        formula=read_formula(raw.formula),
+        region=region_from(raw.region),
+        semantics=raw.semantics,
+        inhabitant={name: read_number(value) for name, value in raw.inhabitant.items()},
+        proofs={goal: read_proof(lines, f"$.proofs.{goal}") for goal, lines in raw.proofs.items()},
+        eps=eps,
+        region_said=str(raw.region["name"]),
+    )
+
+
+def body_hash(body: Mapping[str, Any]) -> str:
+    """SHA-256 of a document without its hash."""
+    return hashlib.sha256(json.dumps(body, ensure_ascii=False, sort_keys=True).encode()).hexdigest()
+
+
+def proof_lines(proof: bytes) -> list[str]:
+    """A proof as base64."""
+    text = base64.b64encode(proof).decode()
+    return [text[start : start + LINE] for start in range(0, len(text), LINE)]
+
+
+def read_proof(lines: Sequence[str], where: str) -> bytes:
+    """A proof from base64."""
+    try:
+        return base64.b64decode("".join(lines), validate=True)
+    except binascii.Error as error:
+        raise ValueError(f"{where}: {error}") from None
+
+
+def _property_document(claim: DecisionClaim) -> dict[str, Any]:
+    named = NOISY if claim.name == STEADY else NAMED
+    values = {item.name: getattr(claim, item.name) for item in fields(claim) if item.name in named}
+    return {name: list(value) if isinstance(value, tuple) else str(value) for name, value in values.items()}
+
+
+def _property(document: Mapping[str, str | list[str]]) -> DecisionClaim:
+    plain = DecisionClaim("", "")
+    given: dict[str, Any] = {}
+    named = NOISY if document["name"] == STEADY else NAMED
+    for name, value in document.items():
+        if name not in named:
+            raise ValueError(f"$.property.{name}: a certificate states {', '.join(named)}")
+        kind = type(getattr(plain, name))
+        if isinstance(value, str) == issubclass(kind, tuple):
+            raise ValueError(f"$.property.{name}: {value}")
+        convert = read_number if kind is Fraction else kind
+        given[name] = tuple(value) if isinstance(value, list) else convert(value)
+    said = given.get("of", "") if given["name"] == STEADY else given["name"]
+    if said not in PLAIN:  # the formula of others is not all that they claim
+        raise ValueError(f"$.property.{'of' if given['name'] == STEADY else 'name'}: {said[:40]!r}")
+    return DecisionClaim(**given)
+
+
+def region_from(document: Mapping[str, Any]) -> Region:
+    """The region of a certificate, without its name: by that anybody could call any region the start."""
+
+    def pair(text: str) -> tuple[str, str]:
+        first, second = text.split(" - ")
+        return first, second
+
+    def interval(bounds: Any) -> tuple[Fraction, Fraction]:
+        low, high = map(read_number, bounds)
+        return low, high
+
+    if strange := document.keys() - {"name", *Region({}, ()).document()}:
+        raise ValueError(f"$.region.{min(strange)[:40]}: a region does not state it")
+    box = {name: interval(bounds) for name, bounds in document["box"].items()}
+    differences = tuple((*pair(text), interval(bounds)) for text, bounds in document["difference"].items())
+    apart = tuple((*pair(text), read_number(least)) for text, least in document["apart"].items())
+    return Region(box, tuple(map(str, document["goals"])), differences, apart)

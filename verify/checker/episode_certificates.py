@@ -1,0 +1,173 @@
+"""Certificates of claims about whole episodes: the document with its proofs, and whether it is accepted.
+
+Does: its JSON text; whether one fits a profile and passes the checker.
+Assumes: a profile that was read and checked; proofs of the form that README.md specifies, made by anyone.
+Does not: make proofs.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from fractions import Fraction
+from typing import Any
+
+import msgspec
+
+from codegen.errors import InputError, shown
+from codegen.ir import PolicyProfile
+from codegen.policy_json import content_hash, layout
+from verify.checker import episodes
+from verify.checker.certificates import (
+    Certificate,
+    body_hash,
+    ensure_whole,
+    known_names,
+    numbers,
+    proof_lines,
+    read_proof,
+    region_from,
+    undamaged,
+)
+from verify.checker.episode_reading import FARTHEST, Episode, Part, PartedEpisode
+from verify.checker.reading import RejectedError, region_formula
+from verify.claims.episodes import EpisodeClaim
+from verify.claims.formula import TRUE, holds
+from verify.claims.formula_json import read_number
+from verify.claims.region import MACHINE, Region
+
+FORM = "maviper-episode-certificate-1"
+READINGS = {FORM: Episode, "maviper-episode-certificate-2": PartedEpisode}  # of the forms, the first that closes all
+
+
+@dataclass(frozen=True)
+class EpisodeCertificate:
+    """A claim about the episodes of a profile from a region, with a proof for each of its parts."""
+
+    profile: str  # content hash
+    claim: EpisodeClaim
+    region: Region
+    inhabitant: Mapping[str, Fraction]  # a start of the region, which shows that it is not empty
+    parts: tuple[Part, ...]
+    semantics: str = MACHINE
+    region_said: str = field(default="", compare=False)  # what a file that was read calls its region; says nothing
+    form: str = FORM  # by which the proofs are to be read
+
+    @property
+    def size(self) -> int:
+        """Bytes of all proofs."""
+        return sum(len(part.proof) for part in self.parts)
+
+
+def accepted(certificate: EpisodeCertificate, profile: PolicyProfile) -> int:
+    """Checks a certificate; the number of branches that its proofs close.
+
+    InputError when it is about another policy or names what the profile does not have; RejectedError when a proof is
+    missing or does not hold.
+    """
+    found, region = content_hash(profile), certificate.region
+    if found != certificate.profile:
+        raise InputError(
+            "the certificate is about another policy",
+            f"it names {shown(certificate.profile[:16])}..., the profile is {found[:16]}...",
+            "give the profile that it was made for with --profile",
+        )
+    start = certificate.inhabitant
+    states = Certificate(found, None, TRUE, region, certificate.semantics, start, {})
+    known_names(states, profile, certificate.claim.team)
+    if any(value and name.endswith((".vx", ".vy")) for name, value in start.items()) or any(
+        abs(value) > FARTHEST or Fraction(float(value)) != value for value in start.values()
+    ):
+        raise RejectedError("its inhabitant is no start: float64 positions that proofs cover, at rest")
+    if certificate.semantics != MACHINE:
+        raise RejectedError(f"proofs about episodes are for {MACHINE} arithmetic")
+    if not holds(region_formula(region), start, {}):
+        raise RejectedError("its inhabitant is no start of the region: the claim may be about nothing")
+    agents, landmarks = {each.agent for each in profile.agents}, {mark.name for mark in profile.world.landmarks}
+    for part in certificate.parts:
+        if not {part.agent} <= agents | {""} or not {*part.followed} <= agents or not part.followed:
+            raise RejectedError("a part is about agents that the profile does not have")
+        if (
+            not {part.landmark} <= landmarks | {""}
+            or part.goal not in ("", *region.goals)
+            or (bool(part.agent) != bool(part.landmark))
+        ):
+            raise RejectedError("a part is about landmarks that the profile does not have")
+    proofs = [(part, numbers(part.proof)) for part in certificate.parts]
+    return episodes.check(profile, certificate.claim, region, proofs, READINGS[certificate.form])
+
+
+class PartJson(msgspec.Struct, forbid_unknown_fields=True):
+    """A part of the claim and its proof."""
+
+    agent: str
+    landmark: str
+    goal: str
+    followed: list[str]
+    proof: list[str]
+
+
+class EpisodeCertificateJson(msgspec.Struct, forbid_unknown_fields=True):
+    """The members of the file; numbers are exact texts."""
+
+    certificate: str
+    profile: str
+    property: str
+    team: str
+    steps: int
+    radius: str
+    landmarks: list[str]
+    semantics: str
+    region: dict[str, Any]
+    inhabitant: dict[str, str]
+    parts: list[PartJson]
+    content_hash: str
+
+
+def to_json(certificate: EpisodeCertificate) -> str:
+    """The text of a certificate; equal certificates give equal bytes."""
+    claim = certificate.claim
+    body = {
+        "certificate": certificate.form,
+        "profile": certificate.profile,
+        "property": claim.name,
+        "team": claim.team,
+        "steps": claim.steps,
+        "radius": str(claim.radius),
+        "landmarks": list(claim.landmarks),
+        "semantics": certificate.semantics,
+        "region": {"name": certificate.region.name or certificate.region_said, **certificate.region.document()},
+        "inhabitant": {name: str(value) for name, value in certificate.inhabitant.items()},
+        "parts": [
+            {
+                "agent": part.agent,
+                "landmark": part.landmark,
+                "goal": part.goal,
+                "followed": list(part.followed),
+                "proof": proof_lines(part.proof),
+            }
+            for part in certificate.parts
+        ],
+    }
+    return layout(body | {"content_hash": body_hash(body)}) + "\n"
+
+
+def from_json(text: str | bytes, where: str = "certificate") -> EpisodeCertificate:
+    """The certificate in a text. InputError when it is damaged, of another version, or edited."""
+    with undamaged(where):
+        raw = msgspec.json.decode(text, type=EpisodeCertificateJson)
+        ensure_whole(raw, raw.certificate if raw.certificate in READINGS else FORM, where)
+        parts = [
+            Part(
+                part.agent, part.landmark, part.goal, tuple(part.followed), read_proof(part.proof, f"$.parts[{place}]")
+            )
+            for place, part in enumerate(raw.parts)
+        ]
+        return EpisodeCertificate(
+            profile=raw.profile,
+            claim=EpisodeClaim(raw.property, raw.team, raw.steps, read_number(raw.radius), tuple(raw.landmarks)),
+            region=region_from(raw.region),
+            inhabitant={name: read_number(value) for name, value in raw.inhabitant.items()},
+            parts=tuple(parts),
+            semantics=raw.semantics,
+            region_said=str(raw.region["name"]),
+            form=raw.certificate,
+        )

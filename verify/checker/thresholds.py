@@ -1,0 +1,128 @@
+"""Machine thresholds for zone engine and checker: when a split goes left, as a formula over world coordinates.
+
+Does: the exact ends of half lines by integer arithmetic on significands; the two sides of a split, for every meaning.
+Assumes: coordinates are finite float64, observed with one rounding to float64 (a sum of two) and one to float32.
+Does not: share code with solver/encode.py, the other engine's account of the same arithmetic.
+
+A float is n * 2**e with the significand n normalised. What rounds to a float or below it are the numbers up to the
+middle between it and the next one, and the middle itself iff n is even. The end of that half line is a float64 again,
+so the same step gives the half line of the first rounding.
+"""
+
+from fractions import Fraction
+from functools import lru_cache
+from math import ldexp
+from typing import NamedTuple
+
+from codegen.errors import InputError
+from codegen.ir import FeatureSpec
+from verify.claims.formula import FALSE, TRUE, And, Formula, Linear, Or
+from verify.claims.region import MACHINE, REAL
+
+NO_ERROR = Fraction(0)
+SINGLE, DOUBLE = (24, -149), (53, -1074)  # bits of a significand, least exponent
+
+
+class End(NamedTuple):
+    """All numbers up to numerator * 2**exponent, or below it when `strict`."""
+
+    numerator: int
+    exponent: int
+    strict: bool
+
+    def value(self) -> Fraction:
+        """The end as a number."""
+        shifted = self.numerator << max(self.exponent, 0)
+        return Fraction(shifted, 1 << max(-self.exponent, 0))
+
+
+def _normalised(value: float, form: tuple[int, int]) -> tuple[int, int]:
+    """(n, e) with value = n * 2**e and the significand n as long as the format allows."""
+    bits, least = form
+    n, denominator = value.as_integer_ratio()
+    e = 1 - denominator.bit_length()
+    spare = min(bits - abs(n).bit_length(), e - least) if n else e - least
+    return (n << spare if spare >= 0 else n >> -spare), e - spare
+
+
+def _up_to(n: int, e: int, form: tuple[int, int]) -> End:
+    """The numbers that round to the float n * 2**e or to a smaller one."""
+    bits, least = form
+    if n == -(1 << (bits - 1)) and e > least:  # above a negative power of two the floats lie closer
+        return End(4 * n + 1, e - 2, strict=False)
+    return End(2 * n + 1, e - 1, strict=n % 2 != 0)
+
+
+def _below(n: int, e: int, form: tuple[int, int]) -> tuple[int, int]:
+    """The float just below n * 2**e, normalised."""
+    bits, least = form
+    if n == 1 << (bits - 1) and e > least:
+        return 2 * n - 1, e - 1
+    if n == 1 - (1 << bits):
+        return -(1 << (bits - 1)), e + 1
+    return n - 1, e
+
+
+@lru_cache(maxsize=1 << 16)
+def rounded_once(threshold: float) -> End:
+    """The float64 numbers z with fl32(z) <= `threshold`, a float32."""
+    return _up_to(*_normalised(threshold, SINGLE), SINGLE)
+
+
+@lru_cache(maxsize=1 << 16)
+def rounded_twice(threshold: float) -> End:
+    """The real numbers d with fl32(fl64(d)) <= `threshold`, a float32."""
+    tie = rounded_once(threshold)
+    n, e = _normalised(ldexp(tie.numerator, tie.exponent), DOUBLE)
+    return _up_to(*(_below(n, e, DOUBLE) if tie.strict else (n, e)), DOUBLE)
+
+
+def sides(
+    feature: FeatureSpec, threshold: float, semantics: str = MACHINE, eps: Fraction = NO_ERROR
+) -> tuple[Formula, Formula]:
+    """(goes left, goes right) of a split on `feature` at a float32 `threshold`, over world coordinates.
+
+    With an `eps`, where some error of at most that much, added to the exact sum, leads to the side: the sides overlap.
+    Constants and what says that two things are equal have no error. One coordinate with an error is no float64 number,
+    so it is rounded twice, as a difference is.
+
+    InputError when the feature is not a sum of at most two signed coordinates, or a function of one.
+    """
+    meaning = feature.meaning
+    if meaning is None or len(meaning.terms) > 2:
+        raise InputError(f"feature {feature.name} is not a coordinate or a difference of two", str(meaning))
+    terms = tuple((Fraction(weight), name) for weight, name in meaning.terms)
+    if not terms:
+        return _always(threshold >= 0)
+    if meaning.function:
+        return _of_function(meaning.function, terms, threshold, eps)
+    if semantics == REAL:
+        return _cut(terms, Fraction(threshold), False, eps)
+    end = rounded_once(threshold) if len(terms) == 1 and not eps else rounded_twice(threshold)
+    return _cut(terms, end.value(), end.strict, eps)
+
+
+def _always(left: bool) -> tuple[Formula, Formula]:
+    return (TRUE, FALSE) if left else (FALSE, TRUE)
+
+
+def _cut(
+    terms: tuple[tuple[Fraction, str], ...], end: Fraction, strict: bool, eps: Fraction = NO_ERROR
+) -> tuple[Linear, Linear]:
+    """At most the end (below it when strict), and the opposite; each up to `eps` further."""
+    opposite = tuple((-weight, name) for weight, name in terms)
+    return Linear(terms, end + eps, strict), Linear(opposite, eps - end, not strict)
+
+
+def _of_function(
+    function: str, terms: tuple[tuple[Fraction, str], ...], threshold: float, eps: Fraction
+) -> tuple[Formula, Formula]:
+    """The sides for a function of a sum. Rounding keeps signs, and a sum of two float64 rounds to 0 only from 0."""
+    lowest = -1 if function == "sign" else 0
+    if threshold < lowest or threshold >= 1:
+        return _always(threshold >= 1)
+    if function == "zero":  # 1 where the sum is 0
+        at_most, above = _cut(terms, Fraction(0), False)
+        below, at_least = _cut(terms, Fraction(0), True)
+        return Or((below, above)), And((at_most, at_least))
+    return _cut(terms, Fraction(0), threshold < 0, eps)

@@ -1,0 +1,224 @@
+"""Property files: claims that a user writes down, in TOML.
+
+Does: reads `[[property]]` tables: built-in properties with their parameters, and formulas of the user's own.
+Assumes: region files are found by the function that is handed in.
+Does not: run anything that a file holds. That is why files are TOML and not Python: formulas are parsed, never
+  evaluated, so a file from elsewhere is safe to read.
+"""
+
+import re
+import tomllib
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from fractions import Fraction
+from typing import Any
+
+from codegen.errors import InputError, UnknownNameError
+from codegen.ir import GOAL, PolicyProfile
+from verify.claims.catalogue import NAMES, Claim, find_claim
+from verify.claims.decisions import LEAVES, OWN, DecisionClaim, checked
+from verify.claims.episodes import EpisodeClaim
+from verify.claims.formula import TRUE, Formula, agents
+from verify.claims.parser import Vocabulary, parse
+from verify.claims.region import Region, everywhere, number, observed_velocities, positions, region_of
+
+NUMBERS = ("margin", "radius", "kappa", "eps")
+COUNTS = ("steps", "zones")
+KEYS = ("name", "label", "team", *NUMBERS, *COUNTS, "of", "landmarks", "others", "region", "formula", "assume")
+MAX_PROPERTIES = 200
+ADVICE = "`maviper properties new WORLD` writes a file to start from"
+FindRegion = Callable[[str], Region]  # what a file names -> the region
+
+
+def read_properties(
+    source: str, profile: PolicyProfile, where: str, find_region: FindRegion, default: Region | None = None
+) -> list[tuple[Claim, Region]]:
+    """The claims of a TOML text with their regions; `default` (else the start region) where one names none.
+
+    InputError with the line, and the column in a formula.
+    """
+    try:
+        document = tomllib.loads(source, parse_float=str)
+    except (tomllib.TOMLDecodeError, ValueError, RecursionError) as error:
+        raise InputError("not a readable property file", f"{where}: {error}", ADVICE) from None
+    for key in document:
+        if key != "property":
+            raise UnknownNameError("key", key, ("property",), where)
+    tables = document.get("property", [])
+    if not isinstance(tables, list) or not tables or not all(isinstance(table, dict) for table in tables):
+        raise InputError("no property in the file", where, "begin each with a line [[property]]")
+    if len(tables) > MAX_PROPERTIES:
+        raise InputError(f"a file may hold at most {MAX_PROPERTIES} properties", where, "split the file")
+    places = _Places(source, where)
+    return [_Table(table, profile, index, places).question(find_region, default) for index, table in enumerate(tables)]
+
+
+class _Places:
+    """Where the tables and keys of a text stand: the parser of TOML does not tell."""
+
+    def __init__(self, source: str, where: str) -> None:
+        self._where = where
+        self._headers: list[int] = []
+        self._keys: list[dict[str, tuple[int, bool]]] = []  # key -> (line, whether its text begins on the next line)
+        for count, line in enumerate(source.splitlines(), 1):
+            if re.match(r"\s*\[\[\s*property\s*\]\]", line):
+                self._headers.append(count)
+                self._keys.append({})
+            elif self._keys and (found := re.match(r"""\s*(\w+)\s*=\s*(.*)$""", line)):
+                self._keys[-1].setdefault(found[1], (count, found[2] in ('"""', "'''")))
+
+    def table(self, index: int, key: str = "") -> str:
+        """Words for a table, counted from 0, or for a key of it."""
+        line, _ = self._line(index, key)
+        named = f"property {index + 1}" + (f", {key}" if key else "")
+        return f"{self._where}, line {line}: {named}" if line else f"{self._where}: {named}"
+
+    def offset(self, index: int, key: str, text: str, place: int) -> str:
+        """Words for an offset in the text of a key."""
+        line, below = self._line(index, key)
+        before = text[:place]
+        column = place - (before.rfind("\n") + 1) + 1
+        named = f"property {index + 1}, {key}, column {column}"
+        return (
+            f"{self._where}, line {line + below + before.count(chr(10))}: {named}"
+            if line
+            else (f"{self._where}: {named}")
+        )
+
+    def _line(self, index: int, key: str) -> tuple[int, bool]:
+        if index >= len(self._headers):
+            return 0, False
+        return self._keys[index].get(key, (self._headers[index], False))
+
+
+class _Table:
+    """One `[[property]]` table."""
+
+    def __init__(self, table: Mapping[str, Any], profile: PolicyProfile, index: int, places: _Places) -> None:
+        self._table, self._profile, self._index, self._places = table, profile, index, places
+        for key in table:
+            if key not in KEYS:
+                raise UnknownNameError("key", key, KEYS, places.table(index))
+
+    def question(self, find_region: FindRegion, default: Region | None) -> tuple[Claim, Region]:
+        """The claim and its region."""
+        given: dict[str, Any] = {key: self._number(key) for key in NUMBERS if key in self._table}
+        given |= {key: self._count(key) for key in COUNTS if key in self._table}
+        claim: Claim = self._own(given) if "formula" in self._table else self._built_in(given)
+        if "region" not in self._table:
+            return claim, default or everywhere(self._profile)
+        return claim, self._region(find_region)
+
+    def _where(self, key: str = "") -> str:
+        return self._places.table(self._index, key)
+
+    def _text(self, key: str, default: str = "") -> str:
+        value = self._table.get(key, default)
+        if not isinstance(value, str) or (key in self._table and not value.strip()):
+            raise InputError(f"{key} must be a text that is not empty", self._where(key), f'write {key} = "..."')
+        return value
+
+    def _number(self, key: str) -> Fraction:
+        return number(self._table[key], self._where(key))
+
+    def _count(self, key: str) -> int:
+        value = self._table[key]
+        if isinstance(value, bool) or not isinstance(value, int):
+            raise InputError(f"{key} must be a whole number", self._where(key), f"write {key} = 25")
+        return value
+
+    def _built_in(self, given: dict[str, Any]) -> Claim:
+        if "name" not in self._table:
+            raise InputError("a property has a name or a formula", self._where(), f"names: {', '.join(NAMES)}")
+        for key in ("landmarks", "others"):
+            names = self._table.get(key, [])
+            if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
+                raise InputError(f"{key} must be a list of names", self._where(key), 'write ["...", "..."]')
+            given |= {key: names} if names else {}
+        given |= {"of": self._text("of")} if "of" in self._table else {}
+        try:
+            claim = find_claim(self._text("name"), self._profile, self._text("team") or None, **given)
+        except InputError as error:
+            key = error.where if error.where in self._table else "name"
+            error.where = self._where("team" if "team" in self._table and "team" in error.what else key)
+            raise
+        if not isinstance(claim, EpisodeClaim):
+            return self._with_words(claim)
+        if "assume" in self._table:
+            what = "a claim about episodes has no assumption"
+            raise InputError(what, self._where("assume"), "state the starts as a region")
+        return replace(claim, label=self._label())
+
+    def _own(self, given: Mapping[str, Any]) -> DecisionClaim:
+        """A user's formula. Its team is that of the agents whose actions it speaks of."""
+        for key in ("name", "of", "landmarks", "others", "kappa", *COUNTS):
+            if key in self._table:
+                raise InputError(f"a formula stands without {key}", self._where(key), "remove it, or the formula")
+        written = self._text("formula")
+        claim = DecisionClaim(OWN, "", **given, written=written)
+        statement = self._parsed("formula", claim)
+        acting = agents(statement)
+        teams = list(dict.fromkeys(policy.team for policy in self._profile.agents if policy.agent in acting))
+        known = list(dict.fromkeys(policy.team for policy in self._profile.agents))
+        team = self._text("team") or (teams[0] if teams else known[0])
+        if team not in known:
+            raise UnknownNameError("team", team, known, self._where("team"))
+        if any(other != team for other in teams):
+            raise InputError(
+                f"the formula speaks of actions of the {' and the '.join(sorted({team, *teams}))}",
+                self._where("formula"),
+                "a property is about one team; state one a team",
+            )
+        claim = DecisionClaim(OWN, team, **given, statement=statement, written=written)
+        try:
+            return self._with_words(checked(self._profile, claim))
+        except InputError as error:
+            error.where = self._where(error.where) if error.where in self._table else error.where
+            raise
+
+    def _with_words(self, claim: DecisionClaim) -> DecisionClaim:
+        """The claim with its label and assumption."""
+        assume = self._parsed("assume", claim) if "assume" in self._table else TRUE
+        if agents(assume):
+            raise InputError(
+                "an assumption speaks of world states, not of actions",
+                self._where("assume"),
+                'write formula = "ASSUMPTION implies CLAIM" instead',
+            )
+        if assume != TRUE and claim.name == LEAVES:
+            raise InputError(f"{LEAVES} takes no assumption", self._where("assume"), "state the states as a region")
+        return replace(claim, assume=assume, label=self._label(), assumption=self._text("assume"))
+
+    def _label(self) -> str:
+        label = self._text("label")
+        if "\n" in label or not label.isprintable():
+            raise InputError("a label is one line", self._where("label"), "shorten it")
+        return label
+
+    def _parsed(self, key: str, claim: DecisionClaim) -> Formula:
+        text, profile = self._text(key), self._profile
+        world = profile.world
+        goal = [GOAL] if world.goals else []
+        bounded = (*positions(world), *observed_velocities(profile))
+        vocabulary = Vocabulary(
+            coordinates=(*bounded, *(f"{GOAL}.{axis}" for axis in "xy" if goal)),
+            agents={policy.agent: policy for policy in profile.agents},
+            entities=(*(entity.name for entity in world.agents + world.landmarks), *goal),
+            goals=world.goals,
+            margin=claim.margin,
+            radius=claim.radius,
+        )
+        return parse(text, vocabulary, lambda place: self._places.offset(self._index, key, text, place))
+
+    def _region(self, find_region: FindRegion) -> Region:
+        region = self._table["region"]
+        if isinstance(region, str):
+            try:
+                return find_region(region)
+            except InputError as error:
+                error.where = f"{self._where('region')}\n{error.where}" if error.where else self._where("region")
+                raise
+        if not isinstance(region, dict):
+            raise InputError('region is "start", a file, or a table', self._where("region"), ADVICE)
+        found = region_of(region, self._profile.world, self._where("region"), observed_velocities(self._profile))
+        return replace(found, name=f"of property {self._index + 1}")

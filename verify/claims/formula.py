@@ -1,0 +1,277 @@
+"""Claims as formulas over world coordinates and actions: what engines, referee and shares all read.
+
+Does: the data of a formula, negation pushed to its atoms, substitution of actions, exact and batched evaluation.
+Assumes: coordinates are named as in the world's spec; bounds are exact rationals.
+Does not: know properties (decisions.py), or decide anything.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import TypeAlias
+
+import numpy as np
+
+from codegen.ir import GOAL, Bool, Float64, Int32
+
+
+@dataclass(frozen=True)
+class Linear:
+    """A sum of weight * coordinate is at most `bound`, or below it when `strict`."""
+
+    terms: tuple[tuple[Fraction, str], ...]
+    bound: Fraction
+    strict: bool = False
+
+
+@dataclass(frozen=True)
+class Acts:
+    """The agent takes the action of that number."""
+
+    agent: str
+    action: int
+
+
+@dataclass(frozen=True)
+class Goal:
+    """The landmark of that name is the goal."""
+
+    landmark: str
+
+
+@dataclass(frozen=True)
+class And:
+    """All parts hold; without parts it is true."""
+
+    parts: tuple[Formula, ...]
+
+
+@dataclass(frozen=True)
+class Or:
+    """Some part holds; without parts it is false."""
+
+    parts: tuple[Formula, ...]
+
+
+@dataclass(frozen=True)
+class Not:
+    """The part does not hold."""
+
+    part: Formula
+
+
+Formula: TypeAlias = Linear | Acts | Goal | And | Or | Not
+TRUE, FALSE = And(()), Or(())
+
+
+def below(terms: Mapping[str, Fraction | int], bound: Fraction | int, strict: bool = False) -> Formula:
+    """The atom `sum <= bound`; TRUE or FALSE where no term is left."""
+    kept = tuple((Fraction(weight), name) for name, weight in terms.items() if weight)
+    if kept:
+        return Linear(kept, Fraction(bound), strict)
+    return TRUE if bound > 0 or (bound == 0 and not strict) else FALSE
+
+
+def conjunction(*parts: Formula) -> Formula:
+    """And, flat and without needless parts."""
+    flat = [inner for part in parts for inner in (part.parts if isinstance(part, And) else (part,))]
+    if FALSE in flat:
+        return FALSE
+    unique = tuple(dict.fromkeys(flat))
+    return unique[0] if len(unique) == 1 else And(unique)
+
+
+def disjunction(*parts: Formula) -> Formula:
+    """Or, flat and without needless parts."""
+    flat = [inner for part in parts for inner in (part.parts if isinstance(part, Or) else (part,))]
+    if TRUE in flat:
+        return TRUE
+    unique = tuple(dict.fromkeys(flat))
+    return unique[0] if len(unique) == 1 else Or(unique)
+
+
+def negated(formula: Formula) -> Formula:
+    """Not the formula, with negations only before `Acts` and `Goal`."""
+    if isinstance(formula, Linear):
+        terms = tuple((-weight, name) for weight, name in formula.terms)
+        return Linear(terms, -formula.bound, not formula.strict)
+    if isinstance(formula, And):
+        return disjunction(*map(negated, formula.parts))
+    if isinstance(formula, Or):
+        return conjunction(*map(negated, formula.parts))
+    return normal(formula.part) if isinstance(formula, Not) else Not(formula)
+
+
+def normal(formula: Formula) -> Formula:
+    """The same formula, with negations only before `Acts` and `Goal`."""
+    if isinstance(formula, And):
+        return conjunction(*map(normal, formula.parts))
+    if isinstance(formula, Or):
+        return disjunction(*map(normal, formula.parts))
+    return negated(formula.part) if isinstance(formula, Not) else formula
+
+
+def given(formula: Formula, actions: Mapping[str, int]) -> Formula:
+    """The formula once the named agents have chosen: their `Acts` become true or false."""
+    if isinstance(formula, Acts) and formula.agent in actions:
+        return TRUE if actions[formula.agent] == formula.action else FALSE
+    if isinstance(formula, And):
+        return conjunction(*(given(part, actions) for part in formula.parts))
+    if isinstance(formula, Or):
+        return disjunction(*(given(part, actions) for part in formula.parts))
+    if isinstance(formula, Not):
+        part = given(formula.part, actions)
+        return FALSE if part == TRUE else TRUE if part == FALSE else Not(part)
+    return formula
+
+
+def for_goal(formula: Formula, goal: str) -> Formula:
+    """The formula in worlds whose goal is the landmark `goal` ("": without goal): `Goal` becomes true or false, the
+    goal's coordinates become the landmark's.
+    """
+    if isinstance(formula, Goal):
+        return TRUE if formula.landmark == goal else FALSE
+    if isinstance(formula, Linear):
+        if not goal or not any(name.startswith(f"{GOAL}.") for _, name in formula.terms):
+            return formula
+        terms: dict[str, Fraction] = {}
+        for weight, name in formula.terms:
+            named = f"{goal}.{name.removeprefix(f'{GOAL}.')}" if name.startswith(f"{GOAL}.") else name
+            terms[named] = terms.get(named, Fraction(0)) + weight
+        return below(terms, formula.bound, formula.strict)
+    if isinstance(formula, And):
+        return conjunction(*(for_goal(part, goal) for part in formula.parts))
+    if isinstance(formula, Or):
+        return disjunction(*(for_goal(part, goal) for part in formula.parts))
+    if isinstance(formula, Not):
+        part = for_goal(formula.part, goal)
+        return FALSE if part == TRUE else TRUE if part == FALSE else Not(part)
+    return formula
+
+
+def tightened(formula: Formula, slack: Fraction) -> Formula:
+    """A formula of `normal` form with every inequality met by `slack` more than it asks; unchanged for slack 0."""
+    if not slack:
+        return formula
+    if isinstance(formula, Linear):
+        return Linear(formula.terms, formula.bound - slack)
+    if isinstance(formula, And):
+        return And(tuple(tightened(part, slack) for part in formula.parts))
+    return Or(tuple(tightened(part, slack) for part in formula.parts)) if isinstance(formula, Or) else formula
+
+
+def atoms(formula: Formula) -> Iterator[Linear | Acts | Goal]:
+    """The parts of the formula that have no parts."""
+    if isinstance(formula, (And, Or)):
+        for part in formula.parts:
+            yield from atoms(part)
+    elif isinstance(formula, Not):
+        yield from atoms(formula.part)
+    else:
+        yield formula
+
+
+def agents(formula: Formula) -> frozenset[str]:
+    """The agents whose actions the formula speaks of."""
+    if isinstance(formula, Acts):
+        return frozenset({formula.agent})
+    if isinstance(formula, (And, Or)):
+        return frozenset().union(*map(agents, formula.parts))
+    return agents(formula.part) if isinstance(formula, Not) else frozenset()
+
+
+def coordinates(formula: Formula) -> frozenset[str]:
+    """The coordinates that the formula speaks of."""
+    if isinstance(formula, Linear):
+        return frozenset(name for _, name in formula.terms)
+    if isinstance(formula, (And, Or)):
+        return frozenset().union(*map(coordinates, formula.parts))
+    return coordinates(formula.part) if isinstance(formula, Not) else frozenset()
+
+
+def holds(formula: Formula, at: Mapping[str, Fraction], actions: Mapping[str, int]) -> bool:
+    """Whether the formula is true at an exact point, with the chosen actions; `for_goal` was applied before."""
+    if isinstance(formula, Linear):
+        total = sum((weight * at[name] for weight, name in formula.terms), Fraction(0))
+        return total < formula.bound or (total == formula.bound and not formula.strict)
+    if isinstance(formula, Acts):
+        return actions[formula.agent] == formula.action
+    assert not isinstance(formula, Goal), formula
+    if isinstance(formula, And):
+        return all(holds(part, at, actions) for part in formula.parts)
+    if isinstance(formula, Or):
+        return any(holds(part, at, actions) for part in formula.parts)
+    return not holds(formula.part, at, actions)
+
+
+def worth(formula: Formula, at: Mapping[str, Fraction], actions: Mapping[str, int]) -> Fraction | float:
+    """The quantitative value of a formula at an exact point, with the chosen actions; `for_goal` was applied before.
+
+    An inequality is worth its bound less its sum, "and" the least of its parts, "or" the greatest, "not" the opposite,
+    an action infinity where it is the one taken, else minus infinity; exact, or infinite. At least 0 where the formula
+    holds, at most 0 where it does not; with every bound relaxed by r a formula without "not" is worth r more.
+    Source: Fainekos and Pappas 2009, robustness of a formula, here without time.
+    """
+    if isinstance(formula, Linear):
+        return formula.bound - sum((weight * at[name] for weight, name in formula.terms), Fraction(0))
+    if isinstance(formula, Acts):
+        return math.inf if actions[formula.agent] == formula.action else -math.inf
+    if isinstance(formula, Not):
+        return -worth(formula.part, at, actions)
+    assert isinstance(formula, (And, Or)), formula
+    parts = [worth(part, at, actions) for part in formula.parts]
+    return min(parts, default=math.inf) if isinstance(formula, And) else max(parts, default=-math.inf)
+
+
+class Batch:
+    """Formulas over a batch of world states, in float64; atoms are evaluated once.
+
+    `columns`: coordinate -> [batch]. States within a rounding of a boundary may be misjudged; the goal is taken to be
+    the landmark at whose place it is. `doubting`: an inequality is true also where float64 cannot exclude it, so that a
+    formula of `normal` form without goals that is false is so exactly.
+    """
+
+    def __init__(self, columns: Mapping[str, Float64], count: int, doubting: bool = False) -> None:
+        self._columns = columns
+        self._count = count
+        self._doubting = doubting
+        self._known: dict[Linear, Bool] = {}
+
+    def holds(self, formula: Formula, actions: Mapping[str, Int32]) -> Bool:
+        """Where the formula is true, [batch]. `actions`: agent -> [batch]."""
+        if isinstance(formula, Linear):
+            if formula not in self._known:
+                self._known[formula] = self._atom(formula)
+            return self._known[formula]
+        if isinstance(formula, Acts):
+            return np.asarray(actions[formula.agent] == formula.action)
+        if isinstance(formula, Goal):
+            pairs = ((self._columns[f"{GOAL}.{axis}"], self._columns[f"{formula.landmark}.{axis}"]) for axis in "xy")
+            return np.logical_and.reduce([goal == mark for goal, mark in pairs])
+        if isinstance(formula, Not):
+            return ~self.holds(formula.part, actions)
+        found = np.full(self._count, isinstance(formula, And))
+        for part in formula.parts:
+            if isinstance(formula, And):
+                found &= self.holds(part, actions)
+            else:
+                found |= self.holds(part, actions)
+        return found
+
+    def _atom(self, atom: Linear) -> Bool:
+        total = np.zeros(self._count)
+        for weight, name in atom.terms:
+            total += float(weight) * self._columns[name]
+        if self._doubting:
+            return ~(total - float(atom.bound) > self._error(atom))  # true of NaN
+        return np.asarray(total < float(atom.bound) if atom.strict else total <= float(atom.bound))
+
+    def _error(self, atom: Linear) -> Float64:
+        """More than what the roundings of weights, bound, products, sum and difference can add up to, [batch]."""
+        size = np.full(self._count, abs(float(atom.bound)))
+        for weight, name in atom.terms:
+            size += abs(float(weight)) * np.abs(self._columns[name])
+        return (len(atom.terms) + 4) * np.finfo(np.float64).eps * size + np.finfo(np.float64).tiny

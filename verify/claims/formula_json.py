@@ -1,0 +1,63 @@
+"""Formulas as plain data, for files.
+
+Does: writes formulas and exact numbers, and reads them back without trusting them.
+Assumes: a reader that turns ValueError, TypeError and LookupError into words about its file.
+Does not: touch files.
+"""
+
+import re
+from collections.abc import Mapping
+from fractions import Fraction
+from typing import Any
+
+from verify.claims.formula import Acts, And, Formula, Goal, Linear, Not, Or
+
+MAX_DIGITS = 4000
+DEEPEST = 100  # levels of a formula
+_NUMBER = re.compile(r'-?\d+(\.\d+)?|"?-?\d+/\d+"?')
+
+
+def read_number(text: str) -> Fraction:
+    """A number from its exact text. ValueError for anything else."""
+    if not isinstance(text, str) or len(text) > MAX_DIGITS or not _NUMBER.fullmatch(text):
+        raise ValueError(f"no number, or one of more than {MAX_DIGITS} digits: {str(text)[:40]!r}")
+    try:
+        return Fraction(text.strip('"'))
+    except ZeroDivisionError:
+        raise ValueError(f"no number: {text[:40]!r}") from None
+
+
+def formula_document(node: Formula) -> dict[str, Any]:
+    """The formula as plain data; numbers are exact texts."""
+    if isinstance(node, Linear):
+        terms = [[str(weight), name] for weight, name in node.terms]
+        return {"sum": terms, "below" if node.strict else "most": str(node.bound)}
+    if isinstance(node, Acts):
+        return {"agent": node.agent, "takes": node.action}
+    if isinstance(node, Goal):
+        return {"goal": node.landmark}
+    if isinstance(node, Not):
+        return {"not": formula_document(node.part)}
+    return {"all" if isinstance(node, And) else "any": [formula_document(part) for part in node.parts]}
+
+
+def read_formula(document: Mapping[str, Any], depth: int = 0) -> Formula:
+    """The formula in plain data. ValueError for anything else."""
+    if depth > DEEPEST:
+        raise ValueError(f"$.formula: nested deeper than {DEEPEST}")
+    match document:
+        case {"sum": [*terms], **bound} if len(bound) == 1 and set(bound) <= {"most", "below"}:
+            kept = tuple((read_number(weight), str(name)) for weight, name in terms)
+            ((kind, value),) = bound.items()
+            return Linear(kept, read_number(value), kind == "below")
+        case {"agent": str(agent), "takes": int(action)} if len(document) == 2:
+            return Acts(agent, action)
+        case {"goal": str(landmark)} if len(document) == 1:
+            return Goal(landmark)
+        case {"not": part} if len(document) == 1:
+            return Not(read_formula(part, depth + 1))
+        case {"all": [*parts]} if len(document) == 1:
+            return And(tuple(read_formula(part, depth + 1) for part in parts))
+        case {"any": [*parts]} if len(document) == 1:
+            return Or(tuple(read_formula(part, depth + 1) for part in parts))
+    raise ValueError(f"$.formula: {str(document)[:80]}")

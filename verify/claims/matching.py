@@ -1,0 +1,68 @@
+"""One-to-one matchings between a team and the landmarks.
+
+Does: lists them; decides, for a batch of relations, whether one exists; and whether a batch of choices can prevent any.
+Assumes: at most about a dozen agents where batches are decided (the work doubles with each).
+Does not: know claims.
+"""
+
+import math
+from collections.abc import Sequence
+from itertools import permutations
+
+import numpy as np
+
+from codegen.errors import InputError
+from codegen.ir import Bool
+
+MAX_MATCHINGS = 720  # six agents and six landmarks: formulas that name every matching stay readable to the engines
+
+
+def matchings(n_agents: int, n_landmarks: int) -> list[tuple[int, ...]]:
+    """Every way to give each agent a landmark of its own, as landmark numbers in the agents' order.
+
+    InputError when there are more than MAX_MATCHINGS.
+    """
+    count = math.perm(n_landmarks, n_agents)
+    if count > MAX_MATCHINGS:
+        raise InputError(
+            f"{n_agents} agents and {n_landmarks} landmarks have {count:,} matchings, more than {MAX_MATCHINGS}",
+            "",
+            "claim own_target (in episodes: name the landmarks), which fixes one of them",
+        )
+    return list(permutations(range(n_landmarks), n_agents))
+
+
+def matched(related: Bool) -> Bool:
+    """Whether every agent can have a landmark of its own. `related`: [..., n_agents, n_landmarks]. Returns [...].
+
+    After each agent, the sets of landmarks (as bits) that the agents so far can hold.
+    """
+    n_agents, n_landmarks = related.shape[-2:]
+    holdable = np.zeros((*related.shape[:-2], 1 << n_landmarks), dtype=bool)
+    holdable[..., 0] = True
+    for agent in range(n_agents):
+        following = np.zeros_like(holdable)
+        for held in range(1 << n_landmarks):
+            for landmark in range(n_landmarks):
+                if not held >> landmark & 1:
+                    following[..., held | 1 << landmark] |= holdable[..., held] & related[..., agent, landmark]
+        holdable = following
+    return np.asarray(holdable.any(axis=-1))
+
+
+def preventable(choices: Sequence[Sequence[tuple[Bool, Bool]]], n_landmarks: int) -> Bool:
+    """Where some joint choice, one allowed choice of every agent, leaves no matching, [batch].
+
+    `choices`: for each agent its choices as pairs (allowed [batch], landmarks it can then hold [batch, n_landmarks]).
+    By Hall's theorem that is so iff more agents can choose to hold only landmarks of some set than the set has.
+    """
+    outside = 1 << np.arange(n_landmarks)
+    masks = [[(allowed, related @ outside) for allowed, related in agent] for agent in choices]
+    choosing = np.logical_and.reduce([np.logical_or.reduce([allowed for allowed, _ in agent]) for agent in choices])
+    found = np.zeros_like(choosing)
+    for kept in range(1 << n_landmarks):
+        confined = np.zeros(len(found), dtype=np.int64)
+        for agent in masks:
+            confined += np.logical_or.reduce([allowed & (mask & ~kept == 0) for allowed, mask in agent])
+        found |= confined > kept.bit_count()
+    return np.asarray(found & choosing)

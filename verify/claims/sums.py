@@ -1,0 +1,105 @@
+"""Linear sums of coordinates with maxima in them, and what comparing two of them says.
+
+Does: exact arithmetic; distances and absolute values as maxima; comparisons as formulas of linear atoms.
+Assumes: the parts of a maximum are linear.
+Does not: know text (parser.py).
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from itertools import product
+
+from verify.claims.formula import Formula, below, conjunction, disjunction, negated
+
+MAX_CASES = 512  # atoms that one comparison may become
+MAX_BITS = 4096  # of a number's numerator or denominator
+
+
+@dataclass(frozen=True)
+class Sum:
+    """`offset` + weight * coordinate + ... + factor * max(sums) + ...; parts of a maximum have no maxima."""
+
+    offset: Fraction = Fraction(0)
+    terms: dict[str, Fraction] = field(default_factory=dict)
+    maxima: tuple[tuple[Fraction, tuple["Sum", ...]], ...] = ()
+
+    @property
+    def is_constant(self) -> bool:
+        """Whether it is a number."""
+        return not self.terms and not self.maxima
+
+    def __add__(self, other: "Sum") -> "Sum":
+        terms = dict(self.terms)
+        for name, weight in other.terms.items():
+            terms[name] = terms.get(name, Fraction(0)) + weight
+        kept = {name: weight for name, weight in terms.items() if weight}
+        return Sum(self.offset + other.offset, kept, self.maxima + other.maxima)
+
+    def times(self, factor: Fraction) -> "Sum":
+        """Every part times a number; OverflowError when its digits grow beyond all use."""
+        if not factor:
+            return Sum()
+        terms = {name: weight * factor for name, weight in self.terms.items()}
+        found = Sum(self.offset * factor, terms, tuple((factor * weight, parts) for weight, parts in self.maxima))
+        numbers = (found.offset, *terms.values(), *(weight for weight, _ in found.maxima))
+        if any(max(abs(n.numerator), n.denominator).bit_length() > MAX_BITS for n in numbers):
+            raise OverflowError("the numbers grow too long")
+        return found
+
+
+def constant(value: Fraction) -> Sum:
+    """A number."""
+    return Sum(value)
+
+
+def coordinate(name: str) -> Sum:
+    """One coordinate."""
+    return Sum(terms={name: Fraction(1)})
+
+
+def largest(parts: Sequence[Sum]) -> Sum:
+    """The largest of sums without maxima."""
+    return parts[0] if len(parts) == 1 else Sum(maxima=((Fraction(1), tuple(parts)),))
+
+
+def distance(a: str, b: str) -> Sum:
+    """The L-infinity distance of two entities."""
+    gaps = [coordinate(f"{a}.{axis}") + coordinate(f"{b}.{axis}").times(Fraction(-1)) for axis in "xy"]
+    return largest([side for gap in gaps for side in (gap, gap.times(Fraction(-1)))])
+
+
+def compared(left: Sum, relation: str, right: Sum) -> Formula:
+    """The formula of `left relation right`; OverflowError when it has too many cases."""
+    difference = left + right.times(Fraction(-1))
+    backwards = difference.times(Fraction(-1))
+    made: dict[str, Callable[[], Formula]] = {
+        "<=": lambda: _not_above(difference, False),
+        "<": lambda: _not_above(difference, True),
+        ">=": lambda: _not_above(backwards, False),
+        ">": lambda: _not_above(backwards, True),
+        "==": lambda: conjunction(_not_above(difference, False), _not_above(backwards, False)),
+        "!=": lambda: negated(conjunction(_not_above(difference, False), _not_above(backwards, False))),
+    }
+    return made[relation]()
+
+
+def _not_above(total: Sum, strict: bool) -> Formula:
+    """`total` <= 0, or < 0: each added maximum bounds with all of its parts, each subtracted one with some part."""
+    added = [parts for factor, parts in total.maxima if factor > 0]
+    factors = [factor for factor, _ in total.maxima if factor > 0] + [f for f, _ in total.maxima if f < 0]
+    taken = [parts for factor, parts in total.maxima if factor < 0]
+    cases = 1
+    for parts in (*added, *taken):
+        cases *= len(parts)
+    if cases > MAX_CASES:
+        raise OverflowError(f"absolute values and distances make {cases} cases, at most {MAX_CASES} are allowed")
+    plain = Sum(total.offset, total.terms)
+
+    def atom(chosen: Sequence[Sum]) -> Formula:
+        found = plain
+        for factor, part in zip(factors, chosen, strict=True):
+            found = found + part.times(factor)
+        return below(dict(sorted(found.terms.items())), -found.offset, strict)
+
+    return disjunction(*(conjunction(*(atom((*more, *less)) for more in product(*added))) for less in product(*taken)))

@@ -1,0 +1,208 @@
+"""Why an episode is a counterexample, and how far: which starts fail alike, other ways to fail, by how much it fails.
+
+Does: per coordinate of the start an interval by bisection, checked at its ends and between; looks for an episode that
+  fails by other actions of the team among sampled starts; the radius with which the claim would hold.
+Assumes: a start from which the claim fails, exactly, in the course given.
+Does not: prove anything: between the values that were played nothing is claimed.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from codegen.ir import PolicyProfile
+from verify.claims.episodes import EpisodeClaim
+from verify.claims.region import MAX_NUMBER
+from verify.counterexamples.explanation import shown_ends
+from verify.question import EpisodeQuestion
+from verify.states.episodes import Episode, at_rest, courses, fails, first_failing, fulfilled, play
+from verify.states.shares import SAMPLE_SEED
+from verify.states.state import State, inside, sample, state_at
+
+BISECTIONS = 40  # of an interval's ends; of the radius too
+BETWEEN = 32  # values between the ends of an interval that are played
+STARTS = 2_000  # sampled for other ways to fail
+MAX_TRIED = 20  # of those that fail by other actions, looked at exactly
+STAYS = (
+    f"start values from which the team takes the same actions and the claim fails, all else being as it is; played at "
+    f"both ends and {BETWEEN} values between, not proved"
+)
+
+
+@dataclass(frozen=True)
+class StartSpan:
+    """Values of one coordinate of the start: at both ends and between, wherever it was played, the team takes the same
+    actions and the claim fails.
+    """
+
+    name: str
+    low: float
+    high: float
+    whole: bool  # the ends are those of the region's box
+
+    @property
+    def free(self) -> bool:
+        """Whether the coordinate made no difference; one that the region fixes was not varied."""
+        return self.whole and self.low < self.high
+
+    def __str__(self) -> str:
+        if self.whole and not self.free:
+            return "fixed by the region"
+        return " to ".join(shown_ends(self.low, self.high)) if self.low < self.high else "only this"
+
+    def document(self) -> dict[str, Any]:
+        """The interval as plain data."""
+        return {"low": self.low, "high": self.high, "whole": self.whole, "says": str(self)}
+
+
+@dataclass(frozen=True)
+class EpisodeExplanation:
+    """What a safety engineer asks about an episode that fails, beside its course and its replays."""
+
+    spans: tuple[StartSpan, ...]
+    other: State | None  # a sampled start from which the claim fails by other actions
+    starts: int  # that were sampled for it
+    change: float  # of the radius, with which the claim would hold in this very course (length units); infinite: none
+
+    def says(self) -> dict[str, str]:
+        """The finding in a few short lines, by their headings."""
+        found = f"not the only one: in {self.starts} sampled starts another one fails, by other actions"
+        none = f"not decided whether it is the only one: none of {self.starts} sampled starts fails by other actions"
+        whole = ", ".join(span.name for span in self.spans if span.free) or "none"
+        return {
+            "unique": none if self.other is None else found,
+            "fails by": _change(self.change),
+            "free": f"coordinates that, one at a time, made no difference at {BETWEEN + 2} values each: {whole}",
+        }
+
+    def document(self) -> dict[str, Any]:
+        """The finding as plain data; null stands for an infinite number."""
+        other = None if self.other is None else {"goal": self.other.goal, "position": dict(self.other.position)}
+        return {
+            "says": self.says(),
+            "stays": STAYS,
+            "coordinates": {span.name: span.document() for span in self.spans},
+            "other": other,
+            "starts": self.starts,
+            "change_of_radius": self.change if math.isfinite(self.change) else None,
+        }
+
+
+def _change(amount: float) -> str:
+    if not math.isfinite(amount):
+        return "any radius"
+    return f"{abs(amount):.3g}: with a radius {'larger' if amount > 0 else 'smaller'} by so much it would hold here"
+
+
+def explained(question: EpisodeQuestion, state: State, episode: Episode) -> EpisodeExplanation:
+    """What there is to say about a start from which the claim fails, and its course."""
+    return EpisodeExplanation(
+        spans=_spans(question, state, episode),
+        other=_other(question, episode),
+        starts=STARTS,
+        change=_change_of_radius(question.profile, question.claim, episode),
+    )
+
+
+def _stand(question: EpisodeQuestion, states: Sequence[State], episode: Episode) -> list[bool]:
+    """Which starts lie in the region, lead to the team's actions in `course` and fail the claim."""
+    if not states:
+        return []
+    profile, claim = question.profile, question.claim
+    coordinates, actions = courses(profile, states, claim.steps)
+    team = _team(profile, claim)
+    return [
+        np.array_equal(actions[:, row, team], episode.actions[:, team])
+        and inside(question.region, state)
+        and fails(profile, claim, coordinates[:, row])
+        for row, state in enumerate(states)
+    ]
+
+
+def _team(profile: PolicyProfile, claim: EpisodeClaim) -> list[int]:
+    """The places of the team's agents among the world's."""
+    team = {policy.agent for policy in profile.team(claim.team)}
+    return [place for place, entity in enumerate(profile.world.agents) if entity.name in team]
+
+
+def _spans(question: EpisodeQuestion, state: State, episode: Episode) -> tuple[StartSpan, ...]:
+    region = question.region
+
+    def stand(moved: Sequence[tuple[str, float]]) -> list[bool]:
+        states = [State({**state.position, name: value}, state.goal) for name, value in moved]
+        return _stand(question, states, episode)
+
+    names = [name for name in region.box if not name.endswith((".vx", ".vy"))]
+    sides = [(name, side) for name in names for side in (0, 1)]
+    ends = [_bound(region.box[name][side], side) for name, side in sides]
+    good = [float(state.position[name]) for name, _ in sides]
+    reached = stand([(name, end) for (name, _), end in zip(sides, ends, strict=True)])
+    good = [end if there else start for start, end, there in zip(good, ends, reached, strict=True)]
+    for _ in range(BISECTIONS):
+        middle = [(a + b) / 2 for a, b in zip(good, ends, strict=True)]
+        open_sides = [k for k, value in enumerate(middle) if value not in (good[k], ends[k])]
+        if not open_sides:
+            break
+        for k, there in zip(open_sides, stand([(sides[k][0], middle[k]) for k in open_sides]), strict=True):
+            good[k], ends[k] = (middle[k], ends[k]) if there else (good[k], middle[k])
+    lows, highs = good[::2], good[1::2]
+    between = [(name, float(value)) for name, *pair in zip(names, lows, highs, strict=True) for value in _spaced(*pair)]
+    gaps = [moved for moved, there in zip(between, stand(between), strict=True) if not there]
+    spans = []
+    for name, low, high in zip(names, lows, highs, strict=True):
+        here, played = float(state.position[name]), [value for other, value in between if other == name]
+        holes = [value for other, value in gaps if other == name]
+        floor = max((value for value in holes if value < here), default=-math.inf)
+        roof = min((value for value in holes if value > here), default=math.inf)
+        left = [value for value in (low, *played, here, high) if floor < value < roof]
+        box = tuple(_bound(region.box[name][side], side) for side in (0, 1))
+        spans.append(StartSpan(name, min(left), max(left), whole=(min(left), max(left)) == box))
+    return tuple(spans)
+
+
+def _spaced(low: float, high: float) -> list[float]:
+    """Values evenly between two ends."""
+    return [] if low == high else [float(value) for value in np.linspace(low, high, BETWEEN + 2)[1:-1]]
+
+
+def _bound(bound: Fraction, side: int) -> float:
+    """The float64 number at a bound of a box, or next to it on the inside."""
+    value = float(bound)
+    if side == 0:
+        return value if Fraction(value) >= bound else math.nextafter(value, math.inf)
+    return value if Fraction(value) <= bound else math.nextafter(value, -math.inf)
+
+
+def _other(question: EpisodeQuestion, episode: Episode) -> State | None:
+    """A sampled start from which the claim fails by other actions of the team, refereed exactly."""
+    profile, claim, region = question.profile, question.claim, question.region
+    team = _team(profile, claim)
+    coordinates, goals = sample(at_rest(region), profile.world, STARTS, SAMPLE_SEED)
+    played, actions = play(profile, coordinates, claim.steps)
+    others = ~fulfilled(profile, claim, played) & (actions[..., team] != episode.actions[:, None, team]).any(
+        axis=(0, 2)
+    )
+    rows = np.flatnonzero(others)[:MAX_TRIED]
+    states = [state_at(region, profile.world, coordinates[row], int(goals[row])) for row in rows]
+    return first_failing(question, states)
+
+
+def _change_of_radius(profile: PolicyProfile, claim: EpisodeClaim, episode: Episode) -> float:
+    """By how much larger (or smaller, below 0) the radius would have to be for the claim to hold in this course."""
+
+    def holds(change: Fraction) -> bool:
+        return not fails(profile, replace(claim, radius=claim.radius + change), episode.coordinates)
+
+    away = [Fraction(MAX_NUMBER), -claim.radius]
+    far = next((change for change in away if holds(change)), None)
+    if far is None:
+        return math.inf
+    near = Fraction(0)
+    for _ in range(BISECTIONS + 30):  # the first ones bring it down from MAX_NUMBER
+        middle = (near + far) / 2
+        near, far = (near, middle) if holds(middle) else (middle, far)
+    return float(far)

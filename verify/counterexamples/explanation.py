@@ -1,0 +1,299 @@
+"""Why a counterexample is one, and how far: what does not matter, what may change, by how much the claim fails.
+
+Does: per coordinate the values that keep the violation, per agent the feature values that keep its leaf and the room of
+  each test, the shortfall of the claim, and whether its leaves are the only way to fail (uniqueness.py).
+Assumes: a counterexample that the referee confirmed, and its arithmetic, by the exact ends of tests
+  (checker/thresholds.py).
+Does not: vary several coordinates at once: each interval holds with everything else as it is.
+
+Shortfall (`world.shortfall`): the least s such that the claim would hold, actions as they are, with every bound relaxed
+by more than s. Room of a test: what its side is worth in the same sense (`formula.worth`), that is by how much what the
+feature measures can move before the test turns.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+from codegen.ir import AgentPolicy
+from verify.checker.thresholds import rounded_twice, sides
+from verify.claims.formula import Formula, Linear, Or, conjunction, for_goal, given, negated, normal, worth
+from verify.claims.region import MACHINE, REAL, Region
+from verify.counterexamples.lines import Line, along, around, beyond, closed, interval
+from verify.counterexamples.search import AgentView, Counterexample, Step
+from verify.counterexamples.uniqueness import Uniqueness, unique
+from verify.question import DecisionQuestion
+from verify.states.real import Value, value_of, written
+from verify.states.state import State, error_name, inside, leaves_at, shortfall, violates
+
+STAYS = "the values with which the claim fails in the same leaves, all else being as it is"
+DIGITS = 1e6  # of which shown ends are multiples of the inverse
+LOW, HIGH = "low", "high"
+
+
+@dataclass(frozen=True)
+class Span:
+    """The values of a coordinate that keep violation and leaves, all else being as it is.
+
+    They are the float64 values between the ends, ends included; of real arithmetic all values between them.
+    """
+
+    name: str
+    low: Value
+    high: Value
+    free: bool  # they are all that the region allows, more than one: the coordinate does not matter
+    fixed: bool  # the region allows this value alone, all else being as it is
+    excluded: tuple[str, ...] = ()  # of real arithmetic: those of "low" and "high" that are not among the values
+
+    def document(self) -> dict[str, Any]:
+        """The interval as plain data; whether a fixed coordinate matters is not known (null)."""
+        matters = None if self.fixed else not self.free
+        ends = {LOW: written(self.low), HIGH: written(self.high)}
+        excluded = {"excluded": [*self.excluded]} if self.excluded else {}
+        return {**ends, **excluded, "matters": matters, "says": str(self)}
+
+    def __str__(self) -> str:
+        if self.free:
+            return "does not matter"
+        if self.fixed:
+            return "fixed by the region"
+        if isinstance(self.low, float) and isinstance(self.high, float) and not self.excluded:
+            low, high = shown_ends(self.low, self.high)
+        else:
+            low, high = _exact_ends(Fraction(self.low), Fraction(self.high), self.excluded)
+        return f"only {low}" if self.low == self.high else f"{low} to {high}"
+
+
+@dataclass(frozen=True)
+class Tested:
+    """The observed values of one feature, low < value <= high, with which an agent's path stays the same."""
+
+    feature: str
+    low: float  # float32, or -infinity
+    high: float  # float32, or infinity
+
+
+@dataclass(frozen=True)
+class Turn:
+    """How far one test is from turning."""
+
+    step: Step
+    over: float  # value minus threshold, as observed
+    room: float  # by how much what is measured can move (length units); infinite for a constant
+
+
+@dataclass(frozen=True)
+class AgentRoom:
+    """What an agent's decision rests on."""
+
+    agent: str
+    tested: tuple[Tested, ...]
+    untested: tuple[str, ...]  # features that do not matter to this decision
+    turns: tuple[Turn, ...]
+
+    @property
+    def nearest(self) -> Turn | None:
+        """The test that turns first; None when no test can."""
+        able = [turn for turn in self.turns if math.isfinite(turn.room)]
+        return min(able, key=lambda turn: turn.room, default=None)
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """What a safety engineer asks about a counterexample beside its point, its paths and its replays."""
+
+    uniqueness: Uniqueness
+    spans: tuple[Span, ...]
+    agents: tuple[AgentRoom, ...]
+    shortfall: float  # length units; infinite when no distance matters, only the actions
+
+    @property
+    def free(self) -> tuple[str, ...]:
+        """The coordinates that do not matter."""
+        return tuple(span.name for span in self.spans if span.free)
+
+    def says(self) -> dict[str, str]:
+        """The finding in a few short lines, by their headings."""
+        lines = {"unique": str(self.uniqueness), "fails by": _shortfall(self.shortfall)}
+        nearest = [(room.agent, room.nearest) for room in self.agents]
+        able = [(agent, turn) for agent, turn in nearest if turn is not None]
+        if able:
+            agent, turn = min(able, key=lambda one: one[1].room)
+            lines["nearest"] = f"the test of {agent} that turns first, when moved by {turn.room:.3g}: {turn.step}"
+        lines["free"] = f"coordinates that, one at a time, do not matter: {', '.join(self.free) or 'none'}"
+        return lines
+
+    def document(self) -> dict[str, Any]:
+        """The finding as plain data; null stands for an infinite number."""
+        return {
+            "says": self.says(),
+            "stays": STAYS,
+            "unique": self.uniqueness.document(),
+            "shortfall": _finite(self.shortfall),
+            "coordinates": {span.name: span.document() for span in self.spans},
+            "agents": [_room_document(room) for room in self.agents],
+        }
+
+
+def shown_ends(low: float, high: float) -> tuple[str, str]:
+    """The ends of an interval with few digits, rounded to its inside; all digits where that leaves nothing."""
+    inner = math.ceil(low * DIGITS) / DIGITS + 0.0, math.floor(high * DIGITS) / DIGITS + 0.0
+    if low <= inner[0] <= inner[1] <= high:
+        return f"{inner[0]:.12g}", f"{inner[1]:.12g}"
+    return repr(low), repr(high)
+
+
+def _exact_ends(low: Fraction, high: Fraction, excluded: Sequence[str]) -> tuple[str, str]:
+    """As `shown_ends`, of an interval of real numbers; `excluded`: those of "low" and "high" that are not in it."""
+    scale = int(DIGITS)
+    inner = math.ceil(low * scale), math.floor(high * scale)
+    inner = (
+        inner[0] + (LOW in excluded and inner[0] == low * scale),
+        inner[1] - (HIGH in excluded and inner[1] == high * scale),
+    )
+    if inner[0] <= inner[1]:
+        return f"{inner[0] / scale:.12g}", f"{inner[1] / scale:.12g}"
+    return f"{'above ' if LOW in excluded else ''}{low}", f"{'below ' if HIGH in excluded else ''}{high}"
+
+
+def _shortfall(amount: float) -> str:
+    if not math.isfinite(amount):
+        return "what the agents do, whatever the distances"
+    return f"{amount:.3g}: relax every bound of the claim by more, and it holds here"
+
+
+def _finite(number: float) -> float | None:
+    return number if math.isfinite(number) else None
+
+
+def _room_document(room: AgentRoom) -> dict[str, Any]:
+    nearest = room.nearest
+    return {
+        "agent": room.agent,
+        "features": {one.feature: {"above": _finite(one.low), "most": _finite(one.high)} for one in room.tested},
+        "untested": list(room.untested),
+        "tests": [
+            {"node": turn.step.node, "test": str(turn.step), "over": turn.over, "room": _finite(turn.room)}
+            for turn in room.turns
+        ],
+        "nearest": None if nearest is None else {"node": nearest.step.node, "room": nearest.room},
+    }
+
+
+def explained(question: DecisionQuestion, found: Counterexample) -> Explanation:
+    """What there is to say about a confirmed counterexample.
+
+    AssertionError when the referee does not confirm the end of an interval: that is our bug.
+    """
+    state, profile, semantics = found.state, question.profile, question.semantics
+    exact = state.exactly(profile)
+    team = {policy.agent: policy for policy in profile.team(question.claim.team)}
+    tests = {view.agent: _tests(team[view.agent], view, state, semantics) for view in found.agents}
+    actions = {
+        view.agent: next(k for k, one in enumerate(team[view.agent].actions) if one.name == view.action)
+        for view in found.agents
+    }
+    stated = given(for_goal(normal(question.formula), state.goal), actions)
+    keeps = conjunction(*(test for several in tests.values() for test in several), negated(stated))
+    return Explanation(
+        uniqueness=unique(question, state),
+        spans=_spans(question, state, keeps),
+        agents=tuple(_room(team[view.agent], view, tests[view.agent], exact) for view in found.agents),
+        shortfall=float(shortfall(question, state)),
+    )
+
+
+def _tests(policy: AgentPolicy, view: AgentView, state: State, semantics: str) -> list[Formula]:
+    """What each test on an agent's path says of the world, as it fell out there, errors being as they are."""
+    found = []
+    for step in view.path:
+        feature = next(one for one in policy.features if one.name == step.feature)
+        error = Fraction(state.errors.get(error_name(policy.agent, feature.name), 0.0))
+        left, right = sides(feature, step.threshold, semantics)
+        meaning = feature.meaning
+        if error and meaning is not None and not meaning.function and semantics == MACHINE:
+            end = rounded_twice(step.threshold)  # no float64 number any more, so rounded twice
+            terms = tuple((Fraction(weight), name) for weight, name in meaning.terms)
+            left = Linear(terms, end.value(), end.strict)
+            right = negated(left)
+        side, sign = (left, -1) if step.left else (right, 1)
+        if error and isinstance(side, Linear):
+            side = Linear(side.terms, side.bound + sign * error, side.strict)
+        found.append(for_goal(side, state.goal))
+    return found
+
+
+def _spans(question: DecisionQuestion, state: State, keeps: Formula) -> tuple[Span, ...]:
+    region, limits = question.region, _limits(question.region)
+
+    def reached(at: State) -> dict[str, int]:
+        return leaves_at(question.profile, question.claim.team, at, question.semantics)
+
+    leaves = reached(state)
+
+    def stands(name: str, value: Value) -> bool:
+        moved = State({**state.position, name: value}, state.goal, state.errors)
+        return inside(region, moved) and violates(question, moved) and reached(moved) == leaves
+
+    found, exact = [], state.exactly(question.profile)
+    for name, bounds in region.box.items():
+        allowed = along(limits, name, exact, closed(*bounds))
+        kept = along(keeps, name, exact, allowed)
+        value = state.position[name]
+        real = question.semantics == REAL
+        span = _real_span(name, value, allowed, kept) if real else _float_span(name, float(value), allowed, kept)
+        one, inner, outer = span
+        if not all(stands(name, value) for value in inner) or any(stands(name, value) for value in outer):
+            raise AssertionError(
+                f"{question.claim.name}: the referee does not confirm {one.low!r} <= {name} <= {one.high!r}"
+            )
+        found.append(one)
+    return tuple(found)
+
+
+def _float_span(name: str, value: float, allowed: Line, kept: Line) -> tuple[Span, Sequence[Value], Sequence[Value]]:
+    """The interval of float64 values, with values that must stand and such that must not."""
+    low, high = around(kept, value)
+    fixed = around(allowed, value) == (low, low) and len(allowed) == 1
+    outside = (math.nextafter(low, -math.inf), math.nextafter(high, math.inf))
+    return Span(name, low, high, free=kept == allowed and not fixed, fixed=fixed), (low, high), outside
+
+
+def _real_span(name: str, value: Value, allowed: Line, kept: Line) -> tuple[Span, Sequence[Value], Sequence[Value]]:
+    """As `_float_span`, of all real values."""
+    (low, above), (high, within) = interval(kept, Fraction(value))
+    excluded = tuple(end for end, out in ((LOW, above == 1), (HIGH, within == 0)) if out)
+    fixed = len(allowed) == 1 and allowed[0] == ((low, 0), (low, 1))
+    span = Span(name, value_of(low), value_of(high), kept == allowed and not fixed, fixed, excluded)
+    ends = [end for end, out in ((low, above == 1), (high, within == 0)) if not out]
+    return span, [*map(value_of, ends), value_of((low + high) / 2)], [*map(value_of, beyond(kept, Fraction(value)))]
+
+
+def _room(policy: AgentPolicy, view: AgentView, tests: list[Formula], exact: Mapping[str, Fraction]) -> AgentRoom:
+    cell: dict[str, tuple[float, float]] = {}
+    turns = []
+    for step, test in zip(view.path, tests, strict=True):
+        low, high = cell.get(step.feature, (-math.inf, math.inf))
+        cell[step.feature] = (low, min(high, step.threshold)) if step.left else (max(low, step.threshold), high)
+        turns.append(Turn(step, float(Fraction(step.value) - Fraction(step.threshold)), float(worth(test, exact, {}))))
+    return AgentRoom(
+        agent=view.agent,
+        tested=tuple(Tested(feature, *ends) for feature, ends in cell.items()),
+        untested=tuple(feature.name for feature in policy.features if feature.name not in cell),
+        turns=tuple(turns),
+    )
+
+
+def _limits(region: Region) -> Formula:
+    """The region's differences and distances as a formula; the box bounds the lines themselves."""
+    one = Fraction(1)
+    parts: list[Formula] = []
+    for a, b, (low, high) in region.differences:
+        parts += [Linear(((one, a), (-one, b)), high), Linear(((-one, a), (one, b)), -low)]
+    for a, b, least in region.apart:
+        pairs = [(f"{a}.{axis}", f"{b}.{axis}") for axis in "xy"]
+        ways = [Linear(((-sign, p), (sign, q)), -least) for p, q in pairs for sign in (one, -one)]
+        parts.append(Or(tuple(ways)))
+    return conjunction(*parts)

@@ -1,0 +1,296 @@
+"""Counterexamples that a person can read: found inside their cells, shrunk to few digits, explained, replayed.
+
+Does: turns a solver's model into a world state that the referee confirms, and tells both trees' paths.
+Assumes: the question was satisfiable; stronger questions (with slack) may be asked.
+Does not: call a state that is no float64 state a counterexample, but in real arithmetic.
+
+In real arithmetic float64 states in which the claim fails in the deployed arithmetic too come first, then other float64
+states, then rational ones.
+"""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from itertools import chain
+
+import numpy as np
+
+from codegen import ir
+from codegen.ir import WorldSpec
+from verify.claims.formula import agents
+from verify.claims.region import MACHINE, REAL
+from verify.question import DecisionQuestion
+from verify.solver.encode import in_both, query, there
+from verify.solver.pinning import pinned
+from verify.solver.solve import Answer, ask
+from verify.states.acting import Deployed, Replay, acted
+from verify.states.noise import mistaken
+from verify.states.real import Value, value_of
+from verify.states.shares import SAMPLE_SEED, SAMPLES, violating
+from verify.states.state import (
+    State,
+    engaged_with,
+    error_name,
+    exact_point,
+    inside,
+    leaf_at,
+    leaves_at,
+    measurements,
+    nearest,
+    observed,
+    sample,
+    shortfall,
+    state_at,
+    violates,
+)
+
+SLACKS = tuple(Fraction(1, 2**power) for power in (3, 4, 5, 7, 10, 20, 40))
+SPACED_SLACKS = 3  # so many of the slacks are first tried with all entities SPACE apart, which reads better
+SPACE = Fraction(1, 5)
+MAX_REFEREED = 50  # sampled violations that the referee looks at, at most
+MAX_PLACES = 12  # decimal places that shrinking tries before it keeps all digits
+ROOM = 0.1  # shrinking keeps entities at least so far apart, and claims failing by so much, or as much as they were
+
+
+@dataclass(frozen=True)
+class Step:
+    """One test on a decision path: `value` of `feature` against `threshold`."""
+
+    node: int
+    feature: str
+    value: Value
+    threshold: float
+    left: bool
+
+    def __str__(self) -> str:
+        value, threshold = f"{float(self.value):.6g}", f"{self.threshold:.6g}"
+        if value == threshold and self.value != self.threshold:
+            value, threshold = str(self.value), repr(self.threshold)
+        return f"{self.feature} = {value} {'<=' if self.left else '>'} {threshold}"
+
+
+@dataclass(frozen=True)
+class AgentView:
+    """What one agent of the team does in a counterexample, and why."""
+
+    agent: str
+    action: str
+    leaf: int
+    path: tuple[Step, ...]
+    engaged_with: tuple[str, ...]  # landmarks
+    errors: tuple[tuple[str, Value], ...] = ()  # feature -> by how much it is off
+
+
+@dataclass(frozen=True)
+class Counterexample:
+    """A world state in which the claim fails, confirmed by the referee."""
+
+    state: State
+    agents: tuple[AgentView, ...]
+    replayed: tuple[str, ...]  # names of what reproduced the same actions
+    says: str  # what judged it and who replayed it, in words
+    deployed: Deployed | None = None  # of real arithmetic; None where the state is no float64 state
+
+
+def confirmed(question: DecisionQuestion, goal: str, answer: Answer) -> tuple[State | None, int]:
+    """A shrunk point that violates the claim; None when only a real-valued model exists, of the deployed arithmetic.
+
+    Tries answers to stronger questions, the model itself, then sampled states. Returns the point and the resource
+    units spent on stronger questions.
+    """
+    real = question.semantics == REAL
+    wanted = [question.by(semantics) for semantics in ((REAL, MACHINE) if real else (MACHINE,))]
+    spent, others = 0, list[State]()
+    for state, resources in _candidates(question, goal, answer):
+        spent += resources
+        if state is not None and _stands(wanted, state):
+            return shrink(wanted, state), spent
+        others += [] if state is None else [state]
+    if not real:
+        return None, spent
+    # the exact model itself is among these, and float64 states go before it
+    ordered = sorted(others, key=lambda state: not state.floats)
+    state = next(state for state in ordered if _stands([question], state))
+    return shrink([question], state), spent
+
+
+def _candidates(question: DecisionQuestion, goal: str, answer: Answer) -> Iterator[tuple[State | None, int]]:
+    """Points that may violate the claim, with the resource units that each took."""
+    for stronger, slack in _stronger(question):
+        inner = ask(query(stronger, goal, slack), question.budgets.solver_units)
+        yield _nearest(question, inner, goal), inner.resources
+    yield _nearest(question, answer, goal), 0
+    if question.semantics == REAL and answer.model is not None:
+        yield from _failing_in_both(question, goal)
+        yield _settled(question, goal, answer.model)
+    for state in violating_samples(question.for_one_goal(goal)):
+        yield state, 0
+
+
+def _failing_in_both(question: DecisionQuestion, goal: str) -> Iterator[tuple[State | None, int]]:
+    """As `_candidates`, of states in which the claim fails in the deployed arithmetic too, where there are any."""
+    units, region = question.budgets.solver_units, question.region
+    exact = ask(in_both(question, goal), units)
+    if exact.model is None:
+        yield None, exact.resources
+        return
+    for answer in chain([exact], (ask(in_both(question, goal, slack), units) for slack in SLACKS)):
+        yield _nearest(question, answer, goal), answer.resources
+    found, spent = pinned(in_both(question, goal), region, exact.model, units)
+    yield exact_point(found, region, goal), spent
+
+
+def _settled(question: DecisionQuestion, goal: str, model: Mapping[str, Fraction]) -> tuple[State, int]:
+    """An exact model of real arithmetic as a point with as few digits as solver queries find, and what they took.
+
+    AssertionError when the referee does not confirm it: then an engine is wrong.
+    """
+    profile, claim, region = question.profile, question.claim, question.region
+    state = exact_point(model, region, goal)
+    if claim.eps and not violates(question, state):
+        state = mistaken(question, state) or state
+    exact = {name: Fraction(value) for name, value in (*state.position.items(), *state.errors.items())}
+    acting = agents(question.formula)
+    leaves = {agent: leaf for agent, leaf in leaves_at(profile, claim.team, state, REAL).items() if agent in acting}
+    units = question.budgets.solver_units
+    found, spent = pinned(there(question, goal, leaves), region, exact, units)
+    for each in (state, exact_point(found, region, goal)):
+        if not _stands([question], each):
+            raise AssertionError(f"{claim.name}: the referee does not confirm {each}")
+    return exact_point(found, region, goal), spent
+
+
+def violating_samples(question: DecisionQuestion) -> Iterator[State]:
+    """The sampled world states of the violating fraction, of the same draw, that the referee confirms."""
+    region, world = question.region, question.profile.world
+    coordinates, goals = sample(region, world, SAMPLES, SAMPLE_SEED)
+    for row in np.flatnonzero(violating(question, coordinates))[:MAX_REFEREED]:
+        state = state_at(region, world, coordinates[row], int(goals[row]))
+        if question.claim.eps:
+            state = mistaken(question, state) or state
+        if _stands([question], state):
+            yield state
+
+
+def near(question: DecisionQuestion, goal: str, model: Mapping[str, Fraction]) -> State | None:
+    """A shrunk float64 point beside an exact one that violates the claim in the deployed arithmetic, with errors where
+    the claim allows them; None when the nearest one does not.
+    """
+    deployed = question.by(MACHINE)
+    state = nearest(dict(model), question.region, goal, Fraction(0))
+    if question.claim.eps:
+        state = mistaken(deployed, state) or state
+    return shrink([deployed], state) if _stands([deployed], state) else None
+
+
+def _stronger(question: DecisionQuestion) -> Iterator[tuple[DecisionQuestion, Fraction]]:
+    """Stronger questions, the most comfortable counterexamples first."""
+    world, region = question.profile.world, question.region
+    entities = [entity.name for entity in world.agents + world.landmarks]
+    pairs = tuple((a, b, SPACE) for index, a in enumerate(entities) for b in entities[index + 1 :])
+    spaced = question.within(replace(region, apart=region.apart + pairs))
+    yield from ((spaced, slack) for slack in SLACKS[:SPACED_SLACKS])
+    yield from ((question, slack) for slack in SLACKS)
+
+
+def _nearest(question: DecisionQuestion, answer: Answer, goal: str) -> State | None:
+    return None if answer.model is None else nearest(answer.model, question.region, goal, question.claim.eps)
+
+
+def _stands(questions: Sequence[DecisionQuestion], state: State) -> bool:
+    """Whether the claim fails at a point of the region, by each of one question's arithmetics."""
+    asked = questions[0]
+    if any(abs(Fraction(error)) > asked.claim.eps for error in state.errors.values()):
+        return False
+    if not state.floats and any(question.semantics == MACHINE for question in questions):
+        return False
+    return inside(asked.region, state) and all(violates(question, state) for question in questions)
+
+
+def shrink(
+    questions: Sequence[DecisionQuestion], state: State, keeps: Callable[[State], bool] = lambda state: True
+) -> State:
+    """The same violation with as few decimals as possible, and hardly less clear. `keeps`: what else must stay;
+    `questions`: one question in each arithmetic in which the claim fails, the one asked about first.
+    """
+    asked = questions[0]
+    least = min(ROOM, shortfall(asked, state))
+
+    def stands(candidate: State) -> bool:
+        fails = _stands(questions, candidate) and keeps(candidate)
+        return fails and shortfall(asked, candidate) >= least
+
+    return simplest(asked.profile.world, state, stands)
+
+
+def simplest(world: WorldSpec, state: State, stands: Callable[[State], bool]) -> State:
+    """The point with as few decimals as still stand, first for all positions together, then one by one."""
+    entities = [entity.name for entity in world.agents + world.landmarks]
+    room = {(a, b): min(ROOM, _apart(state, a, b)) for index, a in enumerate(entities) for b in entities[index + 1 :]}
+
+    def holds(position: Mapping[str, Value], errors: Mapping[str, Value]) -> bool:
+        candidate = State(position, state.goal, errors)
+        if any(_apart(candidate, a, b) < least for (a, b), least in room.items()):
+            return False
+        return stands(candidate)
+
+    position, errors = dict(state.position), dict(state.errors)
+    for places in range(MAX_PLACES):
+        rounded: dict[str, Value] = {name: round(value, places) + 0.0 for name, value in position.items()}
+        if holds(rounded, errors):
+            position = rounded
+            break
+    _simplified(position, lambda: holds(position, errors))
+    _simplified(errors, lambda: holds(position, errors))
+    return State(position, state.goal, {name: error for name, error in errors.items() if error})
+
+
+def _simplified(values: dict[str, Value], holds: Callable[[], bool]) -> None:
+    """Rounds each value in place to the fewest decimals with which what `holds` asks stays true."""
+    for name, value in values.items():
+        for places in range(MAX_PLACES):
+            simpler = round(value, places) + 0.0
+            if simpler == value:
+                break
+            values[name] = simpler
+            if holds():
+                break
+            values[name] = value
+
+
+def _apart(state: State, a: str, b: str) -> float:
+    return float(max(abs(state.position[f"{a}.{axis}"] - state.position[f"{b}.{axis}"]) for axis in "xy"))
+
+
+def explain(question: DecisionQuestion, state: State, replays: Mapping[str, Replay]) -> Counterexample:
+    """The counterexample with its paths, after every replay acted like the reference.
+
+    DisagreementError when one of them acts differently: then there is a bug, and no verdict.
+    """
+    profile, claim, semantics = question.profile, question.claim, question.semantics
+    did = acted(profile, question.formula, claim.team, state, replays, semantics)
+    engaged = engaged_with(profile, claim, state, did.actions)
+    views = []
+    for policy in profile.team(claim.team):
+        leaf = leaf_at(profile, policy, state, semantics)
+        seen: Sequence[Value] = (
+            list(map(value_of, measurements(profile, policy, state)))
+            if semantics == REAL
+            else observed(profile, policy, state)[0].tolist()
+        )
+        errors = [(one.name, state.errors.get(error_name(policy.agent, one.name), 0.0)) for one in policy.features]
+        named = policy.actions[did.actions[policy.agent]].name
+        wrong = tuple((name, error) for name, error in errors if error)
+        views.append(AgentView(policy.agent, named, leaf, path(policy, seen), engaged[policy.agent], wrong))
+    return Counterexample(state, tuple(views), did.by, did.says, did.deployed)
+
+
+def path(policy: ir.AgentPolicy, seen: Sequence[Value]) -> tuple[Step, ...]:
+    """The tests that lead to the decision for one observation [n_features], rounded or exact."""
+    tree, node, steps = policy.tree, ir.ROOT, []
+    while tree.feature[node] != ir.NO_FEATURE:
+        feature, threshold = int(tree.feature[node]), float(tree.threshold[node])
+        left = seen[feature] <= threshold
+        steps.append(Step(node, policy.features[feature].name, seen[feature], threshold, left))
+        node = int(tree.left[node] if left else tree.right[node])
+    return tuple(steps)

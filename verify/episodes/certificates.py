@@ -1,0 +1,111 @@
+"""Making certificates of claims about whole episodes.
+
+Does: makes the certificate of a claim whose parts zones proved, in the first form that closes all branches.
+Assumes: a profile that was read and checked; parts of a claim that were proved by zones.
+Does not: cover worlds with contacts, or what only holds when others act as in the profile; state the form of proofs
+  (checker/README.md does).
+"""
+
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import replace
+from fractions import Fraction
+
+from codegen.ir import PolicyProfile
+from codegen.policy_json import content_hash
+from verify.checker.episode_certificates import READINGS, EpisodeCertificate
+from verify.checker.episode_reading import Episode, Matching, OpenBranchError, Part, matchings
+from verify.checker.reading import RejectedError, region_formula
+from verify.claims.episodes import DEFAULT_ZONES
+from verify.claims.formula import holds
+from verify.claims.region import Region
+from verify.episodes.proof import MAX_ANSWERS, Prover, TooLongError
+from verify.episodes.zones import points_of, starts
+from verify.question import EpisodeQuestion
+from verify.states.shares import SAMPLE_SEED
+
+
+class NoCertificateError(Exception):
+    """Why a proved claim has no certificate: it is beyond the second reading, or its proof is too large."""
+
+
+class LeftOpenError(NoCertificateError):
+    """The second reading leaves a start open, so the claim is not proved."""
+
+
+def made(question: EpisodeQuestion, proved: Sequence[Part], most: int | None = None) -> EpisodeCertificate:
+    """The certificate of a claim whose parts were proved (with or without a proof in them).
+
+    LeftOpenError when the second search leaves a start open in some part, NoCertificateError when it looks at more than
+    `most` answers: by default as many more than MAX_ANSWERS as the claim may visit more zones than by default.
+    """
+    profile, claim, region = question.profile, question.claim, question.region
+    most = max(MAX_ANSWERS, MAX_ANSWERS * claim.zones // DEFAULT_ZONES) if most is None else most
+    start, opened = _inhabitant(profile, region), ""
+    for form, reading in READINGS.items():
+        try:
+            parts = _closed(reading, question, proved, most)
+            return EpisodeCertificate(content_hash(profile), claim, region, start, parts, form=form)
+        except OpenBranchError as error:
+            opened = str(error)
+        except RejectedError as error:
+            raise NoCertificateError(str(error)) from None
+    raise LeftOpenError(opened)
+
+
+def _closed(
+    reading: type[Episode],
+    question: EpisodeQuestion,
+    proved: Sequence[Part],
+    most: int,
+) -> tuple[Part, ...]:
+    """The parts that are needed, with their proofs. OpenBranchError, or NoCertificateError where they are too large."""
+    parts: list[Part] = []
+    profile, claim, region = question.profile, question.claim, question.region
+    needed, left = _needed(question, proved), most
+    for part in needed:
+        own = _own(part, matchings(profile, claim))
+        # a part that is too large keeps no other one from being searched: that may hold an open branch
+        limit = max(left, most // len(needed))
+        prover = Prover(reading(profile, claim, region, part.goal, part.followed, own), limit)
+        with suppress(TooLongError):
+            parts.append(replace(part, proof=prover.run()))
+        left -= prover.looked
+    if len(parts) < len(needed):
+        raise NoCertificateError(
+            f"its proof takes more than {most:,} answers; a larger --max-zones allows more of them"
+        )
+    return tuple(parts)
+
+
+def _own(part: Part, allowed: list[Matching]) -> list[Matching]:
+    return [((part.agent, part.landmark),)] if part.agent else allowed
+
+
+def _needed(question: EpisodeQuestion, proved: Sequence[Part]) -> list[Part]:
+    """The parts that show the claim for all goals, each once."""
+    found: dict[Part, None] = {}
+    allowed = matchings(question.profile, question.claim)
+    for goal in question.goals:
+        about = [part for part in proved if part.goal in ("", goal)]
+        by_pair = {(part.agent, part.landmark): part for part in about}
+        ways = [own for own in allowed if by_pair.keys() >= set(own)]
+        pairs = ways[0] if ways else (("", ""),)
+        for pair in pairs:
+            if pair not in by_pair:
+                raise LeftOpenError("not all parts of the claim were proved one by one")
+            found[by_pair[pair]] = None
+    return list(found)
+
+
+def _inhabitant(profile: PolicyProfile, region: Region) -> Mapping[str, Fraction]:
+    """A float64 start of the region, at rest."""
+    still = {name: Fraction(0) for name in region.box}
+    for found in points_of(starts(region, profile.world), SAMPLE_SEED):
+        state = still | {name: Fraction(value) for name, value in found.items()}
+        if holds(region_formula(region), state, {}):
+            return {name: state[name] for name in region.box}
+    raise NoCertificateError("no float64 start of the region was found")
+
+
+# --- the text

@@ -1,0 +1,317 @@
+"""Deciding claims about episodes by zones: agents alone where that settles it, then with those whom they read, and at
+last the whole profile.
+
+Does: splits a claim into tasks, follows groups of agents, hands what a small group leaves open to the larger one.
+Assumes: a claim and a profile that `rollout.playable` let pass.
+Does not: sample the region (verdicts/episodes.py) or step zones (unroll.py).
+
+Whoever is not followed may do anything, so a small group leaves every start open that a larger one would: the larger
+group needs to be followed only from the smallest zone around those that are left: they overlap, and one zone soon
+costs less than many. A proof that follows opponents is one about these opponents; it comes last, and only where a tree
+reads them or contacts may push.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from codegen import ir
+from codegen.dynamics import partners
+from codegen.ir import Float64
+from verify.checker.episode_reading import Part
+from verify.claims.episode_properties import apart_pairs, ensure_somebody
+from verify.claims.episodes import KEEPS_APART
+from verify.claims.region import Verdict
+from verify.episodes.contacts import colliders, travels
+from verify.episodes.cuts import away, too_near, unmatched
+from verify.episodes.unroll import Cut, Group, Search, ensure_exact, grouped, read_by, strides
+from verify.episodes.zones import Start, Zones, closed, hulls, point_in, starts
+from verify.question import EpisodeQuestion
+from verify.states.episodes import at_rest, first_failing, fulfilled, owned, play, playable
+from verify.states.shares import SAMPLE_SEED
+from verify.states.state import State, sample
+
+MATCHING_SAMPLES = 2_000
+PLAUSIBLE = 0.9  # of the sampled episodes; a matching that fits fewer is not tried agent by agent
+TRIED_ZONES, TRIED_POINTS = 32, 4  # of a batch of failing zones, and of each of them
+MAX_ROUNDS = 20  # batches of failing zones of a group in which real starts are looked for
+MAX_LEFT = 200_000  # failing zones that are kept for the next group
+
+
+@dataclass(frozen=True)
+class Decision:
+    """The verdict of the zones alone. `zones`: visited; `followed`: agents that were followed together for a proof."""
+
+    verdict: Verdict
+    zones: int
+    reason: str = ""
+    state: State | None = None
+    followed: tuple[tuple[str, ...], ...] = ()
+    parts: tuple[Part, ...] = ()  # of a proved claim, what was proved by following whom, goal by goal
+    touched: int = 0  # zones in which contacts are known between bounds only
+    given_up: int = 0  # of these, the ones in which somebody's place was no longer known well enough to go on
+
+
+def decide(question: EpisodeQuestion) -> Decision:
+    """The verdict by zones. InputError where rounding exceeds what proofs allow for."""
+    profile, claim, region = question.profile, question.claim, question.region
+    playable(profile)
+    ensure_somebody(profile, claim)
+    places = [bound for name, bounds in region.box.items() if not name.endswith((".vx", ".vy")) for bound in bounds]
+    ensure_exact(profile.world, claim.steps, max(map(abs, places)), max(strides(profile).values()))
+    parts = starts(region, profile.world)
+    if not parts:
+        return Decision(Verdict.VACUOUS, 0, "the region holds no start at rest")
+    return _Decider(question, parts).decision()
+
+
+class _Violated(Exception):
+    """A start was found that fails the claim."""
+
+    def __init__(self, state: State) -> None:
+        super().__init__()
+        self.state = state
+
+
+class _Open(Exception):
+    """A group leaves zones open, and a larger one is followed next."""
+
+
+@dataclass(frozen=True)
+class _Task:
+    """That some agents are where they should be: one agent at its landmark, the team matched (no landmark), or pairs
+    apart.
+    """
+
+    agents: tuple[str, ...]
+    landmark: str = ""
+    apart: tuple[tuple[str, str], ...] = ()
+
+
+@dataclass(frozen=True)
+class _Left:
+    """What following a group left open: why, and the zones; None when they are not all known."""
+
+    reason: str
+    task: _Task
+    group: Group
+    zones: Zones | None
+
+
+class _Decider:
+    """One decision: settled tasks are remembered, so goals that a group does not read count once."""
+
+    def __init__(self, question: EpisodeQuestion, parts: list[Start]) -> None:
+        profile, claim = question.profile, question.claim
+        self.question, self.profile, self.claim, self.region = question, profile, claim, question.region
+        self.parts, self.budget = parts, claim.zones
+        self.visited = self.touched = self.given_up = 0
+        self.team = tuple(policy.agent for policy in profile.team(claim.team))
+        self.landmarks = [entity.name for entity in profile.world.landmarks]
+        self.known: dict[tuple[_Task, str], _Left | None] = {}
+        self.followed: list[tuple[str, ...]] = []
+        self.shown: dict[Part, None] = {}
+        needed = claim.name == KEEPS_APART or partners(profile.world)
+        self.travel = travels(profile.world, strides(profile), parts, claim.steps) if needed else {}
+
+    def decision(self) -> Decision:
+        """The verdict over all goals."""
+        reasons: list[str] = []
+        state = None
+        try:
+            for goal in self.question.goals:
+                reasons += [f"goal {goal or 'none'}: {left.reason}" for left in self._for_goal(goal)]
+        except _Violated as found:
+            state = found.state
+        verdict = Verdict.VIOLATED if state else Verdict.UNKNOWN if reasons else Verdict.PROVED
+        reason = "" if state else "; ".join(dict.fromkeys(reasons))
+        followed = tuple(dict.fromkeys(self.followed)) if verdict is Verdict.PROVED else ()
+        parts = tuple(self.shown) if verdict is Verdict.PROVED else ()
+        return Decision(verdict, self.visited, reason, state, followed, parts, self.touched, self.given_up)
+
+    def _for_goal(self, goal: str) -> list[_Left]:
+        """What is open for one goal; nothing when the claim is proved."""
+        if self.claim.name == KEEPS_APART:
+            return self._kept_apart(goal)
+        matchings = owned(self.profile, self.claim)
+        own = matchings[0] if len(matchings) == 1 else self._plausible(goal)
+        found: list[_Left] | None = None
+        if own is not None:
+            tasks = [_Task((agent,), self.landmarks[number]) for agent, number in zip(self.team, own, strict=True)]
+            found = [left for task in tasks if (left := self._task(task, goal))]
+            if not found:
+                return []
+            if len(matchings) == 1:
+                last = [self._last(left, goal) for left in found]
+                return [left for left in last if left]
+        left = self._last(self._attempt(_Task(self.team), self.team, goal, self._left(), found), goal)
+        return [left] if left else []
+
+    def _kept_apart(self, goal: str) -> list[_Left]:
+        """What is open of pairs that keep apart: each alone, then all those left together."""
+        pairs = apart_pairs(self.profile, self.claim)
+        tasks = [_Task(tuple(name for name in pair if name in self.team), apart=(pair,)) for pair in pairs]
+        found = [left for task in tasks if (left := self._task(task, goal))]
+        if not found:
+            return []
+        open_pairs = tuple(pair for left in found for pair in left.task.apart)
+        alone = len(found) == 1 and found[0].group.agents == self.team
+        task = _Task(self.team, apart=open_pairs)
+        left = found[0] if alone else self._attempt(task, self.team, goal, self._left(), found)
+        left = self._last(left, goal)
+        return [left] if left else []
+
+    def _last(self, left: _Left | None, goal: str) -> _Left | None:
+        """What is open after the whole profile is followed too, where that may settle what a smaller group left."""
+        if left is None or left.zones is None or not self._left():
+            return left
+        agents, everybody = left.group.agents, tuple(policy.agent for policy in self.profile.agents)
+        read = frozenset().union(*(read_by(self.profile.policy(agent)) for agent in agents))
+        named = frozenset(name for pair in left.task.apart for name in pair)
+        if not (read | named | colliders(self.profile.world, agents)) & set(everybody) - set(agents):
+            return left
+        return self._attempt(left.task, everybody, goal, self._left(), [left])
+
+    def _plausible(self, goal: str) -> tuple[int, ...] | None:
+        """The matching that most sampled episodes with this goal end in, if nearly all do."""
+        where = at_rest(replace(self.region, goals=(goal,) if goal else ()))
+        coordinates, _ = sample(where, self.profile.world, MATCHING_SAMPLES, SAMPLE_SEED)
+        episode, _ = play(self.profile, coordinates, self.claim.steps)
+        shares = {
+            own: float(
+                fulfilled(
+                    self.profile, replace(self.claim, landmarks=tuple(self.landmarks[k] for k in own)), episode
+                ).mean()
+            )
+            for own in owned(self.profile, self.claim)
+            if len(coordinates)
+        }
+        best = max(shares, key=lambda own: shares[own], default=None)
+        return best if best is not None and shares[best] >= PLAUSIBLE else None
+
+    def _left(self) -> int:
+        return max(0, self.budget - self.visited)
+
+    def _task(self, task: _Task, goal: str) -> _Left | None:
+        """What is open of a task; None when it is proved. Raises _Violated."""
+        together = self._closure(task.agents)
+        key = (task, goal if any(ir.GOAL in read_by(self.profile.policy(agent)) for agent in together) else "")
+        if key not in self.known:
+            left: _Left | None = None
+            groups = dict.fromkeys((task.agents, together))
+            if task.apart and together == self.team and len(groups) > 1:
+                del groups[together]  # followed once for all pairs
+            for agents in groups:
+                budget = self._left() if agents == together else self._left() // 4
+                left = self._attempt(task, agents, goal, budget, [left] if left else None, agents != together)
+                if left is None:
+                    break
+            self.known[key] = left
+        return self.known[key]
+
+    def _closure(self, agents: Sequence[str]) -> tuple[str, ...]:
+        """The agents with the team-mates whom they read or may touch, and so on."""
+        found = set(agents)
+        while True:
+            read = frozenset().union(*(read_by(self.profile.policy(agent)) for agent in found))
+            more = found | ((read | colliders(self.profile.world, tuple(found))) & set(self.team))
+            if more == found:
+                return tuple(agent for agent in self.team if agent in found)
+            found = more
+
+    def _attempt(
+        self, task: _Task, agents: tuple[str, ...], goal: str, budget: int, before: Sequence[_Left] | None,
+        brief: bool = False,
+    ) -> _Left | None:  # fmt: skip
+        """Follows a group from what is left `before`, or from the whole region; None when the task is proved.
+
+        `brief`: the first zones left end it, as a larger group is followed next.
+        """
+        claimed = [name for pair in task.apart for name in pair] or [task.landmark or name for name in self.landmarks]
+        group = grouped(self.profile, agents, goal, claimed, self.travel)
+        kept: list[Zones] = []
+        failing = partial(self._failing, group, goal, kept, brief)
+        search = Search(group, self.claim.steps, self._cut(task, group, failing), budget)
+        try:
+            ended = search.run(self._first(group, before), failing)
+        except _Open:
+            return _Left("", task, group, None)
+        finally:
+            self.visited += search.visited
+            self.touched += search.touched
+            self.given_up += search.given_up
+        if ended and not kept:
+            self.followed.append(agents)
+            agent = task.agents[0] if task.landmark else ""
+            about = goal if any(ir.GOAL in read_by(self.profile.policy(one)) for one in agents) else ""
+            self.shown[Part(agent, task.landmark, about, agents, b"")] = None
+            return None
+        who = " with ".join(agents)
+        if not ended:
+            spent = f"more than the budget of {self.budget:,} zones is needed ({self.visited:,} were visited)"
+            return _Left(f"{who}: {spent}; a larger --max-zones may answer", task, group, None)
+        zones = Zones.joined(kept)
+        pushed = ", or in contacts, which are over-approximated" if search.touched else ""
+        return _Left(
+            f"{who}: {zones.count:,} zones are left in which the claim may fail, with other opponents or between "
+            f"float64 starts{pushed}; no start from which this profile fails was found",
+            task,
+            group,
+            zones if zones.count <= MAX_LEFT else None,
+        )
+
+    def _cut(self, task: _Task, group: Group, failing: Callable[[Zones], None]) -> Cut:
+        def cut(zones: Zones, step: int) -> Zones:
+            for pair in task.apart:
+                zones, near = too_near(zones, group, *pair, self.claim.radius, step)
+                if near.count:
+                    failing(near)
+            if task.apart:
+                return zones.take(slice(0)) if step == self.claim.steps else zones
+            if self.claim.name == "covers" and step < self.claim.steps:
+                return zones
+            if task.landmark:
+                return away(zones, group, task.agents[0], task.landmark, self.claim.radius)
+            return unmatched(zones, group, task.agents, self.landmarks, self.claim.radius)
+
+        return cut
+
+    def _first(self, group: Group, before: Sequence[_Left] | None) -> Zones:
+        whole = np.array([part.projected(group.entities) for part in self.parts])
+        bounds, origin = whole, np.arange(len(whole))
+        if before and all(left.zones is not None for left in before):
+            found = [left.zones for left in before if left.zones is not None]
+            origin = np.concatenate([zones.origin for zones in found])
+            nodes = [[0, *(group.node(name) for name in left.group.entities)] for left in before]
+            bounds = np.concatenate(
+                [closed(whole[zones.origin], zones.bounds, place) for zones, place in zip(found, nodes, strict=True)]
+            )
+            bounds, origin = hulls(bounds, origin)
+        return Zones.at_start(bounds, origin, len(group.agents), group.tests, group.contacts is not None)
+
+    def _failing(self, group: Group, goal: str, kept: list[Zones], brief: bool, zones: Zones) -> None:
+        """Keeps zones that may fail, and looks for a real start in the first ones. Raises _Violated, _Open."""
+        if len(kept) < MAX_ROUNDS:
+            candidates = list(self._points(group, goal, zones))
+            state = first_failing(self.question, candidates)
+            if state is not None:
+                raise _Violated(state)
+        if brief:
+            raise _Open
+        kept.append(zones)
+
+    def _points(self, group: Group, goal: str, zones: Zones) -> Iterator[State]:
+        """Float64 points of some zones, the middle of each first."""
+        rng = np.random.default_rng(SAMPLE_SEED)
+        still = {name: 0.0 for name in self.region.box if name.endswith((".vx", ".vy"))}
+        for row in np.unique(np.linspace(0, zones.count - 1, TRIED_ZONES).astype(int)):
+            start = self.parts[int(zones.origin[row])]
+            for trial in range(TRIED_POINTS):
+                shape = (2, len(start.names))
+                share: Float64 = rng.uniform(0, 1, shape) if trial else np.full(shape, 0.5)
+                position = point_in(start, group.entities, zones.bounds[row], share)
+                if position is not None:
+                    position |= still
+                    yield State({name: position[name] for name in self.region.box}, goal)

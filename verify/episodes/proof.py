@@ -1,0 +1,187 @@
+"""The second search of a claim about episodes, which writes down why each branch is closed.
+
+Does: follows the questions of a part depth first over exact zones, and keeps for each closed branch a cycle of bounds.
+Assumes: a claim that the zone engine (unroll.py), which reads trees and moves in its own way, proved before.
+Does not: decide claims: what it leaves open or finds too large has no proof here.
+
+A zone has for each axis a closed matrix of exact bounds over the coordinates that questions speak of, and for each of
+them the path of explicit bounds that gives it. Closing a branch is then looking up one path.
+"""
+
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple, TypeAlias
+
+from verify.checker.episode_reading import AWAY, CLAIM, REGION, Episode, Node, Now, Place, Side
+from verify.zones.search import varint
+
+MAX_ANSWERS = 2_000_000  # looked at for a claim whose zones are not limited otherwise
+GO_ON = b"\0"
+
+
+class TooLongError(Exception):
+    """The proof would need more answers than the limit."""
+
+
+class Bounds(NamedTuple):
+    """The bounds along one axis: `most` closed, `through` the nodes that a path of explicit bounds passes between."""
+
+    most: list[list[int]]
+    through: list[list[tuple[int, ...]]]
+
+
+Zone: TypeAlias = tuple[Bounds, Bounds]
+
+
+class Only(NamedTuple):
+    """All starts of a zone give one answer; `walk` closes the sides that lead to others."""
+
+    answer: int
+    walk: bytes
+    zone: Zone
+
+
+class Several(NamedTuple):
+    """What follows each side: a closed one is its cycle. `left`: whether any start is left."""
+
+    sides: tuple[tuple[Side, "bytes | Only | Several"], ...]
+    left: bool
+
+
+class Prover:
+    """The search for one part, once."""
+
+    def __init__(self, episode: Episode, limit: int = MAX_ANSWERS) -> None:
+        self._episode, self._limit, self.looked = episode, limit, 0
+        used = sorted(_used(episode))
+        self._nodes = [[0, *(node for node in used if episode.names[node].endswith(axis))] for axis in (".x", ".y")]
+        self._at = {node: (axis, place) for axis, nodes in enumerate(self._nodes) for place, node in enumerate(nodes)}
+
+    def run(self) -> bytes:
+        """The proof. OpenBranchError where a start may fail, TooLongError beyond the limit."""
+        out, episode = bytearray(), self._episode
+        work: list[bytes | tuple[Zone, Place]] = [(self._everything(), (REGION, episode.region, (), episode.start))]
+        while work:
+            item = work.pop()
+            if isinstance(item, bytes):
+                out += item
+                continue
+            zone, place = item
+            found = self._look(zone, place)
+            code = b"" if isinstance(place[1], int) else None
+            work += reversed(list(self._told(found, place, code)))
+        return bytes(out)
+
+    def _everything(self) -> Zone:
+        first, second = (
+            Bounds(
+                [[0 if p == q else self._episode.far for q in nodes] for p in nodes], [[()] * len(nodes) for _ in nodes]
+            )
+            for nodes in self._nodes
+        )
+        return first, second
+
+    def _look(self, zone: Zone, place: Place) -> Only | Several:
+        """What each side of a question leads to, without going on after its end."""
+        stage, node, chosen, now = place
+        if isinstance(node, int):
+            return Only(node, b"", zone)
+        found: list[tuple[Side, bytes | Only | Several]] = []
+        for side in node:
+            cut = self._cut(zone, side, now)
+            found.append((side, cut if isinstance(cut, bytes) else self._look(cut, (stage, side.child, chosen, now))))
+        left = [one for _, one in found if isinstance(one, Only) or (isinstance(one, Several) and one.left)]
+        answers = {one.answer if isinstance(one, Only) else None for one in left}
+        several = Several(tuple(found), bool(left))
+        answer = answers.pop() if len(answers) == 1 and stage != REGION else None
+        return several if answer is None else Only(answer, _walk(several, answer), zone)
+
+    def _told(
+        self, found: Only | Several, place: Place, code: bytes | None = None
+    ) -> Iterator[bytes | tuple[Zone, Place]]:
+        """The numbers for what was found, with the questions that follow in between. `code`: of an end."""
+        stage, node, chosen, now = place
+        if isinstance(found, Several):
+            yield GO_ON
+            for side, one in found.sides:
+                if isinstance(one, bytes):
+                    yield one
+                else:
+                    yield from self._told(one, (stage, side.child, chosen, now), GO_ON)
+            return
+        if isinstance(node, int):
+            yield GO_ON if code is None else code
+        else:
+            yield varint(1 + found.answer)
+            if (stage, found.answer) != (CLAIM, AWAY):
+                yield found.walk
+        following = self._episode.onward(stage, found.answer, chosen, now)
+        if following is not None:
+            yield found.zone, following
+
+    def _cut(self, zone: Zone, side: Side, now: Now) -> bytes | Zone:
+        """The part of a zone that gives an answer, or the cycle that shows that there is none."""
+        self.looked += 1
+        if self.looked > self._limit:
+            raise TooLongError
+        upper, lower, limit = self._episode.bound(side, now)
+        if upper == lower:
+            return zone if limit >= 0 else self._cycle(())
+        if upper not in self._at or lower not in self._at:
+            return zone
+        axis = self._at[upper or lower][0]
+        p, q = self._at[upper][1], self._at[lower][1]
+        most, through = zone[axis]
+        if limit + most[q][p] < 0:
+            return self._cycle(through[q][p])
+        if limit >= most[p][q]:
+            return zone
+        cut = self._tightened(zone[axis], axis, p, q, limit)
+        return (cut, zone[1]) if axis == 0 else (zone[0], cut)
+
+    def _tightened(self, bounds: Bounds, axis: int, p: int, q: int, limit: int) -> Bounds:
+        nodes, unbounded = self._nodes[axis], self._episode.far // 2
+        onward = [
+            (j, limit + far, ((nodes[q],) if q != j else ()) + bounds.through[q][j])
+            for j, far in enumerate(bounds.most[q])
+            if far < unbounded
+        ]
+        found, paths = [], []
+        for i, (row, path) in enumerate(zip(bounds.most, bounds.through, strict=True)):
+            if row[p] + limit < row[q]:  # else nothing in this row gets closer
+                row, path, before, way = row.copy(), path.copy(), row[p], path[p] + ((nodes[p],) if p != i else ())
+                for j, far, rest in onward:
+                    if before + far < row[j]:
+                        row[j], path[j] = before + far, way + rest
+            found.append(row)
+            paths.append(path)
+        return Bounds(found, paths)
+
+    def _cycle(self, through: Sequence[int]) -> bytes:
+        return b"".join(map(varint, [self._episode.answers + 1 + len(through), *through]))
+
+
+def _walk(found: Several, answer: int) -> bytes:
+    """Closes the sides that do not end in an answer."""
+    told = []
+    for side, one in found.sides:
+        if side.child != answer:
+            rest = one if isinstance(one, bytes) else one.walk if isinstance(one, Only) else _walk(one, answer)
+            told += [rest] if isinstance(one, bytes) else [GO_ON, rest]
+    return b"".join(told)
+
+
+def _used(episode: Episode) -> set[int]:
+    """Nodes of which a question after the region's box speaks."""
+    found: set[int] = set()
+    seen: set[int] = set()
+    waiting: list[tuple[Node, bool]] = [(episode.region, True), *((asked, False) for asked in episode.questions)]
+    while waiting:
+        node, of_region = waiting.pop()
+        if isinstance(node, int) or id(node) in seen:
+            continue
+        seen.add(id(node))
+        for side in node:
+            ends = {end for end in side[:2] if 0 < end < episode.nodes}
+            found |= ends if len(ends) == 2 or not of_region else set()
+            waiting.append((side.child, of_region))
+    return found

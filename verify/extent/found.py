@@ -1,0 +1,108 @@
+"""Where a claim about single decisions holds: violating zones, their exact share, the largest proved region found.
+
+Does: joins violations.py and largest.py to one answer, with a reason for each part that cannot be had.
+Assumes: a claim that has its verdict already (verdicts/decisions.py).
+Does not: decide; write reports (reports/where.py).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+
+from codegen.intervals import Share
+from verify.claims.decisions import LEAVES
+from verify.claims.formula import TRUE
+from verify.claims.region import Region, Verdict, everywhere
+from verify.extent.largest import largest
+from verify.extent.violations import ExactShare, Failing, exact_part, exact_share, violations
+from verify.question import DecisionQuestion
+from verify.states.shares import SAMPLE_SEED, SAMPLES
+from verify.states.state import batch, contains, sample
+from verify.zones.engine import BeyondZonesError
+
+BEYOND = "an inequality of the claim bounds no coordinate and no difference of two, so that only a solver decides it"
+NOISY = "violating zones are those of features without errors, and the claim allows errors"
+OF_LEAVES = "the claim is about leaves and not about world states"
+
+
+@dataclass(frozen=True)
+class Part:
+    """A part of the region in which the claim is proved: how much of it, and of the start region, it is."""
+
+    region: Region
+    exact: Fraction | None  # share of the region; None where it takes too many faces
+    share: Share  # the same, sampled
+    start: Share
+
+
+@dataclass(frozen=True)
+class Where:
+    """What is known; each part that is missing has its reason."""
+
+    reason: str = ""  # why there are no zones at all
+    everywhere: bool = False
+    failing: tuple[Failing, ...] = ()  # goal by goal
+    share: ExactShare | None = None
+    share_reason: str = ""
+    part: Part | None = None
+    part_reason: str = ""
+
+    @property
+    def complete(self) -> bool:
+        """Whether the zones are all that there are."""
+        return all(one.complete for one in self.failing)
+
+    @property
+    def count(self) -> int:
+        """The number of zones."""
+        return sum(len(one.zones) for one in self.failing)
+
+
+def where(question: DecisionQuestion, verdict: Verdict, name: str = "") -> Where:
+    """Where a claim with that verdict holds and fails. `name`: of the region that is found."""
+    claim = question.claim
+    if claim.name == LEAVES:
+        return Where(OF_LEAVES)
+    if verdict is Verdict.PROVED:
+        return Where(everywhere=True)
+    if verdict is Verdict.VACUOUS:
+        return Where("the claim speaks of no world state of the region")
+    if claim.eps:
+        return Where(NOISY)
+    try:
+        failing = tuple(violations(question))
+    except BeyondZonesError:
+        return Where(BEYOND)
+    found = Where(failing=failing)
+    if not found.complete:
+        reason = f"not all violating zones are known: {_ending(question, failing)}"
+        return replace(found, share_reason=reason, part_reason=reason)
+    share = exact_share(question, failing)
+    found = replace(found, share=share) if isinstance(share, ExactShare) else replace(found, share_reason=share)
+    if not found.count:
+        return replace(found, part_reason="no zone violates the claim over real positions")
+    part = largest(question, failing, SAMPLE_SEED)
+    if isinstance(part, str):
+        return replace(found, part_reason=part)
+    return replace(found, part=_part(question, replace(part, name=name)))
+
+
+def _ending(question: DecisionQuestion, failing: Sequence[Failing]) -> str:
+    """Why a search for zones ended before it had all."""
+    budgets = question.budgets
+    spent = next((one.nodes for one in failing if not one.complete and one.nodes > budgets.max_nodes), 0)
+    return f"the search ended after {spent - 1} nodes" if spent else f"there are more than {budgets.max_cells}"
+
+
+def _part(question: DecisionQuestion, part: Region) -> Part:
+    profile, claim, shares = question.profile, question.claim, []
+    for whole in (question.region, everywhere(profile)):
+        coordinates, goals = sample(whole, profile.world, SAMPLES, SAMPLE_SEED)
+        if claim.assume != TRUE:
+            kept = batch(coordinates, profile.world).holds(claim.assume, {})
+            coordinates, goals = coordinates[kept], goals[kept]
+        inside = contains(part, coordinates, profile.world)
+        if part.goals:
+            inside &= [profile.world.landmarks[goal].name in part.goals for goal in goals]
+        shares.append(Share(int(inside.sum()), len(inside)))
+    return Part(part, exact_part(question, part), *shares)

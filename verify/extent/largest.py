@@ -1,0 +1,136 @@
+"""The largest region found in which a claim holds and means something: a box with bounds on differences.
+
+Does: starts at conflicting states that fulfil the claim, cuts the violating zones off (carving.py), for all goals and
+  for each alone, and takes the region that keeps most; asks the zone engine whether the claim is proved there.
+Assumes: all violating zones are known (violations.py), at least one.
+Does not: find the largest of all such regions: it is the best of a fixed number of tries.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+
+from codegen.ir import GOAL, Bool, Float64
+from verify.claims.formula import TRUE
+from verify.claims.region import Interval, Region, Verdict
+from verify.extent.carving import GRID, Carver, Cuts, Obstacles, obstacles
+from verify.extent.violations import Failing
+from verify.question import DecisionQuestion
+from verify.states import shares
+from verify.states.state import batch, sample
+from verify.zones import engine
+
+SEEDS = 12  # conflicting states that are started from, for each choice of goals
+DRAWN = 10_000  # states that guide the cuts
+ROUNDS = 40  # in which cuts are taken back and found anew
+CONFLICTING = 2.0  # what losing a conflicting state costs; another one costs 1
+
+
+@dataclass(frozen=True)
+class _Try:
+    """Cuts for some goals, from one seed; `worth` is of all goals, those left out counting nothing."""
+
+    goals: tuple[str, ...]
+    carver: Carver
+    seed: int
+    cuts: Cuts
+    worth: float
+
+
+@dataclass(frozen=True)
+class _States:
+    """Sampled states of a region: coordinate -> [states], and for each goal where the claim fails or could."""
+
+    columns: Mapping[str, Float64]
+    violating: Mapping[str, Bool]
+    conflicting: Mapping[str, Bool]
+
+
+def largest(question: DecisionQuestion, failing: Sequence[Failing], seed: int) -> Region | str:
+    """A part of the region in which the zone engine proves the claim and some sampled state conflicts, or why not.
+
+    `failing`: all violating zones of the region; `seed`: of every random draw.
+    """
+    states = _states(question, seed)
+    if states is None:
+        return "there are too many joint actions to say which states conflict"
+    if not len(next(iter(states.violating.values()))):
+        return "no sampled state lies in the region"
+    tries = [one for goals in _choices(failing) for one in _tries(goals, states, len(failing))]
+    if not tries:
+        return f"no state of {DRAWN} conflicts and can be kept away from every violating zone"
+    rng = np.random.default_rng(seed)
+    for one in sorted(tries, key=lambda found: -found.worth)[:SEEDS]:
+        cuts = one.carver.improved(one.seed, one.cuts, ROUNDS, rng)
+        found = within(question.region, one.goals, one.carver.obstacles, cuts)
+        if engine.decide(question.within(found)).verdict is Verdict.PROVED:
+            return found
+    return "no region that was tried could be proved"
+
+
+def _states(question: DecisionQuestion, seed: int) -> _States | None:
+    profile, claim = question.profile, question.claim
+    coordinates, _ = sample(question.region, profile.world, DRAWN, seed)
+    names = profile.world.coordinates()
+    violating, conflicting = {}, {}
+    for goal in question.goals:
+        for axis in "xy" if goal else "":
+            coordinates[:, names.index(f"{GOAL}.{axis}")] = coordinates[:, names.index(f"{goal}.{axis}")]
+        violating[goal] = shares.violating(question, coordinates)
+        conflict = shares.conflicts(question, coordinates)
+        if conflict is None:
+            return None
+        conflicting[goal] = conflict
+        if claim.assume != TRUE:
+            conflicting[goal] &= batch(coordinates, profile.world).holds(claim.assume, {})
+    return _States(dict(zip(names, coordinates.T, strict=True)), violating, conflicting)
+
+
+def _choices(failing: Sequence[Failing]) -> list[Sequence[Failing]]:
+    """All goals together, and each alone."""
+    return [failing, *([one] for one in failing if len(failing) > 1)]
+
+
+def _tries(failing: Sequence[Failing], states: _States, goals: int) -> list[_Try]:
+    """What is cut from each seed, best first."""
+    names = tuple(one.goal for one in failing if one.goal)
+    bad = np.logical_or.reduce([states.violating[one.goal] for one in failing])
+    conflict = np.logical_or.reduce([states.conflicting[one.goal] for one in failing])
+    weights = np.where(bad, 0.0, np.where(conflict, CONFLICTING, 1.0))
+    carver = Carver(obstacles(failing), states.columns, weights)
+    found = []
+    for seed in map(int, np.flatnonzero(conflict & ~bad)[:SEEDS]):
+        cuts = carver.carve(seed, {}, carver.obstacles.zones)
+        if cuts is not None:
+            found.append(_Try(names, carver, seed, cuts, carver.worth(cuts) * len(failing) / goals))
+    return found
+
+
+def within(region: Region, goals: tuple[str, ...], space: Obstacles, cuts: Cuts) -> Region:
+    """The part of a region that cuts leave, for some of its goals."""
+    box: dict[str, Interval] = dict(region.box)
+    for a, b, most in _bounds(space, cuts):
+        low, high = box[a or b]
+        if not b:
+            box[a] = (low, min(high, most))
+        elif not a:
+            box[b] = (max(low, -most), high)
+    differences = {(a, b): bounds for a, b, bounds in region.differences}
+    for a, b, most in _bounds(space, cuts):
+        if not a or not b:
+            continue
+        if (b, a) in differences:
+            low, high = differences[b, a]
+            differences[b, a] = (max(low, -most), high)
+        else:
+            low, high = differences.get((a, b), (box[a][0] - box[b][1], box[a][1] - box[b][0]))
+            differences[a, b] = (low, min(high, most))
+    stated = tuple((a, b, bounds) for (a, b), bounds in differences.items())
+    return Region(box, goals, stated, region.apart, name="largest")
+
+
+def _bounds(space: Obstacles, cuts: Cuts) -> list[tuple[str, str, Fraction]]:
+    """(a, b, most of a - b) of each cut, "" standing for zero, in a fixed order."""
+    return [(*space.pair(direction), Fraction(most, GRID)) for direction, most in sorted(cuts.items())]

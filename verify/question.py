@@ -1,0 +1,126 @@
+"""The question: what is asked of a profile, as one value.
+
+Does: holds profile, claim, region, semantics and budgets; derives formula, goals, team, neighbouring questions and the
+  shuffled control.
+Assumes: a checked profile, a claim and a region about its world.
+Does not: decide.
+"""
+
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from functools import cached_property
+from typing import Generic, TypeVar
+
+import numpy as np
+
+from codegen import ir
+from codegen.ir import AgentPolicy, PolicyProfile
+from verify.claims.catalogue import Claim
+from verify.claims.decisions import DecisionClaim, formula
+from verify.claims.episodes import EpisodeClaim
+from verify.claims.formula import Formula, for_goal
+from verify.claims.region import MACHINE, Region, everywhere
+from verify.claims.verifiable import verifiable
+
+CONTROL_SEED = 0
+Kind = TypeVar("Kind", bound=Claim, covariant=True)
+
+
+@dataclass(frozen=True)
+class Budgets:
+    """How much may be spent on a question, in units that do not depend on the machine."""
+
+    solver_units: int = 200_000_000  # Z3 resource units a query; a depth-10 pair of trees takes far less
+    max_nodes: int = 4_000_000  # search nodes a goal; half a second compiled, a minute or two in Python
+    max_cells: int = 50_000  # listed where a claim fails, over all goals
+
+
+@dataclass(frozen=True, eq=False)
+class Question(Generic[Kind]):
+    """Whether a claim holds for a profile wherever a region reaches, by the arithmetic named."""
+
+    profile: PolicyProfile
+    claim: Kind
+    region: Region
+    semantics: str = MACHINE
+    budgets: Budgets = Budgets()
+
+    @cached_property
+    def formula(self: "Question[DecisionClaim]") -> Formula:
+        """The claim as a formula, its assumption included."""
+        return formula(self.profile, self.claim)
+
+    def formula_for(self: "Question[DecisionClaim]", goal: str) -> Formula:
+        """The claim as a formula for one goal."""
+        return for_goal(self.formula, goal)
+
+    @property
+    def goals(self) -> tuple[str, ...]:
+        """The goals that are asked about one by one; "" alone where the world has none."""
+        return self.region.goal_cases
+
+    @cached_property
+    def team(self) -> tuple[AgentPolicy, ...]:
+        """The policies of the team that the claim is about; InputError where it cannot be asked about them."""
+        return verifiable(self.profile, self.claim.team)
+
+    @property
+    def control(self) -> "Question[Kind]":
+        """The same question about the team with its actions shuffled."""
+        return self.of(shuffled(self.profile, self.claim.team))
+
+    def of(self, profile: PolicyProfile) -> "Question[Kind]":
+        """The same question about another profile."""
+        return replace(self, profile=profile)
+
+    def about(self, claim: DecisionClaim) -> "Question[DecisionClaim]":
+        """The same question about another claim."""
+        return Question(self.profile, claim, self.region, self.semantics, self.budgets)
+
+    def within(self, region: Region) -> "Question[Kind]":
+        """The same question about another region."""
+        return replace(self, region=region)
+
+    def for_one_goal(self, goal: str) -> "Question[Kind]":
+        """The same question about one goal of the region ("" without goals)."""
+        return self.within(replace(self.region, goals=(goal,) if goal else ()))
+
+    def by(self, semantics: str) -> "Question[Kind]":
+        """The same question in another arithmetic."""
+        return replace(self, semantics=semantics)
+
+    def spending(self, **limits: int) -> "Question[Kind]":
+        """The same question with other limits in its budgets."""
+        return replace(self, budgets=replace(self.budgets, **limits))
+
+    def with_margin(self: "Question[DecisionClaim]", margin: Fraction) -> "Question[DecisionClaim]":
+        """The same question with another margin."""
+        return self.about(replace(self.claim, margin=margin))
+
+    def with_eps(self: "Question[DecisionClaim]", eps: Fraction) -> "Question[DecisionClaim]":
+        """The same question with other errors of features."""
+        return self.about(replace(self.claim, eps=eps))
+
+
+Asked = TypeVar("Asked", bound=Claim)
+DecisionQuestion = Question[DecisionClaim]
+EpisodeQuestion = Question[EpisodeClaim]
+
+
+def shuffled(profile: PolicyProfile, team: str, seed: int = CONTROL_SEED) -> PolicyProfile:
+    """The control: the same trees, with the actions of each team member's leaves shuffled."""
+    rng = np.random.default_rng(seed)
+    policies = []
+    for policy in profile.agents:
+        if policy.team == team:
+            action = policy.tree.action.copy()
+            leaf = ir.leaves(policy.tree)
+            action[leaf] = action[rng.permutation(leaf)]
+            policy = replace(policy, tree=replace(policy.tree, action=action), grown=None)
+        policies.append(policy)
+    return replace(profile, agents=tuple(policies))
+
+
+def from_start(profile: PolicyProfile, claim: Asked, semantics: str = MACHINE) -> Question[Asked]:
+    """The question about the start region."""
+    return Question(profile, claim, everywhere(profile), semantics)

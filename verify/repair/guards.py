@@ -1,0 +1,225 @@
+"""Guarded leaves: small trees that keep an agent engaged with one landmark wherever a leaf decides.
+
+Does: finds the cheapest guard of a leaf, with tests on the agent's own offset to the landmark, by dynamic programming
+  over the rectangles of a grid.
+Assumes: the agent observes its offset to the landmark on both axes; a radius above the margin.
+Does not: decide which leaves need one (search.py), or prove the team (zones/engine.py does, afterwards).
+
+A rectangle of offsets is safe for an action iff its points on which the action does not close all lie at the landmark.
+Intervals are the exact ones of the deployed arithmetic, taken closed, so that safe here means safe there.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+
+from codegen.errors import InputError
+from codegen.floats import round_down
+from codegen.ir import NO_FEATURE, AgentPolicy, Float32, Float64, Tree
+from codegen.paths import box_of, in_preorder
+from verify.checker.thresholds import sides
+from verify.claims.decisions import DecisionClaim
+from verify.claims.formula import Linear
+from verify.claims.region import Interval, Region
+from verify.question import DecisionQuestion
+
+PRICE = 1e-3  # of a further leaf, in shares of states whose action changes
+UNLIMITED = -1  # levels
+SMALLEST = float(np.finfo(np.float32).tiny)  # of the normal numbers; smaller thresholds are refused
+
+
+class Cost(NamedTuple):
+    """What a guard costs: changed weight with the price of its leaves, then the progress that is lost."""
+
+    price: float
+    lost: float
+
+    def __add__(self, other: "Cost") -> "Cost":  # type: ignore[override]
+        return Cost(self.price + other.price, self.lost + other.lost)
+
+
+@dataclass(frozen=True)
+class Guard:
+    """What stands in the place of a leaf."""
+
+    agent: str
+    leaf: int  # of the tree before
+    landmark: str
+    tree: Tree
+    changed: float  # share of the weighted states in which the action changes
+    levels: int  # splits on its longest path
+
+
+class Post(NamedTuple):
+    """What a guard is for: a leaf, and the landmark with which its agent is to stay engaged."""
+
+    policy: AgentPolicy
+    leaf: int
+    landmark: str
+
+
+@dataclass(frozen=True)
+class Seen:
+    """States to weigh by, as one agent observes them."""
+
+    rows: Float32  # [n, n_features]
+    weight: Float64  # [n], of sum 1
+    leaf: np.ndarray  # [n] of the tree before
+
+
+def offset_features(policy: AgentPolicy, landmark: str) -> tuple[int, int]:
+    """The features that are the landmark's offset from the agent on x and y. InputError when it has none."""
+    found = []
+    for axis in "xy":
+        wanted = {(1, f"{landmark}.{axis}"), (-1, f"{policy.agent}.{axis}")}
+        for place, feature in enumerate(policy.features):
+            meaning = feature.meaning
+            if meaning is not None and not meaning.function and set(meaning.terms) == wanted:
+                found.append(place)
+                break
+        else:
+            what = f"{policy.agent} does not observe its offset to {landmark} on {axis}"
+            raise InputError(what, "", "guards test that offset: repair a team that observes it")
+    return found[0], found[1]
+
+
+def guard(question: DecisionQuestion, post: Post, seen: Seen, most_levels: int | None = None) -> Guard | None:
+    """The cheapest guard of a leaf for a landmark, at most `most_levels` deep; None when there is none."""
+    return _Grid(question, post, seen).cheapest(most_levels)
+
+
+class _Grid:
+    """One leaf's offsets to one landmark, cut by the thresholds at which closing or being near begins and ends."""
+
+    def __init__(self, question: DecisionQuestion, post: Post, seen: Seen) -> None:
+        policy, leaf, landmark = post
+        self._policy, self._leaf, self._landmark, self._claim = policy, leaf, landmark, question.claim
+        self._features, self._semantics = offset_features(policy, landmark), question.semantics
+        box = box_of(policy.tree, leaf)
+        reach = [_reach(question.region, policy.agent, landmark, axis) for axis in "xy"]
+        self._lines, self._ends = [], []
+        for feature, (low, high) in zip(self._features, reach, strict=True):
+            below, above = box.low.get(feature), box.high.get(feature)
+            lines = [line for line in _lines(question.claim) if _between(below, line, above)]
+            first = low if below is None else max(low, self._end(feature, below))
+            last = high if above is None else min(high, self._end(feature, above))
+            self._lines.append(lines)
+            self._ends.append([first, *(self._end(feature, line) for line in lines), last])
+        self._known: dict[tuple[_Cells, int], tuple[Cost, _Node] | None] = {}
+        here = seen.leaf == leaf
+        self._weights, self._sums = self._counted(seen.rows[here], seen.weight[here])
+
+    def cheapest(self, most_levels: int | None) -> Guard | None:
+        """See `guard`."""
+        levels = UNLIMITED if most_levels is None else max(0, most_levels)
+        found = self._best((0, len(self._lines[0]) + 1, 0, len(self._lines[1]) + 1), levels)
+        if found is None:
+            return None
+        tree = in_preorder(found[1], lambda node: node)
+        leaves = int((tree.feature == NO_FEATURE).sum())
+        changed = found[0].price - PRICE * (leaves - 1)
+        return Guard(self._policy.agent, self._leaf, self._landmark, tree, max(0.0, changed), _levels(found[1]))
+
+    def _best(self, cells: "_Cells", levels: int) -> "tuple[Cost, _Node] | None":
+        """Cost and tree for the cells from x0 up to x1 and y0 up to y1."""
+        if (cells, levels) not in self._known:
+            found = [*self._leaves(cells), *self._splits(cells, levels)]
+            self._known[cells, levels] = min(found, key=lambda item: item[0]) if found else None
+        return self._known[cells, levels]
+
+    def _leaves(self, cells: "_Cells") -> "Iterator[tuple[Cost, _Node]]":
+        x0, x1, y0, y1 = cells
+        kept = int(self._policy.tree.action[self._leaf])
+        weight, *sums = (float(table[x0:x1, y0:y1].sum()) for table in (self._weights, *self._sums))
+        for action in [kept, *(action for action in range(len(self._policy.actions)) if action != kept)]:
+            if self._safe(action, cells):
+                effect = self._policy.actions[action].effect or (0.0, 0.0)
+                ahead = sum(part * total for part, total in zip(effect, sums, strict=True))
+                yield Cost(0.0 if action == kept else weight, -ahead), action
+
+    def _splits(self, cells: "_Cells", levels: int) -> "Iterator[tuple[Cost, _Node]]":
+        if not levels:
+            return
+        x0, x1, y0, y1 = cells
+        cuts = [(0, cut, (x0, cut, y0, y1), (cut, x1, y0, y1)) for cut in range(x0 + 1, x1)]
+        cuts += [(1, cut, (x0, x1, y0, cut), (x0, x1, cut, y1)) for cut in range(y0 + 1, y1)]
+        for axis, cut, below, above in cuts:
+            left = self._best(below, levels - 1 if levels > 0 else levels)
+            right = self._best(above, levels - 1 if levels > 0 else levels)
+            if left is not None and right is not None:
+                test = self._features[axis], self._lines[axis][cut - 1]
+                yield left[0] + right[0] + Cost(PRICE, 0.0), (*test, left[1], right[1])
+
+    def _safe(self, action: int, cells: "_Cells") -> bool:
+        """Whether the action keeps the agent engaged in all of a rectangle."""
+        x0, x1, y0, y1 = cells
+        rectangle = [(self._ends[0][x0], self._ends[0][x1]), (self._ends[1][y0], self._ends[1][y1])]
+        if any(low > high for low, high in rectangle):
+            return True  # no state of the region is there
+        effect = self._policy.actions[action].effect or (0.0, 0.0)
+        pushed = [axis for axis in (0, 1) if effect[axis]]
+        if len(pushed) == 1:
+            axis, way = pushed[0], Fraction(effect[pushed[0]])
+            low, high = sorted((way * rectangle[axis][0], way * rectangle[axis][1]))
+            if low > self._claim.margin:
+                return True
+            # where it does not close
+            short = sorted((low / way, min(high, self._claim.margin) / way))
+            rectangle[axis] = (short[0], short[1])
+        radius = self._claim.radius
+        return all(-radius <= low and high <= radius for low, high in rectangle)
+
+    def _end(self, feature: int, threshold: float) -> Fraction:
+        """Where the left side of a test ends, as an exact offset."""
+        left = sides(self._policy.features[feature], threshold, self._semantics)[0]
+        assert isinstance(left, Linear), left
+        return left.bound
+
+    def _counted(self, rows: Float32, weight: Float64) -> tuple[Float64, tuple[Float64, Float64]]:
+        """Weight of the states in each cell, and their weighted sums of both offsets."""
+        shape = (len(self._lines[0]) + 1, len(self._lines[1]) + 1)
+        offsets = [rows[:, feature] for feature in self._features]
+        cells = tuple(
+            np.searchsorted(np.array(lines, dtype=np.float32), offset, side="left")
+            for lines, offset in zip(self._lines, offsets, strict=True)
+        )
+        tables = [np.zeros(shape) for _ in range(3)]
+        for table, values in zip(tables, (weight, weight * offsets[0], weight * offsets[1]), strict=True):
+            np.add.at(table, cells, values)
+        return tables[0], (tables[1], tables[2])
+
+
+_Node: TypeAlias = "int | tuple[int, float, _Node, _Node]"  # an action, or (feature, threshold, left, right)
+_Cells: TypeAlias = tuple[int, int, int, int]
+
+
+def _levels(node: _Node) -> int:
+    return 0 if isinstance(node, int) else 1 + max(_levels(node[2]), _levels(node[3]))
+
+
+def _lines(claim: DecisionClaim) -> list[float]:
+    """Thresholds, ascending: far side of being near, where closing ends on either side, near side."""
+    near = float(np.nextafter(round_down(np.float64(claim.radius)), np.float32(0)))
+    above = float(np.nextafter(np.float32(claim.margin), np.float32(np.inf))) if claim.margin else 0.0
+    above = max(above, SMALLEST) if above else above
+    below = -max(float(np.nextafter(np.float32(above), np.float32(np.inf))), SMALLEST)
+    return sorted({-near, below, above, near} if near > -below else {below, above})
+
+
+def _between(below: float | None, line: float, above: float | None) -> bool:
+    return (below is None or below < line) and (above is None or line < above)
+
+
+def _reach(region: Region, agent: str, landmark: str, axis: str) -> Interval:
+    """Between which ends the landmark's offset lies in the region."""
+    own, mark = f"{agent}.{axis}", f"{landmark}.{axis}"
+    low, high = region.box[mark][0] - region.box[own][1], region.box[mark][1] - region.box[own][0]
+    for a, b, (least, most) in region.differences:
+        if (a, b) == (mark, own):
+            low, high = max(low, least), min(high, most)
+        if (a, b) == (own, mark):
+            low, high = max(low, -most), min(high, -least)
+    return low, high

@@ -1,0 +1,136 @@
+"""The part of a report that is about whole episodes.
+
+Does: collects what was claimed of episodes, the verdict and its evidence; draws the courses of a counterexample.
+Assumes: results of `closed_loop.verify_episodes`.
+Does not: contain times, paths or facts about the machine.
+"""
+
+from typing import Any
+
+from codegen.ir import PolicyProfile
+from verify.claims.episode_properties import COINCIDING, sentence
+from verify.claims.episodes import KEEPS_APART, EpisodeClaim
+from verify.claims.region import MACHINE, Verdict, called, plain
+from verify.verdicts.episodes import EpisodeResult
+
+MEANINGS = {
+    Verdict.PROVED: "holds in every episode that starts in the region",
+    Verdict.VIOLATED: "fails in the episode shown, which was replayed",
+    Verdict.VACUOUS: "no start at rest lies in the region, so nothing was claimed",
+    Verdict.UNKNOWN: "no answer",
+    Verdict.SKIPPED: "not asked",
+}
+LIMITS = (
+    "Claims about episodes are about agents that start at rest; tests of the trees are relaxed by 2^-30, which covers "
+    "the rounding of positions, so a proof is one for the deployed arithmetic.",
+)
+CONTACTS = (
+    "Where entities may touch, their pushes are over-approximated: anything between the bounds that the zone gives.",
+    f"Claims about episodes are {COINCIDING}; a region can keep starts apart.",
+)
+SIZE, EDGE = 300.0, 0.25  # side of the picture; margin, length units
+
+
+def result_facts(profile: PolicyProfile, result: EpisodeResult, command: str) -> dict[str, Any]:
+    """A result as plain data."""
+    claim = result.claim
+    return {
+        "kind": "episodes",
+        "property": claim.name,
+        "label": claim.label,
+        "team": claim.team,
+        "claim": sentence(claim, profile.world),
+        "formula": "",
+        "assumption": "",
+        "steps": claim.steps,
+        "parameters": {
+            "steps": str(claim.steps),
+            "radius": plain(claim.radius),
+            **_named(claim),
+        },
+        "semantics": MACHINE,
+        "region_name": called(profile, result.region),
+        "region": result.region.document(),
+        "verdict": result.verdict.value,
+        "meaning": MEANINGS[result.verdict] + (f", {result.whatever}" if result.verdict is Verdict.PROVED else ""),
+        "reason": result.reason,
+        "violating": result.violating.document(),
+        "idle": result.idle.document(),
+        "shuffled_control": result.control.value,
+        "replays": ["reference", *result.replays],
+        "replays_skipped": list(result.skipped),
+        "followed": [list(agents) for agents in result.followed],
+        "whatever": result.whatever,
+        "contacts": result.contacts,
+        "zones": result.zones,
+        "budget": result.budget,
+        "certificate": None if result.certificate is None else _certificate(result),
+        "uncertified": result.uncertified,
+        "counterexample": None if result.state is None else _counterexample(profile, result),
+        "command": command,
+    }
+
+
+def _certificate(result: EpisodeResult) -> dict[str, Any]:
+    assert result.certificate is not None
+    return {"bytes": result.certificate.size, "branches": result.branches, "checker": "accepted"}
+
+
+def _named(claim: EpisodeClaim) -> dict[str, str]:
+    if claim.name == KEEPS_APART:
+        return {"others": ", ".join(claim.others) or "one another"}
+    return {"landmarks": ", ".join(claim.landmarks) or "any matching"}
+
+
+def _counterexample(profile: PolicyProfile, result: EpisodeResult) -> dict[str, Any]:
+    assert result.state is not None
+    agents = [
+        {
+            "agent": way.agent,
+            "landmark": way.landmark,
+            "nearest": way.nearest,
+            "step": way.step,
+            "last": way.last,
+            "says": str(way),
+            "actions": list(way.actions),
+            "places": [list(place) for place in way.places],
+        }
+        for way in result.ways
+    ]
+    return {
+        "goal": result.state.goal,
+        "position": dict(result.state.position),
+        "agents": agents,
+        "replayed_by": ["reference", *result.replays],
+        "explanation": None if result.explanation is None else result.explanation.document(),
+        "picture": _picture(profile, result),
+    }
+
+
+def _picture(profile: PolicyProfile, result: EpisodeResult) -> dict[str, Any]:
+    """The team's courses and the landmarks with the squares that count as arrived, in picture coordinates."""
+    assert result.state is not None
+    state = {name: float(value) for name, value in result.state.position.items()}
+    marks = {entity.name: (state[f"{entity.name}.x"], state[f"{entity.name}.y"]) for entity in profile.world.landmarks}
+    places = [*marks.values(), *(place for way in result.ways for place in way.places)]
+    reach = max(1.0, *(abs(value) for place in places for value in place)) + EDGE
+    scale = SIZE / (2 * reach)
+
+    def drawn(place: tuple[float, float]) -> tuple[float, float]:
+        return round((place[0] + reach) * scale, 2), round((reach - place[1]) * scale, 2)
+
+    half = 0.0 if result.claim.name == KEEPS_APART else round(float(result.claim.radius) * scale, 2)
+    landmarks = [
+        {"name": name, "x": drawn(place)[0], "y": drawn(place)[1], "half": half, "goal": name == result.state.goal}
+        for name, place in marks.items()
+    ]
+    courses = [
+        {
+            "name": way.agent,
+            "x": drawn(way.places[0])[0],
+            "y": drawn(way.places[0])[1],
+            "line": " ".join(f"{x},{y}" for x, y in map(drawn, way.places)),
+        }
+        for way in result.ways
+    ]
+    return {"size": SIZE, "landmarks": landmarks, "courses": courses}

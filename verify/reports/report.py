@@ -1,0 +1,314 @@
+"""The report of a verification: one set of facts, shown as JSON, text and one self-contained HTML page.
+
+Does: collects what was claimed, where, the verdicts and their evidence; draws counterexamples.
+Assumes: results of `engine.verify`; commands and hashes of other files are given by the caller.
+Does not: contain times, paths or facts about the machine, so equal questions give equal reports.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from fractions import Fraction
+from typing import Any
+
+from codegen.dynamics import partners
+from codegen.errors import visible
+from codegen.ir import PolicyProfile
+from codegen.lowering.render import render
+from codegen.policy_json import content_hash, layout
+from verify.claims.decisions import LEAVES, reads, sentence
+from verify.claims.region import MACHINE, REAL, Verdict, called, plain
+from verify.claims.region import text as decimal
+from verify.counterexamples.search import AgentView, Counterexample
+from verify.reports import episodes as loop_report
+from verify.reports import trusted
+from verify.reports.drawing import drawn
+from verify.reports.where import where_facts
+from verify.solver.leaves import LeafFinding
+from verify.states.real import written, written_all
+from verify.verdicts.decisions import Result
+from verify.verdicts.episodes import EpisodeResult
+from verify.verdicts.margins import Margin
+
+SEMANTICS = (
+    "Observations are float32, each made from float64 positions by one subtraction and one rounding; a split goes left "
+    "iff x <= threshold. Thresholds are replaced by the exact ends of the half lines that these roundings give, so a "
+    "proof over real positions is a proof for the deployed arithmetic, and a counterexample is a float64 world state "
+    "that was replayed."
+)
+REAL_SEMANTICS = (
+    "Real arithmetic, which is not the deployed one: a split compares the exact coordinate or difference with the "
+    "threshold as it is written. A proof says nothing about what roundings do at thresholds. A counterexample is "
+    "judged in exact arithmetic: a float64 world state, one in which the claim fails in the deployed arithmetic too "
+    "where one was found, or else a rational one, whose coordinates are written as fractions. What the deployed "
+    "arithmetic does there is said beside it."
+)
+SINGLE = "The claim is about single decisions in world states of the region: it does not say that agents arrive."
+POSITIONS = "Positions are finite float64; agents may leave the region in an episode (see the on-policy states)."
+REAL_POSITIONS = "Positions are real numbers; agents may leave the region in an episode (see the on-policy states)."
+LIMITS = ("Shares are uniform samples with 95 % Wilson intervals; the verdict does not rest on them.",)
+REAL_SHARES = (
+    "In real arithmetic shares are those of sampled float64 states, in which agents decide by exact measurements; "
+    "states within a rounding of the region's bounds or of the claim's boundaries may be misjudged."
+)
+ASSUMING = "Where a claim has an assumption, shares are of the states that meet it."
+NOISE = (
+    "Errors of features are independent of one another, one a feature and agent, added to the exact coordinate or "
+    "difference before it is rounded; constants and features that say whether two things are equal have none."
+)
+LEAVES_MEANINGS = {
+    Verdict.PROVED: "every leaf is reached in some world state",
+    Verdict.VIOLATED: "no world state of the region reaches the dead leaves",
+}
+REAL_MEANINGS = {
+    Verdict.PROVED: "holds in every world state of the region, in real arithmetic",
+    Verdict.VIOLATED: "fails in the world state shown, in real arithmetic",
+}
+VIEW = 300.0  # side of the picture
+WORLD_MARGIN = 0.25
+ARROW = 0.28  # length units
+MARK = 9.0  # half the side of what an agent or landmark covers, picture units
+LETTER = 5.6  # width of a letter of a label
+MEANINGS = {
+    Verdict.PROVED: "holds in every world state of the region",
+    Verdict.VIOLATED: "fails in the world state shown, which was replayed",
+    Verdict.VACUOUS: "no world state lies in the region and meets the assumptions, so nothing was claimed",
+    Verdict.UNKNOWN: "no answer",
+    Verdict.SKIPPED: "not asked",
+}
+
+
+def document(
+    profile: PolicyProfile,
+    results: Sequence[Result | EpisodeResult],
+    commands: Sequence[str],
+    files: Mapping[str, str] | None = None,
+) -> dict[str, Any]:
+    """All facts as plain data. `commands`: what repeats each result; `files`: name -> SHA-256 of files made with it."""
+    single = [result for result in results if isinstance(result, Result)]
+    episodes = [result for result in results if isinstance(result, EpisodeResult)]
+    known = all(result.visited is not None for result in single) and all(result.replays for result in episodes)
+    kinds = [REAL] if single and all(one.semantics == REAL for one in single) else [MACHINE]
+    if kinds == [REAL] and episodes:  # of episodes nothing is asked in real arithmetic
+        kinds = [MACHINE, REAL]
+    touching = bool(partners(profile.world))
+    contacts = loop_report.CONTACTS if episodes and touching else ()
+    replayed = [{MACHINE: trusted.REPLAYED, REAL: trusted.REFEREED}[kind] for kind in kinds]
+    return {
+        "report": "maviper-verification-1",
+        "profile": content_hash(profile),
+        "world": {"name": profile.world.name, "reference": profile.world.reference},
+        "provenance": {
+            "algorithm": profile.provenance.algorithm,
+            "preset": profile.provenance.preset,
+            "seed": profile.provenance.seed,
+            "expert": profile.provenance.expert,
+            "tool": profile.provenance.tool,
+        },
+        "evaluation": dict(profile.provenance.evaluation),
+        "files": dict(files or {}),
+        "results": [
+            _result(profile, result, command)
+            if isinstance(result, Result)
+            else loop_report.result_facts(profile, result, command)
+            for result, command in zip(results, commands, strict=True)
+        ],
+        "semantics": " ".join({MACHINE: SEMANTICS, REAL: REAL_SEMANTICS}[kind] for kind in kinds),
+        "trusted": trusted.texts(known, touching, bool(single), bool(episodes), replayed),
+        "limits": [*_limits(single), *(loop_report.LIMITS if episodes else ()), *contacts],
+    }
+
+
+def _limits(results: Sequence[Result]) -> list[str]:
+    real = any(result.semantics == REAL for result in results)
+    found = [*([SINGLE] if results else []), REAL_POSITIONS if real else POSITIONS, *LIMITS]
+    found += [REAL_SHARES] if real else []
+    if any(result.claim.assumption for result in results):
+        found.append(ASSUMING)
+    if any(result.claim.eps for result in results):
+        found.append(NOISE)
+    return found
+
+
+def _result(profile: PolicyProfile, result: Result, command: str) -> dict[str, Any]:
+    claim, shares = result.claim, result.shares
+    found = result.counterexample
+    return {
+        "kind": "leaves" if claim.name == LEAVES else "decisions",
+        "property": claim.name,
+        "label": claim.label,
+        "team": claim.team,
+        "claim": sentence(claim),
+        "formula": claim.written.strip(),
+        "assumption": claim.assumption.strip(),
+        "parameters": {name: _shown(getattr(claim, name)) for name in reads(claim)},
+        "semantics": result.semantics,
+        "region_name": called(profile, result.region),
+        "region": result.region.document(),
+        "verdict": result.verdict.value,
+        "meaning": _meaning(result),
+        "reason": result.reason,
+        "conflict": None if shares.conflict is None else shares.conflict.document(),
+        "contested": None if shares.contested is None else shares.contested.document(),
+        "violating": shares.violating.document(),
+        "changing": None if shares.changing is None else shares.changing.document(),
+        "largest_margin": None if result.largest is None else _margin(result.largest),
+        **({} if result.steady_up_to is None else {"largest_eps": _margin(result.steady_up_to)}),
+        "leaves": [_leaf(finding) for finding in result.leaves],
+        "visited": None if result.visited is None else asdict(result.visited),
+        "shuffled_control": result.control.value,
+        "replays": ["reference", *result.replays],
+        "replays_skipped": list(result.skipped),
+        "solver": result.solver,
+        "resources": result.resources,
+        "budget": result.budget,
+        "engines": [asdict(opinion) | {"verdict": opinion.verdict.value} for opinion in result.engines],
+        "certificate": None if result.certificate is None else _certificate(result),
+        "counterexample": None if found is None else _counterexample(profile, result, found),
+        "command": command,
+    } | ({} if result.where is None else {"where": where_facts(profile, result)})
+
+
+def _meaning(result: Result) -> str:
+    """The verdict in words."""
+    meanings = LEAVES_MEANINGS if result.claim.name == LEAVES else REAL_MEANINGS if result.semantics == REAL else {}
+    return meanings.get(result.verdict, MEANINGS[result.verdict])
+
+
+def _shown(value: Fraction | str | Sequence[str]) -> str:
+    """A parameter as text."""
+    if isinstance(value, Fraction):
+        return plain(value)
+    return value if isinstance(value, str) else ", ".join(value) or "in the world's order"
+
+
+def _margin(found: Margin) -> dict[str, Any]:
+    failed = None if found.failed is None else decimal(found.failed)
+    return {"proved": decimal(found.proved), "not_proved": failed, "questions": found.questions}
+
+
+def _leaf(finding: LeafFinding) -> dict[str, Any]:
+    witness = finding.witness
+    state = None if witness is None else {"goal": witness.goal, "position": written_all(witness.position)}
+    verdict = finding.verdict.value
+    return {"agent": finding.agent, "leaf": finding.leaf, "action": finding.action, "verdict": verdict, "state": state}
+
+
+def _certificate(result: Result) -> dict[str, Any]:
+    assert result.certificate is not None
+    return {"bytes": result.certificate.size, "branches": result.branches, "checker": "accepted"}
+
+
+def _counterexample(profile: PolicyProfile, result: Result, found: Counterexample) -> dict[str, Any]:
+    real = {} if result.semantics == MACHINE else {"judged": found.says, "deployed": deployed_facts(found)}
+    return {
+        "goal": found.state.goal,
+        "position": written_all(found.state.position),
+        "agents": [_view(view) for view in found.agents],
+        "replayed_by": list(found.replayed),
+        **real,
+        "explanation": None if result.explanation is None else result.explanation.document(),
+        "picture": picture(profile, found),
+    }
+
+
+def deployed_facts(found: Counterexample) -> dict[str, Any] | None:
+    """What the deployed arithmetic does in a counterexample of real arithmetic; None where it is no float64 state."""
+    return None if found.deployed is None else asdict(found.deployed)
+
+
+def _view(view: AgentView) -> dict[str, Any]:
+    steps = [
+        {
+            "node": step.node,
+            "test": str(step),
+            "value": written(step.value),
+            "threshold": step.threshold,
+            "left": step.left,
+        }
+        for step in view.path
+    ]
+    return {
+        "agent": view.agent,
+        "action": view.action,
+        "leaf": view.leaf,
+        "engaged_with": list(view.engaged_with),
+        "errors": written_all(dict(view.errors)),
+        "path": steps,
+    }
+
+
+def picture(profile: PolicyProfile, found: Counterexample) -> dict[str, Any]:
+    """What to draw, in picture coordinates: landmarks, agents, and an arrow for each chosen action."""
+    state = {name: float(value) for name, value in found.state.position.items()}
+    reach = max(1.0, *(abs(value) for value in state.values())) + WORLD_MARGIN
+    scale = VIEW / (2 * reach)
+
+    def place(name: str) -> tuple[float, float]:
+        return round((state[f"{name}.x"] + reach) * scale, 2), round((reach - state[f"{name}.y"]) * scale, 2)
+
+    team = {view.agent: view for view in found.agents}
+    taken: list[tuple[float, float, float, float]] = []  # rectangles of marks, arrows and labels
+    agents = []
+    for entity in profile.world.agents:
+        x, y = place(entity.name)
+        mark: dict[str, Any] = {"name": entity.name, "x": x, "y": y, "ours": entity.name in team, "arrow": None}
+        if entity.name in team:
+            chosen = team[entity.name].action
+            effect = next(action.effect for action in profile.policy(entity.name).actions if action.name == chosen)
+            if effect is not None and any(effect):
+                tip_x, tip_y = x + effect[0] * ARROW * scale, y - effect[1] * ARROW * scale
+                mark["arrow"] = [round(tip_x, 2), round(tip_y, 2)]
+                taken += [_around(tip_x, tip_y, MARK), _around((x + tip_x) / 2, (y + tip_y) / 2, MARK)]
+        agents.append(mark)
+        taken.append(_around(x, y, MARK))
+    landmarks = []
+    for entity in profile.world.landmarks:
+        x, y = place(entity.name)
+        landmarks.append({"name": entity.name, "x": x, "y": y, "goal": entity.name == found.state.goal})
+        taken.append(_around(x, y, MARK))
+    for mark in (*agents, *landmarks):
+        mark["label"] = mark["name"] + (" (goal)" if mark.get("goal") else "")
+        mark["label_x"], mark["label_y"] = _label_place(mark, taken)
+    return {"size": VIEW, "agents": agents, "landmarks": landmarks}
+
+
+def _around(x: float, y: float, half: float) -> tuple[float, float, float, float]:
+    return x - half, y - half, x + half, y + half
+
+
+def _label_place(mark: Mapping[str, Any], taken: list[tuple[float, float, float, float]]) -> tuple[float, float]:
+    """Centre of a label beside its mark where it covers nothing, if there is such a place; takes that place."""
+    half = len(mark["label"]) * LETTER / 2
+    side = half + MARK + 2
+    best: tuple[float, tuple[float, float, float, float]] | None = None
+    for dx, dy in ((0, -16), (0, 17), (side, 0), (-side, 0), (side, -13), (-side, 13), (0, -29), (0, 30)):
+        x = min(max(mark["x"] + dx, half), VIEW - half)
+        y = mark["y"] + dy
+        box = (x - half, y - 6, x + half, y + 6)
+        covered = sum(_overlap(box, other) for other in taken)
+        if best is None or covered < best[0]:
+            best = covered, box
+    assert best is not None
+    box = best[1]
+    taken.append(box)
+    return round((box[0] + box[2]) / 2, 2), round((box[1] + box[3]) / 2, 2)
+
+
+def _overlap(a: tuple[float, ...], b: tuple[float, ...]) -> float:
+    """Area that two rectangles (left, top, right, bottom) share."""
+    return max(0.0, min(a[2], b[2]) - max(a[0], b[0])) * max(0.0, min(a[3], b[3]) - max(a[1], b[1]))
+
+
+def as_json(facts: Mapping[str, Any]) -> str:
+    """The report as JSON text."""
+    return layout(dict(facts)) + "\n"
+
+
+def as_text(facts: Mapping[str, Any]) -> str:
+    """The report as plain text; what a terminal would not print as it stands is escaped."""
+    return "\n".join(map(visible, render("report/report.txt.j2", **facts).split("\n")))
+
+
+def as_html(facts: Mapping[str, Any]) -> str:
+    """The report as one HTML page: inline styles and drawings, no scripts, nothing loaded from elsewhere."""
+    return render("report/report.html.j2", **{**facts, "results": [drawn(result) for result in facts["results"]]})

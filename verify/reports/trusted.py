@@ -1,0 +1,74 @@
+"""What the verdicts of a report rest on, in words: modules, engines, and the meanings of features.
+
+Does: names the modules of the trusted base, and says what a proof without a certificate and a counterexample rest on.
+Assumes: tests that hold the lists of modules against what the checker and the referee import.
+Does not: import them.
+"""
+
+from collections.abc import Sequence
+
+CODEGEN = ("check", "errors", "floats", "ir", "json_fault", "policy_json", "region", "schema")
+CLAIMS = ("decisions", "formula", "formula_json", "matching", "predicates", "region", "verifiable")
+CHECKER = ("certificates", "decisions", "reading", "thresholds")
+DECISIONS = {"codegen": CODEGEN, "verify/checker": CHECKER, "verify/claims": CLAIMS}
+EPISODES = {
+    "codegen": CODEGEN,
+    "verify/checker": (*CHECKER, "episode_certificates", "episode_reading", "episodes"),
+    "verify/claims": (*CLAIMS, "episodes"),
+}
+REFEREE = {
+    "codegen": ("dynamics", "errors", "floats", "ir", "observe", "region"),
+    "verify": ("question",),
+    "verify/claims": (
+        "catalogue",
+        "decisions",
+        "episode_properties",
+        "episodes",
+        "formula",
+        "matching",
+        "predicates",
+        "region",
+        "verifiable",
+    ),
+    "verify/states": ("real", "state"),
+}
+
+
+def modules(base: dict[str, tuple[str, ...]]) -> list[str]:
+    """The full names of the modules of a base."""
+    return sorted(f"{folder.replace('/', '.')}.{name}" for folder, names in base.items() for name in names)
+
+
+def listed(base: dict[str, tuple[str, ...]]) -> str:
+    """The modules of a base in words."""
+    return "; ".join(f"of {folder}: {', '.join(sorted(names))}" for folder, names in base.items())
+
+
+WITH_CERTIFICATE = f"for a proof about single decisions with a certificate: {listed(DECISIONS)}"
+WITHOUT_CERTIFICATE = (
+    "for one without: the encoder of trees, roundings and claim (verify/solver/encode.py) and the solver"
+)
+EPISODES_WITH_CERTIFICATE = (
+    f"for a proof about episodes with a certificate: {listed(EPISODES)}; and the dynamics in the profile's world spec"
+)
+EPISODES_WITHOUT_CERTIFICATE = (
+    "for one about episodes without: one reading, which nothing checks: the zones and their steps (of verify/episodes: "
+    "composition, contacts, cuts, unroll, zones), and the dynamics in the profile's world spec"
+)
+REPLAYED = "for a counterexample nothing of this: it can be replayed"
+REFEREED = f"for a counterexample in real arithmetic: the referee ({listed(REFEREE)}); `maviper replay` asks it again"
+MEANINGS = "the meanings of the features in the profile"
+UNCHECKED = f"{MEANINGS} (not checked: the profile is not of a world that this version can play)"
+CHECKED = f"{MEANINGS} (the same as those of this version's world)"
+EXACT_WORLD = "that world's steps equal the reference environment's bit by bit"
+NEAR_WORLD = "that world's steps equal the reference environment's up to 1e-9: agents push each other"
+
+
+def texts(checked: bool, contacts: bool, decisions: bool, episodes: bool, replayed: Sequence[str]) -> list[str]:
+    """All lines of a report. `checked`: the features have the meanings of a world that this version plays."""
+    found = [f"{CHECKED}; {NEAR_WORLD if contacts else EXACT_WORLD}" if checked else UNCHECKED]
+    if decisions:
+        found += [WITH_CERTIFICATE, WITHOUT_CERTIFICATE]
+    if episodes:
+        found += [EPISODES_WITH_CERTIFICATE, EPISODES_WITHOUT_CERTIFICATE]
+    return [*found, *replayed]

@@ -1,0 +1,261 @@
+"""The part of a report that says where a claim holds, and the file of its violating zones.
+
+Does: counts zones and leaves, puts the most important ones into words, writes every zone with its exact bounds.
+Assumes: a result of `engine.verify` with its `where`.
+Does not: contain times, paths or facts about the machine.
+
+In the file of zones an interval has a square bracket at an end that belongs to it and a round one at an end that does
+not. A zone's box is the least around it, without the intervals that are the region's; of the differences those are
+stated that the box does not imply.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from fractions import Fraction
+from typing import Any, TypeAlias
+
+from codegen.ir import AgentPolicy, PolicyProfile
+from codegen.policy_json import content_hash, layout
+from verify.claims.decisions import sentence
+from verify.claims.region import Region, plain
+from verify.claims.region import text as decimal
+from verify.extent.found import Where
+from verify.extent.violations import Failing
+from verify.verdicts.decisions import Result
+from verify.zones.search import Branch
+
+FORM = "maviper-zones-1"
+FIRST = 1_000  # zones that are written of those that are not all: the others would say no more
+SHOWN = 3  # combinations of leaves that are put into words
+Ranked: TypeAlias = tuple[Failing, Branch, Fraction | None]  # a zone with its goal's data and its share, if known
+Bounds = Mapping[tuple[str, str], tuple[Fraction, bool]]  # (a, b) -> most of a - b, whether it stays below
+
+
+def where_facts(profile: PolicyProfile, result: Result) -> dict[str, Any]:
+    """What `result.where` says, as plain data."""
+    found = result.where
+    assert found is not None
+    exact = None if found.share is None else _exact(found.share.value)
+    return {
+        "reason": found.reason,
+        "everywhere": found.everywhere,
+        "zones": found.count,
+        "goals": len(result.region.goals),
+        "complete": found.complete,
+        "exact": exact,
+        "exact_reason": found.share_reason,
+        "leaves": _leaves(profile, found),
+        "most": _most(profile, result),
+        "region": None if found.part is None else _part(result),
+        "region_reason": found.part_reason,
+    }
+
+
+def _exact(share: Fraction) -> dict[str, Any]:
+    return {"fraction": str(share), "share": float(share)}
+
+
+def _ranked(found: Where) -> list[Ranked]:
+    """All zones with their shares, the largest first; in the order of the search where shares are equal or unknown."""
+    rows: list[Ranked] = []
+    for place, failing in enumerate(found.failing):
+        for number, zone in enumerate(failing.zones):
+            share = None if found.share is None else found.share.zones[place][number] / found.share.region
+            rows.append((failing, zone, share))
+    return sorted(rows, key=lambda row: -(row[2] or 0))
+
+
+def _leaves(profile: PolicyProfile, found: Where) -> dict[str, list[dict[str, Any]]]:
+    """Agent -> the leaves that it is in somewhere where the claim fails: action, zones, share of the region."""
+    counts: dict[str, dict[int, int]] = {}
+    shares: dict[str, dict[int, Fraction]] = {}
+    for failing, zone, share in _ranked(found):
+        for agent, leaf in zip(failing.agents, zone[0], strict=True):
+            own, sums = counts.setdefault(agent, {}), shares.setdefault(agent, {})
+            own[leaf] = own.get(leaf, 0) + 1
+            sums[leaf] = sums.get(leaf, Fraction(0)) + (share or 0)
+    return {
+        agent: [
+            {
+                "leaf": leaf,
+                "action": _action(profile.policy(agent), leaf),
+                "zones": counts[agent][leaf],
+                "share": None if found.share is None else float(shares[agent][leaf]),
+            }
+            for leaf in sorted(counts[agent], key=lambda leaf: (-shares[agent][leaf], leaf))
+        ]
+        for agent in counts
+    }
+
+
+def _action(policy: AgentPolicy, leaf: int) -> str:
+    return policy.actions[int(policy.tree.action[leaf])].name
+
+
+def _most(profile: PolicyProfile, result: Result) -> list[dict[str, Any]]:
+    """The combinations of leaves that make up most of what violates the claim, each with its largest zone in words."""
+    assert result.where is not None
+    together: dict[tuple[tuple[str, int], ...], list[Ranked]] = {}  # a claim may speak of other agents for each goal
+    for row in _ranked(result.where):
+        together.setdefault(tuple(zip(row[0].agents, row[1][0], strict=True)), []).append(row)
+    sums = {leaves: sum((row[2] or Fraction(0) for row in rows), Fraction(0)) for leaves, rows in together.items()}
+    facts = []
+    for leaves in sorted(together, key=lambda leaves: (-sums[leaves], -len(together[leaves]), leaves))[:SHOWN]:
+        failing, zone, _ = together[leaves][0]
+        agents = [
+            {"agent": agent, "leaf": leaf, "action": _action(profile.policy(agent), leaf)} for agent, leaf in leaves
+        ]
+        words = [_words(*ends) for ends in _needed(failing, zone, result.region)]
+        share = None if result.where.share is None else float(sums[leaves])
+        count = len(together[leaves])
+        facts.append({"agents": agents, "zones": count, "share": share, "goal": failing.goal, "words": words})
+    return facts
+
+
+def _words(name: str, low: tuple[Fraction, bool] | None, high: tuple[Fraction, bool] | None) -> str:
+    return f"{_rounded(low)}{name}{_rounded(high, True)}"
+
+
+def _rounded(end: tuple[Fraction, bool] | None, upper: bool = False) -> str:
+    if end is None:
+        return ""
+    number, sign = f"{float(end[0]):.4g}", "<" if end[1] else "<="
+    return f" {sign} {number}" if upper else f"{number} {sign} "
+
+
+def _needed(
+    failing: Failing, zone: Branch, region: Region
+) -> list[tuple[str, tuple[Fraction, bool] | None, tuple[Fraction, bool] | None]]:
+    """(coordinate or difference, lower end, upper end) of the bounds that no others and not the region's box imply."""
+    bounds = failing.bounds(zone)
+    tied = _tied(failing, bounds)
+    ends: dict[tuple[str, str], list[tuple[Fraction, bool] | None]] = {}
+    for (a, b), (most, below) in bounds.items():
+        low, high = region.box[a or b]
+        end = -low if not a else high
+        given = not (a and b) and (most > end or (most == end and not below))
+        if (
+            given
+            or (a in tied and tied[a] != b)
+            or (b in tied and tied[b] != a)
+            or any(
+                most >= bounds[a, k][0] + bounds[k, b][0] and (bounds[a, k][1] or bounds[k, b][1] or not below)
+                for x, k in bounds
+                if x == a and k not in (a, b) and k not in tied and (k, b) in bounds
+            )
+        ):
+            continue
+        if not a or (b and (b, a) in ends):
+            ends.setdefault((b, a), [None, None])[0] = -most, below
+        else:
+            ends.setdefault((a, b), [None, None])[1] = most, below
+    return [(f"{a} - {b}" if b else a, low, high) for (a, b), (low, high) in sorted(ends.items())]
+
+
+def _cut(region: Region, part: Region) -> list[str]:
+    """The bounds in which a part of a region is narrower than the region, in words."""
+    box, given = region.box, {(a, b): bounds for a, b, bounds in region.differences}
+    rows = [(name, bounds, box[name]) for name, bounds in part.box.items()]
+    for a, b, bounds in part.differences:
+        whole = box[a][0] - box[b][1], box[a][1] - box[b][0]
+        rows.append((f"{a} - {b}", bounds, given.get((a, b), whole)))
+    return [
+        f"{f'{decimal(low)} <= ' if low > least else ''}{name}{f' <= {decimal(high)}' if high < most else ''}"
+        for name, (low, high), (least, most) in rows
+        if low > least or high < most
+    ]
+
+
+def _tied(failing: Failing, bounds: Bounds) -> dict[str, str]:
+    """Coordinate -> the first one, or "" for zero, from which it has one constant distance."""
+    names = ["", *failing.problem.places]
+    found: dict[str, str] = {}
+    for place, name in enumerate(names):
+        for other in names[:place]:
+            if other not in found and (name, other) in bounds and not bounds[name, other][0] + bounds[other, name][0]:
+                found.setdefault(name, other)
+    return found
+
+
+def _part(result: Result) -> dict[str, Any]:
+    """The largest region found, with the verdict in it."""
+    assert result.where is not None and result.where.part is not None and result.within is not None
+    part, inner = result.where.part, result.within
+    return {
+        "name": part.region.name,
+        "region": part.region.document(),
+        "bounds": _cut(result.region, part.region),
+        "exact": None if part.exact is None else _exact(part.exact),
+        "share": part.share.document(),
+        "start": part.start.document(),
+        "conflict": None if inner.shares.conflict is None else inner.shares.conflict.document(),
+        "contested": None if inner.shares.contested is None else inner.shares.contested.document(),
+        "visited": None if inner.visited is None else asdict(inner.visited),
+        "verdict": inner.verdict.value,
+        "reason": inner.reason,
+        "shuffled_control": inner.control.value,
+        "engines": [f"{opinion.engine} {opinion.verdict.value}" for opinion in inner.engines],
+        "branches": inner.branches,
+        "checker": "accepted" if inner.certificate is not None else "",
+    }
+
+
+def zones_json(profile: PolicyProfile, result: Result) -> str:
+    """Violating zones with their exact bounds, as a JSON text: all, the largest first; FIRST if they are not all."""
+    found = result.where
+    assert found is not None
+    ranked = _ranked(found)
+    facts = {
+        "zones": FORM,
+        "profile": content_hash(profile),
+        "property": result.claim.name,
+        "team": result.claim.team,
+        "claim": sentence(result.claim),
+        "semantics": result.semantics,
+        "region": result.region.document(),
+        "complete": found.complete,
+        "share": None if found.share is None else str(found.share.value),
+        "found": found.count,
+        "violating": [_zone(profile, result.region, *one) for one in ranked[: None if found.complete else FIRST]],
+    }
+    return layout(facts) + "\n"
+
+
+def _zone(
+    profile: PolicyProfile, region: Region, failing: Failing, zone: Branch, share: Fraction | None
+) -> dict[str, Any]:
+    bounds = failing.bounds(zone)
+    names: Sequence[str] = list(failing.problem.places)
+    whole = {name: (-low, high) for name, (low, high) in region.box.items()}
+    ends = {name: (bounds["", name], bounds[name, ""]) for name in names}
+    closed = {name: (low[0], high[0]) for name, (low, high) in ends.items() if not low[1] and not high[1]}
+    box = {name: _interval(bounds, name, "") for name in names if closed.get(name) != whole[name]}
+    differences = {
+        f"{a} - {b}": _interval(bounds, a, b)
+        for place, a in enumerate(names)
+        for b in names[place + 1 :]
+        if (a, b) in bounds and (_tighter(bounds, a, b) or _tighter(bounds, b, a))
+    }
+    return {
+        "goal": failing.goal,
+        "leaves": dict(zip(failing.agents, zone[0], strict=True)),
+        "actions": {
+            agent: _action(profile.policy(agent), leaf) for agent, leaf in zip(failing.agents, zone[0], strict=True)
+        },
+        "share": None if share is None else str(share),
+        "box": box,
+        "difference": differences,
+    }
+
+
+def _tighter(bounds: Bounds, a: str, b: str) -> bool:
+    """Whether a - b has a bound that the box does not imply."""
+    (most, below), (high, from_high), (low, from_low) = bounds[a, b], bounds[a, ""], bounds["", b]
+    return most < high + low or (below and not from_high and not from_low)
+
+
+def _interval(bounds: Bounds, a: str, b: str) -> str:
+    """The interval of a - b."""
+    (high, open_high), (low, open_low) = bounds[a, b], bounds[b, a]
+    ends = [plain(end) for end in (-low, high)]
+    return f"{'(' if open_low else '['}{ends[0]}, {ends[1]}{')' if open_high else ']'}"

@@ -1,0 +1,74 @@
+"""The bare decision of a claim by Z3.
+
+Does: asks goal by goal; says whether the claim is about any world state at all.
+Assumes: claims about single decisions.
+Does not: confirm counterexamples or compare engines.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from verify.claims.formula import TRUE
+from verify.claims.region import Verdict
+from verify.question import DecisionQuestion
+from verify.solver.encode import query, region_only
+from verify.solver.solve import Answer, ask
+
+
+@dataclass(frozen=True)
+class Decision:
+    """The solver's answer over all goals: the verdict, and for VIOLATED the goal and the model."""
+
+    verdict: Verdict
+    resources: int
+    goal: str = ""
+    answer: Answer | None = None
+    reason: str = ""
+
+
+def decide(question: DecisionQuestion, goals: Sequence[str] | None = None) -> Decision:
+    """The bare decision, by Z3. `goals`: only these of the region's goals. InputError where the team cannot be asked
+    about.
+    """
+    _ = question.team
+    nothing, spent = about_nothing(question)
+    if nothing:
+        return Decision(Verdict.VACUOUS, spent, reason=nothing)
+    open_reasons: list[str] = []
+    for goal in question.goals if goals is None else goals:
+        answer = ask(query(question, goal), question.budgets.solver_units)
+        spent += answer.resources
+        if answer.holds:
+            return Decision(Verdict.VIOLATED, spent, goal, answer)
+        if answer.holds is None:
+            open_reasons.append(f"goal {goal or 'none'}: {answer.reason} after {answer.resources} resource units")
+    if open_reasons:
+        return Decision(Verdict.UNKNOWN, spent, reason="; ".join(open_reasons) + "; a larger --solver-units may answer")
+    return Decision(Verdict.PROVED, spent)
+
+
+def about_nothing(question: DecisionQuestion) -> tuple[str, int]:
+    """Why the claim speaks of no world state, or "" if it does; and the resources spent."""
+    anything = ask(region_only(question.region), question.budgets.solver_units)
+    if anything.holds is False:
+        return "the region holds no world state", anything.resources
+    if question.claim.assume == TRUE:
+        return "", anything.resources
+    met = _meeting(question)
+    spent = anything.resources + sum(answer.resources for answer in met)
+    if all(answer.holds is False for answer in met):
+        return "no world state of the region meets the assumption", spent
+    return "", spent
+
+
+def assumption_met(question: DecisionQuestion) -> bool:
+    """Whether some world state of the region is known to meet the assumption: else a proof may be about nothing."""
+    if question.claim.assume == TRUE:
+        return True
+    return any(answer.holds for answer in _meeting(question))
+
+
+def _meeting(question: DecisionQuestion) -> list[Answer]:
+    """For each goal, whether some world state of the region meets the assumption."""
+    region, assume, units = question.region, question.claim.assume, question.budgets.solver_units
+    return [ask(region_only(region, assume, goal), units) for goal in question.goals]

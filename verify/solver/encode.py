@@ -1,0 +1,337 @@
+"""The question for Z3: is there a world state of the region in which the claim fails?
+
+Does: encodes trees, observation maps with machine rounding, region and claim over exact rationals, one query a goal.
+Assumes: features are coordinates, differences of two, or functions of those; trees passed `verifiable`.
+Does not: share the arithmetic of thresholds with codegen or with any other engine, so that agreement means something.
+
+Machine rounding: a difference d of two float64 positions is observed as fl32(fl64(d)). Rounding is monotone, so
+"fl32(fl64(d)) <= t" is a half line of d. Its end is where the second rounding ties, then where the first one does; a
+tie belongs to it iff the lower neighbour has an even significand. Replacing the threshold by that end makes the
+question over the reals the machine's own question.
+"""
+
+import struct
+from collections.abc import Callable, Mapping, Sequence
+from fractions import Fraction
+from functools import partial
+from typing import Any, NamedTuple
+
+import numpy as np
+import z3
+
+from codegen import ir
+from codegen.errors import InputError
+from codegen.ir import AgentPolicy, FeatureSpec, PolicyProfile
+from verify.claims.formula import TRUE, And, Formula, Linear, Or, agents, for_goal, given, negated, normal, tightened
+from verify.claims.region import MACHINE, REAL, Region
+from verify.question import DecisionQuestion
+from verify.states.state import error_name, measurable
+
+
+class HalfLine(NamedTuple):
+    """All d with d <= end, or d < end when `strict`."""
+
+    end: Fraction
+    strict: bool
+
+
+class _Format(NamedTuple):
+    code: str  # struct codes of the float and of the integer with the same bits
+    bits: str
+    overflow: Fraction  # what the next value after the largest finite one would be
+
+
+_SINGLE = _Format("<f", "<i", Fraction(2) ** 128)
+_DOUBLE = _Format("<d", "<q", Fraction(2) ** 1024)
+
+
+def _rank(value: float, form: _Format) -> int:
+    """Position of a float in the order of its format: 0 for 0.0, neighbours differ by one."""
+    (bits,) = struct.unpack(form.bits, struct.pack(form.code, value))
+    return bits if bits >= 0 else -(bits & (2 ** (8 * struct.calcsize(form.code) - 1) - 1))
+
+
+def _value(rank: int, form: _Format) -> Fraction:
+    """The float at a position, exactly; one past the largest finite float stands for the value that would follow."""
+    (value,) = struct.unpack(form.code, struct.pack(form.bits, abs(rank)))
+    if value in (float("inf"), float("-inf")):
+        return form.overflow if rank > 0 else -form.overflow
+    return Fraction(value) if rank >= 0 else -Fraction(value)
+
+
+def _rounded_at_most(rank: int, form: _Format) -> HalfLine:
+    """All real numbers that round to a float not above the one at `rank`, ties to even."""
+    middle = (_value(rank, form) + _value(rank + 1, form)) / 2
+    return HalfLine(middle, strict=rank % 2 != 0)
+
+
+def half_line(threshold: float) -> HalfLine:
+    """The differences d with fl32(fl64(d)) <= `threshold` (a float32)."""
+    single = _rounded_at_most(_rank(threshold, _SINGLE), _SINGLE)
+    # midpoints of neighbouring float32 values are float64 values
+    rank = _rank(float(single.end), _DOUBLE) - (1 if single.strict else 0)
+    return _rounded_at_most(rank, _DOUBLE)
+
+
+def last_double(threshold: float) -> HalfLine:
+    """The float64 values z with fl32(z) <= `threshold`: for a feature that is one coordinate, rounded once."""
+    return _rounded_at_most(_rank(threshold, _SINGLE), _SINGLE)
+
+
+class Query(NamedTuple):
+    """What the solver is asked, for one goal: the variables (position -> real) and the constraints."""
+
+    goal: str
+    variables: dict[str, Any]
+    constraints: list[Any]
+
+
+def number(value: Fraction) -> Any:
+    """An exact rational constant."""
+    return z3.RatVal(value.numerator, value.denominator)
+
+
+def query(question: DecisionQuestion, goal: str, slack: Fraction = Fraction(0)) -> Query:
+    """Constraints that hold exactly for the world states of the region, goal `goal`, in which the claim fails.
+
+    With a positive `slack` every inequality is met with that much to spare: a stronger question whose answers lie
+    inside their leaf cells, used to find counterexamples that survive rounding. Where the claim has an `eps`, each
+    feature of each agent that a tree tests has an error, a variable of its own (`states.state.error_name`).
+    """
+    encoder, fails = _failing(question, goal, slack)
+    return encoder.query(fails)
+
+
+def _failing(question: DecisionQuestion, goal: str, slack: Fraction = Fraction(0)) -> tuple["_Encoder", Any]:
+    """What encodes a goal's query, and the constraint that the claim fails."""
+    encoder = _Encoder(question.profile, question.region, goal, slack, question.semantics, question.claim.eps)
+    return encoder, encoder.encoded(tightened(for_goal(negated(question.formula), goal), slack))
+
+
+def in_both(question: DecisionQuestion, goal: str, slack: Fraction = Fraction(0)) -> Query:
+    """As `query`, in which the claim fails in real arithmetic and in the deployed one."""
+    real, machine = (query(question.by(semantics), goal, slack) for semantics in (REAL, MACHINE))
+    return Query(goal, real.variables | machine.variables, [*real.constraints, *machine.constraints])
+
+
+def region_only(region: Region, assume: Formula = TRUE, goal: str = "") -> Query:
+    """Constraints of the region and an assumption alone: unsatisfiable iff no world state meets them."""
+    encoder = _Encoder(None, region, goal)
+    return encoder.query(*([] if assume == TRUE else [encoder.encoded(for_goal(normal(assume), goal))]))
+
+
+def reaching(
+    policy: AgentPolicy,
+    leaf: int,
+    region: Region,
+    goal: str,
+    slack: Fraction = Fraction(0),
+    semantics: str = MACHINE,
+) -> Query:
+    """Constraints that hold exactly for the world states of `region`, goal `goal`, in which an agent reaches a leaf."""
+    encoder = _Encoder(None, region, goal, slack, semantics)
+    return encoder.query(*encoder.path(policy, leaf))
+
+
+def elsewhere(question: DecisionQuestion, goal: str, leaves: Mapping[str, int], slack: Fraction = Fraction(0)) -> Query:
+    """As `query`, and some agent of `leaves` reaches another leaf than the one named there."""
+    encoder, fails = _failing(question, goal, slack)
+    policy = question.profile.policy
+    turned = [turn for agent, leaf in leaves.items() for turn in encoder.turned(policy(agent), leaf)]
+    return encoder.query(fails, z3.Or(z3.BoolVal(False), *turned))
+
+
+def there(question: DecisionQuestion, goal: str, leaves: Mapping[str, int]) -> Query:
+    """As `query`, and every agent of `leaves` reaches the leaf named there."""
+    encoder, fails = _failing(question, goal)
+    policy = question.profile.policy
+    taken = [test for agent, leaf in leaves.items() for test in encoder.path(policy(agent), leaf)]
+    return encoder.query(fails, *taken)
+
+
+def settled(query: Query, values: Mapping[str, Fraction]) -> Query:
+    """The question with some of its variables settled."""
+    equal = [query.variables[name] == number(value) for name, value in values.items()]
+    return query._replace(constraints=[*query.constraints, *equal])
+
+
+def _region(region: Region, at: dict[str, Any]) -> list[Any]:
+    constraints: list[Any] = []
+    for name, (low, high) in region.box.items():
+        constraints += [at[name] >= number(low), at[name] <= number(high)]
+    for a, b, (low, high) in region.differences:
+        constraints += [at[a] - at[b] >= number(low), at[a] - at[b] <= number(high)]
+    for a, b, least in region.apart:
+        gaps = [at[f"{a}.{axis}"] - at[f"{b}.{axis}"] for axis in "xy"]
+        constraints.append(z3.Or(*(side for gap in gaps for side in (gap >= number(least), gap <= number(-least)))))
+    return constraints
+
+
+class _Encoder:
+    """Formulas of `normal` form for one question; equal parts become one expression."""
+
+    def __init__(
+        self,
+        profile: PolicyProfile | None,
+        region: Region,
+        goal: str,
+        slack: Fraction = Fraction(0),
+        semantics: str = MACHINE,
+        eps: Fraction = Fraction(0),
+    ) -> None:
+        self.variables = {name: z3.Real(name) for name in region.box}
+        self.at = dict(self.variables)  # coordinate -> variable
+        if goal:
+            self.at |= {f"{ir.GOAL}.{axis}": self.variables[f"{goal}.{axis}"] for axis in "xy"}
+        self.noise: list[Any] = []  # bounds of the errors
+        self._profile, self._slack, self._semantics, self._eps = profile, slack, semantics, eps
+        self._goal, self._region = goal, region
+        self._known: dict[Formula, Any] = {}
+
+    def query(self, *facts: Any) -> Query:
+        """That these facts hold in some world state of the region, errors within their bounds."""
+        return Query(self._goal, self.variables, [*_region(self._region, self.at), *self.noise, *facts])
+
+    def encoded(self, claim: Formula) -> Any:
+        """The formula. Where it speaks of one agent's actions only, it follows that agent's tree."""
+        if claim not in self._known:
+            self._known[claim] = self._made(claim)
+        return self._known[claim]
+
+    def _made(self, claim: Formula) -> Any:
+        acting = agents(claim)
+        if len(acting) == 1:
+            (agent,) = acting
+            assert self._profile is not None
+            return self._chosen(self._profile.policy(agent), partial(self._once_chosen, claim, agent))
+        if isinstance(claim, And):
+            return z3.And(*(self.encoded(part) for part in _grouped(claim.parts, And)))
+        if isinstance(claim, Or):
+            return z3.Or(*(self.encoded(part) for part in _grouped(claim.parts, Or)))
+        assert isinstance(claim, Linear), claim
+        parts = [self.at[name] if weight == 1 else number(weight) * self.at[name] for weight, name in claim.terms]
+        total, bound = z3.Sum(*parts), number(claim.bound)
+        return total < bound if claim.strict else total <= bound
+
+    def _once_chosen(self, claim: Formula, agent: str, action: int) -> Any:
+        return self.encoded(given(claim, {agent: action}))
+
+    def _chosen(self, policy: ir.AgentPolicy, of_action: Callable[[int], Any]) -> Any:
+        """`of_action` of the action that the tree chooses, as nested conditions over the world state."""
+        tree = policy.tree
+        formulas: dict[int, Any] = {}
+        leaf_formulas: dict[int, Any] = {}
+        for node in reversed(range(len(tree.feature))):  # preorder: children come after their parents
+            if tree.feature[node] == ir.NO_FEATURE:
+                action = int(tree.action[node])
+                formulas[node] = leaf_formulas.setdefault(action, of_action(action))
+                continue
+            left, right = formulas.pop(int(tree.left[node])), formulas.pop(int(tree.right[node]))
+            below, above = self._tests(policy, node)
+            formulas[node] = (
+                z3.Or(z3.And(below, left), z3.And(above, right)) if self._slack else z3.If(below, left, right)
+            )
+        return formulas[ir.ROOT]
+
+    def path(self, policy: ir.AgentPolicy, leaf: int) -> list[Any]:
+        """The tests between the root and a leaf, as they must fall out to reach it."""
+        return [taken for taken, _ in self._path(policy, leaf)]
+
+    def turned(self, policy: ir.AgentPolicy, leaf: int) -> list[Any]:
+        """The tests between the root and a leaf, as one of them must fall out to reach another leaf."""
+        return [other for _, other in self._path(policy, leaf)]
+
+    def _path(self, policy: ir.AgentPolicy, leaf: int) -> list[tuple[Any, Any]]:
+        """(as it falls out on the way to the leaf, otherwise) of each test, from the leaf upwards."""
+        tree, node, found = policy.tree, leaf, []
+        while node != ir.ROOT:
+            parent = int(np.flatnonzero((tree.left == node) | (tree.right == node))[0])
+            left, right = self._tests(policy, parent)
+            found.append((left, right) if tree.left[parent] == node else (right, left))
+            node = parent
+        return found
+
+    def _tests(self, policy: ir.AgentPolicy, node: int) -> tuple[Any, Any]:
+        """(goes left, goes right) of a split, in terms of world coordinates."""
+        feature = policy.features[policy.tree.feature[node]]
+        meaning, slack = feature.meaning, self._slack
+        if meaning is None or len(meaning.terms) > 2:
+            raise InputError(f"feature {feature.name} is not a coordinate or a difference of two", str(meaning))
+        parts = [self.at[name] if weight > 0 else -self.at[name] for weight, name in _known(feature, self.at)]
+        threshold = float(policy.tree.threshold[node])
+        measured = z3.Sum(*parts) if parts else z3.RealVal(0)
+        if self._eps and measurable(meaning):
+            measured = measured + self._error(policy.agent, feature.name)
+        if meaning.function == "zero":
+            return _zero_tests(measured, threshold, slack)
+        line = _line(meaning, threshold, self._semantics, bool(self._eps))
+        if line is None:
+            always = z3.BoolVal(threshold >= 1)
+            return always, z3.Not(always)
+        if slack:
+            return measured <= number(line.end - slack), measured >= number(line.end + slack)
+        below = measured < number(line.end) if line.strict else measured <= number(line.end)
+        return below, z3.Not(below)
+
+    def _error(self, agent: str, feature: str) -> Any:
+        """The one error of a feature as an agent sees it, within eps."""
+        name = error_name(agent, feature)
+        if name not in self.variables:
+            error = self.variables[name] = z3.Real(name)
+            self.noise += [error >= number(-self._eps), error <= number(self._eps)]
+        return self.variables[name]
+
+
+def _grouped(parts: Sequence[Formula], kind: type[And] | type[Or]) -> list[Formula]:
+    """Parts that speak of the same single agent joined, so that its tree is written once for all of them."""
+    by_agents: dict[frozenset[str], list[Formula]] = {}
+    for part in parts:
+        acting = agents(part)
+        by_agents.setdefault(acting, []).append(part)
+    joined: list[Formula] = []
+    for acting, members in by_agents.items():
+        joined += [kind(tuple(members))] if len(acting) == 1 else members
+    return joined
+
+
+def _line(meaning: ir.Meaning, threshold: float, semantics: str, noisy: bool) -> HalfLine | None:
+    """The sums whose test goes left; None when all or none do. One coordinate with an error is no float64 number."""
+    if meaning.function:
+        return _sign_line(threshold) if meaning.function == "sign" else _positive_line(threshold)
+    if semantics == REAL:
+        return HalfLine(Fraction(threshold), strict=False)
+    return last_double(threshold) if len(meaning.terms) == 1 and not noisy else half_line(threshold)
+
+
+def _zero_tests(measured: Any, threshold: float, slack: Fraction) -> tuple[Any, Any]:
+    """As `_tests`, for "is zero" (0 or 1). A difference of two float64 numbers is zero iff they are equal, so rounding
+    does not matter; being equal has nothing to spare.
+    """
+    if not 0 <= threshold < 1:
+        always = z3.BoolVal(threshold >= 1)
+        return always, z3.Not(always)
+    if slack:
+        return z3.Or(measured <= number(-slack), measured >= number(slack)), measured == 0
+    return measured != 0, measured == 0
+
+
+def _known(feature: FeatureSpec, at: dict[str, Any]) -> tuple[tuple[int, str], ...]:
+    terms = feature.meaning.terms if feature.meaning else ()
+    for _, name in terms:
+        if name not in at:
+            raise InputError(
+                f"feature {feature.name} observes {name}, which regions do not bound yet", str(feature.meaning)
+            )
+    return terms
+
+
+def _positive_line(threshold: float) -> HalfLine | None:
+    """The numbers for which "is positive" (0 or 1) is at most `threshold`; None when all or none are."""
+    return HalfLine(Fraction(0), strict=False) if 0 <= threshold < 1 else None
+
+
+def _sign_line(threshold: float) -> HalfLine | None:
+    """The numbers whose sign is at most `threshold`; None when all or none are."""
+    if threshold < -1 or threshold >= 1:
+        return None
+    return HalfLine(Fraction(0), strict=threshold < 0)

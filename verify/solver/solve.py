@@ -1,0 +1,103 @@
+"""Asking Z3, with a budget that does not depend on the machine.
+
+Does: decides a question, returns an exact model or the reason why there is no answer.
+Assumes: budgets are Z3 resource counts, which repeat from run to run; there is no wall clock.
+Does not: interpret models.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+import z3
+
+from verify.question import Budgets
+from verify.solver.encode import Query
+
+DEFAULT_BUDGET = Budgets().solver_units
+
+
+@dataclass(frozen=True)
+class Answer:
+    """`holds` is True (satisfiable), False (not) or None (budget ended); `model` gives every position exactly."""
+
+    holds: bool | None
+    model: dict[str, Fraction] | None
+    resources: int
+    reason: str = ""
+
+
+def solver_name() -> str:
+    """The solver and its version."""
+    return f"Z3 {z3.get_version_string()}"
+
+
+@dataclass(frozen=True)
+class BitsAnswer:
+    """As Answer; `model` gives constants of bits, as unsigned numbers."""
+
+    holds: bool | None
+    model: dict[str, int] | None
+    resources: int
+    reason: str = ""
+
+
+def ask(query: Query, budget: int = DEFAULT_BUDGET) -> Answer:
+    """Whether the question's constraints can hold together."""
+    context = z3.Context()  # a fresh one, so that earlier questions leave no trace in the search or the count
+    constraints = [constraint.translate(context) for constraint in query.constraints]
+    holds, model, spent, reason = _checked("QF_LRA", context, constraints, budget)
+    if model is None:
+        return Answer(holds, None, spent, reason)
+    variables = {name: variable.translate(context) for name, variable in query.variables.items()}
+    values: dict[str, Any] = {name: model.eval(variable, model_completion=True) for name, variable in variables.items()}
+    exact = {name: Fraction(value.numerator_as_long(), value.denominator_as_long()) for name, value in values.items()}
+    return Answer(True, exact, spent)
+
+
+def ask_bits(text: str, names: Sequence[str], budget: int = DEFAULT_BUDGET) -> BitsAnswer:
+    """Whether the assertions of an SMT-LIB text about floats and bits can hold together; the model gives the constants
+    `names`, 0 for what does not matter.
+    """
+    context = z3.Context()
+    holds, model, spent, reason = _checked("QF_FPBV", context, z3.parse_smt2_string(text, ctx=context), budget)
+    if model is None:
+        return BitsAnswer(holds, None, spent, reason)
+    values: dict[str, Any] = {constant.name(): model[constant] for constant in model.decls()}
+    return BitsAnswer(True, {name: values[name].as_long() if name in values else 0 for name in names}, spent)
+
+
+def _checked(logic: str, context: z3.Context, constraints: Any, budget: int) -> tuple[bool | None, Any, int, str]:
+    """Satisfiable or not (None: budget ended), a model, resources spent, and why there is no answer."""
+    solver = z3.SolverFor(logic, ctx=context)
+    solver.set("rlimit", budget)
+    solver.set("random_seed", 0)
+    solver.add(*constraints)
+    result = solver.check()
+    spent = _spent(solver)
+    if result == z3.unknown and "interrupted" in solver.reason_unknown():
+        raise KeyboardInterrupt  # Ctrl-C during the search, which the solver catches itself
+    if result == z3.unknown:
+        return None, None, spent, solver.reason_unknown()
+    return result == z3.sat, solver.model() if result == z3.sat else None, spent, ""
+
+
+def smt_lib(query: Query) -> str:
+    """The question as SMT-LIB 2, for any solver; equal questions give equal texts."""
+    context = z3.Context()
+    solver = z3.SolverFor("QF_LRA", ctx=context)
+    solver.add(*(constraint.translate(context) for constraint in query.constraints))
+    return solver.to_smt2()
+
+
+def _spent(solver: z3.Solver) -> int:
+    statistics = solver.statistics()
+    return int(statistics.get_key_value("rlimit count")) if "rlimit count" in statistics.keys() else 0  # noqa: SIM118
+
+
+def false_facts(definitions: str, facts: Sequence[str]) -> list[int]:
+    """Which of some SMT-LIB formulas without variables do not hold, given definitions, by place."""
+    text = definitions + "\n".join(f"(assert {fact})" for fact in facts)
+    parsed = z3.parse_smt2_string(text, ctx=z3.Context())
+    return [place for place in range(len(parsed)) if not z3.is_true(z3.simplify(parsed[place]))]

@@ -1,0 +1,99 @@
+"""Real arithmetic: what features measure exactly in a world state, and the leaves to which trees lead by that.
+
+Does: exact measurements of rational states; float64 numbers that compare as exact measurements do, for batches.
+Assumes: for batches, features that are sums of at most two signed float64 coordinates, or functions of these.
+Does not: share the reading of tests with solver/encode.py or checker/thresholds.py, whose answers the referee judges
+  by this one.
+"""
+
+from collections.abc import Mapping, Sequence
+from fractions import Fraction
+from typing import TypeAlias
+
+import numpy as np
+
+from codegen.ir import NO_FEATURE, ROOT, FeatureSpec, Float64, Int32, Meaning, Tree, WorldSpec
+
+Value: TypeAlias = float | Fraction  # a float64 number, or a rational that is none
+
+
+def value_of(exact: Fraction) -> Value:
+    """The number as a float64 number where it is one."""
+    near = float(exact)
+    return near if Fraction(near) == exact else exact
+
+
+def written(value: Value) -> float | str:
+    """A number as files state it: a float64 number as such, another rational as the text of its fraction."""
+    plain = value_of(Fraction(value))
+    return plain if isinstance(plain, float) else str(plain)
+
+
+def written_all(values: Mapping[str, Value]) -> dict[str, float | str]:
+    """Several numbers as files state them."""
+    return {name: written(value) for name, value in values.items()}
+
+
+def shown(value: Value) -> str:
+    """A number as lines show it: a float64 number with six digits, another rational exactly."""
+    plain = written(value)
+    return plain if isinstance(plain, str) else f"{plain:g}"
+
+
+def measured(meaning: Meaning, at: Mapping[str, Fraction], error: Fraction = Fraction(0)) -> Fraction:
+    """What a feature measures in a state, exactly. `at`: every coordinate; `error`: added to the sum."""
+    total = sum((weight * at[name] for weight, name in meaning.terms), error)
+    kinds = {"sign": (total > 0) - (total < 0), "positive": total > 0, "zero": total == 0}
+    return Fraction(kinds[meaning.function]) if meaning.function else total
+
+
+def leaf_of(tree: Tree, measurements: Sequence[Fraction]) -> int:
+    """The leaf to which exact measurements [n_features] lead."""
+    node = ROOT
+    while tree.feature[node] != NO_FEATURE:
+        left = measurements[tree.feature[node]] <= Fraction(float(tree.threshold[node]))
+        node = int(tree.left[node] if left else tree.right[node])
+    return node
+
+
+def comparable(features: Sequence[FeatureSpec], coordinates: Float64, world: WorldSpec) -> Float64:
+    """Numbers that are at most a float64 number iff the exact measurements are, [batch, n_features].
+
+    `coordinates`: [batch, n_coordinates] float64, finite.
+    """
+    at = dict(zip(world.coordinates(), coordinates.T, strict=True))
+    found = np.empty((len(coordinates), len(features)))
+    for place, feature in enumerate(features):
+        assert feature.meaning is not None, feature
+        found[:, place] = _comparable(feature.meaning, at, len(coordinates))
+    return found
+
+
+def _comparable(meaning: Meaning, at: Mapping[str, Float64], count: int) -> Float64:
+    parts = [weight * at[name] for weight, name in meaning.terms]
+    assert len(parts) <= 2, meaning
+    total = sum(parts, np.zeros(count))
+    if meaning.function:  # a sum of two rounds to 0 only from 0, and keeps its sign
+        kinds = {"sign": np.sign(total), "positive": total > 0, "zero": total == 0}
+        return np.asarray(kinds[meaning.function], dtype=np.float64)
+    # above its rounded value the exact sum exceeds every float64 number that does not exceed the next one
+    return np.where(_lost(*parts) > 0, np.nextafter(total, np.inf), total) if len(parts) == 2 else total
+
+
+def _lost(a: Float64, b: Float64) -> Float64:
+    """What rounding takes from a + b, exactly. Source: Knuth, TAOCP 2, 4.2.2, theorem B."""
+    total = a + b
+    later = total - a
+    return (a - (total - later)) + (b - later)
+
+
+def leaves_of(tree: Tree, numbers: Float64) -> Int32:
+    """The leaf to which each row of `comparable` numbers leads, [batch]."""
+    node = np.full(len(numbers), ROOT, dtype=np.int32)
+    row = np.flatnonzero(tree.feature[node] != NO_FEATURE)
+    while row.size:
+        here = node[row]
+        left = numbers[row, tree.feature[here]] <= tree.threshold[here].astype(np.float64)
+        node[row] = np.where(left, tree.left[here], tree.right[here])
+        row = row[tree.feature[node[row]] != NO_FEATURE]
+    return node

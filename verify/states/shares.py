@@ -1,0 +1,131 @@
+"""Shares of a region: how often a claim could fail there, and how often it does.
+
+Does: conflict share, contested share and violating fraction by uniform sampling, with 95 % intervals.
+Assumes: a profile and a claim about it.
+Does not: prove anything; the solver's verdict stands on its own.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+
+from codegen.intervals import Share
+from codegen.ir import AgentPolicy, Bool, Float64, PolicyProfile
+from verify.claims.decisions import DISTINCT, DecisionClaim, engaged
+from verify.claims.formula import TRUE, And, Batch, Formula, agents, disjunction, given
+from verify.claims.matching import preventable
+from verify.claims.predicates import closes
+from verify.question import DecisionQuestion
+from verify.states import noise
+from verify.states.state import batch, chosen, sample
+
+SAMPLES = 100_000
+SAMPLE_SEED = 7
+MAX_JOINT_ACTIONS = 1_000
+
+
+@dataclass(frozen=True)
+class Shares:
+    """What a region is like for a claim."""
+
+    conflict: Share | None  # some joint action, every agent closing on a landmark, would violate the claim; None:
+    # there are too many joint actions to try
+    contested: Share | None  # two agents, both inside the landmarks' rectangle; None for other team sizes
+    violating: Share  # the team as it is violates the claim, with some errors where the claim allows them
+    changing: Share | None = None  # errors can change some agent's action; None for claims without errors
+
+
+def measure(question: DecisionQuestion, seed: int, count: int = SAMPLES) -> Shares:
+    """The shares of the region, from at most `count` uniform world states at rest that meet the assumption."""
+    claim, world = question.claim, question.profile.world
+    coordinates, _ = sample(question.region, world, count, seed)
+    if claim.assume != TRUE:
+        coordinates = coordinates[batch(coordinates, world).holds(claim.assume, {})]
+    n = len(coordinates)
+    conflicting = conflicts(question, coordinates)
+    contested = _contested(question, coordinates)
+    failing = int(violating(question, coordinates).sum())
+    changing = int(noise.changeable(question, coordinates).sum()) if claim.eps else None
+    return Shares(
+        None if conflicting is None else Share(int(conflicting.sum()), n),
+        None if contested is None else Share(int(contested.sum()), n),
+        Share(failing, n),
+        None if changing is None else Share(changing, n),
+    )
+
+
+def violating(question: DecisionQuestion, coordinates: Float64) -> Bool:
+    """Where the team's own actions violate the claim, with some errors where it allows them, [batch]."""
+    if question.claim.eps:
+        return noise.violable(question, coordinates)
+    profile, team = question.profile, question.profile.team(question.claim.team)
+    actions = {policy.agent: chosen(policy, coordinates, profile.world, question.semantics) for policy in team}
+    return ~batch(coordinates, profile.world).holds(question.formula, actions)
+
+
+def conflicts(question: DecisionQuestion, coordinates: Float64) -> Bool | None:
+    """Where some joint action, every agent closing on at least one landmark, violates the claim, [batch].
+
+    None when a part of the claim speaks of too many joint actions to try them all.
+    """
+    profile, claim, stated = question.profile, question.claim, question.formula
+    team = {policy.agent: policy for policy in profile.team(claim.team)}
+    states = batch(coordinates, profile.world)
+    willing = {
+        agent: [states.holds(_willing(profile, policy, action, claim), {}) for action in range(len(policy.actions))]
+        for agent, policy in team.items()
+    }
+    found, moving = np.zeros(len(coordinates), dtype=bool), np.logical_and.reduce([*map(_any, willing.values())])
+    for part in stated.parts if isinstance(stated, And) else (stated,):
+        acting = [agent for agent in team if agent in agents(part)]
+        if math.prod(len(willing[agent]) for agent in acting) > MAX_JOINT_ACTIONS:
+            if DISTINCT not in (claim.name, claim.of) or claim.assume != TRUE:
+                return None
+            return _unmatchable(question, states, willing)
+        for joint in product(*(range(len(willing[agent])) for agent in acting)):
+            chosen_by = dict(zip(acting, joint, strict=True))
+            possible = np.logical_and.reduce([moving, *(willing[agent][chosen_by[agent]] for agent in acting)])
+            found |= possible & ~states.holds(given(part, chosen_by), {})
+    return found
+
+
+def _any(ways: Sequence[Bool]) -> Bool:
+    return np.asarray(np.logical_or.reduce(ways))
+
+
+def _unmatchable(question: DecisionQuestion, states: Batch, willing: Mapping[str, Sequence[Bool]]) -> Bool:
+    """Where willing actions can leave no matching of the team to the landmarks, by Hall's theorem."""
+    marks = [landmark.name for landmark in question.profile.world.landmarks]
+
+    def related(policy: AgentPolicy, action: int) -> Bool:
+        own = [given(engaged(policy, mark, question.claim), {policy.agent: action}) for mark in marks]
+        return np.stack([states.holds(each, {}) for each in own], axis=1)
+
+    choices = [
+        [(allowed, related(policy, action)) for action, allowed in enumerate(willing[policy.agent])]
+        for policy in question.profile.team(question.claim.team)
+    ]
+    return preventable(choices, len(marks))
+
+
+def _willing(profile: PolicyProfile, policy: AgentPolicy, action: int, claim: DecisionClaim) -> Formula:
+    """The action closes on some landmark."""
+    return disjunction(*(closes(policy, action, mark.name, claim.margin) for mark in profile.world.landmarks))
+
+
+def _contested(question: DecisionQuestion, coordinates: Float64) -> Bool | None:
+    """Two agents, both inside the landmarks' rectangle."""
+    profile = question.profile
+    team, landmarks = profile.team(question.claim.team), profile.world.landmarks
+    if len(team) != 2 or len(landmarks) != 2:
+        return None
+    at = dict(zip(profile.world.coordinates(), coordinates.T, strict=True))
+    found = np.ones(len(coordinates), dtype=bool)
+    for policy, axis in product(team, "xy"):
+        # inside: on each axis the two landmarks do not lie on the same side of the agent
+        first, second = (at[f"{mark.name}.{axis}"] - at[f"{policy.agent}.{axis}"] for mark in landmarks)
+        found &= first * second <= 0
+    return found

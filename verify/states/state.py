@@ -1,0 +1,247 @@
+"""World states: points with names, batches of them, and what a team does there.
+
+Does: evaluates a property exactly in one world state (the referee), and over batches for shares, by either arithmetic.
+Assumes: the deployed arithmetic observes finite float64 positions by `codegen.observe`, real arithmetic by real.py.
+Does not: search for world states.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from fractions import Fraction
+
+import numpy as np
+
+from codegen import ir
+from codegen.ir import Bool, Float32, Float64, Int32, PolicyProfile
+from codegen.observe import observe
+from verify.claims.decisions import DecisionClaim, engaged
+from verify.claims.formula import Batch, Formula, for_goal, holds, worth
+from verify.claims.region import MACHINE, REAL, Region
+from verify.question import DecisionQuestion
+from verify.states.real import Value, comparable, leaf_of, leaves_of, measured, value_of
+
+
+@dataclass(frozen=True)
+class State:
+    """One world state: coordinates (velocities that are left out are zero) and the goal landmark ("" without one).
+
+    `errors`: by how much a feature is off as an agent measures it, by `error_name`; what is left out is exact.
+    """
+
+    position: Mapping[str, Value]
+    goal: str
+    errors: Mapping[str, Value] = field(default_factory=dict)
+
+    @property
+    def floats(self) -> bool:
+        """Whether it is a float64 state, errors included: the deployed arithmetic knows no others."""
+        return not any(isinstance(value, Fraction) for value in (*self.position.values(), *self.errors.values()))
+
+    def coordinates(self, profile: PolicyProfile) -> Float64:
+        """All world coordinates of a float64 state in the world's order, [1, n_coordinates]."""
+        assert self.floats, f"no float64 state: {self}"
+        return np.array([list(self._values(profile.world).values())])
+
+    def exactly(self, profile: PolicyProfile) -> dict[str, Fraction]:
+        """All world coordinates by name, in the world's order."""
+        return {name: Fraction(value) for name, value in self._values(profile.world).items()}
+
+    def _values(self, world: ir.WorldSpec) -> dict[str, Value]:
+        values: dict[str, Value] = dict.fromkeys(world.coordinates(), 0.0)
+        values |= self.position
+        if self.goal:
+            values |= {f"goal.{axis}": self.position[f"{self.goal}.{axis}"] for axis in "xy"}
+        return {name: values[name] for name in world.coordinates()}
+
+
+def error_name(agent: str, feature: str) -> str:
+    """The name of the error of one feature as one agent measures it; no coordinate has a colon."""
+    return f"{agent}:{feature}"
+
+
+def measurable(meaning: ir.Meaning) -> bool:
+    """Whether a feature is measured, and so may be off: what is constant, or says that two things are equal, is not."""
+    return bool(meaning.terms) and meaning.function != "zero"
+
+
+def observed(profile: PolicyProfile, policy: ir.AgentPolicy, state: State) -> Float32:
+    """What an agent of the deployed arithmetic observes in a float64 state, errors included, [1, n_features].
+
+    An error is added to the exact coordinate or difference; then float64, the feature's function and float32 follow
+    as without it.
+    """
+    seen = observe(policy.features, state.coordinates(profile), profile.world)
+    exact = measurements(profile, policy, state) if state.errors else []
+    for place, feature in enumerate(policy.features):
+        if state.errors.get(error_name(policy.agent, feature.name)) and measurable(meaning_of(feature)):
+            seen[0, place] = np.float32(float(exact[place]))
+    return seen
+
+
+def meaning_of(feature: ir.FeatureSpec) -> ir.Meaning:
+    """The meaning of a feature that is known to have one."""
+    assert feature.meaning is not None, feature
+    return feature.meaning
+
+
+def measurements(profile: PolicyProfile, policy: ir.AgentPolicy, state: State) -> list[Fraction]:
+    """What an agent's features measure in a world state without rounding, errors included, [n_features]."""
+    at, found = state.exactly(profile), []
+    for feature in policy.features:
+        meaning = meaning_of(feature)
+        error = Fraction(state.errors.get(error_name(policy.agent, feature.name), 0.0))
+        found.append(measured(meaning, at, error if measurable(meaning) else Fraction(0)))
+    return found
+
+
+def leaf_at(profile: PolicyProfile, policy: ir.AgentPolicy, state: State, semantics: str = MACHINE) -> int:
+    """The leaf that an agent reaches in a world state; the deployed arithmetic knows float64 states only."""
+    if semantics == REAL:
+        return leaf_of(policy.tree, measurements(profile, policy, state))
+    return int(ir.apply(policy.tree, observed(profile, policy, state))[0])
+
+
+def leaves_at(profile: PolicyProfile, team: str, state: State, semantics: str = MACHINE) -> dict[str, int]:
+    """Agent -> the leaf that it reaches in a world state, of a team."""
+    return {policy.agent: leaf_at(profile, policy, state, semantics) for policy in profile.team(team)}
+
+
+def actions_at(profile: PolicyProfile, team: str, state: State, semantics: str = MACHINE) -> dict[str, int]:
+    """Agent -> what it does in a world state, of a team."""
+    leaves = leaves_at(profile, team, state, semantics)
+    return {policy.agent: int(policy.tree.action[leaves[policy.agent]]) for policy in profile.team(team)}
+
+
+def reached(policy: ir.AgentPolicy, coordinates: Float64, world: ir.WorldSpec, semantics: str = MACHINE) -> Int32:
+    """The leaves that one agent reaches in a batch of float64 states. [batch]"""
+    if semantics == REAL:
+        return leaves_of(policy.tree, comparable(policy.features, coordinates, world))
+    return ir.apply(policy.tree, observe(policy.features, coordinates, world))
+
+
+def chosen(policy: ir.AgentPolicy, coordinates: Float64, world: ir.WorldSpec, semantics: str = MACHINE) -> Int32:
+    """The actions of one agent in a batch of float64 states. [batch]"""
+    return policy.tree.action[reached(policy, coordinates, world, semantics)]
+
+
+def violates(question: DecisionQuestion, state: State) -> bool:
+    """The referee: whether the claim fails in this world state, with exact arithmetic for the claim itself."""
+    actions = actions_at(question.profile, question.claim.team, state, question.semantics)
+    return not true_at(question.profile, question.formula, state, actions)
+
+
+def shortfall(question: DecisionQuestion, state: State) -> Fraction | float:
+    """By how much the claim fails in a world state that violates it, exact: the least s such that, actions as they are,
+    it would hold with each bound of its inequalities relaxed by more than s. Infinite when no relaxing would do.
+
+    In the unit of the bounds, which is a length for the built-in properties. It is the value of the claim in the usual
+    quantitative semantics (`formula.worth`) without its sign.
+    """
+    actions = actions_at(question.profile, question.claim.team, state, question.semantics)
+    return -worth(question.formula_for(state.goal), state.exactly(question.profile), actions)
+
+
+def engaged_with(
+    profile: PolicyProfile, claim: DecisionClaim, state: State, actions: Mapping[str, int]
+) -> dict[str, tuple[str, ...]]:
+    """Agent -> the landmarks that it is engaged with in a world state by its action, exactly."""
+    return {
+        policy.agent: tuple(
+            landmark.name
+            for landmark in profile.world.landmarks
+            if true_at(profile, engaged(policy, landmark.name, claim), state, actions)
+        )
+        for policy in profile.team(claim.team)
+    }
+
+
+def true_at(profile: PolicyProfile, asked: Formula, state: State, actions: Mapping[str, int]) -> bool:
+    """Whether a formula holds in a world state in which the agents have chosen, exactly."""
+    return holds(for_goal(asked, state.goal), state.exactly(profile), actions)
+
+
+def exact_point(model: Mapping[str, Fraction], region: Region, goal: str) -> State:
+    """An exact model as a point: `model` as for `nearest`."""
+    errors = {name: value_of(value) for name, value in model.items() if name not in region.box and value}
+    return State({name: value_of(model[name]) for name in region.box}, goal, errors)
+
+
+def inside(region: Region, state: State) -> bool:
+    """Whether a point lies in a region, exactly."""
+    at = {name: Fraction(value) for name, value in state.position.items()}
+    if region.goals and state.goal not in region.goals:
+        return False
+    if any(not low <= at[name] <= high for name, (low, high) in region.box.items()):
+        return False
+    if any(not low <= at[a] - at[b] <= high for a, b, (low, high) in region.differences):
+        return False
+    return all(max(abs(at[f"{a}.{axis}"] - at[f"{b}.{axis}"]) for axis in "xy") >= d for a, b, d in region.apart)
+
+
+def nearest(model: Mapping[str, Fraction], region: Region, goal: str, eps: Fraction = Fraction(0)) -> State:
+    """The float64 point nearest to an exact one, each value rounded towards the inside of its interval.
+
+    `model`: every coordinate of the region, and errors by `error_name`, at most `eps`.
+    """
+    values: dict[str, float] = {}
+    for name, value in model.items():
+        low, high = region.box.get(name, (-eps, eps))
+        near = float(value)
+        if Fraction(near) > high:
+            near = math.nextafter(near, -math.inf)
+        elif Fraction(near) < low:
+            near = math.nextafter(near, math.inf)
+        values[name] = near
+    errors = {name: value for name, value in values.items() if name not in region.box and value}
+    return State({name: values[name] for name in region.box}, goal, errors)
+
+
+# --- batches, for shares: float64 arithmetic, which can only misjudge states within a rounding of a boundary
+
+
+def contains(region: Region, coordinates: Float64, world: ir.WorldSpec) -> Bool:
+    """Which world states of a batch lie in a region's box, differences and distances (goals aside), [batch]."""
+    at = {name: coordinates[:, place] for place, name in enumerate(world.coordinates())}
+    within = np.ones(len(coordinates), dtype=bool)
+    for name, (low, high) in region.box.items():
+        within &= (at[name] >= float(low)) & (at[name] <= float(high))
+    for a, b, (low, high) in region.differences:
+        within &= (at[a] - at[b] >= float(low)) & (at[a] - at[b] <= float(high))
+    for a, b, least in region.apart:
+        gaps = [np.abs(at[f"{a}.{axis}"] - at[f"{b}.{axis}"]) for axis in "xy"]
+        within &= np.maximum(*gaps) >= float(least)
+    return within
+
+
+def sample(region: Region, world: ir.WorldSpec, count: int, seed: int) -> tuple[Float64, Int32]:
+    """Uniform world states of a region: coordinates [n, n_coordinates] and goals [n] (landmark indices).
+
+    At most `count`: states outside the region's differences and distances are drawn and dropped.
+    """
+    rng = np.random.default_rng(seed)
+    names = world.coordinates()
+    coordinates = np.zeros((count, len(names)))
+    for name, (low, high) in region.box.items():
+        coordinates[:, names.index(name)] = rng.uniform(float(low), float(high), count)
+    landmarks = [entity.name for entity in world.landmarks]
+    allowed = np.array([landmarks.index(goal) for goal in region.goals] or [0], dtype=np.int32)
+    goal = allowed[rng.integers(len(allowed), size=count)]
+    if region.goals:
+        for axis in "xy":
+            columns = np.array([names.index(f"{landmark}.{axis}") for landmark in landmarks])
+            coordinates[:, names.index(f"goal.{axis}")] = coordinates[np.arange(count), columns[goal]]
+    within = contains(region, coordinates, world)
+    return coordinates[within], goal[within]
+
+
+def state_at(region: Region, world: ir.WorldSpec, coordinates: Float64, goal: int) -> State:
+    """One sampled world state (a row [n_coordinates] and its goal's index) as a point of the region."""
+    names = world.coordinates()
+    position = {name: float(coordinates[names.index(name)]) for name in region.box}
+    return State(position, world.landmarks[goal].name if region.goals else "")
+
+
+def batch(coordinates: Float64, world: ir.WorldSpec) -> Batch:
+    """Formulas over a batch of world states."""
+    return Batch(dict(zip(world.coordinates(), coordinates.T, strict=True)), len(coordinates))

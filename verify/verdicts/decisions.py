@@ -1,0 +1,198 @@
+"""From a question to a verdict that carries its evidence.
+
+Does: asks the solver goal by goal, confirms counterexamples, measures the region's shares, runs the shuffled control.
+Assumes: a checked profile; replays are given by the caller.
+Does not: write reports (reports/report.py).
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+
+from codegen.intervals import Share
+from verify.checker.certificates import Certificate
+from verify.claims.decisions import LEAVES, DecisionClaim
+from verify.claims.region import MACHINE, Region, Verdict
+from verify.counterexamples.explanation import Explanation, explained
+from verify.counterexamples.search import Counterexample, confirmed, explain, near, violating_samples
+from verify.extent.found import Where
+from verify.question import DecisionQuestion
+from verify.solver import solve
+from verify.solver.decide import Decision, about_nothing, assumption_met, decide
+from verify.solver.leaves import LeafFinding, leaf_findings
+from verify.solver.solve import DEFAULT_BUDGET as DEFAULT_BUDGET
+from verify.solver.solve import Answer
+from verify.states.acting import Replay
+from verify.states.shares import SAMPLE_SEED, Shares, measure
+from verify.states.state import State
+from verify.verdicts.margins import Margin, grows_harder, largest_margin
+from verify.verdicts.opinions import Opinion, Zoned, agreeing, by_zones, largest_eps
+
+
+@dataclass(frozen=True)
+class Visited:
+    """On-policy states, of whole episodes and so not independent: how many of them lie inside a region."""
+
+    inside: int
+    states: int
+    episodes: int
+
+
+@dataclass(frozen=True)
+class Result:
+    """A verdict with everything that a report says about it."""
+
+    claim: DecisionClaim
+    region: Region
+    verdict: Verdict
+    reason: str
+    shares: Shares
+    control: Verdict  # of the same team with shuffled leaves; VIOLATED is what one hopes for
+    counterexample: Counterexample | None
+    replays: tuple[str, ...]  # what replays a counterexample, beside the reference
+    skipped: tuple[str, ...]  # replays that could not be had, with the reason
+    resources: int
+    budget: int
+    solver: str
+    visited: Visited | None  # on-policy states inside the region; None when the world cannot be played here
+    semantics: str = MACHINE
+    leaves: tuple[LeafFinding, ...] = ()  # of alive_leaves
+    largest: Margin | None = None  # up to which margin a proved claim holds
+    steady_up_to: Margin | None = None  # up to which errors of features a claim holds that zones proved with its own
+    engines: tuple[Opinion, ...] = ()  # those that were asked; where two have a verdict, it is the same
+    certificate: Certificate | None = None  # of a proof by zones; the checker accepted it
+    branches: int = 0  # that the certificate closes
+    explanation: Explanation | None = None  # of the counterexample
+    where: Where | None = None  # where it holds, when that was asked
+    within: "Result | None" = None  # the verdict in the largest region found
+
+
+def verify(
+    question: DecisionQuestion,
+    replays: Mapping[str, Replay],
+    visited: Visited | None = None,
+    skipped: Sequence[str] = (),
+) -> Result:
+    """The verdict on a question, with shares, control and a replayed counterexample.
+
+    `skipped`: replays that could not be had, each with its reason, for the report.
+    """
+    claim = question.claim
+    if claim.name == LEAVES:
+        return _alive(question, visited)
+    _ = question.team
+    zoned = by_zones(question)
+    verdict, reason, spent, state, second = _settled(question, zoned)
+    if verdict is Verdict.PROVED and not assumption_met(question):
+        verdict, reason = (
+            Verdict.UNKNOWN,
+            "no world state that meets the assumption was found; a larger --solver-units may",
+        )
+    counterexample = explanation = None
+    if state is not None:
+        counterexample = explain(question, state, replays)
+        explanation = explained(question, counterexample)
+    measured = measure(question, SAMPLE_SEED)
+    if verdict is Verdict.PROVED and measured.violating.hits:
+        _ensure_none_violates(question)
+    steady = verdict is Verdict.PROVED and claim.eps and zoned.certificate is not None
+    control = Verdict.SKIPPED
+    if verdict in (Verdict.PROVED, Verdict.VIOLATED):
+        control = decide(question.control).verdict
+    return Result(
+        claim=claim,
+        region=question.region,
+        verdict=verdict,
+        reason=reason,
+        shares=measured,
+        control=control,
+        counterexample=counterexample,
+        replays=tuple(replays),
+        skipped=tuple(skipped),
+        resources=spent,
+        budget=question.budgets.solver_units,
+        solver=solve.solver_name(),
+        visited=visited,
+        semantics=question.semantics,
+        largest=_largest(question) if verdict is Verdict.PROVED else None,
+        steady_up_to=largest_eps(question) if steady else None,
+        engines=(zoned.opinion, second),
+        certificate=zoned.certificate if verdict is Verdict.PROVED else None,
+        branches=zoned.branches,
+        explanation=explanation,
+    )
+
+
+def _ensure_none_violates(question: DecisionQuestion) -> None:
+    """AssertionError for a sampled violation of a proved claim, if the referee confirms one: float64 sampling may
+    misjudge a state on a boundary.
+    """
+    wrong = next(violating_samples(question), None)
+    if wrong is not None:
+        raise AssertionError(f"proved, yet {wrong} violates {question.claim.name}")
+
+
+def _largest(question: DecisionQuestion) -> Margin | None:
+    """Up to which margin a proved claim holds; None for claims that a margin does not make harder."""
+    if not grows_harder(question.claim):
+        return None
+
+    def proved_at(margin: Fraction) -> bool:
+        return decide(question.with_margin(margin)).verdict is Verdict.PROVED
+
+    return largest_margin(proved_at, question.claim.margin)
+
+
+def _alive(question: DecisionQuestion, visited: Visited | None) -> Result:
+    """The result of alive_leaves: PROVED when every leaf is reached, VIOLATED when one is proved to be dead."""
+    nothing, spent = about_nothing(question)
+    findings: list[LeafFinding] = []
+    if not nothing:
+        findings, more = leaf_findings(question)
+        spent += more
+    kinds = {finding.verdict for finding in findings}
+    worst = next(kind for kind in (Verdict.VIOLATED, Verdict.UNKNOWN, Verdict.PROVED) if kind in kinds or not kinds)
+    unasked = Share(0, 0)
+    return Result(
+        claim=question.claim,
+        region=question.region,
+        verdict=Verdict.VACUOUS if nothing else worst,
+        reason=nothing or "; ".join(dict.fromkeys(one.reason for one in findings if one.reason)),
+        shares=Shares(unasked, None, unasked),
+        control=Verdict.SKIPPED,
+        counterexample=None,
+        replays=(),
+        skipped=(),
+        resources=spent,
+        budget=question.budgets.solver_units,
+        solver=solve.solver_name(),
+        visited=visited,
+        semantics=question.semantics,
+        leaves=tuple(findings),
+    )
+
+
+def _settled(question: DecisionQuestion, zoned: Zoned) -> tuple[Verdict, str, int, State | None, Opinion]:
+    """Verdict, reason, resources, for VIOLATED a confirmed point (goal after goal until one is), and Z3's opinion."""
+    goals, only_real = list(question.goals), False
+    decision = decide(question, goals)
+    spent = decision.resources
+    second = Opinion(solve.solver_name(), decision.verdict, spent, "resource units")
+    if decision.verdict is not agreeing(zoned, second):
+        answer = None if zoned.state is None else Answer(True, dict(zoned.state), 0)
+        decision = Decision(zoned.opinion.verdict, 0, zoned.goal, answer)
+    while decision.answer is not None:
+        state, extra = confirmed(question, decision.goal, decision.answer)
+        spent += extra
+        if state is None and zoned.state is not None and zoned.goal == decision.goal:
+            state = near(question, decision.goal, zoned.state)
+        if state is not None:
+            return Verdict.VIOLATED, "", spent, state, second
+        only_real = True
+        goals = goals[goals.index(decision.goal) + 1 :]
+        decision = decide(question, goals)
+        spent += decision.resources
+    if only_real and decision.verdict in (Verdict.PROVED, Verdict.UNKNOWN):
+        reason = "a real-valued world state violates the claim; no float64 state beside it was found to"
+        return Verdict.UNKNOWN, reason, spent, None, second
+    return decision.verdict, decision.reason, spent, None, second

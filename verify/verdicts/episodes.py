@@ -1,0 +1,236 @@
+"""Claims about whole episodes from rest: does each agent arrive, do all keep apart, from every start of a region?
+
+Does: states `reaches`, `covers` and `keeps_apart`, decides them by zones, agent by agent where trees allow, replays
+  counterexamples.
+Assumes: a world whose dynamics its spec states; rollouts of other simulators are given by the caller.
+Does not: merge zones; when there are too many the answer is UNKNOWN with their number.
+
+Agents outside a group that is followed together may do anything, from rest: a proof holds whatever they do. A violation
+is an episode in which every agent follows its own tree. Contacts are known between bounds (episodes/contacts.py), so
+where they
+matter a proof may be missed, never given wrongly.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from codegen.dynamics import partners
+from codegen.intervals import Share
+from codegen.ir import PolicyProfile
+from verify.checker import episode_certificates
+from verify.checker.episode_certificates import EpisodeCertificate
+from verify.checker.reading import RejectedError
+from verify.claims.episode_properties import _left_out, ensure_somebody
+from verify.claims.episodes import EpisodeClaim
+from verify.claims.region import Region, Verdict
+from verify.counterexamples.episode_explanation import EpisodeExplanation, explained
+from verify.counterexamples.search import simplest
+from verify.episodes import certificates
+from verify.episodes.certificates import LeftOpenError, NoCertificateError
+from verify.episodes.composition import Decision, decide
+from verify.episodes.contacts import MAX_DRIFT
+from verify.episodes.zones import SCALE, points_of, starts
+from verify.question import EpisodeQuestion
+from verify.states.episodes import (
+    Episode,
+    EpisodeReplay,
+    Way,
+    agreed,
+    at_rest,
+    coinciding,
+    courses,
+    fails_in_all,
+    first_failing,
+    fulfilled,
+    play,
+    playable,
+    ways_of,
+)
+from verify.states.shares import SAMPLE_SEED
+from verify.states.state import State, inside, sample, state_at
+
+SAMPLES = 20_000
+NOT_ALIKE = "a start was found from which the claim fails here, but not in every simulator: contacts magnify roundings"
+LEFT_OPEN = "zones prove it, but the second reading of the policy does not: please report this"
+NO_START = (
+    "zones prove it, but no start of the region was found that it is about: in float64 numbers, without centres that "
+    "ever coincide; widen the region"
+)
+TRIED_STARTS = 100  # sampled starts that fail in float64, looked at exactly
+
+
+@dataclass(frozen=True)
+class EpisodeResult:
+    """A verdict about whole episodes, with everything that a report says about it."""
+
+    claim: EpisodeClaim
+    region: Region
+    verdict: Verdict
+    reason: str
+    zones: int
+    budget: int
+    followed: tuple[tuple[str, ...], ...]
+    violating: Share  # of sampled starts
+    idle: Share  # of sampled starts from which a team that stands still fulfils the claim
+    control: Verdict  # of the same team with shuffled leaves
+    state: State | None  # the start of the counterexample
+    episode: Episode | None
+    ways: tuple[Way, ...]  # how the team's agents fare in it
+    replays: tuple[str, ...]
+    skipped: tuple[str, ...]
+    contacts: str  # how they were treated, in words; "" where nothing collides
+    opponents: bool  # whether the proof follows agents of other teams by their own trees
+    left_out: str = ""  # which starts the claim is not about
+    explanation: EpisodeExplanation | None = None  # of the counterexample
+    certificate: EpisodeCertificate | None = None  # of a proof; the checker accepted it
+    branches: int = 0  # that the certificate closes
+    uncertified: str = ""  # why a proof has no certificate, and so one reading only
+
+    @property
+    def whatever(self) -> str:
+        """For what other agents a proof holds."""
+        return whatever(self.opponents)
+
+
+def whatever(opponents: bool) -> str:
+    """For what other agents a proof holds that follows, or does not follow, opponents."""
+    return "for opponents as in this profile" if opponents else "whatever all others do"
+
+
+def verify_episodes(
+    question: EpisodeQuestion,
+    rollouts: Mapping[str, EpisodeReplay],
+    skipped: Sequence[str] = (),
+) -> EpisodeResult:
+    """The verdict on a claim about episodes: by sampled starts, then by zones; `rollouts` replay counterexamples."""
+    profile, claim, region = question.profile, question.claim, question.region
+    playable(profile)
+    ensure_somebody(profile, claim)
+    coordinates, _ = sample(at_rest(region), profile.world, SAMPLES, SAMPLE_SEED)
+    still = fulfilled(profile, claim, coordinates[None])
+    judged = _judged(question)
+    decision, control = judged.decision, Verdict.SKIPPED
+    if decision.verdict in (Verdict.PROVED, Verdict.VIOLATED):
+        control = _judged(question.control).decision.verdict
+    state = episode = None
+    stands = partial(_stands, question, rollouts)
+    if decision.state is not None and not stands(decision.state):
+        decision = replace(decision, verdict=Verdict.UNKNOWN, reason=NOT_ALIKE, state=None)
+    if decision.state is not None:
+        state = simplest(profile.world, decision.state, stands)
+        episode = agreed(profile, state, claim.steps, rollouts)
+    return EpisodeResult(
+        claim=claim,
+        region=region,
+        verdict=decision.verdict,
+        reason=decision.reason,
+        zones=decision.zones,
+        budget=claim.zones,
+        followed=decision.followed,
+        violating=judged.violating,
+        idle=Share(int(still.sum()), len(still)),
+        control=control,
+        state=state,
+        episode=episode,
+        ways=() if episode is None else ways_of(profile, claim, episode),
+        replays=tuple(rollouts),
+        skipped=tuple(skipped),
+        contacts=_contacts(profile, decision),
+        left_out=_left_out(profile.world),
+        opponents=any(profile.policy(agent).team != claim.team for group in decision.followed for agent in group),
+        explanation=None if episode is None or state is None else explained(question, state, episode),
+        certificate=judged.certificate,
+        branches=judged.branches,
+        uncertified=judged.uncertified,
+    )
+
+
+@dataclass(frozen=True)
+class _Judged:
+    """A verdict that no reading leaves open, and what a proof rests on."""
+
+    decision: Decision
+    violating: Share
+    certificate: EpisodeCertificate | None = None
+    branches: int = 0
+    uncertified: str = ""
+
+
+def _judged(question: EpisodeQuestion) -> _Judged:
+    """The verdict: one of the zones that a proof is, only where the second reading leaves no start open. Where there is
+    no second reading, or it gave up for size before it found an open branch, a proof has one reading, and says so.
+    """
+    decision, violating = _settled(question)
+    if decision.verdict is not Verdict.PROVED:
+        return _Judged(decision, violating)
+    if not _has_start(question):
+        return _Judged(_unknown(decision, NO_START), violating)
+    try:
+        certificate = certificates.made(question, decision.parts)
+        return _Judged(decision, violating, certificate, episode_certificates.accepted(certificate, question.profile))
+    except LeftOpenError as error:
+        return _Judged(_unknown(decision, f"{LEFT_OPEN}: {error}"), violating)
+    except NoCertificateError as error:
+        return _Judged(decision, violating, uncertified=str(error))
+    except RejectedError as error:
+        raise AssertionError(f"the checker refuses the proof of {question.claim.name}: {error}") from error
+
+
+def _unknown(decision: Decision, reason: str) -> Decision:
+    return replace(decision, verdict=Verdict.UNKNOWN, reason=reason, followed=(), parts=())
+
+
+def _has_start(question: EpisodeQuestion) -> bool:
+    """Whether a start of the region was found that the claim is about."""
+    profile, region = question.profile, question.region
+    still = {name: 0.0 for name in region.box if name.endswith((".vx", ".vy"))}
+    for position in points_of(starts(region, profile.world), SAMPLE_SEED):
+        state = State(still | position, question.goals[0])
+        if inside(region, state) and not coinciding(profile, courses(profile, [state], question.claim.steps)[0][:, 0]):
+            return True
+    return False
+
+
+def _settled(question: EpisodeQuestion) -> tuple[Decision, Share]:
+    """The verdict, and the share of sampled starts that fail: one of them settles the claim without zones."""
+    profile, claim, region = question.profile, question.claim, question.region
+    coordinates, goals = sample(at_rest(region), profile.world, SAMPLES, SAMPLE_SEED)
+    episode, _ = play(profile, coordinates, claim.steps)
+    bad = ~fulfilled(profile, claim, episode)
+    bad[bad] = ~coinciding(profile, episode[:, bad])
+    violating = Share(int(bad.sum()), len(bad))
+    rows = np.flatnonzero(bad)[:TRIED_STARTS]
+    states = [state_at(region, profile.world, coordinates[row], int(goals[row])) for row in rows]
+    state = first_failing(question, [_resting(state) for state in states])
+    if state is not None:
+        return Decision(Verdict.VIOLATED, 0, state=state), violating
+    return decide(question), violating
+
+
+def _resting(state: State) -> State:
+    still = {name: 0.0 if name.endswith((".vx", ".vy")) else value for name, value in state.position.items()}
+    return State(still, state.goal)
+
+
+def _stands(question: EpisodeQuestion, rollouts: Mapping[str, EpisodeReplay], state: State) -> bool:
+    """Whether a start is a counterexample. Where agents collide roundings grow, so it must fail wherever it is played;
+    elsewhere all play alike, which `agreed` checks in the end.
+    """
+    if first_failing(question, [state]) is None:
+        return False
+    profile = question.profile
+    return not partners(profile.world) or fails_in_all(profile, question.claim, state, rollouts)
+
+
+def _contacts(profile: PolicyProfile, decision: Decision) -> str:
+    if not partners(profile.world) or not decision.zones or decision.verdict in (Verdict.VIOLATED, Verdict.VACUOUS):
+        return ""
+    if not decision.touched + decision.given_up:
+        return "none comes near in any zone visited, so motion is followed exactly there"
+    bounded = f"pushes over-approximated by intervals in {decision.touched:,} zones"
+    lost = f"where somebody's place was not known within {MAX_DRIFT / SCALE:g}"
+    given_up = f"; {decision.given_up:,} given up by the group then followed, {lost}"
+    return bounded + (given_up if decision.given_up else "")

@@ -1,0 +1,93 @@
+"""Two engines on one question: the zone engine first, Z3 as the second opinion.
+
+Does: asks the zone engine, has its proofs checked, holds its verdict against Z3's.
+Assumes: a team whose policies are `verifiable`.
+Does not: call a disagreement or a refused proof a verdict: both are our bugs, and raise AssertionError.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+
+from codegen.policy_json import content_hash
+from verify.checker.certificates import Certificate, accepted
+from verify.checker.reading import RejectedError
+from verify.claims.formula import TRUE
+from verify.claims.region import Verdict
+from verify.question import DecisionQuestion
+from verify.verdicts.margins import Margin, largest_margin
+from verify.zones import engine as zones
+
+UNITS_A_NODE = 50  # of a budget in solver resource units, so many stand for one search node
+ENGINE = "zones"
+
+
+@dataclass(frozen=True)
+class Opinion:
+    """What one engine said, and what it spent; SKIPPED where the question is beyond it."""
+
+    engine: str
+    verdict: Verdict
+    spent: int
+    unit: str
+
+
+@dataclass(frozen=True)
+class Zoned:
+    """The zone engine's answer, and for a proof its certificate, accepted by the checker."""
+
+    opinion: Opinion
+    goal: str = ""
+    state: Mapping[str, Fraction] | None = None
+    certificate: Certificate | None = None
+    branches: int = 0  # that the certificate's proofs close
+
+
+def by_zones(question: DecisionQuestion) -> Zoned:
+    """The zone engine's opinion, within as many search nodes as the solver's units buy (UNITS_A_NODE)."""
+    profile, claim, region = question.profile, question.claim, question.region
+    skipped = Zoned(Opinion(ENGINE, Verdict.SKIPPED, 0, "search nodes"))
+    try:
+        found = zones.decide(question.spending(max_nodes=max(1, question.budgets.solver_units // UNITS_A_NODE)))
+    except zones.BeyondZonesError:
+        return skipped
+    opinion = Opinion(ENGINE, found.verdict, found.nodes, "search nodes")
+    if found.verdict is not Verdict.PROVED:
+        return Zoned(opinion, found.goal, found.state)
+    named = claim if claim.statement is None and claim.assume == TRUE else None
+    made = Certificate(
+        content_hash(profile),
+        named,
+        question.formula,
+        region,
+        question.semantics,
+        found.inhabitant,
+        found.proofs,
+        eps=claim.eps,
+    )
+    try:
+        return Zoned(opinion, certificate=made, branches=accepted(made, profile))
+    except RejectedError as error:
+        raise AssertionError(f"the checker refuses the zone engine's proof of {claim.name}: {error}") from error
+
+
+def largest_eps(question: DecisionQuestion) -> Margin:
+    """Up to which errors of features a claim that holds with its own keeps holding: each with a checked proof."""
+
+    def proved_at(eps: Fraction) -> bool:
+        return by_zones(question.with_eps(eps)).opinion.verdict is Verdict.PROVED
+
+    return largest_margin(proved_at, question.claim.eps)
+
+
+def agreeing(zoned: Zoned, second: Opinion) -> Verdict:
+    """The verdict of the two: AssertionError when both have one and they differ."""
+    first = zoned.opinion
+    undecided = (Verdict.UNKNOWN, Verdict.SKIPPED)
+    if first.verdict in undecided or second.verdict is Verdict.VACUOUS:  # zones do not ask what the assumption leaves
+        return second.verdict
+    if second.verdict not in (*undecided, first.verdict):
+        raise AssertionError(
+            f"the engines disagree: {first.engine} {first.verdict.value}, {second.engine} {second.verdict.value}"
+        )
+    return first.verdict

@@ -1,0 +1,259 @@
+"""The zone engine: decides claims over difference bounds exactly, with a certificate or a point.
+
+Does: asks goal by goal, first leaf by leaf (lemmas), then over the product of the trees; exact rational points.
+Assumes: every inequality of the question bounds a coordinate or a difference of two; else BeyondZonesError.
+Does not: replay points, or use a solver; its proofs are checked by checker/decisions.py, which shares only
+  checker/thresholds.py with it.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from functools import cache
+from typing import TypeAlias
+
+from verify.claims.formula import Formula, agents
+from verify.claims.region import Verdict
+from verify.question import Budgets, DecisionQuestion
+from verify.zones.compiled import search
+from verify.zones.disjoint import disjoint
+from verify.zones.search import Branch, BudgetError, Resolve
+from verify.zones.tables import (
+    BeyondZonesError,
+    Flat,
+    Known,
+    Problem,
+    Table,
+    ZoneTree,
+    barred_sides,
+    problem,
+    split_sides,
+    zone_tree,
+)
+
+__all__ = ["DEFAULT_NODES", "BeyondZonesError", "Outcome", "Tests", "ZoneQuery", "decide"]
+DEFAULT_NODES = Budgets().max_nodes
+Barred: TypeAlias = Mapping[str, frozenset[tuple[int, int]]]  # agent -> barred_sides
+Splits: TypeAlias = Mapping[str, Mapping[tuple[int, float], tuple[Formula, Formula]]]  # agent -> split_sides
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """The answer over all goals. PROVED comes with proofs, VIOLATED with a point at which the claim fails."""
+
+    verdict: Verdict
+    nodes: int  # search nodes over all goals
+    goal: str = ""
+    state: Mapping[str, Fraction] | None = None  # coordinate of the region's box -> exact value
+    proofs: Mapping[str, bytes] = field(default_factory=dict)  # goal -> proof stream
+    inhabitant: Mapping[str, Fraction] = field(default_factory=dict)  # a point of the region, so that it is not empty
+    reason: str = ""
+
+
+@dataclass(frozen=True)
+class Tests:
+    """What the tests of those agents say of whom a claim speaks, which is the same for every goal."""
+
+    splits: Splits
+    barred: Barred
+
+    @classmethod
+    def of(cls, question: DecisionQuestion) -> "Tests":
+        """The tests of a question's agents, with the errors that its claim allows."""
+        acting, eps = agents(question.formula), question.claim.eps
+        team = [policy for policy in question.profile.agents if policy.agent in acting]
+        splits = {policy.agent: split_sides(policy, question.semantics, eps) for policy in team}
+        return cls(splits, {policy.agent: barred_sides(policy, splits[policy.agent]) for policy in team if eps})
+
+
+def decide(question: DecisionQuestion) -> Outcome:
+    """Whether the claim holds in every point of the region, for each goal, within `max_nodes` search nodes a goal.
+
+    Where the claim has an `eps`: though each measured feature of each agent is off by up to that much, each by an error
+    of its own. BeyondZonesError when the question is not about difference bounds; InputError when a feature is no sum
+    of at most two coordinates or speaks of one that the region does not bound.
+    """
+    tests, budget = Tests.of(question), question.budgets.max_nodes
+    spent, proofs, inhabitant, reasons = 0, {}, {}, []
+    for goal in question.goals:
+        query = ZoneQuery(question, goal, tests)
+        try:
+            inhabitant = inhabitant or query.inhabitant()
+            if not inhabitant:
+                return Outcome(Verdict.VACUOUS, spent + query.nodes, reason="the region holds no world state")
+            proof, state = query.answer()
+        except BudgetError:
+            spent += budget
+            reasons.append(f"goal {goal or 'none'}: not decided within {budget} search nodes")
+            continue
+        spent += query.nodes
+        if state is not None:
+            return Outcome(Verdict.VIOLATED, spent, goal, state)
+        proofs[goal] = proof
+    if reasons:
+        return Outcome(Verdict.UNKNOWN, spent, reason="; ".join(reasons))
+    return Outcome(Verdict.PROVED, spent, proofs=proofs, inhabitant=inhabitant)
+
+
+class ZoneQuery:
+    """One goal's question: its tables, and a search through them. `apart`: its branches have no point in common."""
+
+    def __init__(self, question: DecisionQuestion, goal: str, tests: Tests, apart: bool = False) -> None:
+        self._table = Table(question.profile, question.formula_for(goal), question.region, goal)
+        self._trees = [
+            zone_tree(self._table, policy, tests.splits[policy.agent], tests.barred.get(policy.agent, ()))
+            for policy in self._table.policies
+        ]
+        self._disjoint = disjoint(self._table) if apart else lambda flat: flat
+        self.problem = problem(self._table)
+        self._box = tuple(question.region.box)
+        # a region that is plainly false has no point, and the search is not asked
+        self._search = search(
+            self.problem, self._disjoint(self._table.region) or Flat((), ()), question.budgets.max_nodes
+        )
+
+    @property
+    def nodes(self) -> int:
+        """Search nodes so far."""
+        return self._search.nodes
+
+    def inhabitant(self) -> dict[str, Fraction]:
+        """A point of the region; empty when there is none."""
+        if self._table.region is None or not self._search.inhabited():
+            return {}
+        return self._point()
+
+    def answer(self) -> tuple[bytes, dict[str, Fraction] | None]:
+        """The proof and None, or a point at which the claim fails."""
+        streams, masks = self._lemmas()
+        roots = [Known(None, mask[0]) for mask in masks]
+        if self._table.denial(roots) is None:
+            return self._by_lemmas(roots), None
+        for place, mask in enumerate(masks):
+            if not any(mask):
+                streams[place] = b"\0"
+        walked, closed = self._refuted(masks)
+        return b"".join(streams) + walked, None if closed else self._point()
+
+    def violations(self, most: int) -> tuple[list[Branch], bool]:
+        """The zones in which the claim fails, `most` at most, and whether these are all."""
+        if self._table.region is None:
+            return [], True
+        try:
+            masks = self._lemmas()[1]
+        except BudgetError:
+            return [], False
+        classes, resolve = self._resolving(masks)
+        return self._search.violations(self._trees, classes, resolve, most)
+
+    @property
+    def agents(self) -> list[str]:
+        """The agents whose trees the search goes through, in its order."""
+        return [policy.agent for policy in self._table.policies]
+
+    def _lemmas(self) -> tuple[list[bytes], list[list[int]]]:
+        """Each agent's walk, and what holds below each node of its tree."""
+        streams, masks = [], []
+        for agent, tree in enumerate(self._trees):
+            if self._table.parts[agent]:
+                walked, found = self._search.lemmas(tree, self._denials(agent), None)
+            else:
+                walked, found = b"", [0] * len(tree.left)
+            full = (1 << len(self._table.parts[agent])) - 1
+            masks.append(_below(tree, [mask & full for mask in found]))
+            streams.append(b"\1" + walked)
+        return streams, masks
+
+    def _by_lemmas(self, roots: list[Known]) -> bytes:
+        """The proof of a claim that parts prove which hold at all leaves: with as few of these as suffice."""
+        for agent, known in enumerate(roots):
+            for bit in range(known.holds.bit_length()):
+                fewer = Known(None, roots[agent].holds & ~(1 << bit))
+                if self._table.denial([*roots[:agent], fewer, *roots[agent + 1 :]]) is None:
+                    roots[agent] = fewer
+        proof = b""
+        for agent, (tree, known) in enumerate(zip(self._trees, roots, strict=True)):
+            if known.holds:
+                allowed = [known.holds] * len(tree.left)
+                proof += b"\1" + self._search.lemmas(tree, self._denials(agent), allowed)[0]
+            else:
+                proof += b"\0"
+        return proof
+
+    def _denials(self, agent: int) -> list[list[Flat | None]]:
+        tree, parts = self._trees[agent], len(self._table.parts[agent])
+        return [
+            [self._table.denied_part(agent, bit, action) for bit in range(parts)]
+            for action in range(max(tree.action) + 1)
+        ]
+
+    def _refuted(self, masks: list[list[int]]) -> tuple[bytes, bool]:
+        """The walk over the product of all trees."""
+        classes, resolve = self._resolving(masks)
+        return self._search.refutation(self._trees, classes, resolve)
+
+    def _resolving(self, masks: list[list[int]]) -> tuple[list[list[int]], Resolve]:
+        """The classes of each agent's nodes, of which all have the same known, and the claim's denial for them."""
+        kinds: list[list[Known]] = []
+        classes: list[list[int]] = []
+        for tree, mask in zip(self._trees, masks, strict=True):
+            numbers: dict[Known, int] = {}
+            known = [
+                Known(None if left >= 0 else action, holds)
+                for left, action, holds in zip(tree.left, tree.action, mask, strict=True)
+            ]
+            classes.append([numbers.setdefault(item, len(numbers)) for item in known])
+            kinds.append(list(numbers))
+
+        @cache
+        def resolve(numbers: tuple[int, ...]) -> Flat | None:
+            known = [kinds[agent][number] for agent, number in enumerate(numbers)]
+            found = self._table.denial(known)
+            return found if any(one.action is None for one in known) else self._disjoint(found)
+
+        return classes, resolve
+
+    def _point(self) -> dict[str, Fraction]:
+        """A point on the branch that the search left open, away from its bounds where there is room."""
+        return state(self.problem, self._search.open, self._box)
+
+
+def _below(tree: ZoneTree, masks: list[int]) -> list[int]:
+    """The parts that hold at every leaf below each node, from those at the leaves. Children follow parents."""
+    found = list(masks)
+    for node in reversed(range(len(found))):
+        if tree.left[node] >= 0:
+            found[node] = found[tree.left[node]] & found[tree.right[node]]
+    return found
+
+
+def state(asked: Problem, numbers: Sequence[int], names: Sequence[str]) -> dict[str, Fraction]:
+    """Exact values of coordinates that meet the numbered bounds: each in the middle of what is left to it."""
+    zones = []
+    for component, size in enumerate(asked.sizes):
+        bounds = [0 if i == j else asked.infinite for i in range(size) for j in range(size)]
+        for number in numbers:
+            where, a, b = asked.edges[number]
+            if where == component:
+                _tighten(bounds, size, a, b, asked.weights[number])
+        zones.append(bounds)
+    found: dict[str, Fraction] = {}
+    for name in names:
+        component, node = asked.places[name]
+        bounds, size = zones[component], asked.sizes[component]
+        middle = (bounds[node * size] - bounds[node]) // 2
+        _tighten(bounds, size, node, 0, middle)
+        _tighten(bounds, size, 0, node, -middle)
+        found[name] = Fraction(middle, asked.scale)
+    return found
+
+
+def _tighten(bounds: list[int], size: int, a: int, b: int, weight: int) -> None:
+    """Adds a - b <= weight to a closed matrix that it does not empty."""
+    if weight >= bounds[a * size + b]:
+        return
+    after = bounds[b * size : b * size + size]
+    for i in range(size):
+        here = bounds[i * size + a] + weight
+        for j in range(size):
+            bounds[i * size + j] = min(bounds[i * size + j], here + after[j])

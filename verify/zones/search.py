@@ -1,0 +1,242 @@
+"""The zone search itself: depth-first over the product of trees, with difference bounds closed under every sum.
+
+Does: finds a branch whose bounds can hold together, or closes all branches and writes down why
+  (in the form that checker/README.md specifies); the pure Python counterpart of _zones.c, with equal bytes and
+  equal counts.
+Assumes: a problem in integers (tables.py).
+Does not: know formulas, profiles or verdicts.
+
+A zone is a matrix of least upper bounds of a - b, one for each component, and beside each entry the number of the first
+bound on a path that gives it. A new bound that closes a negative cycle empties the zone, and the path is the reason.
+"""
+
+import contextlib
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple, TypeAlias
+
+from verify.zones.tables import TRUE, Flat, Problem, ZoneTree
+
+Zone: TypeAlias = list[tuple[list[int], list[int]]]  # per component: bounds and first steps, [size * size]
+Resolve: TypeAlias = Callable[[tuple[int, ...]], Flat | None]
+Branch: TypeAlias = tuple[tuple[int, ...], list[int]]  # each agent's leaf, cells of the closed matrices in their order
+
+
+MAX_PARTS = 62  # parts of one agent that lemmas are tried for
+
+
+class Product(NamedTuple):
+    """Trees that are gone through together: in each the numbers of what is known at its nodes, and the claim's denial
+    given such numbers; without these only bounds close branches.
+    """
+
+    trees: Sequence[ZoneTree] = ()
+    classes: Sequence[Sequence[int]] = ()
+    resolve: Resolve | None = None
+
+
+class BudgetError(Exception):
+    """The budget of search nodes has ended."""
+
+
+@dataclass
+class Search:
+    """One search: counts nodes over several walks, keeps the bounds of the branch that it could not close."""
+
+    problem: Problem
+    region: Flat
+    budget: int
+    nodes: int = 0
+    open: list[int] = field(default_factory=list)  # numbers of the bounds on an open branch
+
+    def __post_init__(self) -> None:
+        self._path: list[int] = []
+
+    def inhabited(self) -> bool:
+        """Whether some point meets the region's bounds; they are then in `open`."""
+        return not self._walk([_Frame(self._whole(), 0, self.region)], bytearray(), Product())
+
+    def lemmas(
+        self, tree: ZoneTree, parts: Sequence[Sequence[Flat | None]], allowed: Sequence[int] | None
+    ) -> tuple[bytes, list[int]]:
+        """The walk of one agent's tree, and for each node the parts that hold (-1, all of them, where nobody comes).
+
+        `parts`: action -> the denials of the parts; `allowed`: node -> which of them may be tried.
+        """
+        out, masks = bytearray(), [-1] * len(tree.left)
+
+        def at_leaf(zone: Zone, kept: int, node: int) -> None:
+            mask, proofs = 0, bytearray()
+            for bit, denial in enumerate(parts[tree.action[node]][:MAX_PARTS]):
+                if allowed is not None and not allowed[node] >> bit & 1:
+                    continue
+                mark = len(proofs)
+                if denial is None or self._walk([_Frame(zone, kept, denial)], proofs, Product()):
+                    mask |= 1 << bit
+                else:
+                    del proofs[mark:]
+            masks[node] &= mask
+            out.extend(varint(mask) + proofs)
+
+        self._walk([_Frame(self._whole(), 0, self.region, agent=0)], out, Product([tree]), at_leaf=at_leaf)
+        return bytes(out), masks
+
+    def refutation(
+        self, trees: Sequence[ZoneTree], classes: Sequence[Sequence[int]], resolve: Resolve
+    ) -> tuple[bytes, bool]:
+        """The walk over the product of the trees; whether every branch is closed.
+
+        `classes`: agent, node -> number of what is known there; `resolve`: those numbers -> the claim's denial.
+        """
+        out = bytearray()
+        closed = self._walk([self._first(classes)], out, Product(trees, classes, resolve))
+        return bytes(out), closed
+
+    def violations(
+        self, trees: Sequence[ZoneTree], classes: Sequence[Sequence[int]], resolve: Resolve, most: int
+    ) -> tuple[list[Branch], bool]:
+        """All open branches, `most` at most; whether these are all, which a spent budget of nodes leaves open too."""
+        found: list[Branch] = []
+        with contextlib.suppress(BudgetError):
+            product = Product(trees, classes, resolve)
+            if self._walk([self._first(classes)], bytearray(), product, kept=(found, most + 1)):
+                return found, True
+        return found[:most], False
+
+    def _first(self, classes: Sequence[Sequence[int]]) -> "_Frame":
+        return _Frame(self._whole(), 0, self.region, agent=0, known=tuple(known[0] for known in classes))
+
+    def _whole(self) -> Zone:
+        matrices = []
+        for size in self.problem.sizes:
+            bounds = [self.problem.infinite] * (size * size)
+            bounds[:: size + 1] = [0] * size
+            matrices.append((bounds, [-1] * (size * size)))
+        return matrices
+
+    def _walk(
+        self,
+        stack: "list[_Frame]",
+        out: bytearray,
+        product: Product,
+        at_leaf: Callable[[Zone, int, int], None] | None = None,
+        kept: tuple[list[Branch], int] | None = None,
+    ) -> bool:
+        """Closes what is on the stack; False at the first branch that cannot be, whose bounds are then in `open`, or
+        once `kept`, a list that takes such branches instead, has so many.
+        """
+        path, (trees, classes, resolve) = self._path, product
+        while stack:
+            frame = stack.pop()
+            self.nodes += 1
+            if self.nodes > self.budget:
+                raise BudgetError
+            agent, node, known, leaves = frame.agent, frame.node, frame.known, frame.leaves
+            denial = resolve(known) if agent >= 0 and resolve is not None else TRUE
+            if denial is None:
+                continue
+            del path[frame.kept :]
+            zone = [(bounds.copy(), steps.copy()) for bounds, steps in frame.zone]
+            cycle = self._add(zone, frame.flat.edges)
+            if cycle is not None:
+                out.extend(varint(len(cycle)) + b"".join(map(varint, cycle)))
+                continue
+            out.append(0)
+            length, parts = len(path), _parts(frame, zone, len(path))
+            if parts:
+                stack += parts
+                continue
+            while 0 <= agent < len(trees) and trees[agent].left[node] < 0:
+                if at_leaf is not None:
+                    at_leaf(zone, length, node)
+                agent, node, leaves = agent + 1, 0, (*leaves, node)
+            if 0 <= agent < len(trees):
+                tree = trees[agent]
+                for child, side in ((tree.right[node], 1), (tree.left[node], 0)):
+                    flat = tree.sides[node][side]
+                    there = (*known[:agent], classes[agent][child], *known[agent + 1 :]) if classes else known
+                    if flat is not None:
+                        stack.append(_Frame(zone, length, flat, (), (), agent, child, there, leaves))
+            elif agent >= 0 and at_leaf is None:
+                stack.append(_Frame(zone, length, denial, leaves=leaves))
+            elif agent < 0:
+                if kept is None:
+                    self.open = list(path)
+                else:
+                    kept[0].append((leaves, [cell for bounds, _ in zone for cell in bounds]))
+                if kept is None or len(kept[0]) == kept[1]:
+                    return False
+        return True
+
+    def _add(self, zone: Zone, edges: Sequence[int]) -> list[int] | None:
+        """Adds bounds to a zone and to the branch; the places on the branch of a negative cycle, when there is one."""
+        path, weights = self._path, self.problem.weights
+        for edge in edges:
+            component, a, b = self.problem.edges[edge]
+            weight = weights[edge]
+            bounds, steps = zone[component]
+            size = self.problem.sizes[component]
+            place = len(path)
+            path.append(edge)
+            if bounds[b * size + a] + weight < 0:
+                return [place, *self._steps(steps, size, b, a)]
+            if weight >= bounds[a * size + b]:
+                continue
+            after = bounds[b * size : b * size + size]
+            for i in range(size):
+                row = i * size
+                here = bounds[row + a] + weight
+                if here >= bounds[row + b]:
+                    continue  # by the triangle over b no bound of this row gets smaller
+                step = place if i == a else steps[row + a]
+                for j in range(size):
+                    if here + after[j] < bounds[row + j]:
+                        bounds[row + j] = here + after[j]
+                        steps[row + j] = step
+        return None
+
+    def _steps(self, steps: Sequence[int], size: int, a: int, b: int) -> list[int]:
+        """The places of the bounds on the path from a to b."""
+        found = []
+        while a != b:
+            found.append(steps[a * size + b])
+            a = self.problem.edges[self._path[found[-1]]][2]
+        return found
+
+
+@dataclass(frozen=True, slots=True)
+class _Frame:
+    """A search node to come: the zone and branch it starts from, what is added, what is still to choose."""
+
+    zone: Zone
+    kept: int
+    flat: Flat
+    ors: tuple[tuple[Flat, ...], ...] = ()
+    chosen: tuple[Flat, ...] = ()
+    agent: int = -1  # whose tree it stands in; -1: only bounds are left
+    node: int = 0
+    known: tuple[int, ...] = ()
+    leaves: tuple[int, ...] = ()
+
+
+def _parts(frame: _Frame, zone: Zone, length: int) -> list[_Frame]:
+    """The parts of the first choice that no chosen part settles, the last one first; none where all are settled."""
+    chosen, ors = frame.chosen, (*frame.ors, *frame.flat.ors)
+    while ors and any(part in chosen for part in ors[0]):
+        ors = ors[1:]
+    return [
+        _Frame(zone, length, part, ors[1:], (*chosen, part), frame.agent, frame.node, frame.known, frame.leaves)
+        for part in (reversed(ors[0]) if ors else ())
+    ]
+
+
+def varint(number: int) -> bytes:
+    """A natural number in groups of seven bits, low ones first; all bytes but the last have the high bit."""
+    if number < 128:
+        return bytes((number,))
+    found = bytearray()
+    while number > 127:
+        found.append(number & 127 | 128)
+        number >>= 7
+    found.append(number)
+    return bytes(found)

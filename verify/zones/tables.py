@@ -1,0 +1,344 @@
+"""A question as numbered difference bounds: what the zone engine searches through.
+
+Does: turns region, sides of splits and denied claim into bounds `a - b <= most` and choices between them; numbers the
+  bounds and the single-agent parts of the claim.
+Assumes: a formula over the coordinates of the region and the actions of the profile's agents.
+Does not: search; share more than checker/thresholds.py with the checker, which follows the same text
+  (checker/README.md).
+"""
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from math import lcm
+from typing import NamedTuple, TypeAlias
+
+from codegen.errors import InputError
+from codegen.ir import GOAL, NO_FEATURE, ROOT, AgentPolicy, PolicyProfile
+from verify.checker.thresholds import NO_ERROR, sides
+from verify.claims.formula import Acts, And, Formula, Linear, Not, Or, agents
+from verify.claims.region import Region
+
+EPSILON = 1 << 12  # a strict bound is one unit lower, all others are this many units apart: cycles are shorter
+ORIGIN = ""  # the node that stands for zero
+Edges: TypeAlias = tuple[int, ...]
+
+
+class BeyondZonesError(Exception):
+    """The question holds an inequality that bounds no single coordinate and no difference of two."""
+
+
+class Bound(NamedTuple):
+    """upper - lower <= most, or below it when strict."""
+
+    upper: str
+    lower: str
+    most: Fraction
+    strict: bool
+
+
+class Flat(NamedTuple):
+    """All `edges` (numbers of bounds) hold, and of each choice in `ors` some part."""
+
+    edges: Edges
+    ors: "tuple[tuple[Flat, ...], ...]"
+
+
+TRUE, OPEN = Flat((), ()), Flat((-1,), ())  # OPEN: hangs on an action that is not known yet
+
+
+class Known(NamedTuple):
+    """What is known of an agent at a node of its tree: its action at a leaf, and the parts that hold below the node."""
+
+    action: int | None
+    holds: int  # bit k: part k of the agent holds
+
+
+class _Edge(NamedTuple):
+    flat: Flat | None  # None: false
+
+
+class _Acts(NamedTuple):
+    agent: int
+    action: int
+    wanted: bool
+
+
+class _Group(NamedTuple):
+    everyone: bool  # all of the parts, or some of them
+    parts: "tuple[_Node, ...]"
+
+
+class _Part(NamedTuple):
+    agent: int
+    bit: int
+    denied: "_Node"
+
+
+_Node: TypeAlias = _Edge | _Acts | _Group | _Part
+
+
+class Table:
+    """The bounds of one question, numbered in the order in which they are met, and the claim's denial."""
+
+    def __init__(self, profile: PolicyProfile, claim: Formula, region: Region, goal: str) -> None:
+        self._goal, self._box = goal, region.box
+        self.numbers: dict[Bound, int] = {}
+        self.region = self._region(region)
+        speaking = agents(claim)
+        self.policies = [policy for policy in profile.agents if policy.agent in speaking]
+        self._order = {policy.agent: place for place, policy in enumerate(self.policies)}
+        self._parts: dict[tuple[Formula, bool], _Part] = {}
+        self._denial = self._numbered(claim, False)
+        self.parts: list[list[_Node]] = [[] for _ in self.policies]  # per agent, denied
+        for part in self._parts.values():
+            self.parts[part.agent].append(part.denied)
+
+    def atom(self, atom: Linear) -> Flat | None:
+        """The bound that an inequality is; None when it is false. BeyondZonesError when it is none."""
+        upper = lower = ORIGIN
+        size = (0, 1)  # numerator and denominator, which compare much faster than fractions
+        for name, weight in self._weights(atom).items():
+            over, under = weight.numerator, weight.denominator
+            if not over:
+                continue
+            if name not in self._box:
+                raise InputError(f"the question speaks of {name}, which regions do not bound yet", "", "see --region")
+            if (upper if over > 0 else lower) or (size[0] and (abs(over), under) != size):
+                raise BeyondZonesError(str(atom))
+            size = abs(over), under
+            upper, lower = (name, lower) if over > 0 else (upper, name)
+        if not size[0]:
+            return TRUE if atom.bound > 0 or (atom.bound == 0 and not atom.strict) else None
+        bound = Bound(upper, lower, atom.bound if size == (1, 1) else atom.bound / Fraction(*size), atom.strict)
+        return Flat((self.numbers.setdefault(bound, len(self.numbers)),), ())
+
+    def _weights(self, atom: Linear) -> dict[str, Fraction]:
+        """Coordinate -> weight, the goal's coordinates by the name of the landmark that it is."""
+        weights: dict[str, Fraction] = {}
+        for weight, name in atom.terms:
+            real = f"{self._goal}.{name.removeprefix(f'{GOAL}.')}" if name.startswith(f"{GOAL}.") else name
+            weights[real] = weights[real] + weight if real in weights else weight
+        return weights
+
+    def side(self, formula: Formula) -> Flat | None:
+        """A formula without actions, flat."""
+        if isinstance(formula, Linear):
+            return self.atom(formula)
+        assert isinstance(formula, (And, Or)), formula
+        return _joined(isinstance(formula, And), [self.side(part) for part in formula.parts])
+
+    def denial(self, known: Sequence[Known]) -> Flat | None:
+        """The claim's denial given what is known of each agent: None when it cannot hold."""
+        return _flat(self._denial, known)
+
+    def denied_part(self, agent: int, bit: int, action: int) -> Flat | None:
+        """That the agent's part does not hold, though it takes the action."""
+        nothing = [Known(None, 0)] * len(self.policies)
+        return _flat(self.parts[agent][bit], [*nothing[:agent], Known(action, 0), *nothing[agent + 1 :]])
+
+    def _region(self, region: Region) -> Flat | None:
+        one = Fraction(1)
+        pairs = [((one, name),) for name in region.box] + [((one, a), (-one, b)) for a, b, _ in region.differences]
+        bounds = [*region.box.values(), *(bounds for *_, bounds in region.differences)]
+        flats = []
+        for terms, (low, high) in zip(pairs, bounds, strict=True):
+            flats += [self.atom(_opposite(terms, -low)), self.atom(Linear(terms, high))]
+        for a, b, least in region.apart:
+            gaps = [((one, f"{a}.{axis}"), (-one, f"{b}.{axis}")) for axis in "xy"]
+            ways = [way for gap in gaps for way in (_opposite(gap, -least), Linear(gap, -least))]
+            flats.append(_joined(False, [self.atom(way) for way in ways]))
+        return _joined(True, flats)
+
+    def _numbered(self, formula: Formula, wanted: bool) -> _Node:
+        """The formula, or its denial unless `wanted`, with its largest single-agent parts numbered."""
+        if isinstance(formula, Not):
+            return self._numbered(formula.part, not wanted)
+        acting = agents(formula)
+        if len(acting) == 1:
+            agent = self._order[next(iter(acting))]
+            bit = sum(part.agent == agent for part in self._parts.values())
+            return self._parts.setdefault((formula, wanted), _Part(agent, bit, self._plain(formula, wanted)))
+        if not isinstance(formula, (And, Or)):
+            return self._plain(formula, wanted)
+        parts = tuple(self._numbered(part, wanted) for part in formula.parts)
+        return _Group(isinstance(formula, And) == wanted, parts)
+
+    def _plain(self, formula: Formula, wanted: bool) -> _Node:
+        if isinstance(formula, Linear):
+            return _Edge(self.atom(formula if wanted else _denied_atom(formula)))
+        if isinstance(formula, Acts):
+            return _Acts(self._order[formula.agent], formula.action, wanted)
+        if isinstance(formula, Not):
+            return self._plain(formula.part, not wanted)
+        assert isinstance(formula, (And, Or)), formula
+        parts = tuple(self._plain(part, wanted) for part in formula.parts)
+        return _Group(isinstance(formula, And) == wanted, parts)
+
+
+def _opposite(terms: tuple[tuple[Fraction, str], ...], bound: Fraction) -> Linear:
+    return Linear(tuple((-weight, name) for weight, name in terms), bound)
+
+
+def _denied_atom(atom: Linear) -> Linear:
+    return Linear(tuple((-weight, name) for weight, name in atom.terms), -atom.bound, not atom.strict)
+
+
+def _flat(node: _Node, known: Sequence[Known]) -> Flat | None:
+    if isinstance(node, _Edge):
+        return node.flat
+    if isinstance(node, _Acts):
+        action = known[node.agent].action
+        return OPEN if action is None else TRUE if (action == node.action) == node.wanted else None
+    if isinstance(node, _Part):
+        return None if known[node.agent].holds >> node.bit & 1 else _flat(node.denied, known)
+    return _joined(node.everyone, [_flat(part, known) for part in node.parts])
+
+
+def _joined(everyone: bool, parts: Sequence[Flat | None]) -> Flat | None:
+    """All of the parts (edges and choices in their order), or a choice between those that are not false."""
+    if everyone:
+        if any(part is None for part in parts):
+            return None
+        edges = tuple(edge for part in parts if part for edge in part.edges)
+        return Flat(edges, tuple(choice for part in parts if part for choice in part.ors))
+    possible = tuple(part for part in parts if part is not None)
+    if TRUE in possible:
+        return TRUE
+    if len(possible) < 2:
+        return possible[0] if possible else None
+    return Flat((), (possible,))
+
+
+@dataclass(frozen=True)
+class ZoneTree:
+    """A decision tree over its n nodes: children (-1 at a leaf), the sides' bounds (None: nothing goes there)."""
+
+    left: list[int]
+    right: list[int]
+    sides: list[tuple[Flat | None, Flat | None]]
+    action: list[int]
+
+
+def split_sides(
+    policy: AgentPolicy, semantics: str, eps: Fraction = NO_ERROR
+) -> dict[tuple[int, float], tuple[Formula, Formula]]:
+    """(feature, threshold) of an agent's splits -> goes left, goes right; the same for every goal. `eps`: some error of
+    at most that much leads there.
+    """
+    tree = policy.tree
+    splits = dict.fromkeys(zip(tree.feature.tolist(), tree.threshold.tolist(), strict=True))
+    return {
+        (feature, threshold): sides(policy.features[feature], threshold, semantics, eps)
+        for feature, threshold in splits
+        if feature != NO_FEATURE
+    }
+
+
+def barred_sides(
+    policy: AgentPolicy, splits: Mapping[tuple[int, float], tuple[Formula, Formula]]
+) -> frozenset[tuple[int, int]]:
+    """The sides, as (node, 0 for left or 1 for right), that no value of their feature reaches, given its tests above.
+
+    All tests of a path share the feature's error, so such a side is empty though, each with an error of its own, the
+    tests could pass together. Linear sides alone have errors; a threshold's place among those of its feature decides.
+    """
+    tree, places = policy.tree, _places(splits)
+    barred: set[tuple[int, int]] = set()
+    waiting: list[tuple[int, dict[int, tuple[int, int]]]] = [(ROOT, {})]
+    while waiting:
+        node, lines = waiting.pop()
+        feature = int(tree.feature[node])
+        if feature == NO_FEATURE:
+            continue
+        left, right = int(tree.left[node]), int(tree.right[node])
+        place = places.get((feature, float(tree.threshold[node])))
+        if place is None:
+            waiting += [(left, lines), (right, lines)]
+            continue
+        low, high = lines.get(feature, (-1, len(places)))  # below all places, above all places
+        ways = ((left, low, min(high, place)), (right, max(low, place), high))
+        for side, (child, first, last) in enumerate(ways):
+            if first < last:
+                waiting.append((child, {**lines, feature: (first, last)}))
+            else:
+                barred.add((node, side))
+    return frozenset(barred)
+
+
+def _places(splits: Mapping[tuple[int, float], tuple[Formula, Formula]]) -> dict[tuple[int, float], int]:
+    """(feature, threshold) of each split with linear sides -> its place among the feature's; equal sides share."""
+    ends: dict[int, dict[tuple[Fraction, bool], list[float]]] = {}
+    for (feature, threshold), (left, _) in splits.items():
+        if isinstance(left, Linear):
+            ends.setdefault(feature, {}).setdefault((left.bound, not left.strict), []).append(threshold)
+    return {
+        (feature, threshold): place
+        for feature, of_feature in ends.items()
+        for place, end in enumerate(sorted(of_feature))
+        for threshold in of_feature[end]
+    }
+
+
+def zone_tree(
+    table: Table,
+    policy: AgentPolicy,
+    splits: Mapping[tuple[int, float], tuple[Formula, Formula]],
+    barred: Collection[tuple[int, int]] = (),
+) -> ZoneTree:
+    """The tree of one agent, with the sides of its splits; nothing goes to the `barred` ones."""
+    tree = policy.tree
+    nothing = (None, None)
+    seen = {split: (table.side(left), table.side(right)) for split, (left, right) in splits.items()}
+    ways = [seen.get(split, nothing) for split in zip(tree.feature.tolist(), tree.threshold.tolist(), strict=True)]
+    for node, side in barred:
+        left, right = ways[node]
+        ways[node] = (left, None) if side else (None, right)
+    return ZoneTree(tree.left.tolist(), tree.right.tolist(), ways, tree.action.tolist())
+
+
+@dataclass(frozen=True)
+class Problem:
+    """The bounds as edges over numbered nodes, in integers: coordinates that never meet are in different components.
+
+    A bound `a - b <= most` is the edge from a to b with weight most * scale * EPSILON, one unit less when strict.
+    """
+
+    sizes: list[int]  # nodes of each component; node 0 is the origin
+    edges: list[tuple[int, int, int]]  # (component, upper, lower)
+    weights: list[int]
+    infinite: int  # larger than every sum of weights along a path
+    scale: int  # units of a weight in one unit of length
+    places: dict[str, tuple[int, int]]  # coordinate -> (component, node)
+
+
+def problem(table: Table) -> Problem:
+    """The numbers of a table's bounds; later bounds are not in it."""
+    roots: dict[str, str] = {}
+
+    def root(name: str) -> str:
+        while roots.setdefault(name, name) != name:
+            name = roots[name]
+        return name
+
+    for upper, lower, *_ in table.numbers:
+        if upper and lower:
+            roots[root(upper)] = root(lower)
+        else:
+            root(upper or lower)
+    components = {name: place for place, name in enumerate(dict.fromkeys(root(name) for name in roots))}
+    sizes = [1] * max(1, len(components))
+    places: dict[str, tuple[int, int]] = {}
+    for name in list(roots):
+        component = components[root(name)]
+        places[name] = component, sizes[component]
+        sizes[component] += 1
+    denominator = lcm(*{bound.most.denominator for bound in table.numbers})
+    scale = denominator * EPSILON
+    edges, weights = [], []
+    for upper, lower, most, strict in table.numbers:
+        component = places[upper or lower][0]
+        edges.append((component, places[upper][1] if upper else 0, places[lower][1] if lower else 0))
+        weights.append(most.numerator * (scale // most.denominator) - strict)
+    infinite = 4 * (max(sizes) + 2) * (max(map(abs, weights), default=0) + 1)
+    return Problem(sizes, edges, weights, infinite, scale, places)
