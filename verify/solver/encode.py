@@ -14,7 +14,7 @@ import struct
 from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 from functools import partial
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import z3
@@ -82,11 +82,11 @@ class Query(NamedTuple):
     """What the solver is asked, for one goal: the variables (position -> real) and the constraints."""
 
     goal: str
-    variables: dict[str, Any]
-    constraints: list[Any]
+    variables: dict[str, z3.ArithRef]
+    constraints: list[z3.BoolRef]
 
 
-def number(value: Fraction) -> Any:
+def number(value: Fraction) -> z3.ArithRef:
     """An exact rational constant."""
     return z3.RatVal(value.numerator, value.denominator)
 
@@ -102,7 +102,7 @@ def query(question: DecisionQuestion, goal: str, slack: Fraction = Fraction(0)) 
     return encoder.query(fails)
 
 
-def _failing(question: DecisionQuestion, goal: str, slack: Fraction = Fraction(0)) -> tuple["_Encoder", Any]:
+def _failing(question: DecisionQuestion, goal: str, slack: Fraction = Fraction(0)) -> tuple["_Encoder", z3.BoolRef]:
     """What encodes a goal's query, and the constraint that the claim fails."""
     encoder = _Encoder(question.profile, question.region, goal, slack, question.semantics, question.claim.eps)
     return encoder, encoder.encoded(tightened(for_goal(negated(question.formula), goal), slack))
@@ -155,8 +155,8 @@ def settled(query: Query, values: Mapping[str, Fraction]) -> Query:
     return query._replace(constraints=[*query.constraints, *equal])
 
 
-def _region(region: Region, at: dict[str, Any]) -> list[Any]:
-    constraints: list[Any] = []
+def _region(region: Region, at: dict[str, z3.ArithRef]) -> list[z3.BoolRef]:
+    constraints: list[z3.BoolRef] = []
     for name, (low, high) in region.box.items():
         constraints += [at[name] >= number(low), at[name] <= number(high)]
     for a, b, (low, high) in region.differences:
@@ -183,22 +183,22 @@ class _Encoder:
         self.at = dict(self.variables)  # coordinate -> variable
         if goal:
             self.at |= {f"{ir.GOAL}.{axis}": self.variables[f"{goal}.{axis}"] for axis in "xy"}
-        self.noise: list[Any] = []  # bounds of the errors
+        self.noise: list[z3.BoolRef] = []  # bounds of the errors
         self._profile, self._slack, self._semantics, self._eps = profile, slack, semantics, eps
         self._goal, self._region = goal, region
-        self._known: dict[Formula, Any] = {}
+        self._known: dict[Formula, z3.BoolRef] = {}
 
-    def query(self, *facts: Any) -> Query:
+    def query(self, *facts: z3.BoolRef) -> Query:
         """That these facts hold in some world state of the region, errors within their bounds."""
         return Query(self._goal, self.variables, [*_region(self._region, self.at), *self.noise, *facts])
 
-    def encoded(self, claim: Formula) -> Any:
+    def encoded(self, claim: Formula) -> z3.BoolRef:
         """The formula. Where it speaks of one agent's actions only, it follows that agent's tree."""
         if claim not in self._known:
             self._known[claim] = self._made(claim)
         return self._known[claim]
 
-    def _made(self, claim: Formula) -> Any:
+    def _made(self, claim: Formula) -> z3.BoolRef:
         acting = agents(claim)
         if len(acting) == 1:
             (agent,) = acting
@@ -213,14 +213,14 @@ class _Encoder:
         total, bound = z3.Sum(*parts), number(claim.bound)
         return total < bound if claim.strict else total <= bound
 
-    def _once_chosen(self, claim: Formula, agent: str, action: int) -> Any:
+    def _once_chosen(self, claim: Formula, agent: str, action: int) -> z3.BoolRef:
         return self.encoded(given(claim, {agent: action}))
 
-    def _chosen(self, policy: ir.AgentPolicy, of_action: Callable[[int], Any]) -> Any:
+    def _chosen(self, policy: ir.AgentPolicy, of_action: Callable[[int], z3.BoolRef]) -> z3.BoolRef:
         """`of_action` of the action that the tree chooses, as nested conditions over the world state."""
         tree = policy.tree
-        formulas: dict[int, Any] = {}
-        leaf_formulas: dict[int, Any] = {}
+        formulas: dict[int, z3.BoolRef] = {}
+        leaf_formulas: dict[int, z3.BoolRef] = {}
         for node in reversed(range(len(tree.feature))):  # preorder: children come after their parents
             if tree.feature[node] == ir.NO_FEATURE:
                 action = int(tree.action[node])
@@ -233,17 +233,17 @@ class _Encoder:
             )
         return formulas[ir.ROOT]
 
-    def path(self, policy: ir.AgentPolicy, leaf: int) -> list[Any]:
+    def path(self, policy: ir.AgentPolicy, leaf: int) -> list[z3.BoolRef]:
         """The tests between the root and a leaf, as they must fall out to reach it."""
         return [taken for taken, _ in self._path(policy, leaf)]
 
-    def turned(self, policy: ir.AgentPolicy, leaf: int) -> list[Any]:
+    def turned(self, policy: ir.AgentPolicy, leaf: int) -> list[z3.BoolRef]:
         """The tests between the root and a leaf, as one of them must fall out to reach another leaf."""
         return [other for _, other in self._path(policy, leaf)]
 
-    def _path(self, policy: ir.AgentPolicy, leaf: int) -> list[tuple[Any, Any]]:
+    def _path(self, policy: ir.AgentPolicy, leaf: int) -> list[tuple[z3.BoolRef, z3.BoolRef]]:
         """(as it falls out on the way to the leaf, otherwise) of each test, from the leaf upwards."""
-        tree, node, found = policy.tree, leaf, []
+        tree, node, found = policy.tree, leaf, list[tuple[z3.BoolRef, z3.BoolRef]]()
         while node != ir.ROOT:
             parent = int(np.flatnonzero((tree.left == node) | (tree.right == node))[0])
             left, right = self._tests(policy, parent)
@@ -251,9 +251,9 @@ class _Encoder:
             node = parent
         return found
 
-    def _tests(self, policy: ir.AgentPolicy, node: int) -> tuple[Any, Any]:
+    def _tests(self, policy: ir.AgentPolicy, node: int) -> tuple[z3.BoolRef, z3.BoolRef]:
         """(goes left, goes right) of a split, in terms of world coordinates."""
-        feature = policy.features[policy.tree.feature[node]]
+        feature = policy.features[int(policy.tree.feature[node])]
         meaning, slack = feature.meaning, self._slack
         if meaning is None or len(meaning.terms) > 2:
             raise InputError(f"feature {feature.name} is not a coordinate or a difference of two", str(meaning))
@@ -273,7 +273,7 @@ class _Encoder:
         below = measured < number(line.end) if line.strict else measured <= number(line.end)
         return below, z3.Not(below)
 
-    def _error(self, agent: str, feature: str) -> Any:
+    def _error(self, agent: str, feature: str) -> z3.ArithRef:
         """The one error of a feature as an agent sees it, within eps."""
         name = error_name(agent, feature)
         if name not in self.variables:
@@ -303,7 +303,7 @@ def _line(meaning: ir.Meaning, threshold: float, semantics: str, noisy: bool) ->
     return last_double(threshold) if len(meaning.terms) == 1 and not noisy else half_line(threshold)
 
 
-def _zero_tests(measured: Any, threshold: float, slack: Fraction) -> tuple[Any, Any]:
+def _zero_tests(measured: z3.ArithRef, threshold: float, slack: Fraction) -> tuple[z3.BoolRef, z3.BoolRef]:
     """As `_tests`, for "is zero" (0 or 1). A difference of two float64 numbers is zero iff they are equal, so rounding
     does not matter; being equal has nothing to spare.
     """
@@ -315,7 +315,7 @@ def _zero_tests(measured: Any, threshold: float, slack: Fraction) -> tuple[Any, 
     return measured != 0, measured == 0
 
 
-def _known(feature: FeatureSpec, at: dict[str, Any]) -> tuple[tuple[int, str], ...]:
+def _known(feature: FeatureSpec, at: dict[str, z3.ArithRef]) -> tuple[tuple[int, str], ...]:
     terms = feature.meaning.terms if feature.meaning else ()
     for _, name in terms:
         if name not in at:

@@ -60,7 +60,7 @@ def leaf_findings(question: DecisionQuestion) -> tuple[list[LeafFinding], int]:
     """What became of every leaf of the team's agents, in the trees' order, and the solver's resources spent."""
     team, region, world = question.team, question.region, question.profile.world
     coordinates, goals = sample(region, world, SAMPLES, SAMPLE_SEED)
-    findings, spent = [], 0
+    findings, spent = list[LeafFinding](), 0
     for policy in team:
         found = reached(policy, coordinates, world, question.semantics)
         for leaf in map(int, ir.leaves(policy.tree)):
@@ -78,7 +78,7 @@ def leaf_findings(question: DecisionQuestion) -> tuple[list[LeafFinding], int]:
 
 def _asked(question: DecisionQuestion, policy: AgentPolicy, leaf: int) -> tuple[Verdict, State | None, str, int]:
     """Verdict, witness, reason and resources of one leaf, by the solver."""
-    spent, reasons = 0, []
+    spent, reasons = 0, list[str]()
     region, semantics, budget = question.region, question.semantics, question.budgets.solver_units
     for goal in question.goals:
 

@@ -8,7 +8,7 @@ Does not: interpret models.
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
+from typing import cast
 
 import z3
 
@@ -51,7 +51,10 @@ def ask(query: Query, budget: int = DEFAULT_BUDGET) -> Answer:
     if model is None:
         return Answer(holds, None, spent, reason)
     variables = {name: variable.translate(context) for name, variable in query.variables.items()}
-    values: dict[str, Any] = {name: model.eval(variable, model_completion=True) for name, variable in variables.items()}
+    # the numbers in models of linear arithmetic are rationals
+    values = {
+        name: cast(z3.RatNumRef, model.eval(variable, model_completion=True)) for name, variable in variables.items()
+    }
     exact = {name: Fraction(value.numerator_as_long(), value.denominator_as_long()) for name, value in values.items()}
     return Answer(True, exact, spent)
 
@@ -64,11 +67,13 @@ def ask_bits(text: str, names: Sequence[str], budget: int = DEFAULT_BUDGET) -> B
     holds, model, spent, reason = _checked("QF_FPBV", context, z3.parse_smt2_string(text, ctx=context), budget)
     if model is None:
         return BitsAnswer(holds, None, spent, reason)
-    values: dict[str, Any] = {constant.name(): model[constant] for constant in model.decls()}
+    values = {constant.name(): cast(z3.BitVecNumRef, model[constant]) for constant in model.decls()}
     return BitsAnswer(True, {name: values[name].as_long() if name in values else 0 for name in names}, spent)
 
 
-def _checked(logic: str, context: z3.Context, constraints: Any, budget: int) -> tuple[bool | None, Any, int, str]:
+def _checked(
+    logic: str, context: z3.Context, constraints: Sequence[z3.BoolRef] | z3.AstVector, budget: int
+) -> tuple[bool | None, z3.ModelRef | None, int, str]:
     """Satisfiable or not (None: budget ended), a model, resources spent, and why there is no answer."""
     solver = z3.SolverFor(logic, ctx=context)
     solver.set("rlimit", budget)
