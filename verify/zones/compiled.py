@@ -14,7 +14,7 @@ from verify.zones.search import MAX_PARTS, Branch, BudgetError, Resolve, Search
 from verify.zones.tables import Flat, Problem, ZoneTree
 
 try:
-    from verify.zones import _zones  # pyright: ignore[reportAttributeAccessIssue]
+    from verify.zones import _zones
 except ImportError:
     _zones = None
 AVAILABLE = _zones is not None and sys.byteorder == "little" and array("i").itemsize == 4
@@ -52,7 +52,7 @@ class CompiledSearch:
     def __init__(self, problem: Problem, region: Flat, budget: int) -> None:
         bits = width(problem)
         assert bits is not None
-        self.nodes, self.open, self._budget, self._bits = 0, [], budget, bits
+        self.nodes, self.open, self._budget, self._bits = 0, list[int](), budget, bits
         self._counts = problem.sizes
         self._sizes = array("i", problem.sizes).tobytes()
         self._edges = array("i", [end for edge in problem.edges for end in edge]).tobytes()
@@ -108,7 +108,7 @@ class CompiledSearch:
         places = tuple(array("i", own).tobytes() for own in classes)
         _, closed, kept = self._walk(_Walk(0, trees, places, self._packing(resolve)), wanted=most + 1)
         bytes_each, leaves, cells = self._bits // 8, 4 * len(trees), sum(size * size for size in self._counts)
-        found = []
+        found: list[Branch] = []
         for start in range(0, len(kept), leaves + bytes_each * cells):
             weights = range(start + leaves, start + leaves + bytes_each * cells, bytes_each)
             numbers = [int.from_bytes(kept[at : at + bytes_each], "little", signed=True) for at in weights]
@@ -117,7 +117,8 @@ class CompiledSearch:
 
     def _walk(self, walk: _Walk, wanted: int = 0) -> tuple[bytes, bool, bytes]:
         rows = tuple(self._rows(tree) for tree in walk.trees)
-        status, self.nodes, stream, path, masks, kept = _zones.walk(  # pyright: ignore[reportOptionalMemberAccess]
+        assert _zones is not None
+        status, self.nodes, stream, path, masks, kept = _zones.walk(
             self._bits, self._sizes, self._edges, self._weights, self._infinite, array("i", self._pool).tobytes(),
             self._region, walk.agent, rows, walk.classes, walk.resolve, walk.denials, walk.parts, walk.allowed,
             self.nodes, self._budget, wanted,

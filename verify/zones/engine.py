@@ -45,8 +45,9 @@ class Outcome:
     nodes: int  # search nodes over all goals
     goal: str = ""
     state: Mapping[str, Fraction] | None = None  # coordinate of the region's box -> exact value
-    proofs: Mapping[str, bytes] = field(default_factory=dict)  # goal -> proof stream
-    inhabitant: Mapping[str, Fraction] = field(default_factory=dict)  # a point of the region, so that it is not empty
+    proofs: Mapping[str, bytes] = field(default_factory=dict[str, bytes])  # goal -> proof stream
+    # a point of the region, so that it is not empty
+    inhabitant: Mapping[str, Fraction] = field(default_factory=dict[str, Fraction])
     reason: str = ""
 
 
@@ -74,7 +75,7 @@ def decide(question: DecisionQuestion) -> Outcome:
     of at most two coordinates or speaks of one that the region does not bound.
     """
     tests, budget = Tests.of(question), question.budgets.max_nodes
-    spent, proofs, inhabitant, reasons = 0, {}, {}, []
+    spent, proofs, inhabitant, reasons = 0, dict[str, bytes](), dict[str, Fraction](), list[str]()
     for goal in question.goals:
         query = ZoneQuery(question, goal, tests)
         try:
@@ -104,7 +105,7 @@ class ZoneQuery:
             zone_tree(self._table, policy, tests.splits[policy.agent], tests.barred.get(policy.agent, ()))
             for policy in self._table.policies
         ]
-        self._disjoint = disjoint(self._table) if apart else lambda flat: flat
+        self._disjoint = disjoint(self._table) if apart else _as_it_is
         self.problem = problem(self._table)
         self._box = tuple(question.region.box)
         # a region that is plainly false has no point, and the search is not asked
@@ -153,7 +154,7 @@ class ZoneQuery:
 
     def _lemmas(self) -> tuple[list[bytes], list[list[int]]]:
         """Each agent's walk, and what holds below each node of its tree."""
-        streams, masks = [], []
+        streams, masks = list[bytes](), list[list[int]]()
         for agent, tree in enumerate(self._trees):
             if self._table.parts[agent]:
                 walked, found = self._search.lemmas(tree, self._denials(agent), None)
@@ -218,6 +219,10 @@ class ZoneQuery:
         return state(self.problem, self._search.open, self._box)
 
 
+def _as_it_is(flat: Flat | None) -> Flat | None:
+    return flat
+
+
 def _below(tree: ZoneTree, masks: list[int]) -> list[int]:
     """The parts that hold at every leaf below each node, from those at the leaves. Children follow parents."""
     found = list(masks)
@@ -229,7 +234,7 @@ def _below(tree: ZoneTree, masks: list[int]) -> list[int]:
 
 def state(asked: Problem, numbers: Sequence[int], names: Sequence[str]) -> dict[str, Fraction]:
     """Exact values of coordinates that meet the numbered bounds: each in the middle of what is left to it."""
-    zones = []
+    zones: list[list[int]] = []
     for component, size in enumerate(asked.sizes):
         bounds = [0 if i == j else asked.infinite for i in range(size) for j in range(size)]
         for number in numbers:

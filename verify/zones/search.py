@@ -47,7 +47,7 @@ class Search:
     region: Flat
     budget: int
     nodes: int = 0
-    open: list[int] = field(default_factory=list)  # numbers of the bounds on an open branch
+    open: list[int] = field(default_factory=list[int])  # numbers of the bounds on an open branch
 
     def __post_init__(self) -> None:
         self._path: list[int] = []
@@ -107,7 +107,7 @@ class Search:
         return _Frame(self._whole(), 0, self.region, agent=0, known=tuple(known[0] for known in classes))
 
     def _whole(self) -> Zone:
-        matrices = []
+        matrices: Zone = []
         for size in self.problem.sizes:
             bounds = [self.problem.infinite] * (size * size)
             bounds[:: size + 1] = [0] * size
@@ -197,7 +197,7 @@ class Search:
 
     def _steps(self, steps: Sequence[int], size: int, a: int, b: int) -> list[int]:
         """The places of the bounds on the path from a to b."""
-        found = []
+        found: list[int] = []
         while a != b:
             found.append(steps[a * size + b])
             a = self.problem.edges[self._path[found[-1]]][2]

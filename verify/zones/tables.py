@@ -7,7 +7,7 @@ Does not: search; share more than checker/thresholds.py with the checker, which 
   (checker/README.md).
 """
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from math import lcm
@@ -141,7 +141,7 @@ class Table:
         one = Fraction(1)
         pairs = [((one, name),) for name in region.box] + [((one, a), (-one, b)) for a, b, _ in region.differences]
         bounds = [*region.box.values(), *(bounds for *_, bounds in region.differences)]
-        flats = []
+        flats: list[Flat | None] = []
         for terms, (low, high) in zip(pairs, bounds, strict=True):
             flats += [self.atom(_opposite(terms, -low)), self.atom(Linear(terms, high))]
         for a, b, least in region.apart:
@@ -227,10 +227,10 @@ def split_sides(
     at most that much leads there.
     """
     tree = policy.tree
-    splits = dict.fromkeys(zip(tree.feature.tolist(), tree.threshold.tolist(), strict=True))
+    pairs: Iterator[tuple[int, float]] = zip(tree.feature.tolist(), tree.threshold.tolist(), strict=True)
     return {
         (feature, threshold): sides(policy.features[feature], threshold, semantics, eps)
-        for feature, threshold in splits
+        for feature, threshold in dict.fromkeys(pairs)
         if feature != NO_FEATURE
     }
 
@@ -335,7 +335,7 @@ def problem(table: Table) -> Problem:
         sizes[component] += 1
     denominator = lcm(*{bound.most.denominator for bound in table.numbers})
     scale = denominator * EPSILON
-    edges, weights = [], []
+    edges, weights = list[tuple[int, int, int]](), list[int]()
     for upper, lower, most, strict in table.numbers:
         component = places[upper or lower][0]
         edges.append((component, places[upper][1] if upper else 0, places[lower][1] if lower else 0))
