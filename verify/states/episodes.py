@@ -67,7 +67,7 @@ def play(profile: PolicyProfile, start: Float64, steps: int) -> tuple[Float64, A
     velocity = np.array([[names.index(f"{entity.name}.v{axis}") for axis in "xy"] for entity in world.agents])
     now = start.copy()
     now[:, velocity] = 0.0
-    episode, actions = [now], []
+    episode, actions = [now], list[Actions]()
     for _ in range(steps):
         choice = np.stack([chosen(policy, now, world) for policy in _in_order(profile)], axis=1).astype(np.int64)
         following = now.copy()
@@ -263,7 +263,7 @@ def ways_of(profile: PolicyProfile, claim: EpisodeClaim, episode: Episode) -> tu
     landmarks = marks(profile, claim)
     apart = gaps(profile, claim, episode.coordinates)
     names, order = profile.world.coordinates(), [entity.name for entity in profile.world.agents]
-    found = []
+    found: list[Way] = []
     for number, policy in enumerate(profile.team(claim.team)):
         nearest = apart[:, number].min(axis=0) if claim.name == KEEPS_APART else apart[-1, number]
         own = landmarks.index(claim.landmarks[number]) if claim.landmarks else int(nearest.argmin())
@@ -277,7 +277,7 @@ def ways_of(profile: PolicyProfile, claim: EpisodeClaim, episode: Episode) -> tu
                 nearest=float(distances.min()),
                 step=int(distances.argmin()),
                 last=float(distances[-1]),
-                actions=tuple(policy.actions[action].name for action in actions),
+                actions=tuple(policy.actions[int(action)].name for action in actions),
                 places=tuple((float(x), float(y)) for x, y in episode.coordinates[:, columns]),
             )
         )

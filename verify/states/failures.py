@@ -84,7 +84,7 @@ def _failing(question: DecisionQuestion, states: Sequence[State]) -> Iterator[St
     rows = np.array([row for row, _, _ in tries], dtype=np.int64)
     joint = np.array([acts for _, acts, _ in tries], dtype=np.int32).reshape(-1, len(team))
     actions = {policy.agent: column for policy, column in zip(team, joint.T, strict=True)}
-    wrong = _judged(question, coordinates[rows], [states[row].goal for row in rows.tolist()], actions)
+    wrong = _judged(question, coordinates[rows], [states[row].goal for row, _, _ in tries], actions)
     known: set[int] = set()
     for row, _, errors in (tries[place] for place in np.flatnonzero(wrong).tolist()):
         if row not in known:

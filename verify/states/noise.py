@@ -14,7 +14,7 @@ from itertools import chain, product
 import numpy as np
 
 from codegen import ir
-from codegen.ir import AgentPolicy, Bool, Float64, PolicyProfile, WorldSpec
+from codegen.ir import AgentPolicy, Bool, FeatureSpec, Float64, PolicyProfile, WorldSpec
 from codegen.observe import observe
 from verify.claims.formula import given
 from verify.claims.region import MACHINE, REAL
@@ -152,7 +152,7 @@ def _sums(
     policy: AgentPolicy, coordinates: Float64, world: WorldSpec, eps: float, semantics: str
 ) -> tuple[Float64, list[float]]:
     """What each feature measures before its function, [batch, n_features], and by how much it may be off."""
-    plain = []
+    plain: list[FeatureSpec] = []
     for feature in policy.features:
         assert feature.meaning is not None
         kept = measurable(feature.meaning)

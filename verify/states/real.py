@@ -51,7 +51,7 @@ def leaf_of(tree: Tree, measurements: Sequence[Fraction]) -> int:
     """The leaf to which exact measurements [n_features] lead."""
     node = ROOT
     while tree.feature[node] != NO_FEATURE:
-        left = measurements[tree.feature[node]] <= Fraction(float(tree.threshold[node]))
+        left = measurements[int(tree.feature[node])] <= Fraction(float(tree.threshold[node]))
         node = int(tree.left[node] if left else tree.right[node])
     return node
 

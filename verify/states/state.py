@@ -31,7 +31,7 @@ class State:
 
     position: Mapping[str, Value]
     goal: str
-    errors: Mapping[str, Value] = field(default_factory=dict)
+    errors: Mapping[str, Value] = field(default_factory=dict[str, Value])
 
     @property
     def floats(self) -> bool:
@@ -87,7 +87,7 @@ def meaning_of(feature: ir.FeatureSpec) -> ir.Meaning:
 
 def measurements(profile: PolicyProfile, policy: ir.AgentPolicy, state: State) -> list[Fraction]:
     """What an agent's features measure in a world state without rounding, errors included, [n_features]."""
-    at, found = state.exactly(profile), []
+    at, found = state.exactly(profile), list[Fraction]()
     for feature in policy.features:
         meaning = meaning_of(feature)
         error = Fraction(state.errors.get(error_name(policy.agent, feature.name), 0.0))
