@@ -11,7 +11,7 @@ costs less than many. A proof that follows opponents is one about these opponent
 reads them or contacts may push.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -27,7 +27,7 @@ from verify.claims.region import Verdict
 from verify.episodes.contacts import colliders, travels
 from verify.episodes.cuts import away, too_near, unmatched
 from verify.episodes.unroll import Cut, Group, Search, ensure_exact, grouped, read_by, strides
-from verify.episodes.zones import Start, Zones, closed, hulls, point_in, starts
+from verify.episodes.zones import Int64, Start, Zones, closed, hulls, point_in, starts
 from verify.question import EpisodeQuestion
 from verify.states.episodes import at_rest, first_failing, fulfilled, owned, play, playable
 from verify.states.shares import SAMPLE_SEED
@@ -114,7 +114,9 @@ class _Decider:
         self.followed: list[tuple[str, ...]] = []
         self.shown: dict[Part, None] = {}
         needed = claim.name == KEEPS_APART or partners(profile.world)
-        self.travel = travels(profile.world, strides(profile), parts, claim.steps) if needed else {}
+        self.travel: Mapping[str, Int64] = (
+            travels(profile.world, strides(profile), parts, claim.steps) if needed else {}
+        )
 
     def decision(self) -> Decision:
         """The verdict over all goals."""
@@ -168,7 +170,7 @@ class _Decider:
         if left is None or left.zones is None or not self._left():
             return left
         agents, everybody = left.group.agents, tuple(policy.agent for policy in self.profile.agents)
-        read = frozenset().union(*(read_by(self.profile.policy(agent)) for agent in agents))
+        read = frozenset[str]().union(*(read_by(self.profile.policy(agent)) for agent in agents))
         named = frozenset(name for pair in left.task.apart for name in pair)
         if not (read | named | colliders(self.profile.world, agents)) & set(everybody) - set(agents):
             return left
@@ -215,7 +217,7 @@ class _Decider:
         """The agents with the team-mates whom they read or may touch, and so on."""
         found = set(agents)
         while True:
-            read = frozenset().union(*(read_by(self.profile.policy(agent)) for agent in found))
+            read = frozenset[str]().union(*(read_by(self.profile.policy(agent)) for agent in found))
             more = found | ((read | colliders(self.profile.world, tuple(found))) & set(self.team))
             if more == found:
                 return tuple(agent for agent in self.team if agent in found)

@@ -135,7 +135,7 @@ class Pair:
             return [zones]
         found = [zones]
         for axis in range(2):
-            small = []
+            small: list[Zones] = []
             while found:
                 part = found.pop()
                 low, high = -part.bounds[:, axis, q, p], part.bounds[:, axis, p, q]
@@ -216,7 +216,7 @@ class Contacts:
 def contacts_of(world: WorldSpec, bodies: Mapping[str, Body], max_speed: tuple[float | None, ...]) -> Contacts | None:
     """What may push the agents of a group, of which `max_speed` are the speed limits; None where nothing does."""
     entities = [entity.name for entity in world.agents + world.landmarks]
-    pairs, distances = [], []
+    pairs, distances = list[Pair](), list[float]()
     for i, j, touching in partners(world):
         known_as = sorted((bodies[name] for name in (entities[i], entities[j]) if name in bodies), key=_followed_first)
         if len(known_as) == 2 and known_as[0].agent >= 0:

@@ -32,7 +32,7 @@ class _Target:
 
     def sides(self, zones: Zones) -> list[tuple[int, int, int, Int64]]:
         """(axis, p, q, limit [n]) for the four sides: who has start(p) - start(q) <= limit on all has arrived."""
-        (p, q), found = self._ends, []
+        (p, q), found = self._ends, list[tuple[int, int, int, Int64]]()
         for axis in range(2):
             least, most = zones.offsets(slice(None), self._mover, axis)
             found += [(axis, p, q, self._near - most), (axis, q, p, self._near + least)]
@@ -41,7 +41,7 @@ class _Target:
     def possible(self, zones: Zones) -> Bool:
         """Zones of which some part has arrived for sure, [n]."""
         found = np.ones(zones.count, dtype=bool)
-        limits = []
+        limits: list[Int64] = []
         for axis, p, q, limit in self.sides(zones):
             found &= limit > -zones.bounds[:, axis, q, p]
             limits.append(limit)

@@ -145,7 +145,8 @@ class Prover:
             for j, far in enumerate(bounds.most[q])
             if far < unbounded
         ]
-        found, paths = [], []
+        found: list[list[int]] = []
+        paths: list[list[tuple[int, ...]]] = []
         for i, (row, path) in enumerate(zip(bounds.most, bounds.through, strict=True)):
             if row[p] + limit < row[q]:  # else nothing in this row gets closer
                 row, path, before, way = row.copy(), path.copy(), row[p], path[p] + ((nodes[p],) if p != i else ())
@@ -162,7 +163,7 @@ class Prover:
 
 def _walk(found: Several, answer: int) -> bytes:
     """Closes the sides that do not end in an answer."""
-    told = []
+    told: list[bytes] = []
     for side, one in found.sides:
         if side.child != answer:
             rest = one if isinstance(one, bytes) else one.walk if isinstance(one, Only) else _walk(one, answer)

@@ -84,7 +84,7 @@ class Group:
 
 def read_by(policy: AgentPolicy) -> frozenset[str]:
     """The entities that the tree's tests read, the goal as `goal`."""
-    tested = {policy.features[feature] for feature in policy.tree.feature if feature != ir.NO_FEATURE}
+    tested = {policy.features[int(feature)] for feature in policy.tree.feature if feature != ir.NO_FEATURE}
     meanings = [feature.meaning for feature in tested if feature.meaning]
     return frozenset(name.rpartition(".")[0] for meaning in meanings for _, name in meaning.terms)
 
@@ -151,7 +151,7 @@ class _Resolver:
         children = self.node(policy, int(tree.left[place])), self.node(policy, int(tree.right[place]))
         if children[0] == children[1]:
             return children[0]
-        return self._split(policy.features[tree.feature[place]], tree.threshold[place], children)
+        return self._split(policy.features[int(tree.feature[place])], tree.threshold[place], children)
 
     def _split(self, feature: ir.FeatureSpec, threshold: np.float32, children: tuple[Node, Node]) -> Node:
         meaning = feature.meaning
@@ -184,7 +184,7 @@ class _Resolver:
         self, feature: ir.FeatureSpec, weights: Mapping[str, int]
     ) -> tuple[int, int, int, tuple[tuple[int, int, bool], ...] | None]:
         """(axis, p, q, moved) of a test on start(p) - start(q); moved is None where other agents decide."""
-        axes, ends, moved = set(), {1: ZERO, -1: ZERO}, []
+        axes, ends, moved = set[str](), {1: ZERO, -1: ZERO}, list[tuple[int, int, bool]]()
         self.sees_speed |= any(name.rpartition(".")[2].startswith("v") for name in weights)
         for name, weight in weights.items():
             entity, _, part = name.rpartition(".")
@@ -337,7 +337,7 @@ def _asked(zones: Zones, node: Node, pieces: _Pieces) -> _Asked:
     """What pieces choose below a node."""
     if isinstance(node, int):
         return _Asked(pieces, np.full(len(pieces.rows), node), [])
-    action, sides = np.full(len(pieces.rows), NOWHERE), []
+    action, sides = np.full(len(pieces.rows), NOWHERE), list[tuple[Int64, _Asked]]()
     for child, (kept, part) in zip(node.children, _sides(zones, node, pieces), strict=True):
         if len(kept):
             below = _asked(zones, child, part)
@@ -371,7 +371,7 @@ def _sides(zones: Zones, node: Split, pieces: _Pieces) -> list[tuple[Int64, _Pie
     for _, agent, of_velocity in node.moved:
         unmoved &= ~zones.moved[rows, agent, node.axis] & (not of_velocity)
     known = np.where(unmoved, pieces.went[:, node.number], 0)
-    found = []
+    found: list[tuple[Int64, _Pieces]] = []
     for number, side in enumerate(node.sides, 1):
         kept = np.flatnonzero((known == 0) | (known == number))
         # a test that was answered is in the bounds already: its limits cut nothing more

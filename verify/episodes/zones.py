@@ -105,7 +105,7 @@ class Zones(NamedTuple):
         return Zones(*joined)
 
     @property
-    def count(self) -> int:
+    def count(self) -> int:  # pyright: ignore[reportIncompatibleMethodOverride]  # nobody counts a batch's members
         """How many zones there are."""
         return self.bounds.shape[0]
 
