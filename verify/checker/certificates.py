@@ -9,11 +9,11 @@ import base64
 import binascii
 import hashlib
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Generator, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, fields
 from fractions import Fraction
-from typing import Any
+from typing import Any, TypeAlias
 
 import msgspec
 
@@ -35,6 +35,7 @@ LINE = 96  # characters of a proof on a line
 NAMED = ("name", "team", "margin", "radius", "kappa", "landmarks")  # of a property, what a certificate states
 NOISY = (*NAMED, "eps", "of")  # of steady
 REMAKE = "make it again with `maviper verify -o`"
+_Parameter: TypeAlias = str | Fraction | tuple[str, ...]  # of a named property
 
 
 @dataclass(frozen=True)
@@ -177,7 +178,7 @@ def to_json(certificate: Certificate) -> str:
 
 
 @contextmanager
-def undamaged(where: str) -> Iterator[None]:
+def undamaged(where: str) -> Generator[None]:
     """InputError for what goes wrong when a damaged certificate is read."""
     try:
         yield
@@ -248,7 +249,8 @@ def read_proof(lines: Sequence[str], where: str) -> bytes:
 
 def _property_document(claim: DecisionClaim) -> dict[str, Any]:
     named = NOISY if claim.name == STEADY else NAMED
-    values = {item.name: getattr(claim, item.name) for item in fields(claim) if item.name in named}
+    stated = [item.name for item in fields(claim) if item.name in named]
+    values: dict[str, _Parameter] = {name: getattr(claim, name) for name in stated}
     return {name: list(value) if isinstance(value, tuple) else str(value) for name, value in values.items()}
 
 
@@ -259,10 +261,10 @@ def _property(document: Mapping[str, str | list[str]]) -> DecisionClaim:
     for name, value in document.items():
         if name not in named:
             raise ValueError(f"$.property.{name}: a certificate states {', '.join(named)}")
-        kind = type(getattr(plain, name))
-        if isinstance(value, str) == issubclass(kind, tuple):
+        default: _Parameter = getattr(plain, name)
+        if isinstance(value, str) == isinstance(default, tuple):
             raise ValueError(f"$.property.{name}: {value}")
-        convert = read_number if kind is Fraction else kind
+        convert = read_number if isinstance(default, Fraction) else str
         given[name] = tuple(value) if isinstance(value, list) else convert(value)
     said = given.get("of", "") if given["name"] == STEADY else given["name"]
     if said not in PLAIN:  # the formula of others is not all that they claim

@@ -6,7 +6,7 @@ Does not: search for cycles, or import an engine.
 """
 
 from collections.abc import Callable, Iterator, Sequence
-from functools import cache
+from functools import cache, partial
 from typing import TypeAlias
 
 from codegen.ir import ROOT, PolicyProfile
@@ -44,7 +44,7 @@ def check(
     team = [policy for policy in profile.agents if policy.agent in agents(claim)]
     reading = Reading([policy.agent for policy in team], goal)
     start = reading.flat(region_formula(region), True)
-    denied = cache(lambda known: reading.flat(claim, False, known))
+    denied = cache(partial(reading.flat, claim, False))
     denied((UNKNOWN,) * len(team))  # numbers the claim's bounds and parts
     trees = [reading.tree(policy, semantics) for policy in team]
     edges, known, closed = reading.edges(), list[list[Known]](), 0

@@ -129,7 +129,7 @@ class Episode:
         strongest = max(abs(part) for pushes in self._pushes for push in pushes for part in push)
         _ensure_exact(world, claim.steps, region, strongest)
         self.answers = max(1 + ARRIVED, *(len(policy.actions) for policy in self._policies))
-        tested = [p.features[f].meaning for p in self._policies for f in p.tree.feature.tolist() if f != NO_FEATURE]
+        tested = [p.features[int(f)].meaning for p in self._policies for f in p.tree.feature if f != NO_FEATURE]
         self._sees_speed = any(name in speeds for meaning in tested if meaning for _, name in meaning.terms)
         self._unknown = {name for name in self.names if name.rpartition(".")[0] in entities.keys() - set(followed)}
         self._read(region, goal, claim.radius, allowed)
@@ -215,7 +215,7 @@ class Episode:
                 node = (self._side(beyond, away, SLACK), self._side(within, node, -SLACK))
             return node
 
-        return asked(frozenset(), 0)
+        return asked(frozenset[tuple[str, str]](), 0)
 
     def bound(self, side: Side, now: Now) -> tuple[int, int, int]:
         """What an answer says of the starts: (upper, lower, most), the ends as nodes."""
@@ -247,7 +247,8 @@ class Episode:
 
     def _later(self, now: Now, chosen: Sequence[int]) -> Now:
         """One step: positions move with the old velocity, then actions push; who has not chosen yet is not pushed."""
-        shift, moved, speeds = now.shift.copy(), now.moved.copy(), []
+        shift, moved = now.shift.copy(), now.moved.copy()
+        speeds: list[tuple[float, float]] = []
         for place, mover in enumerate(self._movers):
             speed: list[float] = []
             pushes = self._pushes[place][chosen[place]] if chosen else (0.0, 0.0)
@@ -280,7 +281,7 @@ def _push(effect: tuple[float, float] | None, mover: EntitySpec, world: WorldSpe
 
 def _nearness(agent: str, landmark: str, radius: Fraction) -> list[tuple[Linear, Linear]]:
     """(beyond, within) for each of the four sides of the square around a landmark."""
-    found = []
+    found: list[tuple[Linear, Linear]] = []
     for axis in "xy":
         for sign in (1, -1):
             ahead = ((Fraction(sign), f"{agent}.{axis}"), (Fraction(-sign), f"{landmark}.{axis}"))

@@ -105,7 +105,7 @@ class Reading:
             if split[0] == NO_FEATURE:
                 continue
             if split not in seen:
-                left, right = sides(policy.features[split[0]], split[1], *semantics)
+                left, right = sides(policy.features[int(split[0])], split[1], *semantics)
                 cut = (left.bound, not left.strict) if semantics.eps and isinstance(left, Linear) else None
                 seen[split] = self.flat(right, True), self.flat(left, True), cut
             over, under, cut = seen[split]
