@@ -95,7 +95,7 @@ def _ending(question: DecisionQuestion, failing: Sequence[Failing]) -> str:
 
 
 def _part(question: DecisionQuestion, part: Region) -> Part:
-    profile, claim, shares = question.profile, question.claim, []
+    profile, claim, shares = question.profile, question.claim, list[Share]()
     for whole in (question.region, everywhere(profile)):
         coordinates, goals = sample(whole, profile.world, SAMPLES, SAMPLE_SEED)
         if claim.assume != TRUE:
@@ -103,6 +103,6 @@ def _part(question: DecisionQuestion, part: Region) -> Part:
             coordinates, goals = coordinates[kept], goals[kept]
         inside = contains(part, coordinates, profile.world)
         if part.goals:
-            inside &= [profile.world.landmarks[goal].name in part.goals for goal in goals]
+            inside &= [profile.world.landmarks[int(goal)].name in part.goals for goal in goals]
         shares.append(Share(int(inside.sum()), len(inside)))
     return Part(part, exact_part(question, part), *shares)

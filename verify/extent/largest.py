@@ -74,7 +74,7 @@ def _states(question: DecisionQuestion, seed: int) -> _States | None:
     profile, claim = question.profile, question.claim
     coordinates, _ = sample(question.region, profile.world, DRAWN, seed)
     names = profile.world.coordinates()
-    violating, conflicting = {}, {}
+    violating, conflicting = dict[str, Bool](), dict[str, Bool]()
     for goal in question.goals:
         for axis in "xy" if goal else "":
             coordinates[:, names.index(f"{GOAL}.{axis}")] = coordinates[:, names.index(f"{goal}.{axis}")]
@@ -100,7 +100,7 @@ def _tries(failing: Sequence[Failing], states: _States, goals: int) -> list[_Try
     conflict = np.logical_or.reduce([states.conflicting[one.goal] for one in failing])
     weights = np.where(bad, 0.0, np.where(conflict, CONFLICTING, 1.0))
     carver = Carver(obstacles(failing), states.columns, weights)
-    found = []
+    found: list[_Try] = []
     for seed in map(int, np.flatnonzero(conflict & ~bad)[:SEEDS]):
         cuts = carver.carve(seed, {}, carver.obstacles.zones)
         if cuts is not None:

@@ -39,7 +39,7 @@ class Failing:
         names = [[""] * size for size in self.problem.sizes]
         for name, (component, node) in self.problem.places.items():
             names[component][node] = name
-        found, start = {}, 0
+        found, start = dict[tuple[str, str], tuple[Fraction, bool]](), 0
         for own in names:
             for i, a in enumerate(own):
                 for j, b in enumerate(own):
