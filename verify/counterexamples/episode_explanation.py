@@ -152,7 +152,7 @@ def _spans(question: EpisodeQuestion, state: State, episode: Episode) -> tuple[S
     lows, highs = good[::2], good[1::2]
     between = [(name, float(value)) for name, *pair in zip(names, lows, highs, strict=True) for value in _spaced(*pair)]
     gaps = [moved for moved, there in zip(between, stand(between), strict=True) if not there]
-    spans = []
+    spans: list[StartSpan] = []
     for name, low, high in zip(names, lows, highs, strict=True):
         here, played = float(state.position[name]), [value for other, value in between if other == name]
         holes = [value for other, value in gaps if other == name]

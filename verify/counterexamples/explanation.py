@@ -207,7 +207,7 @@ def explained(question: DecisionQuestion, found: Counterexample) -> Explanation:
 
 def _tests(policy: AgentPolicy, view: AgentView, state: State, semantics: str) -> list[Formula]:
     """What each test on an agent's path says of the world, as it fell out there, errors being as they are."""
-    found = []
+    found: list[Formula] = []
     for step in view.path:
         feature = next(one for one in policy.features if one.name == step.feature)
         error = Fraction(state.errors.get(error_name(policy.agent, feature.name), 0.0))
@@ -237,7 +237,7 @@ def _spans(question: DecisionQuestion, state: State, keeps: Formula) -> tuple[Sp
         moved = State({**state.position, name: value}, state.goal, state.errors)
         return inside(region, moved) and violates(question, moved) and reached(moved) == leaves
 
-    found, exact = [], state.exactly(question.profile)
+    found, exact = list[Span](), state.exactly(question.profile)
     for name, bounds in region.box.items():
         allowed = along(limits, name, exact, closed(*bounds))
         kept = along(keeps, name, exact, allowed)
@@ -273,7 +273,7 @@ def _real_span(name: str, value: Value, allowed: Line, kept: Line) -> tuple[Span
 
 def _room(policy: AgentPolicy, view: AgentView, tests: list[Formula], exact: Mapping[str, Fraction]) -> AgentRoom:
     cell: dict[str, tuple[float, float]] = {}
-    turns = []
+    turns: list[Turn] = []
     for step, test in zip(view.path, tests, strict=True):
         low, high = cell.get(step.feature, (-math.inf, math.inf))
         cell[step.feature] = (low, min(high, step.threshold)) if step.left else (max(low, step.threshold), high)

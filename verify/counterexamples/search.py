@@ -270,7 +270,7 @@ def explain(question: DecisionQuestion, state: State, replays: Mapping[str, Repl
     profile, claim, semantics = question.profile, question.claim, question.semantics
     did = acted(profile, question.formula, claim.team, state, replays, semantics)
     engaged = engaged_with(profile, claim, state, did.actions)
-    views = []
+    views: list[AgentView] = []
     for policy in profile.team(claim.team):
         leaf = leaf_at(profile, policy, state, semantics)
         seen: Sequence[Value] = (
@@ -287,7 +287,7 @@ def explain(question: DecisionQuestion, state: State, replays: Mapping[str, Repl
 
 def path(policy: ir.AgentPolicy, seen: Sequence[Value]) -> tuple[Step, ...]:
     """The tests that lead to the decision for one observation [n_features], rounded or exact."""
-    tree, node, steps = policy.tree, ir.ROOT, []
+    tree, node, steps = policy.tree, ir.ROOT, list[Step]()
     while tree.feature[node] != ir.NO_FEATURE:
         feature, threshold = int(tree.feature[node]), float(tree.threshold[node])
         left = seen[feature] <= threshold
