@@ -18,7 +18,7 @@ import numpy as np
 
 from codegen.errors import InputError
 from codegen.floats import round_down
-from codegen.ir import NO_FEATURE, AgentPolicy, Float32, Float64, Tree
+from codegen.ir import NO_FEATURE, AgentPolicy, Float32, Float64, Int32, Tree
 from codegen.paths import box_of, in_preorder
 from verify.checker.thresholds import sides
 from verify.claims.decisions import DecisionClaim
@@ -67,12 +67,12 @@ class Seen:
 
     rows: Float32  # [n, n_features]
     weight: Float64  # [n], of sum 1
-    leaf: np.ndarray  # [n] of the tree before
+    leaf: Int32  # [n] of the tree before
 
 
 def offset_features(policy: AgentPolicy, landmark: str) -> tuple[int, int]:
     """The features that are the landmark's offset from the agent on x and y. InputError when it has none."""
-    found = []
+    found: list[int] = []
     for axis in "xy":
         wanted = {(1, f"{landmark}.{axis}"), (-1, f"{policy.agent}.{axis}")}
         for place, feature in enumerate(policy.features):
@@ -100,7 +100,8 @@ class _Grid:
         self._features, self._semantics = offset_features(policy, landmark), question.semantics
         box = box_of(policy.tree, leaf)
         reach = [_reach(question.region, policy.agent, landmark, axis) for axis in "xy"]
-        self._lines, self._ends = [], []
+        self._lines: list[list[float]] = []
+        self._ends: list[list[Fraction]] = []
         for feature, (low, high) in zip(self._features, reach, strict=True):
             below, above = box.low.get(feature), box.high.get(feature)
             lines = [line for line in _lines(question.claim) if _between(below, line, above)]

@@ -120,7 +120,7 @@ class _Team:
 
     def guarded(self, guards: Mapping[tuple[str, int], Guard]) -> PolicyProfile:
         """The profile with guards in the places of leaves; every other leaf decides as before, which is proved."""
-        agents = []
+        agents: list[AgentPolicy] = []
         for policy in self.profile.agents:
             parts = {leaf: one.tree for (agent, leaf), one in guards.items() if agent == policy.agent}
             if parts:
@@ -177,7 +177,7 @@ def _astray(
     team: _Team, profile: PolicyProfile, roles: Mapping[str, str], state: Mapping[str, Fraction], goal: str
 ) -> Sequence[AgentPolicy]:
     """The agents, with their trees before the repair, that are not engaged with their landmarks at a point."""
-    at, found = _at(state, goal), []
+    at, found = _at(state, goal), list[AgentPolicy]()
     for before in team.policies:
         now = profile.policy(before.agent)
         action = int(now.tree.action[_leaf(now, team.semantics, at)])
