@@ -248,7 +248,7 @@ def picture(profile: PolicyProfile, found: Counterexample) -> dict[str, Any]:
 
     team = {view.agent: view for view in found.agents}
     taken: list[tuple[float, float, float, float]] = []  # rectangles of marks, arrows and labels
-    agents = []
+    agents: list[dict[str, Any]] = []
     for entity in profile.world.agents:
         x, y = place(entity.name)
         mark: dict[str, Any] = {"name": entity.name, "x": x, "y": y, "ours": entity.name in team, "arrow": None}
@@ -261,7 +261,7 @@ def picture(profile: PolicyProfile, found: Counterexample) -> dict[str, Any]:
                 taken += [_around(tip_x, tip_y, MARK), _around((x + tip_x) / 2, (y + tip_y) / 2, MARK)]
         agents.append(mark)
         taken.append(_around(x, y, MARK))
-    landmarks = []
+    landmarks: list[dict[str, Any]] = []
     for entity in profile.world.landmarks:
         x, y = place(entity.name)
         landmarks.append({"name": entity.name, "x": x, "y": y, "goal": entity.name == found.state.goal})

@@ -5,7 +5,7 @@ Assumes: tests that hold the lists of modules against what the checker and the r
 Does not: import them.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 CODEGEN = ("check", "errors", "floats", "ir", "json_fault", "policy_json", "region", "schema")
 CLAIMS = ("decisions", "formula", "formula_json", "matching", "predicates", "region", "verifiable")
@@ -34,12 +34,12 @@ REFEREE = {
 }
 
 
-def modules(base: dict[str, tuple[str, ...]]) -> list[str]:
+def modules(base: Mapping[str, tuple[str, ...]]) -> list[str]:
     """The full names of the modules of a base."""
     return sorted(f"{folder.replace('/', '.')}.{name}" for folder, names in base.items() for name in names)
 
 
-def listed(base: dict[str, tuple[str, ...]]) -> str:
+def listed(base: Mapping[str, tuple[str, ...]]) -> str:
     """The modules of a base in words."""
     return "; ".join(f"of {folder}: {', '.join(sorted(names))}" for folder, names in base.items())
 

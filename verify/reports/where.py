@@ -99,7 +99,7 @@ def _most(profile: PolicyProfile, result: Result) -> list[dict[str, Any]]:
     for row in _ranked(result.where):
         together.setdefault(tuple(zip(row[0].agents, row[1][0], strict=True)), []).append(row)
     sums = {leaves: sum((row[2] or Fraction(0) for row in rows), Fraction(0)) for leaves, rows in together.items()}
-    facts = []
+    facts: list[dict[str, Any]] = []
     for leaves in sorted(together, key=lambda leaves: (-sums[leaves], -len(together[leaves]), leaves))[:SHOWN]:
         failing, zone, _ = together[leaves][0]
         agents = [
