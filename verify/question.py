@@ -110,7 +110,7 @@ EpisodeQuestion = Question[EpisodeClaim]
 def shuffled(profile: PolicyProfile, team: str, seed: int = CONTROL_SEED) -> PolicyProfile:
     """The control: the same trees, with the actions of each team member's leaves shuffled."""
     rng = np.random.default_rng(seed)
-    policies = []
+    policies: list[AgentPolicy] = []
     for policy in profile.agents:
         if policy.team == team:
             action = policy.tree.action.copy()

@@ -140,7 +140,7 @@ def _assignment(profile: PolicyProfile, claim: DecisionClaim) -> Formula:
     if len(profile.team(claim.team)) != 2:
         raise InputError("assignment is stated for teams of two", f"team {claim.team}", "use distinct_targets")
     matchings = _matchings(profile, claim)
-    ways = []
+    ways: list[Formula] = []
     for matching in matchings:
         least = [_no_longer(matching, other) for other in matchings if other != matching]
         ways.append(conjunction(*least, *(engaged(policy, landmark, claim) for policy, landmark in matching)))
@@ -153,7 +153,7 @@ def _no_longer(matching: tuple[tuple[AgentPolicy, str], ...], other: tuple[tuple
     """
 
     def sums(pairs: tuple[tuple[AgentPolicy, str], ...]) -> list[dict[str, int]]:
-        found = []
+        found: list[dict[str, int]] = []
         for signs in product((1, -1), repeat=2 * len(pairs)):
             terms: dict[str, int] = {}
             for sign, (policy, landmark, axis) in zip(
@@ -170,6 +170,14 @@ def _no_longer(matching: tuple[tuple[AgentPolicy, str], ...], other: tuple[tuple
     return disjunction(
         *(conjunction(*(below(difference(own, bound), 0) for own in sums(matching))) for bound in sums(other))
     )
+
+
+def _steady(profile: PolicyProfile, claim: DecisionClaim) -> Formula:
+    return BUILT_IN[claim.of].formula(profile, claim)
+
+
+def _nothing_more(profile: PolicyProfile, claim: DecisionClaim) -> Formula:
+    return TRUE
 
 
 BUILT_IN: dict[str, BuiltIn] = {
@@ -201,11 +209,11 @@ BUILT_IN: dict[str, BuiltIn] = {
     ),
     STEADY: BuiltIn(
         "{of}, even when every feature of each of the {team} is off by up to eps, each by an error of its own",
-        lambda profile, claim: BUILT_IN[claim.of].formula(profile, claim),
+        _steady,
         ("eps", "of"),
     ),
     LEAVES: BuiltIn(
-        "every leaf of every agent of the {team} is reached in some world state of the region", lambda *_: TRUE, ()
+        "every leaf of every agent of the {team} is reached in some world state of the region", _nothing_more, ()
     ),
 }
 PLAIN = tuple(name for name in BUILT_IN if name not in (STEADY, LEAVES))  # what can be steady

@@ -100,7 +100,7 @@ def sentence(claim: EpisodeClaim, world: WorldSpec | None = None) -> str:
     own = f" (in this order: {own})" if own and claim.name == "covers" else own
     own = ", ".join(claim.others) or "all others of them" if claim.name == KEEPS_APART else own
     said = EPISODE_CLAIMS[claim.name].format(team=claim.team, radius=claim.radius, steps=claim.steps, own=own)
-    return "; ".join(filter(None, [said, "" if world is None else _left_out(world)]))
+    return "; ".join(filter(None, [said, "" if world is None else left_out(world)]))
 
 
 def in_general(name: str) -> str:
@@ -117,7 +117,7 @@ COINCIDING = (
 )
 
 
-def _left_out(world: WorldSpec) -> str:
+def left_out(world: WorldSpec) -> str:
     """Which starts claims in a world are not about, in words; "" for none."""
     return COINCIDING if partners(world) else ""
 

@@ -11,7 +11,7 @@ import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from fractions import Fraction
-from typing import Any
+from typing import Any, cast
 
 from codegen.errors import InputError, UnknownNameError
 from codegen.ir import GOAL, PolicyProfile
@@ -20,7 +20,16 @@ from verify.claims.decisions import LEAVES, OWN, DecisionClaim, checked
 from verify.claims.episodes import EpisodeClaim
 from verify.claims.formula import TRUE, Formula, agents
 from verify.claims.parser import Vocabulary, parse
-from verify.claims.region import Region, everywhere, number, observed_velocities, positions, region_of
+from verify.claims.region import (
+    Region,
+    everywhere,
+    is_list,
+    is_table,
+    number,
+    observed_velocities,
+    positions,
+    region_of,
+)
 
 NUMBERS = ("margin", "radius", "kappa", "eps")
 COUNTS = ("steps", "zones")
@@ -44,9 +53,10 @@ def read_properties(
     for key in document:
         if key != "property":
             raise UnknownNameError("key", key, ("property",), where)
-    tables = document.get("property", [])
-    if not isinstance(tables, list) or not tables or not all(isinstance(table, dict) for table in tables):
+    found: object = document.get("property", [])
+    if not is_list(found) or not found or not all(map(is_table, found)):
         raise InputError("no property in the file", where, "begin each with a line [[property]]")
+    tables = cast("list[dict[str, object]]", found)
     if len(tables) > MAX_PROPERTIES:
         raise InputError(f"a file may hold at most {MAX_PROPERTIES} properties", where, "split the file")
     places = _Places(source, where)
@@ -131,8 +141,8 @@ class _Table:
         if "name" not in self._table:
             raise InputError("a property has a name or a formula", self._where(), f"names: {', '.join(NAMES)}")
         for key in ("landmarks", "others"):
-            names = self._table.get(key, [])
-            if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
+            names: object = self._table.get(key, [])
+            if not is_list(names) or not all(isinstance(name, str) for name in names):
                 raise InputError(f"{key} must be a list of names", self._where(key), 'write ["...", "..."]')
             given |= {key: names} if names else {}
         given |= {"of": self._text("of")} if "of" in self._table else {}
@@ -218,7 +228,7 @@ class _Table:
             except InputError as error:
                 error.where = f"{self._where('region')}\n{error.where}" if error.where else self._where("region")
                 raise
-        if not isinstance(region, dict):
+        if not is_table(region):
             raise InputError('region is "start", a file, or a table', self._where("region"), ADVICE)
         found = region_of(region, self._profile.world, self._where("region"), observed_velocities(self._profile))
         return replace(found, name=f"of property {self._index + 1}")

@@ -179,7 +179,7 @@ def agents(formula: Formula) -> frozenset[str]:
     if isinstance(formula, Acts):
         return frozenset({formula.agent})
     if isinstance(formula, (And, Or)):
-        return frozenset().union(*map(agents, formula.parts))
+        return frozenset[str]().union(*map(agents, formula.parts))
     return agents(formula.part) if isinstance(formula, Not) else frozenset()
 
 
@@ -188,7 +188,7 @@ def coordinates(formula: Formula) -> frozenset[str]:
     if isinstance(formula, Linear):
         return frozenset(name for _, name in formula.terms)
     if isinstance(formula, (And, Or)):
-        return frozenset().union(*map(coordinates, formula.parts))
+        return frozenset[str]().union(*map(coordinates, formula.parts))
     return coordinates(formula.part) if isinstance(formula, Not) else frozenset()
 
 

@@ -17,7 +17,7 @@ DEEPEST = 100  # levels of a formula
 _NUMBER = re.compile(r'-?\d+(\.\d+)?|"?-?\d+/\d+"?')
 
 
-def read_number(text: str) -> Fraction:
+def read_number(text: object) -> Fraction:
     """A number from its exact text. ValueError for anything else."""
     if not isinstance(text, str) or len(text) > MAX_DIGITS or not _NUMBER.fullmatch(text):
         raise ValueError(f"no number, or one of more than {MAX_DIGITS} digits: {str(text)[:40]!r}")
@@ -60,4 +60,5 @@ def read_formula(document: Mapping[str, Any], depth: int = 0) -> Formula:
             return And(tuple(read_formula(part, depth + 1) for part in parts))
         case {"any": [*parts]} if len(document) == 1:
             return Or(tuple(read_formula(part, depth + 1) for part in parts))
-    raise ValueError(f"$.formula: {str(document)[:80]}")
+        case _:
+            raise ValueError(f"$.formula: {str(document)[:80]}")

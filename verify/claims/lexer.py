@@ -44,7 +44,7 @@ def tokens(text: str, where: Where) -> list[Token]:
     """The tokens of a text, with one of kind "end" after them. InputError with the place of what cannot be read."""
     if len(text) > MAX_CHARACTERS:
         raise InputError(f"a formula may have at most {MAX_CHARACTERS} characters", where(0), "split it")
-    found, place, end = [], 0, len(text.rstrip())
+    found, place, end = list[Token](), 0, len(text.rstrip())
     while place < end:
         match = _TOKEN.match(text, place)
         if match is None:

@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from fractions import Fraction
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeGuard
 
 from codegen.errors import InputError, UnknownNameError
 from codegen.ir import PolicyProfile, WorldSpec
@@ -138,7 +138,7 @@ def read_region(source: str, world: WorldSpec, where: str, velocities: Sequence[
     return region_of(document, world, where, velocities)
 
 
-def region_of(document: Mapping[str, Any], world: WorldSpec, where: str, velocities: Sequence[str] = ()) -> Region:
+def region_of(document: Mapping[str, object], world: WorldSpec, where: str, velocities: Sequence[str] = ()) -> Region:
     """As `read_region`, from a parsed document in which floats are texts."""
     for key in document:
         if key not in ("goals", "default", "box", "difference", "apart"):
@@ -152,27 +152,37 @@ def region_of(document: Mapping[str, Any], world: WorldSpec, where: str, velocit
         if name not in box:
             raise UnknownNameError("coordinate", name, box, f"{where}: box")
         box[name] = _interval(bounds, f"{where}: box.{name}")
-    differences = []
+    differences: list[tuple[str, str, Interval]] = []
     for pair, bounds in _table(document, "difference", where).items():
         a, b = _pair(pair, list(box), "coordinate", f"{where}: difference")
         differences.append((a, b, _interval(bounds, f"{where}: difference.{pair}")))
-    apart = []
+    apart: list[tuple[str, str, Fraction]] = []
     entities = [entity.name for entity in world.agents + world.landmarks]
     for pair, least in _table(document, "apart", where).items():
         a, b = _pair(pair, entities, "entity", f"{where}: apart")
         apart.append((a, b, number(least, f"{where}: apart.{pair}")))
     goals = document.get("goals", list(world.goals))
-    if not isinstance(goals, list) or (not goals and world.goals):
+    if not is_list(goals) or (not goals and world.goals):
         raise InputError("goals must be a list of landmarks", f"{where}: goals", ADVICE)
     for goal in goals:
         if goal not in world.goals:
             raise UnknownNameError("goal", str(goal), world.goals, f"{where}: goals")
-    return Region(box, tuple(goals), tuple(differences), tuple(apart), name=where)
+    return Region(box, tuple(map(str, goals)), tuple(differences), tuple(apart), name=where)
 
 
-def _table(document: Mapping[str, Any], key: str, where: str) -> Mapping[str, Any]:
+def is_list(value: object) -> TypeGuard[list[object]]:
+    """Whether a value of a parsed document is a list."""
+    return isinstance(value, list)
+
+
+def is_table(value: object) -> TypeGuard[dict[str, object]]:
+    """Whether a value of a parsed document is a table."""
+    return isinstance(value, dict)
+
+
+def _table(document: Mapping[str, object], key: str, where: str) -> Mapping[str, object]:
     table = document.get(key, {})
-    if not isinstance(table, dict):
+    if not is_table(table):
         raise InputError(f"{key} must be a table", f"{where}: {key}", ADVICE)
     return table
 
@@ -187,8 +197,8 @@ def _pair(pair: str, known: Sequence[str], kind: str, where: str) -> tuple[str, 
     return names[0], names[1]
 
 
-def _interval(bounds: Any, where: str) -> Interval:
-    if not isinstance(bounds, list) or len(bounds) != 2:
+def _interval(bounds: object, where: str) -> Interval:
+    if not is_list(bounds) or len(bounds) != 2:
         raise InputError("bounds are two numbers, [low, high]", where, ADVICE)
     low, high = (number(bound, where) for bound in bounds)
     if low > high:
@@ -196,7 +206,7 @@ def _interval(bounds: Any, where: str) -> Interval:
     return low, high
 
 
-def number(value: Any, where: str) -> Fraction:
+def number(value: object, where: str) -> Fraction:
     """The exact number of a TOML value whose floats were read as texts: an integer, or a text as `exact` reads it."""
     if isinstance(value, bool) or not isinstance(value, (int, str)):
         raise InputError("not a number", where, 'write 0.025 or "1/40"')

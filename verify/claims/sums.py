@@ -21,7 +21,7 @@ class Sum:
     """`offset` + weight * coordinate + ... + factor * max(sums) + ...; parts of a maximum have no maxima."""
 
     offset: Fraction = Fraction(0)
-    terms: dict[str, Fraction] = field(default_factory=dict)
+    terms: dict[str, Fraction] = field(default_factory=dict[str, Fraction])
     maxima: tuple[tuple[Fraction, tuple["Sum", ...]], ...] = ()
 
     @property

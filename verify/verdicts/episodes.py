@@ -23,7 +23,7 @@ from codegen.ir import PolicyProfile
 from verify.checker import episode_certificates
 from verify.checker.episode_certificates import EpisodeCertificate
 from verify.checker.reading import RejectedError
-from verify.claims.episode_properties import _left_out, ensure_somebody
+from verify.claims.episode_properties import ensure_somebody, left_out
 from verify.claims.episodes import EpisodeClaim
 from verify.claims.region import Region, Verdict
 from verify.counterexamples.episode_explanation import EpisodeExplanation, explained
@@ -139,7 +139,7 @@ def verify_episodes(
         replays=tuple(rollouts),
         skipped=tuple(skipped),
         contacts=_contacts(profile, decision),
-        left_out=_left_out(profile.world),
+        left_out=left_out(profile.world),
         opponents=any(profile.policy(agent).team != claim.team for group in decision.followed for agent in group),
         explanation=None if episode is None or state is None else explained(question, state, episode),
         certificate=judged.certificate,
