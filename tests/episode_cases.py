@@ -6,12 +6,12 @@ from fractions import Fraction
 import numpy as np
 
 from tests.teams import DOWN, LEFT, RIGHT, STAY, UP, team, tree
-from verify.claims.episode_properties import find_claim
+from verify.claims.catalogue import find_claim
 from verify.claims.region import Verdict, everywhere
 from verify.episodes.composition import decide
 from verify.episodes.unroll import Search, grouped
 from verify.episodes.zones import SCALE, Zones, starts
-from verify.question import Question
+from verify.question import Budgets, Question
 from verify.states.episodes import at_rest, play
 from verify.states.state import sample
 
@@ -58,7 +58,7 @@ def verdicts_wrong(profile):
         (still, "covers", shared, Verdict.PROVED),
     ]
     found = [
-        decide(Question(one, replace(find_claim(name, one), zones=100_000), region)).verdict
+        decide(Question(one, find_claim(name, one), region, budgets=Budgets(max_zones=100_000))).verdict
         for one, name, region, _ in known
     ]
     return found != [verdict for *_, verdict in known]
@@ -78,7 +78,8 @@ def signs_wrong(profile):
     box |= dict.fromkeys(("agent_0.x", "landmark_0.x"), (Fraction(0), Fraction(1, 20)))
     claim = find_claim("covers", turning, steps=8, radius=Fraction(3, 50))
     return (
-        decide(Question(turning, replace(claim, zones=10_000), replace(start, box=box))).verdict is not Verdict.VIOLATED
+        decide(Question(turning, claim, replace(start, box=box), budgets=Budgets(max_zones=10_000))).verdict
+        is not Verdict.VIOLATED
     )
 
 

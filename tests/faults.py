@@ -26,7 +26,7 @@ from maviper.compilation import compile, proofs
 from tests import episode_cases
 from tests.teams import DOWN, LEFT, RIGHT, STAY, UP, team, towards, tree
 from verify.claims import decisions as properties
-from verify.claims.decisions import DecisionClaim
+from verify.claims.decisions import DistinctTargets
 from verify.claims.files import read_properties
 from verify.claims.formula import FALSE, TRUE, negated
 from verify.claims.region import Verdict, start_region
@@ -38,7 +38,7 @@ from verify.solver import encode
 from verify.solver.decide import decide
 from verify.states.state import State, violates
 
-CLAIM = DecisionClaim("distinct_targets", "defenders")
+CLAIM = DistinctTargets("defenders")
 
 
 @dataclass(frozen=True)
@@ -399,7 +399,7 @@ def verdict_fault(module, name: str, attribute: str, change: Callable[[Callable]
 
 def steady_wrong(profile: ir.PolicyProfile) -> bool:
     """Whether a team whose verdict with errors of up to 1/10 is known gets another one."""
-    claim = DecisionClaim(properties.STEADY, CLAIM.team, eps=Fraction(1, 10), of=CLAIM.name)
+    claim = replace(CLAIM, eps=Fraction(1, 10))
     box = dict.fromkeys(start_region(profile.world).box, (Fraction(0), Fraction(0)))
     box |= {f"landmark_{k}.{axis}": (Fraction(1), Fraction(1)) for k in (0, 1) for axis in "xy"}
     region = replace(start_region(profile.world), box=box | {"agent_0.x": (Fraction(-2), Fraction(2))})
@@ -413,7 +413,7 @@ def steady_wrong(profile: ir.PolicyProfile) -> bool:
     )
     opposite = team(profile, tree((2, 0.25, 1, 2), LEFT, RIGHT), tree((2, 0.25, 1, 2), LEFT, RIGHT))
     source = f'[[property]]\nformula = "{stated}"\neps = 0.1'
-    ((own, _),) = read_properties(source, profile, "faults", lambda name: region)
+    ((own, *_),) = read_properties(source, profile, "faults", lambda name: region)
     known = [(twice, claim, region, Verdict.PROVED), (apart, claim, region, Verdict.VIOLATED)]
     known.append((opposite, own, start_region(profile.world), Verdict.VIOLATED))
     return any(decide(Question(one, asked, where)).verdict is not verdict for one, asked, where, verdict in known)
@@ -431,7 +431,7 @@ def assuming_wrong(profile: ir.PolicyProfile) -> bool:
     }
     for assume, verdict in known.items():
         source = f'[[property]]\nname = "{CLAIM.name}"\nradius = 0.2\nassume = "{assume}"'
-        ((claim, region),) = read_properties(source, same, "faults", lambda name: start_region(profile.world))
+        ((claim, region, _),) = read_properties(source, same, "faults", lambda name: start_region(profile.world))
         if decide(Question(same, claim, region)).verdict is not verdict:
             return True
     return False

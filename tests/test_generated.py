@@ -31,7 +31,7 @@ def test_all_files_follow_from_the_committed_profile(golden):
     profile = load(FOLDER / runs.PROFILE_FILE)
     compiled = compile.compile_profile(profile)
     asked = handout.questions(profile)
-    files = handout.handout(profile, compiled, asked, join.verify_claims(profile, asked))
+    files = handout.handout(profile, compiled, asked, join.verify_claims(asked))
     assert set(files) == {path.name for path in present()}
     golden("generated/physical_deception", files)
 

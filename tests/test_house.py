@@ -1,6 +1,7 @@
 """House rules, as tests: imports along the arrows, style, types, sizes, module headers, the public surface."""
 
 import ast
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -14,6 +15,7 @@ MAX_MODULE_LINES, MAX_FUNCTION_LINES, MAX_TEMPLATE_LINES = 400, 55, 150
 MANY_PARAMETERS, MAX_WITH_MANY = 7, 10  # so many functions may have seven or more, self and cls aside
 VERBS = Path("maviper/__init__.py")  # whose parameters are the options of a command, in words
 MAX_MODULES_IN_A_FOLDER, MAX_README_LINES = 15, 120
+MAX_KINDS_ASKED = 22  # places that ask whether a claim or result is about decisions, leaves or episodes
 
 
 def tool(*command):
@@ -75,6 +77,16 @@ def test_few_functions_take_many_parameters():
 def test_goals_are_gone_through_one_by_one_in_one_place():
     places = [path for path in MODULES for line in path.read_text().splitlines() if 'or ("",)' in line]
     assert places == [ROOT / "verify" / "claims" / "region.py"]
+
+
+def test_what_a_claim_is_stands_in_its_class():
+    """Names and classes of claims and results are not asked about one by one; what they are about is, at the rim."""
+    claims = "AnyClaim|DecisionClaim|EpisodeClaim|Arrival|Result|EpisodeResult"
+    asked = re.compile(rf"claim\.name (==|!=|in|not in)|isinstance\([\w.]+, *\(?({claims})\b")
+    about = re.compile(r"kind is (not )?Kind\.")
+    texts = {path.relative_to(ROOT).as_posix(): path.read_text() for path in MODULES}
+    assert [path for path, text in texts.items() for _ in asked.finditer(text)] == ["verify/episodes/certificates.py"]
+    assert 0 < sum(len(about.findall(text)) for text in texts.values()) <= MAX_KINDS_ASKED
 
 
 def test_a_folder_is_taken_in_at_a_glance():

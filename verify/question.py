@@ -23,7 +23,8 @@ from verify.claims.region import MACHINE, Region, everywhere
 from verify.claims.verifiable import verifiable
 
 CONTROL_SEED = 0
-Kind = TypeVar("Kind", bound=Claim, covariant=True)
+About = TypeVar("About", bound=Claim, covariant=True)
+Asked = TypeVar("Asked", bound=Claim)
 
 
 @dataclass(frozen=True)
@@ -33,14 +34,15 @@ class Budgets:
     solver_units: int = 200_000_000  # Z3 resource units a query; a depth-10 pair of trees takes far less
     max_nodes: int = 4_000_000  # search nodes a goal; half a second compiled, a minute or two in Python
     max_cells: int = 50_000  # listed where a claim fails, over all goals
+    max_zones: int = 5_000_000  # visited for a claim about episodes; about a million a second
 
 
 @dataclass(frozen=True, eq=False)
-class Question(Generic[Kind]):
+class Question(Generic[About]):
     """Whether a claim holds for a profile wherever a region reaches, by the arithmetic named."""
 
     profile: PolicyProfile
-    claim: Kind
+    claim: About
     region: Region
     semantics: str = MACHINE
     budgets: Budgets = Budgets()
@@ -65,31 +67,31 @@ class Question(Generic[Kind]):
         return verifiable(self.profile, self.claim.team)
 
     @property
-    def control(self) -> "Question[Kind]":
+    def control(self) -> "Question[About]":
         """The same question about the team with its actions shuffled."""
         return self.of(shuffled(self.profile, self.claim.team))
 
-    def of(self, profile: PolicyProfile) -> "Question[Kind]":
+    def of(self, profile: PolicyProfile) -> "Question[About]":
         """The same question about another profile."""
         return replace(self, profile=profile)
 
-    def about(self, claim: DecisionClaim) -> "Question[DecisionClaim]":
+    def about(self, claim: "Asked") -> "Question[Asked]":
         """The same question about another claim."""
         return Question(self.profile, claim, self.region, self.semantics, self.budgets)
 
-    def within(self, region: Region) -> "Question[Kind]":
+    def within(self, region: Region) -> "Question[About]":
         """The same question about another region."""
         return replace(self, region=region)
 
-    def for_one_goal(self, goal: str) -> "Question[Kind]":
+    def for_one_goal(self, goal: str) -> "Question[About]":
         """The same question about one goal of the region ("" without goals)."""
         return self.within(replace(self.region, goals=(goal,) if goal else ()))
 
-    def by(self, semantics: str) -> "Question[Kind]":
+    def by(self, semantics: str) -> "Question[About]":
         """The same question in another arithmetic."""
         return replace(self, semantics=semantics)
 
-    def spending(self, **limits: int) -> "Question[Kind]":
+    def spending(self, **limits: int) -> "Question[About]":
         """The same question with other limits in its budgets."""
         return replace(self, budgets=replace(self.budgets, **limits))
 
@@ -102,7 +104,6 @@ class Question(Generic[Kind]):
         return self.about(replace(self.claim, eps=eps))
 
 
-Asked = TypeVar("Asked", bound=Claim)
 DecisionQuestion = Question[DecisionClaim]
 EpisodeQuestion = Question[EpisodeClaim]
 

@@ -12,7 +12,7 @@ from codegen.ir import PolicyProfile
 from maviper.console import Console
 from maviper.evaluation.comparison import say_sizes
 from maviper.verification.repair import Repaired
-from verify.claims.decisions import LEAVES
+from verify.claims.decisions import Kind
 from verify.claims.region import REAL, Verdict, called, plain
 from verify.states.real import shown
 from verify.states.state import State
@@ -26,15 +26,15 @@ def say_results(profile: PolicyProfile, results: Sequence[Result | EpisodeResult
         claim = result.claim
         named = claim.label or f"{claim.name} of the {claim.team}"
         named += f", region {called(profile, result.region) or 'given'}"
-        real = ", real arithmetic" if isinstance(result, Result) and result.semantics == REAL else ""
+        real = ", real arithmetic" if result.semantics == REAL else ""
         console.line(result.verdict.value, named + real)
-        if isinstance(result, EpisodeResult):
+        if result.kind is Kind.EPISODES:
             _say_episodes(result, console)
-        elif result.claim.name == LEAVES:
+        elif result.kind is Kind.LEAVES:
             _say_leaves(result, console)
         else:
             _say_decisions(result, console)
-        if isinstance(result, Result) and result.where is not None:
+        if result.where is not None:
             say_where(result, console)
 
 

@@ -50,7 +50,7 @@ def run(folder: Path, console: Console, seed: int | None) -> int:
     compiled = compile.compile_profile(profile)
     say_agreement(compiled, console)
     asked = handout.questions(profile)
-    results = join.verify_claims(profile, asked)
+    results = join.verify_claims(asked)
     say_results(profile, results, console)
     verdicts = [result.verdict for result in results]
     if verdicts != [Verdict.VIOLATED, Verdict.PROVED] or results[1].control is not Verdict.VIOLATED:

@@ -97,13 +97,13 @@ def _write_queries(
     """The queries to the solver, and which questions have none."""
     from maviper.files import runs
     from maviper.verification.join import question_files
-    from verify.claims.episodes import EpisodeClaim
+    from verify.claims.decisions import Kind
 
-    for name, text in question_files(profile, asked, options.semantics).items():
+    for name, text in question_files([one.question for one in asked]).items():
         runs.write(folder / name, text)
     console.line("questions", f"{folder}, as SMT-LIB")
     for one in asked:
-        if isinstance(one.claim, EpisodeClaim):
+        if one.claim.kind is Kind.EPISODES:
             console.line("", f"not exported: {one.claim.shown}, which zones decide and no solver")
 
 

@@ -17,7 +17,8 @@ from codegen.equivalence.symbolic import Unreadable
 from codegen.errors import DisagreementError, InputError
 from codegen.lowering.lower import Model
 from codegen.policy_json import layout
-from verify.solver.solve import DEFAULT_BUDGET, BitsAnswer, ask_bits, solver_name
+from verify.question import Budgets
+from verify.solver.solve import BitsAnswer, ask_bits, solver_name
 
 ENDINGS = {obligations.C: "c.smt2", obligations.PYTHON: "python.smt2"}
 
@@ -78,7 +79,9 @@ def prove(build: Build, budget: int | None = None) -> Proofs:
             asked += writers[target][1](text, profile, model)
         except Unreadable as error:
             skipped.append(f"{target}: {error}")
-    return Proofs(tuple(_answered(profile, question, budget or DEFAULT_BUDGET) for question in asked), tuple(skipped))
+    return Proofs(
+        tuple(_answered(profile, question, budget or Budgets().solver_units) for question in asked), tuple(skipped)
+    )
 
 
 def _answered(profile: ir.PolicyProfile, question: Obligation, budget: int) -> Proof:

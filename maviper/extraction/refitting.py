@@ -89,7 +89,6 @@ def _lesson(world: ParticleWorld, expert: Expert, failing: Failing) -> Lesson:
         if state.errors:
             for rows, policy in zip(seen, policies.agents, strict=True):
                 rows[row] = observed(policies, policy, state)[0]
-    assert failing.claim.statement is not None
     states = FailingStates(columns, tuple(seen), world_state)
     return lesson_of(world, expert, failing.claim.team, failing.claim.statement, states)
 

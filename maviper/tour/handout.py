@@ -15,37 +15,36 @@ from maviper.compilation.compile import Compiled
 from maviper.files import runs
 from maviper.verification import join
 from maviper.verification.ask import command
-from verify.claims.decisions import DecisionClaim, find_property
-from verify.claims.region import Region, everywhere
+from verify.claims.catalogue import find_property
+from verify.claims.region import Region
 from verify.extent.boxes import best_proved_box
+from verify.question import DecisionQuestion, from_start
 from verify.verdicts.decisions import Result
 
 REGION_FILE = "region.toml"
 TOOLS = ("maviper", "mpe2", "numpy", "scikit-learn", "z3-solver")
 
-Asked = tuple[DecisionClaim, Region]
 
-
-def questions(profile: ir.PolicyProfile) -> list[Asked]:
+def questions(profile: ir.PolicyProfile) -> list[DecisionQuestion]:
     """`distinct_targets` in the start box and, where one is found, in a box around conflicting states."""
     claim = find_property("distinct_targets", profile)
-    asked = [(claim, everywhere(profile))]
+    asked = [from_start(profile, claim)]
     box = best_proved_box(profile, claim, profile.provenance.seed)
     if box is not None:
-        asked.append((claim, Region(box.region.box, box.region.goals, name=REGION_FILE)))
+        asked.append(asked[0].within(Region(box.region.box, box.region.goals, name=REGION_FILE)))
     return asked
 
 
 def handout(
-    profile: ir.PolicyProfile, compiled: Compiled, asked: Sequence[Asked], results: Sequence[Result]
+    profile: ir.PolicyProfile, compiled: Compiled, asked: Sequence[DecisionQuestion], results: Sequence[Result]
 ) -> dict[str, str | bytes]:
     """All files, name -> text; the manifest names the hash of every other one."""
     model = compiled.build.model
     files: dict[str, str | bytes] = {runs.PROFILE_FILE: policy_json.dumps(profile), **compiled.files}
-    files |= {region.name: region.toml() for _, region in asked if region.name == REGION_FILE}
+    files |= {one.region.name: one.region.toml() for one in asked if one.region.name == REGION_FILE}
     example = render("c/example.c.j2", model=model)
     files["example.c"] = example
-    commands = [command(runs.PROFILE_FILE, claim, region.name) for claim, region in asked]
+    commands = [command(runs.PROFILE_FILE, one) for one in asked]
     files |= join.report_files(profile, results, commands, files)
     verdicts = [
         {

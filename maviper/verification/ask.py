@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from codegen import ir
 from codegen.errors import InputError
@@ -19,24 +19,22 @@ from codegen.lowering.render import render
 from maviper.files import runs
 from maviper.files.regions import find_region
 from maviper.worlds import find
-from verify.claims.catalogue import Claim, find_claim, parameters, stated
-from verify.claims.decisions import BUILT_IN, EPS, STEADY, DecisionClaim
-from verify.claims.episode_properties import EPISODE_CLAIMS, in_general
-from verify.claims.episodes import KEEPS_APART, EpisodeClaim
-from verify.claims.files import read_properties
+from verify.claims.catalogue import NAMES, ZONES, Claim, checked_zones, find_claim, in_general, known, readable, usual
+from verify.claims.decisions import Kind, Parameter
+from verify.claims.episodes import EPISODE_CLAIMS
+from verify.claims.files import Stated, read_properties
 from verify.claims.region import MACHINE, SEMANTICS, Region, exact, plain
-from verify.extent.violations import DEFAULT_ZONES as DEFAULT_CELLS
-from verify.verdicts.decisions import DEFAULT_BUDGET
+from verify.question import Budgets, Question
 
 MAX_FILE_BYTES = 2**20
 DEFAULT = "distinct_targets"
-PARAMETERS = ("margin", "radius", "kappa", "eps", "landmarks", "of", "steps", "zones", "others")
+PARAMETERS = ("margin", "radius", "kappa", "eps", "landmarks", "of", "steps", ZONES, "others")
 MAX_CELLS = 1_000_000  # a cell takes about 2 KB
 
 
 def option_of(parameter: str) -> str:
     """The option by which a user gives a parameter of a claim."""
-    return "--max-zones" if parameter == "zones" else f"--{parameter}"
+    return "--max-zones" if parameter == ZONES else f"--{parameter}"
 
 
 @dataclass(frozen=True)
@@ -75,26 +73,43 @@ class VerifyOptions:
     @property
     def units(self) -> int:
         """Solver resource units for a query."""
-        return DEFAULT_BUDGET if self.solver_units is None else self.solver_units
+        return Budgets().solver_units if self.solver_units is None else self.solver_units
 
     @property
     def given(self) -> dict[str, Any]:
         """The parameters of claims that a user gave."""
-        named = {"zones": self.max_zones, **{key: getattr(self, key) for key in PARAMETERS if key != "zones"}}
+        named = {key: self.max_zones if key == ZONES else getattr(self, key) for key in PARAMETERS}
         return {key: named[key] for key in PARAMETERS if named[key] is not None}
 
     @property
     def cells(self) -> int | None:
         """How many failing cells are looked for at most; None where nothing asks."""
-        return (self.max_cells or DEFAULT_CELLS) if self.where else None
+        return (self.max_cells or Budgets().max_cells) if self.where else None
+
+    def budgets(self, max_zones: int | None) -> Budgets:
+        """What may be spent on a question, with a limit on zones that is its own; None: as usual."""
+        usual = Budgets()
+        return Budgets(
+            solver_units=self.units, max_cells=self.cells or usual.max_cells, max_zones=max_zones or usual.max_zones
+        )
 
 
-class Asked(NamedTuple):
-    """One question: a claim, its region, and the command line that repeats it."""
+@dataclass(frozen=True)
+class Asked:
+    """One question, and the command line that repeats it."""
 
-    claim: Claim
-    region: Region
+    question: Question[Claim]
     command: str
+
+    @property
+    def claim(self) -> Claim:
+        """What is claimed."""
+        return self.question.claim
+
+    @property
+    def region(self) -> Region:
+        """Where it is claimed."""
+        return self.question.region
 
 
 def questions(profile: ir.PolicyProfile, profile_name: str, options: VerifyOptions) -> list[Asked]:
@@ -102,18 +117,23 @@ def questions(profile: ir.PolicyProfile, profile_name: str, options: VerifyOptio
     if options.semantics not in SEMANTICS:
         raise InputError("the semantics are machine or real", "--semantics")
     region = find_region(options.region, profile)
-    units, semantics = options.units, options.semantics
+    semantics = options.semantics
     found: list[Asked] = []
     if options.file is not None:
         asked = from_file(options.file, profile, region)
         words = ["maviper", "verify", profile_name, "--properties", options.file.name]
         words += [] if region.name == "start" else ["--region", region.name]
-        found += [Asked(claim, where, _line(words, claim, units, semantics)) for claim, where in asked]
+        for claim, where, zones in asked:
+            question = Question(profile, claim, where, semantics, options.budgets(zones))
+            found.append(Asked(question, _line(words, question)))
     names = options.names or (() if found else (DEFAULT,))
     for name, given in zip(names, _given(names, options), strict=True):
         with with_option_names():
+            zones = given.pop(ZONES, None)
             claim = find_claim(name, profile, options.team, **given)
-        found.append(Asked(claim, region, command(profile_name, claim, region.name, units, semantics)))
+            budgets = options.budgets(None if zones is None else checked_zones(zones))
+        question = Question(profile, claim, region, semantics, budgets)
+        found.append(Asked(question, command(profile_name, question)))
     _check_episodes([one.claim for one in found], options)
     return found
 
@@ -137,7 +157,7 @@ def with_option_names() -> Iterator[None]:
 
 def _check_episodes(claims: Sequence[Claim], options: VerifyOptions) -> None:
     """InputError for options that a claim about episodes cannot follow."""
-    episodes = [claim for claim in claims if isinstance(claim, EpisodeClaim)]
+    episodes = [claim for claim in claims if claim.kind is Kind.EPISODES]
     if episodes and options.semantics != MACHINE:
         what = f"{episodes[0].name} is decided for the deployed arithmetic only"
         raise InputError(what, "--semantics", "leave it out, or ask the other properties alone")
@@ -162,10 +182,10 @@ def _given(names: Sequence[str], options: VerifyOptions) -> list[dict[str, Any]]
         raise InputError("properties of a file name their own teams", "--team", "write team into the file")
     found, used = [], set[str]()
     for name in names:
-        of = (given.get("of") or DEFAULT) if name == STEADY else ""
-        read = parameters(name, of)
+        of = given.get("of") or ""
         # an unknown name is left to those who know its closest match
-        found.append({key: value for key, value in given.items() if read is None or key in read})
+        read = readable(name, of) if known(name, of) else tuple(given)
+        found.append({key: value for key, value in given.items() if key in read})
         used |= set(found[-1])
     for key in given:
         if key not in used:
@@ -174,7 +194,7 @@ def _given(names: Sequence[str], options: VerifyOptions) -> list[dict[str, Any]]
     return found
 
 
-def from_file(path: Path, profile: ir.PolicyProfile, default: Region) -> list[tuple[Claim, Region]]:
+def from_file(path: Path, profile: ir.PolicyProfile, default: Region) -> list[Stated]:
     """The claims of a property file; it names region files as seen from its own folder."""
     try:
         source = runs.read(path, MAX_FILE_BYTES).decode()
@@ -187,17 +207,23 @@ def from_file(path: Path, profile: ir.PolicyProfile, default: Region) -> list[tu
     return read_properties(source, profile, path.name, region, default)
 
 
-def command(profile: str, claim: Claim, region: str, budget: int = DEFAULT_BUDGET, semantics: str = MACHINE) -> str:
-    """The command line that asks about a built-in property again, run beside the profile and the region file."""
-    words = ["maviper", "verify", profile, "--property", claim.name, "--team", claim.team, "--region", region]
-    for key, value in stated(claim).items():
+def command(profile: str, question: Question[Claim]) -> str:
+    """The command line that asks about a built-in property again, run beside `profile` and the region file."""
+    claim, usual_zones = question.claim, Budgets().max_zones
+    words = ["maviper", "verify", profile, "--property", claim.name, "--team", claim.team]
+    words += ["--region", question.region.name]
+    for key, value in claim.stated.items():
         words += [option_of(key), _written(value)]
-    return _line(words, claim, budget, semantics)
+    if claim.kind is Kind.EPISODES and question.budgets.max_zones != usual_zones:
+        words += [option_of(ZONES), str(question.budgets.max_zones)]
+    return _line(words, question)
 
 
-def _line(words: Sequence[str], claim: Claim, budget: int, semantics: str) -> str:
+def _line(words: Sequence[str], question: Question[Claim]) -> str:
+    units, semantics = question.budgets.solver_units, question.semantics
     words = [*words, *(["--semantics", semantics] if semantics != MACHINE else [])]
-    words += ["--solver-units", str(budget)] if isinstance(claim, DecisionClaim) and budget != DEFAULT_BUDGET else []
+    if question.claim.kind is not Kind.EPISODES and units != Budgets().solver_units:
+        words += ["--solver-units", str(units)]
     return shlex.join(word.encode(errors="replace").decode() for word in words)
 
 
@@ -207,20 +233,14 @@ def listed() -> list[dict[str, Any]]:
     A text is empty where the default depends on the world.
     """
     found = []
-    for name, built in BUILT_IN.items():
-        claim = DecisionClaim(name, "", eps=EPS, of=DEFAULT) if name == STEADY else DecisionClaim(name, "")
-        defaults = {key: _written(getattr(claim, key)) for key in built.parameters}
-        sentence = built.sentence.format(team="team", of="what the property named by `of` says")
-        found.append({"name": name, "sentence": sentence, "parameters": defaults})
-    for name in EPISODE_CLAIMS:
-        usual = EpisodeClaim("", "", -1)
-        defaults = {key: _written(getattr(usual, key)) for key in parameters(name) or ()} | {"steps": ""}
-        defaults |= {"radius": ""} if name == KEEPS_APART else {}
+    for name in NAMES:
+        values = usual(name) | ({ZONES: Budgets().max_zones} if name in EPISODE_CLAIMS else {})
+        defaults = {key: "" if value is None else _written(value) for key, value in values.items()}
         found.append({"name": name, "sentence": in_general(name), "parameters": defaults})
     return found
 
 
-def _written(value: Fraction | int | str | Sequence[str]) -> str:
+def _written(value: Parameter) -> str:
     """A parameter as an option is written."""
     if isinstance(value, Fraction):
         return plain(value)

@@ -21,7 +21,7 @@ from verify.checker import episode_certificates
 from verify.checker.certificates import Certificate
 from verify.checker.episode_certificates import EpisodeCertificate
 from verify.checker.reading import RejectedError
-from verify.claims.catalogue import stated
+from verify.claims.decisions import Parameter
 from verify.claims.formula import agents
 from verify.claims.region import Region, is_start, plain
 from verify.verdicts.decisions import Result
@@ -32,8 +32,7 @@ def certificate_files(results: Sequence[Result | EpisodeResult]) -> dict[str, st
     """Certificates of proved results, and of regions found in others, file name -> text; numbered as in the report."""
     found: dict[str, str] = {}
     for place, result in enumerate(results, 1):
-        inner = result.within if isinstance(result, Result) else None
-        for proved, ending in ((result, ""), (inner, "-region")):
+        for proved, ending in ((result, ""), (result.within, "-region")):
             if proved is not None and proved.certificate is not None:
                 found[f"certificate-{place}-{result.claim.name}{ending}.json"] = _text(proved.certificate)
     return found
@@ -57,9 +56,9 @@ def checked(path: Path, profile: PolicyProfile | Path | None = None) -> Checked:
 
     RefusedError when the proof does not hold.
     """
-    found = _read(runs.read(path, certificate.MAX_BYTES), str(path))
-    about = loaded(profile, beside=path)
+    text = runs.read(path, certificate.MAX_BYTES)
     try:
+        found, about = _read(text, str(path)), loaded(profile, beside=path)
         if isinstance(found, Certificate):
             closed, subject = certificate.accepted(found, about), _subject(found, about)
         else:
@@ -93,7 +92,7 @@ def _subject(found: Certificate, profile: PolicyProfile) -> str:
     if found.claim is None and found.eps:
         claim += f", though every feature is off by up to {_shown(found.eps)}"
     if found.claim is not None:
-        claim += "".join(f", {name} {_shown(value)}" for name, value in stated(found.claim).items())
+        claim += "".join(f", {name} {_shown(value)}" for name, value in found.claim.stated.items())
     return f"{claim} in {_place(found.region, profile)}, {found.semantics} arithmetic"
 
 
@@ -114,7 +113,7 @@ def _place(region: Region, profile: PolicyProfile) -> str:
     return named + (f", goal {' or '.join(region.goals)}" if region.goals else "")
 
 
-def _shown(value: Fraction | str | tuple[str, ...]) -> str:
+def _shown(value: Parameter) -> str:
     if isinstance(value, Fraction):
         return plain(value)
-    return value if isinstance(value, str) else " ".join(value)
+    return " ".join(value) if isinstance(value, tuple) else str(value)

@@ -21,7 +21,7 @@ from codegen.policy_json import content_hash, layout
 from maviper.files import runs
 from maviper.verification import episode_files
 from maviper.verification.join import replayed
-from verify.claims.decisions import OWN, PLAIN, DecisionClaim, formula
+from verify.claims.decisions import BUILT_IN, OWN, PLAIN, Kind, formula
 from verify.claims.formula import Acts, Formula, Goal, agents, atoms, coordinates
 from verify.claims.formula_json import formula_document, read_formula, read_number
 from verify.claims.region import MACHINE, MAX_NUMBER, REAL, goal_cases
@@ -82,15 +82,16 @@ def counterexample_files(profile: PolicyProfile, results: Sequence[Result | Epis
     """For each violated claim a file, and a test that fails until a policy holds there."""
     files: dict[str, str] = {}
     for place, result in enumerate(results, 1):
-        if isinstance(result, EpisodeResult):
+        if result.kind is Kind.EPISODES:
             document = None if result.state is None else episode_files.document(profile, result)
+            where = "from its start"
         else:
             document = None if result.counterexample is None else _document(profile, result, result.counterexample)
+            where = "in its world state"
         if document is None:
             continue
         stem = f"counterexample-{place}-{result.claim.name}"
         files[f"{stem}.json"] = layout(document) + "\n"
-        where = "from its start" if isinstance(result, EpisodeResult) else "in its world state"
         named = {"name": f"{stem}.json", "place": place, "where": where}
         files[f"test_{stem.replace('-', '_')}.py"] = render("tests/counterexample.py.j2", **named)
     return files
@@ -162,7 +163,7 @@ def named(stated: str, claim: Formula, team: str, profile: PolicyProfile) -> str
     """
     if stated in PLAIN:
         with suppress(InputError, ValueError):  # a property of other teams
-            if formula(profile, DecisionClaim(stated, team)) == claim:
+            if formula(profile, BUILT_IN[stated](team)) == claim:
                 return stated
     return _words(OWN, stated)
 

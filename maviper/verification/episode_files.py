@@ -20,9 +20,9 @@ from codegen.ir import PolicyProfile
 from codegen.policy_json import content_hash
 from maviper.files import runs
 from maviper.verification.join import replayed_course
-from verify.claims.catalogue import find_claim, parameters
-from verify.claims.episode_properties import EPISODE_CLAIMS
-from verify.claims.episodes import EpisodeClaim
+from verify.claims.catalogue import ZONES, find_episode_claim, readable
+from verify.claims.decisions import Parameter
+from verify.claims.episodes import EPISODE_CLAIMS, EpisodeClaim
 from verify.claims.formula_json import read_number
 from verify.claims.region import MAX_NUMBER, goal_cases
 from verify.states.episodes import Episode, fails, playable
@@ -33,7 +33,6 @@ FORM = "maviper-episode-counterexample-1"
 SAYS = re.compile(rb'"counterexample"\s*:\s*"maviper-episode-counterexample-')
 MAX_BYTES = 1 << 24
 ADVICE = "make it again with `maviper verify -o`"
-SEARCH = "zones"  # a parameter that says how to search, and so is not part of a claim
 
 
 class EpisodeJson(msgspec.Struct, forbid_unknown_fields=True):
@@ -66,14 +65,13 @@ def document(profile: PolicyProfile, result: EpisodeResult) -> dict[str, Any]:
     """What the file of a violated claim holds."""
     assert result.state is not None and result.episode is not None
     claim = result.claim
-    read = [name for name in parameters(claim.name) or () if name != SEARCH]
     return {
         "counterexample": FORM,
         "profile": content_hash(profile),
         "property": claim.shown,
         "claim": claim.name,
         "team": claim.team,
-        "parameters": {name: _written(getattr(claim, name)) for name in read},
+        "parameters": {name: _written(value) for name, value in claim.parameters.items()},
         "region": result.region.document(),
         "goal": result.state.goal,
         "position": dict(result.state.position),
@@ -90,10 +88,10 @@ def _named(profile: PolicyProfile, episode: Episode) -> dict[str, str]:
     }
 
 
-def _written(value: Fraction | int | tuple[str, ...]) -> int | str | list[str]:
-    if isinstance(value, int):
-        return value
-    return str(value) if isinstance(value, Fraction) else list(value)
+def _written(value: Parameter) -> int | str | list[str]:
+    if isinstance(value, tuple):
+        return list(value)
+    return value if isinstance(value, int) else str(value)
 
 
 def holds_episode(path: Path) -> bool:
@@ -126,25 +124,24 @@ def _claim(found: EpisodeJson, profile: PolicyProfile, path: Path) -> EpisodeCla
     """The claim of the file; InputError for a name or a parameter that there is not, or out of its range."""
     if found.claim not in EPISODE_CLAIMS:
         raise UnknownNameError("property", found.claim, EPISODE_CLAIMS, str(path))
-    read = parameters(found.claim) or ()
+    read = readable(found.claim)
     for name in found.parameters:
         if name not in read:
             raise UnknownNameError("parameter", name, read, str(path))
     try:
-        given = {name: _value(name, value) for name, value in found.parameters.items() if name != SEARCH}
-        claim = find_claim(found.claim, profile, found.team, **given)
+        given = {name: _value(name, value) for name, value in found.parameters.items() if name != ZONES}
+        claim = find_episode_claim(found.claim, profile, found.team, **given)
     except InputError as error:
         error.where = f"{path}: {error.where}" if error.where else str(path)
         raise
     except ValueError as error:
         raise InputError("not a counterexample", f"{path}: {shown(error)}"[:200], ADVICE) from None
-    assert isinstance(claim, EpisodeClaim)
     return claim
 
 
 def _value(name: str, value: int | str | list[str]) -> Any:
     """A parameter as claims take it. ValueError for one of another kind."""
-    kind = type(getattr(EpisodeClaim("", "", 1), name))
+    kind = {"steps": int, "radius": Fraction}.get(name, tuple)
     if kind is tuple and isinstance(value, list):
         return tuple(value)
     if kind is int and isinstance(value, int):

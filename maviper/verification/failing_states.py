@@ -31,10 +31,11 @@ from maviper.verification import counterexamples
 from maviper.verification.ask import Asked
 from maviper.worlds import ParticleWorld
 from maviper.worlds.world import world_name
-from verify.claims.decisions import OWN, DecisionClaim, check_range, formula
+from verify.claims.decisions import DecisionClaim, OwnFormula, formula
 from verify.claims.formula import Formula, Linear, atoms
 from verify.claims.formula_json import formula_document, read_number
 from verify.claims.region import MACHINE, Region, called, observed_velocities, read_region
+from verify.claims.verifiable import check_range
 from verify.question import Question
 from verify.states.failures import failures
 from verify.states.state import State, violates
@@ -80,7 +81,7 @@ class _HeadJson(msgspec.Struct):
 class Failing:
     """World states in which a team failed a claim; of one claim and team all that were given."""
 
-    claim: DecisionClaim  # as a formula of a user's, under its own name
+    claim: OwnFormula  # under the name of the claim
     states: tuple[State, ...]
     profiles: tuple[str, ...]  # hashes of the policies that failed, in the order given
     folders: tuple[Path, ...]  # where files of theirs lie
@@ -90,7 +91,6 @@ class Failing:
     @property
     def digest(self) -> str:
         """SHA-256 of what is learned from."""
-        assert self.claim.statement is not None
         states = [[dict(state.position), state.goal, dict(state.errors)] for state in self.states]
         content = [self.claim.team, formula_document(self.claim.statement), states]
         return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
@@ -113,7 +113,7 @@ def states_files(
     """
     files: dict[str, str] = {}
     for place, (one, result) in enumerate(zip(asked, results, strict=True), 1):
-        if not isinstance(result, Result) or result.counterexample is None:
+        if result.counterexample is None:
             continue
         claim, region = result.claim, result.region
         question = Question(profile, claim, region, result.semantics)
@@ -172,7 +172,6 @@ def read_failing(paths: Sequence[Path], world: ParticleWorld) -> tuple[list[Fail
                 continue
             if new is None:
                 raise InputError(f"the counterexample {ONLY_REAL}", str(file), ADVICE_REAL)
-            assert new.claim.statement is not None
             key = new.claim.team, new.claim.statement
             found[key] = _joined(found[key], new) if key in found else new
     if not found:
@@ -209,7 +208,7 @@ def _read(path: Path, policies: PolicyProfile) -> Failing | None:
             return None
         eps = max((abs(Fraction(error)) for error in state.errors.values()), default=Fraction(0))
         label = counterexamples.named(found.property, statement, found.team, policies)
-        claim = DecisionClaim(OWN, found.team, statement=statement, eps=eps, label=label)
+        claim = OwnFormula(found.team, statement=statement, eps=eps, label=label)
         return Failing(claim, (state,), (found.profile,), (path.parent,))
     written = runs.decoded(path, counterexamples.MAX_BYTES, StatesJson, "not a file of states", ADVICE)
     try:
@@ -229,7 +228,7 @@ def _read(path: Path, policies: PolicyProfile) -> Failing | None:
     _ensure_floats(statement, path)
     region = read_region(written.bounds, policies.world, f"{path}: bounds", observed_velocities(policies))
     label = counterexamples.named(written.property, statement, written.team, policies)
-    claim = DecisionClaim(OWN, written.team, statement=statement, eps=eps, label=label)
+    claim = OwnFormula(written.team, statement=statement, eps=eps, label=label)
     region = replace(region, name=written.region)
     region = replace(region, name=shown(called(policies, region)) or "given")
     return Failing(claim, states, (written.profile,), (path.parent,), region, written.command)

@@ -26,15 +26,14 @@ from maviper.worlds import ParticleWorld, WorldState
 from maviper.worlds.matching import NO_WORLD, matching_world
 from maviper.worlds.particle import placed
 from verify.claims.catalogue import Claim
-from verify.claims.decisions import LEAVES, DecisionClaim, sentence
-from verify.claims.episodes import EpisodeClaim
+from verify.claims.decisions import DecisionClaim, Kind
 from verify.claims.formula import Formula
 from verify.claims.region import MACHINE, Region, called
 from verify.extent.found import where as located
-from verify.question import Budgets, DecisionQuestion, Question
+from verify.question import DecisionQuestion, Question
 from verify.reports import report
 from verify.solver.encode import Query, query, reaching
-from verify.solver.solve import DEFAULT_BUDGET, smt_lib
+from verify.solver.solve import smt_lib
 from verify.states.acting import Acted, Replay, acted
 from verify.states.episodes import Episode, agreed
 from verify.states.state import State, contains, observed
@@ -45,50 +44,33 @@ from verify.verdicts.episodes import EpisodeResult
 
 
 @overload
-def verify_claims(
-    profile: ir.PolicyProfile,
-    questions: Sequence[tuple[DecisionClaim, Region]],
-    budget: int = ...,
-    semantics: str = ...,
-    where: int | None = ...,
-) -> list[Result]: ...
+def verify_claims(questions: Sequence[Question[DecisionClaim]], where: bool = ...) -> list[Result]: ...
 
 
 @overload
-def verify_claims(
-    profile: ir.PolicyProfile,
-    questions: Sequence[tuple[Claim, Region]],
-    budget: int = ...,
-    semantics: str = ...,
-    where: int | None = ...,
-) -> list[Result | EpisodeResult]: ...
+def verify_claims(questions: Sequence[Question[Claim]], where: bool = ...) -> list[Result | EpisodeResult]: ...
 
 
-def verify_claims(
-    profile: ir.PolicyProfile,
-    questions: Sequence[tuple[Claim, Region]],
-    budget: int = DEFAULT_BUDGET,
-    semantics: str = MACHINE,
-    where: int | None = None,
-) -> list[Any]:
-    """A result for each (claim, region). `budget` and `semantics` are of claims about single decisions; those about
-    episodes have their own budget and speak of the deployed arithmetic. `where`: also where claims about single
-    decisions hold, by so many violating zones at most; None: not asked.
+def verify_claims(questions: Sequence[Question[Claim]], where: bool = False) -> list[Any]:
+    """A result for each question; all are about one profile. Those about episodes are of the deployed arithmetic.
+
+    `where`: also where claims about single decisions hold.
     """
-    ensure(profile)
+    profile = ensure(questions[0].profile)
+    assert all(question.profile is profile for question in questions)
     world = matching_world(profile)
     made = build(profile, ["c"])
     skipped = [] if made.compilable else ["compiled C: no compiler found"]
     skipped += [] if world else [f"{shown(profile.world.reference)}: {NO_WORLD}"]
-    single = any(isinstance(claim, DecisionClaim) for claim, _ in questions)
+    single = any(question.claim.kind is not Kind.EPISODES for question in questions)
     episodes = on_policy(profile, world) if world is not None and single else None
-    budgets = Budgets(budget) if where is None else Budgets(budget, max_cells=where)
     results: list[Result | EpisodeResult] = []
     with made:
-        for number, (claim, region) in enumerate(questions, 1):
-            if isinstance(claim, EpisodeClaim):
-                replays = rollouts(made, world)
-                results.append(closed_loop.verify_episodes(Question(profile, claim, region, MACHINE), replays, skipped))
+        for number, question in enumerate(questions, 1):
+            claim = question.claim
+            if claim.kind is Kind.EPISODES:
+                replays, asked = rollouts(made, world), question.about(claim).by(MACHINE)
+                results.append(closed_loop.verify_episodes(asked, replays, skipped))
                 continue
             decisions = _replays(made, profile.team(claim.team), world)
 
@@ -96,12 +78,11 @@ def verify_claims(
                 visited = None if world is None or episodes is None else _visited(world, episodes, question.region)
                 return engine.verify(question, decisions, visited, skipped)
 
-            question = Question(profile, claim, region, semantics, budgets)
-            result = decided(question)
-            if where is not None:
-                name = region_file(number, claim)
-                found = located(question, result.verdict, name)
-                within = decided(question.within(found.part.region)) if found.part else None
+            single_question = question.about(claim)
+            result = decided(single_question)
+            if where:
+                found = located(single_question, result.verdict, region_file(number, claim))
+                within = decided(single_question.within(found.part.region)) if found.part else None
                 result = replace(result, where=found, within=within)
             results.append(result)
     return results
@@ -184,29 +165,28 @@ def digests(files: Mapping[str, str | bytes]) -> dict[str, str]:
     return {name: hashlib.sha256(item).hexdigest() for name, item in encoded.items()}
 
 
-def question_files(
-    profile: ir.PolicyProfile, asked: Sequence[tuple[Claim, Region, str]], semantics: str = MACHINE
-) -> dict[str, str]:
+def question_files(questions: Sequence[Question[Claim]]) -> dict[str, str]:
     """The very questions, one a property and goal (of alive_leaves: one a leaf and goal), as SMT-LIB, name -> text.
 
     Claims about episodes have none: no solver is asked about them.
     """
     files: dict[str, str] = {}
-    for number, (claim, region, _) in enumerate(asked, 1):
-        if isinstance(claim, EpisodeClaim):
+    for number, asked in enumerate(questions, 1):
+        claim = asked.claim
+        if claim.kind is Kind.EPISODES:
             continue
-        question = Question(profile, claim, region, semantics)
+        question = asked.about(claim)
         for goal in question.goals:
             for name, made in _queries(question, goal):
                 files[f"{number:02d}-{name}-{goal or 'no-goal'}.smt2"] = render(
                     "smt/question.smt2.j2",
-                    profile=content_hash(profile),
-                    claim=f"{claim.shown}: {claim.written or sentence(claim)}",
+                    profile=content_hash(question.profile),
+                    claim=f"{claim.shown}: {claim.written or claim.sentence}",
                     assume=claim.assumption,
-                    leaf=claim.name == LEAVES,
-                    region=called(profile, region) or "given",
+                    leaf=claim.kind is Kind.LEAVES,
+                    region=called(question.profile, question.region) or "given",
                     goal=goal,
-                    semantics=semantics,
+                    semantics=question.semantics,
                     text=smt_lib(made),
                 )
     return files
@@ -215,13 +195,13 @@ def question_files(
 def _queries(question: DecisionQuestion, goal: str) -> Iterator[tuple[str, Query]]:
     """What the solver is asked for one goal, each query with a name that suits a file."""
     team = question.team
-    if question.claim.name != LEAVES:
+    if question.claim.kind is not Kind.LEAVES:
         yield question.claim.name, query(question, goal)
         return
     for policy in team:
         for leaf in map(int, ir.leaves(policy.tree)):
             asked = reaching(policy, leaf, question.region, goal, semantics=question.semantics)
-            yield f"{LEAVES}-{policy.agent}-{leaf}", asked
+            yield f"{question.claim.name}-{policy.agent}-{leaf}", asked
 
 
 def report_files(

@@ -13,8 +13,8 @@ from codegen.ir import PolicyProfile
 from codegen.policy_json import content_hash
 from maviper.verification.ask import Asked, VerifyOptions
 from maviper.verification.join import region_file
-from verify.claims.episodes import EpisodeClaim
-from verify.extent.violations import DEFAULT_ZONES
+from verify.claims.decisions import Kind
+from verify.question import Budgets
 from verify.reports.where import zones_json
 from verify.verdicts.decisions import Result
 from verify.verdicts.episodes import EpisodeResult
@@ -24,16 +24,16 @@ FOUND = "# Found by maviper verify --where:"  # what the file of a region found 
 
 def repeated(asked: Asked, wanted: int | None) -> str:
     """The command line that repeats a question."""
-    if wanted is None or isinstance(asked.claim, EpisodeClaim):
+    if wanted is None or asked.claim.kind is Kind.EPISODES:
         return asked.command
-    return f"{asked.command} --where" + (f" --max-cells {wanted}" if wanted != DEFAULT_ZONES else "")
+    return f"{asked.command} --where" + (f" --max-cells {wanted}" if wanted != Budgets().max_cells else "")
 
 
 def where_files(profile: PolicyProfile, results: Sequence[Result | EpisodeResult]) -> dict[str, str]:
     """For each result with zones `zones-N-NAME.json`, for each region found `region-N-NAME.toml`, name -> text."""
     files: dict[str, str] = {}
     for place, result in enumerate(results, 1):
-        if not isinstance(result, Result) or result.where is None:
+        if result.where is None:
             continue
         if result.where.count:
             files[f"zones-{place}-{result.claim.name}.json"] = zones_json(profile, result)

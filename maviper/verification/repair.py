@@ -32,7 +32,8 @@ from maviper.verification.certificates import certificate_files
 from maviper.verification.join import report_files, verify_claims
 from maviper.worlds import ParticleWorld, WorldState
 from maviper.worlds.matching import matching_world
-from verify.claims.decisions import DecisionClaim, find_property
+from verify.claims.catalogue import find_property
+from verify.claims.decisions import DecisionClaim
 from verify.claims.region import Region
 from verify.question import Question
 from verify.repair.search import Repair, repair
@@ -101,14 +102,14 @@ def repaired(before: ir.PolicyProfile, options: RepairOptions, name: str = runs.
     expert = None if world is None else shipped_expert(before.provenance.expert, world)
     after = _with_provenance(unmeasured, world, expert)
     cost = measured(before, after, claim.team, region, world, expert, options.episodes)
-    done = replace(unmeasured, after=after, cost=cost, results=tuple(verify_claims(after, [(claim, region)])))
+    done = replace(unmeasured, after=after, cost=cost, results=tuple(verify_claims([question.of(after)])))
     return replace(done, files=_files(done, name, options))
 
 
 def _files(done: Repaired, name: str, options: RepairOptions) -> dict[str, str | bytes]:
     """Profile, costs, region, report and certificate, name -> text."""
     assert done.after is not None
-    asked = command(runs.PROFILE_FILE, done.claim, done.region.name)
+    asked = command(runs.PROFILE_FILE, Question(done.after, done.claim, done.region))
     made = ["maviper", "repair", name, *shlex.split(asked)[3:], "--episodes", str(options.episodes)]
     made += ["--max-depth", str(options.max_depth)] if options.max_depth is not None else []
     files: dict[str, str | bytes] = {

@@ -19,7 +19,7 @@ from maviper.verification.counterexamples import counterexample_files
 from maviper.verification.failing_states import states_files
 from maviper.verification.join import report_files, verify_claims
 from maviper.verification.places import repeated, where_files
-from verify.claims.episodes import EpisodeClaim
+from verify.claims.decisions import Kind
 from verify.verdicts.decisions import Result
 from verify.verdicts.episodes import EpisodeResult
 
@@ -36,7 +36,7 @@ class Verified:
     @property
     def not_located(self) -> list[str]:
         """The claims for which `where` was asked in vain."""
-        episodes = [one.claim.shown for one in self.asked if isinstance(one.claim, EpisodeClaim)]
+        episodes = [one.claim.shown for one in self.asked if one.claim.kind is Kind.EPISODES]
         return episodes if self.cells is not None else []
 
     @cached_property
@@ -73,8 +73,7 @@ class Verified:
 
 def verified(profile: ir.PolicyProfile, asked: Sequence[Asked], options: VerifyOptions) -> Verified:
     """The results of questions, see `maviper.verification.ask.questions`."""
-    pairs = [(one.claim, one.region) for one in asked]
-    results = verify_claims(profile, pairs, options.units, options.semantics, options.cells)
+    results = verify_claims([one.question for one in asked], options.where)
     return Verified(profile, tuple(asked), tuple(results), options.cells)
 
 

@@ -27,11 +27,11 @@ from maviper.worlds import PhysicalDeception
 from tests.episode_cases import arriving
 from tests.teams import team
 from verify.checker.episode_certificates import accepted
-from verify.claims.episode_properties import find_claim
+from verify.claims.catalogue import find_claim
 from verify.claims.region import Region, Verdict, everywhere
 from verify.episodes.certificates import made
 from verify.episodes.composition import decide
-from verify.question import Question
+from verify.question import Budgets, Question
 from verify.solver.encode import half_line, number
 from verify.states.episodes import owned
 
@@ -179,7 +179,9 @@ def everywhere_table(depths, budget):
         profile = fitted(depth)
         for name in ("reaches", "covers"):
             start = time.perf_counter()
-            found = decide(Question(profile, replace(find_claim(name, profile), zones=budget), everywhere(profile)))
+            found = decide(
+                Question(profile, find_claim(name, profile), everywhere(profile), budgets=Budgets(max_zones=budget))
+            )
             seconds = time.perf_counter() - start
             said = f"{found.verdict.value:8} {found.zones:10,} zones {seconds:7.2f} s"
             print(f"whole start box, depth {depth:2} {name:8} {said}", flush=True)
@@ -206,7 +208,7 @@ def certificate_table(depths, seeds, side):
         for name in ("reaches", "covers"):
             claim = find_claim(name, profile)
             start = time.perf_counter()
-            found = decide(Question(profile, replace(claim, zones=1_000_000), region))
+            found = decide(Question(profile, claim, region, budgets=Budgets(max_zones=1_000_000)))
             decided = time.perf_counter() - start
             if found.verdict is not Verdict.PROVED:
                 print(f"{where:34} {name:8} {found.verdict.value}: no certificate ({decided:.2f} s)", flush=True)

@@ -29,7 +29,7 @@ from maviper.worlds import find
 from tests.verify.zone_cases import stated
 from verify.checker import decisions
 from verify.checker.certificates import numbers
-from verify.claims.decisions import STEADY, DecisionClaim, formula
+from verify.claims.decisions import BUILT_IN, DistinctTargets, NoDouble, formula
 from verify.claims.region import Semantics, Verdict, start_region
 from verify.question import Question
 from verify.solver.decide import decide
@@ -203,7 +203,7 @@ def measured(rounds, full):
     values, rows = {}, []
     game = Game("physical-deception")
     ratios, sweeps, branches = [], [], []
-    claim = DecisionClaim("distinct_targets", "defenders")
+    claim = DistinctTargets("defenders")
     region = start_region(game.world.spec)
     for kind in ("roles", "nearer", "swapping"):
         for depth in (4, 6, 8, 10, 12) if full or kind == "swapping" else (4, 6, 8, 10):
@@ -260,7 +260,7 @@ def checked(profile, asked, region, found):
 
 def steady(game, region, rounds):
     """Though features are off: fixed roles under fitted splits, which hold, and the nearer of two matchings."""
-    claim = DecisionClaim(STEADY, "defenders", eps=Fraction(1, 100), of="distinct_targets")
+    claim = DistinctTargets("defenders", eps=Fraction(1, 100))
     ratios, rows = [], []
     for kind, depth in [("held", 6), ("held", 8), ("held", 10), ("nearer", 6), ("nearer", 8), ("nearer", 10)]:
         profile = held_roles(game, depth - 3) if kind == "held" else deception_team(game, kind, depth)
@@ -297,8 +297,8 @@ def ten_properties():
         trees[agent] = below(above, towards(*offset(game, agent, f"landmark_{k}")))
     profile = game.profile(trees)
     radii = [Fraction(n, 100) for n in (6, 8, 10, 20)]
-    claims = [DecisionClaim(name, "agents", radius=r) for name in ("distinct_targets", "own_target") for r in radii]
-    claims += [DecisionClaim("no_double", "agents", margin=margin) for margin in (Fraction(0), Fraction(1, 40))]
+    claims = [BUILT_IN[name]("agents", radius=r) for name in ("distinct_targets", "own_target") for r in radii]
+    claims += [NoDouble("agents", margin=margin) for margin in (Fraction(0), Fraction(1, 40))]
     region = start_region(game.world.spec)
     took, answers = seconds(
         lambda: [zones.decide(stated(profile, formula(profile, one), region)).verdict for one in claims]
@@ -310,7 +310,7 @@ def ten_properties():
 def bytes_a_leaf(game, region):
     """Fixed roles under fitted splits: bytes of each goal's proof over the leaves of both trees."""
     profile = held_roles(game, 5)
-    found = zones.decide(stated(profile, formula(profile, DecisionClaim("distinct_targets", "defenders")), region))
+    found = zones.decide(stated(profile, formula(profile, DistinctTargets("defenders")), region))
     leaves = sum(len(ir.leaves(policy.tree)) for policy in profile.team("defenders"))
     return max(map(len, found.proofs.values())) / leaves
 

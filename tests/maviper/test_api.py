@@ -107,7 +107,7 @@ def test_verify_takes_parameters(profile, tmp_path):
     assert found.claim.margin == Fraction(1, 40) and found.claim.landmarks == ("landmark_1", "landmark_0")
     assert found.region.name == "near.toml"
     steps = maviper.verify(profile, "covers", steps=2, max_zones=10)
-    assert steps.claim.steps == 2 and steps.claim.zones == 10
+    assert steps.claim.steps == 2 and steps.budget == 10
     assert maviper.verify(profile, solver_units=5).verdict in (Verdict.UNKNOWN, Verdict.VIOLATED)
     with pytest.raises(UnknownNameError, match="distinct_target"):
         maviper.verify(profile, "distinct_target")

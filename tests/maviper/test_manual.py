@@ -25,11 +25,9 @@ from maviper.worlds import MAX_OF_A_KIND, WORLDS, find, options_of
 from maviper.worlds.features import GROUPS
 from maviper.worlds.predator_prey import OBSERVATIONS
 from verify.claims import predicates
-from verify.claims.episodes import DEFAULT_ZONES
 from verify.claims.formula import holds
 from verify.claims.region import Verdict
-from verify.extent.violations import DEFAULT_ZONES as DEFAULT_CELLS
-from verify.verdicts.decisions import DEFAULT_BUDGET
+from verify.question import Budgets
 
 ROOT = Path(__file__).parents[2]
 FOLDER = "maviper/manual"
@@ -246,8 +244,8 @@ def test_every_claim_has_its_parameters_and_defaults():
             assert f"`{key}` {default}" in text, (claim["name"], key)
         assert text == "none" if not parameters else text.count("`") == 2 * len(parameters)
         if "steps" in claim["parameters"]:
-            assert claim["name"] in episodes and claim["parameters"]["zones"] == str(DEFAULT_ZONES)
-    assert not said and f"{DEFAULT_ZONES:,}" in episodes
+            assert claim["name"] in episodes and claim["parameters"]["zones"] == str(Budgets().max_zones)
+    assert not said and f"{Budgets().max_zones:,}" in episodes
 
 
 def test_the_limits_are_the_defaults():
@@ -255,7 +253,8 @@ def test_the_limits_are_the_defaults():
         row[0].strip("`"): row[2]
         for row in rows_of(table_under(manual.page("verdicts"), "## When the answer is UNKNOWN"))
     }
-    limits = {"--solver-units": DEFAULT_BUDGET, "--max-zones": DEFAULT_ZONES, "--max-cells": DEFAULT_CELLS}
+    usual = Budgets()
+    limits = {"--solver-units": usual.solver_units, "--max-zones": usual.max_zones, "--max-cells": usual.max_cells}
     assert rows == {name: f"{value:,}" for name, value in limits.items()}
 
 
@@ -467,7 +466,7 @@ def test_the_property_and_region_files_of_the_claims_page_are_read(place):
     team = loads((TEAM / "profile.json").read_bytes())
     found = find_region("near.toml", team)
     assert (found.goals, len(found.differences), len(found.apart)) == (("landmark_0",), 1, 1) and region
-    assert [claim.shown for claim, _ in from_file(place / "claims.toml", team, found)] == [
+    assert [one.claim.shown for one in from_file(place / "claims.toml", team, found)] == [
         "nobody is drawn off a near target",
         "own_target",
     ]

@@ -16,7 +16,7 @@ from codegen.ir import Meaning
 from codegen.observe import observe
 from tests.verify.solver.test_encode import meanings, with_meanings
 from tests.verify.zone_cases import random_tree
-from verify.claims.decisions import DecisionClaim
+from verify.claims.decisions import BUILT_IN
 from verify.claims.region import Region, positions
 
 T = Fraction(float(np.float32(0.1)))
@@ -76,7 +76,7 @@ def fails(profile, claim, position, goal, leaves=None):
     first, second = (
         [engaged(at, agent, landmark, directions[agent], claim) for landmark in LANDMARKS] for agent in TEAM
     )
-    name = claim.of or claim.name
+    name = claim.of
     if name == "own_target":
         return not (first[0] and second[1])
     if name == "distinct_targets":
@@ -263,7 +263,7 @@ def random_question(rng, most_depth=2):
     profile = with_meanings(trees)
     margin = Fraction(rng.choice([0, 0, Fraction(1, 20), THIRD, T]))
     radius = Fraction(rng.choice([0, TENTH, THIRD, Fraction(1, 2), T]))
-    claim = DecisionClaim(str(rng.choice(["distinct_targets", "own_target", "no_double"])), "defenders", margin, radius)
+    claim = BUILT_IN[str(rng.choice(["distinct_targets", "own_target", "no_double"]))]("defenders", margin, radius)
     region = random_region(rng, profile, pair)
     return profile, claim, region, pair
 

@@ -9,12 +9,12 @@ import pytest
 from codegen.errors import InputError
 from tests.teams import LEFT, STAY, team, tree
 from tests.verify.zone_cases import deception
-from verify.claims.decisions import DecisionClaim, formula
+from verify.claims.decisions import DistinctTargets, formula
 from verify.claims.formula import for_goal
 from verify.claims.region import REAL, everywhere
 from verify.question import Budgets, Question, from_start, shuffled
 
-CLAIM = DecisionClaim("distinct_targets", "defenders")
+CLAIM = DistinctTargets("defenders")
 
 
 @pytest.fixture(name="question")

@@ -10,7 +10,7 @@ from codegen import ir
 from maviper.worlds import find
 from tests.teams import team, towards
 from tests.verify.solver.test_encode import meanings, with_meanings
-from verify.claims.decisions import OWN, STEADY, DecisionClaim
+from verify.claims.decisions import BUILT_IN, OwnFormula
 from verify.claims.formula import agents
 from verify.claims.region import MACHINE, Region, everywhere, start_region
 from verify.question import Budgets, Question
@@ -27,7 +27,7 @@ def stated(profile, formula, region, semantics=MACHINE, budget=NODES, goals=None
     """The question whether a formula holds; `budget`: search nodes; `goals`: only these of the region's."""
     acting = agents(formula)
     team = next((policy.team for policy in profile.agents if policy.agent in acting), profile.agents[0].team)
-    claim = DecisionClaim(OWN, team, statement=formula, eps=eps)
+    claim = OwnFormula(team, statement=formula, eps=eps)
     region = region if goals is None else replace(region, goals=goals)
     return Question(profile, claim, region, semantics, Budgets(max_nodes=budget))
 
@@ -82,7 +82,7 @@ def deception(rng, max_depth):
     depths = rng.integers(0, max_depth + 1, 2)
     trees = {f"agent_{k}": random_tree(rng, count, int(depth)) for k, depth in enumerate(depths)}
     margin, radius = Fraction(int(rng.integers(0, 3)), 20), Fraction(int(rng.integers(0, 13)), 10)
-    claim = DecisionClaim(str(rng.choice(PROPERTIES)), "defenders", margin=margin, radius=radius)
+    claim = BUILT_IN[str(rng.choice(PROPERTIES))]("defenders", margin=margin, radius=radius)
     return with_meanings(trees), claim
 
 
@@ -93,7 +93,7 @@ def navigation(rng, max_depth):
         for name, features, actions in zip(NAVIGATION.agents, NAVIGATION.features, NAVIGATION.actions, strict=True)
     )
     profile = ir.PolicyProfile(NAVIGATION.spec, agents, ir.Provenance("", "", 0, "", ""))
-    return profile, DecisionClaim(str(rng.choice(PROPERTIES)), "agents", radius=Fraction(int(rng.integers(1, 13)), 10))
+    return profile, BUILT_IN[str(rng.choice(PROPERTIES))]("agents", radius=Fraction(int(rng.integers(1, 13)), 10))
 
 
 def joined(split, left, right):
@@ -139,7 +139,7 @@ def near_roles(rng, profile):
                 beside = np.nextafter(tree.threshold[node], side)
                 change["threshold"][node] = beside if abs(beside) > 1e-30 else 0.001  # subnormal ones are refused
             pair[place] = replace(tree, **change)
-    claim = DecisionClaim(str(rng.choice(PROPERTIES[:2])), "defenders", radius=Fraction(int(rng.integers(4, 12)), 100))
+    claim = BUILT_IN[str(rng.choice(PROPERTIES[:2]))]("defenders", radius=Fraction(int(rng.integers(4, 12)), 100))
     return team(profile, *pair), claim
 
 
@@ -161,7 +161,7 @@ def noisy_roles(rng, profile):
         pair.append(tree)
     of, eps = str(rng.choice(PROPERTIES[:2])), Fraction(int(rng.integers(1, 50)), 1000)
     radius = Fraction(int(rng.integers(5, 14)), 100)
-    return team(profile, *pair), DecisionClaim(STEADY, "defenders", radius=radius, eps=eps, of=of)
+    return team(profile, *pair), BUILT_IN[of]("defenders", radius=radius, eps=eps)
 
 
 def noisy(rng, profile):
@@ -171,7 +171,7 @@ def noisy(rng, profile):
         return noisy_roles(rng, profile)
     pair, claim = deception(rng, 4) if kind < 0.9 else near_roles(rng, profile)
     eps = Fraction(int(rng.choice([1, 10, 50, 333])), 1000)
-    return pair, replace(claim, name=STEADY, of=claim.name, eps=eps)
+    return pair, replace(claim, eps=eps)
 
 
 def actions_at(profile, state, goal, machine=True):

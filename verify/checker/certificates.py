@@ -11,7 +11,7 @@ import hashlib
 import json
 from collections.abc import Generator, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any, TypeAlias
 
@@ -23,17 +23,18 @@ from codegen.policy_json import content_hash, layout
 from verify.checker import decisions
 from verify.checker.reading import RejectedError, region_formula
 from verify.checker.thresholds import NO_ERROR
-from verify.claims.decisions import PLAIN, STEADY, DecisionClaim, check_range, checked, formula
+from verify.claims.decisions import BUILT_IN, KAPPA, PLAIN, STEADY, DecisionClaim, checked, ensure_steady, formula
 from verify.claims.formula import Formula, agents, coordinates, for_goal, holds
 from verify.claims.formula_json import formula_document, read_formula, read_number
 from verify.claims.region import SEMANTICS, Region, Semantics
-from verify.claims.verifiable import verifiable
+from verify.claims.verifiable import check_range, verifiable
 
 FORM = "maviper-certificate-1"
 MAX_BYTES = 1 << 30
 LINE = 96  # characters of a proof on a line
 NAMED = ("name", "team", "margin", "radius", "kappa", "landmarks")  # of a property, what a certificate states
-NOISY = (*NAMED, "eps", "of")  # of steady
+NOISY = ("eps", "of")  # and of steady
+UNREAD = {"kappa": KAPPA, "landmarks": ()}  # what it states of a property that does not read them
 REMAKE = "make it again with `maviper verify -o`"
 _Parameter: TypeAlias = str | Fraction | tuple[str, ...]  # of a named property
 
@@ -248,28 +249,34 @@ def read_proof(lines: Sequence[str], where: str) -> bytes:
 
 
 def _property_document(claim: DecisionClaim) -> dict[str, Any]:
-    named = NOISY if claim.name == STEADY else NAMED
-    stated = [item.name for item in fields(claim) if item.name in named]
-    values: dict[str, _Parameter] = {name: getattr(claim, name) for name in stated}
-    return {name: list(value) if isinstance(value, tuple) else str(value) for name, value in values.items()}
+    read = claim.parameters
+    values = {"name": claim.name, "team": claim.team, "margin": claim.margin, "radius": claim.radius, **UNREAD, **read}
+    stated = {name: values[name] for name in (*NAMED, *NOISY) if name in values}
+    return {name: list(value) if isinstance(value, tuple) else str(value) for name, value in stated.items()}
 
 
 def _property(document: Mapping[str, str | list[str]]) -> DecisionClaim:
-    plain = DecisionClaim("", "")
+    """The named property. ValueError for a name whose formula is not all that it claims, or another parameter."""
+    steady = document["name"] == STEADY
+    named, key = (NAMED + NOISY, "of") if steady else (NAMED, "name")
+    kind = document.get(key, "")
+    if kind not in PLAIN:  # the formula of others is not all that they claim
+        raise ValueError(f"$.property.{key}: {kind[:40]!r}")
     given: dict[str, Any] = {}
-    named = NOISY if document["name"] == STEADY else NAMED
     for name, value in document.items():
         if name not in named:
             raise ValueError(f"$.property.{name}: a certificate states {', '.join(named)}")
-        default: _Parameter = getattr(plain, name)
-        if isinstance(value, str) == isinstance(default, tuple):
+        if isinstance(value, str) == (name == "landmarks"):
             raise ValueError(f"$.property.{name}: {value}")
-        convert = read_number if isinstance(default, Fraction) else str
-        given[name] = tuple(value) if isinstance(value, list) else convert(value)
-    said = given.get("of", "") if given["name"] == STEADY else given["name"]
-    if said not in PLAIN:  # the formula of others is not all that they claim
-        raise ValueError(f"$.property.{'of' if given['name'] == STEADY else 'name'}: {said[:40]!r}")
-    return DecisionClaim(**given)
+        if name not in ("name", "of"):
+            given[name] = value if name == "team" else tuple(value) if isinstance(value, list) else read_number(value)
+    made = BUILT_IN[str(kind)]
+    for name, usual in UNREAD.items():
+        if name not in made.reads and given.pop(name, usual) != usual:
+            raise ValueError(f"$.property.{name}: {kind} does not read it")
+    claim = made(**given)
+    ensure_steady(STEADY if steady else claim.name, claim)
+    return claim
 
 
 def region_from(document: Mapping[str, Any]) -> Region:

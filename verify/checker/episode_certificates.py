@@ -27,9 +27,9 @@ from verify.checker.certificates import (
     region_from,
     undamaged,
 )
-from verify.checker.episode_reading import FARTHEST, Episode, Part, PartedEpisode
+from verify.checker.episode_reading import FARTHEST, Episode, Part, PartedEpisode, certifiable
 from verify.checker.reading import RejectedError, region_formula
-from verify.claims.episodes import EpisodeClaim
+from verify.claims.episodes import Arrival
 from verify.claims.formula import TRUE, holds
 from verify.claims.formula_json import read_number
 from verify.claims.region import MACHINE, Region
@@ -43,7 +43,7 @@ class EpisodeCertificate:
     """A claim about the episodes of a profile from a region, with a proof for each of its parts."""
 
     profile: str  # content hash
-    claim: EpisodeClaim
+    claim: Arrival
     region: Region
     inhabitant: Mapping[str, Fraction]  # a start of the region, which shows that it is not empty
     parts: tuple[Part, ...]
@@ -151,7 +151,9 @@ def to_json(certificate: EpisodeCertificate) -> str:
 
 
 def from_json(text: str | bytes, where: str = "certificate") -> EpisodeCertificate:
-    """The certificate in a text. InputError when it is damaged, of another version, or edited."""
+    """The certificate in a text. InputError when it is damaged, of another version, or edited; RejectedError for claims
+    that have no certificates.
+    """
     with undamaged(where):
         raw = msgspec.json.decode(text, type=EpisodeCertificateJson)
         ensure_whole(raw, raw.certificate if raw.certificate in READINGS else FORM, where)
@@ -163,7 +165,7 @@ def from_json(text: str | bytes, where: str = "certificate") -> EpisodeCertifica
         ]
         return EpisodeCertificate(
             profile=raw.profile,
-            claim=EpisodeClaim(raw.property, raw.team, raw.steps, read_number(raw.radius), tuple(raw.landmarks)),
+            claim=_claim(raw),
             region=region_from(raw.region),
             inhabitant={name: read_number(value) for name, value in raw.inhabitant.items()},
             parts=tuple(parts),
@@ -171,3 +173,8 @@ def from_json(text: str | bytes, where: str = "certificate") -> EpisodeCertifica
             region_said=str(raw.region["name"]),
             form=raw.certificate,
         )
+
+
+def _claim(raw: EpisodeCertificateJson) -> Arrival:
+    kind = certifiable(raw.property)
+    return kind(raw.team, raw.steps, read_number(raw.radius), tuple(raw.landmarks))

@@ -23,7 +23,7 @@ from typing import Any, NamedTuple, TypeAlias
 
 from codegen.ir import NO_FEATURE, EntitySpec, PolicyProfile, WorldSpec
 from verify.checker.reading import LONGEST, Flat, Reading, RejectedError, region_formula
-from verify.claims.episodes import EpisodeClaim
+from verify.claims.episodes import Arrival, Covers, Reaches
 from verify.claims.formula import Linear, Or
 from verify.claims.region import Region, Semantics
 
@@ -66,17 +66,26 @@ class OpenBranchError(RejectedError):
     """A branch does not close, so the claim may fail."""
 
 
-def matchings(profile: PolicyProfile, claim: EpisodeClaim) -> list[Matching]:
+def certifiable(name: str) -> type[Arrival]:
+    """The class of a claim by its name. RejectedError for those that have no certificates."""
+    for kind in (Reaches, Covers):
+        if kind.title == name:
+            return kind
+    raise RejectedError(uncertifiable(name))
+
+
+def uncertifiable(name: str) -> str:
+    """That claims of a name have no certificates, in words."""
+    return f"proofs of {ascii(name)[1:-1]} have no certificates, those of reaches and covers have"
+
+
+def matchings(profile: PolicyProfile, claim: Arrival) -> list[Matching]:
     """Who may arrive where for the claim to hold: at the named landmarks, or one for each agent in any way."""
     team = [policy.agent for policy in profile.team(claim.team)]
     landmarks = [entity.name for entity in profile.world.landmarks]
     own = claim.landmarks
     if not team:
         raise RejectedError(f"the profile has no team {ascii(claim.team)[1:-1]}")
-    if claim.name not in ("reaches", "covers"):
-        raise RejectedError(
-            f"proofs of {ascii(claim.name)[1:-1]} have no certificates, those of reaches and covers have"
-        )
     if own and (len(set(own)) != len(team) or len(own) != len(team) or not set(own) <= set(landmarks)):
         raise RejectedError("the claim does not name a landmark of its own for each agent of the team")
     if not own and len(team) * len(landmarks) > MAX_PAIRS:
@@ -107,13 +116,13 @@ class Episode:
     parting = False  # whether each part of a choice is an answer of its own; else a choice asks nothing
 
     def __init__(
-        self, profile: PolicyProfile, claim: EpisodeClaim, region: Region, goal: str, followed: Sequence[str],
+        self, profile: PolicyProfile, claim: Arrival, region: Region, goal: str, followed: Sequence[str],
         allowed: Sequence[Matching],
     ) -> None:  # fmt: skip
         world, entities = profile.world, {entity.name: entity for entity in profile.world.agents}
         if len(set(followed)) != len(followed) or not {agent for own in allowed for agent, _ in own} <= set(followed):
             raise RejectedError("the agents of whom the claim speaks are not followed, or are followed twice")
-        self.steps, self._always = claim.steps, claim.name == "reaches"  # asked at every step, or at the last one
+        self.steps, self._always = claim.steps, claim.always  # asked at every step, or at the last one
         self._dt, self._kept = world.dt, 1.0 - world.damping
         places = [f"{entity.name}.{axis}" for entity in world.agents + world.landmarks for axis in "xy"]
         speeds = [f"{name}.v{axis}" for name in entities for axis in "xy"]

@@ -12,7 +12,7 @@ from typing import TypeAlias
 from codegen.ir import PolicyProfile
 from verify.checker.episode_reading import AWAY, CLAIM, REGION, Episode, Part, Place, Side, matchings
 from verify.checker.reading import LONGEST, RejectedError
-from verify.claims.episodes import EpisodeClaim
+from verify.claims.episodes import Arrival
 from verify.claims.region import Region
 
 GO_ON = 0  # the number of a branch below which the search goes on
@@ -26,7 +26,7 @@ Branch: TypeAlias = tuple[int, Side | None, Place, int]
 
 def check(
     profile: PolicyProfile,
-    claim: EpisodeClaim,
+    claim: Arrival,
     region: Region,
     parts: Iterable[tuple[Part, Iterator[int]]],
     reading: type[Episode] = Episode,

@@ -1,49 +1,163 @@
-"""Claims of either kind by name: about single decisions (decisions.py) and about whole episodes (verdicts/episodes.py).
+"""Claims of either kind by name: about single decisions (properties.py) and about whole episodes (episodes.py).
 
-Does: finds a claim, tells which parameters it reads and which of them a user must state to ask it again.
+Does: finds a claim for a profile; tells which parameters a name reads, their usual values, and what it says in general.
 Assumes: parameters have their types; their ranges are checked here.
 Does not: read files or decide.
 """
 
-from typing import Any
+from collections.abc import Sequence
+from dataclasses import fields
+from fractions import Fraction
+from typing import Any, cast
 
-from codegen.errors import UnknownNameError
-from codegen.ir import PolicyProfile
-from verify.claims import decisions, episode_properties
-from verify.claims.decisions import BUILT_IN, PLAIN, DecisionClaim, check_read
-from verify.claims.episode_properties import EPISODE_CLAIMS
-from verify.claims.episodes import EpisodeClaim
+from codegen.dynamics import COINCIDENT, partners
+from codegen.errors import InputError, UnknownNameError
+from codegen.ir import PolicyProfile, WorldSpec
+from verify.claims.decisions import (
+    BUILT_IN,
+    PLAIN,
+    PROPERTIES,
+    STEADY,
+    WITH_ERRORS,
+    DecisionClaim,
+    Parameter,
+    checked,
+    ensure_steady,
+)
+from verify.claims.episodes import EPISODE_CLAIMS, EpisodeClaim
+from verify.claims.verifiable import check_landmarks, check_range, team_for
 
 Claim = DecisionClaim | EpisodeClaim
-NAMES = (*BUILT_IN, *EPISODE_CLAIMS)
+NAMES = (*PROPERTIES, *EPISODE_CLAIMS)
+ZONES = "zones"  # given like a parameter of claims about episodes, though it is a budget: how many may be visited
+MAX_ZONES = 10**12
+EPS = Fraction(1, 100)  # of `steady`, where nobody says another
+COINCIDING = (
+    f"not about starts from which the centres of two that push each other ever come within {COINCIDENT:g} of each "
+    "other, where the reference has no number"
+)
 
 
 def find_claim(name: str, profile: PolicyProfile, team: str | None = None, **given: Any) -> Claim:
-    """The named claim for a team of `profile`, see `find_property` and `closed_loop.find_claim` for the parameters.
+    """The named claim for a team of `profile`, see `find_property` and `find_episode_claim` for the parameters.
 
     InputError for one that the claim does not read, UnknownNameError for a name of neither kind.
     """
     if name in EPISODE_CLAIMS:
-        check_read(name, tuple(given), episode_properties.parameters(name))
-        return episode_properties.find_claim(name, profile, team, **given)
-    if name not in BUILT_IN:
+        return find_episode_claim(name, profile, team, **given)
+    if name not in PROPERTIES:
         raise UnknownNameError("property", name, NAMES)
-    return decisions.find_property(name, profile, team, **given)
+    return find_property(name, profile, team, **given)
 
 
-def parameters(name: str, of: str = "") -> tuple[str, ...] | None:
-    """What the named claim reads beside its team, of `steady` also what `of` reads; None for unknown names."""
+def kind_named(name: str, of: str = "") -> type[DecisionClaim]:
+    """The class of a property; of `steady` that of the one which it is said of. UnknownNameError for other names."""
+    if name not in PROPERTIES:
+        raise UnknownNameError("property", name, PROPERTIES)
+    if of and of not in PLAIN:
+        raise UnknownNameError("property", of, PLAIN, "of")
+    return BUILT_IN[of or PLAIN[0]] if name == STEADY else BUILT_IN[name]
+
+
+def read_by(name: str, of: str = "") -> tuple[str, ...]:
+    """The parameters that a named property reads beside its team; `of` is what `steady` is said of."""
+    read = kind_named(name, of).reads
+    return ("eps", "of", *read) if name == STEADY else read
+
+
+def find_property(
+    name: str, profile: PolicyProfile, team: str | None = None, of: str = "", **parameters: Any
+) -> DecisionClaim:
+    """The named property for a team of `profile`: `team`, or the one team with as many agents as landmarks.
+
+    `of`: what `steady` is said of; `parameters`: exact numbers, and `landmarks` by name. InputError for a parameter
+    that the property does not read.
+    """
+    kind = kind_named(name, of)
+    if team is None or kind.landmark_each:
+        team = team_for(name, profile, team)
+    given = {key: value for key, value in parameters.items() if key != "landmarks" or value}
+    check_read(name, [*given, *(["of"] if of else [])], read_by(name, of))
+    given |= {"landmarks": tuple(given["landmarks"])} if "landmarks" in given else {}
+    given |= {"eps": given.get("eps", EPS)} if name == STEADY else {}
+    claim = checked(profile, kind(team, **given))
+    ensure_steady(name, claim)
+    return claim
+
+
+def check_read(name: str, given: Sequence[str], read: Sequence[str]) -> None:
+    """InputError for a given parameter that the named property does not read."""
+    for parameter in given:
+        if parameter not in read:
+            raise InputError(f"{name} does not read {parameter}", parameter, f"it reads {', '.join(read) or 'nothing'}")
+
+
+def find_episode_claim(name: str, profile: PolicyProfile, team: str | None = None, **given: Any) -> EpisodeClaim:
+    """The named claim about episodes for a team of `profile`, by default over a whole episode.
+
+    `steps`: of an episode; `landmarks`: one for each agent of the team, without them `reaches` takes the world's order,
+    `covers` any matching; `others`: from whom the team keeps apart, without them from one another; `radius`: without
+    it RADIUS, of `keeps_apart` the largest distance at which two of them touch.
+    """
+    if name not in EPISODE_CLAIMS:
+        raise UnknownNameError("property", name, EPISODE_CLAIMS)
+    kind = EPISODE_CLAIMS[name]
+    listed = {key: tuple(cast("Sequence[str]", value)) for key, value in given.items() if isinstance(value, Sequence)}
+    given |= listed
+    given = {key: value for key, value in given.items() if value not in (None, ())}
+    check_read(name, tuple(given), readable(name))
+    team = team_for(name, profile, team, any_size=not kind.landmark_each)
+    check_landmarks(profile, team, given.get("landmarks", ()))
+    claim = kind(team, **kind.usual(profile, team, given) | given)
+    claim.check_ranges()
+    return claim
+
+
+def checked_zones(zones: int) -> int:
+    """How many zones may be visited, itself. InputError for a number out of its range."""
+    check_range(ZONES, zones, MAX_ZONES, 1)
+    return zones
+
+
+def readable(name: str, of: str = "") -> tuple[str, ...]:
+    """What may be given with the named claim beside its team; of `steady` also what `of` reads."""
+    return (*EPISODE_CLAIMS[name].reads(), ZONES) if name in EPISODE_CLAIMS else read_by(name, of)
+
+
+def known(name: str, of: str = "") -> bool:
+    """Whether there is a claim of that name, and where `of` is given something of which it can be said."""
+    return name in EPISODE_CLAIMS or (name in PROPERTIES and of in ("", *PLAIN))
+
+
+def in_general(name: str) -> str:
+    """A named claim in words, without values."""
     if name in EPISODE_CLAIMS:
-        return episode_properties.parameters(name)
-    if name not in BUILT_IN or (of and of not in PLAIN):
-        return None
-    return decisions.reads(DecisionClaim(name, "", of=of))
+        return f"{EPISODE_CLAIMS[name].in_general()}; where entities push each other {COINCIDING}"
+    if name == STEADY:
+        return "what the property named by `of` says" + WITH_ERRORS.format(who=" of each of the team")
+    return BUILT_IN[name].words.format(team="team")
 
 
-def stated(claim: Claim) -> dict[str, Any]:
-    """The parameters of a claim that differ from the usual ones; the steps of episodes are always stated."""
-    if isinstance(claim, EpisodeClaim):
-        read, usual = episode_properties.parameters(claim.name), EpisodeClaim("", "", -1)
-    else:
-        read, usual = decisions.reads(claim), DecisionClaim("", "")
-    return {key: getattr(claim, key) for key in read if getattr(claim, key) != getattr(usual, key)}
+def usual(name: str) -> dict[str, Parameter | None]:
+    """The parameters of a named claim with their usual values; None where these depend on the world."""
+    if name == STEADY:
+        return {"eps": EPS, "of": PLAIN[0]}
+    if name in EPISODE_CLAIMS:
+        kind = EPISODE_CLAIMS[name]
+        return _defaults(kind, kind.reads()) | dict.fromkeys(kind.of_the_world)
+    return _defaults(BUILT_IN[name], BUILT_IN[name].reads)
+
+
+def _defaults(kind: type[Claim], read: Sequence[str]) -> dict[str, Any]:
+    found = {item.name: item.default for item in fields(kind)}
+    return {key: found[key] for key in read}
+
+
+def sentence(claim: EpisodeClaim, world: WorldSpec) -> str:
+    """A claim about episodes in words, and which starts of a world it is not about, if any."""
+    return "; ".join(filter(None, [claim.sentence, left_out(world)]))
+
+
+def left_out(world: WorldSpec) -> str:
+    """Which starts claims about episodes of a world are not about, in words; "" for none."""
+    return COINCIDING if partners(world) else ""

@@ -1,61 +1,133 @@
-"""What can be claimed about a team: the built-in properties and users' own, as formulas over world states and actions.
+"""What can be claimed about a team's decisions: the built-in properties and users' own, one class each.
 
-Does: names the properties, finds one for a profile, writes its formula and its sentence.
+Does: states each as a formula over world states and actions, and in words; says what every claim has.
 Assumes: landmarks and agents are those of the profile's world; predicates.py defines closing, at and engaged.
-Does not: read files (files.py) or decide.
+Does not: find claims by name (catalogue.py), read files (files.py) or decide.
 """
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping
+from dataclasses import KW_ONLY, dataclass, field, fields
+from enum import Enum
 from fractions import Fraction
-from itertools import product
-from typing import Any, NamedTuple
+from typing import ClassVar, Literal, TypeAlias
 
-from codegen.errors import InputError, UnknownNameError
+from codegen.errors import InputError
 from codegen.ir import AgentPolicy, PolicyProfile
-from verify.claims.formula import TRUE, Acts, Formula, below, conjunction, disjunction, negated
+from verify.claims.formula import TRUE, Acts, Formula, conjunction, disjunction, negated
 from verify.claims.matching import matchings
-from verify.claims.predicates import at, closes, closing
-from verify.claims.region import MAX_NUMBER
+from verify.claims.predicates import ahead, at, closes, closing, no_longer
+from verify.claims.verifiable import check_landmarks, check_range, ensure_team, team_for
 
 ZERO, RADIUS, KAPPA = Fraction(0), Fraction(1, 10), Fraction(1, 2)
+OWN, STEADY = "formula", "steady"  # the names of properties that users state, and of built-in ones that allow errors
+WITH_ERRORS = ", even when every feature{who} is off by up to eps, each by an error of its own"
+Matching = tuple[tuple[AgentPolicy, str], ...]  # agents, each with a landmark of its own
+Parameter: TypeAlias = Fraction | int | str | tuple[str, ...]
 
 
-OWN = "formula"  # the name of properties that users state
-DISTINCT, STEADY, LEAVES = "distinct_targets", "steady", "alive_leaves"
-EPS = Fraction(1, 100)
+class Kind(Enum):
+    """What a claim is about; the values are the words of reports."""
+
+    DECISIONS = "decisions"  # in world states
+    LEAVES = "leaves"  # of trees: whether a world state reaches them
+    EPISODES = "episodes"  # from rest
 
 
 @dataclass(frozen=True)
-class DecisionClaim:
-    """A claim about every world state of a region that meets the assumption. Which parameters count, see BUILT_IN."""
+class AnyClaim:
+    """A claim about a team."""
 
-    name: str
     team: str
-    margin: Fraction = ZERO
-    radius: Fraction = RADIUS
-    kappa: Fraction = KAPPA  # least share of ahead in sideways, for `aligned`
-    landmarks: tuple[str, ...] = ()  # one for each agent of the team, for `own_target`; empty: in the world's order
-    statement: Formula | None = None  # of a user's own property
-    assume: Formula = TRUE  # about world states only
-    eps: Fraction = ZERO  # each feature may be off by so much; above 0 for `steady`
-    of: str = ""  # the property that `steady` is said of
-    label: str = field(default="", compare=False)
-    written: str = field(default="", compare=False)  # the statement as the user wrote it
-    assumption: str = field(default="", compare=False)  # `assume` as the user wrote it
+    label: str = field(default="", compare=False, kw_only=True)
+
+    @property
+    def name(self) -> str:
+        """The name of the property."""
+        raise NotImplementedError
+
+    @property
+    def sentence(self) -> str:
+        """The claim in words, without its assumption."""
+        raise NotImplementedError
+
+    @property
+    def parameters(self) -> Mapping[str, Parameter]:
+        """What the claim reads beside its team."""
+        raise NotImplementedError
 
     @property
     def shown(self) -> str:
         """The label, or else the name."""
         return self.label or self.name
 
+    @property
+    def stated(self) -> dict[str, Parameter]:
+        """The parameters that are not the usual ones; those that have no usual one are among them."""
+        usual = {item.name: item.default for item in fields(self)}
+        return {key: value for key, value in self.parameters.items() if key not in usual or value != usual[key]}
 
-class BuiltIn(NamedTuple):
-    """How a property is stated: its sentence, its formula, and the parameters that it reads beside the team."""
 
-    sentence: str
-    formula: Callable[[PolicyProfile, DecisionClaim], Formula]
-    parameters: tuple[str, ...] = ("margin", "radius")
+@dataclass(frozen=True)
+class DecisionClaim(AnyClaim):
+    """A claim about every world state of a region that meets the assumption, whatever errors features have.
+
+    Lengths are in the world's unit. A built-in property that allows errors is called `steady`.
+    """
+
+    kind: ClassVar[Literal[Kind.DECISIONS, Kind.LEAVES]] = Kind.DECISIONS
+    of: ClassVar[str]  # the name of the property, whatever errors it allows
+    words: ClassVar[str]
+    reads: ClassVar[tuple[str, ...]] = ("margin", "radius")
+    hardens: ClassVar[bool] = True  # whether a larger margin asks for more
+    any_matching: ClassVar[bool] = False  # whether all that is claimed is that agents are engaged in some matching
+    landmark_each: ClassVar[bool] = True  # whether it speaks of a landmark for each agent
+
+    margin: Fraction = ZERO  # for closing, in the claim and in what is told of agents
+    radius: Fraction = RADIUS  # for being at a landmark, likewise
+    _: KW_ONLY
+    eps: Fraction = ZERO  # each feature may be off by so much
+    assume: Formula = TRUE  # about world states only
+    assumption: str = field(default="", compare=False)  # `assume` as the user wrote it
+    written: str = field(default="", compare=False)  # a formula of the user's own, likewise
+
+    @property
+    def name(self) -> str:
+        """The name of the property: `steady` where features may be off."""
+        return STEADY if self.eps else self.of
+
+    @property
+    def sentence(self) -> str:
+        """The claim in words, without its assumption."""
+        return self.words.format(team=self.team) + (
+            WITH_ERRORS.format(who=f" of each of the {self.team}") if self.eps else ""
+        )
+
+    @property
+    def parameters(self) -> Mapping[str, Parameter]:
+        """What the claim reads beside its team."""
+        own = {name: getattr(self, name) for name in self.reads}
+        return {"eps": self.eps, "of": self.of, **own} if self.eps else own
+
+    @property
+    def says_all(self) -> bool:
+        """Whether name and parameters say all that is claimed."""
+        return self.assume == TRUE
+
+    def states(self, profile: PolicyProfile) -> Formula:
+        """What is claimed where the assumption holds."""
+        raise NotImplementedError
+
+    def engagements(self, profile: PolicyProfile) -> list[Matching]:
+        """The matchings in one of which all agents are to be engaged; none where another thing is claimed."""
+        return []
+
+    def ensure(self, profile: PolicyProfile) -> None:
+        """InputError unless the claim is about a team of the profile, and its parameters are in their ranges."""
+        if self.landmark_each:
+            team_for(self.name, profile, self.team)
+        ensure_team(profile, self.team)
+        for parameter in ("margin", "radius", "eps"):
+            check_range(parameter, getattr(self, parameter))
 
 
 def engaged(policy: AgentPolicy, landmark: str, claim: DecisionClaim) -> Formula:
@@ -67,176 +139,204 @@ def _landmarks(profile: PolicyProfile) -> list[str]:
     return [landmark.name for landmark in profile.world.landmarks]
 
 
-def _matchings(profile: PolicyProfile, claim: DecisionClaim) -> list[tuple[tuple[AgentPolicy, str], ...]]:
-    team, landmarks = profile.team(claim.team), _landmarks(profile)
+def _matchings(profile: PolicyProfile, team: str) -> list[Matching]:
+    policies, landmarks = profile.team(team), _landmarks(profile)
     return [
-        tuple((policy, landmarks[number]) for policy, number in zip(team, numbers, strict=True))
-        for numbers in matchings(len(team), len(landmarks))
+        tuple((policy, landmarks[number]) for policy, number in zip(policies, numbers, strict=True))
+        for numbers in matchings(len(policies), len(landmarks))
     ]
 
 
-def _distinct_targets(profile: PolicyProfile, claim: DecisionClaim) -> Formula:
-    return disjunction(
-        *(
-            conjunction(*(engaged(policy, landmark, claim) for policy, landmark in matching))
-            for matching in _matchings(profile, claim)
+class _Engaging(DecisionClaim):
+    """That all agents are engaged in one of some matchings."""
+
+    def states(self, profile: PolicyProfile) -> Formula:
+        """What is claimed where the assumption holds."""
+        return disjunction(
+            *(
+                conjunction(*(engaged(policy, landmark, self) for policy, landmark in matching))
+                for matching in self.engagements(profile)
+            )
         )
+
+
+@dataclass(frozen=True)
+class DistinctTargets(_Engaging):
+    """That the team is engaged in some matching."""
+
+    of = "distinct_targets"
+    words = (
+        "in every world state of the region, the {team} can be matched one-to-one to the landmarks so that each closes "
+        "on its own landmark or is at it"
     )
+    any_matching = True
+
+    def engagements(self, profile: PolicyProfile) -> list[Matching]:
+        """All matchings."""
+        return _matchings(profile, self.team)
 
 
-def _own_target(profile: PolicyProfile, claim: DecisionClaim) -> Formula:
-    team = profile.team(claim.team)
-    own = claim.landmarks or tuple(_landmarks(profile)[: len(team)])
-    return conjunction(*(engaged(policy, landmark, claim) for policy, landmark in zip(team, own, strict=True)))
+@dataclass(frozen=True)
+class OwnTarget(_Engaging):
+    """That each agent is engaged with its own landmark."""
+
+    of = "own_target"
+    words = "in every world state of the region, each of the {team} closes on its fixed landmark or is at it"
+    reads = ("margin", "radius", "landmarks")
+
+    landmarks: tuple[str, ...] = ()  # one for each agent of the team; empty: in the world's order
+
+    def engagements(self, profile: PolicyProfile) -> list[Matching]:
+        """The one matching that the landmarks are."""
+        team = profile.team(self.team)
+        return [tuple(zip(team, self.landmarks or _landmarks(profile)[: len(team)], strict=True))]
+
+    def ensure(self, profile: PolicyProfile) -> None:
+        """InputError unless the landmarks too are the profile's."""
+        super().ensure(profile)
+        check_landmarks(profile, self.team, self.landmarks)
 
 
-def _no_double(profile: PolicyProfile, claim: DecisionClaim) -> Formula:
-    team, landmarks = profile.team(claim.team), _landmarks(profile)
+@dataclass(frozen=True)
+class NoDouble(DecisionClaim):
+    """That no two agents close on exactly the same single landmark."""
 
-    def only(policy: AgentPolicy, landmark: str) -> Formula:
-        others = (negated(closing(policy, other, claim.margin)) for other in landmarks if other != landmark)
-        return conjunction(closing(policy, landmark, claim.margin), *others)
+    of = "no_double"
+    words = "in no world state of the region do two of the {team} close on exactly the same single landmark"
+    reads = ("margin",)
+    hardens = False
 
-    if len(team) < 2:
-        raise InputError("no_double is about teams of two or more", f"team {claim.team}", "it says nothing of one")
-    pairs = [(a, b) for index, a in enumerate(team) for b in team[index + 1 :]]
-    return conjunction(
-        *(negated(conjunction(only(a, landmark), only(b, landmark))) for a, b in pairs for landmark in landmarks)
+    def states(self, profile: PolicyProfile) -> Formula:
+        """What is claimed where the assumption holds. InputError for a team of one."""
+        team, landmarks = profile.team(self.team), _landmarks(profile)
+
+        def only(policy: AgentPolicy, landmark: str) -> Formula:
+            others = (negated(closing(policy, other, self.margin)) for other in landmarks if other != landmark)
+            return conjunction(closing(policy, landmark, self.margin), *others)
+
+        if len(team) < 2:
+            raise InputError("no_double is about teams of two or more", f"team {self.team}", "it says nothing of one")
+        pairs = [(a, b) for index, a in enumerate(team) for b in team[index + 1 :]]
+        return conjunction(
+            *(negated(conjunction(only(a, landmark), only(b, landmark))) for a, b in pairs for landmark in landmarks)
+        )
+
+
+@dataclass(frozen=True)
+class Aligned(DecisionClaim):
+    """That in some matching each agent is at its landmark, or closes on it, ahead by kappa times what is sideways."""
+
+    of = "aligned"
+    words = (
+        "in every world state of the region, the {team} can be matched one-to-one to the landmarks so that each is at "
+        "its own landmark, or closes on it and is ahead by at least kappa times the sideways offset"
     )
+    reads = ("margin", "radius", "kappa")
 
+    kappa: Fraction = KAPPA  # least share of ahead in sideways
 
-def _aligned(profile: PolicyProfile, claim: DecisionClaim) -> Formula:
-    """Some matching in which each agent is at its landmark, or closes on it, ahead by kappa times what is sideways."""
+    def states(self, profile: PolicyProfile) -> Formula:
+        """What is claimed where the assumption holds."""
+        return disjunction(
+            *(
+                conjunction(*(self._straight(policy, landmark) for policy, landmark in matching))
+                for matching in _matchings(profile, self.team)
+            )
+        )
 
-    def straight(policy: AgentPolicy, landmark: str) -> Formula:
-        ways = [at(policy.agent, landmark, claim.radius)]
+    def _straight(self, policy: AgentPolicy, landmark: str) -> Formula:
+        ways = [at(policy.agent, landmark, self.radius)]
         for action, spec in enumerate(policy.actions):
             ux, uy = (Fraction(part) for part in spec.effect or (0.0, 0.0))
             sides = [
-                _along(policy.agent, landmark, (sign * claim.kappa * -uy - ux, sign * claim.kappa * ux - uy))
+                ahead(policy.agent, landmark, (sign * self.kappa * -uy - ux, sign * self.kappa * ux - uy))
                 for sign in (1, -1)
             ]
-            ways.append(conjunction(Acts(policy.agent, action), closes(policy, action, landmark, claim.margin), *sides))
+            ways.append(conjunction(Acts(policy.agent, action), closes(policy, action, landmark, self.margin), *sides))
         return disjunction(*ways)
 
-    return disjunction(
-        *(
-            conjunction(*(straight(policy, landmark) for policy, landmark in matching))
-            for matching in _matchings(profile, claim)
-        )
-    )
+    def ensure(self, profile: PolicyProfile) -> None:
+        """InputError unless kappa too is in its range."""
+        super().ensure(profile)
+        check_range("kappa", self.kappa)
 
 
-def _along(agent: str, landmark: str, direction: tuple[Fraction, Fraction]) -> Formula:
-    """The direction's product with the landmark's offset is at most 0."""
-    terms: dict[str, Fraction] = {}
-    for axis, part in zip("xy", direction, strict=True):
-        terms |= {f"{landmark}.{axis}": part, f"{agent}.{axis}": -part}
-    return below(terms, 0)
+@dataclass(frozen=True)
+class Assignment(DecisionClaim):
+    """That agents are engaged in a matching of least summed L1 distance; more than two have too many cases of signs."""
 
-
-def _assignment(profile: PolicyProfile, claim: DecisionClaim) -> Formula:
-    """Engaged in a matching of least summed L1 distance. For teams of two: more have too many cases of signs."""
-    if len(profile.team(claim.team)) != 2:
-        raise InputError("assignment is stated for teams of two", f"team {claim.team}", "use distinct_targets")
-    matchings = _matchings(profile, claim)
-    ways: list[Formula] = []
-    for matching in matchings:
-        least = [_no_longer(matching, other) for other in matchings if other != matching]
-        ways.append(conjunction(*least, *(engaged(policy, landmark, claim) for policy, landmark in matching)))
-    return disjunction(*ways)
-
-
-def _no_longer(matching: tuple[tuple[AgentPolicy, str], ...], other: tuple[tuple[AgentPolicy, str], ...]) -> Formula:
-    """The summed L1 length of one matching is at most that of another: some signs of the other's offsets give a sum
-    that no signs of the one's exceed.
-    """
-
-    def sums(pairs: tuple[tuple[AgentPolicy, str], ...]) -> list[dict[str, int]]:
-        found: list[dict[str, int]] = []
-        for signs in product((1, -1), repeat=2 * len(pairs)):
-            terms: dict[str, int] = {}
-            for sign, (policy, landmark, axis) in zip(
-                signs, [(*pair, axis) for pair in pairs for axis in "xy"], strict=True
-            ):
-                terms[f"{landmark}.{axis}"] = terms.get(f"{landmark}.{axis}", 0) + sign
-                terms[f"{policy.agent}.{axis}"] = terms.get(f"{policy.agent}.{axis}", 0) - sign
-            found.append(terms)
-        return found
-
-    def difference(a: Mapping[str, int], b: Mapping[str, int]) -> dict[str, int]:
-        return {name: a.get(name, 0) - b.get(name, 0) for name in {**a, **b}}
-
-    return disjunction(
-        *(conjunction(*(below(difference(own, bound), 0) for own in sums(matching))) for bound in sums(other))
-    )
-
-
-def _steady(profile: PolicyProfile, claim: DecisionClaim) -> Formula:
-    return BUILT_IN[claim.of].formula(profile, claim)
-
-
-def _nothing_more(profile: PolicyProfile, claim: DecisionClaim) -> Formula:
-    return TRUE
-
-
-BUILT_IN: dict[str, BuiltIn] = {
-    DISTINCT: BuiltIn(
-        "in every world state of the region, the {team} can be matched one-to-one to the landmarks so that each closes "
-        "on its own landmark or is at it",
-        _distinct_targets,
-    ),
-    "own_target": BuiltIn(
-        "in every world state of the region, each of the {team} closes on its fixed landmark or is at it",
-        _own_target,
-        ("margin", "radius", "landmarks"),
-    ),
-    "no_double": BuiltIn(
-        "in no world state of the region do two of the {team} close on exactly the same single landmark",
-        _no_double,
-        ("margin",),
-    ),
-    "aligned": BuiltIn(
-        "in every world state of the region, the {team} can be matched one-to-one to the landmarks so that each is at "
-        "its own landmark, or closes on it and is ahead by at least kappa times the sideways offset",
-        _aligned,
-        ("margin", "radius", "kappa"),
-    ),
-    "assignment": BuiltIn(
+    of = "assignment"
+    words = (
         "in every world state of the region, each of the {team} closes on or is at its landmark in a matching of least "
-        "summed L1 distance",
-        _assignment,
-    ),
-    STEADY: BuiltIn(
-        "{of}, even when every feature of each of the {team} is off by up to eps, each by an error of its own",
-        _steady,
-        ("eps", "of"),
-    ),
-    LEAVES: BuiltIn(
-        "every leaf of every agent of the {team} is reached in some world state of the region", _nothing_more, ()
-    ),
-}
-PLAIN = tuple(name for name in BUILT_IN if name not in (STEADY, LEAVES))  # what can be steady
-PROPERTIES = tuple(BUILT_IN)
+        "summed L1 distance"
+    )
+
+    def states(self, profile: PolicyProfile) -> Formula:
+        """What is claimed where the assumption holds. InputError for a team that is not of two."""
+        if len(profile.team(self.team)) != 2:
+            raise InputError("assignment is stated for teams of two", f"team {self.team}", "use distinct_targets")
+        found = _matchings(profile, self.team)
+        ways: list[Formula] = []
+        for matching in found:
+            least = [no_longer(matching, other) for other in found if other != matching]
+            ways.append(conjunction(*least, *(engaged(policy, landmark, self) for policy, landmark in matching)))
+        return disjunction(*ways)
 
 
-OWN_SENTENCE = "in every world state of the region, the formula holds for what the {team} do"
+@dataclass(frozen=True)
+class AliveLeaves(DecisionClaim):
+    """That every leaf is reached: no formula over world states, so nothing is claimed of any one of them."""
+
+    kind = Kind.LEAVES
+    of = "alive_leaves"
+    words = "every leaf of every agent of the {team} is reached in some world state of the region"
+    reads = ()
+    hardens = landmark_each = False
+
+    def states(self, profile: PolicyProfile) -> Formula:
+        """What is claimed of a world state: nothing."""
+        return TRUE
 
 
-def sentence(claim: DecisionClaim) -> str:
-    """The claim in words, without its assumption."""
-    if claim.name == OWN:
-        noise = ", even when every feature is off by up to eps, each by an error of its own" if claim.eps else ""
-        return OWN_SENTENCE.format(team=claim.team) + noise
-    of = BUILT_IN[claim.of].sentence.format(team=claim.team) if claim.of else ""
-    return BUILT_IN[claim.name].sentence.format(team=claim.team, of=of)
+@dataclass(frozen=True)
+class OwnFormula(DecisionClaim):
+    """A formula of the user's own."""
+
+    of = OWN
+    words = "in every world state of the region, the formula holds for what the {team} do"
+    hardens = landmark_each = False
+
+    statement: Formula = field(kw_only=True)
+
+    @property
+    def name(self) -> str:
+        """`formula`, whatever errors are allowed."""
+        return OWN
+
+    @property
+    def sentence(self) -> str:
+        """The claim in words, without its assumption."""
+        return self.words.format(team=self.team) + (WITH_ERRORS.format(who="") if self.eps else "")
+
+    @property
+    def parameters(self) -> Mapping[str, Parameter]:
+        """What the claim reads beside its team."""
+        return {"margin": self.margin, "radius": self.radius} | ({"eps": self.eps} if self.eps else {})
+
+    @property
+    def says_all(self) -> bool:
+        """Never: the name is that of all formulas."""
+        return False
+
+    def states(self, profile: PolicyProfile) -> Formula:
+        """What is claimed where the assumption holds."""
+        return self.statement
 
 
-def reads(claim: DecisionClaim) -> tuple[str, ...]:
-    """The names of the parameters that the claim reads, beside its team."""
-    if claim.name == OWN:
-        return ("margin", "radius", *(("eps",) if claim.eps else ()))
-    return BUILT_IN[claim.name].parameters + (BUILT_IN[claim.of].parameters if claim.of else ())
+_PLAIN = (DistinctTargets, OwnTarget, NoDouble, Aligned, Assignment)
+BUILT_IN: dict[str, type[DecisionClaim]] = {kind.of: kind for kind in (*_PLAIN, AliveLeaves)}
+PLAIN = tuple(kind.of for kind in _PLAIN)  # what can be steady
+PROPERTIES = (*PLAIN, STEADY, AliveLeaves.of)
 
 
 def formula(profile: PolicyProfile, claim: DecisionClaim) -> Formula:
@@ -244,102 +344,17 @@ def formula(profile: PolicyProfile, claim: DecisionClaim) -> Formula:
     its assumption fails. UnknownNameError where its team has no agents: what is said of all of nobody is true.
     """
     ensure_team(profile, claim.team)
-    stated = claim.statement if claim.statement is not None else BUILT_IN[claim.name].formula(profile, claim)
+    stated = claim.states(profile)
     return stated if claim.assume == TRUE else disjunction(negated(claim.assume), stated)
-
-
-def find_property(
-    name: str,
-    profile: PolicyProfile,
-    team: str | None = None,
-    landmarks: Sequence[str] = (),
-    of: str = "",
-    **parameters: Any,
-) -> DecisionClaim:
-    """The named property for a team of `profile`: `team`, or the one team with as many agents as landmarks.
-
-    `of`: what `steady` is said of; `parameters`: exact numbers. InputError for a parameter that the
-    property does not read.
-    """
-    if name not in BUILT_IN:
-        raise UnknownNameError("property", name, BUILT_IN)
-    if of and of not in PLAIN:
-        raise UnknownNameError("property", of, PLAIN, "of")
-    team = team_for(name, profile, team)
-    given = [*parameters, *(["landmarks"] if landmarks else []), *(["of"] if of else [])]
-    of = of or (PLAIN[0] if name == STEADY else "")
-    check_read(name, given, reads(DecisionClaim(name, team, of=of)))
-    claim = DecisionClaim(name, team, landmarks=tuple(landmarks), of=of, **parameters)
-    if name == STEADY and "eps" not in parameters:
-        claim = replace(claim, eps=EPS)
-    return checked(profile, claim)
 
 
 def checked(profile: PolicyProfile, claim: DecisionClaim) -> DecisionClaim:
     """The claim itself, if it is about a team of the profile and its parameters are in their ranges."""
-    if claim.name in BUILT_IN:
-        team_for(claim.name, profile, claim.team)
-    ensure_team(profile, claim.team)
-    for parameter in ("margin", "radius", "kappa", "eps"):
-        check_range(parameter, getattr(claim, parameter))
-    if claim.name == STEADY and not claim.eps:
-        raise InputError("steady needs an eps above 0", "eps", f"verify {claim.of} itself")
-    check_landmarks(profile, claim.team, claim.landmarks)
+    claim.ensure(profile)
     return claim
 
 
-def ensure_team(profile: PolicyProfile, team: str) -> None:
-    """UnknownNameError for a team of which the profile has no agent."""
-    if not profile.team(team):
-        raise UnknownNameError("team", team, _teams(profile))
-
-
-def _teams(profile: PolicyProfile) -> list[str]:
-    return list(dict.fromkeys(policy.team for policy in profile.agents))
-
-
-def check_read(name: str, given: Sequence[str], read: Sequence[str]) -> None:
-    """InputError for a given parameter that the named property does not read."""
-    for parameter in given:
-        if parameter not in read:
-            raise InputError(f"{name} does not read {parameter}", parameter, f"it reads {', '.join(read) or 'nothing'}")
-
-
-def check_range(parameter: str, value: Fraction | int, most: int = MAX_NUMBER, least: int = 0) -> None:
-    """InputError for a value out of its range."""
-    if not least <= value <= most:
-        raise InputError(f"{parameter} must be between {least} and {most}", parameter)
-
-
-def team_for(name: str, profile: PolicyProfile, team: str | None, any_size: bool = False) -> str:
-    """The team that the named property speaks of: `team`, or the one team with as many agents as landmarks.
-
-    `any_size`: the property needs no landmark for each agent, so that of one team alone nothing is asked.
-    """
-    teams = _teams(profile)
-    wanted = len(profile.world.landmarks)
-    if team is None and any_size and len(teams) == 1:
-        return teams[0]
-    if team is None:
-        fitting = [candidate for candidate in teams if len(profile.team(candidate)) == wanted]
-        if len(fitting) != 1:
-            raise InputError(
-                f"{name} needs a team of {wanted} agents, one for each landmark", "", f"teams: {', '.join(teams)}"
-            )
-        return fitting[0]
-    ensure_team(profile, team)
-    if len(profile.team(team)) > wanted and name != LEAVES and not any_size:
-        raise InputError(
-            f"{name} needs a landmark for each agent; team {team} has more agents than the world landmarks"
-        )
-    return team
-
-
-def check_landmarks(profile: PolicyProfile, team: str, landmarks: Sequence[str]) -> None:
-    """InputError unless `landmarks` is empty or names a different one for each agent of the team."""
-    known = _landmarks(profile)
-    for landmark in landmarks:
-        if landmark not in known:
-            raise UnknownNameError("landmark", landmark, known, "landmarks")
-    if landmarks and (len(landmarks) != len(profile.team(team)) or len(set(landmarks)) != len(landmarks)):
-        raise InputError("landmarks must name a different landmark for each agent of the team", "landmarks")
+def ensure_steady(name: str, claim: DecisionClaim) -> None:
+    """InputError for a claim that is called `steady` and allows no errors."""
+    if name == STEADY and not claim.eps:
+        raise InputError("steady needs an eps above 0", "eps", f"verify {claim.of} itself")

@@ -1,34 +1,252 @@
-"""What is claimed of whole episodes: the data of such a claim.
+"""What can be claimed about whole episodes from rest: `reaches`, `covers` and `keeps_apart`, one class each.
 
-Does: name, team, steps, radius, and of whom the claim speaks.
-Assumes: nothing; also read by the checker of certificates about episodes.
+Does: the data of such a claim, what it says of distances, and its words.
+Assumes: landmarks and agents are those of the profile's world.
 Does not: decide, play or check.
 """
 
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass
 from fractions import Fraction
+from itertools import combinations, product
+from typing import Any, ClassVar, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from codegen.errors import InputError, UnknownNameError
+from codegen.ir import Bool, PolicyProfile
+from verify.claims.decisions import AnyClaim, Kind, Parameter
+from verify.claims.matching import matchings
+from verify.claims.verifiable import check_range, ensure_team
 
 RADIUS = Fraction(2, 5)
-DEFAULT_ZONES = 5_000_000  # visited for a claim; about a million a second
-KEEPS_APART = "keeps_apart"
+MAX_STEPS = 1_000
+MAX_RADIUS = 1 << 13  # zones hold lengths below eight times that (episodes/zones.py)
+Gaps = npt.NDArray[Any]  # [steps, ...] L-infinity distances: float64, or exact
+Way = tuple[tuple[int, int], ...]  # pairs: the number of an agent in the team, and of a mark
 
 
 @dataclass(frozen=True)
-class EpisodeClaim:
-    """A claim about whole episodes from rest; `landmarks`: one for each agent, or none where any matching will do;
-    `others`: from whom the team keeps apart, none: from one another.
-    """
+class EpisodeClaim(AnyClaim):
+    """A claim about whole episodes from rest: about distances of the team's agents from some marks."""
 
-    name: str
-    team: str
+    kind: ClassVar[Literal[Kind.EPISODES]] = Kind.EPISODES
+    title: ClassVar[str]  # the name of the property
+    words: ClassVar[str]
+    whom: ClassVar[str]  # the parameter that names entities
+    nobody_named: ClassVar[str]  # what it means where that is empty
+    always: ClassVar[bool] = True  # whether every step counts, or the last one only
+    apart: ClassVar[bool] = False  # whether distances are to be large
+    landmark_each: ClassVar[bool] = True  # whether it speaks of a landmark for each agent
+    of_the_world: ClassVar[tuple[str, ...]] = ("steps",)  # parameters whose usual value the world says
+
     steps: int
     radius: Fraction = RADIUS
-    landmarks: tuple[str, ...] = ()
-    others: tuple[str, ...] = ()
-    zones: int = field(default=DEFAULT_ZONES, compare=False)  # that deciding it may visit
-    label: str = field(default="", compare=False)
 
     @property
-    def shown(self) -> str:
-        """The label, or else the name."""
-        return self.label or self.name
+    def name(self) -> str:
+        """The name of the property."""
+        return self.title
+
+    @property
+    def named(self) -> tuple[str, ...]:
+        """The entities that the claim names."""
+        return getattr(self, self.whom)
+
+    @property
+    def sentence(self) -> str:
+        """The claim in words."""
+        return self.words.format(team=self.team, radius=self.radius, steps=self.steps, own=self._own(self.named))
+
+    @property
+    def parameters(self) -> Mapping[str, Parameter]:
+        """What the claim reads beside its team."""
+        return {"steps": self.steps, "radius": self.radius, self.whom: self.named}
+
+    @classmethod
+    def reads(cls) -> tuple[str, ...]:
+        """The names of the parameters."""
+        return "steps", "radius", cls.whom
+
+    @classmethod
+    def usual(cls, profile: PolicyProfile, team: str, given: Mapping[str, Any]) -> dict[str, Any]:
+        """The parameters that a profile and those given make usual."""
+        return {"steps": profile.world.episode_steps}
+
+    @classmethod
+    def in_general(cls) -> str:
+        """The claim in words, without values."""
+        return cls.words.format(team="team", radius="`radius`", steps="`steps`", own=cls._own(None))
+
+    @staticmethod
+    def _own(named: tuple[str, ...] | None) -> str:
+        """Words for the entities named; None: for any."""
+        raise NotImplementedError
+
+    def marks(self, profile: PolicyProfile) -> list[str]:
+        """The entities from which distances are measured."""
+        raise NotImplementedError
+
+    def ways(self, profile: PolicyProfile) -> list[Way]:
+        """What fulfils the claim: that all pairs of one of the ways have their distances."""
+        raise NotImplementedError
+
+    def met(self, gaps: Gaps, radius: Fraction | float) -> Bool:
+        """Where a pair has its distances, [...], of those after each step that counts; `radius`: of their type."""
+        return np.asarray((gaps <= radius).any(axis=0))
+
+    def counted(self, episode: Gaps) -> Gaps:
+        """Of [steps + 1, ...] the steps that count."""
+        return episode if self.always else episode[-1:]
+
+    def mark_of(self, profile: PolicyProfile, number: int, gaps: Gaps) -> int:
+        """The mark that is named with an agent of the team, for its distances [steps + 1, marks] in an episode."""
+        raise NotImplementedError
+
+    def ensure(self, profile: PolicyProfile) -> None:
+        """InputError for a claim about nobody, which would be true whatever the profile does."""
+        ensure_team(profile, self.team)
+
+    def check_ranges(self) -> None:
+        """InputError for a parameter out of its range."""
+        check_range("steps", self.steps, MAX_STEPS)
+        check_range("radius", self.radius, MAX_RADIUS)
+
+
+@dataclass(frozen=True)
+class Arrival(EpisodeClaim):
+    """That each agent of the team comes near a landmark of its own."""
+
+    whom = "landmarks"
+    nobody_named = "any matching"
+
+    landmarks: tuple[str, ...] = ()  # one for each agent of the team; empty: any matching will do
+
+    def marks(self, profile: PolicyProfile) -> list[str]:
+        """The landmarks."""
+        return [entity.name for entity in profile.world.landmarks]
+
+    def ways(self, profile: PolicyProfile) -> list[Way]:
+        """The matchings."""
+        marks = self.marks(profile)
+        named = [tuple(marks.index(name) for name in self.landmarks)] if self.landmarks else None
+        return [tuple(enumerate(own)) for own in named or matchings(len(profile.team(self.team)), len(marks))]
+
+    def mark_of(self, profile: PolicyProfile, number: int, gaps: Gaps) -> int:
+        """The agent's own landmark; where any matching would do the one that it ends nearest to."""
+        return self.marks(profile).index(self.landmarks[number]) if self.landmarks else int(gaps[-1].argmin())
+
+
+@dataclass(frozen=True)
+class Reaches(Arrival):
+    """That each agent comes near at some step."""
+
+    title = "reaches"
+    words = (
+        "from every start of the region, at rest, each of the {team} comes within {radius} of its own landmark "
+        "({own}) at some step up to step {steps}"
+    )
+
+    @classmethod
+    def usual(cls, profile: PolicyProfile, team: str, given: Mapping[str, Any]) -> dict[str, Any]:
+        """A whole episode, and the landmarks in the world's order."""
+        marks = [entity.name for entity in profile.world.landmarks][: len(profile.team(team))]
+        return super().usual(profile, team, given) | {"landmarks": tuple(marks)}
+
+    @staticmethod
+    def _own(named: tuple[str, ...] | None) -> str:
+        return "in the order of `landmarks`" if named is None else ", ".join(named)
+
+
+@dataclass(frozen=True)
+class Covers(Arrival):
+    """That the team is near after the last step."""
+
+    title = "covers"
+    words = (
+        "from every start of the region, at rest, after {steps} steps the {team} are matched one-to-one to the "
+        "landmarks{own}, each within {radius} of its own"
+    )
+    always = False
+
+    @staticmethod
+    def _own(named: tuple[str, ...] | None) -> str:
+        if named is None:
+            return " (in the order of `landmarks`, if given)"
+        return f" (in this order: {', '.join(named)})" if named else ""
+
+
+@dataclass(frozen=True)
+class KeepsApart(EpisodeClaim):
+    """That no agent of the team comes near some others."""
+
+    title = "keeps_apart"
+    words = (
+        "from every start of the region, at rest, each of the {team} stays at least {radius} (L-infinity) "
+        "away from {own} up to step {steps}"
+    )
+    whom = "others"
+    nobody_named = "one another"
+    apart = True
+    landmark_each = False
+    of_the_world = ("steps", "radius")
+
+    others: tuple[str, ...] = ()  # empty: the team's own agents
+
+    @classmethod
+    def usual(cls, profile: PolicyProfile, team: str, given: Mapping[str, Any]) -> dict[str, Any]:
+        """A whole episode, and the largest distance at which two of them touch. InputError where there are no two."""
+        claim = cls(team, 0, others=given.get("others", ()))
+        claim.ensure(profile)
+        sizes = {one.name: Fraction(str(one.size)) for one in profile.world.agents + profile.world.landmarks}
+        touching = max(sizes[a] + sizes[b] for a, b in claim.pairs(profile))
+        return super().usual(profile, team, given) | {"radius": touching}
+
+    @staticmethod
+    def _own(named: tuple[str, ...] | None) -> str:
+        if named is None:
+            return "each of the `others` (without these, of the team)"
+        return ", ".join(named) or "all others of them"
+
+    def marks(self, profile: PolicyProfile) -> list[str]:
+        """Those from whom the team keeps apart."""
+        return list(self.others) or [policy.agent for policy in profile.team(self.team)]
+
+    def pairs(self, profile: PolicyProfile) -> list[tuple[str, str]]:
+        """Who keeps apart from whom, each pair once, an agent of the team first."""
+        team = [policy.agent for policy in profile.team(self.team)]
+        pairs = product(team, self.others) if self.others else combinations(team, 2)
+        return list({frozenset(pair): pair for pair in pairs if pair[0] != pair[1]}.values())
+
+    def ways(self, profile: PolicyProfile) -> list[Way]:
+        """All pairs."""
+        team, marks = [policy.agent for policy in profile.team(self.team)], self.marks(profile)
+        return [tuple((team.index(agent), marks.index(other)) for agent, other in self.pairs(profile))]
+
+    def met(self, gaps: Gaps, radius: Fraction | float) -> Bool:
+        """Where a pair stays apart."""
+        return np.asarray((gaps >= radius).all(axis=0))
+
+    def mark_of(self, profile: PolicyProfile, number: int, gaps: Gaps) -> int:
+        """Whom the agent comes nearest to."""
+        return int(gaps.min(axis=0).argmin())
+
+    def ensure(self, profile: PolicyProfile) -> None:
+        """InputError for entities that there are not, and where nobody keeps apart from anybody."""
+        for name in self.others:
+            known = [entity.name for entity in profile.world.agents + profile.world.landmarks]
+            if name not in known:
+                raise UnknownNameError("entity", name, known, "others")
+        super().ensure(profile)
+        if not self.pairs(profile):
+            raise InputError(f"{self.name} needs two", f"team {self.team}", "name others from whom it keeps apart")
+
+    def check_ranges(self) -> None:
+        """InputError also for a radius that says nothing."""
+        super().check_ranges()
+        if self.radius == 0:
+            raise InputError(f"{self.name} within 0 says nothing", "radius", "give a radius above 0")
+
+
+EPISODE_CLAIMS: dict[str, type[EpisodeClaim]] = {kind.title: kind for kind in (Reaches, Covers, KeepsApart)}

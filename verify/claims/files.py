@@ -11,13 +11,12 @@ import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from fractions import Fraction
-from typing import Any, cast
+from typing import Any, NamedTuple, cast
 
 from codegen.errors import InputError, UnknownNameError
 from codegen.ir import GOAL, PolicyProfile
-from verify.claims.catalogue import NAMES, Claim, find_claim
-from verify.claims.decisions import LEAVES, OWN, DecisionClaim, checked
-from verify.claims.episodes import EpisodeClaim
+from verify.claims.catalogue import NAMES, ZONES, Claim, check_read, checked_zones, find_claim, readable
+from verify.claims.decisions import RADIUS, ZERO, DecisionClaim, Kind, OwnFormula, checked
 from verify.claims.formula import TRUE, Formula, agents
 from verify.claims.parser import Vocabulary, parse
 from verify.claims.region import (
@@ -32,16 +31,24 @@ from verify.claims.region import (
 )
 
 NUMBERS = ("margin", "radius", "kappa", "eps")
-COUNTS = ("steps", "zones")
+COUNTS = ("steps", ZONES)
 KEYS = ("name", "label", "team", *NUMBERS, *COUNTS, "of", "landmarks", "others", "region", "formula", "assume")
 MAX_PROPERTIES = 200
 ADVICE = "`maviper properties new WORLD` writes a file to start from"
 FindRegion = Callable[[str], Region]  # what a file names -> the region
 
 
+class Stated(NamedTuple):
+    """What one table of a file states."""
+
+    claim: Claim
+    region: Region
+    max_zones: int | None = None  # that deciding it may visit; None: as usual
+
+
 def read_properties(
     source: str, profile: PolicyProfile, where: str, find_region: FindRegion, default: Region | None = None
-) -> list[tuple[Claim, Region]]:
+) -> list[Stated]:
     """The claims of a TOML text with their regions; `default` (else the start region) where one names none.
 
     InputError with the line, and the column in a formula.
@@ -110,14 +117,14 @@ class _Table:
             if key not in KEYS:
                 raise UnknownNameError("key", key, KEYS, places.table(index))
 
-    def question(self, find_region: FindRegion, default: Region | None) -> tuple[Claim, Region]:
-        """The claim and its region."""
+    def question(self, find_region: FindRegion, default: Region | None) -> Stated:
+        """The claim, its region, and what may be spent on it."""
         given: dict[str, Any] = {key: self._number(key) for key in NUMBERS if key in self._table}
         given |= {key: self._count(key) for key in COUNTS if key in self._table}
         claim: Claim = self._own(given) if "formula" in self._table else self._built_in(given)
-        if "region" not in self._table:
-            return claim, default or everywhere(self._profile)
-        return claim, self._region(find_region)
+        whole = "region" not in self._table
+        region = default or everywhere(self._profile) if whole else self._region(find_region)
+        return Stated(claim, region, given.get(ZONES))
 
     def _where(self, key: str = "") -> str:
         return self._places.table(self._index, key)
@@ -146,13 +153,17 @@ class _Table:
                 raise InputError(f"{key} must be a list of names", self._where(key), 'write ["...", "..."]')
             given |= {key: names} if names else {}
         given |= {"of": self._text("of")} if "of" in self._table else {}
+        parameters = {key: value for key, value in given.items() if key != ZONES}
         try:
-            claim = find_claim(self._text("name"), self._profile, self._text("team") or None, **given)
+            claim = find_claim(self._text("name"), self._profile, self._text("team") or None, **parameters)
+            if ZONES in given:
+                check_read(claim.name, (ZONES,), readable(claim.name))
+                checked_zones(given[ZONES])
         except InputError as error:
             key = error.where if error.where in self._table else "name"
             error.where = self._where("team" if "team" in self._table and "team" in error.what else key)
             raise
-        if not isinstance(claim, EpisodeClaim):
+        if claim.kind is not Kind.EPISODES:
             return self._with_words(claim)
         if "assume" in self._table:
             what = "a claim about episodes has no assumption"
@@ -165,8 +176,7 @@ class _Table:
             if key in self._table:
                 raise InputError(f"a formula stands without {key}", self._where(key), "remove it, or the formula")
         written = self._text("formula")
-        claim = DecisionClaim(OWN, "", **given, written=written)
-        statement = self._parsed("formula", claim)
+        statement = self._parsed("formula", given.get("margin", ZERO), given.get("radius", RADIUS))
         acting = agents(statement)
         teams = list(dict.fromkeys(policy.team for policy in self._profile.agents if policy.agent in acting))
         known = list(dict.fromkeys(policy.team for policy in self._profile.agents))
@@ -179,7 +189,7 @@ class _Table:
                 self._where("formula"),
                 "a property is about one team; state one a team",
             )
-        claim = DecisionClaim(OWN, team, **given, statement=statement, written=written)
+        claim = OwnFormula(team, **given, statement=statement, written=written)
         try:
             return self._with_words(checked(self._profile, claim))
         except InputError as error:
@@ -188,15 +198,15 @@ class _Table:
 
     def _with_words(self, claim: DecisionClaim) -> DecisionClaim:
         """The claim with its label and assumption."""
-        assume = self._parsed("assume", claim) if "assume" in self._table else TRUE
+        assume = self._parsed("assume", claim.margin, claim.radius) if "assume" in self._table else TRUE
         if agents(assume):
             raise InputError(
                 "an assumption speaks of world states, not of actions",
                 self._where("assume"),
                 'write formula = "ASSUMPTION implies CLAIM" instead',
             )
-        if assume != TRUE and claim.name == LEAVES:
-            raise InputError(f"{LEAVES} takes no assumption", self._where("assume"), "state the states as a region")
+        if assume != TRUE and claim.kind is Kind.LEAVES:
+            raise InputError(f"{claim.name} takes no assumption", self._where("assume"), "state the states as a region")
         return replace(claim, assume=assume, label=self._label(), assumption=self._text("assume"))
 
     def _label(self) -> str:
@@ -205,7 +215,7 @@ class _Table:
             raise InputError("a label is one line", self._where("label"), "shorten it")
         return label
 
-    def _parsed(self, key: str, claim: DecisionClaim) -> Formula:
+    def _parsed(self, key: str, margin: Fraction, radius: Fraction) -> Formula:
         text, profile = self._text(key), self._profile
         world = profile.world
         goal = [GOAL] if world.goals else []
@@ -215,8 +225,8 @@ class _Table:
             agents={policy.agent: policy for policy in profile.agents},
             entities=(*(entity.name for entity in world.agents + world.landmarks), *goal),
             goals=world.goals,
-            margin=claim.margin,
-            radius=claim.radius,
+            margin=margin,
+            radius=radius,
         )
         return parse(text, vocabulary, lambda place: self._places.offset(self._index, key, text, place))
 

@@ -1,15 +1,19 @@
 """Whether claims can be made about a team.
 
-Does: refuses a team without members, and policies whose features, actions or thresholds claims have no meaning for.
+Does: refuses teams without members, parameters out of their ranges, and policies whose features, actions or
+  thresholds claims have no meaning for.
 Assumes: a checked profile.
 Does not: read claims.
 """
 
+from collections.abc import Sequence
+from fractions import Fraction
+
 import numpy as np
 
-from codegen.errors import InputError
+from codegen.errors import InputError, UnknownNameError
 from codegen.ir import AgentPolicy, PolicyProfile
-from verify.claims.decisions import ensure_team
+from verify.claims.region import MAX_NUMBER
 
 
 def verifiable(profile: PolicyProfile, team: str) -> tuple[AgentPolicy, ...]:
@@ -35,3 +39,53 @@ def verifiable(profile: PolicyProfile, team: str) -> tuple[AgentPolicy, ...]:
                 "processors may flush such numbers to zero; round the threshold to 0 or to a normal number",
             )
     return profile.team(team)
+
+
+def ensure_team(profile: PolicyProfile, team: str) -> None:
+    """UnknownNameError for a team of which the profile has no agent."""
+    if not profile.team(team):
+        raise UnknownNameError("team", team, _teams(profile))
+
+
+def _teams(profile: PolicyProfile) -> list[str]:
+    return list(dict.fromkeys(policy.team for policy in profile.agents))
+
+
+def check_range(parameter: str, value: Fraction | int, most: int = MAX_NUMBER, least: int = 0) -> None:
+    """InputError for a value out of its range."""
+    if not least <= value <= most:
+        raise InputError(f"{parameter} must be between {least} and {most}", parameter)
+
+
+def team_for(name: str, profile: PolicyProfile, team: str | None, any_size: bool = False) -> str:
+    """The team that the named property speaks of: `team`, or the one team with as many agents as landmarks.
+
+    `any_size`: the property needs no landmark for each agent, so that of one team alone nothing is asked.
+    """
+    teams = _teams(profile)
+    wanted = len(profile.world.landmarks)
+    if team is None and any_size and len(teams) == 1:
+        return teams[0]
+    if team is None:
+        fitting = [candidate for candidate in teams if len(profile.team(candidate)) == wanted]
+        if len(fitting) != 1:
+            raise InputError(
+                f"{name} needs a team of {wanted} agents, one for each landmark", "", f"teams: {', '.join(teams)}"
+            )
+        return fitting[0]
+    ensure_team(profile, team)
+    if len(profile.team(team)) > wanted and not any_size:
+        raise InputError(
+            f"{name} needs a landmark for each agent; team {team} has more agents than the world landmarks"
+        )
+    return team
+
+
+def check_landmarks(profile: PolicyProfile, team: str, landmarks: Sequence[str]) -> None:
+    """InputError unless `landmarks` is empty or names a different one for each agent of the team."""
+    known = [landmark.name for landmark in profile.world.landmarks]
+    for landmark in landmarks:
+        if landmark not in known:
+            raise UnknownNameError("landmark", landmark, known, "landmarks")
+    if landmarks and (len(landmarks) != len(profile.team(team)) or len(set(landmarks)) != len(landmarks)):
+        raise InputError("landmarks must name a different landmark for each agent of the team", "landmarks")

@@ -14,14 +14,14 @@ from fractions import Fraction
 from codegen.ir import PolicyProfile
 from codegen.policy_json import content_hash
 from verify.checker.episode_certificates import READINGS, EpisodeCertificate
-from verify.checker.episode_reading import Episode, Matching, OpenBranchError, Part, matchings
+from verify.checker.episode_reading import Episode, Matching, OpenBranchError, Part, matchings, uncertifiable
 from verify.checker.reading import RejectedError, region_formula
-from verify.claims.episodes import DEFAULT_ZONES
+from verify.claims.episodes import Arrival
 from verify.claims.formula import holds
 from verify.claims.region import Region
 from verify.episodes.proof import MAX_ANSWERS, Prover, TooLongError
 from verify.episodes.zones import points_of, starts
-from verify.question import EpisodeQuestion
+from verify.question import Budgets, EpisodeQuestion, Question
 from verify.states.shares import SAMPLE_SEED
 
 
@@ -37,14 +37,17 @@ def made(question: EpisodeQuestion, proved: Sequence[Part], most: int | None = N
     """The certificate of a claim whose parts were proved (with or without a proof in them).
 
     LeftOpenError when the second search leaves a start open in some part, NoCertificateError when it looks at more than
-    `most` answers: by default as many more than MAX_ANSWERS as the claim may visit more zones than by default.
+    `most` answers: by default as many more than MAX_ANSWERS as more zones may be visited than by default.
     """
     profile, claim, region = question.profile, question.claim, question.region
-    most = max(MAX_ANSWERS, MAX_ANSWERS * claim.zones // DEFAULT_ZONES) if most is None else most
+    allowed = MAX_ANSWERS * question.budgets.max_zones // Budgets().max_zones
+    most = max(MAX_ANSWERS, allowed) if most is None else most
     start, opened = _inhabitant(profile, region), ""
+    if not isinstance(claim, Arrival):
+        raise NoCertificateError(uncertifiable(claim.name))
     for form, reading in READINGS.items():
         try:
-            parts = _closed(reading, question, proved, most)
+            parts = _closed(reading, question.about(claim), proved, most)
             return EpisodeCertificate(content_hash(profile), claim, region, start, parts, form=form)
         except OpenBranchError as error:
             opened = str(error)
@@ -55,7 +58,7 @@ def made(question: EpisodeQuestion, proved: Sequence[Part], most: int | None = N
 
 def _closed(
     reading: type[Episode],
-    question: EpisodeQuestion,
+    question: Question[Arrival],
     proved: Sequence[Part],
     most: int,
 ) -> tuple[Part, ...]:
@@ -82,7 +85,7 @@ def _own(part: Part, allowed: list[Matching]) -> list[Matching]:
     return [((part.agent, part.landmark),)] if part.agent else allowed
 
 
-def _needed(question: EpisodeQuestion, proved: Sequence[Part]) -> list[Part]:
+def _needed(question: Question[Arrival], proved: Sequence[Part]) -> list[Part]:
     """The parts that show the claim for all goals, each once."""
     found: dict[Part, None] = {}
     allowed = matchings(question.profile, question.claim)

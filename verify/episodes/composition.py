@@ -2,7 +2,7 @@
 last the whole profile.
 
 Does: splits a claim into tasks, follows groups of agents, hands what a small group leaves open to the larger one.
-Assumes: a claim and a profile that `rollout.playable` let pass.
+Assumes: a claim and a profile that `states.episodes.playable` lets pass.
 Does not: sample the region (verdicts/episodes.py) or step zones (unroll.py).
 
 Whoever is not followed may do anything, so a small group leaves every start open that a larger one would: the larger
@@ -21,15 +21,13 @@ from codegen import ir
 from codegen.dynamics import partners
 from codegen.ir import Float64
 from verify.checker.episode_reading import Part
-from verify.claims.episode_properties import apart_pairs, ensure_somebody
-from verify.claims.episodes import KEEPS_APART
 from verify.claims.region import Verdict
 from verify.episodes.contacts import colliders, travels
 from verify.episodes.cuts import away, too_near, unmatched
 from verify.episodes.unroll import Cut, Group, Search, ensure_exact, grouped, read_by, strides
 from verify.episodes.zones import Int64, Start, Zones, closed, hulls, point_in, starts
 from verify.question import EpisodeQuestion
-from verify.states.episodes import at_rest, first_failing, fulfilled, owned, play, playable
+from verify.states.episodes import at_rest, first_failing, matched, owned, paired, play, playable
 from verify.states.shares import SAMPLE_SEED
 from verify.states.state import State, sample
 
@@ -58,7 +56,7 @@ def decide(question: EpisodeQuestion) -> Decision:
     """The verdict by zones. InputError where rounding exceeds what proofs allow for."""
     profile, claim, region = question.profile, question.claim, question.region
     playable(profile)
-    ensure_somebody(profile, claim)
+    claim.ensure(profile)
     places = [bound for name, bounds in region.box.items() if not name.endswith((".vx", ".vy")) for bound in bounds]
     ensure_exact(profile.world, claim.steps, max(map(abs, places)), max(strides(profile).values()))
     parts = starts(region, profile.world)
@@ -106,14 +104,14 @@ class _Decider:
     def __init__(self, question: EpisodeQuestion, parts: list[Start]) -> None:
         profile, claim = question.profile, question.claim
         self.question, self.profile, self.claim, self.region = question, profile, claim, question.region
-        self.parts, self.budget = parts, claim.zones
+        self.parts, self.budget = parts, question.budgets.max_zones
         self.visited = self.touched = self.given_up = 0
         self.team = tuple(policy.agent for policy in profile.team(claim.team))
         self.landmarks = [entity.name for entity in profile.world.landmarks]
         self.known: dict[tuple[_Task, str], _Left | None] = {}
         self.followed: list[tuple[str, ...]] = []
         self.shown: dict[Part, None] = {}
-        needed = claim.name == KEEPS_APART or partners(profile.world)
+        needed = claim.apart or partners(profile.world)
         self.travel: Mapping[str, Int64] = (
             travels(profile.world, strides(profile), parts, claim.steps) if needed else {}
         )
@@ -135,7 +133,7 @@ class _Decider:
 
     def _for_goal(self, goal: str) -> list[_Left]:
         """What is open for one goal; nothing when the claim is proved."""
-        if self.claim.name == KEEPS_APART:
+        if self.claim.apart:
             return self._kept_apart(goal)
         matchings = owned(self.profile, self.claim)
         own = matchings[0] if len(matchings) == 1 else self._plausible(goal)
@@ -153,7 +151,7 @@ class _Decider:
 
     def _kept_apart(self, goal: str) -> list[_Left]:
         """What is open of pairs that keep apart: each alone, then all those left together."""
-        pairs = apart_pairs(self.profile, self.claim)
+        (pairs,) = paired(self.profile, self.claim)
         tasks = [_Task(tuple(name for name in pair if name in self.team), apart=(pair,)) for pair in pairs]
         found = [left for task in tasks if (left := self._task(task, goal))]
         if not found:
@@ -181,17 +179,12 @@ class _Decider:
         where = at_rest(replace(self.region, goals=(goal,) if goal else ()))
         coordinates, _ = sample(where, self.profile.world, MATCHING_SAMPLES, SAMPLE_SEED)
         episode, _ = play(self.profile, coordinates, self.claim.steps)
-        shares = {
-            own: float(
-                fulfilled(
-                    self.profile, replace(self.claim, landmarks=tuple(self.landmarks[k] for k in own)), episode
-                ).mean()
-            )
-            for own in owned(self.profile, self.claim)
-            if len(coordinates)
-        }
-        best = max(shares, key=lambda own: shares[own], default=None)
-        return best if best is not None and shares[best] >= PLAUSIBLE else None
+        if not len(coordinates):
+            return None
+        met = matched(self.profile, self.claim, episode)
+        shares = {own: float(each.mean()) for own, each in zip(owned(self.profile, self.claim), met, strict=True)}
+        best = max(shares, key=lambda own: shares[own])
+        return best if shares[best] >= PLAUSIBLE else None
 
     def _left(self) -> int:
         return max(0, self.budget - self.visited)
@@ -272,7 +265,7 @@ class _Decider:
                     failing(near)
             if task.apart:
                 return zones.take(slice(0)) if step == self.claim.steps else zones
-            if self.claim.name == "covers" and step < self.claim.steps:
+            if not self.claim.always and step < self.claim.steps:
                 return zones
             if task.landmark:
                 return away(zones, group, task.agents[0], task.landmark, self.claim.radius)

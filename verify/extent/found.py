@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from codegen.intervals import Share
-from verify.claims.decisions import LEAVES
+from verify.claims.decisions import Kind
 from verify.claims.formula import TRUE
 from verify.claims.region import Region, Verdict, everywhere
 from verify.extent.largest import largest
@@ -61,7 +61,7 @@ class Where:
 def where(question: DecisionQuestion, verdict: Verdict, name: str = "") -> Where:
     """Where a claim with that verdict holds and fails. `name`: of the region that is found."""
     claim = question.claim
-    if claim.name == LEAVES:
+    if claim.kind is Kind.LEAVES:
         return Where(OF_LEAVES)
     if verdict is Verdict.PROVED:
         return Where(everywhere=True)

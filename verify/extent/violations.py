@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from math import factorial, prod
 
-from verify.claims.decisions import OWN, DecisionClaim
+from verify.claims.decisions import OwnFormula
 from verify.claims.formula import negated
 from verify.claims.region import MACHINE, Region
 from verify.question import Budgets, DecisionQuestion
@@ -19,8 +19,6 @@ from verify.zones.engine import Tests, ZoneQuery
 from verify.zones.search import Branch
 from verify.zones.tables import EPSILON, Problem
 from verify.zones.volume import DEFAULT_FACES, FacesError, Volumes
-
-DEFAULT_ZONES = Budgets().max_cells
 
 
 @dataclass(frozen=True)
@@ -117,8 +115,8 @@ def _whole(question: DecisionQuestion, volumes: Volumes, fixed: Mapping[str, str
     """The volume of a region's states that meet the assumption, summed over goals. FacesError for too many zones."""
     total = Fraction(0)
     # where the assumption holds: the zones in which its denial fails
-    denial = DecisionClaim(OWN, question.claim.team, statement=negated(question.claim.assume))
-    meeting = replace(question, claim=denial, semantics=MACHINE, budgets=Budgets())
+    denial = OwnFormula(question.claim.team, statement=negated(question.claim.assume))
+    meeting = replace(question.about(denial), semantics=MACHINE, budgets=Budgets())
     for goal in meeting.goals:
         found = _failing(meeting, goal, Tests.of(meeting), meeting.budgets.max_cells)
         if not found.complete:

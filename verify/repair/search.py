@@ -20,16 +20,15 @@ from codegen.ir import AgentPolicy, Float64, PolicyProfile
 from codegen.lowering.passes import difference, grafted
 from codegen.observe import observe
 from verify.checker.thresholds import sides
-from verify.claims.decisions import engaged
+from verify.claims.decisions import DistinctTargets, OwnTarget, engaged
 from verify.claims.formula import TRUE, for_goal, holds
-from verify.claims.matching import matchings
 from verify.claims.region import Verdict
 from verify.question import DecisionQuestion
 from verify.repair.guards import PRICE, Guard, Post, Seen, guard, offset_features
 from verify.states.state import sample
 from verify.zones import engine
 
-REPAIRABLE = ("distinct_targets", "own_target")
+REPAIRABLE = (DistinctTargets.of, OwnTarget.of)
 SAMPLES, SAMPLE_SEED = 50_000, 11  # uniform states that changes are weighed in
 TRIED = 2  # matchings, the cheapest by an estimate first
 
@@ -64,7 +63,7 @@ def repair(question: DecisionQuestion, visited: Float64 | None = None, max_depth
     within it are preferred. InputError for a claim or a team beyond this method.
     """
     claim = question.claim
-    if claim.name not in REPAIRABLE or claim.eps or claim.assume != TRUE:
+    if claim.of not in REPAIRABLE or claim.eps or claim.assume != TRUE:
         raise InputError(f"{claim.shown} cannot be repaired", "--property", f"one of {', '.join(REPAIRABLE)} can")
     team = _Team(question, visited, max_depth)
     tried = [_attempt(team, roles) for roles in team.matchings()]
@@ -105,12 +104,10 @@ class _Team:
     def matchings(self) -> list[dict[str, str]]:
         """The matchings to try: the one that the claim fixes, or those whose guards everywhere change least."""
         names = [policy.agent for policy in self.policies]
-        if self.claim.name != REPAIRABLE[0]:
-            own = self.claim.landmarks or self.landmarks[: len(names)]
-            return [dict(zip(names, own, strict=True))]
+        chosen = [tuple(mark for _, mark in each) for each in self.claim.engagements(self.profile)]
+        if len(chosen) == 1:
+            return [dict(zip(names, chosen[0], strict=True))]
         costs = {(p.agent, mark): self._everywhere(p, mark) for p in self.policies for mark in self.landmarks}
-        numbers = matchings(len(names), len(self.landmarks))
-        chosen = [tuple(self.landmarks[number] for number in each) for each in numbers]
         chosen.sort(key=lambda marks: sum(costs[pair] for pair in zip(names, marks, strict=True)))
         return [dict(zip(names, marks, strict=True)) for marks in chosen[:TRIED]]
 

@@ -8,8 +8,7 @@ Does not: contain times, paths or facts about the machine.
 from typing import Any
 
 from codegen.ir import PolicyProfile
-from verify.claims.episode_properties import COINCIDING, sentence
-from verify.claims.episodes import KEEPS_APART, EpisodeClaim
+from verify.claims.catalogue import COINCIDING, sentence
 from verify.claims.region import MACHINE, Verdict, called, plain
 from verify.verdicts.episodes import EpisodeResult
 
@@ -46,7 +45,7 @@ def result_facts(profile: PolicyProfile, result: EpisodeResult, command: str) ->
         "parameters": {
             "steps": str(claim.steps),
             "radius": plain(claim.radius),
-            **_named(claim),
+            claim.whom: ", ".join(claim.named) or claim.nobody_named,
         },
         "semantics": MACHINE,
         "region_name": called(profile, result.region),
@@ -74,12 +73,6 @@ def result_facts(profile: PolicyProfile, result: EpisodeResult, command: str) ->
 def _certificate(result: EpisodeResult) -> dict[str, Any]:
     assert result.certificate is not None
     return {"bytes": result.certificate.size, "branches": result.branches, "checker": "accepted"}
-
-
-def _named(claim: EpisodeClaim) -> dict[str, str]:
-    if claim.name == KEEPS_APART:
-        return {"others": ", ".join(claim.others) or "one another"}
-    return {"landmarks": ", ".join(claim.landmarks) or "any matching"}
 
 
 def _counterexample(profile: PolicyProfile, result: EpisodeResult) -> dict[str, Any]:
@@ -119,7 +112,7 @@ def _picture(profile: PolicyProfile, result: EpisodeResult) -> dict[str, Any]:
     def drawn(place: tuple[float, float]) -> tuple[float, float]:
         return round((place[0] + reach) * scale, 2), round((reach - place[1]) * scale, 2)
 
-    half = 0.0 if result.claim.name == KEEPS_APART else round(float(result.claim.radius) * scale, 2)
+    half = 0.0 if result.claim.apart else round(float(result.claim.radius) * scale, 2)
     landmarks = [
         {"name": name, "x": drawn(place)[0], "y": drawn(place)[1], "half": half, "goal": name == result.state.goal}
         for name, place in marks.items()

@@ -15,7 +15,7 @@ from codegen.errors import visible
 from codegen.ir import PolicyProfile
 from codegen.lowering.render import render
 from codegen.policy_json import content_hash, layout
-from verify.claims.decisions import LEAVES, reads, sentence
+from verify.claims.decisions import Kind, Parameter
 from verify.claims.region import MACHINE, REAL, Verdict, called, plain
 from verify.claims.region import text as decimal
 from verify.counterexamples.search import AgentView, Counterexample
@@ -84,8 +84,8 @@ def document(
     files: Mapping[str, str] | None = None,
 ) -> dict[str, Any]:
     """All facts as plain data. `commands`: what repeats each result; `files`: name -> SHA-256 of files made with it."""
-    single = [result for result in results if isinstance(result, Result)]
-    episodes = [result for result in results if isinstance(result, EpisodeResult)]
+    single = [result for result in results if result.kind is not Kind.EPISODES]
+    episodes = [result for result in results if result.kind is Kind.EPISODES]
     known = all(result.visited is not None for result in single) and all(result.replays for result in episodes)
     kinds = [REAL] if single and all(one.semantics == REAL for one in single) else [MACHINE]
     if kinds == [REAL] and episodes:  # of episodes nothing is asked in real arithmetic
@@ -106,16 +106,18 @@ def document(
         },
         "evaluation": dict(profile.provenance.evaluation),
         "files": dict(files or {}),
-        "results": [
-            _result(profile, result, command)
-            if isinstance(result, Result)
-            else loop_report.result_facts(profile, result, command)
-            for result, command in zip(results, commands, strict=True)
-        ],
+        "results": [_facts(profile, result, command) for result, command in zip(results, commands, strict=True)],
         "semantics": " ".join({MACHINE: SEMANTICS, REAL: REAL_SEMANTICS}[kind] for kind in kinds),
         "trusted": trusted.texts(known, touching, bool(single), bool(episodes), replayed),
         "limits": [*_limits(single), *(loop_report.LIMITS if episodes else ()), *contacts],
     }
+
+
+def _facts(profile: PolicyProfile, result: Result | EpisodeResult, command: str) -> dict[str, Any]:
+    """A result of either kind as plain data."""
+    if result.kind is Kind.EPISODES:
+        return loop_report.result_facts(profile, result, command)
+    return _result(profile, result, command)
 
 
 def _limits(results: Sequence[Result]) -> list[str]:
@@ -133,14 +135,14 @@ def _result(profile: PolicyProfile, result: Result, command: str) -> dict[str, A
     claim, shares = result.claim, result.shares
     found = result.counterexample
     return {
-        "kind": "leaves" if claim.name == LEAVES else "decisions",
+        "kind": claim.kind.value,
         "property": claim.name,
         "label": claim.label,
         "team": claim.team,
-        "claim": sentence(claim),
+        "claim": claim.sentence,
         "formula": claim.written.strip(),
         "assumption": claim.assumption.strip(),
-        "parameters": {name: _shown(getattr(claim, name)) for name in reads(claim)},
+        "parameters": {name: _shown(value) for name, value in claim.parameters.items()},
         "semantics": result.semantics,
         "region_name": called(profile, result.region),
         "region": result.region.document(),
@@ -170,15 +172,15 @@ def _result(profile: PolicyProfile, result: Result, command: str) -> dict[str, A
 
 def _meaning(result: Result) -> str:
     """The verdict in words."""
-    meanings = LEAVES_MEANINGS if result.claim.name == LEAVES else REAL_MEANINGS if result.semantics == REAL else {}
+    meanings = LEAVES_MEANINGS if result.kind is Kind.LEAVES else REAL_MEANINGS if result.semantics == REAL else {}
     return meanings.get(result.verdict, MEANINGS[result.verdict])
 
 
-def _shown(value: Fraction | str | Sequence[str]) -> str:
+def _shown(value: Parameter) -> str:
     """A parameter as text."""
     if isinstance(value, Fraction):
         return plain(value)
-    return value if isinstance(value, str) else ", ".join(value) or "in the world's order"
+    return (", ".join(value) or "in the world's order") if isinstance(value, tuple) else str(value)
 
 
 def _margin(found: Margin) -> dict[str, Any]:

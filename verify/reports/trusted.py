@@ -22,7 +22,6 @@ REFEREE = {
     "verify/claims": (
         "catalogue",
         "decisions",
-        "episode_properties",
         "episodes",
         "formula",
         "matching",

@@ -16,7 +16,6 @@ from typing import Any, TypeAlias
 
 from codegen.ir import AgentPolicy, PolicyProfile
 from codegen.policy_json import content_hash, layout
-from verify.claims.decisions import sentence
 from verify.claims.region import Region, plain
 from verify.claims.region import text as decimal
 from verify.extent.found import Where
@@ -210,7 +209,7 @@ def zones_json(profile: PolicyProfile, result: Result) -> str:
         "profile": content_hash(profile),
         "property": result.claim.name,
         "team": result.claim.team,
-        "claim": sentence(result.claim),
+        "claim": result.claim.sentence,
         "semantics": result.semantics,
         "region": result.region.document(),
         "complete": found.complete,

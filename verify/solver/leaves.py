@@ -14,12 +14,12 @@ import numpy as np
 
 from codegen import ir
 from codegen.ir import AgentPolicy, PolicyProfile
-from verify.claims.decisions import LEAVES, DecisionClaim
+from verify.claims.decisions import AliveLeaves
 from verify.claims.region import REAL, Region, Verdict
 from verify.question import Budgets, DecisionQuestion, Question
 from verify.solver.encode import Query, reaching
 from verify.solver.pinning import pinned
-from verify.solver.solve import DEFAULT_BUDGET, ask
+from verify.solver.solve import ask
 from verify.states.shares import SAMPLE_SEED, SAMPLES
 from verify.states.state import State, exact_point, inside, leaf_at, nearest, reached, sample, state_at
 
@@ -41,14 +41,14 @@ class LeafFinding:
     reason: str = ""
 
 
-def dead_leaves(profile: PolicyProfile, region: Region, budget: int = DEFAULT_BUDGET) -> dict[str, list[int]]:
+def dead_leaves(profile: PolicyProfile, region: Region, budget: int = Budgets().solver_units) -> dict[str, list[int]]:
     """Agent -> the leaves that no world state of `region` reaches, as proved; leaves left open are not among them.
 
     `budget`: solver resource units a query. InputError for features that lack meanings. An empty region reaches
     nothing, and so lists every leaf.
     """
     teams = dict.fromkeys(policy.team for policy in profile.agents)
-    asked = (Question(profile, DecisionClaim(LEAVES, team), region, budgets=Budgets(budget)) for team in teams)
+    asked = (Question(profile, AliveLeaves(team), region, budgets=Budgets(budget)) for team in teams)
     found = [finding for question in asked for finding in leaf_findings(question)[0]]
     return {
         policy.agent: [one.leaf for one in found if one.agent == policy.agent and one.verdict is Verdict.VIOLATED]

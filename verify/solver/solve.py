@@ -15,8 +15,6 @@ import z3
 from verify.question import Budgets
 from verify.solver.encode import Query
 
-DEFAULT_BUDGET = Budgets().solver_units
-
 
 @dataclass(frozen=True)
 class Answer:
@@ -43,7 +41,7 @@ class BitsAnswer:
     reason: str = ""
 
 
-def ask(query: Query, budget: int = DEFAULT_BUDGET) -> Answer:
+def ask(query: Query, budget: int = Budgets().solver_units) -> Answer:
     """Whether the question's constraints can hold together."""
     context = z3.Context()  # a fresh one, so that earlier questions leave no trace in the search or the count
     constraints = [constraint.translate(context) for constraint in query.constraints]
@@ -59,7 +57,7 @@ def ask(query: Query, budget: int = DEFAULT_BUDGET) -> Answer:
     return Answer(True, exact, spent)
 
 
-def ask_bits(text: str, names: Sequence[str], budget: int = DEFAULT_BUDGET) -> BitsAnswer:
+def ask_bits(text: str, names: Sequence[str], budget: int = Budgets().solver_units) -> BitsAnswer:
     """Whether the assertions of an SMT-LIB text about floats and bits can hold together; the model gives the constants
     `names`, 0 for what does not matter.
     """

@@ -8,7 +8,7 @@ Does not: search.
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from operator import le, lt
+from functools import cache
 
 import numpy as np
 import numpy.typing as npt
@@ -17,9 +17,7 @@ from codegen import ir
 from codegen.dynamics import COINCIDENT, partners, push
 from codegen.errors import DisagreementError, InputError
 from codegen.ir import Bool, Float64, PolicyProfile
-from verify.claims.episode_properties import apart_pairs
-from verify.claims.episodes import KEEPS_APART, EpisodeClaim
-from verify.claims.matching import matchings
+from verify.claims.episodes import EpisodeClaim, Gaps
 from verify.claims.region import Region
 from verify.claims.verifiable import verifiable
 from verify.question import EpisodeQuestion
@@ -108,13 +106,6 @@ def _in_order(profile: PolicyProfile) -> list[ir.AgentPolicy]:
     return [profile.policy(entity.name) for entity in profile.world.agents]
 
 
-def marks(profile: PolicyProfile, claim: EpisodeClaim) -> list[str]:
-    """The entities from which a claim measures distances: landmarks, or those from whom the team keeps apart."""
-    if claim.name == KEEPS_APART:
-        return list(claim.others) or [policy.agent for policy in profile.team(claim.team)]
-    return [entity.name for entity in profile.world.landmarks]
-
-
 def gaps(profile: PolicyProfile, claim: EpisodeClaim, episode: Float64) -> Float64:
     """L-infinity distances of the team's agents to the claim's marks, [..., agents, marks], in float64; infinite from
     an agent to itself.
@@ -125,17 +116,20 @@ def gaps(profile: PolicyProfile, claim: EpisodeClaim, episode: Float64) -> Float
         columns = [[names.index(f"{entity}.{axis}") for axis in "xy"] for entity in entities]
         return episode[..., np.array(columns)]
 
-    team, others = [policy.agent for policy in profile.team(claim.team)], marks(profile, claim)
+    team, others = [policy.agent for policy in profile.team(claim.team)], claim.marks(profile)
     found = np.abs(places(team)[..., :, None, :] - places(others)[..., None, :, :]).max(axis=-1)
     return np.where(np.equal.outer(team, others), np.inf, found)
 
 
 def owned(profile: PolicyProfile, claim: EpisodeClaim) -> list[tuple[int, ...]]:
-    """The matchings that fulfil the claim: for each agent of the team its landmark's number."""
-    landmarks = [entity.name for entity in profile.world.landmarks]
-    if claim.landmarks:
-        return [tuple(landmarks.index(name) for name in claim.landmarks)]
-    return matchings(len(profile.team(claim.team)), len(landmarks))
+    """The matchings that fulfil a claim to arrive: for each agent of the team its landmark's number."""
+    return [tuple(mark for _, mark in way) for way in claim.ways(profile)]
+
+
+def paired(profile: PolicyProfile, claim: EpisodeClaim) -> list[tuple[tuple[str, str], ...]]:
+    """What fulfils a claim: for each way its pairs of an agent and a mark, by name."""
+    team, marks = [policy.agent for policy in profile.team(claim.team)], claim.marks(profile)
+    return [tuple((team[agent], marks[mark]) for agent, mark in way) for way in claim.ways(profile)]
 
 
 def coinciding(profile: PolicyProfile, episode: Float64) -> Bool:
@@ -150,14 +144,25 @@ def coinciding(profile: PolicyProfile, episode: Float64) -> Bool:
     return found
 
 
+def matched(profile: PolicyProfile, claim: EpisodeClaim, episode: Float64) -> Bool:
+    """Which ways to fulfil the claim episodes of [steps + 1, batch, n_coordinates] are, [ways, batch], up to float64
+    rounding of distances.
+    """
+    met = claim.met(gaps(profile, claim, claim.counted(episode)), float(claim.radius))
+    pairs = (np.array(way).T for way in claim.ways(profile))
+    return np.array([met[:, agents, marks].all(axis=1) for agents, marks in pairs])
+
+
 def fulfilled(profile: PolicyProfile, claim: EpisodeClaim, episode: Float64) -> Bool:
     """Which episodes of [steps + 1, batch, n_coordinates] fulfil the claim, up to float64 rounding of distances."""
-    if claim.name == KEEPS_APART:
-        return np.asarray((gaps(profile, claim, episode) >= float(claim.radius)).all(axis=(0, 2, 3)))
-    near: Bool = np.asarray(gaps(profile, claim, episode) <= float(claim.radius))
-    near = np.asarray(near.any(axis=0) if claim.name == "reaches" else near[-1])
-    agents = np.arange(len(profile.team(claim.team)))
-    return np.logical_or.reduce([near[:, agents, list(own)].all(axis=1) for own in owned(profile, claim)])
+    return np.logical_or.reduce(matched(profile, claim, episode))
+
+
+def _distances(first: Float64, second: Float64) -> Gaps:
+    """L-infinity distances [steps] of two courses [steps, 2], exactly."""
+    steps = zip(first.tolist(), second.tolist(), strict=True)
+    found = [max(abs(Fraction(p) - Fraction(q)) for p, q in zip(a, b, strict=True)) for a, b in steps]
+    return np.array(found, dtype=object)
 
 
 def fails(profile: PolicyProfile, claim: EpisodeClaim, episode: Float64) -> bool:
@@ -168,21 +173,14 @@ def fails(profile: PolicyProfile, claim: EpisodeClaim, episode: Float64) -> bool
     if not np.isfinite(episode).all() or coinciding(profile, episode):
         return False
     names = {name: place for place, name in enumerate(profile.world.coordinates())}
-    team = [policy.agent for policy in profile.team(claim.team)]
-    landmarks = [entity.name for entity in profile.world.landmarks]
+    counted = claim.counted(episode)
 
-    def near(step: int, a: str, b: str, within: Callable[[Fraction, Fraction], bool] = le) -> bool:
-        pairs = ((episode[step, names[f"{a}.{axis}"]], episode[step, names[f"{b}.{axis}"]]) for axis in "xy")
-        return all(within(abs(Fraction(float(p)) - Fraction(float(q))), claim.radius) for p, q in pairs)
+    @cache
+    def met(a: str, b: str) -> bool:
+        first, second = (counted[:, [names[f"{one}.{axis}"] for axis in "xy"]] for one in (a, b))
+        return bool(claim.met(_distances(first, second), claim.radius))
 
-    if claim.name == KEEPS_APART:
-        pairs = apart_pairs(profile, claim)
-        return any(near(step, *pair, within=lt) for step in range(len(episode)) for pair in pairs)
-    steps = range(len(episode)) if claim.name == "reaches" else [len(episode) - 1]
-    return not any(
-        all(any(near(step, agent, landmarks[own]) for step in steps) for agent, own in zip(team, matching, strict=True))
-        for matching in owned(profile, claim)
-    )
+    return not any(all(met(*pair) for pair in way) for way in paired(profile, claim))
 
 
 def courses(profile: PolicyProfile, states: Sequence[State], steps: int) -> tuple[Float64, Actions]:
@@ -260,13 +258,12 @@ class Way:
 
 def ways_of(profile: PolicyProfile, claim: EpisodeClaim, episode: Episode) -> tuple[Way, ...]:
     """How the team's agents fare in an episode."""
-    landmarks = marks(profile, claim)
+    landmarks = claim.marks(profile)
     apart = gaps(profile, claim, episode.coordinates)
     names, order = profile.world.coordinates(), [entity.name for entity in profile.world.agents]
     found: list[Way] = []
     for number, policy in enumerate(profile.team(claim.team)):
-        nearest = apart[:, number].min(axis=0) if claim.name == KEEPS_APART else apart[-1, number]
-        own = landmarks.index(claim.landmarks[number]) if claim.landmarks else int(nearest.argmin())
+        own = claim.mark_of(profile, number, apart[:, number])
         distances = apart[:, number, own]
         columns = [names.index(f"{policy.agent}.{axis}") for axis in "xy"]
         actions = episode.actions[:, order.index(policy.agent)]

@@ -14,7 +14,7 @@ import numpy as np
 
 from codegen.intervals import Share
 from codegen.ir import AgentPolicy, Bool, Float64, PolicyProfile
-from verify.claims.decisions import DISTINCT, DecisionClaim, engaged
+from verify.claims.decisions import DecisionClaim, engaged
 from verify.claims.formula import TRUE, And, Batch, Formula, agents, disjunction, given
 from verify.claims.matching import preventable
 from verify.claims.predicates import closes
@@ -82,7 +82,7 @@ def conflicts(question: DecisionQuestion, coordinates: Float64) -> Bool | None:
     for part in stated.parts if isinstance(stated, And) else (stated,):
         acting = [agent for agent in team if agent in agents(part)]
         if math.prod(len(willing[agent]) for agent in acting) > MAX_JOINT_ACTIONS:
-            if DISTINCT not in (claim.name, claim.of) or claim.assume != TRUE:
+            if not claim.any_matching or claim.assume != TRUE:
                 return None
             return _unmatchable(question, states, willing)
         for joint in product(*(range(len(willing[agent])) for agent in acting)):

@@ -8,10 +8,11 @@ Does not: write reports (reports/report.py).
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import Literal
 
 from codegen.intervals import Share
 from verify.checker.certificates import Certificate
-from verify.claims.decisions import LEAVES, DecisionClaim
+from verify.claims.decisions import DecisionClaim, Kind
 from verify.claims.region import MACHINE, Region, Verdict
 from verify.counterexamples.explanation import Explanation, explained
 from verify.counterexamples.search import Counterexample, confirmed, explain, near, violating_samples
@@ -20,12 +21,11 @@ from verify.question import DecisionQuestion
 from verify.solver import solve
 from verify.solver.decide import Decision, about_nothing, assumption_met, decide
 from verify.solver.leaves import LeafFinding, leaf_findings
-from verify.solver.solve import DEFAULT_BUDGET as DEFAULT_BUDGET
 from verify.solver.solve import Answer
 from verify.states.acting import Replay
 from verify.states.shares import SAMPLE_SEED, Shares, measure
 from verify.states.state import State
-from verify.verdicts.margins import Margin, grows_harder, largest_margin
+from verify.verdicts.margins import Margin, largest_margin
 from verify.verdicts.opinions import Opinion, Zoned, agreeing, by_zones, largest_eps
 
 
@@ -66,6 +66,11 @@ class Result:
     where: Where | None = None  # where it holds, when that was asked
     within: "Result | None" = None  # the verdict in the largest region found
 
+    @property
+    def kind(self) -> Literal[Kind.DECISIONS, Kind.LEAVES]:
+        """What the claim is about."""
+        return self.claim.kind
+
 
 def verify(
     question: DecisionQuestion,
@@ -78,7 +83,7 @@ def verify(
     `skipped`: replays that could not be had, each with its reason, for the report.
     """
     claim = question.claim
-    if claim.name == LEAVES:
+    if claim.kind is Kind.LEAVES:
         return _alive(question, visited)
     _ = question.team
     zoned = by_zones(question)
@@ -134,7 +139,7 @@ def _ensure_none_violates(question: DecisionQuestion) -> None:
 
 def _largest(question: DecisionQuestion) -> Margin | None:
     """Up to which margin a proved claim holds; None for claims that a margin does not make harder."""
-    if not grows_harder(question.claim):
+    if not question.claim.hardens:
         return None
 
     def proved_at(margin: Fraction) -> bool:

@@ -14,6 +14,7 @@ matter a proof may be missed, never given wrongly.
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import ClassVar, Literal
 
 import numpy as np
 
@@ -23,9 +24,10 @@ from codegen.ir import PolicyProfile
 from verify.checker import episode_certificates
 from verify.checker.episode_certificates import EpisodeCertificate
 from verify.checker.reading import RejectedError
-from verify.claims.episode_properties import ensure_somebody, left_out
+from verify.claims.catalogue import left_out
+from verify.claims.decisions import Kind
 from verify.claims.episodes import EpisodeClaim
-from verify.claims.region import Region, Verdict
+from verify.claims.region import MACHINE, Region, Verdict
 from verify.counterexamples.episode_explanation import EpisodeExplanation, explained
 from verify.counterexamples.search import simplest
 from verify.episodes import certificates
@@ -66,6 +68,11 @@ TRIED_STARTS = 100  # sampled starts that fail in float64, looked at exactly
 class EpisodeResult:
     """A verdict about whole episodes, with everything that a report says about it."""
 
+    semantics: ClassVar[str] = MACHINE
+    where: ClassVar[None] = None  # it is not asked in which world states the claim holds
+    within: ClassVar[None] = None
+    counterexample: ClassVar[None] = None  # it fails in an episode and not in a world state
+
     claim: EpisodeClaim
     region: Region
     verdict: Verdict
@@ -90,6 +97,11 @@ class EpisodeResult:
     uncertified: str = ""  # why a proof has no certificate, and so one reading only
 
     @property
+    def kind(self) -> Literal[Kind.EPISODES]:
+        """What the claim is about."""
+        return self.claim.kind
+
+    @property
     def whatever(self) -> str:
         """For what other agents a proof holds."""
         return whatever(self.opponents)
@@ -108,7 +120,7 @@ def verify_episodes(
     """The verdict on a claim about episodes: by sampled starts, then by zones; `rollouts` replay counterexamples."""
     profile, claim, region = question.profile, question.claim, question.region
     playable(profile)
-    ensure_somebody(profile, claim)
+    claim.ensure(profile)
     coordinates, _ = sample(at_rest(region), profile.world, SAMPLES, SAMPLE_SEED)
     still = fulfilled(profile, claim, coordinates[None])
     judged = _judged(question)
@@ -128,7 +140,7 @@ def verify_episodes(
         verdict=decision.verdict,
         reason=decision.reason,
         zones=decision.zones,
-        budget=claim.zones,
+        budget=question.budgets.max_zones,
         followed=decision.followed,
         violating=judged.violating,
         idle=Share(int(still.sum()), len(still)),

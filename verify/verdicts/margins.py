@@ -9,8 +9,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 
-from verify.claims.decisions import DecisionClaim, reads
-
 STEP = Fraction(1, 1000)  # the grid, in the world's length unit
 MAX_QUESTIONS = 12
 WIDEST = Fraction(2)  # beyond the sides of the start boxes nothing is ahead
@@ -23,11 +21,6 @@ class Margin:
     proved: Fraction
     failed: Fraction | None
     questions: int
-
-
-def grows_harder(claim: DecisionClaim) -> bool:
-    """Whether a larger margin asks for more: every claim with a margin but the one that forbids closing."""
-    return "margin" in reads(claim) and "no_double" not in (claim.name, claim.of) and claim.statement is None
 
 
 def largest_margin(proved_at: Callable[[Fraction], bool], start: Fraction) -> Margin:

@@ -12,7 +12,6 @@ from fractions import Fraction
 from codegen.policy_json import content_hash
 from verify.checker.certificates import Certificate, accepted
 from verify.checker.reading import RejectedError
-from verify.claims.formula import TRUE
 from verify.claims.region import Verdict
 from verify.question import DecisionQuestion
 from verify.verdicts.margins import Margin, largest_margin
@@ -54,7 +53,7 @@ def by_zones(question: DecisionQuestion) -> Zoned:
     opinion = Opinion(ENGINE, found.verdict, found.nodes, "search nodes")
     if found.verdict is not Verdict.PROVED:
         return Zoned(opinion, found.goal, found.state)
-    named = claim if claim.statement is None and claim.assume == TRUE else None
+    named = claim if claim.says_all else None
     made = Certificate(
         content_hash(profile),
         named,

@@ -14,7 +14,7 @@ from typing import TypeAlias
 
 from verify.claims.formula import Formula, agents
 from verify.claims.region import Verdict
-from verify.question import Budgets, DecisionQuestion
+from verify.question import DecisionQuestion
 from verify.zones.compiled import search
 from verify.zones.disjoint import disjoint
 from verify.zones.search import Branch, BudgetError, Resolve
@@ -31,8 +31,7 @@ from verify.zones.tables import (
     zone_tree,
 )
 
-__all__ = ["DEFAULT_NODES", "BeyondZonesError", "Outcome", "Tests", "ZoneQuery", "decide"]
-DEFAULT_NODES = Budgets().max_nodes
+__all__ = ["BeyondZonesError", "Outcome", "Tests", "ZoneQuery", "decide"]
 Barred: TypeAlias = Mapping[str, frozenset[tuple[int, int]]]  # agent -> barred_sides
 Splits: TypeAlias = Mapping[str, Mapping[tuple[int, float], tuple[Formula, Formula]]]  # agent -> split_sides
 

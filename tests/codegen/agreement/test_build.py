@@ -15,8 +15,9 @@ from maviper.cli import main
 from maviper.compilation.compile import compile_profile
 from maviper.verification.join import verify_claims
 from tests.teams import team, towards
-from verify.claims.decisions import find_property
+from verify.claims.catalogue import find_property
 from verify.claims.region import Verdict, everywhere
+from verify.question import Question
 
 
 @pytest.fixture
@@ -58,9 +59,9 @@ def test_proofs_and_vectors_use_the_same_build(profile, counted, tmp_path):
 def test_a_verify_compiles_for_its_first_replay_only(profile, counted):
     apart = team(profile, towards(0, 1), towards(1, 1))
     claim, start = find_property("distinct_targets", apart), everywhere(apart)
-    (proved,) = verify_claims(apart, [(claim, start)])
+    (proved,) = verify_claims([Question(apart, claim, start)])
     assert proved.verdict is Verdict.PROVED and counted["libraries"] == 0, "nothing was replayed"
-    found = verify_claims(profile, [(claim, start)] * 2)
+    found = verify_claims([Question(profile, claim, start)] * 2)
     assert found[0].verdict is Verdict.VIOLATED and "compiled C" in found[0].replays
     assert counted == {"lowered": 2, "libraries": 1}
 

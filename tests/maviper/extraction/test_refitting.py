@@ -30,7 +30,8 @@ from maviper.verification.join import verify_claims
 from maviper.verification.replays import state_of, states_of
 from maviper.worlds import find
 from tests.teams import team, towards
-from verify.claims.decisions import DecisionClaim, find_property, formula
+from verify.claims.catalogue import find_property
+from verify.claims.decisions import DistinctTargets, formula
 from verify.claims.formula import FALSE, TRUE, Acts, conjunction, disjunction, holds
 from verify.claims.formula_json import formula_document
 from verify.claims.region import Region, everywhere
@@ -116,9 +117,9 @@ def test_states_files_keep_region_errors_and_command(profile, tmp_path, world):
         {**everywhere(same).box, "agent_0.x": (Fraction(0), Fraction(1, 3))}, ("landmark_1",), name="n.toml"
     )
     # the verdict on the claim without errors, which is quicker, stands for the one with them
-    (result,) = verify_claims(same, [(find_property("own_target", same), region)])
+    (result,) = verify_claims([Question(same, find_property("own_target", same), region)])
     assert isinstance(result, Result)
-    asked = [Asked(claim, region, "maviper verify team.json --property steady --region n.toml")]
+    asked = [Asked(Question(same, claim, region), "maviper verify team.json --property steady --region n.toml")]
     files = states_files(same, asked, [replace(result, claim=claim)])
     assert list(files) == ["states-1-steady.json"]
     (tmp_path / "s.json").write_text(files["states-1-steady.json"])
@@ -160,7 +161,7 @@ def test_states_of_points_are_those_one_by_one(world):
 
 def test_labels_fulfil_one_way_of_the_claim_and_change_few_agents(world, expert):
     states, policies = drawn(world, 400), blank(world)
-    stated = formula(policies, DecisionClaim("distinct_targets", "defenders"))
+    stated = formula(policies, DistinctTargets("defenders"))
     found = examples_of(world, expert, stated, states)
     world_state = states_of(world.spec, states)
     observed = world.observe(world_state)

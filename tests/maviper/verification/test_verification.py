@@ -17,6 +17,7 @@ from maviper.worlds import WORLDS, find
 from tests.teams import STAY, UP, team, towards, tree
 from verify.claims.catalogue import find_claim
 from verify.claims.region import everywhere
+from verify.question import Question
 
 FOLDER = "tests/golden"
 
@@ -58,7 +59,7 @@ def test_only_the_start_region_is_called_start(place):
     claims = [find_claim(name, profile) for name in ("distinct_targets", "covers")]
     asked = [(claim, region) for claim in claims for region in (start, half)]
     assert all(region.name == "start" for _, region in asked)
-    files = report_files(profile, verify_claims(profile, asked), [""] * len(asked), {})
+    files = report_files(profile, verify_claims([Question(profile, *one) for one in asked]), [""] * len(asked), {})
     told = [result["region_name"] for result in json.loads(files["report.json"])["results"]]
     assert told == ["start", "", "start", ""]
     assert [line.split()[1] for line in files["report.txt"].splitlines() if line.startswith("   region ")] == [
@@ -95,7 +96,7 @@ def test_every_world_has_a_starter_that_reads(world):
     )
     profile = ir.PolicyProfile(found.spec, agents, ir.Provenance("", "", 0, "", ""))
     claims = read_properties(starter(world), profile, "starter.toml", lambda name: None)
-    names = {claim.name for claim, _ in claims}
+    names = {one.claim.name for one in claims}
     assert ("reaches" in names) == (not world.startswith("predator-prey"))
     assert ("keeps_apart" in names) == (not world.startswith("physical-deception"))
     assert len(claims) >= 2 and claims[-1][0].name == "alive_leaves"

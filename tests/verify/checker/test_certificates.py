@@ -18,7 +18,8 @@ from tests.verify.zone_cases import NAVIGATION, deception, near_roles, random_re
 from verify.checker import certificates, decisions, reading
 from verify.checker.certificates import Certificate, accepted, from_json, numbers, to_json
 from verify.checker.reading import RejectedError
-from verify.claims.decisions import DecisionClaim, find_property, formula
+from verify.claims.catalogue import find_property
+from verify.claims.decisions import BUILT_IN, DistinctTargets, OwnTarget, formula
 from verify.claims.formula import FALSE, TRUE, Not, negated
 from verify.claims.region import MACHINE, REAL, Region, Semantics, Verdict, start_region
 from verify.question import Question
@@ -109,7 +110,7 @@ def test_the_formula_must_be_the_propertys(roles):
         with pytest.raises(RejectedError, match="not what distinct_targets says"):
             accepted(replace(made, formula=changed), pair)
     assert accepted(replace(made, claim=None), pair) > 10
-    strange = replace(made.claim, name="own_target", landmarks=("landmark_7",))
+    strange = OwnTarget(made.claim.team, landmarks=("landmark_7", "landmark_8"))
     with pytest.raises(RejectedError, match="not what own_target says"):
         accepted(replace(made, claim=strange), pair)
 
@@ -263,7 +264,7 @@ def changed(rng, pair, made):
     if kind == "property":
         name = str(rng.choice(["own_target", "no_double", "distinct_targets"]))
         margin, radius = Fraction(int(rng.integers(0, 4)), 40), Fraction(int(rng.integers(0, 30)), 100)
-        made = replace(made, claim=replace(made.claim, name=name, margin=margin, radius=radius))
+        made = replace(made, claim=BUILT_IN[name](made.claim.team, margin, radius))
     if kind == "proof":
         made = replace(made, proofs=changed_proof(rng, made.proofs))
     made = replace(made, profile=content_hash(pair), formula=formula(pair, made.claim))
@@ -441,7 +442,7 @@ def test_three_agents_with_velocities(profile):
     trio = ir.PolicyProfile(world.spec, agents, ir.Provenance("", "", 0, "", ""))
     start = start_region(world.spec)
     low = {name: (Fraction(-3), Fraction(-2)) for name in start.box if name.startswith("agent") and name.endswith("y")}
-    made = certified(trio, DecisionClaim("distinct_targets", "agents"), Region({**start.box, **low}, ()))
+    made = certified(trio, DistinctTargets("agents"), Region({**start.box, **low}, ()))
     assert set(made.proofs) == {""} and accepted(from_json(to_json(made)), trio) == 4
 
 

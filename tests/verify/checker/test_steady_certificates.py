@@ -18,7 +18,8 @@ from verify.checker import decisions, thresholds
 from verify.checker import reading as bounds
 from verify.checker.certificates import accepted, from_json, numbers, to_json
 from verify.checker.reading import RejectedError
-from verify.claims.decisions import STEADY, DecisionClaim, find_property, formula
+from verify.claims.catalogue import find_property
+from verify.claims.decisions import BUILT_IN, STEADY, DistinctTargets, OwnTarget, formula
 from verify.claims.files import read_properties
 from verify.claims.formula import FALSE, TRUE, Linear
 from verify.claims.region import Region, Semantics, Verdict, start_region
@@ -46,9 +47,7 @@ def proved(profile, claim, region):
 def roles(profile):
     """Fixed roles with tests nearer to one another than errors, and the certificate that they are steady."""
     pair = team(profile, towards(0, 0), towards(1, 1))
-    return pair, proved(
-        pair, DecisionClaim(STEADY, "defenders", eps=EPS, of="distinct_targets"), start_region(pair.world)
-    )
+    return pair, proved(pair, DistinctTargets("defenders", eps=EPS), start_region(pair.world))
 
 
 def test_a_certificate_states_its_errors(roles):
@@ -141,7 +140,7 @@ def test_claims_of_ones_own_are_certified_with_their_errors(profile):
     """With a formula, or with an assumption, the certificate has no name, and its errors all the same."""
     pair = team(profile, tree((2, 0.0, 1, 2), STAY, UP), tree(STAY))
     source = '[[property]]\nformula = "landmark_0.x - agent_0.x < 1/10 or acts(agent_0) == up"\neps = 0.05'
-    ((own, region),) = read_properties(source, pair, "claims", lambda name: start_region(pair.world))
+    ((own, region, _),) = read_properties(source, pair, "claims", lambda name: start_region(pair.world))
     made = proved(pair, own, region)
     assert made.claim is None and made.eps == Fraction(1, 20)
     with pytest.raises(RejectedError):
@@ -166,7 +165,7 @@ def changed(rng, pair, made):
         made = replace(made, region=changed_region(rng, made.region))
     if kind == "property":
         of, radius = str(rng.choice(["own_target", "distinct_targets"])), Fraction(int(rng.integers(0, 30)), 100)
-        made = replace(made, claim=replace(made.claim, of=of, radius=radius))
+        made = replace(made, claim=BUILT_IN[of](made.claim.team, radius=radius, eps=made.claim.eps))
     if kind == "errors":
         eps = Fraction(int(rng.integers(1, 100)), 1000)
         made = replace(made, claim=replace(made.claim, eps=eps), eps=eps)
@@ -313,7 +312,7 @@ def _linear(policy, node):
 def test_the_check_says_what_was_proved(profile, tmp_path, capsys):
     pair = team(profile, towards(0, 0), towards(1, 1))
     (tmp_path / "profile.json").write_text(dumps(pair))
-    claim = DecisionClaim(STEADY, "defenders", eps=EPS, of="own_target")
+    claim = OwnTarget("defenders", eps=EPS)
     left = Linear(((Fraction(1), "agent_0.x"),), Fraction(0))
     said = {
         "named": (claim, "steady of the defenders, eps 0.04, of own_target in region start"),
@@ -334,7 +333,7 @@ def test_a_region_of_one_point_is_enough_for_a_refusal(profile):
     box |= {f"landmark_{k}.{axis}": (Fraction(1), Fraction(1)) for k in (0, 1) for axis in "xy"}
     one = team(profile, tree((2, 0.75, 1, 2), STAY, UP), tree(UP))
     end, little = 1 - Fraction(3, 4) - Fraction(1, 2**25) - Fraction(1, 2**54), Fraction(1, 2**200)
-    claim = DecisionClaim(STEADY, "defenders", eps=end - little, of="distinct_targets")
+    claim = DistinctTargets("defenders", eps=end - little)
     made = proved(one, claim, Region(box, ("landmark_0",)))
     with pytest.raises(RejectedError):
         accepted(replace(made, claim=replace(claim, eps=end), eps=end), one)

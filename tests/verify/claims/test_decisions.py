@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 from codegen.check import check
 from codegen.errors import InputError, UnknownNameError
 from tests.teams import team, towards
-from verify.claims.decisions import PLAIN, DecisionClaim, find_property, formula, sentence
+from verify.claims.catalogue import find_property
+from verify.claims.decisions import BUILT_IN, PLAIN, NoDouble, formula
 from verify.claims.formula import FALSE, TRUE, And, Batch, Linear, Not, Or, below, holds, negated, normal
 from verify.claims.formula import given as once
 from verify.claims.region import everywhere, observed_velocities
@@ -24,7 +25,7 @@ EIGHTHS = st.integers(-16, 16).map(lambda n: Fraction(n, 8))
 NAMES = [f"{name}.{axis}" for name in AGENTS + MARKS for axis in "xy"]
 STATES = st.fixed_dictionaries(dict.fromkeys(NAMES, EIGHTHS))
 ACTIONS = st.fixed_dictionaries({agent: st.integers(0, 4) for agent in AGENTS})
-CLAIMS = st.sampled_from([DecisionClaim(name, TEAM, margin=margin) for name in PLAIN for margin in (0, Fraction(1, 4))])
+CLAIMS = st.sampled_from([BUILT_IN[name](TEAM, margin=margin) for name in PLAIN for margin in (0, Fraction(1, 4))])
 
 
 def defined(profile, claim, at, actions):
@@ -51,7 +52,9 @@ def defined(profile, claim, at, actions):
         return close(agent, mark) or near(agent, mark)
 
     def straight(agent, mark):
-        return near(agent, mark) or (close(agent, mark) and ahead(agent, mark) >= claim.kappa * sideways(agent, mark))
+        return near(agent, mark) or (
+            close(agent, mark) and ahead(agent, mark) >= claim.parameters.get("kappa", 0) * sideways(agent, mark)
+        )
 
     def length(match):
         return sum(sum(map(abs, off(agent, mark))) for agent, mark in zip(AGENTS, match, strict=True))
@@ -105,7 +108,7 @@ def test_landmarks_of_own_target_are_checked(profile):
         find_property("own_target", profile, landmarks=("landmark_0", "landmark_2"))
     with pytest.raises(InputError, match="different landmark"):
         find_property("own_target", profile, landmarks=("landmark_0", "landmark_0"))
-    assert "fixed landmark" in sentence(find_property("own_target", profile))
+    assert "fixed landmark" in find_property("own_target", profile).sentence
 
 
 def test_observed_velocities_are_bounded_by_what_actions_can_cause(profile):
@@ -122,7 +125,7 @@ def test_observed_velocities_are_bounded_by_what_actions_can_cause(profile):
 
 def test_no_double_needs_two(profile):
     with pytest.raises(InputError, match="two or more"):
-        formula(profile, DecisionClaim("no_double", "adversaries"))
+        formula(profile, NoDouble("adversaries"))
 
 
 def test_without_damping_nothing_bounds_a_velocity(profile):

@@ -9,8 +9,9 @@ from hypothesis import strategies as st
 
 from codegen.errors import InputError
 from tests.teams import STAY, team, towards, tree
-from verify.claims.decisions import OWN, PLAIN, DecisionClaim, find_property
-from verify.claims.episodes import DEFAULT_ZONES, EpisodeClaim
+from verify.claims.catalogue import find_property
+from verify.claims.decisions import OWN, PLAIN, DistinctTargets
+from verify.claims.episodes import Covers, Reaches
 from verify.claims.files import read_properties
 from verify.claims.formula import TRUE
 from verify.claims.region import Verdict, everywhere, read_region
@@ -25,7 +26,7 @@ def read(source, profile, find=None):
             return everywhere(profile)
         raise InputError("cannot read the file", name)
 
-    return read_properties(source, profile, "p.toml", find or missing)
+    return [(one.claim, one.region) for one in read_properties(source, profile, "p.toml", find or missing)]
 
 
 def test_built_in_properties_with_their_parameters(profile):
@@ -56,7 +57,7 @@ def test_built_in_properties_with_their_parameters(profile):
     """
     near = read_region("default = [0, 1]", profile.world, "near.toml")
     first, second, third = read(source, profile, {"near.toml": near}.__getitem__)
-    assert first == (DecisionClaim("distinct_targets", "defenders", Fraction(1, 40), Fraction(1, 3)), near)
+    assert first == (DistinctTargets("defenders", Fraction(1, 40), Fraction(1, 3)), near)
     assert first[0].label == "apart" and first[0].shown == "apart"
     marks = ("landmark_1", "landmark_0")
     assert second[0] == find_property("own_target", profile, landmarks=marks) and second[0].landmarks == marks
@@ -88,11 +89,13 @@ def test_claims_about_episodes_beside_others(profile):
     """
     first, second, third = read(source, profile)
     marks = ("landmark_1", "landmark_0")
-    assert first[0] == EpisodeClaim("reaches", "defenders", 12, Fraction(1, 3), marks)
-    assert (first[0].zones, first[0].label, first[0].shown) == (1_000, "all arrive", "all arrive")
+    assert first[0] == Reaches("defenders", 12, Fraction(1, 3), marks)
+    assert (first[0].label, first[0].shown) == ("all arrive", "all arrive")
     assert first[1].name == "of property 1" and first[1].box["agent_0.x"] == (Fraction(-1, 2), Fraction(1, 2))
-    assert second == (EpisodeClaim("covers", "defenders", 25), everywhere(profile))
-    assert second[0].zones == DEFAULT_ZONES and second[0].shown == "covers"
+    assert second == (Covers("defenders", 25), everywhere(profile))
+    assert second[0].shown == "covers"
+    spent = [one.max_zones for one in read_properties(source, profile, "p.toml", lambda name: None)]
+    assert spent == [1_000, None, None]
     assert third[0] == find_property("no_double", profile)
 
 

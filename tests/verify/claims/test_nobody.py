@@ -19,9 +19,18 @@ from verify.checker.certificates import Certificate
 from verify.checker.episode_certificates import EpisodeCertificate
 from verify.checker.episode_reading import Part
 from verify.checker.reading import RejectedError
-from verify.claims.decisions import DISTINCT, LEAVES, OWN, PLAIN, DecisionClaim, checked, find_property, formula
-from verify.claims.episode_properties import find_claim
-from verify.claims.episodes import KEEPS_APART, EpisodeClaim
+from verify.claims.catalogue import find_claim, find_property
+from verify.claims.decisions import (
+    BUILT_IN,
+    PLAIN,
+    AliveLeaves,
+    DistinctTargets,
+    NoDouble,
+    OwnFormula,
+    checked,
+    formula,
+)
+from verify.claims.episodes import EPISODE_CLAIMS, Covers, KeepsApart
 from verify.claims.formula import TRUE
 from verify.claims.region import Region, everywhere
 from verify.claims.verifiable import verifiable
@@ -42,9 +51,9 @@ PAIR = team(small_profile(), towards(0, 0), towards(1, 1))
 
 
 @pytest.mark.parametrize("name", STRANGERS)
-@pytest.mark.parametrize("property_name", [*PLAIN, LEAVES])
+@pytest.mark.parametrize("property_name", [*PLAIN, "alive_leaves"])
 def test_no_property_is_about_nobody(name, property_name):
-    claim, start = DecisionClaim(property_name, name), everywhere(PAIR)
+    claim, start = BUILT_IN[property_name](name), everywhere(PAIR)
     with pytest.raises(UnknownNameError, match="unknown team"):
         find_property(property_name, PAIR, name)
     for ask in (
@@ -53,30 +62,30 @@ def test_no_property_is_about_nobody(name, property_name):
         lambda: verifiable(PAIR, name),
         lambda: decide(Question(PAIR, claim, start)),
         lambda: decisions.verify(Question(PAIR, claim, start), {}),
-        lambda: verify_claims(PAIR, [(claim, start)]),
-        lambda: leaves.leaf_findings(Question(PAIR, DecisionClaim(LEAVES, name), start)),
+        lambda: verify_claims([Question(PAIR, claim, start)]),
+        lambda: leaves.leaf_findings(Question(PAIR, AliveLeaves(name), start)),
     ):
         with pytest.raises(InputError, match="unknown team"):
             ask()
 
 
 def test_no_formula_of_a_users_and_no_repair_is_about_nobody():
-    own = DecisionClaim(OWN, "nobody", statement=TRUE)
+    own = OwnFormula("nobody", statement=TRUE)
     for ask in (
         lambda: checked(PAIR, own),
         lambda: decisions.verify(Question(PAIR, own, everywhere(PAIR)), {}),
-        lambda: search.repair(Question(PAIR, DecisionClaim(DISTINCT, "nobody"), everywhere(PAIR))),
+        lambda: search.repair(Question(PAIR, DistinctTargets("nobody"), everywhere(PAIR))),
         lambda: violates(from_start(PAIR, own), None),
     ):
         with pytest.raises(UnknownNameError, match="unknown team 'nobody'"):
             ask()
 
 
-@pytest.mark.parametrize("name", ["reaches", "covers", KEEPS_APART])
+@pytest.mark.parametrize("name", ["reaches", "covers", "keeps_apart"])
 def test_no_claim_about_episodes_is_about_nobody(name):
     start = at_rest(everywhere(PAIR))
     for stranger in STRANGERS:
-        claim = EpisodeClaim(name, stranger, 3)
+        claim = EPISODE_CLAIMS[name](stranger, 3)
         for ask in (
             lambda: find_claim(name, PAIR, stranger),  # noqa: B023
             lambda: episodes.verify_episodes(Question(PAIR, claim, start), {}),  # noqa: B023
@@ -89,7 +98,7 @@ def test_no_claim_about_episodes_is_about_nobody(name):
 
 
 def test_nobody_keeps_apart_from_itself():
-    alone = EpisodeClaim(KEEPS_APART, "adversaries", 3)
+    alone = KeepsApart("adversaries", 3)
     for ask in (episodes.verify_episodes, composition.decide):
         given = ({},) if ask is episodes.verify_episodes else ()
         with pytest.raises(InputError, match="needs two"):
@@ -101,7 +110,7 @@ def test_a_claim_needs_the_landmarks_that_it_speaks_of():
     bare = replace(PAIR.world, landmarks=(), goals=())
     policies = tuple(replace(one, features=one.features[:0]) for one in PAIR.agents)
     with pytest.raises(InputError, match="landmark for each agent"):
-        checked(replace(PAIR, world=bare, agents=policies), DecisionClaim("no_double", "defenders"))
+        checked(replace(PAIR, world=bare, agents=policies), NoDouble("defenders"))
 
 
 def test_every_agent_acts_in_an_episode():
@@ -124,13 +133,11 @@ def region_with_inhabitant():
     return start, dict.fromkeys(start.box, 0)
 
 
-def about_nobody(name, property_name=DISTINCT):
+def about_nobody(name, property_name="distinct_targets"):
     """A certificate of a formula that says nothing, with a proof that shows it."""
     region, inhabitant = region_with_inhabitant()
     empty = dict.fromkeys(region.goals, b"\x00")
-    return Certificate(
-        content_hash(PAIR), DecisionClaim(property_name, name), TRUE, region, "machine", inhabitant, empty
-    )
+    return Certificate(content_hash(PAIR), BUILT_IN[property_name](name), TRUE, region, "machine", inhabitant, empty)
 
 
 def about_episodes(profile, claim):
@@ -146,7 +153,7 @@ def place(tmp_path):
 
 
 @pytest.mark.parametrize("name", STRANGERS)
-@pytest.mark.parametrize("property_name", [DISTINCT, "own_target", "no_double", "aligned"])
+@pytest.mark.parametrize("property_name", ["distinct_targets", "own_target", "no_double", "aligned"])
 def test_no_certificate_is_about_nobody(place, capfd, name, property_name):
     made = about_nobody(name, property_name)
     with pytest.raises(InputError, match="the profile has no team"):
@@ -158,7 +165,7 @@ def test_no_certificate_is_about_nobody(place, capfd, name, property_name):
 
 @pytest.mark.parametrize("name", STRANGERS)
 def test_no_certificate_about_episodes_is_about_nobody(place, capfd, name):
-    made = about_episodes(PAIR, EpisodeClaim("covers", name, 3))
+    made = about_episodes(PAIR, Covers(name, 3))
     (place / "c.json").write_text(episode_certificates.to_json(made))
     code, said = checked_file(place, capfd)
     assert code == 2 and "the profile has no team" in said
@@ -174,7 +181,7 @@ def checked_file(place, capfd):
 
 def test_no_property_file_is_about_nobody(place):
     for name in STRANGERS:
-        for table in (f'name = "{DISTINCT}"', 'name = "covers"', 'formula = "agent_0.x <= 2"'):
+        for table in ('name = "distinct_targets"', 'name = "covers"', 'formula = "agent_0.x <= 2"'):
             (place / "p.toml").write_text(f"[[property]]\n{table}\nteam = {json.dumps(name)}\n")
             with pytest.raises(InputError, match=r"unknown team|must be a text"):
                 from_file(place / "p.toml", PAIR, everywhere(PAIR))
@@ -183,7 +190,7 @@ def test_no_property_file_is_about_nobody(place):
 def test_no_counterexample_is_about_nobody(place):
     same = team(PAIR, towards(0, 0), towards(0, 1))
     (place / "profile.json").write_text(dumps(same))
-    asked = ["verify", str(place / "profile.json"), "--property", DISTINCT, "--property", "covers"]
+    asked = ["verify", str(place / "profile.json"), "--property", "distinct_targets", "--property", "covers"]
     assert main.run(["-q", *asked, "-o", str(place)]) == 1
     for file in sorted(place.glob("counterexample-*.json")):
         document = json.loads(file.read_text())

@@ -9,7 +9,7 @@ import pytest
 
 from tests.episode_cases import arriving
 from tests.teams import LEFT, STAY, UP, team, tree
-from verify.claims.episode_properties import find_claim
+from verify.claims.catalogue import find_claim
 from verify.claims.region import Region, Verdict, everywhere
 from verify.counterexamples.episode_explanation import BETWEEN
 from verify.question import Question

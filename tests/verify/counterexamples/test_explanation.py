@@ -13,7 +13,7 @@ from codegen import ir
 from tests.teams import LEFT, STAY, UP, team, towards, tree
 from tests.verify.zone_cases import deception, near_roles, random_region, stated
 from verify.checker.thresholds import sides
-from verify.claims.decisions import STEADY, DecisionClaim, formula
+from verify.claims.decisions import DistinctTargets, OwnFormula, formula
 from verify.claims.formula import FALSE, TRUE, And, Linear, Not, Or, conjunction, disjunction, holds, tightened, worth
 from verify.claims.region import Region, Verdict, start_region
 from verify.counterexamples import uniqueness
@@ -23,12 +23,12 @@ from verify.counterexamples.search import explain, violating_samples
 from verify.counterexamples.uniqueness import Unique, unique
 from verify.question import Budgets, Question, from_start
 from verify.solver.encode import elsewhere, there
-from verify.solver.solve import DEFAULT_BUDGET, ask
+from verify.solver.solve import ask
 from verify.states.state import State, inside, leaves_at, observed, shortfall, violates
 from verify.verdicts.decisions import verify
 from verify.zones import engine
 
-CLAIM = DecisionClaim("distinct_targets", "defenders")
+CLAIM = DistinctTargets("defenders")
 
 
 @pytest.fixture(autouse=True)
@@ -58,7 +58,7 @@ def keeps(profile, claim, region, state, name, value):
 
 def why(profile, claim, region, state):
     return explained(
-        Question(profile, claim, region, budgets=Budgets(DEFAULT_BUDGET)),
+        Question(profile, claim, region, budgets=Budgets()),
         explain(from_start(profile, claim), state, {}),
     )
 
@@ -185,7 +185,7 @@ def test_a_test_turns_when_what_it_measures_moves_by_its_room(profile):
 @pytest.mark.solver
 def test_errors_of_features_stay_as_they_are(profile):
     roles = team(profile, towards(0, 0), towards(1, 1))
-    claim = DecisionClaim(STEADY, "defenders", eps=Fraction(1, 4), of="distinct_targets")
+    claim = DistinctTargets("defenders", eps=Fraction(1, 4))
     found = verify(Question(roles, claim, start_region(roles.world)), {})
     state = found.counterexample.state
     assert state.errors and found.explanation.shortfall == float(shortfall(from_start(roles, claim), state)) >= 0
@@ -234,7 +234,7 @@ def test_uniqueness_against_pairs_of_leaves_and_zones(kind, profile, monkeypatch
         if state is None:
             continue
         leaves = leaves_at(found, claim.team, state)
-        answer = unique(Question(found, claim, region, budgets=Budgets(DEFAULT_BUDGET)), state)
+        answer = unique(Question(found, claim, region, budgets=Budgets()), state)
         answers.append(answer.answer)
         wanted = elsewhere_by_pairs(found, claim, region, leaves)
         assert wanted == (answer.answer is not Unique.ONLY)
@@ -334,7 +334,7 @@ def test_the_shortfall_of_a_known_team(profile):
     # agent_1 closes on landmark_0 by 1, agent_0 would on landmark_1 if that were a quarter further to the left
     assert shortfall(from_start(both, CLAIM), state) == Fraction(1, 4)
     assert not violates(from_start(both, CLAIM), State(position | {"agent_0.x": 1.0}, "landmark_0"))
-    acting = DecisionClaim("formula", "defenders", statement=FALSE)
+    acting = OwnFormula("defenders", statement=FALSE)
     assert math.isinf(shortfall(from_start(both, acting), state))
 
 

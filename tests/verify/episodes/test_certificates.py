@@ -1,6 +1,7 @@
 """Certificates about episodes: made for what zones prove, read back, and what their checker refuses."""
 
 import ast
+import json
 import subprocess
 import sys
 from dataclasses import replace
@@ -22,16 +23,16 @@ from tests.episode_cases import arriving, on_lattice
 from tests.strategies import grown_trees, with_trees
 from tests.teams import DOWN, LEFT, RIGHT, STAY, UP, team, towards, tree
 from verify.checker import episode_reading, episodes
-from verify.checker.certificates import numbers
+from verify.checker.certificates import body_hash, numbers
 from verify.checker.episode_certificates import accepted, from_json, to_json
 from verify.checker.episode_reading import CLAIM, Episode, Part, matchings
 from verify.checker.reading import RejectedError
-from verify.claims.episode_properties import find_claim
+from verify.claims.catalogue import find_claim
 from verify.claims.region import Region, Verdict, everywhere, start_region
 from verify.episodes.certificates import LeftOpenError, NoCertificateError, made
 from verify.episodes.composition import Decision, decide
 from verify.episodes.proof import Prover
-from verify.question import Question
+from verify.question import Budgets, Question
 from verify.states.episodes import at_rest, fulfilled, play
 from verify.states.state import sample
 from verify.verdicts.episodes import verify_episodes
@@ -176,7 +177,7 @@ def test_proofs_are_found_for_what_zones_prove_and_only_for_what_holds(profile, 
     region = centred(random, Fraction(1, side), random_middles(seed))
     for name in ("reaches", "covers"):
         claim = find_claim(name, random, steps=steps)
-        decided = decide(Question(random, replace(claim, zones=20_000), region))
+        decided = decide(Question(random, claim, region, budgets=Budgets(max_zones=20_000)))
         if decided.verdict is Verdict.PROVED:
             certificate = made(Question(random, claim, region), decided.parts)
             assert from_json(to_json(certificate)) == certificate
@@ -460,6 +461,14 @@ def test_a_search_without_slack_is_refused(kind, profile):
 # --- what is refused before a proof is read
 
 
+def renamed(certificate, name):
+    """The text of a certificate with another name of its claim, and the hash made again."""
+    body = {key: value for key, value in json.loads(to_json(certificate)).items() if key != "content_hash"} | {
+        "property": name
+    }
+    return json.dumps(body | {"content_hash": body_hash(body)})
+
+
 def test_what_a_certificate_must_say(arrivers, proved):
     def refused(said, **changes):
         with pytest.raises((RejectedError, InputError), match=said):
@@ -472,7 +481,8 @@ def test_what_a_certificate_must_say(arrivers, proved):
     refused("inhabitant", inhabitant={**proved.inhabitant, "agent_0.x": Fraction(2)})
     refused("inhabitant", inhabitant={**proved.inhabitant, "agent_0.x": Fraction(1, 3)})
     refused("machine arithmetic", semantics="real")
-    refused("own_target have no certificates", claim=replace(claim, name="own_target"))
+    with pytest.raises(RejectedError, match="own_target have no certificates"):
+        from_json(renamed(proved, "own_target"))
     refused("the profile has no team nobody", claim=replace(claim, team="nobody"))
     refused("a landmark of its own", claim=replace(claim, landmarks=("landmark_0", "landmark_0")))
     refused("agents that", parts=(replace(part, followed=("agent_7",)), proved.parts[1]))

@@ -16,14 +16,13 @@ from maviper.worlds import find
 from maviper.worlds.matching import matching_world
 from tests.contacts import around, escaped, played, random_team
 from tests.teams import DOWN, LEFT, RIGHT, STAY, UP, team, tree
-from verify.claims.episode_properties import apart_pairs, find_claim, sentence
-from verify.claims.episodes import KEEPS_APART
+from verify.claims.catalogue import find_claim, sentence
 from verify.claims.region import Verdict, everywhere
 from verify.episodes import contacts
 from verify.episodes.composition import decide
 from verify.episodes.unroll import grouped, strides
 from verify.episodes.zones import SCALE, Zones, starts
-from verify.question import Question
+from verify.question import Budgets, Question
 from verify.reports import report
 from verify.states.episodes import alike, at_rest, coinciding, courses, fails, fails_in_all, fulfilled, play
 from verify.states.state import State, sample, state_at
@@ -151,7 +150,7 @@ def test_nobody_gets_farther_than_travels_say(name):
 
 def test_lanes_far_apart_are_proved():
     region = around(HOMING, HALF, LANES)
-    for name in ("reaches", KEEPS_APART):
+    for name in ("reaches", "keeps_apart"):
         claim = find_claim(name, HOMING)
         result = verify_episodes(Question(HOMING, claim, region), {})
         assert result.verdict is Verdict.PROVED and not result.opponents
@@ -163,11 +162,11 @@ def test_a_proof_through_a_contact():
     """Two that run into each other from afar still keep their centres apart, and neither passes the other."""
     profile = going(RIGHT, LEFT, name=f"{SPREAD},agents=2")
     region = around(profile, Fraction(1, 100), [(-0.5, 0), (0.5, 0), (0, 0.9), (0, -0.9)])
-    claim = find_claim(KEEPS_APART, profile, steps=6, radius=Fraction(1, 20))
+    claim = find_claim("keeps_apart", profile, steps=6, radius=Fraction(1, 20))
     assert fails_nowhere(profile, claim, region)
     found = decide(Question(profile, claim, region))
     assert found.verdict is Verdict.PROVED
-    closer = find_claim(KEEPS_APART, profile, steps=6, radius=Fraction(2, 5))
+    closer = find_claim("keeps_apart", profile, steps=6, radius=Fraction(2, 5))
     assert decide(Question(profile, closer, region)).verdict is Verdict.VIOLATED
 
 
@@ -180,7 +179,7 @@ def test_crowds_are_refuted_and_replayed_by_mpe2():
     region = around(profile, HALF, [(-0.6, 0), (0.6, 0), (0, 0.9), (0.5, 0.5), (-0.5, 0.5), (0, -0.5)])
     with replays_of(profile) as replays:
         assert {"simulator", "mpe2.simple_spread_v3"} <= set(replays)
-        claim = find_claim(KEEPS_APART, profile)
+        claim = find_claim("keeps_apart", profile)
         result = verify_episodes(Question(profile, claim, region), replays)
         assert result.verdict is Verdict.VIOLATED and fails_in_all(profile, claim, result.state, replays)
         assert result.ways[0].landmark == "agent_1" and result.ways[0].nearest < 0.3
@@ -218,9 +217,9 @@ def test_random_teams_on_small_boxes(seed):
     side = profile.agents[-1].team
     for claim in (
         find_claim("reaches", profile, side, steps=8, radius=Fraction(7, 10)),
-        find_claim(KEEPS_APART, profile, side, steps=8, others=[profile.agents[0].agent], radius=Fraction(1, 4)),
+        find_claim("keeps_apart", profile, side, steps=8, others=[profile.agents[0].agent], radius=Fraction(1, 4)),
     ):
-        found = decide(Question(profile, replace(claim, zones=30_000), region))
+        found = decide(Question(profile, claim, region, budgets=Budgets(max_zones=30_000)))
         if found.verdict is Verdict.PROVED:
             assert fails_nowhere(profile, claim, region)
         elif found.verdict is Verdict.VIOLATED:
@@ -233,8 +232,8 @@ def test_prey_that_flees_is_not_caught():
     """From a head start, whatever the predator does at first, and against this predator for longer."""
     profile = going(RIGHT, RIGHT, name=f"{TAG},predators=1,prey=1,obstacles=1")
     region = around(profile, Fraction(1, 20), [(-0.5, 0), (0.5, 0), (-0.5, -0.9)])
-    claim = find_claim(KEEPS_APART, profile, "prey", others=["adversary_0"])
-    assert claim.radius == Fraction(1, 8) and "adversary_0" in sentence(claim)
+    claim = find_claim("keeps_apart", profile, "prey", others=["adversary_0"])
+    assert claim.radius == Fraction(1, 8) and "adversary_0" in claim.sentence
     result = verify_episodes(Question(profile, claim, region), {})
     assert result.verdict is Verdict.PROVED
     short = verify_episodes(Question(profile, replace(claim, steps=6), region), {})
@@ -247,7 +246,7 @@ def test_opponents_as_in_the_profile_are_told():
     """The predator goes away; another one could come."""
     profile = going(LEFT, STAY, name=f"{TAG},predators=1,prey=1,obstacles=1")
     region = around(profile, Fraction(1, 20), [(-0.5, 0), (0.5, 0), (0, -0.9)])
-    claim = find_claim(KEEPS_APART, profile, "prey", others=["adversary_0"])
+    claim = find_claim("keeps_apart", profile, "prey", others=["adversary_0"])
     result = verify_episodes(Question(profile, claim, region), {})
     assert result.verdict is Verdict.PROVED and result.opponents
     assert ("adversary_0", "agent_0") in result.followed and "opponents as in" in result.whatever
@@ -285,7 +284,7 @@ def test_defenders_keep_apart(profile):
     start = everywhere(apart)
     box = dict(start.box) | {"agent_0.x": (Fraction(-1), Fraction(-1, 5)), "agent_1.x": (Fraction(1, 5), Fraction(1))}
     region = replace(start, box=box)
-    claim = find_claim(KEEPS_APART, apart, steps=25, radius=Fraction(1, 4))
+    claim = find_claim("keeps_apart", apart, steps=25, radius=Fraction(1, 4))
     assert decide(Question(apart, claim, region)).verdict is Verdict.PROVED
     assert decide(Question(team(profile, tree(RIGHT), tree(LEFT)), claim, region)).verdict is Verdict.VIOLATED
     assert verify_episodes(Question(apart, claim, region), {}).contacts == ""
@@ -296,7 +295,7 @@ def test_where_contacts_have_no_force_nothing_is_pushed():
     profile = replace(profile, world=replace(profile.world, contact_force=0.0, contact_margin=0.0))
     region = around(profile, Fraction(1, 100), [(-0.12, 0), (0.12, 0), (0, 0.9), (0, -0.9)])
     for radius, verdict in ((Fraction(1, 10), Verdict.PROVED), (Fraction(3, 20), Verdict.VIOLATED)):
-        claim = find_claim(KEEPS_APART, profile, steps=2, radius=radius)
+        claim = find_claim("keeps_apart", profile, steps=2, radius=radius)
         assert decide(Question(profile, claim, region)).verdict is verdict
         assert fails_nowhere(profile, claim, region) == (verdict is Verdict.PROVED)
     assert (
@@ -309,7 +308,7 @@ def test_pushes_beyond_what_numbers_hold_are_refused():
     """Actions may push more strongly than a unit vector would."""
     for scale in (1e6, 1e8):
         profile = _pushing(played("physical-deception", [tree(LEFT)] * 3), scale)
-        for name in ("covers", KEEPS_APART):
+        for name in ("covers", "keeps_apart"):
             with pytest.raises(InputError, match="rounding over 3 steps"):
                 decide(Question(profile, find_claim(name, profile, steps=3), everywhere(profile)))
 
@@ -331,23 +330,23 @@ def test_a_speed_beside_a_place_that_is_not_followed_is_asked_again():
     others = tuple(own if policy.agent == "agent_0" else policy for policy in profile.agents)
     profile = replace(profile, agents=others)
     region = around(profile, Fraction(1, 1000), [(0.2, 0), (0, 0), (5, 5), (0.08, 0), (0.5, 0.5)])
-    claim = find_claim(KEEPS_APART, profile, steps=4, others=["landmark_0"], radius=Fraction(1, 400))
+    claim = find_claim("keeps_apart", profile, steps=4, others=["landmark_0"], radius=Fraction(1, 400))
     assert failures(profile, claim, region, 300, 3) > 0
     assert decide(Question(profile, claim, region)).verdict is Verdict.VIOLATED
 
 
 def test_pairs_and_refusals():
-    both = find_claim(KEEPS_APART, HOMING, others=["agent_0", "landmark_1"])
-    pairs = apart_pairs(HOMING, both)
+    both = find_claim("keeps_apart", HOMING, others=["agent_0", "landmark_1"])
+    pairs = both.pairs(HOMING)
     assert len(pairs) == 5 and ("agent_1", "agent_0") in pairs and ("agent_0", "landmark_1") in pairs
-    assert find_claim(KEEPS_APART, HOMING).radius == Fraction(3, 10)
+    assert find_claim("keeps_apart", HOMING).radius == Fraction(3, 10)
     with pytest.raises(UnknownNameError, match="unknown entity"):
-        find_claim(KEEPS_APART, HOMING, others=["agent_9"])
+        find_claim("keeps_apart", HOMING, others=["agent_9"])
     with pytest.raises(InputError, match="says nothing"):
-        find_claim(KEEPS_APART, HOMING, radius=Fraction(0))
+        find_claim("keeps_apart", HOMING, radius=Fraction(0))
     alone = going(STAY, STAY, name=f"{TAG},predators=1,prey=1,obstacles=1")
     with pytest.raises(InputError, match="needs two"):
-        find_claim(KEEPS_APART, alone, "prey")
+        find_claim("keeps_apart", alone, "prey")
 
 
 # --- centres that coincide, where the reference has no number
@@ -358,12 +357,12 @@ def at_one_place(profile, half=0):
 
 
 @pytest.mark.parametrize("name", [f"{SPREAD},agents=2", f"{TAG},predators=1,prey=1,obstacles=1"])
-@pytest.mark.parametrize("kind", ["reaches", "covers", KEEPS_APART])
+@pytest.mark.parametrize("kind", ["reaches", "covers", "keeps_apart"])
 def test_no_claim_is_about_centres_that_coincide(name, kind):
     """Everybody is at its landmark at once, or nearer than allowed; and mpe2 gives NaN."""
     profile = going(STAY, STAY, name=name)
     region, side = at_one_place(profile), profile.agents[-1].team
-    others = [profile.agents[0].agent] if name.startswith(TAG) and kind == KEEPS_APART else []
+    others = [profile.agents[0].agent] if name.startswith(TAG) and kind == "keeps_apart" else []
     claim = find_claim(kind, profile, side, steps=0 if kind == "covers" else 2, others=others)
     start = State(dict.fromkeys(region.box, 0.0), "")
     with replays_of(profile) as replays, np.errstate(invalid="ignore"):
@@ -397,7 +396,7 @@ def test_when_centres_coincide(gap, wanted):
         mark = episode[2, 1, names.index(f"obstacle_0.{axis}")] = 0.0
         episode[2, 1, names.index(f"adversary_1.{axis}")] = mark + far
     assert coinciding(profile, episode).tolist() == [False, wanted, False]
-    claim = find_claim(KEEPS_APART, profile, "prey", others=["adversary_0"], radius=Fraction(9))
+    claim = find_claim("keeps_apart", profile, "prey", others=["adversary_0"], radius=Fraction(9))
     assert [fails(profile, claim, episode[:, row]) for row in range(3)] == [True, not wanted, True]
 
 

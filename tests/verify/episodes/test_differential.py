@@ -15,12 +15,11 @@ from tests.teams import RIGHT, STAY, tree
 from verify.checker.episode_certificates import FORM, accepted, from_json, to_json
 from verify.checker.episode_reading import Part
 from verify.checker.reading import RejectedError
-from verify.claims.episode_properties import find_claim
-from verify.claims.episodes import KEEPS_APART
+from verify.claims.catalogue import find_claim
 from verify.claims.region import Region, Verdict, everywhere
 from verify.episodes.certificates import NoCertificateError, made
 from verify.episodes.composition import decide
-from verify.question import Question
+from verify.question import Budgets, Question
 from verify.states.episodes import courses, fails, first_failing
 from verify.states.state import State
 
@@ -101,13 +100,11 @@ def random_question(seed):
     box |= {name: (Fraction(-4), Fraction(4)) for name in box if name.endswith((".vx", ".vy"))}
     radius = Fraction(rng.choice(["1/16", "3/50", "1/8", "1/5"]))
     steps = int(rng.choice([0, 1, 2, 4, 6, 8]))
-    kind = str(rng.choice(["reaches", "covers", KEEPS_APART]))
+    kind = str(rng.choice(["reaches", "covers", "keeps_apart"]))
     others = [str(rng.choice([name for name in entities if not name.startswith("agent")]))]
-    radius = max(radius, Fraction(1, 64)) if kind == KEEPS_APART else radius
-    claim = find_claim(
-        kind, profile, TEAM, steps=steps, radius=radius, others=others if kind == KEEPS_APART else [], zones=20_000
-    )
-    return profile, claim, Region(box, start.goals)
+    radius = max(radius, Fraction(1, 64)) if kind == "keeps_apart" else radius
+    others = others if kind == "keeps_apart" else []
+    return profile, find_claim(kind, profile, TEAM, steps=steps, radius=radius, others=others), Region(box, start.goals)
 
 
 def corners(profile, region, seed):
@@ -128,7 +125,7 @@ def disagreement(seed):
     profile, claim, region = random_question(seed)
     ensure(profile)
     try:
-        found = decide(Question(profile, claim, region))
+        found = decide(Question(profile, claim, region, budgets=Budgets(max_zones=20_000)))
     except InputError as error:
         return f"refused: {error}", None
     fails_at = first_failing(Question(profile, claim, region), corners(profile, region, seed))
@@ -137,7 +134,7 @@ def disagreement(seed):
     if found.verdict is Verdict.VIOLATED:
         episode = courses(profile, [found.state], claim.steps)[0][:, 0]
         return "" if fails(profile, claim, episode) else "refuted, does not fail", found.verdict
-    if claim.name == KEEPS_APART:
+    if claim.name == "keeps_apart":
         return "", found.verdict
     followed = tuple(policy.agent for policy in profile.team(TEAM))
     own = [("", "")] if not claim.landmarks else zip(followed, claim.landmarks, strict=True)
@@ -239,7 +236,7 @@ def test_sums_of_three_are_refused():
     profile = with_tree(played("physical-deception,defenders=1", [tree(STAY)] * 2), "agent_0", BETWEEN)
     rounding = [*SIGN[1], (1, "landmark_0.x")]
     profile = observing(profile, "agent_0", ("", rounding))
-    claim = find_claim(KEEPS_APART, profile, TEAM, steps=8, others=["landmark_0"])
+    claim = find_claim("keeps_apart", profile, TEAM, steps=8, others=["landmark_0"])
     with pytest.raises(InputError, match="not a coordinate or a difference of two"):
         decide(Question(profile, claim, placed(profile)))
 

@@ -19,11 +19,11 @@ from tests.benchmarks.closed_loop import unrolled
 from tests.episode_cases import arriving, lost, on_lattice, verdicts_wrong
 from tests.strategies import grown_trees, with_trees
 from tests.teams import LEFT, RIGHT, STAY, UP, team, towards, tree
-from verify.claims.episode_properties import find_claim, sentence
+from verify.claims.catalogue import find_claim
 from verify.claims.region import Region, Verdict, everywhere, start_region
 from verify.episodes.composition import _Decider, _Task, _Violated, decide
 from verify.episodes.zones import starts
-from verify.question import Question
+from verify.question import Budgets, Question
 from verify.states.episodes import Episode, at_rest, courses, fails, fulfilled, play
 from verify.states.state import State, inside, sample
 from verify.verdicts.episodes import verify_episodes
@@ -89,7 +89,7 @@ def test_matchings_are_what_is_asked(arrivers):
     assert decide(Question(arrivers, crossed, everywhere(arrivers))).verdict is Verdict.VIOLATED
     swapped = team(arrivers, arriving(1), arriving(0))
     assert decide(Question(swapped, crossed, everywhere(swapped))).verdict is Verdict.PROVED
-    assert "landmark_1, landmark_0" in sentence(crossed)
+    assert "landmark_1, landmark_0" in crossed.sentence
 
 
 def test_a_violation_that_sampling_misses_is_found_by_zones(arrivers):
@@ -148,7 +148,7 @@ def test_random_teams_on_small_boxes(profile, first, second, steps, seed, side):
     region = centred(random, Fraction(1, side), middles)
     for name in ("reaches", "covers"):
         claim = find_claim(name, random, steps=steps)
-        found = decide(Question(random, replace(claim, zones=20_000), region))
+        found = decide(Question(random, claim, region, budgets=Budgets(max_zones=20_000)))
         failures = sampled_failures(random, claim, region, 2_000, seed)
         if found.verdict is Verdict.PROVED:
             assert failures == 0
@@ -227,7 +227,7 @@ def test_agents_together_answer_as_alone(arrivers):
             for task in (_Task(("agent_0",), "landmark_0"), _Task(("agent_1",), "landmark_1")):
                 answers = []
                 for agents in (task.agents, ("agent_0", "agent_1")):
-                    decider = _Decider(Question(arrivers, replace(claim, zones=1_000_000), region), parts)
+                    decider = _Decider(Question(arrivers, claim, region, budgets=Budgets(max_zones=1_000_000)), parts)
                     try:
                         answers.append(decider._attempt(task, agents, "landmark_0", 1_000_000, None))
                     except _Violated:
@@ -235,7 +235,7 @@ def test_agents_together_answer_as_alone(arrivers):
                 assert answers[0] == answers[1]
             freely = replace(claim, name="covers", landmarks=())
             whole = decide(Question(arrivers, freely, region)).verdict
-            decider = _Decider(Question(arrivers, replace(freely, zones=1_000_000), region), parts)
+            decider = _Decider(Question(arrivers, freely, region, budgets=Budgets(max_zones=1_000_000)), parts)
             try:
                 both = ("agent_0", "agent_1")
                 left = decider._attempt(_Task(both), both, "landmark_0", 1_000_000, None)
@@ -271,7 +271,7 @@ def test_the_adversary_may_do_anything(profile):
     assert sampled_failures(pair, far, right, 1_000, 0) == 0
     found = decide(Question(pair, far, right))
     assert found.verdict is Verdict.PROVED and ("adversary_0", "agent_0", "agent_1") in found.followed
-    assert decide(Question(pair, replace(far, zones=500), right)).verdict is Verdict.UNKNOWN
+    assert decide(Question(pair, far, right, budgets=Budgets(max_zones=500))).verdict is Verdict.UNKNOWN
     left = replace(above, box={**above.box, "adversary_0.x": (Fraction(-1), Fraction(-1, 2))})
     assert decide(Question(pair, far, left)).verdict is Verdict.VIOLATED
 
@@ -293,7 +293,7 @@ def test_goals_are_told_apart(profile):
 
 def test_a_spent_budget_is_unknown_with_the_same_count(arrivers):
     claim = find_claim("reaches", arrivers)
-    found = [decide(Question(arrivers, replace(claim, zones=500), everywhere(arrivers))) for _ in range(2)]
+    found = [decide(Question(arrivers, claim, everywhere(arrivers), budgets=Budgets(max_zones=500))) for _ in range(2)]
     assert found[0] == found[1]
     assert found[0].verdict is Verdict.UNKNOWN and "--max-zones" in found[0].reason and found[0].zones <= 500
 

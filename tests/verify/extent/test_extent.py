@@ -19,7 +19,8 @@ from tests.verify.zone_cases import (
     random_region,
     switching,
 )
-from verify.claims.decisions import DecisionClaim, engaged, find_property, formula
+from verify.claims.catalogue import find_property
+from verify.claims.decisions import DistinctTargets, OwnFormula, engaged, formula
 from verify.claims.formula import And, Goal, Linear, Not, Or, holds
 from verify.claims.region import MACHINE, REAL, Region, Verdict, everywhere, read_region, start_region
 from verify.extent import found as where
@@ -33,7 +34,7 @@ from verify.states import shares
 from verify.verdicts import decisions
 
 pytestmark = pytest.mark.solver
-CLAIM = DecisionClaim("distinct_targets", "defenders")
+CLAIM = DistinctTargets("defenders")
 
 
 def contains(bounds, state):
@@ -365,7 +366,7 @@ def test_leaves_of_different_agents_are_not_counted_together(profile):
     goal_0, goal_1 = Goal("landmark_0"), Goal("landmark_1")
     first, second = (engaged(still.policy(f"agent_{k}"), f"landmark_{k}", CLAIM) for k in (0, 1))
     stated = And((Or((Not(goal_0), first)), Or((Not(goal_1), second))))
-    claim = replace(CLAIM, name="own", statement=stated)
+    claim = OwnFormula(CLAIM.team, statement=stated)
     region = everywhere(still)
     result = decisions.verify(Question(still, claim, region), {})
     result = replace(result, where=where.where(Question(still, claim, region), result.verdict))
@@ -399,7 +400,7 @@ def test_of_zones_that_are_not_all_the_file_holds_the_first(profile, monkeypatch
     region = everywhere(same)
     monkeypatch.setattr(where_report, "FIRST", 4)
     result = decisions.verify(Question(same, CLAIM, region), {})
-    for most, complete in ((9, False), (violations.DEFAULT_ZONES, True)):
+    for most, complete in ((9, False), (Budgets().max_cells, True)):
         found = where.where(Question(same, CLAIM, region, budgets=Budgets(max_cells=most)), result.verdict)
         written = json.loads(where_report.zones_json(same, replace(result, where=found)))
         assert written["complete"] is complete and written["found"] == found.count > 4

@@ -16,7 +16,8 @@ from maviper import load
 from tests.teams import DOWN, LEFT, RIGHT, STAY, UP, team, towards, tree
 from tests.verify.zone_cases import navigation, random_tree, stated
 from verify.checker.certificates import accepted
-from verify.claims.decisions import DecisionClaim, find_property, formula
+from verify.claims.catalogue import find_property
+from verify.claims.decisions import DistinctTargets, NoDouble, formula
 from verify.claims.region import Region, Verdict, everywhere, start_region
 from verify.question import Budgets, Question, shuffled
 from verify.repair.search import repair
@@ -107,7 +108,7 @@ def test_random_trees_are_repaired_for_every_radius_and_margin(profile):
     rng = np.random.default_rng(0)
     region = start_region(profile.world)
     for margin, radius in ((0, Fraction(1, 10)), (Fraction(1, 40), Fraction(1, 10)), (0, Fraction(1, 100)), (0, 1)):
-        claim = DecisionClaim("distinct_targets", "defenders", margin=Fraction(margin), radius=Fraction(radius))
+        claim = DistinctTargets("defenders", margin=Fraction(margin), radius=Fraction(radius))
         wrong = team(profile, random_tree(rng, 10, 4), random_tree(rng, 10, 3))
         found = repair(Question(wrong, claim, region))
         assert found.ended, (margin, radius, found.reason)
@@ -204,7 +205,7 @@ def test_a_spent_budget_is_no_repair(profile, claim):
 def test_claims_and_teams_beyond_it_are_input_errors(profile, claim):
     region = start_region(profile.world)
     with pytest.raises(InputError, match="cannot be repaired"):
-        repair(Question(profile, DecisionClaim("no_double", "defenders"), region))
+        repair(Question(profile, NoDouble("defenders"), region))
     policy = profile.policy("agent_1")
     blind = tuple(
         replace(one, name="a", meaning=profile.policy("agent_0").features[0].meaning) for one in policy.features

@@ -16,7 +16,7 @@ from codegen.lowering.deploy import deployed
 from maviper.worlds import find
 from tests.strategies import FLOAT32, grown_trees
 from tests.teams import DOWN, LEFT, RIGHT, STAY, UP, tree
-from verify.claims.decisions import DecisionClaim
+from verify.claims.decisions import DistinctTargets
 from verify.claims.region import Region, Verdict, positions, start_region
 from verify.question import Question, from_start
 from verify.solver.decide import decide
@@ -94,7 +94,7 @@ def test_float32_theory_agrees_with_the_half_line():
 
 
 WORLD = find("physical-deception")
-CLAIM = DecisionClaim("distinct_targets", "defenders")
+CLAIM = DistinctTargets("defenders")
 BACK = "agent_0"
 
 
@@ -224,7 +224,7 @@ def test_what_is_always_nought_takes_one_branch(threshold, reached):
 def test_navigation_is_verified_like_deception():
     """Three agents, no goal, words that are always 0; velocities are refused, for a region does not bound them."""
     world = find("cooperative-navigation")
-    claim = DecisionClaim("distinct_targets", "agents")
+    claim = DistinctTargets("agents")
     names = [[feature.name for feature in features] for features in world.features]
 
     def profile(*trees):

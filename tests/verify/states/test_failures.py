@@ -8,7 +8,8 @@ import pytest
 
 from tests.teams import team, towards, tree
 from tests.verify.zone_cases import deception, navigation, noisy, random_region
-from verify.claims.decisions import DecisionClaim, find_property
+from verify.claims.catalogue import find_property
+from verify.claims.decisions import OwnFormula
 from verify.claims.formula import Batch, Linear, below, holds, negated
 from verify.claims.region import everywhere
 from verify.question import Question, from_start
@@ -102,7 +103,7 @@ def test_where_float64_is_wrong_everywhere_the_search_ends(profile, monkeypatch)
     """1 + 0.6875 u + 0.6875 u is rounded twice, up to 1 + 2 u, its exact value once, to 1 + u."""
     same, little = team(profile, towards(0, 0), towards(1, 1)), Fraction(11, 2**56)
     values = {"agent_0.x": Fraction(1), "agent_1.x": little, "landmark_0.x": little}
-    claim = DecisionClaim("formula", "defenders", statement=below(dict.fromkeys(values, 1), 1 + 2 * little))
+    claim = OwnFormula("defenders", statement=below(dict.fromkeys(values, 1), 1 + 2 * little))
     start = everywhere(same)
     region = replace(start, box=start.box | {name: (value, value) for name, value in values.items()})
     assert failures.violating(Question(same, claim, region), world.sample(region, same.world, 100, 0)[0]).all()

@@ -25,7 +25,8 @@ from tests.verify.real_cases import (
     states,
     within,
 )
-from verify.claims.decisions import LEAVES, STEADY, DecisionClaim, find_property
+from verify.claims.catalogue import find_property
+from verify.claims.decisions import AliveLeaves
 from verify.claims.region import REAL, Region, Verdict, everywhere, start_region
 from verify.counterexamples.uniqueness import Unique
 from verify.question import Question, from_start
@@ -168,7 +169,7 @@ def test_so_are_those_of_features_that_are_off(seed):
     for _ in range(3):
         profile, claim, region, pair = random_question(rng, 1)
         eps = Fraction(rng.choice([Fraction(1, 20), T, Fraction(1, 30), ABOVE - T]))
-        claim = replace(claim, name=STEADY, of=claim.name, eps=eps)
+        claim = replace(claim, eps=eps)
         ensure_right(profile, claim, region, pair, verify(Question(profile, claim, region, REAL), {}))
 
 
@@ -239,7 +240,7 @@ def test_replays_are_asked_about_float64_states_alone(profile):
 def test_leaves_are_reached_by_rational_states(profile):
     third = Region(dict.fromkeys(start_region(profile.world).box, (THIRD, THIRD)), ("landmark_0",))
     one = team(profile, tree((2, 0.0, 1, 2), UP, STAY), tree(STAY))
-    found, _ = leaf_findings(Question(one, DecisionClaim(LEAVES, "defenders"), third, REAL))
+    found, _ = leaf_findings(Question(one, AliveLeaves("defenders"), third, REAL))
     assert [finding.verdict for finding in found] == [Verdict.PROVED, Verdict.VIOLATED, Verdict.PROVED]
     assert found[0].witness.position["agent_0.x"] == THIRD
     result = verify(Question(one, find_property("alive_leaves", one), third, REAL), {})
@@ -253,7 +254,7 @@ def test_a_leaf_between_the_machines_thresholds_is_reached_on_paper(profile):
     one = team(profile, tree((2, float(T), 1, 2), UP, STAY), tree(STAY))
     sliver = settled(one, landmark_0__x=(T + Fraction(1, 2**40), T + Fraction(1, 2**39)))
     for semantics, dead in (("machine", [2]), (REAL, [1])):
-        found, _ = leaf_findings(Question(one, DecisionClaim(LEAVES, "defenders"), sliver, semantics))
+        found, _ = leaf_findings(Question(one, AliveLeaves("defenders"), sliver, semantics))
         assert [f.leaf for f in found if f.agent == "agent_0" and f.verdict is Verdict.VIOLATED] == dead
 
 

@@ -9,7 +9,8 @@ import pytest
 from codegen.errors import InputError
 from maviper.worlds import find
 from tests.verify.zone_cases import navigation
-from verify.claims.decisions import find_property, formula
+from verify.claims.catalogue import find_property
+from verify.claims.decisions import formula
 from verify.claims.files import read_properties
 from verify.claims.formula import given, holds
 from verify.claims.matching import matched, matchings, preventable
@@ -69,7 +70,7 @@ def test_conflicts_are_those_of_some_joint_action(team, name, most, monkeypatch)
 
 def test_a_formula_about_too_many_joint_actions_has_no_conflict_share(team, monkeypatch):
     monkeypatch.setattr(shares, "MAX_JOINT_ACTIONS", 100)
-    ((claim, region),) = read_properties(OF_ALL.replace('name = "formula"', 'team = "agents"'), team, "f.toml", None)
+    ((claim, region, _),) = read_properties(OF_ALL.replace('name = "formula"', 'team = "agents"'), team, "f.toml", None)
     assert shares.measure(Question(team, claim, region), SAMPLE_SEED, 1_000).conflict is None
 
 

@@ -15,7 +15,8 @@ from codegen.lowering.deploy import deployed
 from tests.strategies import grown_trees, profiles
 from tests.teams import LEFT, RIGHT, STAY, team, towards, tree
 from verify.checker.certificates import accepted
-from verify.claims.decisions import PROPERTIES, DecisionClaim, find_property
+from verify.claims.catalogue import find_property
+from verify.claims.decisions import PROPERTIES, DistinctTargets
 from verify.claims.formula import below, conjunction, disjunction
 from verify.claims.region import Region, Verdict, start_region
 from verify.extent.boxes import proved_boxes
@@ -124,7 +125,7 @@ def test_against_brute_force_on_a_grid(first, second):
     profile = ir.PolicyProfile(world.spec, agents, ir.Provenance("", "", 0, "", ""))
     if any((np.abs(p.tree.threshold) < 2.0**-126)[p.tree.threshold != 0].any() for p in agents):
         return  # subnormal thresholds are refused
-    claim = DecisionClaim("distinct_targets", "defenders")
+    claim = DistinctTargets("defenders")
     fixed = {"adversary_0.x": 0.5, "adversary_0.y": -1.0, "landmark_0.x": 1.0, "landmark_0.y": 0.75}
     fixed |= {"landmark_1.x": -0.75, "landmark_1.y": -1.0, "agent_1.x": 0.0, "agent_1.y": 0.25}
     answers = []
@@ -139,7 +140,7 @@ def test_against_brute_force_on_a_grid(first, second):
 @settings(max_examples=10)
 @given(profiles(max_depth=2), st.integers(0, 99))
 def test_sampled_violations_are_never_proved_away(profile, seed):
-    claim = DecisionClaim("distinct_targets", "defenders")
+    claim = DistinctTargets("defenders")
     if any((np.abs(p.tree.threshold) < 2.0**-126)[p.tree.threshold != 0].any() for p in profile.agents):
         return
     region = start_region(profile.world)

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from tests.teams import RIGHT, STAY, UP, team, towards, tree
-from verify.claims.decisions import LEAVES, PLAIN, DecisionClaim, find_property
+from verify.claims.catalogue import EPS, find_property
+from verify.claims.decisions import BUILT_IN, PLAIN, Aligned, NoDouble
 from verify.claims.region import MACHINE, REAL, Region, Verdict, start_region
 from verify.question import Question, from_start
 from verify.solver.decide import decide
@@ -16,7 +17,7 @@ from verify.solver.encode import query as query_of
 from verify.solver.solve import smt_lib
 from verify.states.state import inside, violates
 from verify.verdicts.decisions import verify
-from verify.verdicts.margins import MAX_QUESTIONS, STEP, grows_harder, largest_margin
+from verify.verdicts.margins import MAX_QUESTIONS, STEP, largest_margin
 
 pytestmark = pytest.mark.solver
 
@@ -115,8 +116,6 @@ def test_bisection_finds_every_end_with_few_questions():
 
 
 def test_margins_are_sought_where_they_make_a_claim_harder():
-    harder = {name for name in (*PLAIN, LEAVES) if grows_harder(DecisionClaim(name, "x"))}
+    harder = {name for name in (*PLAIN, "alive_leaves") if BUILT_IN[name].hardens}
     assert harder == {"distinct_targets", "own_target", "aligned", "assignment"}
-    assert not grows_harder(DecisionClaim("steady", "x", of="no_double")) and grows_harder(
-        DecisionClaim("steady", "x", of="aligned")
-    )
+    assert not NoDouble("x", eps=EPS).hardens and Aligned("x", eps=EPS).hardens

@@ -13,7 +13,8 @@ from codegen.lowering.deploy import deployed
 from tests.strategies import grown_trees
 from tests.teams import LEFT, RIGHT, STAY, UP, team, towards, tree
 from tests.verify.solver.test_encode import meanings, tied_points, with_meanings
-from verify.claims.decisions import STEADY, DecisionClaim, find_property
+from verify.claims.catalogue import find_property
+from verify.claims.decisions import DistinctTargets
 from verify.claims.region import Region, Verdict, start_region
 from verify.question import Question, from_start
 from verify.solver.decide import decide
@@ -23,7 +24,7 @@ from verify.states.state import State, error_name, inside, measurable, observed,
 from verify.verdicts.decisions import verify
 
 EPS = Fraction(1, 10)
-CLAIM = DecisionClaim(STEADY, "defenders", eps=EPS, of="distinct_targets")
+CLAIM = DistinctTargets("defenders", eps=EPS)
 
 
 def asked(profile, claim, state):
@@ -102,7 +103,7 @@ def test_a_feature_read_twice_has_one_error(profile):
     errors = found.counterexample.state.errors
     assert errors["agent_0:goal_dx"] > 0 > errors["agent_0:landmark_0_dx"]
     assert all(abs(Fraction(error)) <= EPS for error in errors.values())
-    narrow = DecisionClaim(STEADY, "defenders", eps=Fraction(7, 100), of="distinct_targets")
+    narrow = DistinctTargets("defenders", eps=Fraction(7, 100))
     assert decide(Question(apart, narrow, region)).verdict is Verdict.PROVED
 
 
@@ -117,7 +118,7 @@ def test_the_least_error_that_matters_is_found_exactly(profile):
     end, little = 1 - Fraction(3, 4) - Fraction(1, 2**25) - Fraction(1, 2**54), Fraction(1, 2**60)
     cases = ((end - little, Verdict.PROVED), (end + little, Verdict.VIOLATED), (EPS, Verdict.PROVED))
     for eps, verdict in cases:
-        claim = DecisionClaim(STEADY, "defenders", eps=eps, of="distinct_targets")
+        claim = DistinctTargets("defenders", eps=eps)
         assert decide(Question(one, claim, region)).verdict is verdict, eps
 
 
@@ -126,7 +127,7 @@ def test_violations_hold_their_errors_and_replay(profile):
     """Fixed roles are proved without errors; with large ones they fail, in a state that the referee confirms."""
     roles = team(profile, towards(0, 0), towards(1, 1))
     region = start_region(roles.world)
-    claim = DecisionClaim(STEADY, "defenders", eps=Fraction(1, 4), of="distinct_targets")
+    claim = DistinctTargets("defenders", eps=Fraction(1, 4))
     replayed = []
 
     def replay(state):
@@ -204,7 +205,7 @@ def test_without_room_for_errors_the_plain_verdict_stays(profile):
     roles = team(profile, towards(0, 0), towards(1, 1))
     region = start_region(roles.world)
     verdicts = [
-        decide(Question(roles, DecisionClaim(STEADY, "defenders", eps=eps, of="distinct_targets"), region)).verdict
+        decide(Question(roles, DistinctTargets("defenders", eps=eps), region)).verdict
         for eps in (Fraction(1, 10**6), Fraction(1, 100), Fraction(1, 5), Fraction(1, 2))
     ]
     order = [Verdict.PROVED, Verdict.VIOLATED]
@@ -217,7 +218,7 @@ def test_errors_replay_in_compiled_code_and_in_the_environment(profile):
     from maviper.verification.join import verify_claims
 
     roles = team(profile, towards(0, 0), towards(1, 1))
-    claim = DecisionClaim(STEADY, "defenders", eps=Fraction(1, 4), of="distinct_targets")
-    (found,) = verify_claims(roles, [(claim, start_region(roles.world))])
+    claim = DistinctTargets("defenders", eps=Fraction(1, 4))
+    (found,) = verify_claims([Question(roles, claim, start_region(roles.world))])
     assert found.verdict is Verdict.VIOLATED and found.counterexample.state.errors
     assert found.counterexample.replayed == ("reference", "compiled C", roles.world.reference)

@@ -13,7 +13,8 @@ import pytest
 from codegen.agreement.compiled import find_compiler
 from tests.teams import team, towards
 from tests.verify.zone_cases import deception, navigation, near_roles, noisy, random_region, stated, switching
-from verify.claims.decisions import find_property, formula
+from verify.claims.catalogue import find_property
+from verify.claims.decisions import formula
 from verify.claims.region import MACHINE, REAL, Verdict, start_region
 from verify.extent import violations
 from verify.question import Budgets, Question

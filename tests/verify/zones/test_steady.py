@@ -25,7 +25,8 @@ from tests.verify.zone_cases import (
 from verify.checker import decisions
 from verify.checker.certificates import numbers
 from verify.checker.thresholds import sides
-from verify.claims.decisions import STEADY, DecisionClaim, find_property, formula
+from verify.claims.catalogue import find_property
+from verify.claims.decisions import BUILT_IN, DistinctTargets, formula
 from verify.claims.formula import for_goal, holds
 from verify.claims.region import MACHINE, REAL, Region, Semantics, Verdict, start_region
 from verify.counterexamples import search
@@ -96,9 +97,7 @@ def test_three_agents_with_velocities(seed):
     rng = np.random.default_rng([seed, 23])
     for _ in range(4):
         trio, claim = navigation(rng, 3)
-        agree(
-            trio, DecisionClaim(STEADY, "agents", radius=claim.radius, eps=EPS, of=claim.name), random_region(rng, trio)
-        )
+        agree(trio, BUILT_IN[claim.name]("agents", radius=claim.radius, eps=EPS), random_region(rng, trio))
 
 
 def test_tests_of_one_feature_share_its_error(profile, monkeypatch):
@@ -133,10 +132,7 @@ def test_the_least_error_that_matters_is_found_exactly(profile):
     one = team(profile, tree((2, 0.75, 1, 2), STAY, RIGHT), tree(UP))
     # 0.75, half a float32 step and half a float64 step above it still go left
     end, little = 1 - Fraction(3, 4) - Fraction(1, 2**25) - Fraction(1, 2**54), Fraction(1, 2**200)
-    verdicts = [
-        agree(one, DecisionClaim(STEADY, "defenders", eps=eps, of="distinct_targets"), region)
-        for eps in (end - little, end, end + little)
-    ]
+    verdicts = [agree(one, DistinctTargets("defenders", eps=eps), region) for eps in (end - little, end, end + little)]
     assert verdicts == [Verdict.PROVED, Verdict.VIOLATED, Verdict.VIOLATED]
 
 
@@ -173,7 +169,7 @@ def test_zones_alone_give_a_counterexample_with_errors(profile):
     """Their point holds no errors; those that lead to the open leaves are found for it."""
     roles = team(profile, towards(0, 0), towards(1, 1))
     claim, region = (
-        DecisionClaim(STEADY, "defenders", eps=Fraction(1, 4), of="distinct_targets"),
+        DistinctTargets("defenders", eps=Fraction(1, 4)),
         start_region(roles.world),
     )
     zoned = opinions.by_zones(Question(roles, claim, region, budgets=Budgets(BUDGET)))
@@ -186,7 +182,7 @@ def test_up_to_which_errors_a_claim_holds(profile):
     """Proved there and not one step further; where it does not hold at all nothing is sought."""
     roles = team(profile, towards(0, 0), towards(1, 1))
     region = start_region(roles.world)
-    claim = DecisionClaim(STEADY, "defenders", eps=Fraction(1, 100), of="distinct_targets")
+    claim = DistinctTargets("defenders", eps=Fraction(1, 100))
     found = engine.verify(Question(roles, claim, region), {})
     room = found.steady_up_to
     assert found.verdict is Verdict.PROVED and found.certificate.eps == claim.eps

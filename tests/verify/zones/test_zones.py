@@ -25,7 +25,8 @@ from tests.verify.zone_cases import (
 )
 from verify.checker import decisions
 from verify.checker.certificates import numbers
-from verify.claims.decisions import DecisionClaim, find_property, formula
+from verify.claims.catalogue import find_property
+from verify.claims.decisions import DistinctTargets, formula
 from verify.claims.formula import Linear, holds
 from verify.claims.region import MACHINE, REAL, Region, Semantics, Verdict, start_region
 from verify.question import Question, from_start, shuffled
@@ -203,11 +204,7 @@ def test_coordinates_that_the_region_does_not_bound_are_refused():
     )
     profile = ir.PolicyProfile(NAVIGATION.spec, agents, ir.Provenance("", "", 0, "", ""))
     with pytest.raises(InputError, match=r"agent_0\.vx, which regions do not bound"):
-        zones.decide(
-            stated(
-                profile, formula(profile, DecisionClaim("distinct_targets", "agents")), start_region(NAVIGATION.spec)
-            )
-        )
+        zones.decide(stated(profile, formula(profile, DistinctTargets("agents")), start_region(NAVIGATION.spec)))
 
 
 @pytest.mark.parametrize("number", [0, 1, 127, 128, 300, 2**21, 2**62])
