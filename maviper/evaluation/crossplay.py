@@ -231,15 +231,10 @@ def ratio(stage: Stage, measure: Measure, ours: Sequence[Lineup], theirs: Lineup
         return Interval(float(np.mean(known)), -math.inf, math.inf)
     divisor = stage.draws(theirs, measure)
     with np.errstate(divide="ignore", invalid="ignore"):
-        drawn = np.mean([_ratios(measure, stage.draws(lineup, measure), divisor) for lineup in ours], axis=0)
+        drawn = np.mean([measures.quotient(measure, stage.draws(lineup, measure), divisor) for lineup in ours], axis=0)
     ordered = np.sort(drawn[~np.isnan(drawn)])  # a sample of 0 over 0 says nothing
     at = [round(share * (len(ordered) - 1)) for share in (0.025, 0.975)]  # no interpolation: an end may be infinite
     return Interval(float(np.mean(known)), *(float(end) for end in ordered[at]))
-
-
-def _ratios(measure: Measure, ours: Float64, theirs: Float64) -> Float64:
-    """`metrics.ratio` of arrays."""
-    return theirs / ours if measure.lower_is_better else 1 + (ours - theirs) / np.abs(theirs)
 
 
 def _mean_over_agents(measure: Measure, values: Float64) -> Interval:

@@ -98,11 +98,6 @@ def as_json(content: Any) -> str:
     return json.dumps(content, indent=2, sort_keys=True) + "\n"
 
 
-def of_seed(folder_: Path, seed: int) -> Path:
-    """The folder of one seed's run, in the folder of a run of several seeds."""
-    return folder_ / f"seed-{seed}"
-
-
 def begun(folder_: Path) -> bool:
     """Whether a folder holds a run, of one seed or of several: then `claim` lets nobody in without `resume`."""
     try:
