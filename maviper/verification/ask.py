@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 from codegen import ir
 from codegen.errors import InputError
 from codegen.lowering.render import render
-from maviper.files import runs
+from maviper.files import kinds, runs
 from maviper.files.regions import find_region
 from maviper.worlds import find
 from verify.claims.catalogue import Claim, find_claim, parameters, stated
@@ -177,7 +177,9 @@ def _given(names: Sequence[str], options: VerifyOptions) -> list[dict[str, Any]]
 def from_file(path: Path, profile: ir.PolicyProfile, default: Region) -> list[tuple[Claim, Region]]:
     """The claims of a property file; it names region files as seen from its own folder."""
     try:
-        source = runs.read(path, MAX_FILE_BYTES).decode()
+        data = runs.read(path, MAX_FILE_BYTES)
+        kinds.ensure(data, str(path), kinds.PROPERTIES.called, kinds.PROPERTIES)
+        source = data.decode()
     except UnicodeDecodeError:
         raise InputError("not a readable property file", f"{path}: not UTF-8 text", "is this the right file?") from None
 

@@ -6,7 +6,6 @@ Assumes: results of `verify.verdicts.episodes.verify_episodes`; a profile of the
 Does not: look for counterexamples.
 """
 
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
@@ -30,7 +29,6 @@ from verify.states.state import State
 from verify.verdicts.episodes import EpisodeResult
 
 FORM = "maviper-episode-counterexample-1"
-SAYS = re.compile(rb'"counterexample"\s*:\s*"maviper-episode-counterexample-')
 MAX_BYTES = 1 << 24
 ADVICE = "make it again with `maviper verify -o`"
 SEARCH = "zones"  # a parameter that says how to search, and so is not part of a claim
@@ -94,11 +92,6 @@ def _written(value: Fraction | int | tuple[str, ...]) -> int | str | list[str]:
     if isinstance(value, int):
         return value
     return str(value) if isinstance(value, Fraction) else list(value)
-
-
-def holds_episode(path: Path) -> bool:
-    """Whether a file says that it is a counterexample about an episode, of this version or another; damaged or not."""
-    return SAYS.search(runs.read(path, MAX_BYTES)) is not None
 
 
 def replay(path: Path, profile: PolicyProfile) -> ReplayedEpisode:
