@@ -259,8 +259,8 @@ class TreeFacts:
     leaves: int
     depth: int  # comparisons of the longest decision
     comparisons: Interval  # of a decision in its own states
-    agreement_own: Interval | None  # share of its own states in which it acts as the expert would
-    agreement_expert: Interval | None  # the same in the expert's states
+    fidelity_own: Interval | None  # share of its own states in which it acts as the expert would
+    fidelity_expert: Interval | None  # the same in the expert's states
 
 
 def decisions(trees: Mapping[int, ir.AgentPolicy], episodes: Episodes, wanted: Int | None) -> Float64:
@@ -284,8 +284,8 @@ def tree_facts(trees: Mapping[int, ir.AgentPolicy], own: Float64, expert: Float6
     facts: dict[str, TreeFacts] = {}
     for row, policy in enumerate(trees.values()):
         depth = int(ir.depth(policy.tree).max())
-        agreement = (None, None) if expert is None else (_within(own[1, row], 1.0), _within(expert[1, row], 1.0))
-        facts[policy.agent] = TreeFacts(len(ir.leaves(policy.tree)), depth, _within(own[0, row], depth), *agreement)
+        fidelity = (None, None) if expert is None else (_within(own[1, row], 1.0), _within(expert[1, row], 1.0))
+        facts[policy.agent] = TreeFacts(len(ir.leaves(policy.tree)), depth, _within(own[0, row], depth), *fidelity)
     return facts
 
 

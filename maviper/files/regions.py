@@ -16,7 +16,7 @@ MAX_REGION_BYTES = 2**20
 
 
 def find_region(name: str, profile: ir.PolicyProfile) -> Region:
-    """`start` for the start box, else the region in the file `name`."""
+    """`start` for the start region, else the region in the file `name`."""
     if name == "start":
         return everywhere(profile)
     path = Path(name)
@@ -26,6 +26,6 @@ def find_region(name: str, profile: ir.PolicyProfile) -> Region:
         source = data.decode()
     except UnicodeDecodeError:
         raise InputError("not a readable region file", f"{name}: not UTF-8 text", "is this the right file?") from None
-    # a file called start must not be taken for the start box when the report names it
+    # a file called start must not be taken for the start region when the report names it
     where = f"./{path.name}" if path.name == "start" else path.name
     return read_region(source, profile.world, where, observed_velocities(profile))

@@ -27,7 +27,7 @@ Asked = tuple[DecisionClaim, Region]
 
 
 def questions(profile: ir.PolicyProfile) -> list[Asked]:
-    """`distinct_targets` in the start box and, where one is found, in a box around conflicting states."""
+    """`distinct_targets` in the start region and, where one is found, in a box around conflicting states."""
     claim = find_property("distinct_targets", profile)
     asked = [(claim, everywhere(profile))]
     box = best_proved_box(profile, claim, profile.provenance.seed)

@@ -85,14 +85,14 @@ class ParticleWorld(World):
     # --- starting
 
     def start(self, n: int, rng: np.random.Generator) -> WorldState:
-        """`n` random start states from one generator: at rest, positions uniform in the start boxes, goal uniform."""
+        """`n` random start states from one generator: at rest, positions uniform in the start regions, goal uniform."""
         goal = rng.integers(max(1, len(self.spec.goals)), size=n)
-        position = np.stack([rng.uniform(*self._start_box(entity), (2, n)) for entity in self._entities])
+        position = np.stack([rng.uniform(*self._start_bounds(entity), (2, n)) for entity in self._entities])
         return WorldState(games(position), games(np.zeros((len(self.spec.agents), 2, n))), goal)
 
     def start_from_seeds(self, seeds: Sequence[int] | Int) -> WorldState:
         """The start states of the reference environment after `reset(seed=...)`, one for each seed."""
-        bounds = np.array([self._start_box(entity) for entity in self._entities])
+        bounds = np.array([self._start_bounds(entity) for entity in self._entities])
         low, high = bounds[:, :1], bounds[:, 1:]
         position = np.empty((len(seeds), len(bounds), 2))
         goal = np.zeros(len(seeds), dtype=np.int64)
@@ -108,7 +108,7 @@ class ParticleWorld(World):
     def _entities(self) -> tuple[EntitySpec, ...]:
         return self.spec.agents + self.spec.landmarks
 
-    def _start_box(self, entity: EntitySpec) -> tuple[float, float]:
+    def _start_bounds(self, entity: EntitySpec) -> tuple[float, float]:
         return entity.start or (self.spec.start_low, self.spec.start_high)
 
     # --- dynamics

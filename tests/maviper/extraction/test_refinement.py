@@ -286,7 +286,7 @@ def test_a_killed_run_goes_on_to_the_same_files(tmp_path):
         assert (folder / name).read_bytes() == (tmp_path / "whole" / name).read_bytes(), name
     lines = [json.loads(line) for line in (folder / "metrics.jsonl").read_text().splitlines()]
     assert {line["stage"] for line in lines} == {"extracting", "refining"}
-    assert all(0 < line["agreement"] <= 1 for line in lines if line["stage"] == "extracting")
+    assert all(0 < line["fidelity"] <= 1 for line in lines if line["stage"] == "extracting")
 
 
 def test_run_folders_are_the_runs_own(quick, tmp_path, capsys):
