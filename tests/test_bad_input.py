@@ -135,8 +135,8 @@ FASTER = {"name": "vx", "unit": "length/s", "range": [-9, 9], "meaning": "agent_
         (("landmarks", 0, "start_box"), [0.0, -0.0], ""),
     ],
 )
-def test_start_boxes_that_are_none(document, place, capsys, place_of, value, says):
-    """Whatever a start box is computed from: speeds in it come from force, time step and damping."""
+def test_start_regions_that_are_none(document, place, capsys, place_of, value, says):
+    """Whatever a start region is computed from: speeds in it come from force, time step and damping."""
     changed = {key: item for key, item in copy.deepcopy(document).items() if key != "content_hash"}
     changed["agents"][1]["features"].append(FASTER)
     changed = edit(changed, ("world", *place_of), "replace", value)

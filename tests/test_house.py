@@ -140,3 +140,23 @@ def test_nothing_committed_is_a_pickle_or_names_a_machine():
             text = path.read_text()
             for word in ("/" + "work/", "index" + "-url", "/" + "root/"):
                 assert word not in text, (name, word)
+
+
+OLD_WORDS = {  # where each word is not to stand any more, and what is said instead
+    "start box": ((*PACKAGES, "templates"), "start region"),
+    "MOST_": ((*PACKAGES, "templates"), "MAX_"),
+    "agreement": (("maviper/extraction", "maviper/experts", "maviper/evaluation", "maviper/episodes"), "fidelity"),
+    "agrees with the expert": (PACKAGES, "fidelity"),
+}
+KEPT = {("maviper/evaluation/fidelity.py", "agreement")}  # a key of files that are committed
+
+
+def test_one_concept_has_one_word():
+    found = [
+        (str(path.relative_to(ROOT)), word, f"say {instead}")
+        for word, (folders, instead) in OLD_WORDS.items()
+        for folder in folders
+        for path in sorted((ROOT / folder).rglob("*"))
+        if path.suffix in {".py", ".c", ".md", ".j2"} and word in path.read_text()
+    ]
+    assert [entry for entry in found if entry[:2] not in KEPT] == []

@@ -1,4 +1,4 @@
-"""generated/proved_defenders/: a team that plays nearly as well as the network and is proved in the whole start box."""
+"""generated/proved_defenders/: a team that plays nearly as well as the network, proved in the whole start region."""
 
 import json
 from pathlib import Path
@@ -30,7 +30,7 @@ def proved():
     return load(FOLDER / "profile.json")
 
 
-def test_the_certificate_is_about_these_trees_in_the_whole_start_box(proved, capsys):
+def test_the_certificate_is_about_these_trees_in_the_whole_start_region(proved, capsys):
     found = from_json(CERTIFICATE.read_bytes())
     assert accepted(found, proved) > 0
     assert found.claim.name == "distinct_targets" and found.claim.team == DEFENDERS

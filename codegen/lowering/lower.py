@@ -205,7 +205,7 @@ class Model:
         return all(agent.tables.complete and agent.tables.levels for agent in self.agents)
 
     @property
-    def most_levels(self) -> int:
+    def max_levels(self) -> int:
         """Tests on the longest path of any tree."""
         return max(agent.tables.levels for agent in self.agents)
 

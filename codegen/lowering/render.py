@@ -30,6 +30,7 @@ def _environment() -> Environment:
         autoescape=lambda name: name is not None and name.endswith(".html.j2"),
     )
     filters = {"comment": comment, "float32": smt_literal, "percent": percent, "sampled": sampled, "shown": shown}
+    filters |= {"brief": brief}
     environment.filters.update(filters)  # pyright: ignore[reportUnknownMemberType]
     return environment
 
@@ -37,6 +38,11 @@ def _environment() -> Environment:
 def render(template: str, **values: Any) -> str:
     """The text of a template of the folder templates/."""
     return _environment().get_template(template).render(**values)
+
+
+def brief(number: float | str) -> str:
+    """A number as lines show it: with six digits; a fraction that is no float64 number comes as a text, and stays."""
+    return number if isinstance(number, str) else f"{number:g}"
 
 
 def comment(value: object) -> str:

@@ -8,6 +8,7 @@ Does not: run experiments over training seeds.
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 
@@ -43,6 +44,7 @@ class Mean:
 
 
 Estimate = Share | Mean
+Number = TypeVar("Number", float, Float64)
 
 
 def estimate(measure: Measure, values: Float64) -> Estimate:
@@ -60,13 +62,18 @@ def shown(found: Estimate) -> str:
 
 
 def ratio(measure: Measure, ours: float, theirs: float) -> float | None:
-    """Performance ratio: ours over theirs, the inverse where lower is better; None where that divides by zero.
+    """The performance ratio `quotient`; None where that divides by zero."""
+    return quotient(measure, ours, theirs) if (ours if measure.lower_is_better else theirs) else None
+
+
+def quotient(measure: Measure, ours: Number, theirs: Number, size: Number | None = None) -> Number:
+    """Ours over theirs, the inverse where lower is better. `size`: what to divide by instead of |theirs|.
 
     A negative return is no divisor: 1 + (ours - theirs) / |theirs| is the same where theirs is positive.
     """
     if measure.lower_is_better:
-        return theirs / ours if ours else None
-    return 1 + (ours - theirs) / abs(theirs) if theirs else None
+        return theirs / ours
+    return 1 + (ours - theirs) / (abs(theirs) if size is None else size)
 
 
 def values(world: World, controllers: Sequence[Controller], seeds: Sequence[int]) -> dict[Measure, Float64]:

@@ -231,15 +231,10 @@ def ratio(stage: Stage, measure: Measure, ours: Sequence[Lineup], theirs: Lineup
         return Interval(float(np.mean(known)), -math.inf, math.inf)
     divisor = stage.draws(theirs, measure)
     with np.errstate(divide="ignore", invalid="ignore"):
-        drawn = np.mean([_ratios(measure, stage.draws(lineup, measure), divisor) for lineup in ours], axis=0)
+        drawn = np.mean([measures.quotient(measure, stage.draws(lineup, measure), divisor) for lineup in ours], axis=0)
     ordered = np.sort(drawn[~np.isnan(drawn)])  # a sample of 0 over 0 says nothing
     at = [round(share * (len(ordered) - 1)) for share in (0.025, 0.975)]  # no interpolation: an end may be infinite
     return Interval(float(np.mean(known)), *(float(end) for end in ordered[at]))
-
-
-def _ratios(measure: Measure, ours: Float64, theirs: Float64) -> Float64:
-    """`metrics.ratio` of arrays."""
-    return theirs / ours if measure.lower_is_better else 1 + (ours - theirs) / np.abs(theirs)
 
 
 def _mean_over_agents(measure: Measure, values: Float64) -> Interval:
@@ -264,8 +259,8 @@ class TreeFacts:
     leaves: int
     depth: int  # comparisons of the longest decision
     comparisons: Interval  # of a decision in its own states
-    agreement_own: Interval | None  # share of its own states in which it acts as the expert would
-    agreement_expert: Interval | None  # the same in the expert's states
+    fidelity_own: Interval | None  # share of its own states in which it acts as the expert would
+    fidelity_expert: Interval | None  # the same in the expert's states
 
 
 def decisions(trees: Mapping[int, ir.AgentPolicy], episodes: Episodes, wanted: Int | None) -> Float64:
@@ -289,8 +284,8 @@ def tree_facts(trees: Mapping[int, ir.AgentPolicy], own: Float64, expert: Float6
     facts: dict[str, TreeFacts] = {}
     for row, policy in enumerate(trees.values()):
         depth = int(ir.depth(policy.tree).max())
-        agreement = (None, None) if expert is None else (_within(own[1, row], 1.0), _within(expert[1, row], 1.0))
-        facts[policy.agent] = TreeFacts(len(ir.leaves(policy.tree)), depth, _within(own[0, row], depth), *agreement)
+        fidelity = (None, None) if expert is None else (_within(own[1, row], 1.0), _within(expert[1, row], 1.0))
+        facts[policy.agent] = TreeFacts(len(ir.leaves(policy.tree)), depth, _within(own[0, row], depth), *fidelity)
     return facts
 
 

@@ -45,14 +45,14 @@ class Fidelity:
         return {
             "agent": self.agent,
             "states": self.whole.states,
-            "agreement": round(self.whole.share, 6),
+            "agreement": round(self.whole.share, 6),  # the word of before, in files that are committed
             "by_action": {name: [item.agreeing, item.states] for name, item in self.by_action.items()},
             "by_leaf": {str(leaf): [item.agreeing, item.states] for leaf, item in self.by_leaf.items()},
         }
 
 
 def fidelity(profile: ir.PolicyProfile, world: ParticleWorld, episodes: Episodes) -> tuple[Fidelity, ...]:
-    """Each agent's agreement with the expert in the states of `episodes`; () where the expert is not shipped."""
+    """Each agent's fidelity to the expert in the states of `episodes`; () where the expert is not shipped."""
     expert = shipped_expert(profile.provenance.expert, world)
     if expert is None:
         return ()

@@ -16,7 +16,7 @@ from maviper.evaluation.crossplay import Uniform
 from maviper.experts import store
 from maviper.experts.finding import FEATURES, find_expert, plain_name, seeing
 from maviper.experts.scripted import scripted
-from maviper.files import runs
+from maviper.files.profiles import load
 from maviper.worlds import World
 from maviper.worlds.matching import NO_WORLD, matching_world, plays
 from maviper.worlds.processes import named_by_user
@@ -80,10 +80,7 @@ def _holds_json(path: Path) -> bool:
 
 
 def _profile(text: str, where: str, world: World | None) -> tuple[Player, World]:
-    data = runs.read(Path(text), policy_json.MAX_BYTES)
-    if data[8:9] == b"{" and not data.lstrip().startswith(b"{"):  # safetensors: a length, then its header
-        raise InputError("an expert's file, not a policy profile", f"{where}: {text}", "only profiles end in .json")
-    profile = policy_json.loads(data, Path(text).name)
+    profile = load(text)
     played = world or matching_world(profile)
     if played is None:
         advice = "extract it again, or name your environment: --world module:function"

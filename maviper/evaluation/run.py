@@ -158,7 +158,7 @@ def request(text: str, options: EvaluateOptions) -> Request:
         expert = alike[0] if alike else shipped_expert(origin, world)
     if expert is None:
         why = "the expert of the profile is not a shipped one" if origins else "nothing to compare with"
-        notes.append(f"no ratios, no agreement: {why}; --expert names it")
+        notes.append(f"no ratios, no fidelity: {why}; --expert names it")
     elif origins - {expert.id, ""}:
         notes.append("another expert than the one that the profile was extracted from")
     against = _against(options.against, world) or ({expert.name: expert} if expert else {})
@@ -231,12 +231,12 @@ def _standings(rows: Sequence[Standing]) -> list[list[str]]:
 
 
 def _trees(facts: Mapping[str, TreeFacts]) -> list[list[str]]:
-    compared = next(iter(facts.values())).agreement_own is not None
+    compared = next(iter(facts.values())).fidelity_own is not None
     head = ["tree", "leaves", "depth", "comparisons a decision"]
-    table = [head + ["agrees with the expert in its own states", "in the expert's states"] * compared]
+    table = [head + ["fidelity in its own states", "in the expert's states"] * compared]
     for agent, tree in facts.items():
         row = [agent, str(tree.leaves), str(tree.depth), f"{tree.comparisons}, worst {tree.depth}"]
-        table.append(row + [_or(tree.agreement_own, ""), _or(tree.agreement_expert, "")] * compared)
+        table.append(row + [_or(tree.fidelity_own, ""), _or(tree.fidelity_expert, "")] * compared)
     return table
 
 
@@ -300,8 +300,8 @@ def _tree(tree: TreeFacts) -> dict[str, Any]:
         "depth": tree.depth,
         "comparisons": _plain(tree.comparisons),
         "most_comparisons": tree.depth,
-        "agreement_in_own_states": _plain(tree.agreement_own),
-        "agreement_in_the_experts_states": _plain(tree.agreement_expert),
+        "fidelity_in_own_states": _plain(tree.fidelity_own),
+        "fidelity_in_the_experts_states": _plain(tree.fidelity_expert),
     }
 
 

@@ -1,7 +1,7 @@
 """Scripted experts: controllers that read the whole world state, as bounds, teachers, opponents and stand-ins.
 
 Does: one script a game, for any number of agents; landing on a point by short look-ahead, pursuit and flight.
-Assumes: the dynamics of `worlds/particle.py`, contacts left out of the look-ahead.
+Assumes: the dynamics of `codegen/dynamics.py`, contacts left out of the look-ahead.
 Does not: learn, or give a critic (measured.py makes one).
 """
 
@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from codegen.dynamics import accelerated, accelerations, displaced
 from codegen.errors import InputError
 from codegen.ir import Float32, Float64
 from maviper.worlds import CooperativeNavigation, ParticleWorld, PhysicalDeception, PredatorPrey, World
@@ -85,13 +86,10 @@ class Landing:
         self.coasted: list[float] = []  # displacement for a unit velocity
         coasted, damped = 0.0, 1.0
         for step in range(HORIZON):
-            moved = moved + speed * spec.dt
-            speed = speed * (1 - spec.damping)
-            if step < PLANNED:
-                speed = speed + effects[sequences[:, step]].T * spec.dt
+            push = effects[sequences[:, step]].T if step < PLANNED else np.zeros_like(speed)
+            moved, speed = displaced(spec, moved, speed), accelerated(spec, speed, push)
             self.moved[step] = moved
-            coasted += damped * spec.dt
-            damped *= 1 - spec.damping
+            coasted, damped = displaced(spec, coasted, damped), accelerated(spec, damped, 0.0)
             self.coasted.append(coasted)
 
     def __call__(self, agent: int, offset: Float64, velocity: Float64) -> Int:
@@ -179,12 +177,11 @@ class Chase(Scripted):
         """Where an agent is after holding each action, [n_actions, 2, batch]."""
         spec = self.world.spec
         entity = spec.agents[agent]
-        effect = np.array([action.effect or (0.0, 0.0) for action in self.world.actions[agent]])[:, :, None]
+        push = accelerations(entity, self.world.actions[agent])[:, :, None]
         limit = entity.max_speed or np.inf
-        place, speed = np.broadcast_to(position, (len(effect), *position.shape)), velocity
+        place, speed = np.broadcast_to(position, (len(push), *position.shape)), velocity
         for _ in range(HELD):
-            place = place + speed * spec.dt
-            speed = speed * (1 - spec.damping) + effect * entity.force * spec.dt
+            place, speed = displaced(spec, place, speed), accelerated(spec, speed, push)
             size = np.sqrt(np.square(speed).sum(axis=1, keepdims=True))
             speed = speed * np.minimum(1.0, limit / np.maximum(size, 1e-12))
         return place

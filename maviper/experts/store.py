@@ -17,7 +17,7 @@ import numpy as np
 from codegen.errors import InputError, UnknownNameError
 from codegen.ir import Float32
 from maviper.experts.network import ACTOR_CRITIC, CRITIC, LAYERS, NETS, NetworkExpert
-from maviper.files import runs
+from maviper.files import kinds, runs
 from maviper.worlds import World, built_in
 from maviper.worlds.processes import named_by_user
 
@@ -59,6 +59,7 @@ def decode(data: bytes, where: str, world: World | None = None) -> NetworkExpert
     from safetensors import SafetensorError
     from safetensors.numpy import load
 
+    kinds.ensure(data, where, kinds.EXPERT.called, kinds.EXPERT)
     advice = "train it again, or use a shipped expert (see `maviper worlds`)"
     try:
         tensors = load(data)

@@ -51,14 +51,14 @@ class Met:
 
     data: Dataset
     values: Mapping[str, Float64]
-    agreement: float  # share of the actions of the agents that the rollouts were about
+    fidelity: float  # share of the actions of the agents that the rollouts were about
 
     def arrays(self) -> dict[str, np.ndarray]:
         """As named arrays."""
         seen = {f"observations.{agent:03d}": rows for agent, rows in enumerate(self.data.observations)}
         values = {f"values.{team}": row for team, row in self.values.items()}
         data = {"labels": self.data.labels, "weights": self.data.weights, "alive": self.data.alive}
-        return seen | values | data | {"agreement": np.array([self.agreement])}
+        return seen | values | data | {"fidelity": np.array([self.fidelity])}
 
     @staticmethod
     def of(arrays: Mapping[str, np.ndarray]) -> "Met":
@@ -66,7 +66,7 @@ class Met:
         seen = tuple(arrays[key] for key in sorted(arrays) if key.startswith("observations."))
         values = {key.partition(".")[2]: row for key, row in arrays.items() if key.startswith("values.")}
         data = Dataset(seen, arrays["labels"], arrays["weights"], arrays["alive"])
-        return Met(data, values, float(arrays["agreement"][0]))
+        return Met(data, values, float(arrays["fidelity"][0]))
 
 
 def collect(

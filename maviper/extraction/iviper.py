@@ -50,7 +50,7 @@ def viper(asked: Extraction, agent: int, selection: Selection) -> int:
     for iteration in range(settings.iterations):
         step = f"{iteration:04d}"
         met = journal.met(f"{step}-rollouts", rollouts, world, expert, policies, settings, agent, iteration)
-        selection.met(met.values, met.agreement)
+        selection.met(met.values, met.fidelity)
         data = met.data if data is None else data + met.data
         known = mine.before(world, data, agent)
         tree = journal.trees(f"{step}-trees", grow, known, settings, growth, agent, iteration)

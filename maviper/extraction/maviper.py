@@ -42,7 +42,7 @@ def maviper(
     for iteration in range(settings.iterations):
         step = f"{iteration:04d}"
         met = journal.met(f"{step}-rollouts", rollouts, world, expert, policies, settings, iteration)  # line 3
-        selection.met(met.values, met.agreement)
+        selection.met(met.values, met.fidelity)
         data = met.data if data is None else data + met.data  # line 4
         known = examples.before(world, data)
         grown = journal.trees(f"{step}-trees", grow_teams, world, known, settings, growth, iteration)  # lines 5 and 6

@@ -38,12 +38,13 @@ def joint_ratio(
         measure = world.primary(team)
         # a divisor of zero counts as if it were one hit among all episodes
         value, base = ours[measure].value, max(abs(theirs[measure].value), 1 / theirs[measure].count)
-        ratio, slope = 1 + (value - theirs[measure].value) / base, 1 / base
+        slope = 1 / base
         if measure.lower_is_better:
             value = max(value, 1 / ours[measure].count)
-            ratio, slope = base / value, base / value**2
+            slope = base / value**2
         low, high = ours[measure].interval
-        ratios.append(ratio)
+        compared = base if measure.lower_is_better else theirs[measure].value
+        ratios.append(measures.quotient(measure, value, compared, base))
         widths.append((high - low) / 2 * slope)
     return float(np.mean(ratios)), float(np.sqrt(np.square(widths).sum()) / len(widths))
 

@@ -34,12 +34,12 @@ from maviper.extraction.settings import DEFAULT, MAVIPER, Settings
 from maviper.files import resuming, runs
 from maviper.files.jobs import side_by_side
 from maviper.files.profiles import version
+from maviper.files.seeds import Scored, best_of, ensure_counts, folder_of, resumed
 from maviper.worlds import ParticleWorld, World
 
 AUTOMATIC = "auto"
-FORMAT = "maviper-extraction-2"
-METRICS_FILE, SEEDS_FILE, STEPS = "metrics.jsonl", "seeds.json", "steps"
-MAX_SEEDS = 1_000
+FORMAT = "maviper-extraction-3"
+METRICS_FILE, STEPS = "metrics.jsonl", "steps"
 SAME = ("format", "tool", "world", "expert", "critic", "counterexamples")  # in every call for one run
 PACKAGES = ("maviper", "mpe2", "numpy", "scikit-learn")
 
@@ -72,8 +72,7 @@ class ExtractOptions:
 
     def checked(self) -> "ExtractOptions":
         """The options themselves; InputError for numbers of seeds or jobs out of their range."""
-        if self.jobs < 1 or not 1 <= self.seeds <= MAX_SEEDS:
-            raise InputError(f"--seeds must be from 1 to {MAX_SEEDS}, --jobs at least 1", "--seeds, --jobs")
+        ensure_counts(self.seeds, self.jobs)
         return self
 
     @property
@@ -135,24 +134,9 @@ def extracted(expert: str, output: Path | None, options: ExtractOptions, console
     if seeds == 1:
         profile = _run(task, console, jobs)
         return _written(output / runs.PROFILE_FILE, profile, console, asked, options.command)
-    runs.folder(output)
-    tasks = [
-        (replace(task, folder=folder, asked=each, resume=resume and (folder / runs.CONFIG_FILE).exists()),)
-        for seed in range(seeds)
-        for each in [asked._replace(settings=replace(asked.settings, seed=asked.settings.seed + seed).checked())]
-        for folder in [runs.of_seed(output, each.settings.seed)]
-    ]
-    profiles: list[ir.PolicyProfile] = []
-    scores: list[float] = []
-    for profile in side_by_side(_run, tasks, jobs):
-        profiles.append(profile)
-        scores.append(finalist_score(asked.world, asked.expert, asked.settings, profile.agents))
-        console.line("seed", f"{profile.provenance.seed}: score {scores[-1]:.3f}")
-    best = max(range(seeds), key=lambda place: (scores[place], -place))
-    table = {str(profile.provenance.seed): value for profile, value in zip(profiles, scores, strict=True)}
-    runs.write(output / SEEDS_FILE, runs.as_json({"best": profiles[best].provenance.seed, "scores": table}))
-    say_measured(profiles[best], asked.world, console)
-    return _written(output / runs.PROFILE_FILE, profiles[best], console, asked, options.command)
+    best = _best_of_seeds(task, seeds, jobs, console)
+    say_measured(best, asked.world, console)
+    return _written(output / runs.PROFILE_FILE, best, console, asked, options.command)
 
 
 @dataclass(frozen=True)
@@ -164,6 +148,22 @@ class _Task:
     critic: str
     command: str
     resume: bool
+
+
+def _best_of_seeds(task: _Task, count: int, jobs: int, console: Console) -> ir.PolicyProfile:
+    """Each seed in a folder of its own; the one with the best score on episodes that chose nothing yet."""
+    asked, first = task.asked, task.asked.settings.seed
+    runs.folder(task.folder)
+    seeds, tasks = range(first, first + count), []
+    for seed in seeds:
+        folder, settings = folder_of(task.folder, seed), replace(asked.settings, seed=seed).checked()
+        one = asked._replace(settings=settings)
+        tasks.append((replace(task, folder=folder, asked=one, resume=resumed(folder, task.resume)),))
+
+    def score(profile: ir.PolicyProfile) -> Scored:
+        return Scored(finalist_score(asked.world, asked.expert, asked.settings, profile.agents))
+
+    return best_of(task.folder, seeds, side_by_side(_run, tasks, jobs), score, console.line)[1]
 
 
 def _run(task: _Task, console: Console | None = None, jobs: int = 1) -> ir.PolicyProfile:
@@ -238,7 +238,7 @@ class Stages:
             self.stage, self._live = label, self._open.enter_context(self.console.live(progress.stage, progress.total))
             self._live.started = self._since  # its first step was done before it was shown
         best = ", ".join(f"{team} {shown(found)}" for team, found in progress.measured.items())
-        agreed = "" if progress.agreement is None else f"  agreement {progress.agreement:.2f}"
+        agreed = "" if progress.fidelity is None else f"  fidelity {progress.fidelity:.2f}"
         self._live.update(progress.done, f"best {best}{agreed}  {progress.leaves} leaves")
         self._since = time.monotonic()
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from codegen import policy_json
 from codegen.ir import PolicyProfile
-from maviper.files import runs
+from maviper.files import kinds, runs
 
 
 def version() -> str:
@@ -19,8 +19,12 @@ def version() -> str:
 
 
 def load(path: str | Path) -> PolicyProfile:
-    """The policy profile in a JSON file, checked. ProfileError (an InputError) with the path of the fault otherwise."""
-    return policy_json.loads(runs.read(Path(path), policy_json.MAX_BYTES), Path(path).name)
+    """The policy profile in a JSON file, checked. ProfileError (an InputError) with the path of the fault otherwise, or
+    an InputError that says which other document of ours the file is.
+    """
+    data = runs.read(Path(path), policy_json.MAX_BYTES)
+    kinds.ensure(data, str(path), kinds.PROFILE.called, kinds.PROFILE)
+    return policy_json.loads(data, Path(path).name)
 
 
 def loaded(profile: PolicyProfile | str | Path | None, beside: Path) -> PolicyProfile:

@@ -9,21 +9,23 @@ from pathlib import Path
 
 from codegen import ir
 from codegen.errors import InputError
-from maviper.files import runs
+from maviper.files import kinds, runs
 from verify.claims.region import Region, everywhere, observed_velocities, read_region
 
 MAX_REGION_BYTES = 2**20
 
 
 def find_region(name: str, profile: ir.PolicyProfile) -> Region:
-    """`start` for the start box, else the region in the file `name`."""
+    """`start` for the start region, else the region in the file `name`."""
     if name == "start":
         return everywhere(profile)
     path = Path(name)
     try:
-        source = runs.read(path, MAX_REGION_BYTES).decode()
+        data = runs.read(path, MAX_REGION_BYTES)
+        kinds.ensure(data, name, kinds.REGION.called, kinds.REGION)
+        source = data.decode()
     except UnicodeDecodeError:
         raise InputError("not a readable region file", f"{name}: not UTF-8 text", "is this the right file?") from None
-    # a file called start must not be taken for the start box when the report names it
+    # a file called start must not be taken for the start region when the report names it
     where = f"./{path.name}" if path.name == "start" else path.name
     return read_region(source, profile.world, where, observed_velocities(profile))

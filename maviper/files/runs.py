@@ -98,11 +98,6 @@ def as_json(content: Any) -> str:
     return json.dumps(content, indent=2, sort_keys=True) + "\n"
 
 
-def of_seed(folder_: Path, seed: int) -> Path:
-    """The folder of one seed's run, in the folder of a run of several seeds."""
-    return folder_ / f"seed-{seed}"
-
-
 def begun(folder_: Path) -> bool:
     """Whether a folder holds a run, of one seed or of several: then `claim` lets nobody in without `resume`."""
     try:
@@ -135,6 +130,9 @@ def claim(folder_: Path, config: Mapping[str, Any], same: Sequence[str], resume:
         command = str(found["command"])
     except (ValueError, LookupError, TypeError, AttributeError):
         raise InputError("not a readable run folder", str(place), "start again in another folder") from None
+    if "format" in differing:
+        where = f"{place}: '{shown(str(found.get('format'))[:40])}', not {config['format']}"
+        raise InputError("the run in the folder is of another version", where, "start again in another folder")
     if differing:
         where = f"{place}: {', '.join(differing)} differ"
         raise InputError("the run in the folder is another", where, f"it was started with: {command}")

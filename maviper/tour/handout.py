@@ -26,7 +26,7 @@ TOOLS = ("maviper", "mpe2", "numpy", "scikit-learn", "z3-solver")
 
 
 def questions(profile: ir.PolicyProfile) -> list[DecisionQuestion]:
-    """`distinct_targets` in the start box and, where one is found, in a box around conflicting states."""
+    """`distinct_targets` in the start region and, where one is found, in a box around conflicting states."""
     claim = find_property("distinct_targets", profile)
     asked = [from_start(profile, claim)]
     box = best_proved_box(profile, claim, profile.provenance.seed)

@@ -16,7 +16,7 @@ from typing import Any
 from codegen import ir
 from codegen.errors import InputError
 from codegen.lowering.render import render
-from maviper.files import runs
+from maviper.files import kinds, runs
 from maviper.files.regions import find_region
 from maviper.worlds import find
 from verify.claims.catalogue import NAMES, ZONES, Claim, checked_zones, find_claim, in_general, known, readable, usual
@@ -197,7 +197,9 @@ def _given(names: Sequence[str], options: VerifyOptions) -> list[dict[str, Any]]
 def from_file(path: Path, profile: ir.PolicyProfile, default: Region) -> list[Stated]:
     """The claims of a property file; it names region files as seen from its own folder."""
     try:
-        source = runs.read(path, MAX_FILE_BYTES).decode()
+        data = runs.read(path, MAX_FILE_BYTES)
+        kinds.ensure(data, str(path), kinds.PROPERTIES.called, kinds.PROPERTIES)
+        source = data.decode()
     except UnicodeDecodeError:
         raise InputError("not a readable property file", f"{path}: not UTF-8 text", "is this the right file?") from None
 

@@ -10,11 +10,9 @@ from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 
-import msgspec
-
 from codegen.errors import RefusedError, shown
 from codegen.ir import PolicyProfile
-from maviper.files import runs
+from maviper.files import kinds, runs
 from maviper.files.profiles import loaded
 from verify.checker import certificates as certificate
 from verify.checker import episode_certificates
@@ -70,17 +68,10 @@ def checked(path: Path, profile: PolicyProfile | Path | None = None) -> Checked:
     return Checked(subject, closed, found.size)
 
 
-class _Form(msgspec.Struct):
-    certificate: str
-
-
 def _read(text: bytes, where: str) -> Certificate | EpisodeCertificate:
     """A certificate of either kind; what says of neither that it is one is told as one about single decisions."""
-    try:
-        form = msgspec.json.decode(text, type=_Form).certificate
-    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError):
-        form = ""
-    about = form.rpartition("-")[0] == episode_certificates.FORM.rpartition("-")[0]
+    kinds.ensure(text, where, kinds.CERTIFICATE.called, kinds.CERTIFICATE, kinds.EPISODE_CERTIFICATE)
+    about = kinds.kind_of(text) is kinds.EPISODE_CERTIFICATE
     return episode_certificates.from_json(text, where) if about else certificate.from_json(text, where)
 
 

@@ -18,7 +18,7 @@ from codegen.errors import InputError, shown
 from codegen.ir import PolicyProfile
 from codegen.lowering.render import render
 from codegen.policy_json import content_hash, layout
-from maviper.files import runs
+from maviper.files import kinds, runs
 from maviper.verification import episode_files
 from maviper.verification.join import replayed
 from verify.claims.decisions import BUILT_IN, OWN, PLAIN, Kind, formula
@@ -121,8 +121,11 @@ def replay(path: Path, profile: PolicyProfile) -> Replayed:
     InputError when the file is damaged or speaks of what the profile does not have; DisagreementError when compiled C
     or environment act differently from the reference.
     """
-    single = not episode_files.holds_episode(path)
-    return _ensure_same(path, (_replayed_state if single else _replayed_episode)(path, profile))
+    data = runs.read(path, MAX_BYTES)
+    called = kinds.COUNTEREXAMPLE.called
+    kinds.ensure(data, str(path), called, kinds.COUNTEREXAMPLE, kinds.EPISODE_COUNTEREXAMPLE)
+    about_episode = kinds.kind_of(data) is kinds.EPISODE_COUNTEREXAMPLE
+    return _ensure_same(path, (_replayed_episode if about_episode else _replayed_state)(path, profile))
 
 
 def _replayed_state(path: Path, profile: PolicyProfile) -> Replayed:

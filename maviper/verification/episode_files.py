@@ -6,7 +6,6 @@ Assumes: results of `verify.verdicts.episodes.verify_episodes`; a profile of the
 Does not: look for counterexamples.
 """
 
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
@@ -30,7 +29,6 @@ from verify.states.state import State
 from verify.verdicts.episodes import EpisodeResult
 
 FORM = "maviper-episode-counterexample-1"
-SAYS = re.compile(rb'"counterexample"\s*:\s*"maviper-episode-counterexample-')
 MAX_BYTES = 1 << 24
 ADVICE = "make it again with `maviper verify -o`"
 
@@ -92,11 +90,6 @@ def _written(value: Parameter) -> int | str | list[str]:
     if isinstance(value, tuple):
         return list(value)
     return value if isinstance(value, int) else str(value)
-
-
-def holds_episode(path: Path) -> bool:
-    """Whether a file says that it is a counterexample about an episode, of this version or another; damaged or not."""
-    return SAYS.search(runs.read(path, MAX_BYTES)) is not None
 
 
 def replay(path: Path, profile: PolicyProfile) -> ReplayedEpisode:

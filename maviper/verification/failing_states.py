@@ -25,7 +25,7 @@ from codegen.ir import GrownTree, PolicyProfile, Provenance
 from codegen.policy_json import content_hash, layout
 from maviper.episodes.trees import agent_policies
 from maviper.experts.finding import plain_name
-from maviper.files import runs
+from maviper.files import kinds, runs
 from maviper.files.profiles import load
 from maviper.verification import counterexamples
 from maviper.verification.ask import Asked
@@ -68,13 +68,6 @@ class StatesJson(msgspec.Struct, forbid_unknown_fields=True):
     positions: list[list[float]]  # [n, n_coordinates]
     goals: list[str]  # [n]
     errors: list[dict[str, float]]  # [n], as in a counterexample; empty where no feature is off anywhere
-
-
-class _HeadJson(msgspec.Struct):
-    """What tells one kind of file from another."""
-
-    states: Any = None
-    counterexample: Any = None
 
 
 @dataclass(frozen=True)
@@ -163,7 +156,7 @@ def read_failing(paths: Sequence[Path], world: ParticleWorld) -> tuple[list[Fail
         if not files:
             raise InputError("the folder holds no counterexamples", str(path), ADVICE)
         for file in files:
-            if inside and _of_episodes(file):
+            if inside and _kind_of(file) is kinds.EPISODE_COUNTEREXAMPLE:
                 skipped.append(f"{file.name} is about a whole episode, which does not say what decision to learn")
                 continue
             new = _read(file, policies)
@@ -186,22 +179,16 @@ def blank(world: ParticleWorld) -> PolicyProfile:
     return PolicyProfile(world.spec, agent_policies(world, [leaf] * len(world.agents)), Provenance("", "", 0, "", ""))
 
 
-def _of_episodes(path: Path) -> bool:
-    head = _head(path)
-    return head.states is None and head.counterexample not in (None, *counterexamples.FORMS)
-
-
-def _head(path: Path) -> _HeadJson:
-    return runs.decoded(path, counterexamples.MAX_BYTES, _HeadJson, "not a counterexample", ADVICE)
+def _kind_of(path: Path) -> kinds.Kind | None:
+    return kinds.kind_of(runs.read(path, counterexamples.MAX_BYTES))
 
 
 def _read(path: Path, policies: PolicyProfile) -> Failing | None:
     """One file of either kind; None for a counterexample of real arithmetic alone."""
-    head = _head(path)
-    if head.states is None:
-        if head.counterexample not in (None, *counterexamples.FORMS):
-            what = "not a counterexample to a claim about single decisions"
-            raise InputError(what, f"{path}: {shown(str(head.counterexample)[:40])}", ADVICE)
+    data = runs.read(path, counterexamples.MAX_BYTES)
+    what = "a counterexample to a claim about single decisions"
+    kinds.ensure(data, str(path), what, kinds.COUNTEREXAMPLE, kinds.STATES)
+    if kinds.kind_of(data) is not kinds.STATES:
         found, state, statement = counterexamples.read_counterexample(path, policies)
         _ensure_floats(statement, path)
         if found.semantics != MACHINE and (not state.floats or found.deployed is None or not found.deployed.violated):

@@ -2,7 +2,9 @@
 
 Does: gives the verifier what replays a counterexample to a claim about episodes.
 Assumes: the profile's world is one of ours.
-Does not: judge; the verifier compares every position, velocity and action bit by bit.
+Does not: judge; the verifier compares every position, velocity and action bit by bit. Our simulator steps as the
+  verifier's referee does (codegen/dynamics.py), so of the motion itself only the reference environment is a second
+  reading; that our steps are its steps is also tested apart.
 """
 
 from collections.abc import Callable, Mapping, Sequence

@@ -10,6 +10,7 @@ from itertools import combinations
 
 import numpy as np
 
+from codegen.dynamics import accelerated, displaced
 from codegen.errors import InputError, UnknownNameError
 from codegen.ir import GOAL, FeatureSpec, Meaning, WorldSpec
 
@@ -53,10 +54,9 @@ def farthest(spec: WorldSpec) -> float:
     Contacts can add to it: a range says what actions reach, and nothing depends on it but pictures and regions.
     """
     place = speed = 0.0
-    limit = top_speed(spec)
+    limit, force = top_speed(spec), max(entity.force for entity in spec.agents)
     for _ in range(spec.episode_steps):
-        place += speed * spec.dt
-        speed = min(limit, speed * (1 - spec.damping) + max(entity.force for entity in spec.agents) * spec.dt)
+        place, speed = displaced(spec, place, speed), min(limit, accelerated(spec, speed, force))
     return float(np.ceil(place * 10) / 10)
 
 

@@ -17,8 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from codegen.dynamics import partners
-from codegen.dynamics import push as contact_force
+from codegen.dynamics import Motion
 from codegen.errors import InputError
 from codegen.ir import ActionSpec, Bool, EntitySpec, FeatureSpec, Float32, Float64, WorldSpec
 from codegen.observe import Observer
@@ -86,14 +85,14 @@ class ParticleWorld(World):
     # --- starting
 
     def start(self, n: int, rng: np.random.Generator) -> WorldState:
-        """`n` random start states from one generator: at rest, positions uniform in the start boxes, goal uniform."""
+        """`n` random start states from one generator: at rest, positions uniform in the start regions, goal uniform."""
         goal = rng.integers(max(1, len(self.spec.goals)), size=n)
-        position = np.stack([rng.uniform(*self._start_box(entity), (2, n)) for entity in self._entities])
+        position = np.stack([rng.uniform(*self._start_bounds(entity), (2, n)) for entity in self._entities])
         return WorldState(games(position), games(np.zeros((len(self.spec.agents), 2, n))), goal)
 
     def start_from_seeds(self, seeds: Sequence[int] | Int) -> WorldState:
         """The start states of the reference environment after `reset(seed=...)`, one for each seed."""
-        bounds = np.array([self._start_box(entity) for entity in self._entities])
+        bounds = np.array([self._start_bounds(entity) for entity in self._entities])
         low, high = bounds[:, :1], bounds[:, 1:]
         position = np.empty((len(seeds), len(bounds), 2))
         goal = np.zeros(len(seeds), dtype=np.int64)
@@ -109,53 +108,19 @@ class ParticleWorld(World):
     def _entities(self) -> tuple[EntitySpec, ...]:
         return self.spec.agents + self.spec.landmarks
 
-    def _start_box(self, entity: EntitySpec) -> tuple[float, float]:
+    def _start_bounds(self, entity: EntitySpec) -> tuple[float, float]:
         return entity.start or (self.spec.start_low, self.spec.start_high)
 
     # --- dynamics
 
     @cached_property
-    def _pushes(self) -> Float64:
-        """[n_agents, 2, n_actions]: the acceleration of each action on each axis."""
-        effect = np.array([[action.effect or (0.0, 0.0) for action in choices] for choices in self.actions])
-        return effect.transpose(0, 2, 1) * np.array([entity.force for entity in self.spec.agents])[:, None, None]
-
-    @cached_property
-    def _contacts(self) -> list[tuple[int, int, float]]:
-        """Pairs that may push each other, in mpe2's order, with the distance at which they touch."""
-        return partners(self.spec)
+    def _motion(self) -> Motion:
+        return Motion(self.spec, self.actions)
 
     def step(self, state: WorldState, actions: Int) -> WorldState:
         """The next states. `actions`: [batch, n_agents] indices. Positions move first, with the old velocity."""
-        n_agents = len(self.spec.agents)
-        position, velocity = planes(state.position), planes(state.velocity)
-        push = np.empty_like(velocity)
-        for agent in range(n_agents):
-            chosen = np.ascontiguousarray(actions[:, agent])
-            for axis in (0, 1):
-                self._pushes[agent, axis].take(chosen, out=push[agent, axis], mode="clip")
-        for pair in self._contacts:
-            self._push_apart(position, push, *pair)
-        position = position.copy()
-        position[:n_agents] += velocity * self.spec.dt
-        push *= self.spec.dt
-        velocity = velocity * (1.0 - self.spec.damping)
-        velocity += push
-        for agent, entity in enumerate(self.spec.agents):
-            if entity.max_speed is not None:
-                _limit(velocity[agent], entity.max_speed)
+        position, velocity = self._motion.step(planes(state.position), planes(state.velocity), actions)
         return WorldState(games(position), games(velocity), state.goal)
-
-    def _push_apart(self, position: Float64, push: Float64, a: int, b: int, touching: float) -> None:
-        """Adds the contact force of one pair to `push`. Where both centres coincide there is no direction to push in:
-        mpe2 gives NaN there, and here nothing happens.
-        """
-        dx, dy = position[a] - position[b]
-        near, force = contact_force(self.spec, dx, dy, touching)
-        for axis in (0, 1):
-            push[a, axis, near] += force[axis]
-            if b < len(push):
-                push[b, axis, near] -= force[axis]
 
     # --- observations
 
@@ -196,13 +161,6 @@ class ParticleWorld(World):
         seen = self._observer(self.coordinates(state).T)
         ends = np.cumsum([len(features) for features in self.features])[:-1]
         return tuple(part.T for part in np.split(seen, ends))
-
-
-def _limit(velocity: Float64, max_speed: float) -> None:
-    """Cuts the speed of one agent, `velocity` [2, batch], in place."""
-    speed = np.sqrt(velocity[0] * velocity[0] + velocity[1] * velocity[1])
-    fast = np.flatnonzero(speed > max_speed)
-    velocity[:, fast] = velocity[:, fast] / speed[fast] * max_speed
 
 
 def distances(a: Float64, b: Float64) -> Float64:

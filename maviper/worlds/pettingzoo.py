@@ -3,7 +3,7 @@
 Does: derives spec, teams, features, actions and measures from an environment; plays one copy a core.
 Assumes: discrete actions, vector observations, episodes that follow from their seed (`maviper worlds check` tests it).
 Does not: know the dynamics, or where episodes start. What a profile must state about them says so: time step, damping,
-  sizes and forces are 0, there are no landmarks or goals, and the start box is the widest that a profile may have.
+  sizes and forces are 0, there are no landmarks or goals, and the start region is the widest that a profile may have.
 
 Agents may leave before the others: when the environment terminates or truncates them, or drops them from `agents`. From
 then on they take no part in anything: no data, no votes, no rewards. All must be there at the start.

@@ -1,11 +1,11 @@
-"""Claims about whole episodes: zones against unrolling in Z3, and how far zones go in the whole start box.
+"""Claims about whole episodes: zones against unrolling in Z3, and how far zones go in the whole start region.
 
     python -m tests.benchmarks.closed_loop [--full | --certificates] [--json]
 
 Trees of several depths are fitted to a script that takes each defender to its own landmark along the longer axis. Both
-ways answer the same question in the same run, on small start boxes, one query a goal for Z3; they must agree. Targets
+ways answer the same question in the same run, on small start regions, one query a goal for Z3; they must agree. Targets
 for the ratio of times: 50, stretch 500. Then what certificates of proved claims cost: of those boxes, of a hand-made
-team in the whole start box, and of the committed proved defenders in the start box halved.
+team in the whole start region, and of the committed proved defenders in the start region halved.
 """
 
 import argparse
@@ -137,7 +137,7 @@ def fitted(depth, seed=0, samples=40_000):
 
 
 def small_box(profile, side, seed):
-    """A start box of a side around random places, one goal."""
+    """A start region of a side around random places, one goal."""
     rng = np.random.default_rng(seed)
     half = Fraction(side) / 2
     box = {}
@@ -173,7 +173,7 @@ def compare(depths, seeds, side, limit):
 
 
 def everywhere_table(depths, budget):
-    """The whole start box, 25 steps, each claim: verdict, zones and seconds a depth."""
+    """The whole start region, 25 steps, each claim: verdict, zones and seconds a depth."""
     figures = []
     for depth in depths:
         profile = fitted(depth)
@@ -184,8 +184,10 @@ def everywhere_table(depths, budget):
             )
             seconds = time.perf_counter() - start
             said = f"{found.verdict.value:8} {found.zones:10,} zones {seconds:7.2f} s"
-            print(f"whole start box, depth {depth:2} {name:8} {said}", flush=True)
-            figures.append({"name": f"{name}, whole start box, depth {depth}, s", "value": seconds, "better": "lower"})
+            print(f"whole start region, depth {depth:2} {name:8} {said}", flush=True)
+            figures.append(
+                {"name": f"{name}, whole start region, depth {depth}, s", "value": seconds, "better": "lower"}
+            )
     return figures
 
 
@@ -200,8 +202,8 @@ def certificate_table(depths, seeds, side):
         profile = fitted(depth)
         cases += [(f"depth {depth} box {seed}", profile, small_box(profile, side, seed)) for seed in seeds]
     cases += [
-        ("hand-made, whole start box", arrivers, whole),
-        ("proved defenders, start box halved", committed, halved),
+        ("hand-made, whole start region", arrivers, whole),
+        ("proved defenders, start region halved", committed, halved),
     ]
     closed = spent = searched = 0.0
     for where, profile, region in cases:

@@ -3,8 +3,8 @@
     python tests/benchmarks/where.py [--profile PATH ...] [--json]
 
 Teams: the shipped demo's, trees of depth 6 fitted to the nearer of two matchings, and every profile named. Measured
-for `distinct_targets` in the start box: the enumeration of all violating zones, their exact share, the search for the
-largest region, with what they found. The whole question is timed beside them, so that the extra cost can be told.
+for `distinct_targets` in the start region: the enumeration of all violating zones, their exact share, the search for
+the largest region, with what they found. The whole question is timed beside them, so that the extra cost can be told.
 """
 
 import argparse

@@ -188,7 +188,7 @@ def test_every_world_keeps_the_rules(name):
     assert check(blank(world)) == ()
 
 
-def test_a_start_box_may_be_a_point(profile):
+def test_a_start_region_may_be_a_point(profile):
     landmarks = tuple(replace(entity, start=(0.5, 0.5)) for entity in profile.world.landmarks)
     assert check(replace(profile, world=replace(profile.world, landmarks=landmarks))) == ()
 

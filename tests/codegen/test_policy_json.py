@@ -35,7 +35,7 @@ def test_text_fits_the_published_schema(profile):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_every_game_reads_back(name):
-    """Contacts, start boxes, options and every kind of meaning."""
+    """Contacts, start regions, options and every kind of meaning."""
     profile = random_profile(name)
     assert check(profile) == ()
     text = policy_json.dumps(profile)

@@ -52,7 +52,7 @@ def random_tree(rng, n_features, max_depth, n_actions=5, grow=0.75):
 
 
 def random_region(rng, profile):
-    """A part of the start box: narrower intervals, equalities, differences, distances; sometimes empty."""
+    """A part of the start region: narrower intervals, equalities, differences, distances; sometimes empty."""
     start = everywhere(profile)
     box = dict(start.box)
     for name in box:
@@ -269,5 +269,5 @@ def everyone(region):
 
 
 def narrowed(profile, region):
-    """The region without coordinates beyond the start box, for worlds whose velocities nobody reads."""
+    """The region without coordinates beyond the start region, for worlds whose velocities nobody reads."""
     return replace(region, box={name: region.box[name] for name in start_region(profile.world).box})

@@ -2,7 +2,8 @@
 
 Does: states one part of a claim as questions about start positions, says what follows an answer, and how agents move.
 Assumes: nothing beyond reading.py and thresholds.py; belongs to what must be right for a certificate to mean something.
-Does not: serve the zone engine (episodes/unroll.py), which has its own reading, or close branches (episodes.py).
+Does not: serve the zone engine (episodes/unroll.py), which has its own reading, or close branches (episodes.py). Its
+  step and its bound of roundings are second readings on purpose, and not those of codegen/dynamics.py either.
 
 Why start positions are enough. All starts with the same actions so far have the same velocities, bit for bit, and have
 come equally far but for rounding. So a question about positions now is one about start positions, its bound moved by

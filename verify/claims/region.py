@@ -107,11 +107,11 @@ def positions(world: WorldSpec) -> tuple[str, ...]:
 
 
 def start_region(world: WorldSpec, velocities: Sequence[str] = ()) -> Region:
-    """Every position in its start box, any goal; the named velocity coordinates as large as actions can make them."""
-    return Region(_start_box(world, velocities), world.goals, name=START)
+    """Every position that is a start, any goal; the named velocity coordinates as large as actions can make them."""
+    return Region(_start_bounds(world, velocities), world.goals, name=START)
 
 
-def _start_box(world: WorldSpec, velocities: Sequence[str]) -> dict[str, Interval]:
+def _start_bounds(world: WorldSpec, velocities: Sequence[str]) -> dict[str, Interval]:
     bounds = [entity.start or (world.start_low, world.start_high) for entity in world.agents + world.landmarks]
     exact_bounds = [(Fraction(low), Fraction(high)) for low, high in bounds for _ in "xy"]
     box = dict(zip(positions(world), exact_bounds, strict=True))
@@ -144,7 +144,7 @@ def region_of(document: Mapping[str, object], world: WorldSpec, where: str, velo
         if key not in ("goals", "default", "box", "difference", "apart"):
             raise UnknownNameError("key", key, ("goals", "default", "box", "difference", "apart"), where)
     stated = _table(document, "box", where)
-    box = _start_box(world, [name for name in velocities if name not in stated])
+    box = _start_bounds(world, [name for name in velocities if name not in stated])
     box = dict.fromkeys((*positions(world), *velocities), (Fraction(0), Fraction(0))) | box  # in this order
     if "default" in document:
         box |= dict.fromkeys(positions(world), _interval(document["default"], f"{where}: default"))

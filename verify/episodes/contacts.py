@@ -2,7 +2,8 @@
 
 Does: states the contact force, splits zones by who may touch whom, bounds the pushes, says how far agents may get.
 Assumes: agents start at rest; whoever is not followed may choose any action at any step.
-Does not: know trees or claims (unroll.py, cuts.py).
+Does not: know trees or claims (unroll.py, cuts.py). Its steps are bounds, rounded outwards, and no numbers that
+  codegen/dynamics.py could give; only who may push whom comes from there.
 
 The force between entities at a distance d that touch at D is C k log(1 + exp((D - d) / k)) along the line between their
 centres: at most C (D - d + k), and below C k exp(-m) from D + m k on. Why zones stay sound:

@@ -2,7 +2,9 @@
 
 Does: resolves trees for one group of agents and one goal, and follows all starts of a region step by step.
 Assumes: agents of the group start at rest and touch nobody; what other agents do is arbitrary.
-Does not: find real starts (verdicts/episodes.py does, from what is left over here) or play (states/courses.py).
+Does not: find real starts (verdicts/episodes.py does, from what is left over here) or play (states/episodes.py). It
+  steps by a reading of the world spec of its own, not by codegen/dynamics.py: the referee, which judges the starts left
+  over, steps by that one, and the checker by a third.
 
 Why a proof over zones holds for the machine. v does not depend on positions, so it is computed here by the machine's
 own operations; only p += dt * v rounds differently for different starts. After T steps with positions up to X and

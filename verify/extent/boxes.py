@@ -28,7 +28,7 @@ TRIAL_SAMPLES = 4_000
 
 @dataclass(frozen=True)
 class Found:
-    """A proved box: the region, its conflict share (of TRIAL_SAMPLES states), its share of the start box's volume."""
+    """A proved box: the region, its conflict share (of TRIAL_SAMPLES states), its share of the start volume."""
 
     region: Region
     conflict: float
@@ -96,7 +96,7 @@ def _cut(box: dict[str, Interval], centre: State, model: dict[str, Fraction]) ->
 
 
 def _volume(region: Region, start: Region) -> float:
-    """The region's share of the start box's volume."""
+    """The region's share of the start region's volume."""
     share = 1.0
     for name, (low, high) in region.box.items():
         least, most = start.box[name]

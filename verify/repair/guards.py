@@ -86,9 +86,9 @@ def offset_features(policy: AgentPolicy, landmark: str) -> tuple[int, int]:
     return found[0], found[1]
 
 
-def guard(question: DecisionQuestion, post: Post, seen: Seen, most_levels: int | None = None) -> Guard | None:
-    """The cheapest guard of a leaf for a landmark, at most `most_levels` deep; None when there is none."""
-    return _Grid(question, post, seen).cheapest(most_levels)
+def guard(question: DecisionQuestion, post: Post, seen: Seen, max_levels: int | None = None) -> Guard | None:
+    """The cheapest guard of a leaf for a landmark, at most `max_levels` deep; None when there is none."""
+    return _Grid(question, post, seen).cheapest(max_levels)
 
 
 class _Grid:
@@ -113,9 +113,9 @@ class _Grid:
         here = seen.leaf == leaf
         self._weights, self._sums = self._counted(seen.rows[here], seen.weight[here])
 
-    def cheapest(self, most_levels: int | None) -> Guard | None:
+    def cheapest(self, max_levels: int | None) -> Guard | None:
         """See `guard`."""
-        levels = UNLIMITED if most_levels is None else max(0, most_levels)
+        levels = UNLIMITED if max_levels is None else max(0, max_levels)
         found = self._best((0, len(self._lines[0]) + 1, 0, len(self._lines[1]) + 1), levels)
         if found is None:
             return None

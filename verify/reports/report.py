@@ -106,15 +106,15 @@ def document(
         },
         "evaluation": dict(profile.provenance.evaluation),
         "files": dict(files or {}),
-        "results": [_facts(profile, result, command) for result, command in zip(results, commands, strict=True)],
+        "results": [result_facts(profile, result, command) for result, command in zip(results, commands, strict=True)],
         "semantics": " ".join({MACHINE: SEMANTICS, REAL: REAL_SEMANTICS}[kind] for kind in kinds),
         "trusted": trusted.texts(known, touching, bool(single), bool(episodes), replayed),
         "limits": [*_limits(single), *(loop_report.LIMITS if episodes else ()), *contacts],
     }
 
 
-def _facts(profile: PolicyProfile, result: Result | EpisodeResult, command: str) -> dict[str, Any]:
-    """A result of either kind as plain data."""
+def result_facts(profile: PolicyProfile, result: Result | EpisodeResult, command: str) -> dict[str, Any]:
+    """One result as plain data, as it stands in the document."""
     if result.kind is Kind.EPISODES:
         return loop_report.result_facts(profile, result, command)
     return _result(profile, result, command)
@@ -309,6 +309,16 @@ def as_json(facts: Mapping[str, Any]) -> str:
 def as_text(facts: Mapping[str, Any]) -> str:
     """The report as plain text; what a terminal would not print as it stands is escaped."""
     return "\n".join(map(visible, render("report/report.txt.j2", **facts).split("\n")))
+
+
+def as_lines(profile: PolicyProfile, result: Result | EpisodeResult) -> tuple[str, list[str]]:
+    """One result for a terminal, from the facts of the report: what was asked, and the lines under it."""
+    facts = result_facts(profile, result, "")
+    named = facts["label"] or f"{facts['property']} of the {facts['team']}"
+    real = ", real arithmetic" if facts["semantics"] == REAL else ""
+    left_out = result.left_out if result.kind is Kind.EPISODES else ""
+    text = render("report/lines.txt.j2", result=facts, left_out=left_out)
+    return f"{named}, region {facts['region_name'] or 'given'}{real}", [line for line in text.split("\n") if line]
 
 
 def as_html(facts: Mapping[str, Any]) -> str:

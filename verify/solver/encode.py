@@ -2,7 +2,7 @@
 
 Does: encodes trees, observation maps with machine rounding, region and claim over exact rationals, one query a goal.
 Assumes: features are coordinates, differences of two, or functions of those; trees passed `verifiable`.
-Does not: share the arithmetic of thresholds with codegen or with any other engine, so that agreement means something.
+Does not: share the arithmetic of thresholds with codegen or with any other engine, so that consensus means something.
 
 Machine rounding: a difference d of two float64 positions is observed as fl32(fl64(d)). Rounding is monotone, so
 "fl32(fl64(d)) <= t" is a half line of d. Its end is where the second rounding ties, then where the first one does; a

@@ -3,7 +3,7 @@
 Does: asks for each leaf of each agent: a sampled state that reaches it, else the solver; lists the dead ones as data.
 Assumes: features have meanings; a leaf counts as reached only by a state that the referee takes there: a float64 state,
   in real arithmetic also a rational one.
-Does not: change trees. Who drops dead leaves must ask about every state that the agents can meet, not the start box.
+Does not: change trees. Who drops dead leaves must ask about every state that the agents can meet, not the start region.
 """
 
 from dataclasses import dataclass

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from codegen import ir
-from codegen.dynamics import COINCIDENT, partners, push
+from codegen.dynamics import COINCIDENT, Motion, partners
 from codegen.errors import DisagreementError, InputError
 from codegen.ir import Bool, Float64, PolicyProfile
 from verify.claims.episodes import EpisodeClaim, Gaps
@@ -59,47 +59,29 @@ def play(profile: PolicyProfile, start: Float64, steps: int) -> tuple[Float64, A
     Returns coordinates [steps + 1, batch, n_coordinates] and actions [steps, batch, n_agents]. Operation by operation
     what the world's spec says: positions move with the old velocity.
     """
-    world = profile.world
+    world, policies = profile.world, _in_order(profile)
+    motion = Motion(world, [policy.actions for policy in policies])
     names = world.coordinates()
-    position = np.array([[names.index(f"{entity.name}.{axis}") for axis in "xy"] for entity in world.agents])
+    entities = [entity.name for entity in world.agents + world.landmarks]
+    position = np.array([[names.index(f"{entity}.{axis}") for axis in "xy"] for entity in entities])
     velocity = np.array([[names.index(f"{entity.name}.v{axis}") for axis in "xy"] for entity in world.agents])
     now = start.copy()
     now[:, velocity] = 0.0
     episode, actions = [now], list[Actions]()
     for _ in range(steps):
-        choice = np.stack([chosen(policy, now, world) for policy in _in_order(profile)], axis=1).astype(np.int64)
-        following = now.copy()
-        following[:, position] += now[:, velocity] * world.dt
-        pushes = _pushes(profile, now, choice)
-        for agent, entity in enumerate(world.agents):
-            speed = now[:, velocity[agent]] * (1.0 - world.damping) + pushes[agent] * world.dt
-            if entity.max_speed is not None:
-                size = np.sqrt((speed**2).sum(axis=1))
-                fast = np.flatnonzero(size > entity.max_speed)
-                speed[fast] = speed[fast] / size[fast, None] * entity.max_speed
-            following[:, velocity[agent]] = speed
-        episode.append(following)
+        choice = np.stack([chosen(policy, now, world) for policy in policies], axis=1).astype(np.int64)
+        places, speeds = motion.step(_planes(now, position), _planes(now, velocity), choice)
+        now = now.copy()
+        now[:, position], now[:, velocity] = places.transpose(2, 0, 1), speeds.transpose(2, 0, 1)
+        episode.append(now)
         actions.append(choice)
-        now = following
     chosen_all = np.array(actions, dtype=np.int64).reshape(steps, len(start), len(world.agents))
     return np.array(episode), chosen_all
 
 
-def _pushes(profile: PolicyProfile, now: Float64, choice: Actions) -> Float64:
-    """The forces on each agent, of its action and of contacts, [n_agents, batch, 2]."""
-    world = profile.world
-    names = world.coordinates()
-    effects = [np.array([action.effect for action in policy.actions]) for policy in _in_order(profile)]
-    found = np.stack([effects[agent][choice[:, agent]] * entity.force for agent, entity in enumerate(world.agents)])
-    x, y = (
-        [now[:, names.index(f"{entity.name}.{axis}")] for entity in world.agents + world.landmarks] for axis in "xy"
-    )
-    for a, b, touching in partners(world):
-        rows, force = push(world, x[a] - x[b], y[a] - y[b], touching)
-        found[a, rows] += force.T
-        if b < len(found):
-            found[b, rows] -= force.T
-    return found
+def _planes(coordinates: Float64, columns: Actions) -> Float64:
+    """Some columns [n, 2] of coordinates [batch, n_coordinates] as planes [n, 2, batch]."""
+    return np.ascontiguousarray(coordinates[:, columns].transpose(1, 2, 0))
 
 
 def _in_order(profile: PolicyProfile) -> list[ir.AgentPolicy]:

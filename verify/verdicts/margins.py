@@ -11,7 +11,7 @@ from fractions import Fraction
 
 STEP = Fraction(1, 1000)  # the grid, in the world's length unit
 MAX_QUESTIONS = 12
-WIDEST = Fraction(2)  # beyond the sides of the start boxes nothing is ahead
+WIDEST = Fraction(2)  # beyond the sides of the start regions nothing is ahead
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,7 @@
 #error "needs 128-bit integers"
 #endif
 
-#define MOST_TABLED (1 << 22) /* combinations of classes that are looked up in a table instead of a dictionary */
+#define MAX_TABLED (1 << 22) /* combinations of classes that are looked up in a table instead of a dictionary */
 #define SIGNALS 0xffff        /* nodes between two looks for Ctrl-C */
 
 enum { CLOSED = 0, OPEN = 1, FAILED = -1 };
@@ -173,12 +173,12 @@ static int lay_out(Search *s, PyObject *trees, PyObject *classes)
         for (Py_ssize_t v = 0; v < PyBytes_GET_SIZE(own) / 4; v++)
             most = s->classes[k][v] > most ? s->classes[k][v] : most;
         total *= most + 1;
-        if (total > MOST_TABLED)
+        if (total > MAX_TABLED)
             continue;
         s->strides[k] = stride;
         stride *= (size_t)most + 1;
     }
-    if (classes != Py_None && total <= MOST_TABLED) {
+    if (classes != Py_None && total <= MAX_TABLED) {
         s->table = malloc(stride * sizeof *s->table);
         if (!s->table)
             return 0;

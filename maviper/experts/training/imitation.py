@@ -33,7 +33,7 @@ class Imitation:
         self.wanted = torch.zeros(0, joint.n_agents, dtype=torch.int64, device=joint.device)
 
     def round(self, games: int, rng: np.random.Generator, optimiser: Adam, rate: float) -> tuple[int, float, float]:
-        """One batch of episodes and UPDATES steps; returns the joint steps played, the share of agreement and the loss.
+        """One batch of episodes and UPDATES steps; returns the joint steps played, the fidelity and the loss.
 
         The learner plays greedily from the second round on; the teacher plays the first.
         """

@@ -97,9 +97,9 @@ class Mappo(Trainer):
         settings = self.settings
         if self.steps < settings.imitate_steps:
             rate = settings.imitate_rate * (1 - 0.9 * self.steps / settings.imitate_steps)
-            played, agreement, loss = self.imitation.round(self.games, self.rng, self.optimisers["imitation"], rate)
+            played, fidelity, loss = self.imitation.round(self.games, self.rng, self.optimisers["imitation"], rate)
             self.steps += played
-            return {"agreement": agreement, "loss": loss}
+            return {"fidelity": fidelity, "loss": loss}
         played = self._collect()
         self.running.add(played.rewards, played.alive, played.goes_on)
         loss = self._learn(played)

@@ -18,11 +18,10 @@ from maviper.experts.recipes import DEFAULT, Request
 from maviper.experts.training import train as training
 from maviper.files import resuming, runs
 from maviper.files.jobs import side_by_side
+from maviper.files.seeds import Scored, best_of, ensure_counts, folder_of, resumed
 from maviper.worlds import World, find
 
-MAX_SEEDS = 1_000
 MAX_SEED = 2**32
-SEEDS_FILE = "seeds.json"
 
 
 @dataclass(frozen=True)
@@ -51,8 +50,7 @@ def trained(name: str, folder: Path, options: TrainOptions, console: Console) ->
     request = Request(options.algorithm, options.recipe, overrides, options.device).checked()
     world = find(name)
     seeds = range(options.seed, options.seed + options.seeds)
-    if not 1 <= len(seeds) <= MAX_SEEDS or options.jobs < 1:
-        raise InputError(f"--seeds must be from 1 to {MAX_SEEDS}, --jobs at least 1", "--seeds, --jobs")
+    ensure_counts(options.seeds, options.jobs)
     if not 0 <= seeds[0] <= seeds[-1] < MAX_SEED:
         raise InputError(f"seeds must be from 0 to {MAX_SEED - 1}, not {_seeds(seeds)}", "--seed, --seeds")
     resuming.resumable(partial(runs.begun, folder))
@@ -102,23 +100,19 @@ class _Task(NamedTuple):
 def _several(task: _Task, seeds: Sequence[int], jobs: int, console: Console) -> dict[str, Any]:
     """Each seed in a folder of its own; the one with the best score on its finalists' episodes becomes the run's."""
     folder, request = task.folder, task.request
-    folders = [runs.of_seed(folder, seed) for seed in seeds]
+    folders = [folder_of(folder, seed) for seed in seeds]
     asked = [replace(request, overrides={**request.overrides, "seed": seed}) for seed in seeds]
     tasks = [
-        _Task(task.name, place, one, task.resume and (place / runs.CONFIG_FILE).exists())
-        for place, one in zip(folders, asked, strict=True)
+        _Task(task.name, place, one, resumed(place, task.resume)) for place, one in zip(folders, asked, strict=True)
     ]
-    cards: list[dict[str, Any]] = []
-    for seed, card in zip(seeds, side_by_side(_quietly, tasks, jobs), strict=True):
-        cards.append(card)
-        console.line("seed", f"{seed}: score {card['score']:.3f}, {card['steps']} steps, {card['seconds']:.0f} s")
-    best = max(range(len(cards)), key=lambda index: (cards[index]["score"], -index))
+    best, card = best_of(folder, seeds, side_by_side(_quietly, tasks, jobs), _scored, console.line)
     for file in (training.EXPERT_FILE, training.CARD_FILE, training.CURVE_FILE):
-        runs.write(folder / file, (folders[best] / file).read_bytes())
-    table = {str(seed): {"score": card["score"], **card["measured"]} for seed, card in zip(seeds, cards, strict=True)}
-    runs.write(folder / SEEDS_FILE, runs.as_json({"best": seeds[best], "seeds": table}))
-    console.line("best", f"seed {seeds[best]}")
-    return cards[best]
+        runs.write(folder / file, (folder_of(folder, best) / file).read_bytes())
+    return card
+
+
+def _scored(card: Mapping[str, Any]) -> Scored:
+    return Scored(card["score"], f", {card['steps']} steps, {card['seconds']:.0f} s", card["measured"])
 
 
 def _quietly(name: str, folder: Path, request: Request, resume: bool) -> dict[str, Any]:

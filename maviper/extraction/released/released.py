@@ -69,7 +69,7 @@ def maviper(
             f"{step}-rollouts", collect, world, expert, [policies] * len(everybody), everybody, seeds, weigh
         )
         data = data + met.data
-        selection.met(met.values, met.agreement)
+        selection.met(met.values, met.fidelity)
         selection.offer(grown)
     return len(data)
 
@@ -202,7 +202,7 @@ def viper(asked: Extraction, agent: int, selection: Selection) -> int:
         seeds = settings.rollout_episodes(iteration, WARM_UP)
         met = journal.met(f"{step}-rollouts", collect, world, expert, policies, [agent], seeds, weigh)
         data = data + met.data
-        selection.met(met.values, met.agreement)
+        selection.met(met.values, met.fidelity)
         selection.offer(tree)
     return len(data)
 

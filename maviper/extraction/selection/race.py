@@ -41,7 +41,7 @@ class Progress:
     score: float  # of this step's candidate
     best: float
     measured: Mapping[str, Estimate]  # team -> primary measure of the best, against expert opponents
-    agreement: float | None  # share of the step's decisions that were the expert's
+    fidelity: float | None  # share of the step's decisions that were the expert's
     leaves: int  # of the best, all agents
 
     @property
@@ -52,7 +52,7 @@ class Progress:
         for team, estimate in self.measured.items():
             low, high = estimate.interval
             found |= {f"best {team}": estimate.value, f"best {team} low": low, f"best {team} high": high}
-        return found | {"agreement": self.agreement, "leaves": self.leaves}
+        return found | {"fidelity": self.fidelity, "leaves": self.leaves}
 
 
 OnProgress = Callable[[Progress], None]
@@ -84,7 +84,7 @@ class Selection(ABC):
         arrays = journal.arrays("expert", lambda: self._labelled(measures.values(world, self.experts, self.seeds)))
         self.base = self._estimates(arrays)
         self.candidates: list[list[GrownTree]] = []
-        self.agreement: float | None = None
+        self.fidelity: float | None = None
         self._reference, self._since_gain = -np.inf, 0
         self._begin()
 
@@ -96,12 +96,12 @@ class Selection(ABC):
         """The team's agents that candidates have trees for."""
         return [agent for agent in self.world.members(team) if agent in self.agents]
 
-    def met(self, values: Mapping[str, Float64], agreement: float) -> None:
+    def met(self, values: Mapping[str, Float64], fidelity: float) -> None:
         """Says what the last candidate (or, before the first, the expert) did in its rollouts: `values`, each team's
-        primary measure; `agreement`, the share of actions that were the expert's.
+        primary measure; `fidelity`, the share of actions that were the expert's.
         """
         del values
-        self.agreement = agreement
+        self.fidelity = fidelity
 
     @abstractmethod
     def offer(self, trees: Sequence[GrownTree]) -> bool:
@@ -143,7 +143,7 @@ class Selection(ABC):
             self._reference, self._since_gain = best + half_width, 0
         measured = {measure.team: estimate for measure, estimate in found.items()}
         done, total = len(self.candidates), self.settings.iterations
-        self.on_progress(Progress(EXTRACTING, done, total, score, best, measured, self.agreement, leaves))
+        self.on_progress(Progress(EXTRACTING, done, total, score, best, measured, self.fidelity, leaves))
         return self._since_gain >= self.settings.patience
 
 
@@ -237,9 +237,9 @@ class Raced(_EachTeams):
         super()._begin()
         self.warm: list[dict[str, Float64]] = []  # per candidate: team -> scores in its rollouts
 
-    def met(self, values: Mapping[str, Float64], agreement: float) -> None:
+    def met(self, values: Mapping[str, Float64], fidelity: float) -> None:
         """As `Selection.met`."""
-        super().met(values, agreement)
+        super().met(values, fidelity)
         if len(self.warm) < len(self.candidates):
             self.warm.append({team: values[team] for team in self.teams})
 

@@ -130,7 +130,7 @@ def test_data_are_the_steps_that_agents_took(relay):
     for agent, seen in enumerate(found.data.observations):
         assert (found.data.alive[:, agent] == (seen[:, OVER] == 0)).all()
     assert not found.data.weights[~found.data.alive].any() and found.data.weights[found.data.alive].all()
-    assert found.agreement == 1
+    assert found.fidelity == 1
     one = met(relay, agents=[0]).data
     assert len(one) == steps_of(relay, range(10))[0] and one.alive[:, 0].all()
 
@@ -153,13 +153,13 @@ def test_data_outlive_the_journal(relay):
     assert (again.data.alive == whole.data.alive).all() and again.data.alive.dtype == bool
 
 
-def test_agreement_counts_the_steps_that_agents_took(relay):
+def test_fidelity_counts_the_steps_that_agents_took(relay):
     """Agents who never do what the expert wants agree in no step, whatever it says of those who have left."""
     wrong = Policies([lambda seen: np.where(seen[:, PLACE] > 0, 0, 1)] * 3)
     left = Policies([lambda seen: np.full(len(seen), LEFT)] * 3)
     for controller in (wrong, left):
         found = collect(relay, Expert(relay), [controller] * 3, [0, 1, 2], range(5), lambda seen, state, acted: acted)
-        assert found.agreement == 0
+        assert found.fidelity == 0
 
 
 @pytest.mark.parametrize(("name", "preset"), EVERY)
@@ -357,10 +357,10 @@ def test_shares_of_decisions_are_of_the_steps_that_agents_took(relay):
     contest = run.Contest(relay, [tree_policies(policies)] * 3, {"expert": [expert] * 3}, expert, policies)
     found = run.evaluate(contest, episodes=6)
     for facts in found.trees.values():
-        assert facts.agreement_own.value == facts.agreement_expert.value == 0 and facts.comparisons.value == 1
+        assert facts.fidelity_own.value == facts.fidelity_expert.value == 0 and facts.comparisons.value == 1
 
 
-def test_agreement_with_the_expert_is_of_the_steps_that_agents_took(profile):
+def test_fidelity_to_the_expert_is_of_the_steps_that_agents_took(profile):
     ours = find("physical-deception")
     (episodes,) = rollout(ours, [tree_policies(profile.agents)] * 3, range(5))
     alive = np.random.default_rng(0).random(episodes.alive.shape) < 0.5

@@ -147,8 +147,8 @@ def test_numbers_are_those_of_slow_loops(world, expert, profile):
     for agent, policy in enumerate(profile.agents):
         facts = found.trees[policy.agent]
         assert facts.comparisons.value == pytest.approx(comparisons[agent])
-        assert facts.agreement_own.value == pytest.approx(own[agent])
-        assert facts.agreement_expert.value == pytest.approx(theirs[agent])
+        assert facts.fidelity_own.value == pytest.approx(own[agent])
+        assert facts.fidelity_expert.value == pytest.approx(theirs[agent])
         assert facts.leaves == len(ir.leaves(policy.tree)) and facts.depth == ir.depth(policy.tree).max() <= 3
 
 
@@ -162,7 +162,7 @@ def test_the_other_games(other):
     check_against_loops(world, profile, script, found, {"script": "expert"})
     _, own, _ = slow(world, ["tree"] * len(world.agents), profile.agents, script)
     for agent, policy in enumerate(profile.agents):
-        assert found.trees[policy.agent].agreement_own.value == pytest.approx(own[agent])
+        assert found.trees[policy.agent].fidelity_own.value == pytest.approx(own[agent])
     assert any(row.measure.lower_is_better for row in found.against["script"])
 
 
@@ -177,7 +177,7 @@ def test_a_trees_comparisons_are_the_depths_of_its_leaves(world, profile):
     found = evaluate(Contest(world, subject, {"itself": subject}, None, policies), episodes=FEW).trees
     facts = [found[policy.agent] for policy in policies]
     assert [(each.leaves, each.depth, each.comparisons.value) for each in facts] == [(1, 0, 0.0), (3, 2, 1.0)]
-    assert all(each.agreement_own is None and each.agreement_expert is None for each in facts)
+    assert all(each.fidelity_own is None and each.fidelity_expert is None for each in facts)
 
 
 def test_batches_and_asking_for_one_team_change_nothing(world, expert, profile, monkeypatch):
@@ -321,7 +321,7 @@ def test_without_a_known_expert_ratios_are_left_out(profile, tmp_path, capsys):
     (tmp_path / "p.json").write_text(policy_json.dumps(stranger))
     code, out, _ = command(capsys, tmp_path / "p.json", "--episodes", FEW)
     assert code == ExitCode.DONE and "not a shipped one; --expert names it" in out and "against itself" in out
-    assert "ratio " not in out and "agrees" not in out
+    assert "ratio " not in out and "fidelity in" not in out
     code, out, _ = command(capsys, tmp_path / "p.json", "--episodes", FEW, "--expert", "physical-deception", "--json")
     assert json.loads(out)["against"]["physical-deception"]["measures"][0]["expert"] is not None
     assert "another expert" in json.loads(out)["notes"][0]
@@ -371,7 +371,7 @@ def test_a_users_environment(profile, tmp_path):
     found = evaluate(Contest(world, [player.controller] * 2, others, player.controller, player.trees), episodes=3)
     assert [row.measure.label for row in found.against["random"]] == [f"{team} return" for team in world.teams]
     assert all(row.joint.value == 1 for row in found.against["random"])
-    assert found.trees[world.agents[0]].agreement_own.value == 1
+    assert found.trees[world.agents[0]].fidelity_own.value == 1
 
 
 # --- what is printed

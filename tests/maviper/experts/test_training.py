@@ -160,7 +160,7 @@ def test_imitation_and_scripted_opponents(tmp_path):
 
     world = find("physical-deception,velocity=1")
     trainer = Mappo(world, Settings(**{**TINY, "steps": 10**6, "imitate_steps": 10**6}), "cpu")
-    agreed = [trainer.advance()["agreement"] for _ in range(12)]
+    agreed = [trainer.advance()["fidelity"] for _ in range(12)]
     assert agreed[-1] > 0.5 > agreed[0]
 
     world = find("predator-prey")

@@ -286,7 +286,7 @@ def test_a_killed_run_goes_on_to_the_same_files(tmp_path):
         assert (folder / name).read_bytes() == (tmp_path / "whole" / name).read_bytes(), name
     lines = [json.loads(line) for line in (folder / "metrics.jsonl").read_text().splitlines()]
     assert {line["stage"] for line in lines} == {"extracting", "refining"}
-    assert all(0 < line["agreement"] <= 1 for line in lines if line["stage"] == "extracting")
+    assert all(0 < line["fidelity"] <= 1 for line in lines if line["stage"] == "extracting")
 
 
 def test_run_folders_are_the_runs_own(quick, tmp_path, capsys):
@@ -514,7 +514,8 @@ def test_several_seeds_side_by_side(tmp_path, capsys):
     asked += ["--rollouts", "20", "--selection-episodes", "4", "--seed", "5", "-o", str(tmp_path / "run")]
     assert main.run([*asked, "--seeds", "2", "--jobs", "2"]) == 0
     found = json.loads((tmp_path / "run" / "seeds.json").read_text())
-    assert set(found["scores"]) == {"5", "6"} and found["scores"][str(found["best"])] == max(found["scores"].values())
+    scores = {seed: row["score"] for seed, row in found["seeds"].items()}
+    assert set(scores) == {"5", "6"} and scores[str(found["best"])] == max(scores.values())
     chosen = (tmp_path / "run" / "profile.json").read_bytes()
     assert chosen == (tmp_path / "run" / f"seed-{found['best']}" / "profile.json").read_bytes()
     (tmp_path / "run" / "seed-6" / "profile.json").unlink()

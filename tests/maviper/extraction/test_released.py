@@ -153,7 +153,7 @@ def test_each_teams_best_is_that_of_the_highest_return(world, expert, monkeypatc
 
 
 def test_imitations_points_are_starts(world, expert):
-    """The first 25 steps of one episode, then start states: at rest, all within the start box."""
+    """The first 25 steps of one episode, then start states: at rest, all within the start region."""
     settings = Settings.of({"preset": "released", "algorithm": "imitation", "rollouts": 3})
     arrays = released._starts(world, expert, settings, 0, 25)
     assert len(arrays["labels"]) == 75 and arrays["observations.001"].shape == (75, 10)

@@ -269,7 +269,7 @@ def test_starts_are_those_of_reset(name):
 
 
 @pytest.mark.parametrize("name", ["physical-deception", SPREAD, "predator-prey"])
-def test_random_starts_fill_the_start_boxes(name):
+def test_random_starts_fill_the_start_regions(name):
     world = find(name)
     state = world.start(4_000, np.random.default_rng(0))
     assert not state.velocity.any() and len(state) == 4_000

@@ -86,7 +86,7 @@ def arrivers(profile):
 
 @pytest.fixture(scope="module")
 def proved(arrivers):
-    """A claim about the whole start box and its certificate."""
+    """A claim about the whole start region and its certificate."""
     return certified(arrivers, find_claim("reaches", arrivers), everywhere(arrivers))
 
 
@@ -238,7 +238,7 @@ def test_goals_that_are_read_have_proofs_of_their_own(profile):
         accepted(replace(certificate, parts=forall), seeker)
 
 
-def test_the_committed_defenders_arrive_from_a_quarter_of_the_start_box():
+def test_the_committed_defenders_arrive_from_a_quarter_of_the_start_region():
     committed = load(Path(__file__).parents[3] / "generated" / "proved_defenders" / "profile.json")
     box = {name: (low / 4, high / 4) for name, (low, high) in everywhere(committed).box.items()}
     region = Region(box, committed.world.goals)

@@ -9,7 +9,7 @@ import pytest
 
 from codegen import ir
 from codegen.agreement.build import build
-from codegen.dynamics import partners, push
+from codegen.dynamics import contact_force, partners
 from codegen.errors import InputError, UnknownNameError
 from maviper.verification.replays import rollouts
 from maviper.worlds import find
@@ -114,7 +114,7 @@ def test_forces_lie_between_their_bounds(name):
 
 
 def _within(world, touching, gap, least, most):
-    rows, force = push(world, gap[:, 0], gap[:, 1], touching)
+    rows, force = contact_force(world, gap[:, 0], gap[:, 1], touching)
     tiny = world.contact_force * world.contact_margin * np.exp(-contacts.SURE_MARGINS)
     assert (least[rows] - tiny <= force.T).all() and (most[rows] + tiny >= force.T).all()
 

@@ -85,7 +85,7 @@ def test_one_wrong_leaf_costs_one_guard_and_no_more(profile, claim):
     ],
     ids=["same target", "standing still", "no landmark seen", "half a role"],
 )
-def test_teams_that_violate_are_repaired_in_the_whole_start_box(profile, claim, pair):
+def test_teams_that_violate_are_repaired_in_the_whole_start_region(profile, claim, pair):
     wrong = team(profile, *pair)
     region = start_region(wrong.world)
     found = repair(Question(wrong, claim, region))

@@ -42,7 +42,7 @@ def test_fixed_roles_are_proved_everywhere(profile, claim):
     result = verify(Question(roles, claim, start_region(roles.world)), {})
     assert result.verdict is Verdict.PROVED
     assert result.control is Verdict.VIOLATED
-    assert 0.34 < result.shares.conflict.value < 0.38  # 36 % of the start box, see the definitions
+    assert 0.34 < result.shares.conflict.value < 0.38  # 36 % of the start region, see the definitions
     assert result.shares.contested is not None and 0.026 < result.shares.contested.value < 0.031
     assert result.shares.violating.hits == 0
 
