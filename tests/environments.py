@@ -8,6 +8,7 @@ from gymnasium.spaces import Box, Discrete
 from pettingzoo import ParallelEnv
 
 from codegen.ir import FeatureSpec, Meaning
+from maviper.worlds import parallel_env
 
 
 class Line(ParallelEnv):
@@ -64,6 +65,10 @@ def adversary(**options):
     from mpe2 import simple_adversary_v3
 
     return simple_adversary_v3.parallel_env(**options)
+
+
+def ours(game="physical-deception", **options):
+    return parallel_env(",".join([game, *(f"{key}={value}" for key, value in options.items())]))
 
 
 def in_turns():

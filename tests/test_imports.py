@@ -15,7 +15,7 @@ import pytest
 ROOT = Path(__file__).parent.parent
 PACKAGES = ("codegen", "maviper", "verify")
 VERBS = ("maviper", "maviper.__main__", "maviper.cli")  # load what they do when they are called
-HEAVY = {"joblib", "matplotlib", "mpe2", "scipy", "sklearn", "torch", "z3"}
+HEAVY = {"joblib", "matplotlib", "mpe2", "pettingzoo", "scipy", "sklearn", "torch", "z3"}
 EXTRAS = {"matplotlib", "onnx", "onnxruntime", "torch"}  # asked for where they are missing
 
 

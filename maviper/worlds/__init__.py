@@ -1,12 +1,16 @@
 """The games: batched simulators that reproduce the reference environments, one file a game.
 
-Does: finds a world by its name and options, `predator-prey,prey=1`; a user's environment by `module:function`.
+Does: finds a world by its name and options, `predator-prey,prey=1`; a user's environment by `module:function`; hands
+  ours out as PettingZoo environments.
 Assumes: a game is a class whose constructor's parameters are its options.
 Does not: know policies, experts or learning.
 """
 
+from __future__ import annotations
+
 import inspect
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 from codegen.errors import InputError, UnknownNameError
 from maviper.worlds.cooperative_navigation import CooperativeNavigation
@@ -16,6 +20,9 @@ from maviper.worlds.physical_deception import PhysicalDeception
 from maviper.worlds.predator_prey import PredatorPrey
 from maviper.worlds.processes import named_by_user
 from maviper.worlds.world import Measure, World
+
+if TYPE_CHECKING:
+    from maviper.worlds.exported import WorldEnv
 
 WORLDS: dict[str, Callable[..., ParticleWorld]] = {
     "physical-deception": PhysicalDeception,
@@ -53,6 +60,16 @@ def built_in(name: str) -> ParticleWorld:
     return WORLDS[game](**options)
 
 
+def parallel_env(name: str, render_mode: str | None = None) -> WorldEnv:
+    """One of our games as a PettingZoo parallel environment; observations and rewards are those of `find(name)`.
+
+    `render_mode`: None or `rgb_array`. Names and errors are those of `built_in`; UnknownNameError for another mode.
+    """
+    from maviper.worlds.exported import WorldEnv
+
+    return WorldEnv(built_in(name), render_mode)
+
+
 def options_of(game: str) -> dict[str, int | str]:
     """The options of one of our games, with their defaults."""
     return {key: parameter.default for key, parameter in inspect.signature(WORLDS[game]).parameters.items()}
@@ -78,4 +95,5 @@ __all__ = [
     "built_in",
     "find",
     "options_of",
+    "parallel_env",
 ]
