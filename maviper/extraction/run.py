@@ -37,7 +37,7 @@ from maviper.files.profiles import version
 from maviper.worlds import ParticleWorld, World
 
 AUTOMATIC = "auto"
-FORMAT = "maviper-extraction-2"
+FORMAT = "maviper-extraction-3"
 METRICS_FILE, SEEDS_FILE, STEPS = "metrics.jsonl", "seeds.json", "steps"
 MAX_SEEDS = 1_000
 SAME = ("format", "tool", "world", "expert", "critic", "counterexamples")  # in every call for one run

@@ -6,8 +6,8 @@ Does not: choose data or judge trees.
 
 Reading of the paper: the vote counts every member of the team, i itself too; a point of D_i counts at a level when at
 least N - 1 of N members are predicted right (N counts those whose episode goes on there); removals last for that
-level only; a node left without points uses its unfiltered ones. A projected tree has the remaining depth, at least 1
-(so at the leaves of a tree that is finished it still has 1), and learns from the node's unfiltered points.
+level only; a node left without points uses its unfiltered ones. A projected tree has the remaining depth and learns
+from the node's unfiltered points. Where no depth remains there is none: a finished tree votes by its own leaves.
 """
 
 from collections.abc import Sequence
@@ -54,11 +54,12 @@ class _Growing:
         """Predict for all points: does the projected final tree act as the expert does? [n]"""
         if self._right is None:
             predicted = np.array(self.action)[self.place]
-            for leaf in self.open:
+            remaining = self.max_depth - self.level
+            for leaf in self.open if remaining else ():
                 here = np.flatnonzero(self.place == leaf)
                 own = here[self.counts[here] > 0]
                 if here.size and own.size:
-                    predicted[here] = self._fit(own, max(1, self.max_depth - self.level)).predict(self.obs[here])
+                    predicted[here] = self._fit(own, remaining).predict(self.obs[here])
             self._right = np.equal(predicted, self.labels)
         return self._right
 

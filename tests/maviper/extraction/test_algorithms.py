@@ -18,7 +18,7 @@ from maviper.extraction import fitted_q
 from maviper.extraction.algorithms import extract
 from maviper.extraction.dataset import Dataset
 from maviper.extraction.extraction import Running
-from maviper.extraction.growth.grow import grow_jointly, train_joint_trees
+from maviper.extraction.growth.grow import _Growing, grow_jointly, train_joint_trees
 from maviper.extraction.growth.histogram import BINS, Bins, HistogramTree, best_splits, projected
 from maviper.extraction.growth.weights import SAMPLED_JOINT, _joint_actions, iviper_weights, maviper_weights
 from maviper.extraction.journal import NOTHING_KEPT
@@ -212,6 +212,47 @@ def test_joint_growth_is_as_good_on_its_data_as_with_cart(seed, members):
     for (obs, label, count), ours, theirs in zip(data, binned, exact, strict=True):
         right = [np.average(tree.action[ir.apply(tree, obs)] == label, weights=count) for tree in (ours, theirs)]
         assert right[0] >= right[1] - 0.05
+
+
+def two_members(splits, observations, wanted, max_depth):
+    """Members of a team before they grow, each point once in the data of each."""
+    ones = np.ones(len(wanted), dtype=np.int64)
+    n_actions = int(wanted.max()) + 1
+    if splits == EXACT:
+        return [_Growing(obs, wanted[:, k], ones, n_actions, max_depth, 0) for k, obs in enumerate(observations)]
+    team = []
+    for place, obs in enumerate(observations):
+        bins = Bins.of(obs)
+        label = np.ascontiguousarray(wanted[:, place])
+        team.append(HistogramTree(bins, bins.codes(obs), label, ones, n_actions, max_depth))
+    return team
+
+
+@pytest.mark.parametrize("splits", [EXACT, HISTOGRAM])
+@pytest.mark.parametrize("depth", [1, 2, 3])
+def test_a_finished_member_votes_by_the_tree_that_comes_out(splits, depth):
+    """What it is said to do in a point is what its tree does there."""
+    for seed in range(4):
+        obs, wanted, _ = some_points(seed)
+        members = two_members(splits, [obs, obs[:, ::-1].copy()], np.stack([wanted, wanted], axis=1), depth)
+        trees = grow_jointly(members, depth, 1)
+        for member, tree, seen in zip(members, trees, (obs, obs[:, ::-1]), strict=True):
+            acts_right = tree.action[ir.apply(tree, np.ascontiguousarray(seen))] == wanted
+            assert (member.predicted_right() == acts_right).all() and not acts_right.all()
+
+
+@pytest.mark.parametrize(("splits", "threshold"), [(EXACT, 15.0), (HISTOGRAM, 10.5)])
+def test_points_that_a_finished_member_gets_wrong_are_no_longer_learned_from(splits, threshold):
+    """By hand, depth 1, both must be right. The first one's labels need two splits, so its tree is wrong in the last
+    eight points. Without these nothing of the second's data lies between 10 and 20; with them there is up to 18.
+    """
+    first = np.repeat([0, 1, 0], [12, 10, 8])
+    place = np.concatenate([np.arange(11), np.arange(20, 31), np.arange(11, 19)])
+    wanted = np.stack([first, place >= 19], axis=1).astype(np.int64)
+    seen = [column.astype(np.float32)[:, None] for column in (np.arange(30), place)]
+    trees = grow_jointly(two_members(splits, seen, wanted, 1), 1, 2)
+    assert trees[0].action[1:].tolist() == [0, 1] and trees[0].threshold[0] == 11.5
+    assert trees[1].threshold[0] == threshold, "19 where the last eight points count"
 
 
 def test_many_values_are_cut_evenly_by_rank_and_between_values():

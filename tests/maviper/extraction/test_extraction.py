@@ -132,9 +132,10 @@ def slow_joint_trees(observations, labels, counts, n_actions, max_depth, seeds):
             def predict(j, point, grown=grown):
                 leaf = grown[j][point]
                 members = [p for p in range(n) if grown[j][p] == leaf and counts[j][p]]
-                if leaf in closed[j] or not members:
+                remaining = max_depth - level_of[j][leaf]
+                if leaf in closed[j] or not members or not remaining:
                     return action[j][leaf]
-                return fit(j, members, max(1, max_depth - level_of[j][leaf])).predict(observations[j][[point]])[0]
+                return fit(j, members, remaining).predict(observations[j][[point]])[0]
 
             right = np.array([[predict(j, p) == labels[p, j] for j in range(n_agents)] for p in range(n)])
             keep = right.sum(axis=1) >= n_agents - 1
