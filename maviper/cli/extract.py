@@ -88,6 +88,13 @@ RENAMED = {"--budget": "--max-episodes", "--refinement": "--refinement-episodes"
     help="Episodes per team to refine the trees with (default: the preset's).",
 )
 @option(
+    "--measure",
+    default=None,
+    metavar="NAME",
+    section=EPISODES,
+    help="The measure that teams are judged by (default: the world's first; preset paper: the paper's).",
+)
+@option(
     "--critic",
     default="learned",
     show_default=True,

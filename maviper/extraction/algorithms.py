@@ -5,6 +5,8 @@ Assumes: checked settings.
 Does not: know how any of them works.
 """
 
+from dataclasses import replace
+
 from codegen import ir
 from codegen.errors import InputError
 from codegen.ir import GrownTree
@@ -35,6 +37,7 @@ def extract(
     keeps them.
     """
     settings = settings.checked().resolved(world)
+    world, settings = settings.judged(world), replace(settings, measure=settings.measure_in(world))
     refine.check(settings)
     check_examples(settings, examples)
     agents = [iviper.agent_of(world, settings)] if settings.algorithm == VIPER else list(range(len(world.agents)))

@@ -52,6 +52,7 @@ def finalist_score(world: World, expert: Expert, settings: Settings, agents: Seq
     """The mean ratio of the teams to the expert, on episodes that no extraction with these settings has seen: to choose
     among extraction seeds.
     """
+    world = settings.judged(world)
     seeds = settings.episodes(measures.SELECTION_SEEDS)[-held_out.EVALUATION_EPISODES :]
     experts: list[Controller] = [expert] * len(world.agents)
     ours = measures.evaluate_teams(world, among(world, agents, experts), experts, seeds)
@@ -70,7 +71,8 @@ def profile_of(
     training = asdict(settings) | dict(facts) | {"opponents_in_selection": "expert"}
     training["critic"] = critic_of(expert)
     training["expert_algorithm"] = str(expert.card.get("algorithm", "unknown"))
-    for name in ("seed", "preset", "algorithm", *(() if settings.agent else ("agent",))):
+    unsaid = [name for name in ("agent", "measure") if not training[name]]
+    for name in ("seed", "preset", "algorithm", *unsaid):
         del training[name]
     provenance = ir.Provenance(
         algorithm=settings.algorithm,

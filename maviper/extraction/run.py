@@ -61,6 +61,7 @@ class ExtractOptions:
     selection: str | None = None
     selection_episodes: int | None = None
     refinement_episodes: int | None = None  # per team
+    measure: str | None = None  # what teams are judged by
     critic: str = "learned"
     world: str | None = None  # of a user's own
     counterexamples: tuple[Path, ...] = ()
@@ -89,6 +90,7 @@ class ExtractOptions:
             "rollouts",
             "patience",
             "selection",
+            "measure",
         )
         found = {name: getattr(self, name) for name in (*same, "selection_episodes", "seed")}
         return found | {"budget": self.max_episodes, "refinement": self.refinement_episodes}
@@ -108,6 +110,7 @@ def _find(expert: str, options: ExtractOptions, console: Console) -> Found:
     features = options.features
     found, world = find_expert(expert, options.critic, options.world, "" if features == AUTOMATIC else features)
     settings = Settings.of(options.said, world)
+    settings.judged(world)  # whether there is such a measure
     if features == AUTOMATIC:
         features = helpful_features(world, found, settings) if isinstance(world, ParticleWorld) else ""
         console.line("features", features or "none helps")

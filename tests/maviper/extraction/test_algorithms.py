@@ -343,6 +343,55 @@ def test_presets_and_protocols():
         Settings.of({"splits": "histograms"})
 
 
+@pytest.mark.parametrize(
+    ("name", "iterations", "rollouts"),
+    [("physical-deception", 50, 50), ("cooperative-navigation,agents=2", 100, 50), ("predator-prey", 100, 100)],
+)
+def test_ivipers_counts_are_those_of_the_papers_table(name, iterations, rollouts):
+    for algorithm in (IVIPER, VIPER):
+        found = Settings.of({"preset": "paper", "algorithm": algorithm}, find(name))
+        assert (found.iterations, found.rollouts) == (iterations, rollouts)
+    own = Settings.of({"preset": "paper", "algorithm": IVIPER, "iterations": 7, "rollouts": 9}, find(name))
+    assert (own.iterations, own.rollouts) == (7, 9)
+    joint = Settings.of({"preset": "paper"}, find(name))
+    assert (joint.iterations, joint.rollouts) == (100, 50)
+
+
+@pytest.mark.parametrize(("algorithm", "stops"), [("maviper", True), (IVIPER, False), (VIPER, False)])
+def test_in_the_papers_protocol_only_maviper_stops_early(algorithm, stops, world, expert):
+    agent = "agent_0" if algorithm == VIPER else ""
+    sizes = {"iterations": 16, "rollouts": 1, "selection_episodes": 4, "max_depth": 1, "agent": agent}
+    found = extract(world, expert, Settings.of({"preset": "paper", "algorithm": algorithm, **sizes}, world))
+    assert (found.provenance.training["stopped_after"] < 16) == stops
+
+
+@pytest.mark.parametrize(("asked", "best"), [("", 2), ("D", 2), ("D + collisions", 1), ("collisions", 1)])
+def test_the_papers_navigation_is_judged_by_distance(asked, best, monkeypatch):
+    """The second round is nearer, the first one collides less."""
+    world = find("cooperative-navigation,agents=2")
+    expert = Measured(world, scripted(world), horizon=2)
+    distance, collisions = iter([0.9, 0.8]), iter([0.1, 0.3])
+
+    def played(self, trees):
+        near, hit = np.full(4, next(distance)), np.full(4, next(collisions))
+        rows = {"D + collisions": near + hit, "D": near, "collisions": hit}
+        return {measure: rows[measure.name] for measure in world.measures if measure.name in rows}
+
+    monkeypatch.setattr(KINDS["uniform"], "_played", played)
+    sizes = {"iterations": 2, "rollouts": 1, "selection_episodes": 4, "max_depth": 1}
+    found = extract(world, expert, Settings.of({"preset": "paper", **sizes, "measure": asked}, world)).provenance
+    assert found.training["best_iteration"] == best
+    assert found.training["measure"] == (asked or "D")
+    assert {"agents D", "agents D + collisions"} <= set(found.evaluation), "each is measured in the end"
+
+
+def test_a_measure_that_no_team_has(world, expert):
+    with pytest.raises(UnknownNameError, match="did you mean 'success"):
+        extract(world, expert, small("maviper", measure="success r=.1"))
+    tight = extract(world, expert, small("maviper", measure="success r=0.1"))
+    assert tight.provenance.training["measure"] == "success r=0.1" and world.primary("defenders").name.endswith("0.316")
+
+
 def test_help_names_every_algorithm():
     from maviper.cli import extract as command
 
