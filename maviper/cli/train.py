@@ -20,7 +20,13 @@ WHAT, HOW = "What is trained", "How it runs"
 @click.command(cls=Verb, example="maviper train predator-prey,prey=1 --seeds 4 --jobs 2 -o run")
 @click.argument("world")
 @option("--algorithm", default="", metavar="NAME", section=WHAT, help="mappo, maddpg or vdn (default: the recipe's).")
-@option("--recipe", default="default", show_default=True, section=WHAT, help="default, or paper: MADDPG as released.")
+@option(
+    "--recipe",
+    default="default",
+    show_default=True,
+    section=WHAT,
+    help="default, or paper: MADDPG as released, in parallel games.",
+)
 @option("--steps", default=None, type=int, section=WHAT, help="Joint environment steps (default: the recipe's).")
 @option(
     "--set", "settings", multiple=True, metavar="NAME=VALUE", section=WHAT, help="Another setting of the algorithm."

@@ -9,19 +9,21 @@ import io
 import os
 import platform
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from importlib import metadata
 from typing import Any
 
 from maviper.episodes.measures import Estimate
 from maviper.experts.judging import Judged
-from maviper.experts.recipes import DEFAULT, Request
+from maviper.experts.recipes import DEFAULT, Request, schedule
 from maviper.worlds import Measure, World
 
 PACKAGES = ("maviper", "mpe2", "numpy", "torch")
 
 
-def config(world: World, request: Request, settings: Mapping[str, Any], rule: str) -> dict[str, Any]:
-    """What is known of an expert before it is trained."""
+def config(world: World, request: Request, chosen: Any, rule: str) -> dict[str, Any]:
+    """What is known of an expert before it is trained. `chosen`: its settings, a dataclass."""
+    settings = asdict(chosen)
     command = ["maviper train", world.name, f"--algorithm {request.algorithm}"]
     command += [f"--recipe {request.recipe}"] if request.recipe != DEFAULT else []
     for name, value in sorted(request.overrides.items()):
@@ -33,7 +35,8 @@ def config(world: World, request: Request, settings: Mapping[str, Any], rule: st
         "recipe": request.recipe,
         "command": " ".join(command),
         "hidden": settings["hidden"],
-        "settings": dict(settings),
+        "settings": settings,
+        "schedule": schedule(request, chosen),
         "versions": {"python": platform.python_version()} | {name: metadata.version(name) for name in PACKAGES},
         "rule": rule,
     }

@@ -24,7 +24,7 @@ from maviper.experts.expert import Expert
 from maviper.experts.finding import find_expert, seeing
 from maviper.experts.measured import Measured
 from maviper.extraction import refitting
-from maviper.extraction.algorithms import check_examples, extract
+from maviper.extraction.algorithms import check, extract
 from maviper.extraction.choosing import helpful_features
 from maviper.extraction.extraction import Running
 from maviper.extraction.journal import NOTHING_KEPT, Journal
@@ -116,7 +116,7 @@ def _find(expert: str, options: ExtractOptions, console: Console) -> Found:
         console.line("features", features or "none helps")
         found, world = seeing(found, world, features) if features else (found, world)
     lessons = refitting.task_of(options.counterexamples, world, found, console)
-    check_examples(settings, lessons.examples)
+    check(world, settings, lessons.examples)
     return Found(expert, found, world, settings, lessons)
 
 

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 from codegen.errors import InputError
 from maviper.console import Console
 from maviper.episodes.measures import Estimate, shown
-from maviper.experts.recipes import DEFAULT, Request
+from maviper.experts.recipes import DEFAULT, Request, schedule
 from maviper.experts.training import train as training
 from maviper.files import resuming, runs
 from maviper.files.jobs import side_by_side
@@ -57,6 +57,7 @@ def trained(name: str, folder: Path, options: TrainOptions, console: Console) ->
         raise InputError(f"seeds must be from 0 to {MAX_SEED - 1}, not {_seeds(seeds)}", "--seed, --seeds")
     resuming.resumable(partial(runs.begun, folder))
     console.line("training", f"{world.name}, {request.algorithm}, recipe {request.recipe}, {_seeds(seeds)}")
+    console.line("", schedule(request, training.settings_of(world, request)))
     if len(seeds) == 1:
         return _one(world, folder, request, options.resume, console)
     return _several(_Task(name, folder, request, options.resume), seeds, options.jobs, console)

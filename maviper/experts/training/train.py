@@ -14,7 +14,7 @@ import json
 import math
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -63,10 +63,9 @@ def train(
     training whose loss stops being a number before there is a checkpoint.
     """
     request = request.checked()
-    trainer_of = _trainer(request.algorithm)
-    chosen = settings(world, request, trainer_of.settings)
+    trainer_of, chosen = _trainer(request.algorithm), settings_of(world, request)
     _check_device(request.device)
-    config = cards.config(world, request, asdict(chosen), _rule(world))
+    config = cards.config(world, request, chosen, _rule(world))
     done = _prepared(folder, config, resume)
     if done is not None:
         return done
@@ -81,6 +80,11 @@ def train(
     card = card | circumstances
     runs.write(folder / CARD_FILE, runs.as_json(card))
     return card
+
+
+def settings_of(world: World, request: Request) -> Any:
+    """The settings of a training, a dataclass; errors as those of `train`."""
+    return settings(world, request, _trainer(request.checked().algorithm).settings)
 
 
 @dataclass(frozen=True)

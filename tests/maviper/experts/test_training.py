@@ -1,6 +1,7 @@
 """Training: every algorithm learns, repeats, resumes to the same bytes, and stops with an error that helps."""
 
 import json
+import re
 import sys
 from dataclasses import replace
 
@@ -8,6 +9,7 @@ import numpy as np
 import pytest
 
 from codegen.errors import InputError, MissingToolError, UnknownNameError
+from maviper.cli import main
 from maviper.experts import store
 from maviper.experts.expert import AS_GIVEN
 from maviper.experts.recipes import Request, settings
@@ -169,6 +171,22 @@ def test_imitation_and_scripted_opponents(tmp_path):
     assert not trainer.mine[2:, :32].any() and not trainer.mine[:2, 32:64].any() and trainer.mine[:, 64:].all()
     seen, acted, *_ = trainer._collect()
     assert acted.shape == (25, 128, 4) and len(seen) == 26
+
+
+@pytest.mark.train
+@pytest.mark.parametrize("recipe", ["default", "paper"])
+def test_a_training_says_what_it_plays_and_does_that(recipe, tmp_path, capsys):
+    chosen = ["games=128", "checkpoint_steps=6400", "hidden=8", "batch=256", "steps_per_update=800"]
+    given = [word for setting in chosen for word in ("--set", setting)]
+    asked = ["train", "physical-deception", "--algorithm", "maddpg", "--recipe", recipe, "--steps", "12800", *given]
+    assert main.run([*asked, "-o", str(tmp_path)]) == 0
+    said = capsys.readouterr().err.replace(",", "")
+    found = re.search(r"(\d+) steps in (\d+) parallel games a checkpoint every (\d+)", said)
+    steps = [json.loads(line)["steps"] for line in (tmp_path / "metrics.jsonl").read_text().splitlines()]
+    settings = json.loads((tmp_path / "config.json").read_text())["settings"]
+    assert found and [int(number) for number in found.groups()] == [steps[-1], settings["games"], steps[1] - steps[0]]
+    assert ("released: one game" in said) == (recipe == "paper")
+    assert found[0] in json.loads((tmp_path / "card.json").read_text())["schedule"].replace(",", "")
 
 
 @pytest.mark.train
