@@ -229,8 +229,9 @@ def _return(team: str) -> str:
 
 
 class Raced(_EachTeams):
-    """Best-arm identification: each team's iterates race, warm-started by their own rollouts, and each team takes its
-    own best. Until then, scores are those of the rollouts, where the opponents were trees.
+    """Best-arm identification: each team's iterates race on common episodes against experts, and each team takes its
+    own best. Until then, scores are those of the rollouts, each on episodes of its own and against trees; in the race
+    they only help to decide the first round.
     """
 
     def _begin(self) -> None:

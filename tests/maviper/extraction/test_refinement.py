@@ -171,6 +171,35 @@ def test_halving_finds_the_best_and_keeps_to_its_budget():
     assert halving(scores, warm[:1], 100) == [0]
 
 
+@pytest.mark.parametrize("episodes", [24, 240])
+def test_scores_from_elsewhere_do_not_decide_a_race(episodes):
+    """An arm that shone there and is poor here loses, however many those scores are."""
+    here = np.array([0.2, 0.9, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1])
+    there = [np.full(1_000, value) for value in (1.0, 0.5, 0.4, 0.3, 0.2, 0.1, 0.0, 0.0)]
+
+    def scores(arms, count):
+        return np.repeat(here[arms][:, None], count, axis=1)
+
+    assert halving(scores, there, episodes)[0] == 1
+    assert halving(scores, there, episodes, finalists=4)[:2] == [1, 0]
+    assert halving(scores, there[:2], episodes, finalists=2) == [1, 0]
+
+
+def test_a_race_is_won_against_experts_not_in_rollouts(quick, world, expert):
+    """Rollouts say the contrary of what the teams do against experts."""
+    settings = Settings.of({**SMALL, "refinement": 0})
+    race = Raced(world, expert, settings, Journal(), lambda progress: None)
+    good = extract(world, expert, Settings.of({**SMALL, "iterations": 6, "rollouts": 40, "refinement": 0}))
+    trees = [policy.grown for policy in good.agents]
+    race.offer([trees[0], *[constant(0)] * 2])
+    race.met({"adversaries": np.zeros(1_000), "defenders": np.ones(1_000)}, 0.5)
+    race.offer([constant(0), *trees[1:]])
+    race.met({"adversaries": np.ones(1_000), "defenders": np.zeros(1_000)}, 0.5)
+    race.offer([constant(0)] * 3)
+    race.chosen()
+    assert race.facts == {"stopped_after": 3, "best_iteration_adversaries": 1, "best_iteration_defenders": 2}
+
+
 def test_moves_differ_in_one_tree_and_keep_the_depth(world, expert):
     rng = np.random.default_rng(0)
     trees = [with_new_split(constant(1), 0, 2, 0.0, (2, 3)), constant(4)]
