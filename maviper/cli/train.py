@@ -47,6 +47,7 @@ def train(context: click.Context, world: str, output: Path, **options: Any) -> i
     At all times the folder holds the best checkpoint so far. An interrupted run goes on with --resume, and ends with
     the same expert.
     """
+    from maviper.experts.cards import how_learned
     from maviper.experts.training.run import TrainOptions, trained
     from maviper.experts.training.train import EXPERT_FILE
 
@@ -55,6 +56,7 @@ def train(context: click.Context, world: str, output: Path, **options: Any) -> i
     for label, value in card["measured"].items():
         if isinstance(value, list):
             console.line("measured", f"{label}: {value[0]:.3f} [{value[1]:.3f}, {value[2]:.3f}]")
+    console.line("learned", f"by {how_learned(card)}; the critic's reward is {card['critic_reward']}")
     if "stopped" in card:
         console.line("stopped", f"{card['stopped']}; the last good checkpoints were kept")
     console.line("wrote", str(output / EXPERT_FILE))

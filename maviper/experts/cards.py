@@ -36,10 +36,50 @@ def config(world: World, request: Request, chosen: Any, rule: str) -> dict[str, 
         "command": " ".join(command),
         "hidden": settings["hidden"],
         "settings": settings,
+        "critic_reward": reward_of(settings, world),
         "schedule": schedule(request, chosen),
         "versions": {"python": platform.python_version()} | {name: metadata.version(name) for name in PACKAGES},
         "rule": rule,
     }
+
+
+IMITATION, VALUES, REWARD = "imitation", "values alone", "reward"  # what steps of a training teach the actors
+SHAPED = ("mappo", "maddpg", "vdn")  # algorithms whose settings have a `shaping`
+
+
+def learned(card: Mapping[str, Any]) -> dict[str, int]:
+    """Joint steps that taught an expert, by kind; {} where its card does not tell. Older cards have settings only."""
+    settings, steps = card.get("settings", {}), card.get("steps")
+    if "learned" in card or card.get("algorithm") not in SHAPED or steps is None:
+        return dict(card.get("learned", {}))
+    imitated = min(steps, settings.get("imitate_steps", 0))
+    values = min(steps - imitated, settings["value_steps"]) if imitated else 0
+    return {IMITATION: imitated, VALUES: values, REWARD: steps - imitated - values}
+
+
+def how_learned(card: Mapping[str, Any]) -> str:
+    """`learned` in words; "" where the card does not tell."""
+    steps = learned(card)
+    if not steps:
+        return ""
+    alone = f", {steps[VALUES]:,} of values alone" if steps[VALUES] else ""
+    copied = f"{steps[IMITATION]:,} steps of imitating a script{alone}, " if steps[IMITATION] else ""
+    return f"{copied}{steps[REWARD]:,} {'' if copied else 'steps '}of reward"
+
+
+def critic_reward(card: Mapping[str, Any], world: World) -> str:
+    """What reward an expert's critic adds up; "" where the card does not tell."""
+    if "critic_reward" in card or card.get("algorithm") not in SHAPED:
+        return str(card.get("critic_reward", ""))
+    return reward_of(card["settings"], world)
+
+
+def reward_of(settings: Mapping[str, Any], world: World) -> str:
+    """The reward that a training with these settings fits its critic to: the environment's, with so much of the world's
+    shaping term.
+    """
+    weight = settings["shaping"] * settings.get("critic_shaping", 1.0)
+    return f"environment + {weight:g} * shaping" if weight and world.shaped else "environment"
 
 
 def machine(device: str) -> str:

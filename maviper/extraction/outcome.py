@@ -20,7 +20,7 @@ from maviper.episodes.trees import among
 from maviper.evaluation import held_out
 from maviper.evaluation.held_out import evaluation
 from maviper.experts.expert import Expert
-from maviper.experts.wrapped import critic_of
+from maviper.experts.wrapped import critic_of, reward_weighed_by
 from maviper.extraction.settings import Settings
 from maviper.files.profiles import version
 from maviper.worlds import Measure, World
@@ -70,8 +70,9 @@ def profile_of(
     """Policies of all agents, or of some, with where they come from and what they reach on held-out episodes."""
     training = asdict(settings) | dict(facts) | {"opponents_in_selection": "expert"}
     training["critic"] = critic_of(expert)
+    training["critic_reward"] = reward_weighed_by(expert, world)
     training["expert_algorithm"] = str(expert.card.get("algorithm", "unknown"))
-    unsaid = [name for name in ("agent", "measure") if not training[name]]
+    unsaid = [name for name in ("agent", "measure", "critic_reward") if not training[name]]
     for name in ("seed", "preset", "algorithm", *unsaid):
         del training[name]
     provenance = ir.Provenance(

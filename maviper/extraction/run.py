@@ -20,6 +20,7 @@ from codegen.errors import InputError
 from maviper.console import Console, LiveLine
 from maviper.episodes.measures import ratio, shown
 from maviper.evaluation.held_out import measured_of
+from maviper.experts.cards import how_learned
 from maviper.experts.expert import Expert
 from maviper.experts.finding import find_expert, seeing
 from maviper.experts.measured import Measured
@@ -207,6 +208,8 @@ def extract_live(asked: Found, console: Console, jobs: int = 1, folder: Path | N
     made = expert.card.get("algorithm", "unknown")
     critic = ", measured critic" if isinstance(expert, Measured) else ""
     console.line("expert", f"{made} for {world.name}{critic}{f', id {expert.hash[:16]}' if expert.hash else ''}")
+    if how_learned(expert.card):
+        console.line("", f"it learned by {how_learned(expert.card)}")
     journal = Journal(folder / STEPS) if folder else NOTHING_KEPT
     with Stages(console, folder / METRICS_FILE if folder else None) as stages:
         profile = extract(world, expert, settings, Running(stages.show, jobs), journal, examples)

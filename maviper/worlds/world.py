@@ -121,6 +121,11 @@ class World(ABC):
         """A training aid that may be added to the rewards, [batch, n_agents]; never part of a measure."""
         return np.zeros((len(state), len(self.agents)))
 
+    @property
+    def shaped(self) -> bool:
+        """Whether the world has such an aid."""
+        return type(self).shaping is not World.shaping
+
     @abstractmethod
     def values(self, states: Sequence[Any]) -> Float64:
         """The measures of whole episodes, [n_measures, batch], from the states after each step."""

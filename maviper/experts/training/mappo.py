@@ -14,6 +14,7 @@ import torch
 from torch import Tensor
 
 from codegen.ir import Float32
+from maviper.experts.cards import IMITATION, REWARD, VALUES
 from maviper.experts.network import ACTOR
 from maviper.experts.scripted import scripted
 from maviper.experts.training.imitation import Imitation
@@ -40,6 +41,7 @@ class Settings:
     clip: float = 0.2
     entropy: float = 0.01  # bonus, falls linearly to zero
     shaping: float = 1.0  # weight of the world's shaping term
+    critic_shaping: float = 1.0  # share of it in the reward that the critic is fitted to; 0: the environment's alone
     scripted: float = 0.0  # share of games in which each team meets the world's scripted opponents
     gradient_norm: float = 0.5
     checkpoint_steps: int = 102_400
@@ -88,14 +90,17 @@ class Mappo(Trainer):
         return mine
 
     @property
-    def _values_only(self) -> bool:
+    def teaches(self) -> str:
+        """As `Trainer.teaches`."""
         first = self.settings.imitate_steps
-        return bool(first) and self.steps < first + self.settings.value_steps
+        if self.steps < first:
+            return IMITATION
+        return VALUES if first and self.steps < first + self.settings.value_steps else REWARD
 
     def advance(self) -> dict[str, float]:
         """One batch of episodes and the update from it; returns what to log."""
         settings = self.settings
-        if self.steps < settings.imitate_steps:
+        if self.teaches == IMITATION:
             rate = settings.imitate_rate * (1 - 0.9 * self.steps / settings.imitate_steps)
             played, agreement, loss = self.imitation.round(self.games, self.rng, self.optimisers["imitation"], rate)
             self.steps += played
@@ -164,7 +169,7 @@ class Mappo(Trainer):
                 loss = averaged((found - targets[:, rows]).square(), alive[:, rows]).sum()
                 self.optimisers["values"].descend(loss, rate)
                 total += float(loss.detach())
-                if not self._values_only:
+                if self.teaches == REWARD:
                     gain = self._gain(points[rows], choices[rows], before[:, rows], advantages[:, rows], mine[:, rows])
                     gain = averaged(gain, alive[:, rows]).sum()
                     self.optimisers["actor"].descend(-gain, rate)

@@ -36,7 +36,7 @@ FINAL_EPISODES = 4_000
 SLOW = 10  # a world that plays few games at once is judged on so many times fewer episodes
 EXPERT_FILE, CARD_FILE, CURVE_FILE = "expert.safetensors", "card.json", "learning_curve.svg"
 METRICS_FILE, STATE_FILE, CHECKPOINTS = "metrics.jsonl", "state.safetensors", "checkpoints"
-STATE_FORMAT = "maviper-training-2"
+STATE_FORMAT = "maviper-training-3"
 MAX_STATE_BYTES = 2**33
 
 
@@ -155,6 +155,7 @@ class _Run:
         self.folder, self.config, self.trainer, self.world = folder, config, trainer, trainer.world
         self.lines: list[dict[str, Any]] = []
         self.seconds = 0.0
+        self.learned = dict.fromkeys((cards.IMITATION, cards.VALUES, cards.REWARD), 0)  # joint steps so far, by kind
 
     def finish_training(self, on_checkpoint: Callable[[Checkpoint, int], None]) -> str:
         """Trains to the end; returns what went wrong, or ""."""
@@ -164,7 +165,7 @@ class _Run:
             due = (trainer.steps // every + 1) * every
             logged: dict[str, float] = {}
             while trainer.steps < min(due, trainer.settings.steps):
-                logged = trainer.advance()
+                logged = self._advance()
                 if not all(math.isfinite(value) for value in logged.values()):
                     return f"stopped after {trainer.steps} steps: the loss was no longer a number"
             judged = self._judge(trainer.tensors(), measures.CHECKPOINT_SEEDS, _episodes(self.world)[0])
@@ -175,6 +176,12 @@ class _Run:
                 Checkpoint(trainer.steps, judged.score, judged.primary(self.world), returns), trainer.settings.steps
             )
         return ""
+
+    def _advance(self) -> dict[str, float]:
+        kind, before = self.trainer.teaches, self.trainer.steps
+        logged = self.trainer.advance()
+        self.learned[kind] += self.trainer.steps - before
+        return logged
 
     def _card(self, **more: Any) -> dict[str, Any]:
         return {**self.config, "networks": self.trainer.networks, **more}
@@ -188,8 +195,10 @@ class _Run:
         trainer, tensors = self.trainer, self.trainer.tensors()
         steps = trainer.steps
         best = max((line["score"] for line in self.lines), default=-math.inf)
-        self.lines.append({"steps": steps, "score": judged.score, **logged, **cards.table(judged)})
-        card = self._card(steps=steps, measured={"note": "interrupted before the final measurement"})
+        learned = dict(self.learned)
+        row = {"steps": steps, "score": judged.score, "learned": learned}
+        self.lines.append({**row, **logged, **cards.table(judged)})
+        card = self._card(steps=steps, learned=learned, measured={"note": "interrupted before the final measurement"})
         data = store.encode(tensors, card)
         runs.write(self._checkpoint(steps), data)
         runs.write(self.folder / METRICS_FILE, "".join(json.dumps(line) + "\n" for line in self.lines))
@@ -211,7 +220,8 @@ class _Run:
         from safetensors.torch import save  # pyright: ignore[reportMissingImports]
 
         tensors, facts = self.trainer.state()
-        return save(tensors, metadata={STATE_FORMAT: json.dumps({"facts": facts, "seconds": self.seconds})})
+        known = {"facts": facts, "seconds": self.seconds, "learned": self.learned}
+        return save(tensors, metadata={STATE_FORMAT: json.dumps(known)})
 
     def restore(self) -> None:
         """Goes back to the state that the folder holds, if it holds one."""
@@ -226,7 +236,7 @@ class _Run:
             header = json.loads(data[8 : 8 + int.from_bytes(data[:8], "little")])
             known = json.loads(header["__metadata__"][STATE_FORMAT])
             self.trainer.restore(load(data), known["facts"])
-            self.seconds = known["seconds"]
+            self.seconds, self.learned = known["seconds"], known["learned"]
             lines = runs.read(self.folder / METRICS_FILE, 2**28).decode().splitlines()
             read = [json.loads(line) for line in lines]
         except (SafetensorError, ValueError, LookupError, TypeError, AttributeError, RuntimeError):
@@ -239,6 +249,7 @@ class _Run:
         if not self.lines:
             raise InputError(f"the training {fault}", str(self.folder), "try a lower learning rate")
         finalists, episodes = [], _episodes(self.world)[1]
+        learned = {line["steps"]: line["learned"] for line in self.lines}
         for line in self._finalists():
             tensors = store.decode(
                 runs.read(self._checkpoint(line["steps"]), store.MAX_BYTES), "checkpoint", self.world
@@ -251,12 +262,13 @@ class _Run:
         if networks == ACTOR:
             tensors, networks = {**tensors, **self._critic(tensors)}, ACTOR_CRITIC
         measured = {"episodes": episodes, "first_episode_seed": measures.MEASUREMENT_SEEDS, **cards.table(judged)}
-        card = self._card(steps=steps, score=score, measured=measured) | {"networks": networks}
+        card = self._card(steps=steps, learned=learned[steps], score=score, measured=measured) | {"networks": networks}
         return card | ({"stopped": fault} if fault else {}), dict(tensors)
 
     def _critic(self, actors: Mapping[str, Float32]) -> dict[str, Float32]:
         from maviper.experts.training import critic
 
         chosen = self.trainer.settings
-        shared = {name: getattr(chosen, name) for name in ("hidden", "gamma", "shaping", "seed")}
+        shared = {name: getattr(chosen, name) for name in ("hidden", "gamma", "seed")}
+        shared["shaping"] = chosen.shaping * chosen.critic_shaping
         return critic.fit(self.world, actors, critic.Settings(**shared), self.trainer.device)

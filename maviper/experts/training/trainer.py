@@ -15,6 +15,7 @@ import torch
 from torch import Tensor
 
 from codegen.ir import Float32
+from maviper.experts.cards import REWARD
 from maviper.experts.training.nets import Adam, Joint, Nets, Running
 from maviper.worlds import World
 
@@ -52,6 +53,11 @@ class Trainer(ABC):
     def progress(self) -> float:
         """Share of the steps that are done."""
         return self.steps / self.settings.steps
+
+    @property
+    def teaches(self) -> str:
+        """What the next `advance` teaches the actors by, as `cards.learned` names it."""
+        return REWARD
 
     @property
     def games(self) -> int:

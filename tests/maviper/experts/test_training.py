@@ -190,6 +190,54 @@ def test_a_training_says_what_it_plays_and_does_that(recipe, tmp_path, capsys):
 
 
 @pytest.mark.train
+def test_the_card_counts_what_taught_the_expert(tmp_path, monkeypatch):
+    """Counted here by what is played: rounds of imitation, and episodes of the learner's own."""
+    from maviper.experts.training.imitation import Imitation
+    from maviper.experts.training.mappo import Mappo
+
+    played = {"imitation": 0, "own": 0}
+    imitate, collect = Imitation.round, Mappo._collect
+
+    def imitating(self, games, *rest):
+        played["imitation"] += games * 25
+        return imitate(self, games, *rest)
+
+    def collecting(self):
+        found = collect(self)
+        played["own"] += found.acted.shape[0] * found.acted.shape[1]
+        return found
+
+    monkeypatch.setattr(Imitation, "round", imitating)
+    monkeypatch.setattr(Mappo, "_collect", collecting)
+    asked = request_of("mappo", imitate_steps=6_400, value_steps=3_200)
+    card = train(find("physical-deception"), tmp_path, asked)
+    last = json.loads((tmp_path / "metrics.jsonl").read_text().splitlines()[-1])["learned"]
+    assert played == {"imitation": last["imitation"], "own": last["values alone"] + last["reward"]}
+    assert last == {"imitation": 6_400, "values alone": 3_200, "reward": 9_600}
+    assert sum(card["learned"].values()) == card["steps"] and store.load(str(tmp_path))[0].card["learned"]
+
+
+@pytest.mark.train
+@pytest.mark.parametrize(("share", "said"), [(1, "environment + 2 * shaping"), (0, "environment")])
+def test_critics_are_fitted_to_the_reward_that_the_card_names(share, said, tmp_path, monkeypatch):
+    from maviper.experts.training.critic import Fit
+
+    world = find("physical-deception")
+    gap = []
+    rewards = Fit.rewards
+
+    def paid(self, state):
+        found = rewards(self, state)
+        gap.append(np.abs(found - world.rewards(state)).max())
+        return found
+
+    monkeypatch.setattr(Fit, "rewards", paid)
+    sizes = {**ALGORITHMS["mappo"], "steps": 6_400, "shaping": 2, "critic_shaping": share}
+    card = train(world, tmp_path, Request("mappo", overrides=sizes))
+    assert card["critic_reward"] == said and (max(gap) > 0) == bool(share) and len(gap) >= 25
+
+
+@pytest.mark.train
 def test_several_seeds_keep_the_best(tmp_path):
     from maviper.console import Console
     from maviper.experts.training.run import TrainOptions, trained

@@ -556,8 +556,19 @@ def test_several_seeds_side_by_side(tmp_path, capsys):
     assert main.run([*asked, "--seeds", "0"]) == 2
 
 
-@pytest.mark.parametrize("critic", ["learned", "measured", "none"])
-def test_a_profile_says_whose_q_weighed_its_states(critic, quick):
+@pytest.mark.parametrize(
+    ("critic", "reward"), [("learned", "environment + 1 * shaping"), ("measured", "environment"), ("none", None)]
+)
+def test_a_profile_says_whose_q_weighed_its_states(critic, reward, quick):
     expert, world = find_expert("physical-deception", critic, features="goal")
     settings = Settings.of({**SMALL, "iterations": 1, "rollouts": 2, "refinement": 0})
-    assert extract(world, expert, settings).provenance.training["critic"] == critic
+    told = extract(world, expert, settings).provenance.training
+    assert told["critic"] == critic and told.get("critic_reward") == reward
+
+
+def test_an_extraction_says_how_its_expert_learned(tmp_path, capsys):
+    small = ["--max-episodes", "20", "--max-depth", "1", "-o", str(tmp_path / "p.json")]
+    assert main.run(["extract", "physical-deception", *small]) == 0
+    assert "it learned by 102,400 steps of imitating a script, 0 of reward\n" in capsys.readouterr().err
+    assert main.run(["extract", "physical-deception@scripted", *small]) == 0
+    assert "learned by" not in capsys.readouterr().err
