@@ -72,7 +72,8 @@ def profile_of(
     training["critic"] = critic_of(expert)
     training["critic_reward"] = reward_weighed_by(expert, world)
     training["expert_algorithm"] = str(expert.card.get("algorithm", "unknown"))
-    unsaid = [name for name in ("agent", "measure", "critic_reward") if not training[name]]
+    unsaid = [name for name in ("agent", "measure", "critic_reward", "explore") if not training[name]]
+    unsaid += [] if settings.votes else ["least_right"]
     for name in ("seed", "preset", "algorithm", *unsaid):
         del training[name]
     provenance = ir.Provenance(

@@ -31,7 +31,7 @@ from maviper.extraction.extraction import Running
 from maviper.extraction.journal import NOTHING_KEPT, Journal
 from maviper.extraction.outcome import finalist_score
 from maviper.extraction.selection.race import EXTRACTING, Progress
-from maviper.extraction.settings import DEFAULT, MAVIPER, Settings
+from maviper.extraction.settings import DEFAULT, MAVIPER, N_LESS_1, Settings
 from maviper.files import resuming, runs
 from maviper.files.jobs import side_by_side
 from maviper.files.profiles import version
@@ -63,6 +63,8 @@ class ExtractOptions:
     selection_episodes: int | None = None
     refinement_episodes: int | None = None  # per team
     measure: str | None = None  # what teams are judged by
+    least_right: str = N_LESS_1  # right predictions that a point needs: N, N-1, a number, a share
+    explore: float = 0.0  # Fitted Q's share of uniform actions
     critic: str = "learned"
     world: str | None = None  # of a user's own
     counterexamples: tuple[Path, ...] = ()
@@ -92,6 +94,8 @@ class ExtractOptions:
             "patience",
             "selection",
             "measure",
+            "least_right",
+            "explore",
         )
         found = {name: getattr(self, name) for name in (*same, "selection_episodes", "seed")}
         return found | {"budget": self.max_episodes, "refinement": self.refinement_episodes}
