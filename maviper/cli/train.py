@@ -56,6 +56,8 @@ def train(context: click.Context, world: str, output: Path, **options: Any) -> i
     for label, value in card["measured"].items():
         if isinstance(value, list):
             console.line("measured", f"{label}: {value[0]:.3f} [{value[1]:.3f}, {value[2]:.3f}]")
+    played = ", ".join(f"{steps:,} steps for the {what}" for what, steps in card["played"].items())
+    console.line("played", f"{played}; the expert is the checkpoint after {card['steps']:,}; {card['seconds']:.0f} s")
     console.line("learned", f"by {how_learned(card)}; the critic's reward is {card['critic_reward']}")
     if "stopped" in card:
         console.line("stopped", f"{card['stopped']}; the last good checkpoints were kept")

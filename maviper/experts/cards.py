@@ -128,6 +128,8 @@ def _curve(panel: Any, measure: Measure, lines: Sequence[Mapping[str, Any]]) -> 
     label = versus if lines and versus in lines[0] else measure.label
     values, lows, highs = zip(*(line[label] for line in lines), strict=True)
     panel.fill_between(millions, lows, highs, alpha=0.25, linewidth=0)
-    panel.plot(millions, values, linewidth=1.2)
+    if len(lines) == 1:  # a line and a band of one point would show nothing
+        panel.vlines(millions, lows, highs, linewidth=1.2)
+    panel.plot(millions, values, linewidth=1.2, marker="o" if len(lines) == 1 else None)
     panel.set_title(label + (" (lower is better)" if measure.lower_is_better else ""), loc="left")
     panel.grid(alpha=0.3)

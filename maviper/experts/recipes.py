@@ -79,7 +79,10 @@ def settings(world: World, request: Request, kind: type) -> Any:
 
 def schedule(request: Request, chosen: Any) -> str:
     """What a training of these settings plays and when it is judged, and where `paper` is not as released."""
+    imitated = min(chosen.steps, getattr(chosen, "imitate_steps", 0))
+    copied = f", the first {imitated:,} to imitate a script" if imitated else ""
     said = f"{chosen.steps:,} steps in {chosen.games:,} parallel games, a checkpoint every {chosen.checkpoint_steps:,}"
+    said += copied
     released = "one game, a checkpoint every 25,000, the best by summed return"
     return f"{said} (released: {released})" if request.recipe == PAPER else said
 

@@ -139,7 +139,7 @@ def extracted(expert: str, output: Path | None, options: ExtractOptions, console
         profile = extract_live(asked, console, jobs)
         return profile if output is None else _written(output, profile, console, asked, options.command)
     resuming.resumable(partial(runs.begun, output))
-    task = _Task(output, asked, options.critic, options.command, resume)
+    task = _Task(output, asked, options.critic, options.command, resume, console.quiet)
     if seeds == 1:
         profile = _run(task, console, jobs)
         return _written(output / runs.PROFILE_FILE, profile, console, asked, options.command)
@@ -150,6 +150,7 @@ def extracted(expert: str, output: Path | None, options: ExtractOptions, console
         for each in [asked._replace(settings=replace(asked.settings, seed=asked.settings.seed + seed).checked())]
         for folder in [runs.of_seed(output, each.settings.seed)]
     ]
+    say_expert(asked.expert, asked.world, console)
     profiles: list[ir.PolicyProfile] = []
     scores: list[float] = []
     for profile in side_by_side(_run, tasks, jobs):
@@ -172,6 +173,7 @@ class _Task:
     critic: str
     command: str
     resume: bool
+    quiet: bool
 
 
 def _run(task: _Task, console: Console | None = None, jobs: int = 1) -> ir.PolicyProfile:
@@ -189,8 +191,7 @@ def _run(task: _Task, console: Console | None = None, jobs: int = 1) -> ir.Polic
         "settings": asdict(asked.settings),
     }
     runs.claim(task.folder, config, SAME, task.resume)
-    quiet = console or Console(quiet=True)
-    profile = extract_live(asked, quiet, jobs, task.folder)
+    profile = extract_live(asked, console or Console(task.quiet, f"seed {asked.settings.seed}"), jobs, task.folder)
     runs.write(task.folder / runs.PROFILE_FILE, policy_json.dumps(profile))
     return profile
 
@@ -209,16 +210,32 @@ def _written(place: Path, profile: ir.PolicyProfile, console: Console, asked: Fo
 def extract_live(asked: Found, console: Console, jobs: int = 1, folder: Path | None = None) -> ir.PolicyProfile:
     """Extracts with a live line, then says what the trees reach. `folder`: of a run that is kept and goes on."""
     world, expert, settings, examples = asked.world, asked.expert, asked.settings, asked.lessons.examples
+    if not console.of:  # one of several seeds, of all of which this is said
+        say_expert(expert, world, console)
+    journal = Journal(folder / STEPS) if folder else NOTHING_KEPT
+    with Stages(console, folder / METRICS_FILE if folder else None) as stages:
+        profile = extract(world, expert, settings, Running(stages.show, jobs), journal, examples)
+    say_stopped(profile, console)
+    if not console.of:
+        say_measured(profile, world, console)
+    return profile
+
+
+def say_expert(expert: Expert, world: World, console: Console) -> None:
+    """What made the expert, and how it learned."""
     made = expert.card.get("algorithm", "unknown")
     critic = ", measured critic" if isinstance(expert, Measured) else ""
     console.line("expert", f"{made} for {world.name}{critic}{f', id {expert.hash[:16]}' if expert.hash else ''}")
     if how_learned(expert.card):
         console.line("", f"it learned by {how_learned(expert.card)}")
-    journal = Journal(folder / STEPS) if folder else NOTHING_KEPT
-    with Stages(console, folder / METRICS_FILE if folder else None) as stages:
-        profile = extract(world, expert, settings, Running(stages.show, jobs), journal, examples)
-    say_measured(profile, world, console)
-    return profile
+
+
+def say_stopped(profile: ir.PolicyProfile, console: Console) -> None:
+    """That an extraction stopped early, if it did."""
+    told = profile.provenance.training
+    if int(told["stopped_after"]) < int(told["iterations"]):
+        why = f"no gain above the interval in {told['patience']}"
+        console.line("stopped", f"after {told['stopped_after']} of {told['iterations']} rounds: {why} (--patience)")
 
 
 class Stages:

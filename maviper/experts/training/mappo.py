@@ -80,10 +80,10 @@ class Mappo(Trainer):
 
     def _assigned(self) -> Any:
         """Which agent is the learner's in which game: for each team, a share of games is against the scripts."""
-        mine = np.ones((self.joint.n_agents, self.games), dtype=bool)
+        mine = np.ones((self.joint.n_agents, self.most_games), dtype=bool)
         if self.opponents is None:
             return mine
-        count = int(self.games * self.settings.scripted)
+        count = int(self.most_games * self.settings.scripted)
         for place, team in enumerate(self.world.teams):
             others = [agent for agent in range(self.joint.n_agents) if agent not in self.world.members(team)]
             mine[others, place * count : (place + 1) * count] = False
@@ -96,6 +96,13 @@ class Mappo(Trainer):
         if self.steps < first:
             return IMITATION
         return VALUES if first and self.steps < first + self.settings.value_steps else REWARD
+
+    @property
+    def until(self) -> int:
+        """As `Trainer.until`."""
+        settings = self.settings
+        ends = {IMITATION: settings.imitate_steps, VALUES: settings.imitate_steps + settings.value_steps}
+        return min(settings.steps, ends.get(self.teaches, settings.steps))
 
     def advance(self) -> dict[str, float]:
         """One batch of episodes and the update from it; returns what to log."""
@@ -123,7 +130,7 @@ class Mappo(Trainer):
             chosen = np.argmax(logits + self.rng.gumbel(size=logits.shape), axis=2)
             if self.opponents is not None:
                 scripted = self.opponents.act(range(self.joint.n_agents), observations, state).T
-                chosen = np.where(self.mine, chosen, scripted)
+                chosen = np.where(self.mine[:, : len(state)], chosen, scripted)
             state = world.step(state, chosen.T)
             acted.append(chosen.T)
             rewards.append(self.rewards(state))
@@ -153,7 +160,7 @@ class Mappo(Trainer):
         targets = (advantages + values[:, :steps]).flatten(1)
         advantages = advantages.flatten(1)
         alive = alive.flatten(1)
-        mine = torch.from_numpy(self.mine).to(joint.device).float().repeat(1, steps) * alive
+        mine = torch.from_numpy(self.mine[:, :n_games]).to(joint.device).float().repeat(1, steps) * alive
         count = mine.sum(dim=1, keepdim=True).clamp(min=1)
         centre = (advantages * mine).sum(dim=1, keepdim=True) / count
         spread = ((advantages - centre).square() * mine).sum(dim=1, keepdim=True) / count

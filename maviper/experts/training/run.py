@@ -5,14 +5,16 @@ Assumes: the extra `maviper[train]`.
 Does not: know how an algorithm learns.
 """
 
+import math
 from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from codegen.errors import InputError
-from maviper.console import Console
+from maviper.console import Console, LiveLine
 from maviper.episodes.measures import Estimate, shown
 from maviper.experts.recipes import DEFAULT, Request, schedule
 from maviper.experts.training import train as training
@@ -60,7 +62,7 @@ def trained(name: str, folder: Path, options: TrainOptions, console: Console) ->
     console.line("", schedule(request, training.settings_of(world, request)))
     if len(seeds) == 1:
         return _one(world, folder, request, options.resume, console)
-    return _several(_Task(name, folder, request, options.resume), seeds, options.jobs, console)
+    return _several(_Task(name, folder, request, options.resume, console.quiet), seeds, options.jobs, console)
 
 
 def _setting(text: str) -> tuple[str, str]:
@@ -75,16 +77,38 @@ def _seeds(seeds: Sequence[int]) -> str:
 
 
 def _one(world: World, folder: Path, request: Request, resume: bool, console: Console) -> dict[str, Any]:
-    best: list[training.Checkpoint] = []
-    with console.live("steps", 1) as live:
+    with _Stages(console) as stages:
+        return training.train(world, folder, request, stages.judged, resume, stages.show)
 
-        def show(checkpoint: training.Checkpoint, total: int) -> None:
-            if not best or checkpoint.score > best[0].score:
-                best[:] = [checkpoint]
-            live.total = total
-            live.update(checkpoint.steps, f"best {_measured(best[0].measured)}; return {_measured(checkpoint.returns)}")
 
-        return training.train(world, folder, request, show, resume)
+class _Stages:
+    """A live line for each stage of a training."""
+
+    def __init__(self, console: Console) -> None:
+        self.console, self.stage, self.best = console, "", -math.inf
+        self._said = ""
+        self._open = ExitStack()
+        self._live: LiveLine | None = None
+
+    def __enter__(self) -> "_Stages":
+        return self
+
+    def __exit__(self, *caught: object) -> None:
+        self._open.close()
+
+    def judged(self, checkpoint: training.Checkpoint, total: int) -> None:
+        """Keeps what a checkpoint scored, if it is the best so far."""
+        del total
+        if checkpoint.score > self.best:
+            self.best = checkpoint.score
+            self._said = f"best {_measured(checkpoint.measured)}; return {_measured(checkpoint.returns)}"
+
+    def show(self, step: training.Step) -> None:
+        """Shows how far a stage is."""
+        if step.stage != self.stage or self._live is None:
+            self._open.close()
+            self.stage, self._live = step.stage, self._open.enter_context(self.console.live(step.stage, step.total))
+        self._live.update(step.done, "  ".join(filter(None, (step.said, self._said))))
 
 
 def _measured(found: Mapping[str, Estimate]) -> str:
@@ -98,6 +122,7 @@ class _Task(NamedTuple):
     folder: Path
     request: Request
     resume: bool
+    quiet: bool
 
 
 def _several(task: _Task, seeds: Sequence[int], jobs: int, console: Console) -> dict[str, Any]:
@@ -106,13 +131,14 @@ def _several(task: _Task, seeds: Sequence[int], jobs: int, console: Console) -> 
     folders = [runs.of_seed(folder, seed) for seed in seeds]
     asked = [replace(request, overrides={**request.overrides, "seed": seed}) for seed in seeds]
     tasks = [
-        _Task(task.name, place, one, task.resume and (place / runs.CONFIG_FILE).exists())
+        _Task(task.name, place, one, task.resume and (place / runs.CONFIG_FILE).exists(), task.quiet)
         for place, one in zip(folders, asked, strict=True)
     ]
     cards: list[dict[str, Any]] = []
-    for seed, card in zip(seeds, side_by_side(_quietly, tasks, jobs), strict=True):
+    for seed, card in zip(seeds, side_by_side(_beside, tasks, jobs), strict=True):
         cards.append(card)
-        console.line("seed", f"{seed}: score {card['score']:.3f}, {card['steps']} steps, {card['seconds']:.0f} s")
+        said = f"{seed}: score {card['score']:.3f}, best after {card['steps']:,} steps, {card['seconds']:.0f} s"
+        console.line("seed", said)
     best = max(range(len(cards)), key=lambda index: (cards[index]["score"], -index))
     for file in (training.EXPERT_FILE, training.CARD_FILE, training.CURVE_FILE):
         runs.write(folder / file, (folders[best] / file).read_bytes())
@@ -122,5 +148,6 @@ def _several(task: _Task, seeds: Sequence[int], jobs: int, console: Console) -> 
     return cards[best]
 
 
-def _quietly(name: str, folder: Path, request: Request, resume: bool) -> dict[str, Any]:
-    return training.train(find(name), folder, request, resume=resume)
+def _beside(name: str, folder: Path, request: Request, resume: bool, quiet: bool) -> dict[str, Any]:
+    """One of several seeds, whose lines say whose they are."""
+    return _one(find(name), folder, request, resume, Console(quiet, f"seed {request.overrides['seed']}"))

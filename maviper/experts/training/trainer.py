@@ -60,9 +60,20 @@ class Trainer(ABC):
         return REWARD
 
     @property
-    def games(self) -> int:
+    def until(self) -> int:
+        """The step at which what `teaches` ends."""
+        return self.settings.steps
+
+    @property
+    def most_games(self) -> int:
         """Games in parallel: the setting, or fewer where the world plays fewer at once."""
         return min(self.settings.games, self.world.games or self.settings.games)
+
+    @property
+    def games(self) -> int:
+        """Games of the next batch: fewer where so many would play on beyond `until`."""
+        left = -((self.steps - self.until) // self.world.spec.episode_steps)
+        return max(1, min(self.most_games, left))
 
     @abstractmethod
     def advance(self) -> dict[str, float]:

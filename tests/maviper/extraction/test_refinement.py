@@ -542,6 +542,9 @@ def test_several_seeds_side_by_side(tmp_path, capsys):
     asked = ["extract", "physical-deception", "--iterations", "1", "--max-depth", "2", "--refinement-episodes", "0"]
     asked += ["--rollouts", "20", "--selection-episodes", "4", "--seed", "5", "-o", str(tmp_path / "run")]
     assert main.run([*asked, "--seeds", "2", "--jobs", "2"]) == 0
+    assert main.run([*asked[:-1], str(tmp_path / "beside"), "--seeds", "2", "--preset", "paper"]) == 0
+    said = capsys.readouterr().err
+    assert all(f"seed {seed}      extracting 1/1  best " in said for seed in (5, 6))
     found = json.loads((tmp_path / "run" / "seeds.json").read_text())
     assert set(found["scores"]) == {"5", "6"} and found["scores"][str(found["best"])] == max(found["scores"].values())
     chosen = (tmp_path / "run" / "profile.json").read_bytes()
@@ -564,6 +567,17 @@ def test_a_profile_says_whose_q_weighed_its_states(critic, reward, quick):
     settings = Settings.of({**SMALL, "iterations": 1, "rollouts": 2, "refinement": 0})
     told = extract(world, expert, settings).provenance.training
     assert told["critic"] == critic and told.get("critic_reward") == reward
+
+
+def test_an_extraction_that_stops_early_says_so(tmp_path, capsys):
+    small = ["--preset", "paper", "--rollouts", "1", "--selection-episodes", "4", "--max-depth", "1"]
+    asked = ["extract", "physical-deception", *small, "-o", str(tmp_path / "p.json"), "--iterations", "9"]
+    assert main.run([*asked, "--patience", "1"]) == 0
+    rounds = json.loads((tmp_path / "p.json").read_text())["provenance"]["training"]["stopped_after"]
+    said = capsys.readouterr().err
+    assert rounds < 9 and f"stopped     after {rounds} of 9 rounds: no gain above the interval in 1 " in said
+    assert main.run([*asked, "--patience", "9"]) == 0
+    assert "stopped" not in capsys.readouterr().err
 
 
 def test_an_extraction_says_how_its_expert_learned(tmp_path, capsys):
