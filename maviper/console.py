@@ -28,21 +28,25 @@ def say(text: str) -> None:
 
 
 class Console:
-    """Prints to standard error; `quiet` keeps everything back but errors."""
+    """Prints to standard error; `quiet` keeps everything back but errors. `of`: whose lines these are, where several
+    print at the same time: plain lines that begin with it.
+    """
 
-    def __init__(self, quiet: bool = False) -> None:
-        self.quiet = quiet
+    def __init__(self, quiet: bool = False, of: str = "") -> None:
+        self.quiet, self.of = quiet, of
         self.rich = RichConsole(stderr=True, quiet=quiet, highlight=False)
 
     def line(self, label: str, text: str = "") -> None:
         """One line: a label in its column, then the text. Long lines are left to the terminal."""
+        if self.of:
+            label, text = self.of, f"{label} {text}"
         if not self.quiet:
             print(visible(f"{label:<{LABEL_WIDTH}}{text}".rstrip()), file=sys.stderr, flush=True)
 
     @contextmanager
     def live(self, label: str, total: int) -> Iterator["LiveLine"]:
         """A stage with a live line."""
-        if not self.rich.is_terminal or self.quiet:
+        if not self.rich.is_terminal or self.quiet or self.of:
             yield LiveLine(self, label, total)
             return
         fixed = Column(no_wrap=True)

@@ -47,6 +47,14 @@ RENAMED = {"--budget": "--max-episodes", "--refinement": "--refinement-episodes"
 @option("--max-depth", default=4, show_default=True, section=WHAT, help="Splits on the longest path.")
 @option("--agent", default=None, metavar="NAME", section=WHAT, help="The one agent that VIPER extracts.")
 @option("--splits", default=None, metavar="NAME", section=WHAT, help="exact or histogram (default: the preset's).")
+@option(
+    "--least-right",
+    default="N-1",
+    show_default=True,
+    metavar="VOTES",
+    section=WHAT,
+    help="Members that must be predicted right, of a team of N: N, N-1, 2, or a share such as 0.5.",
+)
 @option("--features", default="", metavar="NAMES", section=WHAT, help=f"Further features: {FEATURES}, or auto.")
 @option(
     "--max-episodes", type=int, default=None, section=EPISODES, help="Episodes in all, instead of the counts below."
@@ -86,6 +94,20 @@ RENAMED = {"--budget": "--max-episodes", "--refinement": "--refinement-episodes"
     default=None,
     section=EPISODES,
     help="Episodes per team to refine the trees with (default: the preset's).",
+)
+@option(
+    "--measure",
+    default=None,
+    metavar="NAME",
+    section=EPISODES,
+    help="The measure that teams are judged by (default: the world's first; preset paper: the paper's).",
+)
+@option(
+    "--explore",
+    default=0.0,
+    show_default=True,
+    section=LEARNS,
+    help="fitted-q: share of uniform actions while it collects.",
 )
 @option(
     "--critic",

@@ -20,7 +20,13 @@ WHAT, HOW = "What is trained", "How it runs"
 @click.command(cls=Verb, example="maviper train predator-prey,prey=1 --seeds 4 --jobs 2 -o run")
 @click.argument("world")
 @option("--algorithm", default="", metavar="NAME", section=WHAT, help="mappo, maddpg or vdn (default: the recipe's).")
-@option("--recipe", default="default", show_default=True, section=WHAT, help="default, or paper: MADDPG as released.")
+@option(
+    "--recipe",
+    default="default",
+    show_default=True,
+    section=WHAT,
+    help="default, or paper: MADDPG as released, in parallel games.",
+)
 @option("--steps", default=None, type=int, section=WHAT, help="Joint environment steps (default: the recipe's).")
 @option(
     "--set", "settings", multiple=True, metavar="NAME=VALUE", section=WHAT, help="Another setting of the algorithm."
@@ -41,6 +47,7 @@ def train(context: click.Context, world: str, output: Path, **options: Any) -> i
     At all times the folder holds the best checkpoint so far. An interrupted run goes on with --resume, and ends with
     the same expert.
     """
+    from maviper.experts.cards import how_learned
     from maviper.experts.training.run import TrainOptions, trained
     from maviper.experts.training.train import EXPERT_FILE
 
@@ -49,6 +56,9 @@ def train(context: click.Context, world: str, output: Path, **options: Any) -> i
     for label, value in card["measured"].items():
         if isinstance(value, list):
             console.line("measured", f"{label}: {value[0]:.3f} [{value[1]:.3f}, {value[2]:.3f}]")
+    played = ", ".join(f"{steps:,} steps for the {what}" for what, steps in card["played"].items())
+    console.line("played", f"{played}; the expert is the checkpoint after {card['steps']:,}; {card['seconds']:.0f} s")
+    console.line("learned", f"by {how_learned(card)}; the critic's reward is {card['critic_reward']}")
     if "stopped" in card:
         console.line("stopped", f"{card['stopped']}; the last good checkpoints were kept")
     console.line("wrote", str(output / EXPERT_FILE))

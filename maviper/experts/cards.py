@@ -9,19 +9,21 @@ import io
 import os
 import platform
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from importlib import metadata
 from typing import Any
 
 from maviper.episodes.measures import Estimate
 from maviper.experts.judging import Judged
-from maviper.experts.recipes import DEFAULT, Request
+from maviper.experts.recipes import DEFAULT, Request, schedule
 from maviper.worlds import Measure, World
 
 PACKAGES = ("maviper", "mpe2", "numpy", "torch")
 
 
-def config(world: World, request: Request, settings: Mapping[str, Any], rule: str) -> dict[str, Any]:
-    """What is known of an expert before it is trained."""
+def config(world: World, request: Request, chosen: Any, rule: str) -> dict[str, Any]:
+    """What is known of an expert before it is trained. `chosen`: its settings, a dataclass."""
+    settings = asdict(chosen)
     command = ["maviper train", world.name, f"--algorithm {request.algorithm}"]
     command += [f"--recipe {request.recipe}"] if request.recipe != DEFAULT else []
     for name, value in sorted(request.overrides.items()):
@@ -33,10 +35,51 @@ def config(world: World, request: Request, settings: Mapping[str, Any], rule: st
         "recipe": request.recipe,
         "command": " ".join(command),
         "hidden": settings["hidden"],
-        "settings": dict(settings),
+        "settings": settings,
+        "critic_reward": reward_of(settings, world),
+        "schedule": schedule(request, chosen),
         "versions": {"python": platform.python_version()} | {name: metadata.version(name) for name in PACKAGES},
         "rule": rule,
     }
+
+
+IMITATION, VALUES, REWARD = "imitation", "values alone", "reward"  # what steps of a training teach the actors
+SHAPED = ("mappo", "maddpg", "vdn")  # algorithms whose settings have a `shaping`
+
+
+def learned(card: Mapping[str, Any]) -> dict[str, int]:
+    """Joint steps that taught an expert, by kind; {} where its card does not tell. Older cards have settings only."""
+    settings, steps = card.get("settings", {}), card.get("steps")
+    if "learned" in card or card.get("algorithm") not in SHAPED or steps is None:
+        return dict(card.get("learned", {}))
+    imitated = min(steps, settings.get("imitate_steps", 0))
+    values = min(steps - imitated, settings["value_steps"]) if imitated else 0
+    return {IMITATION: imitated, VALUES: values, REWARD: steps - imitated - values}
+
+
+def how_learned(card: Mapping[str, Any]) -> str:
+    """`learned` in words; "" where the card does not tell."""
+    steps = learned(card)
+    if not steps:
+        return ""
+    alone = f", {steps[VALUES]:,} of values alone" if steps[VALUES] else ""
+    copied = f"{steps[IMITATION]:,} steps of imitating a script{alone}, " if steps[IMITATION] else ""
+    return f"{copied}{steps[REWARD]:,} {'' if copied else 'steps '}of reward"
+
+
+def critic_reward(card: Mapping[str, Any], world: World) -> str:
+    """What reward an expert's critic adds up; "" where the card does not tell."""
+    if "critic_reward" in card or card.get("algorithm") not in SHAPED:
+        return str(card.get("critic_reward", ""))
+    return reward_of(card["settings"], world)
+
+
+def reward_of(settings: Mapping[str, Any], world: World) -> str:
+    """The reward that a training with these settings fits its critic to: the environment's, with so much of the world's
+    shaping term.
+    """
+    weight = settings["shaping"] * settings.get("critic_shaping", 1.0)
+    return f"environment + {weight:g} * shaping" if weight and world.shaped else "environment"
 
 
 def machine(device: str) -> str:
@@ -85,6 +128,8 @@ def _curve(panel: Any, measure: Measure, lines: Sequence[Mapping[str, Any]]) -> 
     label = versus if lines and versus in lines[0] else measure.label
     values, lows, highs = zip(*(line[label] for line in lines), strict=True)
     panel.fill_between(millions, lows, highs, alpha=0.25, linewidth=0)
-    panel.plot(millions, values, linewidth=1.2)
+    if len(lines) == 1:  # a line and a band of one point would show nothing
+        panel.vlines(millions, lows, highs, linewidth=1.2)
+    panel.plot(millions, values, linewidth=1.2, marker="o" if len(lines) == 1 else None)
     panel.set_title(label + (" (lower is better)" if measure.lower_is_better else ""), loc="left")
     panel.grid(alpha=0.3)

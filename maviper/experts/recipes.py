@@ -36,7 +36,7 @@ CHOSEN: dict[tuple[str, str], dict[str, Any]] = {
         "learning_rate": 5e-4,
     },
 }
-# The released code's training: no shaping, large batches, long, the best of many checkpoints.
+# The released code's training: no shaping, large batches, long, the best of many checkpoints. What differs: `schedule`.
 PAPER_MADDPG = {"steps": 2_000_000, "batch": 25_600, "shaping": 0.0, "final_rate": 1.0, "explore_share": 0.3125}
 
 
@@ -75,6 +75,16 @@ def settings(world: World, request: Request, kind: type) -> Any:
     found = kind(**{**chosen, **given})
     _check(asdict(found), world)
     return found
+
+
+def schedule(request: Request, chosen: Any) -> str:
+    """What a training of these settings plays and when it is judged, and where `paper` is not as released."""
+    imitated = min(chosen.steps, getattr(chosen, "imitate_steps", 0))
+    copied = f", the first {imitated:,} to imitate a script" if imitated else ""
+    said = f"{chosen.steps:,} steps in {chosen.games:,} parallel games, a checkpoint every {chosen.checkpoint_steps:,}"
+    said += copied
+    released = "one game, a checkpoint every 25,000, the best by summed return"
+    return f"{said} (released: {released})" if request.recipe == PAPER else said
 
 
 def _value(name: str, value: Any, types: Mapping[str, type]) -> Any:

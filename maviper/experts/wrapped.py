@@ -12,7 +12,9 @@ from typing import Any
 import numpy as np
 
 from codegen.ir import Float32, Float64
+from maviper.experts import cards
 from maviper.experts.expert import Expert
+from maviper.experts.measured import Measured
 from maviper.worlds import World
 from maviper.worlds.world import Int
 
@@ -93,3 +95,13 @@ class Unweighted(Wrapped):
 def critic_of(expert: Expert) -> str:
     """Whose Q an expert answers with: `learned` unless it says otherwise."""
     return str(getattr(expert, "critic", "learned"))
+
+
+def reward_weighed_by(expert: Expert, world: World) -> str:
+    """What reward the Q adds up that an expert answers with; "" where nobody knows, or where there is no Q."""
+    whose = critic_of(expert)
+    while isinstance(expert, Wrapped):
+        expert = expert.expert
+    if isinstance(expert, Measured):
+        return cards.reward_of({"shaping": expert.shaping}, world) if whose == expert.critic else ""
+    return cards.critic_reward(expert.card, world) if whose == "learned" else ""

@@ -5,6 +5,8 @@ Assumes: checked settings.
 Does not: know how any of them works.
 """
 
+from dataclasses import replace
+
 from codegen import ir
 from codegen.errors import InputError
 from codegen.ir import GrownTree
@@ -35,8 +37,9 @@ def extract(
     keeps them.
     """
     settings = settings.checked().resolved(world)
+    world, settings = settings.judged(world), replace(settings, measure=settings.measure_in(world))
     refine.check(settings)
-    check_examples(settings, examples)
+    check(world, settings, examples)
     agents = [iviper.agent_of(world, settings)] if settings.algorithm == VIPER else list(range(len(world.agents)))
     asked = Extraction(world, expert, settings, journal, examples)
     chosen, facts = _iterates(asked, agents, running)
@@ -45,8 +48,9 @@ def extract(
     return profile_of(world, expert, settings, agent_policies(world, trees, agents), facts)
 
 
-def check_examples(settings: Settings, examples: Examples) -> None:
-    """InputError where the algorithm learns from no labels."""
+def check(world: World, settings: Settings, examples: Examples) -> None:
+    """InputError where the algorithm cannot learn from examples, or the preset's weight is beyond computing."""
+    released.check(world, settings)
     if len(examples) and settings.algorithm == FITTED_Q:
         what = "fitted-q learns from rewards, not from labelled states"
         raise InputError(what, "--counterexamples", "choose another --algorithm, or leave them out")

@@ -2,17 +2,19 @@
 
 Does: fits a regression tree to Q(o_i, a_i) from expert episodes, iterates, turns argmax over actions into one tree.
 Assumes: observations cut into the ten bins at -1, -0.75, ..., 1; rewards of the environment.
-Does not: look at the expert's critic, or explore beyond the expert's episodes.
+Does not: look at the expert's critic; leave the expert's actions unless a share of exploration is asked for.
 """
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from codegen import ir
 from codegen.errors import InputError
-from codegen.ir import NO_ACTION, NO_CHILD, NO_FEATURE, Float64, GrownTree
-from maviper.episodes.play import Episodes, rollout
+from codegen.ir import NO_ACTION, NO_CHILD, NO_FEATURE, Float32, Float64, GrownTree
+from maviper.episodes.play import Controller, Episodes, rollout
 from maviper.experts.expert import Expert
 from maviper.extraction.selection.race import Selection
 from maviper.extraction.settings import Settings
@@ -28,12 +30,37 @@ def fitted_q(world: World, expert: Expert, settings: Settings, selection: Select
 
     Episodes and rounds are made again when a run goes on: together they take seconds.
     """
-    played = rollout(world, [expert] * len(world.agents), settings.rollout_episodes(0))
+    played = collected(world, expert, settings)
     agents = [_Agent(world, index, played, settings) for index in range(len(world.agents))]
     for _ in range(settings.iterations):
         if selection.offer([agent.round() for agent in agents]):
             break
     return sum(int(episodes.alive.any(axis=2).sum()) for episodes in played)
+
+
+def collected(world: World, expert: Expert, settings: Settings) -> list[Episodes]:
+    """The episodes that Q is fitted to: the expert's, a share `explore` of whose actions are uniform."""
+    player: Controller = expert
+    if settings.explore:
+        choices = np.array([len(choices) for choices in world.actions])
+        player = _Exploring(expert, settings.explore, choices, np.random.default_rng(settings.seed))
+    return rollout(world, [player] * len(world.agents), settings.rollout_episodes(0))
+
+
+@dataclass(frozen=True)
+class _Exploring:
+    """A controller some of whose actions are replaced by uniform ones."""
+
+    controller: Controller
+    share: float
+    choices: Int  # [n_agents] how many actions each agent has
+    rng: np.random.Generator
+
+    def act(self, agents: Sequence[int], observations: Sequence[Float32], state: Any) -> Int:
+        """As `Controller.act`."""
+        chosen = self.controller.act(agents, observations, state)
+        uniform = self.rng.integers(self.choices[list(agents)], size=chosen.shape)
+        return np.where(self.rng.random(chosen.shape) < self.share, uniform, chosen)
 
 
 class _Agent:

@@ -20,7 +20,7 @@ from maviper.episodes.trees import among
 from maviper.evaluation import held_out
 from maviper.evaluation.held_out import evaluation
 from maviper.experts.expert import Expert
-from maviper.experts.wrapped import critic_of
+from maviper.experts.wrapped import critic_of, reward_weighed_by
 from maviper.extraction.settings import Settings
 from maviper.files.profiles import version
 from maviper.worlds import Measure, World
@@ -53,6 +53,7 @@ def finalist_score(world: World, expert: Expert, settings: Settings, agents: Seq
     """The mean ratio of the teams to the expert, on episodes that no extraction with these settings has seen: to choose
     among extraction seeds.
     """
+    world = settings.judged(world)
     seeds = settings.episodes(measures.SELECTION_SEEDS)[-held_out.EVALUATION_EPISODES :]
     experts: list[Controller] = [expert] * len(world.agents)
     ours = measures.evaluate_teams(world, among(world, agents, experts), experts, seeds)
@@ -70,8 +71,11 @@ def profile_of(
     """Policies of all agents, or of some, with where they come from and what they reach on held-out episodes."""
     training = asdict(settings) | dict(facts) | {"opponents_in_selection": "expert"}
     training["critic"] = critic_of(expert)
+    training["critic_reward"] = reward_weighed_by(expert, world)
     training["expert_algorithm"] = str(expert.card.get("algorithm", "unknown"))
-    for name in ("seed", "preset", "algorithm", *(() if settings.agent else ("agent",))):
+    unsaid = [name for name in ("agent", "measure", "critic_reward", "explore") if not training[name]]
+    unsaid += [] if settings.votes else ["least_right"]
+    for name in ("seed", "preset", "algorithm", *unsaid):
         del training[name]
     provenance = ir.Provenance(
         algorithm=settings.algorithm,

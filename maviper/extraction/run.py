@@ -20,17 +20,18 @@ from codegen.errors import InputError
 from maviper.console import Console, LiveLine
 from maviper.episodes.measures import ratio, shown
 from maviper.evaluation.held_out import measured_of
+from maviper.experts.cards import how_learned
 from maviper.experts.expert import Expert
 from maviper.experts.finding import find_expert, seeing
 from maviper.experts.measured import Measured
 from maviper.extraction import refitting
-from maviper.extraction.algorithms import check_examples, extract
+from maviper.extraction.algorithms import check, extract
 from maviper.extraction.choosing import helpful_features
 from maviper.extraction.extraction import Running
 from maviper.extraction.journal import NOTHING_KEPT, Journal
 from maviper.extraction.outcome import finalist_score
 from maviper.extraction.selection.race import EXTRACTING, Progress
-from maviper.extraction.settings import DEFAULT, MAVIPER, Settings
+from maviper.extraction.settings import DEFAULT, MAVIPER, N_LESS_1, Settings
 from maviper.files import resuming, runs
 from maviper.files.jobs import side_by_side
 from maviper.files.profiles import version
@@ -61,6 +62,9 @@ class ExtractOptions:
     selection: str | None = None
     selection_episodes: int | None = None
     refinement_episodes: int | None = None  # per team
+    measure: str | None = None  # what teams are judged by
+    least_right: str = N_LESS_1  # right predictions that a point needs: N, N-1, a number, a share
+    explore: float = 0.0  # Fitted Q's share of uniform actions
     critic: str = "learned"
     world: str | None = None  # of a user's own
     counterexamples: tuple[Path, ...] = ()
@@ -88,6 +92,9 @@ class ExtractOptions:
             "rollouts",
             "patience",
             "selection",
+            "measure",
+            "least_right",
+            "explore",
         )
         found = {name: getattr(self, name) for name in (*same, "selection_episodes", "seed")}
         return found | {"budget": self.max_episodes, "refinement": self.refinement_episodes}
@@ -107,12 +114,13 @@ def _find(expert: str, options: ExtractOptions, console: Console) -> Found:
     features = options.features
     found, world = find_expert(expert, options.critic, options.world, "" if features == AUTOMATIC else features)
     settings = Settings.of(options.said, world)
+    settings.judged(world)  # whether there is such a measure
     if features == AUTOMATIC:
         features = helpful_features(world, found, settings) if isinstance(world, ParticleWorld) else ""
         console.line("features", features or "none helps")
         found, world = seeing(found, world, features) if features else (found, world)
     lessons = refitting.task_of(options.counterexamples, world, found, console)
-    check_examples(settings, lessons.examples)
+    check(world, settings, lessons.examples)
     return Found(expert, found, world, settings, lessons)
 
 
@@ -130,10 +138,11 @@ def extracted(expert: str, output: Path | None, options: ExtractOptions, console
         profile = extract_live(asked, console, jobs)
         return profile if output is None else _written(output, profile, console, asked, options.command)
     resuming.resumable(partial(runs.begun, output))
-    task = _Task(output, asked, options.critic, options.command, resume)
+    task = _Task(output, asked, options.critic, options.command, resume, console.quiet)
     if seeds == 1:
         profile = _run(task, console, jobs)
         return _written(output / runs.PROFILE_FILE, profile, console, asked, options.command)
+    say_expert(asked.expert, asked.world, console)
     best = _best_of_seeds(task, seeds, jobs, console)
     say_measured(best, asked.world, console)
     return _written(output / runs.PROFILE_FILE, best, console, asked, options.command)
@@ -148,6 +157,7 @@ class _Task:
     critic: str
     command: str
     resume: bool
+    quiet: bool
 
 
 def _best_of_seeds(task: _Task, count: int, jobs: int, console: Console) -> ir.PolicyProfile:
@@ -181,8 +191,7 @@ def _run(task: _Task, console: Console | None = None, jobs: int = 1) -> ir.Polic
         "settings": asdict(asked.settings),
     }
     runs.claim(task.folder, config, SAME, task.resume)
-    quiet = console or Console(quiet=True)
-    profile = extract_live(asked, quiet, jobs, task.folder)
+    profile = extract_live(asked, console or Console(task.quiet, f"seed {asked.settings.seed}"), jobs, task.folder)
     runs.write(task.folder / runs.PROFILE_FILE, policy_json.dumps(profile))
     return profile
 
@@ -201,14 +210,32 @@ def _written(place: Path, profile: ir.PolicyProfile, console: Console, asked: Fo
 def extract_live(asked: Found, console: Console, jobs: int = 1, folder: Path | None = None) -> ir.PolicyProfile:
     """Extracts with a live line, then says what the trees reach. `folder`: of a run that is kept and goes on."""
     world, expert, settings, examples = asked.world, asked.expert, asked.settings, asked.lessons.examples
-    made = expert.card.get("algorithm", "unknown")
-    critic = ", measured critic" if isinstance(expert, Measured) else ""
-    console.line("expert", f"{made} for {world.name}{critic}{f', id {expert.hash[:16]}' if expert.hash else ''}")
+    if not console.of:  # one of several seeds, of all of which this is said
+        say_expert(expert, world, console)
     journal = Journal(folder / STEPS) if folder else NOTHING_KEPT
     with Stages(console, folder / METRICS_FILE if folder else None) as stages:
         profile = extract(world, expert, settings, Running(stages.show, jobs), journal, examples)
-    say_measured(profile, world, console)
+    say_stopped(profile, console)
+    if not console.of:
+        say_measured(profile, world, console)
     return profile
+
+
+def say_expert(expert: Expert, world: World, console: Console) -> None:
+    """What made the expert, and how it learned."""
+    made = expert.card.get("algorithm", "unknown")
+    critic = ", measured critic" if isinstance(expert, Measured) else ""
+    console.line("expert", f"{made} for {world.name}{critic}{f', id {expert.hash[:16]}' if expert.hash else ''}")
+    if how_learned(expert.card):
+        console.line("", f"it learned by {how_learned(expert.card)}")
+
+
+def say_stopped(profile: ir.PolicyProfile, console: Console) -> None:
+    """That an extraction stopped early, if it did."""
+    told = profile.provenance.training
+    if int(told["stopped_after"]) < int(told["iterations"]):
+        why = f"no gain above the interval in {told['patience']}"
+        console.line("stopped", f"after {told['stopped_after']} of {told['iterations']} rounds: {why} (--patience)")
 
 
 class Stages:

@@ -5,8 +5,11 @@ Assumes: presets change defaults; whatever a user says goes on top.
 Does not: know how an algorithm works.
 """
 
+import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from typing import Any
 
 from codegen import ir
@@ -36,13 +39,28 @@ LARGE_BUDGET = 30_000  # from it on, there is enough to refine by
 MAX_ROLLOUTS = 2_000
 EPISODES_AN_ITERATION = 5
 EPISODES_PER_SEED = 100_000  # the episode seeds of two extraction seeds do not meet
-# What the paper's protocol changes for an algorithm, in both presets; imitation adds 5,000 samples an iteration.
+# What the paper's protocol changes for an algorithm, in every preset; imitation adds 5,000 samples an iteration.
 PROTOCOL: dict[str, dict[str, Any]] = {
     IVIPER: {"iterations": 50},
     VIPER: {"iterations": 50},
     IMITATION: {"iterations": 20, "rollouts": 200, "patience": 20},
     FITTED_Q: {"iterations": 10, "rollouts": 1_200, "patience": 10},
 }
+N_LESS_1 = "N-1"
+VOTES = re.compile(r"N(?:-(?P<less>\d{1,3}))?|(?P<number>\d{1,3})|(?P<share>0?\.\d{1,9}|1\.0)")
+JOINT = (MAVIPER, NO_PREDICTION, IVIPER_RESAMPLING)  # grow the trees of a team together
+# What the preset `paper` changes for a game: IVIPER's and VIPER's counts, and what teams are judged by.
+PAPER_COUNTS: dict[str, dict[str, int]] = {
+    "cooperative-navigation": {"iterations": 100},
+    "predator-prey": {"iterations": 100, "rollouts": 100},
+}
+PAPER_MEASURES = {"cooperative-navigation": "D"}
+
+
+def papers(algorithm: str, world: World | None) -> dict[str, int]:
+    """The paper's protocol of an algorithm in a game, beyond PROTOCOL: nothing but MAVIPER stops early."""
+    counts = PAPER_COUNTS.get(world.spec.name, {}) if world is not None and algorithm in (IVIPER, VIPER) else {}
+    return counts if algorithm in JOINT else {**counts, "patience": MAX_NUMBER}
 
 
 def option_of(setting: str) -> str:
@@ -64,6 +82,9 @@ class Settings:
     # every iterate alike and one iteration for all agents; each team's best by return; a race in each team
     selection: str = UNIFORM
     selection_episodes: int = 100  # per candidate and team, on average
+    least_right: str = N_LESS_1  # right predictions that a point needs in joint growth: a number, or a share of the N
+    explore: float = 0.0  # Fitted Q's: share of uniform actions while it collects
+    measure: str = ""  # what teams are judged by; "": the preset's, or the world's first
     refinement: int = 0  # episodes per team
     budget: int = 0  # episodes in all; 0: as the others say
     patience: int = 10  # stop after so many iterations without a gain above the interval
@@ -72,8 +93,8 @@ class Settings:
 
     @staticmethod
     def of(given: Mapping[str, Any], world: World | None = None) -> "Settings":
-        """Settings from what a user said; the rest is the algorithm's and the preset's. In a `world` that plays few
-        games at a time nothing is refined unless that is asked for.
+        """Settings from what a user said; the rest is the algorithm's and the preset's, in `paper` the game's too. In a
+        `world` that plays few games at a time nothing is refined unless that is asked for.
         """
         algorithm, preset = given.get("algorithm", MAVIPER), given.get("preset", DEFAULT)
         if algorithm not in ALGORITHMS:
@@ -82,6 +103,7 @@ class Settings:
             raise UnknownNameError("preset", preset, PRESETS, "--preset")
         said = {name: value for name, value in given.items() if value is not None}
         usual = {"preset": preset, **PROTOCOL.get(algorithm, {}), **PRESETS[preset]}
+        usual |= papers(algorithm, world) if preset == PAPER else {}
         usual |= {"refinement": 0} if world is not None and world.games is not None else {}
         if said.get("budget"):
             both = [option_of(name) for name in DEALT if name in said]
@@ -90,6 +112,27 @@ class Settings:
                     f"a budget says what {', '.join(both)} would be", "--max-episodes", "give one or the other"
                 )
         return Settings(**{**usual, **said}).checked()
+
+    @property
+    def votes(self) -> bool:
+        """Whether the algorithm asks how many members of a team are predicted right."""
+        return self.algorithm in (MAVIPER, IVIPER_RESAMPLING) and self.preset != RELEASED
+
+    def votes_of(self, team: int) -> int:
+        """How many right predictions a point needs in a team of so many: at least `least_right`, a share rounded up."""
+        found = VOTES.fullmatch(self.least_right)
+        assert found
+        if found["share"]:
+            return math.ceil(Fraction(found["share"]) * team)
+        return min(team, int(found["number"])) if found["number"] else max(0, team - int(found["less"] or 0))
+
+    def measure_in(self, world: World) -> str:
+        """The name of what a world's teams are judged by; "": each by its first measure."""
+        return self.measure or (PAPER_MEASURES.get(world.spec.name, "") if self.preset == PAPER else "")
+
+    def judged(self, world: World) -> World:
+        """The world, its teams judged as these settings say; UnknownNameError for a measure that it has not."""
+        return world.judged_by(self.measure_in(world))
 
     def resolved(self, world: World) -> "Settings":
         """The settings with a budget dealt out; InputError where it is too small for one iteration.
@@ -147,6 +190,9 @@ class Settings:
             if not 1 <= getattr(self, name) <= MAX_NUMBER:
                 what = f"{name} must be at least 1 and at most {MAX_NUMBER}, not {getattr(self, name)}"
                 raise InputError(what, option_of(name))
+        self._check_votes()
+        if not 0 <= self.explore <= 1 or (self.explore and self.algorithm != FITTED_Q):
+            raise InputError("explore is a share from 0 to 1, and fitted-q's", "--explore", "leave it out")
         if self.preset == RELEASED and self.algorithm == FITTED_Q:
             what = "the released Fitted Q always stands still, since its look-ups never hit"
             raise InputError(what, "--preset released", "choose --preset paper")
@@ -158,3 +204,11 @@ class Settings:
             where = "--iterations times --rollouts, --selection-episodes"
             raise InputError(f"more than {EPISODES_PER_SEED} episodes in all", where)
         return self
+
+    def _check_votes(self) -> None:
+        if not VOTES.fullmatch(self.least_right):
+            what = f"'{self.least_right[:40]}' is no number of right predictions"
+            raise InputError(what, "--least-right", "write N, N-1, 2, or a share such as 0.5")
+        if self.least_right != N_LESS_1 and not self.votes:
+            what = "only maviper and maviper-iviper-resampling count right predictions, and not in preset released"
+            raise InputError(what, "--least-right", "leave it out")

@@ -8,12 +8,14 @@ Does not: know any game.
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from codegen.errors import UnknownNameError
 from codegen.ir import ActionSpec, Bool, FeatureSpec, Float32, Float64, WorldSpec
 
 Int = npt.NDArray[np.integer[Any]]
@@ -47,7 +49,8 @@ class World(ABC):
     teams: Mapping[str, tuple[str, ...]]  # team -> its agents, in the order of `agents`
     features: tuple[tuple[FeatureSpec, ...], ...]  # per agent
     actions: tuple[tuple[ActionSpec, ...], ...]  # per agent
-    measures: tuple[Measure, ...]  # the first of each team is its primary one
+    measures: tuple[Measure, ...]  # the first of each team is its primary one, if `judged_by` names no other
+    main = ""  # the name of the primary measures; "": the first of each team
     games: int | None = None  # how many games are played at once; None: as many as asked
 
     @property
@@ -70,7 +73,21 @@ class World(ABC):
 
     def primary(self, team: str) -> Measure:
         """The measure that a team is judged by."""
-        return next(measure for measure in self.measures if measure.team == team)
+        mine = [measure for measure in self.measures if measure.team == team]
+        return next((measure for measure in mine if measure.name == self.main), mine[0])
+
+    def judged_by(self, name: str) -> "World":
+        """The world with the measure of that name as the primary one of every team that has it; "": as it is.
+        UnknownNameError where no team has it.
+        """
+        if not name or all(self.primary(team).name == name for team in self.teams):
+            return self
+        names = list(dict.fromkeys(measure.name for measure in self.measures))
+        if name not in names:
+            raise UnknownNameError("measure", name, names, "--measure")
+        found = copy(self)
+        found.main = name
+        return found
 
     @abstractmethod
     def start(self, n: int, rng: np.random.Generator) -> Any:
@@ -103,6 +120,11 @@ class World(ABC):
     def shaping(self, state: Any) -> Float64:
         """A training aid that may be added to the rewards, [batch, n_agents]; never part of a measure."""
         return np.zeros((len(state), len(self.agents)))
+
+    @property
+    def shaped(self) -> bool:
+        """Whether the world has such an aid."""
+        return type(self).shaping is not World.shaping
 
     @abstractmethod
     def values(self, states: Sequence[Any]) -> Float64:

@@ -18,7 +18,7 @@ from codegen.targets import TARGETS, emit
 from maviper import manual
 from maviper.cli import main
 from maviper.evaluation import held_out
-from maviper.experts import store
+from maviper.experts import cards, store
 from maviper.extraction.settings import ALGORITHMS
 from maviper.verification.ask import listed
 from maviper.worlds import MAX_OF_A_KIND, WORLDS, find, options_of
@@ -200,10 +200,12 @@ def test_velocity_adds_what_the_page_says():
 
 def test_the_shipped_experts_and_what_their_cards_say():
     page = manual.page("experts")
-    named, measured = [], []
+    named, measured, learned = [], [], []
     for world in (name for name in store.SHIPPED if "@" not in name):
         seeds = [name.partition("@")[2] for name in store.SHIPPED if name.startswith(f"{world}@")]
         named.append([f"`{world}`", ", ".join(seeds), store.SHIPPED[world].split(".")[1]])
+        taught = cards.learned(store.load(world)[0].card)
+        learned.append([f"`{world}`", *(f"{steps:,}" for steps in taught.values())])
         card = store.load(world)[0].card["measured"]
         for measure in find(world).measures:
             label = f"{measure.label} against scripts"
@@ -212,6 +214,7 @@ def test_the_shipped_experts_and_what_their_cards_say():
             measured.append([f"`{world}`", label, f"{value:.3f} [{low:.3f}, {high:.3f}]"])
     assert table_under(page, "## Shipped experts") == padded(["name", "seeds", "best"], named)
     assert "\n".join(padded(["expert", "measure", "value"], measured)) in page
+    assert "\n".join(padded(["expert", "imitation", "values alone", "reward"], learned)) in page
 
 
 def first_column(page, heading):
@@ -288,7 +291,7 @@ def test_the_files_page_names_every_form():
     page = manual.page("files")
     sources = [path.read_text() for folder in ("maviper", "verify") for path in (ROOT / folder).rglob("*.py")]
     forms = {form for text in sources for form in re.findall(r"\"(maviper-[a-z-]+-[0-9]+)\"", text)}
-    inside = {"maviper-expert-1", "maviper-training-2", "maviper-extraction-2"}  # of runs and experts, in their files
+    inside = {"maviper-expert-1", "maviper-training-3", "maviper-extraction-3"}  # of runs and experts, in their files
     assert forms - inside == set(re.findall(r"`(maviper-[a-z-]+-[0-9]+)`", page))
     assert f"| `schema_version` | {SCHEMA_VERSION} " in page
 

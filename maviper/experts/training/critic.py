@@ -6,7 +6,8 @@ Assumes: the extra `maviper[train]`; actors in the shapes of `network.NetworkExp
 Does not: change a policy.
 """
 
-from collections.abc import Mapping
+import math
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -83,9 +84,19 @@ class Fit(Trainer):
         return self.joint.named_critics(self.critic)
 
 
-def fit(world: World, actors: Mapping[str, Float32], settings: Settings, device: str) -> dict[str, Any]:
-    """Critics for frozen actors, in the names and shapes of `network.NetworkExpert`."""
-    fitting = Fit(world, actors, settings, device)
+def fit(
+    world: World,
+    actors: Mapping[str, Float32],
+    settings: Settings,
+    device: str,
+    on_step: Callable[[int, int, float], None] = lambda done, total, loss: None,
+) -> dict[str, Any]:
+    """Critics for frozen actors, in the names and shapes of `network.NetworkExpert`. `on_step`: gets the joint steps
+    played, those to play, and the last loss.
+    """
+    fitting, loss = Fit(world, actors, settings, device), math.nan
+    on_step(0, settings.steps, loss)
     while fitting.steps < settings.steps:
-        fitting.advance()
+        loss = fitting.advance()["loss"]
+        on_step(fitting.steps, settings.steps, loss)
     return fitting.tensors()

@@ -14,6 +14,7 @@ import torch
 from torch import Tensor
 
 from codegen.ir import Float32
+from maviper.experts.cards import IMITATION, REWARD, VALUES
 from maviper.experts.network import ACTOR
 from maviper.experts.scripted import scripted
 from maviper.experts.training.imitation import Imitation
@@ -40,6 +41,7 @@ class Settings:
     clip: float = 0.2
     entropy: float = 0.01  # bonus, falls linearly to zero
     shaping: float = 1.0  # weight of the world's shaping term
+    critic_shaping: float = 1.0  # share of it in the reward that the critic is fitted to; 0: the environment's alone
     scripted: float = 0.0  # share of games in which each team meets the world's scripted opponents
     gradient_norm: float = 0.5
     checkpoint_steps: int = 102_400
@@ -78,24 +80,34 @@ class Mappo(Trainer):
 
     def _assigned(self) -> Any:
         """Which agent is the learner's in which game: for each team, a share of games is against the scripts."""
-        mine = np.ones((self.joint.n_agents, self.games), dtype=bool)
+        mine = np.ones((self.joint.n_agents, self.most_games), dtype=bool)
         if self.opponents is None:
             return mine
-        count = int(self.games * self.settings.scripted)
+        count = int(self.most_games * self.settings.scripted)
         for place, team in enumerate(self.world.teams):
             others = [agent for agent in range(self.joint.n_agents) if agent not in self.world.members(team)]
             mine[others, place * count : (place + 1) * count] = False
         return mine
 
     @property
-    def _values_only(self) -> bool:
+    def teaches(self) -> str:
+        """As `Trainer.teaches`."""
         first = self.settings.imitate_steps
-        return bool(first) and self.steps < first + self.settings.value_steps
+        if self.steps < first:
+            return IMITATION
+        return VALUES if first and self.steps < first + self.settings.value_steps else REWARD
+
+    @property
+    def until(self) -> int:
+        """As `Trainer.until`."""
+        settings = self.settings
+        ends = {IMITATION: settings.imitate_steps, VALUES: settings.imitate_steps + settings.value_steps}
+        return min(settings.steps, ends.get(self.teaches, settings.steps))
 
     def advance(self) -> dict[str, float]:
         """One batch of episodes and the update from it; returns what to log."""
         settings = self.settings
-        if self.steps < settings.imitate_steps:
+        if self.teaches == IMITATION:
             rate = settings.imitate_rate * (1 - 0.9 * self.steps / settings.imitate_steps)
             played, fidelity, loss = self.imitation.round(self.games, self.rng, self.optimisers["imitation"], rate)
             self.steps += played
@@ -118,7 +130,7 @@ class Mappo(Trainer):
             chosen = np.argmax(logits + self.rng.gumbel(size=logits.shape), axis=2)
             if self.opponents is not None:
                 scripted = self.opponents.act(range(self.joint.n_agents), observations, state).T
-                chosen = np.where(self.mine, chosen, scripted)
+                chosen = np.where(self.mine[:, : len(state)], chosen, scripted)
             state = world.step(state, chosen.T)
             acted.append(chosen.T)
             rewards.append(self.rewards(state))
@@ -148,7 +160,7 @@ class Mappo(Trainer):
         targets = (advantages + values[:, :steps]).flatten(1)
         advantages = advantages.flatten(1)
         alive = alive.flatten(1)
-        mine = torch.from_numpy(self.mine).to(joint.device).float().repeat(1, steps) * alive
+        mine = torch.from_numpy(self.mine[:, :n_games]).to(joint.device).float().repeat(1, steps) * alive
         count = mine.sum(dim=1, keepdim=True).clamp(min=1)
         centre = (advantages * mine).sum(dim=1, keepdim=True) / count
         spread = ((advantages - centre).square() * mine).sum(dim=1, keepdim=True) / count
@@ -164,7 +176,7 @@ class Mappo(Trainer):
                 loss = averaged((found - targets[:, rows]).square(), alive[:, rows]).sum()
                 self.optimisers["values"].descend(loss, rate)
                 total += float(loss.detach())
-                if not self._values_only:
+                if self.teaches == REWARD:
                     gain = self._gain(points[rows], choices[rows], before[:, rows], advantages[:, rows], mine[:, rows])
                     gain = averaged(gain, alive[:, rows]).sum()
                     self.optimisers["actor"].descend(-gain, rate)

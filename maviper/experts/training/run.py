@@ -5,16 +5,18 @@ Assumes: the extra `maviper[train]`.
 Does not: know how an algorithm learns.
 """
 
+import math
 from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from codegen.errors import InputError
-from maviper.console import Console
+from maviper.console import Console, LiveLine
 from maviper.episodes.measures import Estimate, shown
-from maviper.experts.recipes import DEFAULT, Request
+from maviper.experts.recipes import DEFAULT, Request, schedule
 from maviper.experts.training import train as training
 from maviper.files import resuming, runs
 from maviper.files.jobs import side_by_side
@@ -55,9 +57,10 @@ def trained(name: str, folder: Path, options: TrainOptions, console: Console) ->
         raise InputError(f"seeds must be from 0 to {MAX_SEED - 1}, not {_seeds(seeds)}", "--seed, --seeds")
     resuming.resumable(partial(runs.begun, folder))
     console.line("training", f"{world.name}, {request.algorithm}, recipe {request.recipe}, {_seeds(seeds)}")
+    console.line("", schedule(request, training.settings_of(world, request)))
     if len(seeds) == 1:
         return _one(world, folder, request, options.resume, console)
-    return _several(_Task(name, folder, request, options.resume), seeds, options.jobs, console)
+    return _several(_Task(name, folder, request, options.resume, console.quiet), seeds, options.jobs, console)
 
 
 def _setting(text: str) -> tuple[str, str]:
@@ -72,16 +75,38 @@ def _seeds(seeds: Sequence[int]) -> str:
 
 
 def _one(world: World, folder: Path, request: Request, resume: bool, console: Console) -> dict[str, Any]:
-    best: list[training.Checkpoint] = []
-    with console.live("steps", 1) as live:
+    with _Stages(console) as stages:
+        return training.train(world, folder, request, stages.judged, resume, stages.show)
 
-        def show(checkpoint: training.Checkpoint, total: int) -> None:
-            if not best or checkpoint.score > best[0].score:
-                best[:] = [checkpoint]
-            live.total = total
-            live.update(checkpoint.steps, f"best {_measured(best[0].measured)}; return {_measured(checkpoint.returns)}")
 
-        return training.train(world, folder, request, show, resume)
+class _Stages:
+    """A live line for each stage of a training."""
+
+    def __init__(self, console: Console) -> None:
+        self.console, self.stage, self.best = console, "", -math.inf
+        self._said = ""
+        self._open = ExitStack()
+        self._live: LiveLine | None = None
+
+    def __enter__(self) -> "_Stages":
+        return self
+
+    def __exit__(self, *caught: object) -> None:
+        self._open.close()
+
+    def judged(self, checkpoint: training.Checkpoint, total: int) -> None:
+        """Keeps what a checkpoint scored, if it is the best so far."""
+        del total
+        if checkpoint.score > self.best:
+            self.best = checkpoint.score
+            self._said = f"best {_measured(checkpoint.measured)}; return {_measured(checkpoint.returns)}"
+
+    def show(self, step: training.Step) -> None:
+        """Shows how far a stage is."""
+        if step.stage != self.stage or self._live is None:
+            self._open.close()
+            self.stage, self._live = step.stage, self._open.enter_context(self.console.live(step.stage, step.total))
+        self._live.update(step.done, "  ".join(filter(None, (step.said, self._said))))
 
 
 def _measured(found: Mapping[str, Estimate]) -> str:
@@ -95,6 +120,7 @@ class _Task(NamedTuple):
     folder: Path
     request: Request
     resume: bool
+    quiet: bool
 
 
 def _several(task: _Task, seeds: Sequence[int], jobs: int, console: Console) -> dict[str, Any]:
@@ -103,17 +129,19 @@ def _several(task: _Task, seeds: Sequence[int], jobs: int, console: Console) -> 
     folders = [folder_of(folder, seed) for seed in seeds]
     asked = [replace(request, overrides={**request.overrides, "seed": seed}) for seed in seeds]
     tasks = [
-        _Task(task.name, place, one, resumed(place, task.resume)) for place, one in zip(folders, asked, strict=True)
+        _Task(task.name, place, one, resumed(place, task.resume), task.quiet)
+        for place, one in zip(folders, asked, strict=True)
     ]
-    best, card = best_of(folder, seeds, side_by_side(_quietly, tasks, jobs), _scored, console.line)
+    best, card = best_of(folder, seeds, side_by_side(_beside, tasks, jobs), _scored, console.line)
     for file in (training.EXPERT_FILE, training.CARD_FILE, training.CURVE_FILE):
         runs.write(folder / file, (folder_of(folder, best) / file).read_bytes())
     return card
 
 
 def _scored(card: Mapping[str, Any]) -> Scored:
-    return Scored(card["score"], f", {card['steps']} steps, {card['seconds']:.0f} s", card["measured"])
+    return Scored(card["score"], f", best after {card['steps']:,} steps, {card['seconds']:.0f} s", card["measured"])
 
 
-def _quietly(name: str, folder: Path, request: Request, resume: bool) -> dict[str, Any]:
-    return training.train(find(name), folder, request, resume=resume)
+def _beside(name: str, folder: Path, request: Request, resume: bool, quiet: bool) -> dict[str, Any]:
+    """One of several seeds, whose lines say whose they are."""
+    return _one(find(name), folder, request, resume, Console(quiet, f"seed {request.overrides['seed']}"))

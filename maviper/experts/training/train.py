@@ -14,7 +14,7 @@ import json
 import math
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -36,8 +36,9 @@ FINAL_EPISODES = 4_000
 SLOW = 10  # a world that plays few games at once is judged on so many times fewer episodes
 EXPERT_FILE, CARD_FILE, CURVE_FILE = "expert.safetensors", "card.json", "learning_curve.svg"
 METRICS_FILE, STATE_FILE, CHECKPOINTS = "metrics.jsonl", "state.safetensors", "checkpoints"
-STATE_FORMAT = "maviper-training-2"
+STATE_FORMAT = "maviper-training-3"
 MAX_STATE_BYTES = 2**33
+CHOOSING, CRITIC = "choosing", "critic"  # stages after the training
 
 
 @dataclass(frozen=True)
@@ -50,12 +51,26 @@ class Checkpoint:
     returns: dict[str, Estimate]
 
 
+@dataclass(frozen=True)
+class Step:
+    """How far a stage of a training is."""
+
+    stage: str  # what teaches the actors; then CHOOSING, CRITIC
+    done: int  # joint steps of the stage; finalists
+    total: int
+    said: str = ""  # how it goes
+
+
+OnStep = Callable[[Step], None]
+
+
 def train(
     world: World,
     folder: Path,
     request: Request,
     on_checkpoint: Callable[[Checkpoint, int], None] = lambda checkpoint, total: None,
     resume: bool = False,
+    on_step: OnStep = lambda step: None,
 ) -> dict[str, Any]:
     """Trains an expert for `world` into `folder`; returns its card. `on_checkpoint` also gets the number of all steps.
 
@@ -63,24 +78,30 @@ def train(
     training whose loss stops being a number before there is a checkpoint.
     """
     request = request.checked()
-    trainer_of = _trainer(request.algorithm)
-    chosen = settings(world, request, trainer_of.settings)
+    trainer_of, chosen = _trainer(request.algorithm), settings_of(world, request)
     _check_device(request.device)
-    config = cards.config(world, request, asdict(chosen), _rule(world))
+    config = cards.config(world, request, chosen, _rule(world))
     done = _prepared(folder, config, resume)
     if done is not None:
         return done
     trainer = trainer_of.trainer(world, chosen, request.device)
-    run = _Run(folder, config, trainer)
+    run = _Run(folder, config, trainer, on_step)
     run.restore()
     fault = run.finish_training(on_checkpoint)
+    closing = time.monotonic()
     card, tensors = run.best(fault)
     runs.write(folder / EXPERT_FILE, store.encode(tensors, card))
     runs.write(folder / CURVE_FILE, cards.learning_curve(world, run.lines))
-    circumstances = {"seconds": round(run.seconds, 1), "machine": cards.machine(request.device)}
+    seconds = run.seconds + time.monotonic() - closing
+    circumstances = {"seconds": round(seconds, 1), "machine": cards.machine(request.device)}
     card = card | circumstances
     runs.write(folder / CARD_FILE, runs.as_json(card))
     return card
+
+
+def settings_of(world: World, request: Request) -> Any:
+    """The settings of a training, a dataclass; errors as those of `train`."""
+    return settings(world, request, _trainer(request.checked().algorithm).settings)
 
 
 @dataclass(frozen=True)
@@ -147,10 +168,12 @@ def _prepared(folder: Path, config: Mapping[str, Any], resume: bool) -> dict[str
 class _Run:
     """A training in its folder."""
 
-    def __init__(self, folder: Path, config: Mapping[str, Any], trainer: Any) -> None:
+    def __init__(self, folder: Path, config: Mapping[str, Any], trainer: Any, on_step: OnStep) -> None:
         self.folder, self.config, self.trainer, self.world = folder, config, trainer, trainer.world
+        self.on_step = on_step
         self.lines: list[dict[str, Any]] = []
         self.seconds = 0.0
+        self.learned: dict[str, int] = dict.fromkeys((cards.IMITATION, cards.VALUES, cards.REWARD), 0)  # joint steps
 
     def finish_training(self, on_checkpoint: Callable[[Checkpoint, int], None]) -> str:
         """Trains to the end; returns what went wrong, or ""."""
@@ -159,8 +182,11 @@ class _Run:
         while trainer.steps < trainer.settings.steps:
             due = (trainer.steps // every + 1) * every
             logged: dict[str, float] = {}
+            told = self._here(logged)
             while trainer.steps < min(due, trainer.settings.steps):
-                logged = trainer.advance()
+                told = self._here(logged)
+                self.on_step(told)
+                logged = self._advance()
                 if not all(math.isfinite(value) for value in logged.values()):
                     return f"stopped after {trainer.steps} steps: the loss was no longer a number"
             judged = self._judge(trainer.tensors(), measures.CHECKPOINT_SEEDS, _episodes(self.world)[0])
@@ -170,7 +196,21 @@ class _Run:
             on_checkpoint(
                 Checkpoint(trainer.steps, judged.score, judged.primary(self.world), returns), trainer.settings.steps
             )
+            self.on_step(replace(told, done=self.learned[told.stage]))
         return ""
+
+    def _here(self, logged: Mapping[str, float]) -> Step:
+        """Where the training is, in what teaches next."""
+        kind = self.trainer.teaches
+        done, left = self.learned[kind], self.trainer.until - self.trainer.steps
+        agreed = f"agreement {logged['agreement']:.2f}" if kind == cards.IMITATION and "agreement" in logged else ""
+        return Step(kind, done, done + left, agreed)
+
+    def _advance(self) -> dict[str, float]:
+        kind, before = self.trainer.teaches, self.trainer.steps
+        logged = self.trainer.advance()
+        self.learned[kind] += self.trainer.steps - before
+        return logged
 
     def _card(self, **more: Any) -> dict[str, Any]:
         return {**self.config, "networks": self.trainer.networks, **more}
@@ -184,8 +224,10 @@ class _Run:
         trainer, tensors = self.trainer, self.trainer.tensors()
         steps = trainer.steps
         best = max((line["score"] for line in self.lines), default=-math.inf)
-        self.lines.append({"steps": steps, "score": judged.score, **logged, **cards.table(judged)})
-        card = self._card(steps=steps, measured={"note": "interrupted before the final measurement"})
+        learned = dict(self.learned)
+        row = {"steps": steps, "score": judged.score, "learned": learned}
+        self.lines.append({**row, **logged, **cards.table(judged)})
+        card = self._card(steps=steps, learned=learned, measured={"note": "interrupted before the final measurement"})
         data = store.encode(tensors, card)
         runs.write(self._checkpoint(steps), data)
         runs.write(self.folder / METRICS_FILE, "".join(json.dumps(line) + "\n" for line in self.lines))
@@ -207,7 +249,8 @@ class _Run:
         from safetensors.torch import save  # pyright: ignore[reportMissingImports]
 
         tensors, facts = self.trainer.state()
-        return save(tensors, metadata={STATE_FORMAT: json.dumps({"facts": facts, "seconds": self.seconds})})
+        known = {"facts": facts, "seconds": self.seconds, "learned": self.learned}
+        return save(tensors, metadata={STATE_FORMAT: json.dumps(known)})
 
     def restore(self) -> None:
         """Goes back to the state that the folder holds, if it holds one."""
@@ -222,7 +265,7 @@ class _Run:
             header = json.loads(data[8 : 8 + int.from_bytes(data[:8], "little")])
             known = json.loads(header["__metadata__"][STATE_FORMAT])
             self.trainer.restore(load(data), known["facts"])
-            self.seconds = known["seconds"]
+            self.seconds, self.learned = known["seconds"], known["learned"]
             lines = runs.read(self.folder / METRICS_FILE, 2**28).decode().splitlines()
             read = [json.loads(line) for line in lines]
         except (SafetensorError, ValueError, LookupError, TypeError, AttributeError, RuntimeError):
@@ -235,7 +278,10 @@ class _Run:
         if not self.lines:
             raise InputError(f"the training {fault}", str(self.folder), "try a lower learning rate")
         finalists, episodes = [], _episodes(self.world)[1]
-        for line in self._finalists():
+        learned = {line["steps"]: line["learned"] for line in self.lines}
+        candidates = self._finalists()
+        for place, line in enumerate(candidates):
+            self.on_step(Step(CHOOSING, place, len(candidates)))
             tensors = store.decode(
                 runs.read(self._checkpoint(line["steps"]), store.MAX_BYTES), "checkpoint", self.world
             ).tensors
@@ -243,16 +289,27 @@ class _Run:
             finalists.append((judged.score, line["steps"], tensors))
         score, steps, tensors = max(finalists, key=lambda entry: entry[:2])
         judged = self._judge(tensors, measures.MEASUREMENT_SEEDS, episodes)
-        networks = self.trainer.networks
+        self.on_step(Step(CHOOSING, len(candidates), len(candidates)))
+        networks, played = self.trainer.networks, {"training": self.trainer.steps}
         if networks == ACTOR:
-            tensors, networks = {**tensors, **self._critic(tensors)}, ACTOR_CRITIC
+            fitted, played[CRITIC] = self._critic(tensors)
+            tensors, networks = {**tensors, **fitted}, ACTOR_CRITIC
         measured = {"episodes": episodes, "first_episode_seed": measures.MEASUREMENT_SEEDS, **cards.table(judged)}
-        card = self._card(steps=steps, score=score, measured=measured) | {"networks": networks}
+        card = self._card(steps=steps, learned=learned[steps], played=played, score=score, measured=measured)
+        card["networks"] = networks
         return card | ({"stopped": fault} if fault else {}), dict(tensors)
 
-    def _critic(self, actors: Mapping[str, Float32]) -> dict[str, Float32]:
+    def _critic(self, actors: Mapping[str, Float32]) -> tuple[dict[str, Float32], int]:
+        """A critic for the actors, and the joint steps that it took."""
         from maviper.experts.training import critic
 
         chosen = self.trainer.settings
-        shared = {name: getattr(chosen, name) for name in ("hidden", "gamma", "shaping", "seed")}
-        return critic.fit(self.world, actors, critic.Settings(**shared), self.trainer.device)
+        shared = {name: getattr(chosen, name) for name in ("hidden", "gamma", "seed")}
+        shared["shaping"] = chosen.shaping * chosen.critic_shaping
+        steps: list[int] = []
+
+        def told(done: int, total: int, loss: float) -> None:
+            steps[:] = [done]
+            self.on_step(Step(CRITIC, done, total, f"loss {loss:.3g}" if done else ""))
+
+        return critic.fit(self.world, actors, critic.Settings(**shared), self.trainer.device, told), steps[0]

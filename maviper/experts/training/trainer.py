@@ -15,6 +15,7 @@ import torch
 from torch import Tensor
 
 from codegen.ir import Float32
+from maviper.experts.cards import REWARD
 from maviper.experts.training.nets import Adam, Joint, Nets, Running
 from maviper.worlds import World
 
@@ -54,9 +55,25 @@ class Trainer(ABC):
         return self.steps / self.settings.steps
 
     @property
-    def games(self) -> int:
+    def teaches(self) -> str:
+        """What the next `advance` teaches the actors by, as `cards.learned` names it."""
+        return REWARD
+
+    @property
+    def until(self) -> int:
+        """The step at which what `teaches` ends."""
+        return self.settings.steps
+
+    @property
+    def most_games(self) -> int:
         """Games in parallel: the setting, or fewer where the world plays fewer at once."""
         return min(self.settings.games, self.world.games or self.settings.games)
+
+    @property
+    def games(self) -> int:
+        """Games of the next batch: fewer where so many would play on beyond `until`."""
+        left = -((self.steps - self.until) // self.world.spec.episode_steps)
+        return max(1, min(self.most_games, left))
 
     @abstractmethod
     def advance(self) -> dict[str, float]:

@@ -5,9 +5,10 @@ Assumes: scikit-learn's CART for single splits and for projected trees; data set
 Does not: choose data or judge trees.
 
 Reading of the paper: the vote counts every member of the team, i itself too; a point of D_i counts at a level when at
-least N - 1 of N members are predicted right (N counts those whose episode goes on there); removals last for that
-level only; a node left without points uses its unfiltered ones. A projected tree has the remaining depth, at least 1
-(so at the leaves of a tree that is finished it still has 1), and learns from the node's unfiltered points.
+least N - 1 of N members, or as many as are asked for, are predicted right (who has left there is never wrong); removals
+last for that level only; a node left without points uses its unfiltered ones. A projected tree has the remaining depth
+and learns from the node's unfiltered points. Where no depth remains there is none: a finished tree votes by its own
+leaves.
 """
 
 from collections.abc import Sequence
@@ -15,14 +16,17 @@ from typing import Protocol
 
 import numpy as np
 
-from codegen.ir import NO_ACTION, NO_CHILD, NO_FEATURE, Bool, Float32, GrownTree
+from codegen.ir import NO_ACTION, NO_CHILD, NO_FEATURE, Bool, Float32, Float64, GrownTree
 from maviper.worlds.particle import Int
 
 
-class _Growing:
-    """One agent's tree while it grows. Nodes are numbered as they are made, so level by level."""
+class CartTree:
+    """One agent's tree while it grows, every threshold tried. Nodes are numbered as they are made: level by level."""
 
     def __init__(self, obs: Float32, labels: Int, counts: Int, n_actions: int, max_depth: int, seed: int) -> None:
+        """`obs`: [n, n_features]; `labels`: [n]; `counts`: [n], how often the agent's data set holds each point;
+        `seed`: for ties between features.
+        """
         self.obs, self.labels, self.counts = obs, labels, counts
         self.n_actions, self.max_depth, self.seed = n_actions, max_depth, seed
         self.feature: list[int] = []
@@ -54,11 +58,12 @@ class _Growing:
         """Predict for all points: does the projected final tree act as the expert does? [n]"""
         if self._right is None:
             predicted = np.array(self.action)[self.place]
-            for leaf in self.open:
+            remaining = self.max_depth - self.level
+            for leaf in self.open if remaining else ():
                 here = np.flatnonzero(self.place == leaf)
                 own = here[self.counts[here] > 0]
                 if here.size and own.size:
-                    predicted[here] = self._fit(own, max(1, self.max_depth - self.level)).predict(self.obs[here])
+                    predicted[here] = self._fit(own, remaining).predict(self.obs[here])
             self._right = np.equal(predicted, self.labels)
         return self._right
 
@@ -95,34 +100,15 @@ class _Growing:
         return grown_tree(self.feature, self.threshold, self.children, self.action)
 
 
-def train_joint_trees(
-    observations: Sequence[Float32],
-    labels: Int,
-    counts: Sequence[Int],
-    n_actions: Sequence[int],
-    max_depth: int,
-    seeds: Sequence[int],
-    least_right: int | None = None,
-    alive: Bool | None = None,
-) -> list[GrownTree]:
-    """TrainJointTrees for one team of N agents over n shared points.
-
-    `observations`: per agent [n, n_features]; `labels`: [n, N]; `counts`: per agent [n], how often its data set D_i
-    holds each point; `seeds`: per agent, for ties between features; `least_right`: how many right predictions a point
-    needs (None: N - 1); `alive`: [n, N] who takes part in each point (None: everybody).
-    """
-    least_right = len(observations) - 1 if least_right is None else least_right
-    team = [
-        _Growing(obs, labels[:, agent], counts[agent], n_actions[agent], max_depth, seeds[agent])
-        for agent, obs in enumerate(observations)
-    ]
-    return grow_jointly(team, max_depth, least_right, alive)
-
-
 class Growing(Protocol):
     """A tree that grows a level at a time, over points that the team shares."""
 
-    labels: Int
+    labels: Int  # [n]
+
+    @property
+    def counts(self) -> Int | Float64:
+        """How often its data set holds each point, [n]."""
+        ...
 
     def predicted_right(self) -> Bool:
         """Whether the projected final tree acts as the expert does, for all points [n]."""
@@ -138,23 +124,29 @@ class Growing(Protocol):
 
 
 def grow_jointly(
-    team: Sequence[Growing], max_depth: int, least_right: int, alive: Bool | None = None
+    team: Sequence[Growing],
+    max_depth: int,
+    least_right: int,
+    alive: Bool | None = None,
+    kept: list[float] | None = None,
 ) -> list[GrownTree]:
     """TrainJointTrees: each member grows a level in turn, on the points where enough members are predicted right.
 
-    `alive`: as in `train_joint_trees`. A member that takes no part in a point cannot be wrong there, so that of the
-    others as many may be as ever.
+    `least_right`: how many right predictions a point needs; `alive`: [n, N] who takes part in each point (None:
+    everybody). A member that takes no part in a point cannot be wrong there, so that of the others as many may be as
+    ever. `kept` gets, for each Build, the share of the member's data set that the votes keep.
     """
     everything = np.ones(len(team[0].labels), dtype=bool)
     absent = [np.False_] * len(team) if alive is None else list(~alive.T)
     for _ in range(max_depth):
         for agent in team:
-            if least_right <= 0:
-                agent.build(everything)  # nothing to ask
-            else:
+            keep = everything  # where there is nothing to ask
+            if least_right > 0:
                 right = [member.predicted_right() | out for member, out in zip(team, absent, strict=True)]
-                votes = np.sum(right, axis=0)
-                agent.build(votes >= least_right)
+                keep = np.sum(right, axis=0) >= least_right
+            if kept is not None:
+                kept.append(float(agent.counts[keep].sum() / max(1, agent.counts.sum())))
+            agent.build(keep)
     return [agent.tree() for agent in team]
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from codegen.ir import Bool, Float32, GrownTree
 from maviper.extraction.dataset import Dataset
-from maviper.extraction.growth.grow import grow_jointly, train_joint_trees
+from maviper.extraction.growth.grow import CartTree, Growing, grow_jointly
 from maviper.extraction.growth.histogram import Bins, Codes, HistogramTree
 from maviper.extraction.settings import EXACT, Settings
 from maviper.worlds import World
@@ -37,28 +37,21 @@ class Growth:
         counts: Sequence[Int],
         seeds: Sequence[int] | Int,
         least_right: int,
+        kept: list[float] | None = None,
     ) -> list[GrownTree]:
         """TrainJointTrees for agents over shared points. `counts`, `seeds`: by agent, of all agents. A point counts at
-        a level when at least `least_right` members are predicted right, or take no part in it.
+        a level when at least `least_right` members are predicted right, or take no part in it. `kept`: as in
+        `grow_jointly`.
         """
-        depth, alive = self.settings.max_depth, data.alive[:, members]
+        team = [self._member(agent, data, counts[agent], int(seeds[agent])) for agent in members]
+        return grow_jointly(team, self.settings.max_depth, least_right, data.alive[:, members], kept)
+
+    def _member(self, agent: int, data: Dataset, counts: Int, seed: int) -> Growing:
+        obs, labels = data.observations[agent], np.ascontiguousarray(data.labels[:, agent])
+        depth, n_actions = self.settings.max_depth, self.n_actions[agent]
         if self.settings.splits == EXACT:
-            return train_joint_trees(
-                [data.observations[agent] for agent in members],
-                data.labels[:, members],
-                [counts[agent] for agent in members],
-                [self.n_actions[agent] for agent in members],
-                depth,
-                [int(seeds[agent]) for agent in members],
-                least_right,
-                alive,
-            )
-        team = []
-        for agent in members:
-            bins, codes = self._coded(agent, data.observations[agent], data.alive[:, agent])
-            given = (np.ascontiguousarray(data.labels[:, agent]), counts[agent], self.n_actions[agent], depth)
-            team.append(HistogramTree(bins, codes, *given))
-        return grow_jointly(team, depth, least_right, alive)
+            return CartTree(obs, labels, counts, n_actions, depth, seed)
+        return HistogramTree(*self._coded(agent, obs, data.alive[:, agent]), labels, counts, n_actions, depth)
 
     def _coded(self, agent: int, obs: Float32, alive: Bool) -> tuple[Bins, Codes]:
         """An agent's bins and the codes of all points; only new points are coded. Bins are of points in which it takes

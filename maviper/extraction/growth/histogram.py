@@ -134,10 +134,10 @@ class HistogramTree:
         """Whether the projected final tree acts as the expert does, for all points [n]."""
         if self._right is None:
             predicted = np.array(self.action)[self.place]
-            if self.open:
-                depth = max(1, self.max_depth - self.level)
+            remaining = self.max_depth - self.level
+            if self.open and remaining:  # a finished tree votes by its own leaves
                 said = projected(
-                    self.codes, self.labels, self.counts, self._slots(), len(self.open), self.n_actions, depth
+                    self.codes, self.labels, self.counts, self._slots(), len(self.open), self.n_actions, remaining
                 )
                 predicted = np.where(said >= 0, said, predicted)
             self._right = np.equal(predicted, self.labels)

@@ -143,8 +143,9 @@ def grow_team(
     predicts: bool,
     alive: Bool,
 ) -> list[GrownTree]:
-    """The trees of one team over shared points; arguments as those of `grow.train_joint_trees`. `predicts`: whether
-    points are filtered by votes. Who takes no part in a point has no vote.
+    """The trees of one team of N agents over n shared points. `observations`: per agent [n, n_features]; `labels`,
+    `alive`: [n, N]; `counts`: per agent [n], how often its data set holds each point; `predicts`: whether points are
+    filtered by votes. Who takes no part in a point has no vote.
     """
     team = [
         _Growing(obs, labels[:, agent], counts[agent], n_actions[agent], max_depth, int(rng.integers(2**31)))

@@ -14,6 +14,7 @@ in which no action has a majority of more than half stands still. Imitation's co
 step after the first 25.
 """
 
+import math
 from collections.abc import Sequence
 from functools import partial
 from itertools import product
@@ -21,6 +22,7 @@ from typing import Any
 
 import numpy as np
 
+from codegen.errors import InputError
 from codegen.importers import grown_from_sklearn
 from codegen.ir import Bool, Float32, Float64, GrownTree
 from maviper.episodes import measures
@@ -34,14 +36,25 @@ from maviper.extraction.growth.weights import in_play
 from maviper.extraction.journal import Arrays, Journal
 from maviper.extraction.released.grow import grow_team
 from maviper.extraction.selection.race import Selection
-from maviper.extraction.settings import IVIPER_RESAMPLING, NO_PREDICTION, Settings
+from maviper.extraction.settings import IVIPER_RESAMPLING, MAVIPER, NO_PREDICTION, RELEASED, Settings
 from maviper.worlds import World
 from maviper.worlds.world import Int
 
 WARM_UP = 500  # expert episodes
 SET_ASIDE = 5  # one point in so many only feeds printed accuracies
 STAY = 0  # what an all-zero one-hot action does
+MAX_JOINT = 3_125  # joint actions of all agents that the weight of a state may take: five agents of five actions
 FREE_STEPS = 25  # of Imitation's collector, before its counter makes every step a start
+
+
+def check(world: World, settings: Settings) -> None:
+    """InputError where the weight would take more joint actions than can be tried in every state."""
+    if settings.preset != RELEASED or settings.algorithm not in (MAVIPER, NO_PREDICTION):
+        return
+    count = math.prod(len(choices) for choices in world.actions)
+    if count > MAX_JOINT:
+        what = f"the released weight tries all joint actions in every state, here {count:.2g}, at most {MAX_JOINT:,}"
+        raise InputError(what, "--preset released", "choose --preset paper or default, or a game of fewer agents")
 
 
 # --- MAVIPER and its ablations

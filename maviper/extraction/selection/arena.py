@@ -109,18 +109,21 @@ def halving(
     """Indices of the best arms, best first, by sequential halving.
 
     `scores(arms, episodes)`: [n_arms, episodes], on episodes that all of these arms meet; `warm`: scores of each arm
-    that are there already; `episodes`: to spend in all; `finalists`: how many to return.
+    from elsewhere, a prior that counts in the first of several rounds, and where no episodes are spent; `episodes`: to
+    spend in all; `finalists`: how many to return.
     """
     alive = np.arange(len(warm))
-    total, count = np.array([known.sum() for known in warm]), np.array([float(len(known)) for known in warm])
+    prior, believed = np.array([known.sum() for known in warm]), np.array([float(len(known)) for known in warm])
+    total, count = np.zeros(len(warm)), np.zeros(len(warm))
     rounds = max(1, int(np.ceil(np.log2(max(1, len(alive) / finalists)))))
-    for _ in range(rounds):
+    for number in range(rounds):
         each = episodes // (rounds * len(alive))
         if each:
             found = scores(alive, each)
             total[alive] += found.sum(axis=1)
             count[alive] += each
-        mean = total[alive] / np.maximum(count[alive], 1)
+        weight = float(number == 0 < rounds - 1 or not count.any())
+        mean = (total + weight * prior)[alive] / np.maximum((count + weight * believed)[alive], 1)
         kept = max(finalists, (len(alive) + 1) // 2)
         alive = alive[np.argsort(-mean, kind="stable")[:kept]]
     return [int(arm) for arm in alive[:finalists]]

@@ -7,7 +7,7 @@ Does not: make candidates.
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -43,6 +43,7 @@ class Progress:
     measured: Mapping[str, Estimate]  # team -> primary measure of the best, against expert opponents
     fidelity: float | None  # share of the step's decisions that were the expert's
     leaves: int  # of the best, all agents
+    growth: Mapping[str, float] = field(default_factory=dict)  # figures of the step's growth, where teams grow jointly
 
     @property
     def line(self) -> dict[str, float | int | str | None]:
@@ -52,7 +53,7 @@ class Progress:
         for team, estimate in self.measured.items():
             low, high = estimate.interval
             found |= {f"best {team}": estimate.value, f"best {team} low": low, f"best {team} high": high}
-        return found | {"fidelity": self.fidelity, "leaves": self.leaves}
+        return found | {"fidelity": self.fidelity, "leaves": self.leaves, **self.growth}
 
 
 OnProgress = Callable[[Progress], None]
@@ -85,6 +86,7 @@ class Selection(ABC):
         self.base = self._estimates(arrays)
         self.candidates: list[list[GrownTree]] = []
         self.fidelity: float | None = None
+        self.growth: Mapping[str, float] = {}
         self._reference, self._since_gain = -np.inf, 0
         self._begin()
 
@@ -102,6 +104,10 @@ class Selection(ABC):
         """
         del values
         self.fidelity = fidelity
+
+    def grown(self, figures: Mapping[str, float]) -> None:
+        """Says by name how the growth of the next candidate went."""
+        self.growth = figures
 
     @abstractmethod
     def offer(self, trees: Sequence[GrownTree]) -> bool:
@@ -143,7 +149,8 @@ class Selection(ABC):
             self._reference, self._since_gain = best + half_width, 0
         measured = {measure.team: estimate for measure, estimate in found.items()}
         done, total = len(self.candidates), self.settings.iterations
-        self.on_progress(Progress(EXTRACTING, done, total, score, best, measured, self.fidelity, leaves))
+        shown = Progress(EXTRACTING, done, total, score, best, measured, self.fidelity, leaves, self.growth)
+        self.on_progress(shown)
         return self._since_gain >= self.settings.patience
 
 
@@ -229,8 +236,9 @@ def _return(team: str) -> str:
 
 
 class Raced(_EachTeams):
-    """Best-arm identification: each team's iterates race, warm-started by their own rollouts, and each team takes its
-    own best. Until then, scores are those of the rollouts, where the opponents were trees.
+    """Best-arm identification: each team's iterates race on common episodes against experts, and each team takes its
+    own best. Until then, scores are those of the rollouts, each on episodes of its own and against trees; in the race
+    they only help to decide the first round.
     """
 
     def _begin(self) -> None:

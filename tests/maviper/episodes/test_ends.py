@@ -17,7 +17,7 @@ from maviper.extraction import fitted_q
 from maviper.extraction import maviper as algorithm
 from maviper.extraction.algorithms import extract
 from maviper.extraction.dataset import Dataset, collect, resample
-from maviper.extraction.growth.grow import grow_jointly, train_joint_trees
+from maviper.extraction.growth.grow import grow_jointly
 from maviper.extraction.growth.growing import Growth
 from maviper.extraction.growth.weights import iviper_weights, maviper_weights
 from maviper.extraction.released import grow as released_grow
@@ -27,6 +27,7 @@ from maviper.extraction.selection.arena import Arena
 from maviper.extraction.settings import ALGORITHMS, FITTED_Q, HISTOGRAM, PRESETS, VIPER, Settings
 from maviper.worlds import PettingZooWorld, find
 from maviper.worlds.processes import imported, parsed
+from tests.growing import train_joint_trees
 
 PLACE, TIME, OVER = range(3)  # what everybody observes in tests.environments.Relay
 LEFT = 2  # what the expert does for those who have left, and for nobody else

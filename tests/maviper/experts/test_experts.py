@@ -8,7 +8,7 @@ import pytest
 
 from codegen.errors import InputError, UnknownNameError
 from maviper.episodes import measures
-from maviper.experts import judging, store
+from maviper.experts import cards, judging, store
 from maviper.experts.expert import AS_GIVEN
 from maviper.experts.finding import find_expert
 from maviper.experts.measured import GAMMA, Measured
@@ -71,8 +71,31 @@ def test_beside_each_expert_lie_its_card_and_its_learning_curve(name):
     stem = store.SHIPPED[name].removesuffix(".safetensors")
     card = json.loads((folder / f"{stem}.json").read_text())
     assert card["seconds"] > 0 and "cores" in card["machine"]
-    assert {key: value for key, value in card.items() if key not in ("seconds", "machine")} == store.load(name)[0].card
+    beside = ("seconds", "machine", "learned", "critic_reward")  # the last two were told only after these were trained
+    assert {key: value for key, value in card.items() if key not in beside} == store.load(name)[0].card
     assert (folder / f"{stem}.svg").read_text().lstrip().startswith("<?xml")
+
+
+@pytest.mark.parametrize("name", store.SHIPPED)
+def test_a_card_tells_by_what_its_expert_learned(name):
+    """From the settings: first the script is imitated, then values are learned alone, then reward teaches."""
+    expert, world = store.load(name)
+    card = json.loads(
+        (resources.files("maviper.experts.shipped") / store.SHIPPED[name].replace("safetensors", "json")).read_text()
+    )
+    settings, kinds = card["settings"], [cards.IMITATION, cards.VALUES, cards.REWARD]
+    ends = np.cumsum([settings["imitate_steps"], settings["value_steps"], settings["steps"]])
+    spent = np.diff(np.minimum(ends, card["steps"]), prepend=0)
+    assert card["learned"] == cards.learned(expert.card) == dict(zip(kinds, spent, strict=True))
+    assert f"{spent[0]:,} steps of imitating a script" in cards.how_learned(expert.card)
+    assert cards.how_learned(expert.card).endswith(f"{spent[2]:,} of reward")
+    paid = {"physical-deception": "environment + 1 * shaping", "predator-prey": "environment + 3 * shaping"}
+    assert card["critic_reward"] == paid.get(world.spec.name, "environment"), "navigation has no shaping term"
+
+
+def test_an_expert_of_which_nothing_is_told_has_no_story():
+    for card in ({}, {"algorithm": "scripted"}, {"algorithm": "by hand"}):
+        assert cards.how_learned(card) == cards.critic_reward(card, find("predator-prey")) == ""
 
 
 def q_directly(expert, agent, observations, joint):

@@ -1,13 +1,16 @@
 """Training: every algorithm learns, repeats, resumes to the same bytes, and stops with an error that helps."""
 
 import json
+import re
 import sys
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from codegen.errors import InputError, MissingToolError, UnknownNameError
+from maviper.cli import main
 from maviper.experts import store
 from maviper.experts.expert import AS_GIVEN
 from maviper.experts.recipes import Request, settings
@@ -172,14 +175,157 @@ def test_imitation_and_scripted_opponents(tmp_path):
 
 
 @pytest.mark.train
-def test_several_seeds_keep_the_best(tmp_path):
+@pytest.mark.parametrize("recipe", ["default", "paper"])
+def test_a_training_says_what_it_plays_and_does_that(recipe, tmp_path, capsys):
+    chosen = ["games=128", "checkpoint_steps=6400", "hidden=8", "batch=256", "steps_per_update=800"]
+    given = [word for setting in chosen for word in ("--set", setting)]
+    asked = ["train", "physical-deception", "--algorithm", "maddpg", "--recipe", recipe, "--steps", "12800", *given]
+    assert main.run([*asked, "-o", str(tmp_path)]) == 0
+    said = capsys.readouterr().err.replace(",", "")
+    found = re.search(r"(\d+) steps in (\d+) parallel games a checkpoint every (\d+)", said)
+    steps = [json.loads(line)["steps"] for line in (tmp_path / "metrics.jsonl").read_text().splitlines()]
+    settings = json.loads((tmp_path / "config.json").read_text())["settings"]
+    assert found and [int(number) for number in found.groups()] == [steps[-1], settings["games"], steps[1] - steps[0]]
+    assert ("released: one game" in said) == (recipe == "paper")
+    assert found[0] in json.loads((tmp_path / "card.json").read_text())["schedule"].replace(",", "")
+
+
+@pytest.mark.train
+@pytest.mark.parametrize("learned", [(6_400, 3_200, 9_600), (5_000, 1_000, 2_025)], ids=["whole batches", "parts"])
+def test_the_card_counts_what_taught_the_expert(learned, tmp_path, monkeypatch):
+    """Counted here by what is played: rounds of imitation, episodes of the learner's own, those for the critic."""
+    from maviper.experts.training.critic import Fit
+    from maviper.experts.training.imitation import Imitation
+    from maviper.experts.training.mappo import Mappo
+
+    played = {"imitation": 0, "own": 0, "critic": 0}
+    imitate, collect = Imitation.round, Mappo._collect
+
+    def imitating(self, games, *rest):
+        played["imitation"] += games * 25
+        return imitate(self, games, *rest)
+
+    def collecting(self):
+        found = collect(self)
+        played["own"] += found.acted.shape[0] * found.acted.shape[1]
+        return found
+
+    monkeypatch.setattr(Imitation, "round", imitating)
+    monkeypatch.setattr(Mappo, "_collect", collecting)
+    rewards = Fit.rewards
+
+    def paid(self, state):
+        played["critic"] += len(state)
+        return rewards(self, state)
+
+    monkeypatch.setattr(Fit, "rewards", paid)
+    wanted = dict(zip(("imitation", "values alone", "reward"), learned, strict=True))
+    asked = request_of("mappo", steps=sum(learned), imitate_steps=learned[0], value_steps=learned[1])
+    card = train(find("physical-deception"), tmp_path, asked)
+    last = json.loads((tmp_path / "metrics.jsonl").read_text().splitlines()[-1])
+    assert played == {"imitation": learned[0], "own": learned[1] + learned[2], "critic": card["played"]["critic"]}
+    assert last["learned"] == wanted and card["played"]["training"] == last["steps"] == sum(learned)
+    assert sum(card["learned"].values()) == card["steps"] and store.load(str(tmp_path))[0].card["learned"]
+
+
+@pytest.mark.train
+@pytest.mark.parametrize("algorithm", ["maddpg", "vdn"])
+def test_as_many_steps_are_played_as_are_asked_for(algorithm, tmp_path):
+    """The last batch has fewer games: 5,000 steps are one whole one of 3,200 and 72 episodes."""
+    card = train(find("physical-deception"), tmp_path, request_of(algorithm, steps=5_000))
+    assert card["played"] == {"training": 5_000} and card["steps"] == 5_000
+
+
+@pytest.mark.train
+def test_seconds_are_those_of_the_whole_training(tmp_path, monkeypatch):
+    """By a clock that only moves while checkpoints are judged, finalists are, or the critic is fitted."""
+    from maviper.experts.training import critic
+    from maviper.experts.training import train as training
+
+    clock, fit, judge = [0.0], critic.fit, training.judge
+
+    def passing(seconds, function):
+        def slow(*given):
+            clock[0] += seconds
+            return function(*given)
+
+        return slow
+
+    monkeypatch.setattr(training, "time", SimpleNamespace(monotonic=lambda: clock[0]))
+    monkeypatch.setattr(critic, "fit", passing(1_000, fit))
+    monkeypatch.setattr(training, "judge", passing(1, judge))
+    card = train(find("physical-deception"), tmp_path, request_of("mappo"))
+    assert card["seconds"] == 1_000 + 3 + 3 + 1, "three checkpoints, which are finalists, and the winner once more"
+
+
+@pytest.mark.train
+def test_every_stage_of_a_training_shows_how_far_it_is(tmp_path):
+    steps = []
+    asked = request_of("mappo", imitate_steps=6_400, value_steps=3_200)
+    train(find("physical-deception"), tmp_path, asked, on_step=steps.append)
+    ends = {step.stage: (step.done, step.total) for step in steps}
+    assert ends == {
+        "imitation": (6_400, 6_400), "values alone": (0, 3_200), "reward": (9_600, 9_600),
+        "choosing": (3, 3), "critic": (6_400, 6_400),
+    }  # fmt: skip
+    assert [step.done for step in steps if step.stage == "imitation"] == [0, 3_200, 6_400]
+    assert "agreement" in steps[1].said and "loss" in steps[-1].said
+
+
+@pytest.mark.train
+@pytest.mark.parametrize("n_lines", [1, 3])
+def test_a_learning_curve_shows_something(n_lines, world, monkeypatch):
+    """Drawn as pixels: something has a colour, also where there is one checkpoint only."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    from maviper.experts import cards
+
+    coloured = []
+
+    def drawn(self, *given, **more):
+        canvas = FigureCanvasAgg(self)
+        canvas.draw()
+        rgb = np.asarray(canvas.buffer_rgba())[..., :3].astype(int)
+        coloured.append(int((np.ptp(rgb, axis=2) > 60).sum()))
+
+    monkeypatch.setattr(Figure, "savefig", drawn)
+    row = {world.primary(team).label: [0.5, 0.4, 0.6] for team in world.teams}
+    cards.learning_curve(world, [{"steps": 1_000 * (place + 1), **row} for place in range(n_lines)])
+    assert coloured[0] > 50
+
+
+@pytest.mark.train
+@pytest.mark.parametrize(("share", "said"), [(1, "environment + 2 * shaping"), (0, "environment")])
+def test_critics_are_fitted_to_the_reward_that_the_card_names(share, said, tmp_path, monkeypatch):
+    from maviper.experts.training.critic import Fit
+
+    world = find("physical-deception")
+    gap = []
+    rewards = Fit.rewards
+
+    def paid(self, state):
+        found = rewards(self, state)
+        gap.append(np.abs(found - world.rewards(state)).max())
+        return found
+
+    monkeypatch.setattr(Fit, "rewards", paid)
+    sizes = {**ALGORITHMS["mappo"], "steps": 6_400, "shaping": 2, "critic_shaping": share}
+    card = train(world, tmp_path, Request("mappo", overrides=sizes))
+    assert card["critic_reward"] == said and (max(gap) > 0) == bool(share) and len(gap) >= 25
+
+
+@pytest.mark.train
+def test_several_seeds_keep_the_best(tmp_path, capsys):
     from maviper.console import Console
     from maviper.experts.training.run import TrainOptions, trained
 
     chosen = [f"{name}={value}" for name, value in ALGORITHMS["vdn"].items() if name != "steps"]
     options = TrainOptions("vdn", seed=5, seeds=2, steps=12_800, settings=tuple(chosen))
-    card = trained("physical-deception", tmp_path, options, Console(quiet=True))
+    card = trained("physical-deception", tmp_path, options, Console())
     assert "stopped" not in card
+    said = capsys.readouterr().err
+    assert all(re.search(rf"^seed {seed} +reward 12800/12800", said, re.MULTILINE) for seed in (5, 6))
     table = json.loads((tmp_path / "seeds.json").read_text())
     scores = {seed: row["score"] for seed, row in table["seeds"].items()}
     assert set(scores) == {"5", "6"} and scores[str(table["best"])] == max(scores.values())

@@ -18,10 +18,10 @@ from maviper.extraction import fitted_q
 from maviper.extraction.algorithms import extract
 from maviper.extraction.dataset import Dataset
 from maviper.extraction.extraction import Running
-from maviper.extraction.growth.grow import grow_jointly, train_joint_trees
+from maviper.extraction.growth.grow import CartTree, grow_jointly
 from maviper.extraction.growth.histogram import BINS, Bins, HistogramTree, best_splits, projected
 from maviper.extraction.growth.weights import SAMPLED_JOINT, _joint_actions, iviper_weights, maviper_weights
-from maviper.extraction.journal import NOTHING_KEPT
+from maviper.extraction.journal import NOTHING_KEPT, Journal, unpacked
 from maviper.extraction.released import released
 from maviper.extraction.selection.race import KINDS
 from maviper.extraction.settings import (
@@ -36,6 +36,7 @@ from maviper.extraction.settings import (
     Settings,
 )
 from maviper.worlds import find
+from tests.growing import train_joint_trees
 
 SMALL = {"iterations": 3, "rollouts": 8, "selection_episodes": 20, "max_depth": 3, "refinement": 0}
 
@@ -214,6 +215,49 @@ def test_joint_growth_is_as_good_on_its_data_as_with_cart(seed, members):
         assert right[0] >= right[1] - 0.05
 
 
+def two_members(splits, observations, wanted, max_depth):
+    """Members of a team before they grow, each point once in the data of each."""
+    ones = np.ones(len(wanted), dtype=np.int64)
+    n_actions = int(wanted.max()) + 1
+    if splits == EXACT:
+        return [CartTree(obs, wanted[:, k], ones, n_actions, max_depth, 0) for k, obs in enumerate(observations)]
+    team = []
+    for place, obs in enumerate(observations):
+        bins = Bins.of(obs)
+        label = np.ascontiguousarray(wanted[:, place])
+        team.append(HistogramTree(bins, bins.codes(obs), label, ones, n_actions, max_depth))
+    return team
+
+
+@pytest.mark.parametrize("splits", [EXACT, HISTOGRAM])
+@pytest.mark.parametrize("depth", [1, 2, 3])
+def test_a_finished_member_votes_by_the_tree_that_comes_out(splits, depth):
+    """What it is said to do in a point is what its tree does there."""
+    for seed in range(4):
+        obs, wanted, _ = some_points(seed)
+        members = two_members(splits, [obs, obs[:, ::-1].copy()], np.stack([wanted, wanted], axis=1), depth)
+        trees = grow_jointly(members, depth, 1)
+        for member, tree, seen in zip(members, trees, (obs, obs[:, ::-1]), strict=True):
+            acts_right = tree.action[ir.apply(tree, np.ascontiguousarray(seen))] == wanted
+            assert (member.predicted_right() == acts_right).all() and not acts_right.all()
+
+
+@pytest.mark.parametrize(("splits", "threshold"), [(EXACT, 15.0), (HISTOGRAM, 10.5)])
+def test_points_that_a_finished_member_gets_wrong_are_no_longer_learned_from(splits, threshold):
+    """By hand, depth 1, both must be right. The first one's labels need two splits, so its tree is wrong in the last
+    eight points. Without these nothing of the second's data lies between 10 and 20; with them there is up to 18.
+    """
+    first = np.repeat([0, 1, 0], [12, 10, 8])
+    place = np.concatenate([np.arange(11), np.arange(20, 31), np.arange(11, 19)])
+    wanted = np.stack([first, place >= 19], axis=1).astype(np.int64)
+    seen = [column.astype(np.float32)[:, None] for column in (np.arange(30), place)]
+    kept = []
+    trees = grow_jointly(two_members(splits, seen, wanted, 1), 1, 2, kept=kept)
+    assert kept == [22 / 30, 22 / 30]
+    assert trees[0].action[1:].tolist() == [0, 1] and trees[0].threshold[0] == 11.5
+    assert trees[1].threshold[0] == threshold, "19 where the last eight points count"
+
+
 def test_many_values_are_cut_evenly_by_rank_and_between_values():
     rng = np.random.default_rng(0)
     obs = rng.normal(size=(20_000, 2)).astype(np.float32)
@@ -253,7 +297,89 @@ def test_bins_depend_on_how_many_points_there_are_alone(world, expert):
         assert ours.threshold.tobytes() == theirs.threshold.tobytes() and (ours.feature == theirs.feature).all()
 
 
+# --- votes
+
+
+@pytest.mark.parametrize(
+    ("asked", "votes"),
+    [("N-1", [0, 1, 2, 3]), ("N", [1, 2, 3, 4]), ("N-2", [0, 0, 1, 2]), ("0", [0] * 4), ("2", [1, 2, 2, 2]),
+     ("0.5", [1, 1, 2, 2]), (".75", [1, 2, 3, 3]), ("0.1", [1, 1, 1, 1]), ("1.0", [1, 2, 3, 4])],
+)  # fmt: skip
+def test_how_many_right_predictions_a_point_needs(asked, votes):
+    settings = Settings.of({"least_right": asked})
+    assert [settings.votes_of(team) for team in (1, 2, 3, 4)] == votes
+
+
+@pytest.mark.parametrize("asked", ["", "n", "-1", "1.5", "N+1", "2 of 3", "N-", "9" * 9])
+def test_what_is_no_number_of_right_predictions(asked):
+    with pytest.raises(InputError, match="no number of right predictions"):
+        Settings.of({"least_right": asked})
+
+
+def test_only_joint_growth_counts_right_predictions():
+    for given in ({"algorithm": IVIPER}, {"algorithm": IMITATION}, {"preset": "released"}):
+        with pytest.raises(InputError, match="count right predictions"):
+            Settings.of({**given, "least_right": "N"})
+
+
+@pytest.mark.parametrize("splits", [EXACT, HISTOGRAM])
+def test_no_right_prediction_needed_is_the_ablation_without_prediction(splits, world, expert):
+    def thresholds(algorithm, **more):
+        found = extract(world, expert, small(algorithm, preset="paper", splits=splits, **more))
+        return [policy.grown.threshold.tolist() for policy in found.agents]
+
+    usual = thresholds("maviper")
+    assert thresholds("maviper", least_right="0") == thresholds("maviper-no-prediction") != usual
+    assert thresholds("maviper", least_right="N") != usual == thresholds("maviper", least_right="N-1")
+
+
+def test_metrics_tell_how_far_the_team_is_right_together(world, expert, tmp_path, monkeypatch):
+    """Counted again, point by point, from the rollouts and trees that the run folder keeps."""
+    journal, lines = Journal(tmp_path), []
+    extract(world, expert, small("maviper", preset="paper"), Running(lambda step: lines.append(step.line)), journal)
+    observations, labelled = [[], [], []], []
+    for step, line in enumerate(lines):
+        met = journal.met(f"{step:04d}-rollouts", pytest.fail).data
+        labelled += met.labels.tolist()
+        for mine, seen in zip(observations, met.observations, strict=True):
+            mine += seen.tolist()
+        arrays = journal.arrays(f"{step:04d}-trees", pytest.fail)
+        trees = unpacked({name: array for name, array in arrays.items() if "." in name})
+
+        def act(tree, row):
+            node = 0
+            while tree.feature[node] >= 0:
+                node = tree.left[node] if row[tree.feature[node]] <= tree.threshold[node] else tree.right[node]
+            return tree.action[node]
+
+        right = [
+            [act(trees[agent], row) == label[agent] for row, label in zip(observations[agent], labelled, strict=True)]
+            for agent in range(3)
+        ]
+        both = sum(one and other for one, other in zip(*right[1:], strict=True)) / len(labelled)
+        apart = sum(right[1]) * sum(right[2]) / len(labelled) ** 2
+        assert line["joint accuracy defenders"] == pytest.approx(both)
+        assert line["product of accuracies defenders"] == pytest.approx(apart)
+        alone = sum(right[0]) / len(labelled)
+        assert line["joint accuracy adversaries"] == line["product of accuracies adversaries"] == pytest.approx(alone)
+        assert line["kept adversaries"] == 1 and 0.3 < line["kept defenders"] < 1
+
+
 # --- fitted Q
+
+
+@pytest.mark.parametrize("share", [0.0, 0.5])
+def test_fitted_q_may_explore_while_it_collects(share, world, expert):
+    """A uniform action is the expert's one time in five."""
+    settings = small(FITTED_Q, explore=share, rollouts=40)
+    (played,) = fitted_q.collected(world, expert, settings)
+    observations, state = points(played)
+    other = (played.actions.reshape(-1, 3) != labels(expert, observations, state)).mean()
+    assert other == pytest.approx(share * 4 / 5, abs=0.02)
+    again = fitted_q.collected(world, expert, settings)[0].actions
+    assert (again == played.actions).all()
+    with pytest.raises(InputError, match="fitted-q's"):
+        small("maviper", explore=0.1)
 
 
 def test_the_tree_of_actions_is_the_argmax_of_the_tree_of_q():
@@ -300,6 +426,55 @@ def test_presets_and_protocols():
         Settings.of({"algorithm": "ivipr"})
     with pytest.raises(UnknownNameError, match="did you mean 'histogram'"):
         Settings.of({"splits": "histograms"})
+
+
+@pytest.mark.parametrize(
+    ("name", "iterations", "rollouts"),
+    [("physical-deception", 50, 50), ("cooperative-navigation,agents=2", 100, 50), ("predator-prey", 100, 100)],
+)
+def test_ivipers_counts_are_those_of_the_papers_table(name, iterations, rollouts):
+    for algorithm in (IVIPER, VIPER):
+        found = Settings.of({"preset": "paper", "algorithm": algorithm}, find(name))
+        assert (found.iterations, found.rollouts) == (iterations, rollouts)
+    own = Settings.of({"preset": "paper", "algorithm": IVIPER, "iterations": 7, "rollouts": 9}, find(name))
+    assert (own.iterations, own.rollouts) == (7, 9)
+    joint = Settings.of({"preset": "paper"}, find(name))
+    assert (joint.iterations, joint.rollouts) == (100, 50)
+
+
+@pytest.mark.parametrize(("algorithm", "stops"), [("maviper", True), (IVIPER, False), (VIPER, False)])
+def test_in_the_papers_protocol_only_maviper_stops_early(algorithm, stops, world, expert):
+    agent = "agent_0" if algorithm == VIPER else ""
+    sizes = {"iterations": 16, "rollouts": 1, "selection_episodes": 4, "max_depth": 1, "agent": agent}
+    found = extract(world, expert, Settings.of({"preset": "paper", "algorithm": algorithm, **sizes}, world))
+    assert (found.provenance.training["stopped_after"] < 16) == stops
+
+
+@pytest.mark.parametrize(("asked", "best"), [("", 2), ("D", 2), ("D + collisions", 1), ("collisions", 1)])
+def test_the_papers_navigation_is_judged_by_distance(asked, best, monkeypatch):
+    """The second round is nearer, the first one collides less."""
+    world = find("cooperative-navigation,agents=2")
+    expert = Measured(world, scripted(world), horizon=2)
+    distance, collisions = iter([0.9, 0.8]), iter([0.1, 0.3])
+
+    def played(self, trees):
+        near, hit = np.full(4, next(distance)), np.full(4, next(collisions))
+        rows = {"D + collisions": near + hit, "D": near, "collisions": hit}
+        return {measure: rows[measure.name] for measure in world.measures if measure.name in rows}
+
+    monkeypatch.setattr(KINDS["uniform"], "_played", played)
+    sizes = {"iterations": 2, "rollouts": 1, "selection_episodes": 4, "max_depth": 1}
+    found = extract(world, expert, Settings.of({"preset": "paper", **sizes, "measure": asked}, world)).provenance
+    assert found.training["best_iteration"] == best
+    assert found.training["measure"] == (asked or "D")
+    assert {"agents D", "agents D + collisions"} <= set(found.evaluation), "each is measured in the end"
+
+
+def test_a_measure_that_no_team_has(world, expert):
+    with pytest.raises(UnknownNameError, match="did you mean 'success"):
+        extract(world, expert, small("maviper", measure="success r=.1"))
+    tight = extract(world, expert, small("maviper", measure="success r=0.1"))
+    assert tight.provenance.training["measure"] == "success r=0.1" and world.primary("defenders").name.endswith("0.316")
 
 
 def test_help_names_every_algorithm():

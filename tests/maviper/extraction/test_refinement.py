@@ -171,6 +171,35 @@ def test_halving_finds_the_best_and_keeps_to_its_budget():
     assert halving(scores, warm[:1], 100) == [0]
 
 
+@pytest.mark.parametrize("episodes", [24, 240])
+def test_scores_from_elsewhere_do_not_decide_a_race(episodes):
+    """An arm that shone there and is poor here loses, however many those scores are."""
+    here = np.array([0.2, 0.9, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1])
+    there = [np.full(1_000, value) for value in (1.0, 0.5, 0.4, 0.3, 0.2, 0.1, 0.0, 0.0)]
+
+    def scores(arms, count):
+        return np.repeat(here[arms][:, None], count, axis=1)
+
+    assert halving(scores, there, episodes)[0] == 1
+    assert halving(scores, there, episodes, finalists=4)[:2] == [1, 0]
+    assert halving(scores, there[:2], episodes, finalists=2) == [1, 0]
+
+
+def test_a_race_is_won_against_experts_not_in_rollouts(quick, world, expert):
+    """Rollouts say the contrary of what the teams do against experts."""
+    settings = Settings.of({**SMALL, "refinement": 0})
+    race = Raced(world, expert, settings, Journal(), lambda progress: None)
+    good = extract(world, expert, Settings.of({**SMALL, "iterations": 6, "rollouts": 40, "refinement": 0}))
+    trees = [policy.grown for policy in good.agents]
+    race.offer([trees[0], *[constant(0)] * 2])
+    race.met({"adversaries": np.zeros(1_000), "defenders": np.ones(1_000)}, 0.5)
+    race.offer([constant(0), *trees[1:]])
+    race.met({"adversaries": np.ones(1_000), "defenders": np.zeros(1_000)}, 0.5)
+    race.offer([constant(0)] * 3)
+    race.chosen()
+    assert race.facts == {"stopped_after": 3, "best_iteration_adversaries": 1, "best_iteration_defenders": 2}
+
+
 def test_moves_differ_in_one_tree_and_keep_the_depth(world, expert):
     rng = np.random.default_rng(0)
     trees = [with_new_split(constant(1), 0, 2, 0.0, (2, 3)), constant(4)]
@@ -513,6 +542,9 @@ def test_several_seeds_side_by_side(tmp_path, capsys):
     asked = ["extract", "physical-deception", "--iterations", "1", "--max-depth", "2", "--refinement-episodes", "0"]
     asked += ["--rollouts", "20", "--selection-episodes", "4", "--seed", "5", "-o", str(tmp_path / "run")]
     assert main.run([*asked, "--seeds", "2", "--jobs", "2"]) == 0
+    assert main.run([*asked[:-1], str(tmp_path / "beside"), "--seeds", "2", "--preset", "paper"]) == 0
+    said = capsys.readouterr().err
+    assert all(f"seed {seed}      extracting 1/1  best " in said for seed in (5, 6))
     found = json.loads((tmp_path / "run" / "seeds.json").read_text())
     scores = {seed: row["score"] for seed, row in found["seeds"].items()}
     assert set(scores) == {"5", "6"} and scores[str(found["best"])] == max(scores.values())
@@ -528,8 +560,30 @@ def test_several_seeds_side_by_side(tmp_path, capsys):
     assert main.run([*asked, "--seeds", "0"]) == 2
 
 
-@pytest.mark.parametrize("critic", ["learned", "measured", "none"])
-def test_a_profile_says_whose_q_weighed_its_states(critic, quick):
+@pytest.mark.parametrize(
+    ("critic", "reward"), [("learned", "environment + 1 * shaping"), ("measured", "environment"), ("none", None)]
+)
+def test_a_profile_says_whose_q_weighed_its_states(critic, reward, quick):
     expert, world = find_expert("physical-deception", critic, features="goal")
     settings = Settings.of({**SMALL, "iterations": 1, "rollouts": 2, "refinement": 0})
-    assert extract(world, expert, settings).provenance.training["critic"] == critic
+    told = extract(world, expert, settings).provenance.training
+    assert told["critic"] == critic and told.get("critic_reward") == reward
+
+
+def test_an_extraction_that_stops_early_says_so(tmp_path, capsys):
+    small = ["--preset", "paper", "--rollouts", "1", "--selection-episodes", "4", "--max-depth", "1"]
+    asked = ["extract", "physical-deception", *small, "-o", str(tmp_path / "p.json"), "--iterations", "9"]
+    assert main.run([*asked, "--patience", "1"]) == 0
+    rounds = json.loads((tmp_path / "p.json").read_text())["provenance"]["training"]["stopped_after"]
+    said = capsys.readouterr().err
+    assert rounds < 9 and f"stopped     after {rounds} of 9 rounds: no gain above the interval in 1 " in said
+    assert main.run([*asked, "--patience", "9"]) == 0
+    assert "stopped" not in capsys.readouterr().err
+
+
+def test_an_extraction_says_how_its_expert_learned(tmp_path, capsys):
+    small = ["--max-episodes", "20", "--max-depth", "1", "-o", str(tmp_path / "p.json")]
+    assert main.run(["extract", "physical-deception", *small]) == 0
+    assert "it learned by 102,400 steps of imitating a script, 0 of reward\n" in capsys.readouterr().err
+    assert main.run(["extract", "physical-deception@scripted", *small]) == 0
+    assert "learned by" not in capsys.readouterr().err

@@ -7,16 +7,19 @@ import pytest
 
 from codegen import ir
 from codegen.errors import InputError
+from maviper.cli import main
 from maviper.episodes import measures
 from maviper.evaluation import held_out
 from maviper.experts.expert import labels
+from maviper.experts.measured import Measured
+from maviper.experts.scripted import scripted
 from maviper.extraction.algorithms import extract
 from maviper.extraction.journal import NOTHING_KEPT
 from maviper.extraction.released import released
 from maviper.extraction.released.grow import _Growing, best_split, grow_team
 from maviper.extraction.selection.race import ByReturn
 from maviper.extraction.settings import FITTED_Q, IVIPER_RESAMPLING, Settings
-from maviper.worlds import Measure
+from maviper.worlds import Measure, find
 
 
 @pytest.fixture
@@ -184,3 +187,23 @@ def test_warm_up_comes_first(world, expert, monkeypatch):
 def test_released_fitted_q_is_refused():
     with pytest.raises(InputError, match="always stands still"):
         Settings.of({"preset": "released", "algorithm": FITTED_Q})
+
+
+@pytest.mark.parametrize("algorithm", ["maviper", "maviper-no-prediction"])
+def test_a_team_whose_joint_actions_cannot_be_tried_is_refused_at_once(algorithm, tmp_path, capsys):
+    """5^6 in every state of 500 episodes; before, nothing came back. No run folder is begun."""
+    place = tmp_path / "run"
+    given = ["cooperative-navigation,agents=6", "--critic", "measured", "--preset", "released", "-o", str(place)]
+    assert main.run(["extract", *given, "--algorithm", algorithm]) == 2
+    said = capsys.readouterr().err
+    assert "joint actions" in said and "--preset paper" in said and not place.exists()
+
+
+@pytest.mark.parametrize("algorithm", ["iviper", "maviper-iviper-resampling", "imitation"])
+def test_algorithms_that_weigh_own_actions_only_take_teams_of_any_size(algorithm, monkeypatch):
+    monkeypatch.setattr(held_out, "EVALUATION_EPISODES", 2)
+    monkeypatch.setattr(released, "WARM_UP", 1)
+    world = find("cooperative-navigation,agents=6")
+    sizes = {"iterations": 1, "rollouts": 1, "selection_episodes": 2, "max_depth": 1}
+    settings = Settings.of({"preset": "released", "algorithm": algorithm, **sizes})
+    assert len(extract(world, Measured(world, scripted(world), horizon=1), settings).agents) == 6
