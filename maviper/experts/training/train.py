@@ -203,7 +203,7 @@ class _Run:
         """Where the training is, in what teaches next."""
         kind = self.trainer.teaches
         done, left = self.learned[kind], self.trainer.until - self.trainer.steps
-        agreed = f"agreement {logged['agreement']:.2f}" if kind == cards.IMITATION and "agreement" in logged else ""
+        agreed = f"fidelity {logged['fidelity']:.2f}" if kind == cards.IMITATION and "fidelity" in logged else ""
         return Step(kind, done, done + left, agreed)
 
     def _advance(self) -> dict[str, float]:

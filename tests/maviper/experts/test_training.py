@@ -269,7 +269,7 @@ def test_every_stage_of_a_training_shows_how_far_it_is(tmp_path):
         "choosing": (3, 3), "critic": (6_400, 6_400),
     }  # fmt: skip
     assert [step.done for step in steps if step.stage == "imitation"] == [0, 3_200, 6_400]
-    assert "agreement" in steps[1].said and "loss" in steps[-1].said
+    assert "fidelity" in steps[1].said and "loss" in steps[-1].said
 
 
 @pytest.mark.train
