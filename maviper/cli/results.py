@@ -12,8 +12,7 @@ from codegen.ir import PolicyProfile
 from maviper.console import Console
 from maviper.evaluation.comparison import say_sizes
 from maviper.verification.repair import Repaired
-from verify.claims.decisions import Kind
-from verify.claims.region import REAL, Verdict, called, plain
+from verify.claims.region import REAL, Kind, Verdict, called, plain
 from verify.states.real import shown
 from verify.states.state import State
 from verify.verdicts.decisions import Result

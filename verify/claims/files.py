@@ -16,10 +16,10 @@ from typing import Any, NamedTuple
 from codegen.errors import InputError, UnknownNameError
 from codegen.ir import GOAL, PolicyProfile
 from verify.claims.catalogue import NAMES, ZONES, Claim, check_read, checked_zones, find_claim, readable
-from verify.claims.decisions import RADIUS, ZERO, DecisionClaim, Kind, OwnFormula, checked
+from verify.claims.decisions import RADIUS, ZERO, DecisionClaim, OwnFormula, checked
 from verify.claims.formula import TRUE, Formula, agents
 from verify.claims.parser import Vocabulary, parse
-from verify.claims.region import Region, everywhere, number, observed_velocities, positions, region_of
+from verify.claims.region import Kind, Region, everywhere, number, observed_velocities, positions, region_of
 
 NUMBERS = ("margin", "radius", "kappa", "eps")
 COUNTS = ("steps", ZONES)
