@@ -97,7 +97,7 @@ def _write_queries(
     """The queries to the solver, and which questions have none."""
     from maviper.files import runs
     from maviper.verification.join import question_files
-    from verify.claims.decisions import Kind
+    from verify.claims.region import Kind
 
     for name, text in question_files([one.question for one in asked]).items():
         runs.write(folder / name, text)

@@ -20,10 +20,9 @@ from maviper.files import kinds, runs
 from maviper.files.regions import find_region
 from maviper.worlds import find
 from verify.claims.catalogue import NAMES, ZONES, Claim, checked_zones, find_claim, in_general, known, readable, usual
-from verify.claims.decisions import Kind, Parameter
 from verify.claims.episodes import EPISODE_CLAIMS
 from verify.claims.files import Stated, read_properties
-from verify.claims.region import MACHINE, SEMANTICS, Region, exact, plain
+from verify.claims.region import MACHINE, SEMANTICS, Kind, Parameter, Region, exact, plain
 from verify.question import Budgets, Question
 
 MAX_FILE_BYTES = 2**20

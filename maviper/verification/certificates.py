@@ -19,9 +19,8 @@ from verify.checker import episode_certificates
 from verify.checker.certificates import Certificate
 from verify.checker.episode_certificates import EpisodeCertificate
 from verify.checker.reading import RejectedError
-from verify.claims.decisions import Parameter
 from verify.claims.formula import agents
-from verify.claims.region import Region, is_start, plain
+from verify.claims.region import Parameter, Region, is_start, plain
 from verify.verdicts.decisions import Result
 from verify.verdicts.episodes import EpisodeResult, whatever
 

@@ -21,10 +21,10 @@ from codegen.policy_json import content_hash, layout
 from maviper.files import kinds, runs
 from maviper.verification import episode_files
 from maviper.verification.join import replayed
-from verify.claims.decisions import BUILT_IN, OWN, PLAIN, Kind, formula
+from verify.claims.decisions import BUILT_IN, OWN, PLAIN, formula
 from verify.claims.formula import Acts, Formula, Goal, agents, atoms, coordinates
 from verify.claims.formula_json import formula_document, read_formula, read_number
-from verify.claims.region import MACHINE, MAX_NUMBER, REAL, goal_cases
+from verify.claims.region import MACHINE, MAX_NUMBER, REAL, Kind, goal_cases
 from verify.counterexamples.search import Counterexample
 from verify.reports.report import deployed_facts
 from verify.states.acting import REFERENCE

@@ -20,10 +20,9 @@ from codegen.policy_json import content_hash
 from maviper.files import runs
 from maviper.verification.join import replayed_course
 from verify.claims.catalogue import ZONES, find_episode_claim, readable
-from verify.claims.decisions import Parameter
 from verify.claims.episodes import EPISODE_CLAIMS, EpisodeClaim
 from verify.claims.formula_json import read_number
-from verify.claims.region import MAX_NUMBER, goal_cases
+from verify.claims.region import MAX_NUMBER, Parameter, goal_cases
 from verify.states.episodes import Episode, fails, playable
 from verify.states.state import State
 from verify.verdicts.episodes import EpisodeResult

@@ -34,8 +34,7 @@ from maviper.worlds.world import world_name
 from verify.claims.decisions import DecisionClaim, OwnFormula, formula
 from verify.claims.formula import Formula, Linear, atoms
 from verify.claims.formula_json import formula_document, read_number
-from verify.claims.region import MACHINE, Region, called, observed_velocities, read_region
-from verify.claims.verifiable import check_range
+from verify.claims.region import MACHINE, Region, called, check_range, observed_velocities, read_region
 from verify.question import Question
 from verify.states.failures import failures
 from verify.states.state import State, violates

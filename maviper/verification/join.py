@@ -26,9 +26,9 @@ from maviper.worlds import ParticleWorld, WorldState
 from maviper.worlds.matching import NO_WORLD, matching_world
 from maviper.worlds.particle import placed
 from verify.claims.catalogue import Claim
-from verify.claims.decisions import DecisionClaim, Kind
+from verify.claims.decisions import DecisionClaim
 from verify.claims.formula import Formula
-from verify.claims.region import MACHINE, Region, called
+from verify.claims.region import MACHINE, Kind, Region, called
 from verify.extent.found import where as located
 from verify.question import DecisionQuestion, Question
 from verify.reports import report

@@ -13,7 +13,7 @@ from codegen.ir import PolicyProfile
 from codegen.policy_json import content_hash
 from maviper.verification.ask import Asked, VerifyOptions
 from maviper.verification.join import region_file
-from verify.claims.decisions import Kind
+from verify.claims.region import Kind
 from verify.question import Budgets
 from verify.reports.where import zones_json
 from verify.verdicts.decisions import Result

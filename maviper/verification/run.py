@@ -19,7 +19,7 @@ from maviper.verification.counterexamples import counterexample_files
 from maviper.verification.failing_states import states_files
 from maviper.verification.join import report_files, verify_claims
 from maviper.verification.places import repeated, where_files
-from verify.claims.decisions import Kind
+from verify.claims.region import Kind
 from verify.verdicts.decisions import Result
 from verify.verdicts.episodes import EpisodeResult
 

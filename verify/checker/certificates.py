@@ -26,8 +26,8 @@ from verify.checker.thresholds import NO_ERROR
 from verify.claims.decisions import BUILT_IN, KAPPA, PLAIN, STEADY, DecisionClaim, checked, ensure_steady, formula
 from verify.claims.formula import Formula, agents, coordinates, for_goal, holds
 from verify.claims.formula_json import formula_document, read_formula, read_number
-from verify.claims.region import SEMANTICS, Region, Semantics
-from verify.claims.verifiable import check_range, verifiable
+from verify.claims.region import SEMANTICS, Region, Semantics, check_range
+from verify.claims.verifiable import verifiable
 
 FORM = "maviper-certificate-1"
 MAX_BYTES = 1 << 30

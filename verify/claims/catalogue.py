@@ -20,12 +20,12 @@ from verify.claims.decisions import (
     STEADY,
     WITH_ERRORS,
     DecisionClaim,
-    Parameter,
     checked,
     ensure_steady,
 )
 from verify.claims.episodes import EPISODE_CLAIMS, EpisodeClaim
-from verify.claims.verifiable import check_landmarks, check_range, team_for
+from verify.claims.region import Parameter, check_range
+from verify.claims.verifiable import check_landmarks, team_for
 
 Claim = DecisionClaim | EpisodeClaim
 NAMES = (*PROPERTIES, *EPISODE_CLAIMS)

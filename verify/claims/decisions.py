@@ -6,65 +6,22 @@ Does not: find claims by name (catalogue.py), read files (files.py) or decide.
 """
 
 from collections.abc import Mapping
-from dataclasses import KW_ONLY, dataclass, field, fields
-from enum import Enum
+from dataclasses import KW_ONLY, dataclass, field
 from fractions import Fraction
-from typing import ClassVar, Literal, TypeAlias
+from typing import ClassVar, Literal
 
 from codegen.errors import InputError
 from codegen.ir import AgentPolicy, PolicyProfile
 from verify.claims.formula import TRUE, Acts, Formula, conjunction, disjunction, negated
 from verify.claims.matching import matchings
 from verify.claims.predicates import ahead, at, closes, closing, no_longer
-from verify.claims.verifiable import check_landmarks, check_range, ensure_team, team_for
+from verify.claims.region import AnyClaim, Kind, Parameter, check_range, ensure_team
+from verify.claims.verifiable import check_landmarks, team_for
 
 ZERO, RADIUS, KAPPA = Fraction(0), Fraction(1, 10), Fraction(1, 2)
 OWN, STEADY = "formula", "steady"  # the names of properties that users state, and of built-in ones that allow errors
 WITH_ERRORS = ", even when every feature{who} is off by up to eps, each by an error of its own"
 Matching = tuple[tuple[AgentPolicy, str], ...]  # agents, each with a landmark of its own
-Parameter: TypeAlias = Fraction | int | str | tuple[str, ...]
-
-
-class Kind(Enum):
-    """What a claim is about; the values are the words of reports."""
-
-    DECISIONS = "decisions"  # in world states
-    LEAVES = "leaves"  # of trees: whether a world state reaches them
-    EPISODES = "episodes"  # from rest
-
-
-@dataclass(frozen=True)
-class AnyClaim:
-    """A claim about a team."""
-
-    team: str
-    label: str = field(default="", compare=False, kw_only=True)
-
-    @property
-    def name(self) -> str:
-        """The name of the property."""
-        raise NotImplementedError
-
-    @property
-    def sentence(self) -> str:
-        """The claim in words, without its assumption."""
-        raise NotImplementedError
-
-    @property
-    def parameters(self) -> Mapping[str, Parameter]:
-        """What the claim reads beside its team."""
-        raise NotImplementedError
-
-    @property
-    def shown(self) -> str:
-        """The label, or else the name."""
-        return self.label or self.name
-
-    @property
-    def stated(self) -> dict[str, Parameter]:
-        """The parameters that are not the usual ones; those that have no usual one are among them."""
-        usual = {item.name: item.default for item in fields(self)}
-        return {key: value for key, value in self.parameters.items() if key not in usual or value != usual[key]}
 
 
 @dataclass(frozen=True)

@@ -16,15 +16,13 @@ import numpy.typing as npt
 
 from codegen.errors import InputError, UnknownNameError
 from codegen.ir import Bool, PolicyProfile
-from verify.claims.decisions import AnyClaim, Kind, Parameter
-from verify.claims.matching import matchings
-from verify.claims.verifiable import check_range, ensure_team
+from verify.claims.region import AnyClaim, Kind, Parameter, check_range, ensure_team
 
 RADIUS = Fraction(2, 5)
 MAX_STEPS = 1_000
 MAX_RADIUS = 1 << 13  # zones hold lengths below eight times that (episodes/zones.py)
 Gaps = npt.NDArray[Any]  # [steps, ...] L-infinity distances: float64, or exact
-Way = tuple[tuple[int, int], ...]  # pairs: the number of an agent in the team, and of a mark
+Pairs = tuple[tuple[int, int], ...]  # pairs: the number of an agent in the team, and of a mark
 
 
 @dataclass(frozen=True)
@@ -88,8 +86,8 @@ class EpisodeClaim(AnyClaim):
         """The entities from which distances are measured."""
         raise NotImplementedError
 
-    def ways(self, profile: PolicyProfile) -> list[Way]:
-        """What fulfils the claim: that all pairs of one of the ways have their distances."""
+    def way(self, profile: PolicyProfile) -> Pairs | None:
+        """The pairs that must have their distances; None: those of any matching of the team and the marks."""
         raise NotImplementedError
 
     def met(self, gaps: Gaps, radius: Fraction | float) -> Bool:
@@ -127,11 +125,10 @@ class Arrival(EpisodeClaim):
         """The landmarks."""
         return [entity.name for entity in profile.world.landmarks]
 
-    def ways(self, profile: PolicyProfile) -> list[Way]:
-        """The matchings."""
+    def way(self, profile: PolicyProfile) -> Pairs | None:
+        """Each agent with its landmark, where these are named."""
         marks = self.marks(profile)
-        named = [tuple(marks.index(name) for name in self.landmarks)] if self.landmarks else None
-        return [tuple(enumerate(own)) for own in named or matchings(len(profile.team(self.team)), len(marks))]
+        return tuple(enumerate(marks.index(name) for name in self.landmarks)) or None
 
     def mark_of(self, profile: PolicyProfile, number: int, gaps: Gaps) -> int:
         """The agent's own landmark; where any matching would do the one that it ends nearest to."""
@@ -219,10 +216,10 @@ class KeepsApart(EpisodeClaim):
         pairs = product(team, self.others) if self.others else combinations(team, 2)
         return list({frozenset(pair): pair for pair in pairs if pair[0] != pair[1]}.values())
 
-    def ways(self, profile: PolicyProfile) -> list[Way]:
+    def way(self, profile: PolicyProfile) -> Pairs:
         """All pairs."""
         team, marks = [policy.agent for policy in profile.team(self.team)], self.marks(profile)
-        return [tuple((team.index(agent), marks.index(other)) for agent, other in self.pairs(profile))]
+        return tuple((team.index(agent), marks.index(other)) for agent, other in self.pairs(profile))
 
     def met(self, gaps: Gaps, radius: Fraction | float) -> Bool:
         """Where a pair stays apart."""

@@ -1,6 +1,6 @@
-"""Where something is claimed, and the possible answers: regions and verdicts.
+"""What a claim has whatever it is about, where it is claimed, and the possible answers: regions and verdicts.
 
-Does: the data of a region, and its readable TOML form with exact numbers.
+Does: name, team and parameters of a claim; the data of a region, and its readable TOML form with exact numbers.
 Assumes: a world whose coordinates are named by the profile's world spec.
 Does not: decide anything.
 """
@@ -8,7 +8,7 @@ Does not: decide anything.
 import re
 import tomllib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from enum import Enum
 from fractions import Fraction
 from typing import Any, NamedTuple, TypeGuard
@@ -16,12 +16,55 @@ from typing import Any, NamedTuple, TypeGuard
 from codegen.errors import InputError, UnknownNameError
 from codegen.ir import PolicyProfile, WorldSpec
 
+Parameter = Fraction | int | str | tuple[str, ...]
 Interval = tuple[Fraction, Fraction]
 MAX_NUMBER = 10**9  # largest length in a question; beyond it float64 positions are coarser than any world
 START = "start"  # the name of the start region
 MACHINE, REAL = "machine", "real"  # thresholds as the deployed arithmetic meets them, or as they are written
 SEMANTICS = (MACHINE, REAL)
 ADVICE = "see `maviper verify --help` for the form of a region file"
+
+
+class Kind(Enum):
+    """What a claim is about; the values are the words of reports."""
+
+    DECISIONS = "decisions"  # in world states
+    LEAVES = "leaves"  # of trees: whether a world state reaches them
+    EPISODES = "episodes"  # from rest
+
+
+@dataclass(frozen=True)
+class AnyClaim:
+    """A claim about a team."""
+
+    team: str
+    label: str = field(default="", compare=False, kw_only=True)
+
+    @property
+    def name(self) -> str:
+        """The name of the property."""
+        raise NotImplementedError
+
+    @property
+    def sentence(self) -> str:
+        """The claim in words, without its assumption."""
+        raise NotImplementedError
+
+    @property
+    def parameters(self) -> Mapping[str, Parameter]:
+        """What the claim reads beside its team."""
+        raise NotImplementedError
+
+    @property
+    def shown(self) -> str:
+        """The label, or else the name."""
+        return self.label or self.name
+
+    @property
+    def stated(self) -> dict[str, Parameter]:
+        """The parameters that are not the usual ones; those that have no usual one are among them."""
+        usual = {item.name: item.default for item in fields(self)}
+        return {key: value for key, value in self.parameters.items() if key not in usual or value != usual[key]}
 
 
 class Semantics(NamedTuple):
@@ -256,3 +299,20 @@ def is_start(profile: PolicyProfile, region: Region) -> bool:
         return region == everywhere(profile)
     except InputError:  # no damping bounds the velocities, so there is none
         return False
+
+
+def ensure_team(profile: PolicyProfile, team: str) -> None:
+    """UnknownNameError for a team of which the profile has no agent."""
+    if not profile.team(team):
+        raise UnknownNameError("team", team, teams(profile))
+
+
+def teams(profile: PolicyProfile) -> list[str]:
+    """The teams of a profile, in the order of its agents."""
+    return list(dict.fromkeys(policy.team for policy in profile.agents))
+
+
+def check_range(parameter: str, value: Fraction | int, most: int = MAX_NUMBER, least: int = 0) -> None:
+    """InputError for a value out of its range."""
+    if not least <= value <= most:
+        raise InputError(f"{parameter} must be between {least} and {most}", parameter)

@@ -7,13 +7,12 @@ Does not: read claims.
 """
 
 from collections.abc import Sequence
-from fractions import Fraction
 
 import numpy as np
 
 from codegen.errors import InputError, UnknownNameError
 from codegen.ir import AgentPolicy, PolicyProfile
-from verify.claims.region import MAX_NUMBER
+from verify.claims.region import ensure_team, teams
 
 
 def verifiable(profile: PolicyProfile, team: str) -> tuple[AgentPolicy, ...]:
@@ -41,36 +40,20 @@ def verifiable(profile: PolicyProfile, team: str) -> tuple[AgentPolicy, ...]:
     return profile.team(team)
 
 
-def ensure_team(profile: PolicyProfile, team: str) -> None:
-    """UnknownNameError for a team of which the profile has no agent."""
-    if not profile.team(team):
-        raise UnknownNameError("team", team, _teams(profile))
-
-
-def _teams(profile: PolicyProfile) -> list[str]:
-    return list(dict.fromkeys(policy.team for policy in profile.agents))
-
-
-def check_range(parameter: str, value: Fraction | int, most: int = MAX_NUMBER, least: int = 0) -> None:
-    """InputError for a value out of its range."""
-    if not least <= value <= most:
-        raise InputError(f"{parameter} must be between {least} and {most}", parameter)
-
-
 def team_for(name: str, profile: PolicyProfile, team: str | None, any_size: bool = False) -> str:
     """The team that the named property speaks of: `team`, or the one team with as many agents as landmarks.
 
     `any_size`: the property needs no landmark for each agent, so that of one team alone nothing is asked.
     """
-    teams = _teams(profile)
+    known = teams(profile)
     wanted = len(profile.world.landmarks)
-    if team is None and any_size and len(teams) == 1:
-        return teams[0]
+    if team is None and any_size and len(known) == 1:
+        return known[0]
     if team is None:
-        fitting = [candidate for candidate in teams if len(profile.team(candidate)) == wanted]
+        fitting = [candidate for candidate in known if len(profile.team(candidate)) == wanted]
         if len(fitting) != 1:
             raise InputError(
-                f"{name} needs a team of {wanted} agents, one for each landmark", "", f"teams: {', '.join(teams)}"
+                f"{name} needs a team of {wanted} agents, one for each landmark", "", f"teams: {', '.join(known)}"
             )
         return fitting[0]
     ensure_team(profile, team)

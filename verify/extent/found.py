@@ -10,9 +10,8 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from codegen.intervals import Share
-from verify.claims.decisions import Kind
 from verify.claims.formula import TRUE
-from verify.claims.region import Region, Verdict, everywhere
+from verify.claims.region import Kind, Region, Verdict, everywhere
 from verify.extent.largest import largest
 from verify.extent.violations import ExactShare, Failing, exact_part, exact_share, violations
 from verify.question import DecisionQuestion

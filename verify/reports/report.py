@@ -15,8 +15,7 @@ from codegen.errors import visible
 from codegen.ir import PolicyProfile
 from codegen.lowering.render import render
 from codegen.policy_json import content_hash, layout
-from verify.claims.decisions import Kind, Parameter
-from verify.claims.region import MACHINE, REAL, Verdict, called, plain
+from verify.claims.region import MACHINE, REAL, Kind, Parameter, Verdict, called, plain
 from verify.claims.region import text as decimal
 from verify.counterexamples.search import AgentView, Counterexample
 from verify.reports import episodes as loop_report

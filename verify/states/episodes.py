@@ -17,7 +17,8 @@ from codegen import ir
 from codegen.dynamics import COINCIDENT, Motion, partners
 from codegen.errors import DisagreementError, InputError
 from codegen.ir import Bool, Float64, PolicyProfile
-from verify.claims.episodes import EpisodeClaim, Gaps
+from verify.claims.episodes import EpisodeClaim, Gaps, Pairs
+from verify.claims.matching import matchings
 from verify.claims.region import Region
 from verify.claims.verifiable import verifiable
 from verify.question import EpisodeQuestion
@@ -103,15 +104,23 @@ def gaps(profile: PolicyProfile, claim: EpisodeClaim, episode: Float64) -> Float
     return np.where(np.equal.outer(team, others), np.inf, found)
 
 
+def ways(profile: PolicyProfile, claim: EpisodeClaim) -> list[Pairs]:
+    """What fulfils the claim: that all pairs of one of the ways have their distances."""
+    only = claim.way(profile)
+    if only is not None:
+        return [only]
+    return [tuple(enumerate(own)) for own in matchings(len(profile.team(claim.team)), len(claim.marks(profile)))]
+
+
 def owned(profile: PolicyProfile, claim: EpisodeClaim) -> list[tuple[int, ...]]:
     """The matchings that fulfil a claim to arrive: for each agent of the team its landmark's number."""
-    return [tuple(mark for _, mark in way) for way in claim.ways(profile)]
+    return [tuple(mark for _, mark in way) for way in ways(profile, claim)]
 
 
 def paired(profile: PolicyProfile, claim: EpisodeClaim) -> list[tuple[tuple[str, str], ...]]:
     """What fulfils a claim: for each way its pairs of an agent and a mark, by name."""
     team, marks = [policy.agent for policy in profile.team(claim.team)], claim.marks(profile)
-    return [tuple((team[agent], marks[mark]) for agent, mark in way) for way in claim.ways(profile)]
+    return [tuple((team[agent], marks[mark]) for agent, mark in way) for way in ways(profile, claim)]
 
 
 def coinciding(profile: PolicyProfile, episode: Float64) -> Bool:
@@ -131,7 +140,7 @@ def matched(profile: PolicyProfile, claim: EpisodeClaim, episode: Float64) -> Bo
     rounding of distances.
     """
     met = claim.met(gaps(profile, claim, claim.counted(episode)), float(claim.radius))
-    pairs = (np.array(way).T for way in claim.ways(profile))
+    pairs = (np.array(way).T for way in ways(profile, claim))
     return np.array([met[:, agents, marks].all(axis=1) for agents, marks in pairs])
 
 

@@ -12,8 +12,8 @@ from typing import Literal
 
 from codegen.intervals import Share
 from verify.checker.certificates import Certificate
-from verify.claims.decisions import DecisionClaim, Kind
-from verify.claims.region import MACHINE, Region, Verdict
+from verify.claims.decisions import DecisionClaim
+from verify.claims.region import MACHINE, Kind, Region, Verdict
 from verify.counterexamples.explanation import Explanation, explained
 from verify.counterexamples.search import Counterexample, confirmed, explain, near, violating_samples
 from verify.extent.found import Where

@@ -25,9 +25,8 @@ from verify.checker import episode_certificates
 from verify.checker.episode_certificates import EpisodeCertificate
 from verify.checker.reading import RejectedError
 from verify.claims.catalogue import left_out
-from verify.claims.decisions import Kind
 from verify.claims.episodes import EpisodeClaim
-from verify.claims.region import MACHINE, Region, Verdict
+from verify.claims.region import MACHINE, Kind, Region, Verdict
 from verify.counterexamples.episode_explanation import EpisodeExplanation, explained
 from verify.counterexamples.search import simplest
 from verify.episodes import certificates
