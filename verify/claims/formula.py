@@ -65,6 +65,7 @@ class Not:
 
 Formula: TypeAlias = Linear | Acts | Goal | And | Or | Not
 TRUE, FALSE = And(()), Or(())
+_NONE: frozenset[str] = frozenset()
 
 
 def below(terms: Mapping[str, Fraction | int], bound: Fraction | int, strict: bool = False) -> Formula:
@@ -179,7 +180,7 @@ def agents(formula: Formula) -> frozenset[str]:
     if isinstance(formula, Acts):
         return frozenset({formula.agent})
     if isinstance(formula, (And, Or)):
-        return frozenset[str]().union(*map(agents, formula.parts))
+        return _NONE.union(*map(agents, formula.parts))
     return agents(formula.part) if isinstance(formula, Not) else frozenset()
 
 
@@ -188,7 +189,7 @@ def coordinates(formula: Formula) -> frozenset[str]:
     if isinstance(formula, Linear):
         return frozenset(name for _, name in formula.terms)
     if isinstance(formula, (And, Or)):
-        return frozenset[str]().union(*map(coordinates, formula.parts))
+        return _NONE.union(*map(coordinates, formula.parts))
     return coordinates(formula.part) if isinstance(formula, Not) else frozenset()
 
 
