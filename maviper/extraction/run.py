@@ -238,7 +238,7 @@ class Stages:
             self.stage, self._live = label, self._open.enter_context(self.console.live(progress.stage, progress.total))
             self._live.started = self._since  # its first step was done before it was shown
         best = ", ".join(f"{team} {shown(found)}" for team, found in progress.measured.items())
-        agreed = "" if progress.agreement is None else f"  agreement {progress.agreement:.2f}"
+        agreed = "" if progress.agreement is None else f"  fidelity {progress.agreement:.2f}"
         self._live.update(progress.done, f"best {best}{agreed}  {progress.leaves} leaves")
         self._since = time.monotonic()
 
