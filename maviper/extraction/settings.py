@@ -87,7 +87,7 @@ class Settings:
             both = [option_of(name) for name in DEALT if name in said]
             if both:
                 raise InputError(
-                    f"a budget says what {', '.join(both)} would be", "--max-episodes", "give one or the other"
+                    f"--max-episodes already determines {', '.join(both)}", "--max-episodes", "give one or the other"
                 )
         return Settings(**{**usual, **said}).checked()
 
@@ -115,7 +115,7 @@ class Settings:
             refinement=0,
         )
         if not found.rollouts or not found.selection_episodes:
-            least = "a few dozen are needed at least"
+            least = "give at least a few dozen"
             raise InputError(f"{self.budget} episodes are too few for one iteration", "--max-episodes", least)
         refined = 1 if self.algorithm == VIPER else len(world.teams)
         return replace(found, refinement=(self.budget - 2 * rollouts) // refined) if large else found
@@ -148,7 +148,7 @@ class Settings:
                 what = f"{name} must be at least 1 and at most {MAX_NUMBER}, not {getattr(self, name)}"
                 raise InputError(what, option_of(name))
         if self.preset == RELEASED and self.algorithm == FITTED_Q:
-            what = "the released Fitted Q always stands still, since its look-ups never hit"
+            what = "the released Fitted Q always stands still, because its look-ups never hit"
             raise InputError(what, "--preset released", "choose --preset paper")
         if self.max_depth > ir.MAX_DEPTH:
             raise InputError(f"max_depth must be at most {ir.MAX_DEPTH}", "--max-depth")

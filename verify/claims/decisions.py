@@ -98,7 +98,9 @@ def _no_double(profile: PolicyProfile, claim: DecisionClaim) -> Formula:
         return conjunction(closing(policy, landmark, claim.margin), *others)
 
     if len(team) < 2:
-        raise InputError("no_double is about teams of two or more", f"team {claim.team}", "it says nothing of one")
+        raise InputError(
+            "no_double is about teams of two or more", f"team {claim.team}", "it says nothing about a single agent"
+        )
     pairs = [(a, b) for index, a in enumerate(team) for b in team[index + 1 :]]
     return conjunction(
         *(negated(conjunction(only(a, landmark), only(b, landmark))) for a, b in pairs for landmark in landmarks)
@@ -138,7 +140,7 @@ def _along(agent: str, landmark: str, direction: tuple[Fraction, Fraction]) -> F
 def _assignment(profile: PolicyProfile, claim: DecisionClaim) -> Formula:
     """Engaged in a matching of least summed L1 distance. For teams of two: more have too many cases of signs."""
     if len(profile.team(claim.team)) != 2:
-        raise InputError("assignment is stated for teams of two", f"team {claim.team}", "use distinct_targets")
+        raise InputError("assignment is defined for teams of two only", f"team {claim.team}", "use distinct_targets")
     matchings = _matchings(profile, claim)
     ways = []
     for matching in matchings:
@@ -294,7 +296,7 @@ def check_read(name: str, given: Sequence[str], read: Sequence[str]) -> None:
     """InputError for a given parameter that the named property does not read."""
     for parameter in given:
         if parameter not in read:
-            raise InputError(f"{name} does not read {parameter}", parameter, f"it reads {', '.join(read) or 'nothing'}")
+            raise InputError(f"{name} has no parameter {parameter}", parameter, f"it has {', '.join(read) or 'none'}")
 
 
 def check_range(parameter: str, value: Fraction | int, most: int = MAX_NUMBER, least: int = 0) -> None:

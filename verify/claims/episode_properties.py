@@ -90,7 +90,7 @@ def _checked_apart(profile: PolicyProfile, claim: EpisodeClaim, radius: Fraction
     touching = max(Fraction(str(sizes[a])) + Fraction(str(sizes[b])) for a, b in pairs)
     radius = touching if radius is None else radius
     if radius == 0:
-        raise InputError(f"{KEEPS_APART} within 0 says nothing", "radius", "give a radius above 0")
+        raise InputError(f"{KEEPS_APART} with radius 0 says nothing", "radius", "give a radius above 0")
     return radius
 
 
@@ -126,4 +126,8 @@ def ensure_somebody(profile: PolicyProfile, claim: EpisodeClaim) -> None:
     """InputError for a claim about nobody, which would be true whatever the profile does."""
     ensure_team(profile, claim.team)
     if claim.name == KEEPS_APART and not apart_pairs(profile, claim):
-        raise InputError(f"{KEEPS_APART} needs two", f"team {claim.team}", "name others from whom it keeps apart")
+        raise InputError(
+            f"{KEEPS_APART} needs at least two entities",
+            f"team {claim.team}",
+            "name the others to keep apart from",
+        )

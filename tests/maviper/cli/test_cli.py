@@ -61,11 +61,11 @@ def test_every_command_has_help(capsys):
         (["verify", "{profile}", "--margin", "much"], "not a number"),
         (["verify", "{profile}", "--margin", "-1"], "margin must be between 0 and"),
         (["verify", "{profile}", "--solver-units", "0"], "solver units must be between"),
-        (["verify", "{profile}", "--steps", "3"], "none of the properties asked reads steps"),
+        (["verify", "{profile}", "--steps", "3"], "none of these properties has the parameter steps"),
         (["verify", "{profile}", "--property", "reaches", "--steps", "-1"], "steps must be between"),
         (
             ["verify", "{profile}", "--property", "reaches", "--margin", "1/40"],
-            "none of the properties asked reads margin",
+            "none of these properties has the parameter margin",
         ),
         (["verify", "{profile}", "--property", "reaches", "--landmarks", "landmark_2"], "unknown landmark"),
         (["verify", "{profile}", "--property", "covers", "--max-zones", "0"], "zones must be between"),

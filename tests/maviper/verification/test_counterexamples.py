@@ -151,7 +151,7 @@ def test_a_damaged_file_is_told(folder, tmp_path, change, said):
         ({"parameters/steps": "25"}, "steps"),
         ({"parameters/steps": 10**9}, "steps"),
         ({"parameters/radius": "-1"}, "radius"),
-        ({"parameters/radius": "1/0"}, "no number"),
+        ({"parameters/radius": "1/0"}, "not a number"),
         ({"parameters/radius": 1}, "radius"),
         ({"parameters/speed": 1}, "parameter"),
         ({"parameters/landmarks": ["landmark_0", "landmark_7"]}, "landmark"),

@@ -346,7 +346,7 @@ def test_pairs_and_refusals():
     with pytest.raises(InputError, match="says nothing"):
         find_claim(KEEPS_APART, HOMING, radius=Fraction(0))
     alone = going(STAY, STAY, name=f"{TAG},predators=1,prey=1,obstacles=1")
-    with pytest.raises(InputError, match="needs two"):
+    with pytest.raises(InputError, match="needs at least two"):
         find_claim(KEEPS_APART, alone, "prey")
 
 
