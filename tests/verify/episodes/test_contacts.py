@@ -406,4 +406,4 @@ def test_a_region_without_float64_starts_is_not_proved(profile):
     start = everywhere(still)
     third = replace(start, box={name: (Fraction(1, 3), Fraction(1, 3)) for name in start.box})
     result = verify_episodes(Question(still, find_claim("reaches", still, steps=0), third), {})
-    assert result.verdict is Verdict.UNKNOWN and "no start of the region was found" in result.reason
+    assert result.verdict is Verdict.UNKNOWN and "no start in the region was found" in result.reason
