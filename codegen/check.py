@@ -86,7 +86,7 @@ def _texts(profile: PolicyProfile) -> Iterator[Violation]:
         found += [(f"provenance.{group}", f"{key}={value}") for key, value in values.items()]
     for path, text in found:
         if not text.isprintable() and any(category(letter) in UNSEEN for letter in text):
-            yield Violation(f"$.{path}", f"holds a character that cannot be seen: {shown(text[:40])}")
+            yield Violation(f"$.{path}", f"contains an invisible character: {shown(text[:40])}")
 
 
 def _region(region: RegionSpec, world: WorldSpec) -> Iterator[Violation]:
@@ -94,7 +94,7 @@ def _region(region: RegionSpec, world: WorldSpec) -> Iterator[Violation]:
     entities = [entity.name for entity in world.agents + world.landmarks]
     readable = True
     if bool(region.goals) != bool(world.goals):
-        yield Violation("$.region.goals", "names the possible goals, if and only if the world has goals")
+        yield Violation("$.region.goals", "must list the possible goals if the world has goals, and nothing otherwise")
     for goal in region.goals:
         if goal not in world.goals:
             yield Violation("$.region.goals", f"no goal '{goal}' in the world; {suggestion(goal, world.goals)}")
@@ -123,9 +123,9 @@ def _bounds_fault(
     if not all(NUMBER.fullmatch(text) for text in bounds):
         return Violation(here, f"not numbers: {bounds}")
     if len(set(parts)) < len(parts):
-        return Violation(here, "compares something with itself")
+        return Violation(here, "compares a name with itself")
     if kind == "apart" and Fraction(bounds[0]) <= 0:
-        return Violation(here, "a distance is above 0")
+        return Violation(here, "a distance must be above 0")
     if Fraction(bounds[0]) > Fraction(bounds[1]):
         return Violation(here, f"the lower bound {bounds[0]} is above {bounds[1]}")
     return None
@@ -213,7 +213,7 @@ def _agent(path: str, policy: AgentPolicy, world: WorldSpec) -> Iterator[Violati
         meaning = feature.meaning
         # always 0 has one spelling
         if meaning and meaning.function not in ("", *(FUNCTIONS if meaning.terms else ())):
-            yield Violation(f"{here}.meaning", f"is 0, a sum, or {', '.join(FUNCTIONS)} of a sum; nothing else")
+            yield Violation(f"{here}.meaning", f"must be 0, a sum, or {', '.join(FUNCTIONS)} of a sum")
         for weight, coordinate in meaning.terms if meaning else ():
             if weight not in (-1, 1):
                 yield Violation(f"{here}.meaning", f"weights are +1 or -1, not {weight}")

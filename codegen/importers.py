@@ -46,10 +46,10 @@ def from_sklearn(
     """
     tree = getattr(classifier, "tree_", None)
     if tree is None or not hasattr(classifier, "classes_"):
-        advice = "fit it first; of a pipeline, give the tree if no step before it changes the observation"
+        advice = "fit it first; from a pipeline, give the tree alone, if no earlier step changes the observation"
         raise InputError("not a fitted DecisionTreeClassifier", type(classifier).__name__, advice)
     if tree.n_outputs != 1:
-        raise InputError(f"the classifier has {tree.n_outputs} outputs, one is needed", "", "fit one tree an agent")
+        raise InputError(f"the classifier has {tree.n_outputs} outputs, one is needed", "", "fit one tree per agent")
     _ensure_own(classifier, tree)
     grown = grown_from_sklearn(tree, tree.value[:, 0].argmax(axis=1))
     fitted = getattr(classifier, "feature_names_in_", None)
@@ -70,8 +70,8 @@ def _ensure_own(classifier: Any, tree: Any) -> None:
     bigger = tree.n_node_samples[left] > tree.n_node_samples[right]
     odd = ~np.isfinite(tree.threshold[split]) | (tree.missing_go_to_left[split].astype(bool) != bigger)
     for node in split[odd][:1]:
-        advice = "NaN goes right here: fit it on data without missing values"
-        raise InputError("the classifier has learned from missing values", f"node {node}", advice)
+        advice = "NaN always goes right here: fit it on data without missing values"
+        raise InputError("the classifier was fitted on missing values", f"node {node}", advice)
 
 
 def grown_from_sklearn(tree: Any, action: Any) -> GrownTree:
@@ -146,7 +146,7 @@ def _actions(labels: Sequence[Any], names: Sequence[str] | None) -> list[str]:
         same = [other for other in found if identifier(other) == identifier(name)]
         if same:
             what = f"the labels {found[same[0]]!r} and {label!r} become the same action name, {name}"
-            raise InputError(what, "", "give action_names, one a class")
+            raise InputError(what, "", "give action_names, one per class")
         found[name] = label
     return list(found)
 

@@ -97,7 +97,9 @@ def _ensure_understood(loaded: Any) -> None:
     versions = {each.version for each in loaded.opset_import if each.domain == ML}
     if len(versions) != 1 or not 1 <= min(versions) <= MAX_OPSET:
         found = ", ".join(map(str, sorted(versions))) or "none"
-        raise InputError(f"{ML} of version {found}; 1 to {MAX_OPSET} are read", "opset_import", "export it again")
+        raise InputError(
+            f"version {found} of {ML} is not supported; 1 to {MAX_OPSET} are", "opset_import", "export it again"
+        )
 
 
 def _only_tree(onnx: Any, graph: Any) -> tuple[Any, int]:
@@ -110,8 +112,8 @@ def _only_tree(onnx: Any, graph: Any) -> tuple[Any, int]:
         raise InputError("the model's input has a constant value", repr(given.name), ADVICE)
     tensor = given.type.tensor_type
     if tensor.elem_type != onnx.TensorProto.FLOAT:
-        what = f"the model's input is {_type(onnx, tensor.elem_type)}, observations are FLOAT"
-        raise InputError(what, repr(given.name), "export it with an input of float32")
+        what = f"the model's input is {_type(onnx, tensor.elem_type)}, but observations are FLOAT"
+        raise InputError(what, repr(given.name), "export it with a float32 input")
     shape = tensor.shape.dim
     if tensor.HasField("shape") and len(shape) != 2:
         raise InputError(f"the model's input has {len(shape)} axes, two are needed", repr(given.name), ADVICE)
@@ -164,7 +166,9 @@ def _attributes(onnx: Any, node: Any) -> dict[str, Any]:
             f"the tree's scores go through {transform!r}", _shown(node), "export it with post_transform NONE"
         )
     if any(given.get("nodes_missing_value_tracks_true", ())):
-        raise InputError("a node sends missing values to the left", "", "NaN goes right here: convert a tree without")
+        raise InputError(
+            "a node sends missing values to the left", "", "NaN always goes right here: convert a tree without this"
+        )
     found: dict[str, Any] = {name: given.get(name, []) for name in (*READ, *LABELS)}
     if len({*found["nodes_treeids"], *found["class_treeids"]}) > 1:
         raise InputError("the ensemble has several trees", _shown(node), ADVICE)
@@ -178,7 +182,7 @@ def _attributes(onnx: Any, node: Any) -> dict[str, Any]:
                 what = f"{name} has {len(found[name])} entries, {like} has {len(found[like])}"
                 raise InputError(what, _shown(node), "export it again")
     if all(found[name] for name in LABELS):
-        raise InputError("the tree has labels of two kinds", _shown(node), "export it again")
+        raise InputError("the tree has both integer and string labels", _shown(node), "export it again")
     return found
 
 
@@ -186,7 +190,7 @@ def _grown(given: dict[str, Any], labels: Sequence[int | str]) -> GrownTree:
     modes = [mode.decode(errors="replace") for mode in given["nodes_modes"]]
     unknown = sorted(set(modes) - {LESS_EQUAL, LESS, LEAF})
     if unknown:
-        raise InputError(f"a node tests by {unknown[0]!r}", "", f"only {LESS_EQUAL} and {LESS} have a place here")
+        raise InputError(f"a node compares by {unknown[0]!r}", "", f"only {LESS_EQUAL} and {LESS} are supported")
     place: dict[int, int] = {node: index for index, node in enumerate(given["nodes_nodeids"])}
     split = np.array([mode != LEAF for mode in modes])
     values = np.array(given["nodes_values"], dtype=np.float64)
@@ -198,7 +202,7 @@ def _grown(given: dict[str, Any], labels: Sequence[int | str]) -> GrownTree:
     children = [side[node] for side in sides.values() for node in np.flatnonzero(split)]
     # each node but the first, where runtimes begin, is a child once: so no walk meets a node twice
     if sorted(place) != [*range(len(modes))] or Counter(children) != Counter(range(1, len(modes))):
-        raise InputError("the nodes are no tree", "nodes_truenodeids, nodes_falsenodeids", "export it again")
+        raise InputError("the nodes do not form a tree", "nodes_truenodeids, nodes_falsenodeids", "export it again")
     left, right = (np.array([NO_CHILD if each is None else each for each in side]) for side in sides.values())
     return GrownTree(
         np.where(split, features, NO_FEATURE),
@@ -214,11 +218,19 @@ def _classes(given: dict[str, Any], place: dict[int, int], split: Bool, labels: 
     """The class at each leaf (anything at splits), where onnxruntime and the reference of ONNX name the same one."""
     n, ids = len(labels), given["class_ids"]
     if n < FEWEST_CLASSES or len(set(labels)) != n:
-        raise InputError(f"the tree has {len(set(labels))} labels for {n} classes", "", "two different ones are needed")
+        raise InputError(
+            f"the tree has {len(set(labels))} labels for {n} classes",
+            "",
+            "at least two classes are needed, each with its own label",
+        )
     weights, listed = np.zeros((len(split), n)), np.zeros((len(split), n), dtype=int)
     for node, label, weight in zip(given["class_nodeids"], ids, given["class_weights"], strict=True):
         if node not in place or split[place[node]] or not 0 <= label < n or not np.isfinite(weight):
-            raise InputError(f"a weight of class {label} at node {node}", "class_weights", "export it again")
+            raise InputError(
+                f"a weight of class {label} at node {node} does not belong to a leaf and a class, or is not finite",
+                "class_weights",
+                "export it again",
+            )
         weights[place[node], label] += weight
         listed[place[node], label] += 1
     leaf = ~split
@@ -250,7 +262,9 @@ def _readings(weights: Float64, listed: Bool, labels: Sequence[int | str]) -> tu
         return (share > bar).astype(int), ((share > 0.5) & (named[0] == 0)).astype(int)
     if not isinstance(labels[0], str) and tuple(labels) != (0, 1):
         raise InputError(
-            f"two classes with the labels {list(labels)}", "class_weights", "runtimes answer 0 or 1 for them"
+            f"the two classes have the labels {list(labels)}",
+            "class_weights",
+            "label them 0 and 1, which is what runtimes answer",
         )
     second = np.where(listed[:, 1], weights[:, 1], weights[:, 0])
     return (second > 0).astype(int), weights.argmax(axis=1)

@@ -79,19 +79,20 @@ def loads(text: str | bytes, where: str = "profile") -> PolicyProfile:
     if raw.schema_version != SCHEMA_VERSION:
         found = f"{where}: $.schema_version: {raw.schema_version}; this version of maviper reads {SCHEMA_VERSION}"
         raise ProfileError(
-            "a policy profile of another schema", found, "extract it again or install a matching version"
+            "a policy profile with another schema version", found, "extract it again or install a matching version"
         )
     if raw.semantics != SEMANTICS:
         raise ProfileError(
-            "a policy profile of other semantics", f"{where}: $.semantics: '{shown(raw.semantics[:80])}'", _ADVICE
+            "a policy profile with other semantics", f"{where}: $.semantics: '{shown(raw.semantics[:80])}'", _ADVICE
         )
     profile = ensure(_profile(raw, where), where)
     expected = content_hash(profile)
     if raw.content_hash is not None and raw.content_hash != expected:
         raise ProfileError(
             "the profile was edited after it was written",
-            f"{where}: $.content_hash: states {shown(raw.content_hash[:16])}..., the content gives {expected[:16]}...",
-            "restore the file; after an edit made on purpose, delete the content_hash line",
+            f"{where}: $.content_hash: states {shown(raw.content_hash[:16])}..., "
+            f"but the content hashes to {expected[:16]}...",
+            "restore the file; if the edit was on purpose, delete the content_hash line",
         )
     return profile
 

@@ -102,7 +102,7 @@ def test_texts_that_are_no_names_are_seen(document, tmp_path, capsys):
             seen = text.isprintable()
             assert main.run(["-q", "show", str(file)]) == (0 if seen else 2), (place, text)
             said = capsys.readouterr().err
-            assert plain(said.replace("\n", "")) and (seen or "cannot be seen" in said)
+            assert plain(said.replace("\n", "")) and (seen or "an invisible character" in said)
     for place in TEXTS:
         document = edited(document, place, "mpе2")  # the third letter is Cyrillic
     file.write_text(json.dumps(document))

@@ -29,11 +29,12 @@ def check(certificate: Path, profile: Path | None) -> int:
     the proof again with exact numbers, from the profile, the region and the claim. It shares only the arithmetic of
     thresholds with the engine that found the proof.
 
-    A proof about episodes holds from rest. It holds for agents that follow their trees, whatever all others do.
+    A proof about episodes is about starts at rest. The agents in the proof follow their trees; all others may do
+    anything.
 
     \b
-    Exits with 0 when the proof holds, with 1 when it does not, and with 2 when
-    the file cannot be read or is about another profile.
+    Exits with 0 if the proof holds, with 1 if it does not, and with 2 if the
+    file cannot be read or is about another profile.
     """
     from maviper.console import say
     from maviper.verification.certificates import checked

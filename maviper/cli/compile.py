@@ -37,14 +37,14 @@ def _targets(_context: click.Context, _parameter: click.Parameter, value: str) -
     metavar="NAMES",
     callback=_targets,
     section=WHAT,
-    help="Some of c,python,json,javascript,rust,smt,svg,onnx.",
+    help="Any of c,python,json,javascript,rust,smt,svg,onnx.",
 )
 @option(
     "--prefix",
     default=None,
     metavar="NAME",
     section=WHAT,
-    help="The start of every public name (default: the world's name).",
+    help="Prefix of every public name (default: the world's name).",
 )
 @option(
     "--style",
@@ -52,9 +52,9 @@ def _targets(_context: click.Context, _parameter: click.Parameter, value: str) -
     show_default=True,
     metavar="NAME",
     section=WHAT,
-    help="How the C decides: nested, ordered, walk or auto.",
+    help="Style of the C code: nested, ordered, walk or auto.",
 )
-@option("--test-vectors", is_flag=True, section=WHAT, help="Also write observations with answers, and a test of them.")
+@option("--test-vectors", is_flag=True, section=WHAT, help="Also write observations with expected actions, and a test.")
 @option(
     "--pass",
     "passes",
@@ -62,36 +62,39 @@ def _targets(_context: click.Context, _parameter: click.Parameter, value: str) -
     metavar="NAMES",
     callback=_listed,
     section=HOW,
-    help="Passes over the trees first: some of drop,merge,reorder.",
+    help="Passes to run on the trees first: any of drop,merge,reorder.",
 )
 @option("--region", default=None, metavar="REGION", section=HOW, help="For the pass drop: `start` or a region file.")
 @option(
-    "--prove", is_flag=True, section=CHECKS, help="Prove C and Python equal to the trees for all observations, by Z3."
+    "--prove",
+    is_flag=True,
+    section=CHECKS,
+    help="Prove with Z3 that C and Python equal the trees for all observations.",
 )
 @option(
     "--solver-units",
     default=None,
     type=int,
     section=CHECKS,
-    help="Budget of a proof, in Z3's resource units (default: 200000000).",
+    help="Limit per proof, in Z3's resource units (default: 200000000).",
 )
 @output("The folder for the code.")
 @click.pass_context
 def compile_verb(context: click.Context, profile: Path, output: Path, **options: Any) -> int:
     """Compile a profile to code that decides the same.
 
-    The code is written only after a replay: code, PROFILE and the tree as it was learned must make the same decision
-    for every observation compared.
+    The code is written only after a replay: the code, PROFILE and the tree as learned must decide the same on every
+    observation compared.
 
-    With --prove, Z3 is asked for an observation for which the text of ..._act and the tree act differently: any float32
-    numbers for C, any doubles for Python. The queries, in SMT-LIB, and the answers are written beside the code.
+    With --prove, Z3 searches for an observation on which the text of ..._act and the tree decide differently. It covers
+    all float32 numbers for C and all doubles for Python. Queries (SMT-LIB) and answers are written next to the code.
 
-    Passes make the trees smaller or quicker. Each is proved to leave every decision as it is; after drop, every
-    decision within the region.
+    Passes make the trees smaller or faster. Each pass is proved to change no decision. For drop, this holds within the
+    region.
 
     \b
       merge    removes splits that decide nothing
-      reorder  changes the order of tests, for fewer on average in play
+      reorder  reorders tests, so that decisions in play need fewer of them
       drop     removes leaves that no state of --region reaches; the region
                becomes part of the code's contract
     """

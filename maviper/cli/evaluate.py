@@ -24,23 +24,23 @@ WHO, HOW = "Who plays", "What is measured"
     multiple=True,
     metavar="NAME=SUBJECT",
     section=WHO,
-    help="Another SUBJECT for an agent or a team (repeatable).",
+    help="Let another SUBJECT play an agent or a team (repeatable).",
 )
 @option(
     "--against",
     multiple=True,
     metavar="OPPONENT",
     section=WHO,
-    help="Another SUBJECT, scripted or random (repeatable).",
+    help="Opponents: another SUBJECT, scripted or random (repeatable).",
 )
 @option(
     "--expert",
     default=None,
     metavar="EXPERT",
     section=WHO,
-    help="What ratios and fidelity refer to (default: a profile's own, if it is shipped).",
+    help="The expert to compare with (default: the profile's own, if it is shipped).",
 )
-@option("--world", default=None, section=WHO, help="module:function of the environment, if it is your own.")
+@option("--world", default=None, section=WHO, help="module:function of the environment, if it is yours.")
 @option("--team", default=None, metavar="NAME", section=HOW, help="Measure one team only.")
 @option("--episodes", default=1_000, show_default=True, section=HOW, help="Held-out episodes, at most 100,000.")
 @option("--json", "as_json", is_flag=True, section=HOW, help="Print one JSON object.")
@@ -48,13 +48,13 @@ WHO, HOW = "Who plays", "What is measured"
 def evaluate(context: click.Context, subject: str, as_json: bool, **options: Any) -> int:
     """Measure a profile or an expert in play.
 
-    SUBJECT is a profile (FILE.json), or an expert as `maviper extract` reads it; --with mixes them. FILE.json is always
-    a profile.
+    SUBJECT is a profile, or an expert named as for `maviper extract`. A name that ends in .json is always a profile.
+    --with mixes them.
 
-    Each team plays against the opponents. The expert plays beside it, in the same place and the same episodes. The
-    answer has measures, returns and ratios, all with intervals. A joint ratio is that of the whole team; an individual
-    one is that of one agent among experts. For trees it adds their size, their comparisons per decision, and their
-    fidelity to the expert. Opponents are the expert by default, or SUBJECT where there is no expert.
+    Each team plays against the opponents. For comparison, the expert plays the same episodes in its place. The output
+    has measures, returns and ratios to the expert, all with intervals. For a joint ratio the whole team is replaced;
+    for an individual ratio, one agent among experts. For trees, the output adds size, comparisons per decision, and
+    fidelity to the expert. By default the opponents are the expert, or SUBJECT if there is no expert.
     """
     console = console_of(context)
     console.line("evaluating", subject)

@@ -42,10 +42,10 @@ RENAMED = {"--budget": "--max-episodes", "--refinement": "--refinement-episodes"
     show_default=True,
     metavar="NAME",
     section=WHAT,
-    help="default; paper, to the letter; or released, as the authors' code does.",
+    help="default; paper: exactly as published; released: as in the authors' code.",
 )
 @option("--max-depth", default=4, show_default=True, section=WHAT, help="Splits on the longest path.")
-@option("--agent", default=None, metavar="NAME", section=WHAT, help="The one agent that VIPER extracts.")
+@option("--agent", default=None, metavar="NAME", section=WHAT, help="The agent to extract, for viper.")
 @option("--splits", default=None, metavar="NAME", section=WHAT, help="exact or histogram (default: the preset's).")
 @option(
     "--least-right",
@@ -55,18 +55,22 @@ RENAMED = {"--budget": "--max-episodes", "--refinement": "--refinement-episodes"
     section=WHAT,
     help="Members that must be predicted right, of a team of N: N, N-1, 2, or a share such as 0.5.",
 )
-@option("--features", default="", metavar="NAMES", section=WHAT, help=f"Further features: {FEATURES}, or auto.")
+@option("--features", default="", metavar="NAMES", section=WHAT, help=f"Additional features: {FEATURES}, or auto.")
 @option(
-    "--max-episodes", type=int, default=None, section=EPISODES, help="Episodes in all, instead of the counts below."
+    "--max-episodes",
+    type=int,
+    default=None,
+    section=EPISODES,
+    help="Total number of episodes; replaces the counts below.",
 )
 @option(
     "--iterations",
     type=int,
     default=None,
     section=EPISODES,
-    help="Rounds of rollouts and growth (default: the paper's).",
+    help="Rounds of rollouts and tree growth (default: the paper's).",
 )
-@option("--rollouts", type=int, default=None, section=EPISODES, help="Episodes a round (default: the paper's).")
+@option("--rollouts", type=int, default=None, section=EPISODES, help="Episodes per round (default: the paper's).")
 @option(
     "--patience",
     type=int,
@@ -86,7 +90,7 @@ RENAMED = {"--budget": "--max-episodes", "--refinement": "--refinement-episodes"
     type=int,
     default=None,
     section=EPISODES,
-    help="Episodes for each candidate and team (default: 100).",
+    help="Episodes per candidate and team (default: 100).",
 )
 @option(
     "--refinement-episodes",
@@ -114,37 +118,43 @@ RENAMED = {"--budget": "--max-episodes", "--refinement": "--refinement-episodes"
     default="learned",
     show_default=True,
     section=LEARNS,
-    help="Whose Q weighs states: learned, measured, none.",
+    help="The Q that weights the states: learned, measured or none.",
 )
-@option("--world", default=None, section=LEARNS, help="module:function of the expert's environment, if it is your own.")
+@option("--world", default=None, section=LEARNS, help="module:function of the expert's environment, if it is yours.")
 @option(
     "--counterexamples",
     multiple=True,
     type=PATH,
     metavar="PATH",
     section=LEARNS,
-    help="A file of `maviper verify -o`, or its folder, to learn from (repeatable).",
+    help="A file that `maviper verify -o` wrote, or its folder (repeatable).",
 )
-@option("--seed", default=0, show_default=True, section=HOW, help="The seed of everything random.")
+@option("--seed", default=0, show_default=True, section=HOW, help="The random seed.")
 @option("--seeds", default=1, show_default=True, section=HOW, help="Extract this many seeds; keep the best.")
 @option(
-    "--jobs", default=1, show_default=True, section=HOW, help="Processes: for seeds, IVIPER's agents, or refinement."
+    "--jobs",
+    default=1,
+    show_default=True,
+    section=HOW,
+    help="Parallel processes, for seeds, IVIPER's agents or refinement.",
 )
-@option("--resume", is_flag=True, section=HOW, help="Go on with the run in the folder.")
+@option("--resume", is_flag=True, section=HOW, help="Continue the run in the folder.")
 @output("The profile's JSON file, or a run folder.")
 @click.pass_context
 def extract(context: click.Context, expert: str, output: Path, **options: Any) -> int:
     """Extract decision trees from an expert, as a policy profile.
 
-    EXPERT is a world's name, an expert file or a run folder. A world's name means its shipped expert, or its scripted
-    one where no network is shipped (cooperative-navigation,agents=12). module:function calls one of your own.
+    EXPERT is the name of a world, an expert file, a run folder, or module:function for your own expert. The name of a
+    world stands for its shipped expert. A world without one uses its scripted expert
+    (cooperative-navigation,agents=12).
 
-    -o names the profile's JSON file, or a folder for the whole run: config, metrics, finished steps and profile. An
-    interrupted run in a folder goes on with --resume, and ends with the same profile.
+    -o is a JSON file for the profile, or a folder for the whole run: config, metrics, finished steps and profile. In a
+    folder, --resume continues an interrupted run and ends with the same profile.
 
-    With --counterexamples every round also learns from states in which a team failed a claim. In each it learns what
-    the expert does there, changed for as few agents as the claim needs. The command then says how often the claim fails
-    before and after, which actions changed, and what that costs in play. It also writes this into refit.json.
+    With --counterexamples, every round also learns from states in which a team violated a claim. The label of such a
+    state is what the expert does there, changed for as few agents as the claim needs. The command then reports how
+    often the claim fails before and after, which actions changed, and what the change costs in play. It also writes
+    these figures to refit.json.
     """
     from maviper.extraction.run import ExtractOptions, extracted
 

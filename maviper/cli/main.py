@@ -25,7 +25,7 @@ from maviper.cli.verify import verify
 from maviper.cli.worlds import worlds
 
 CHAPTERS = {
-    "Begin here": (demo, guide),
+    "Start here": (demo, guide),
     "Worlds and experts": (worlds, train),
     "Extract": (extract, evaluate, show),
     "Compile": (compile_verb, schema),
@@ -38,7 +38,7 @@ Exit codes:
   2   usage, configuration or input error
   3   inconclusive: VACUOUS, UNKNOWN or SKIPPED
   4   generated code disagrees with the profile
-  5   something outside is missing (an optional package)
+  5   a dependency is missing (such as an optional package)
   70  a bug in maviper
   130 interrupted
 When several apply, 70 > 4 > 1 > 3. Only `demo` expects a violation: it exits
@@ -58,7 +58,7 @@ NAMES = {chapter: [str(command.name) for command in commands] for chapter, comma
 @click.option("-v", "--verbose", is_flag=True, help="Show the traceback of an error.")
 @click.pass_context
 def cli(context: click.Context, quiet: bool, verbose: bool) -> None:
-    """Neural multi-agent policies as small decision trees: extracted jointly, compiled exactly, proved."""
+    """Extract small decision trees from multi-agent experts, compile them exactly, and verify the team."""
     context.obj = {"quiet": quiet, "verbose": verbose}
 
 

@@ -16,7 +16,7 @@ from maviper.cli.options import PATH, option
 
 @click.group(cls=Verbs, example="maviper properties list")
 def properties() -> None:
-    """List the built-in properties, or begin a property file."""
+    """List the built-in properties, or write a starter property file."""
 
 
 @properties.command("list", cls=Verb, example="maviper properties list")
@@ -24,7 +24,7 @@ def properties() -> None:
 def properties_list(as_json: bool) -> int:
     """List the built-in properties.
 
-    For each: what it claims, and its parameters with their defaults.
+    For each property: what it claims, and its parameters with their defaults.
     """
     return print_properties(as_json)
 
@@ -33,7 +33,7 @@ def properties_list(as_json: bool) -> int:
 @click.argument("world")
 @option("-o", "--output", type=PATH, default=None, help="The file (default: print it).")
 def properties_new(world: str, output: Path | None) -> int:
-    """Write a property file for WORLD, to change as you like.
+    """Write a starter property file for WORLD, for you to edit.
 
     The file names the world's agents, landmarks and actions, and explains itself in comments.
     """

@@ -60,7 +60,7 @@ LIMITS = "Limits"
     callback=names,
     metavar="A,B",
     section=PARAMETERS,
-    help="own_target: one for each agent of the team.",
+    help="own_target: one landmark per agent of the team.",
 )
 @option("--max-depth", type=int, default=None, section=LIMITS, help="Prefer repairs within this depth (default: any).")
 @option("--episodes", default=1_000, show_default=True, section=LIMITS, help="Held-out episodes, before and after.")
@@ -69,16 +69,17 @@ LIMITS = "Limits"
 def repair(context: click.Context, profile: Path, output: Path, **options: Any) -> int:
     """Change the leaves that violate a property until it is proved.
 
-    Each agent of the team gets a landmark of its own. A leaf of PROFILE that a counterexample ends in becomes a small
-    tree, with tests on the agent's offset to its landmark. This tree keeps the agent closing on the landmark or at it.
-    All other leaves decide as before. Both engines must prove the property in the region.
+    Each agent of the team is assigned its own landmark. If a counterexample ends in a leaf of PROFILE, that leaf
+    becomes a small tree that tests the agent's offset to its landmark. The new tree keeps the agent engaged with the
+    landmark: closing on it, or at it. All other leaves decide as before. Both engines must prove the property in the
+    region.
 
-    The command says how many actions change, and what the team reaches before and after in the same episodes. It
+    The command reports how many actions change, and the team's measures before and after, in the same episodes. It
     writes the repaired profile, its certificate, the report and the costs (repair.json).
 
     \b
-    Exits with 0 when the property is proved within --max-depth, with 1 when the
-    trees are deeper, with 3 when no repair was found (then nothing is written).
+    Exits with 0 if the property is proved within --max-depth, with 1 if the
+    trees are deeper, and with 3 if no repair was found. Then nothing is written.
     """
     from codegen.policy_json import content_hash
     from maviper.cli.results import exit_code, say_repair, say_results
@@ -104,6 +105,9 @@ def repair(context: click.Context, profile: Path, output: Path, **options: Any) 
         console.line("certificate", f"{output / name}; maviper check {output / name}")
     depth, most = found.repair.depth, asked.max_depth
     if most is not None and depth > most:
-        console.line("too deep", f"depth {depth}, {most} was asked for; extract with a smaller --max-depth")
+        console.line(
+            "too deep",
+            f"the trees have depth {depth}, more than the {most} asked for; extract with a smaller --max-depth",
+        )
         return ExitCode.VIOLATED
     return exit_code(found.results)

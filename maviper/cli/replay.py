@@ -21,12 +21,12 @@ from maviper.cli.options import PATH, console_of, option
 )
 @click.pass_context
 def replay(context: click.Context, counterexample: Path, profile: Path | None) -> int:
-    """Replay a counterexample, with the same policy or another.
+    """Replay a counterexample, with the same profile or another.
 
     `maviper verify -o` writes a COUNTEREXAMPLE for each violated claim. The reference, the compiled C and the
     environment replay it, and must act alike. A counterexample about episodes is played again from its start.
 
-    Exits with 1 when the claim fails there, with 0 when it holds, as it should for a mended policy.
+    Exits with 1 if the claim fails there, and with 0 if it holds, as it should for a repaired profile.
     """
     from maviper.files.profiles import loaded
     from maviper.verification.counterexamples import replay as replayed
@@ -34,12 +34,12 @@ def replay(context: click.Context, counterexample: Path, profile: Path | None) -
     console = console_of(context)
     found = replayed(counterexample, loaded(profile, beside=counterexample))
     if not found.same_policy:
-        console.line("policy", "not the one that the counterexample is about")
+        console.line("profile", "not the one that the counterexample was made from")
     for agent, action in found.actions.items():
         was = found.before.get(agent, action)
         changed = "" if action == was else f" (was {shown(was)})"
         console.line(agent, f"{action}{changed}")
     told, _, said = found.says.partition(" ")
-    console.line(told, f"{said}, which act alike" if found.by else said)
+    console.line(told, f"{said}, which all act the same" if found.by else said)
     console.line("VIOLATED" if found.violated else "holds", found.property)
     return ExitCode.VIOLATED if found.violated else ExitCode.DONE

@@ -18,7 +18,7 @@ from maviper.cli.options import PROFILE, option
 @PROFILE
 @option("--agent", default=None, metavar="NAME", help="One agent only.")
 def show(profile: Path, agent: str | None) -> int:
-    """Print the trees of PROFILE as rules, one line for each leaf."""
+    """Print the trees of PROFILE as rules, one line per leaf."""
     from codegen.errors import UnknownNameError
     from maviper.evaluation.show import rules
     from maviper.files.profiles import load

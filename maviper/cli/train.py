@@ -31,21 +31,21 @@ WHAT, HOW = "What is trained", "How it runs"
 @option(
     "--set", "settings", multiple=True, metavar="NAME=VALUE", section=WHAT, help="Another setting of the algorithm."
 )
-@option("--seed", default=0, show_default=True, section=WHAT, help="The seed of everything random.")
+@option("--seed", default=0, show_default=True, section=WHAT, help="The random seed.")
 @option("--seeds", default=1, show_default=True, section=WHAT, help="Train this many seeds; keep the best.")
-@option("--device", default="cpu", show_default=True, section=HOW, help="Any device that torch has.")
-@option("--jobs", default=1, show_default=True, section=HOW, help="Seeds trained at the same time.")
-@option("--resume", is_flag=True, section=HOW, help="Go on with the run in the folder.")
+@option("--device", default="cpu", show_default=True, section=HOW, help="A torch device, such as cpu or cuda.")
+@option("--jobs", default=1, show_default=True, section=HOW, help="Seeds to train in parallel.")
+@option("--resume", is_flag=True, section=HOW, help="Continue the run in the folder.")
 @output("The run folder.")
 @click.pass_context
 def train(context: click.Context, world: str, output: Path, **options: Any) -> int:
     """Train an expert for WORLD into a run folder.
 
-    It needs the extra maviper[train]. WORLD is a game, with options after commas (predator-prey,prey=1), or
-    module:function for an environment of your own.
+    Training needs the extra maviper[train]. WORLD is a game, with options after commas (predator-prey,prey=1), or
+    module:function for your own environment.
 
-    At all times the folder holds the best checkpoint so far. An interrupted run goes on with --resume, and ends with
-    the same expert.
+    The folder always holds the best checkpoint so far. --resume continues an interrupted run and ends with the same
+    expert.
     """
     from maviper.experts.cards import how_learned
     from maviper.experts.training.run import TrainOptions, trained

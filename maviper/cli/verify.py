@@ -37,20 +37,20 @@ if TYPE_CHECKING:
 def verify(context: click.Context, profile: Path, output: Path | None, as_json: bool, **options: Any) -> int:
     """Decide claims about a profile for every state of a region.
 
-    The verdict on PROFILE is about the arithmetic that runs. `maviper properties list` names the built-in properties.
-    `maviper properties new WORLD` writes a property file to start from, for claims of your own.
+    Verdicts are about the deployed float arithmetic, rounding included. `maviper properties list` lists the built-in
+    properties. For claims of your own, `maviper properties new WORLD` writes a starter property file.
 
     reaches, covers and keeps_apart are about whole episodes that start in the region, at rest. reaches: each agent
-    comes to its own landmark at some step. covers: the team is matched to the landmarks after the last step.
-    keeps_apart: nobody of the team comes too near to the others. Where entities may touch, pushes are
-    over-approximated, so proofs need starts that are apart.
+    comes within the radius of its own landmark at some step. covers: after the last step, the team is matched to the
+    landmarks. keeps_apart: no agent of the team comes too near to the others. Contact forces are over-approximated, so
+    in worlds with contacts proofs need starts that are apart.
 
-    If a claim is violated, --where lists every failing cell: leaves of the agents and bounds on positions. It also
-    gives the exact share of the region that these cells cover, and the largest region found in which the claim is
-    proved and something could go wrong. With -o this region is a file for --region.
+    If a claim is violated, --where lists every failing cell: one leaf per agent, and bounds on positions. It also gives
+    the exact share of the region that these cells cover, and the largest region found in which the claim is proved
+    although it could fail. With -o, this region is written as a file that --region reads.
 
     \b
-    A region file states exact bounds; positions it leaves out have the bounds of
+    A region file states exact bounds. Positions that it omits have the bounds of
     the start region:
       goals = ["landmark_0"]
       default = [-1, 1]
@@ -81,7 +81,7 @@ def verify(context: click.Context, profile: Path, output: Path | None, as_json: 
     done = verified(loaded, found, asking)
     say_results(loaded, done.results, console)
     for name in done.not_located:
-        console.line("where", f"not for {name}, which is about episodes")
+        console.line("where", f"not available for {name}, which is about episodes")
     if output is not None:
         _write(output, profile, done, console)
     if as_json:
@@ -104,7 +104,7 @@ def _write_queries(
     console.line("questions", f"{folder}, as SMT-LIB")
     for one in asked:
         if one.claim.kind is Kind.EPISODES:
-            console.line("", f"not exported: {one.claim.shown}, which zones decide and no solver")
+            console.line("", f"not exported: {one.claim.shown}, which is decided by zones without a solver")
 
 
 def _write(folder: Path, profile: Path, done: "Verified", console: "Console") -> None:

@@ -65,21 +65,21 @@ PARAMETER_OPTIONS = (
         metavar="NUMBER",
         section=PARAMETERS,
         help="An agent is at a landmark within this distance along each axis (default: 1/10; reaches, covers: 2/5). "
-        "keeps_apart: the least distance (default: at which they touch).",
+        "keeps_apart: the minimum distance (default: the distance at which they touch).",
     ),
     option(
         "--landmarks",
         callback=names,
         metavar="A,B",
         section=PARAMETERS,
-        help="own_target, reaches, covers: one for each agent of the team.",
+        help="own_target, reaches, covers: one landmark per agent of the team.",
     ),
     option(
         "--others",
         callback=names,
         metavar="A,B",
         section=PARAMETERS,
-        help="keeps_apart: from whom (default: from one another).",
+        help="keeps_apart: what the team keeps away from (default: one another).",
     ),
     option(
         "--steps",
@@ -93,15 +93,15 @@ PARAMETER_OPTIONS = (
         callback=fraction,
         metavar="NUMBER",
         section=PARAMETERS,
-        help="aligned: ahead by kappa times what is sideways (default: 1/2).",
+        help="aligned: ahead by kappa times the sideways offset (default: 1/2).",
     ),
-    option("--of", default=None, metavar="NAME", section=PARAMETERS, help="steady: the property that stays true."),
+    option("--of", default=None, metavar="NAME", section=PARAMETERS, help="steady: the property that must stay true."),
     option(
         "--eps",
         callback=fraction,
         metavar="NUMBER",
         section=PARAMETERS,
-        help="steady: by how much each feature may be off (default: 1/100).",
+        help="steady: the largest error of each feature (default: 1/100).",
     ),
 )
 LIMIT_OPTIONS = (
@@ -114,14 +114,14 @@ LIMIT_OPTIONS = (
         default=None,
         type=int,
         section=BUDGETS,
-        help="Limit on a query to Z3, in its resource units (default: 200000000).",
+        help="Limit per query to Z3, in its resource units (default: 200000000).",
     ),
     option(
         "--max-zones",
         default=None,
         type=int,
         section=BUDGETS,
-        help="Limit on zones visited for a claim about episodes, and on its certificate (default: 5000000).",
+        help="Limit on zones visited per claim about episodes, and on its certificate (default: 5000000).",
     ),
 )
 

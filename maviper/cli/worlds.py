@@ -20,7 +20,7 @@ def worlds() -> None:
 def worlds_list() -> int:
     """List the worlds, their options and their shipped experts.
 
-    Options stand with their defaults. EXPERT@SEED is one trained seed.
+    Options are shown with their defaults. EXPERT@SEED is the expert of one training seed.
     """
     from maviper.experts.store import SHIPPED
     from maviper.worlds import WORLDS, find, options_of
@@ -38,7 +38,7 @@ def worlds_list() -> int:
 def worlds_show(world: str) -> int:
     """Print the agents of WORLD, their features and actions.
 
-    Each feature stands with its unit, range and meaning.
+    Each feature is shown with its unit, range and meaning.
     """
     from maviper.worlds import find
 
@@ -57,12 +57,12 @@ def worlds_show(world: str) -> int:
 @worlds.command("check", cls=Verb, example="maviper worlds check mygame:make,n=2")
 @click.argument("world")
 def worlds_check(world: str) -> int:
-    """Say what WORLD has, lacks or has wrong.
+    """Report what WORLD provides, what is missing and what is wrong.
 
-    One line for each finding; exits with 2 when the world cannot be used.
+    Prints one line per finding. Exits with 2 if the world cannot be used.
 
-    WORLD is a name from `maviper worlds list`, or module:function for a PettingZoo parallel environment of your own,
-    with options after commas: module:function,n=3,max_steps=50.
+    WORLD is a name from `maviper worlds list`, or module:function for your own PettingZoo parallel environment. Options
+    follow after commas: module:function,n=3,max_steps=50.
     """
     from maviper.worlds.checking import check, usable
 

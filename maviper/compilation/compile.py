@@ -125,7 +125,9 @@ def _driven(made: Build, world: ParticleWorld, episodes: Episodes) -> list[Agree
     again = on_policy(profile, world, driver)
     if any(a.position.tobytes() != b.position.tobytes() for a, b in zip(again.states, episodes.states, strict=True)):
         raise DisagreementError(
-            "episodes driven by the compiled C take another course", "", "this is a bug; nothing was written"
+            "episodes driven by the compiled C differ from those of the profile",
+            "",
+            "this is a bug; nothing was written",
         )
     found = []
     for agent, policy in enumerate(profile.agents):

@@ -41,8 +41,8 @@ def transformed(profile: ir.PolicyProfile, names: Sequence[str], region: str | N
         if name not in PASSES:
             raise UnknownNameError("pass", name, PASSES, "--pass")
     if (DROP in names) != (region is not None):
-        what = "the pass drop needs a region" if region is None else "a region is for the pass drop"
-        raise InputError(what, "--region", "say --pass drop --region start, or a region file")
+        what = "the pass drop needs a region" if region is None else "a region is only for the pass drop"
+        raise InputError(what, "--region", "use --pass drop --region start, or name a region file")
     ensure(profile)
     notes: list[str] = []
     before = profile
@@ -82,12 +82,14 @@ def _dropped(profile: ir.PolicyProfile, region: str) -> ir.PolicyProfile:
     from verify.solver.leaves import dead_leaves
 
     if profile.region is not None:
-        what = "the profile is meant for a region already, and elsewhere its trees may have changed"
-        raise InputError(what, "--pass drop", "drop from the profile before its passes, for all of the wanted region")
+        what = "the profile already has a region, outside which its trees may have changed"
+        raise InputError(
+            what, "--pass drop", "start from the profile without a region, and give the whole region at once"
+        )
     found = find_region(region, profile)
     dead = dead_leaves(profile, found, BUDGET)
     if any(len(dead[policy.agent]) == len(ir.leaves(policy.tree)) for policy in profile.agents):
-        raise InputError("the region holds no world state, so nothing would be left of the trees", "--region")
+        raise InputError("the region contains no state, so nothing would be left of the trees", "--region")
     trees = {policy.agent: passes.dropped(policy.tree, dead[policy.agent]) for policy in profile.agents}
     spec = RegionSpec(
         found.goals,
@@ -98,7 +100,11 @@ def _dropped(profile: ir.PolicyProfile, region: str) -> ir.PolicyProfile:
     for bound in spec.bounds():
         if not bound.second and bound.low > bound.high:
             where = f"--region: box.{bound.first}"
-            raise InputError("no double lies within the bounds of the region", where, "code compares doubles")
+            raise InputError(
+                "no double lies within the bounds of the region",
+                where,
+                "the generated code compares doubles: widen these bounds",
+            )
     # the tree as grown decides otherwise outside the region
     return replace(_with_trees(profile, trees, grown=None), region=spec)
 

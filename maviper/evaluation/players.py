@@ -25,7 +25,7 @@ from maviper.worlds.world import world_name
 SCRIPTED, RANDOM = "scripted", "random"
 PROFILE, EXPERT = "profile", "expert"
 SHOWN_ID = 16
-_ADVICE = "all who play together must be of the same world, options included"
+_ADVICE = "all players must be made for the same world, with the same options"
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,9 @@ def find_player(text: str, where: str, world: World | None) -> tuple[Player, Wor
     if text.endswith(".json"):
         return _profile(text, where, world)
     if _holds_json(Path(text)):
-        raise InputError("JSON, not an expert's file", f"{where}: {text}", "let a profile's name end in .json")
+        raise InputError(
+            "a JSON file, not an expert's file", f"{where}: {text}", "if it is a profile, let its name end in .json"
+        )
     named = world.name if world and named_by_user(world.name) else None
     try:
         expert, played = find_expert(text, world=named)

@@ -148,7 +148,7 @@ def request(text: str, options: EvaluateOptions) -> Request:
     replaced = dict(_replacement(item, world) for item in options.replaced)
     expert = None if options.expert is None else find_player(options.expert, "--expert", world)[0]
     if expert and expert.kind == RANDOM:
-        raise InputError("chance is no expert", "--expert", "play against it: --against random")
+        raise InputError("random is not an expert", "--expert", "to play against it, use --against random")
     known = [subject, *replaced.values()]
     origins = {player.origin for player in known if player.trees}
     notes = []
@@ -180,7 +180,9 @@ def _against(texts: Sequence[str], world: World) -> dict[str, Player]:
 def _replacement(text: str, world: World) -> tuple[str, Player]:
     name, separator, named = text.partition("=")
     if not separator or not named:
-        raise InputError(f"'{text[:40]}' replaces nobody", "--with", "write --with AGENT=SUBJECT or TEAM=SUBJECT")
+        raise InputError(
+            f"'{text[:40]}' does not say whom it replaces", "--with", "write --with AGENT=SUBJECT or TEAM=SUBJECT"
+        )
     if name not in (*world.agents, *world.teams):
         raise UnknownNameError("agent or team", name, [*world.agents, *world.teams], "--with")
     return name, find_player(named, "--with", world)[0]

@@ -59,7 +59,7 @@ class TorchExpert:
             wanted = (2, len(world.actions[agent]))
             if found != wanted:
                 where = f"{world.name}: actor of {self.agents[agent]}"
-                raise InputError(f"gives {found} for {wanted[0]} observations, {wanted} is needed", where)
+                raise InputError(f"returns shape {found} for {wanted[0]} observations, but {wanted} is needed", where)
 
     def _run(self, module: Callable[..., Any], *inputs: Any) -> Float64:
         """A module's answer as float64."""

@@ -39,9 +39,9 @@ def find_expert(text: str, critic: str = LEARNED, world: str | None = None, feat
 def seeing(expert: Expert, world: World, features: str) -> tuple[Expert, World]:
     """An expert in its world with further groups of features, which it does not look at."""
     if not isinstance(world, ParticleWorld):
-        raise InputError("this world declares no further features", f"--features {features}", "leave them out")
+        raise InputError("this world has no additional features", f"--features {features}", "leave them out")
     if FEATURES in world.spec.options:
-        raise InputError("the expert's world has further features already", world.name, "leave --features out")
+        raise InputError("the expert's world already has additional features", world.name, "leave --features out")
     wide = built_in(f"{world.name},{FEATURES}={features}")
     return Narrowed(expert, world), wide
 
@@ -70,7 +70,9 @@ def _found(text: str, world: World | None) -> tuple[Expert, World]:
         expert = imported(source)(**source.options)
         missing = [name for name in ("world", "agents", "act", "q") if not hasattr(expert, name)]
         if missing:
-            what = f"what it returns is no expert: it has no {', '.join(missing)}"
-            raise InputError(what, text, "return a maviper.experts.adapter.TorchExpert, or anything that has them")
+            what = f"what it returns is not an expert: it lacks {', '.join(missing)}"
+            raise InputError(
+                what, text, "return a maviper.experts.adapter.TorchExpert, or an object with these members"
+            )
         return expert, expert.world
     return store.load(text, world)

@@ -35,7 +35,11 @@ class Measured:
 
     def __post_init__(self) -> None:
         if not isinstance(self.world, ParticleWorld):
-            raise InputError("Q cannot be measured in this world", self.world.name, "its states cannot be branched")
+            raise InputError(
+                "Q cannot be measured in this world",
+                self.world.name,
+                "play cannot be branched from its states: use --critic none",
+            )
 
     @property
     def critic(self) -> str:

@@ -72,7 +72,7 @@ def decode(data: bytes, where: str, world: World | None = None) -> NetworkExpert
     except (SafetensorError, ValueError, LookupError, TypeError, AttributeError, RecursionError):
         raise InputError("not an expert file", where, advice) from None
     if world is None and named_by_user(name):
-        raise InputError("the expert plays an environment of yours", f"{where}: {name}", f"name it: --world {name}")
+        raise InputError("the expert plays your own environment", f"{where}: {name}", f"name it: --world {name}")
     world = world or built_in(name)
     if name != world.name:
         raise InputError("the expert plays another world", f"{where}: {name}, not {world.name}", advice)
@@ -81,7 +81,7 @@ def decode(data: bytes, where: str, world: World | None = None) -> NetworkExpert
         found = tensors[name].shape if name in tensors else None
         if found != shape or not np.isfinite(tensors[name]).all():
             raise InputError(
-                "not a sound expert file", f"{where}: {name}: shape {found}, expected {shape}, finite", advice
+                "the expert file is damaged", f"{where}: {name}: shape {found}, expected {shape}, finite", advice
             )
     return NetworkExpert(world.agents, n_actions, tensors, card, hashlib.sha256(data).hexdigest())
 

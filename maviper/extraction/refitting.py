@@ -61,7 +61,7 @@ def task_of(paths: Sequence[Path], world: World, expert: Expert, console: Consol
     if not paths:
         return NOTHING
     if not isinstance(world, ParticleWorld):
-        what = "counterexamples are world states, which this environment does not declare"
+        what = "counterexamples are states, and this environment does not declare its states"
         raise InputError(what, "--counterexamples", "leave them out")
     failing, skipped = read_failing(paths, world)
     for said in skipped:
@@ -70,13 +70,19 @@ def task_of(paths: Sequence[Path], world: World, expert: Expert, console: Consol
     for one in failing:
         lesson = _lesson(world, expert, one)
         left_out = len(one.states) - len(lesson)
-        lost = f"; {left_out} left out, where nothing that the {one.claim.team} can do fulfils it" if left_out else ""
+        lost = (
+            f"; {left_out} left out, since no joint action of the {one.claim.team} fulfils the claim there"
+            if left_out
+            else ""
+        )
         told = f"{len(one.states)} states that violate {one.claim.shown} of the {one.claim.team}{lost}"
         console.line("examples", told)
         lessons.append(lesson)
     if not any(map(len, lessons)):
-        what = "in none of the states can the claim be fulfilled"
-        raise InputError(what, "--counterexamples", "the claim asks too much there: a larger --radius, another region")
+        what = "the claim cannot be fulfilled in any of the states"
+        raise InputError(
+            what, "--counterexamples", "the claim asks too much there: verify with a larger --radius or another region"
+        )
     digest = sha256("".join(one.digest for one in failing).encode()).hexdigest()
     return Task(Examples(tuple(filter(len, lessons)), digest=digest), tuple(failing))
 

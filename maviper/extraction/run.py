@@ -132,7 +132,7 @@ def extracted(expert: str, output: Path | None, options: ExtractOptions, console
     if output is None or output.suffix == ".json":
         if resume or seeds > 1:
             what = "only a run folder can be resumed" if resume else "several seeds need a run folder"
-            raise InputError(what, str(output or "output"), "name a folder with -o: a name without .json")
+            raise InputError(what, str(output or "output"), "name a folder with -o, without .json at the end")
         if output is not None:
             runs.target(output)  # before the work, not after it
         profile = extract_live(asked, console, jobs)

@@ -109,7 +109,7 @@ class Settings:
             both = [option_of(name) for name in DEALT if name in said]
             if both:
                 raise InputError(
-                    f"a budget says what {', '.join(both)} would be", "--max-episodes", "give one or the other"
+                    f"--max-episodes already determines {', '.join(both)}", "--max-episodes", "give one or the other"
                 )
         return Settings(**{**usual, **said}).checked()
 
@@ -158,7 +158,7 @@ class Settings:
             refinement=0,
         )
         if not found.rollouts or not found.selection_episodes:
-            least = "a few dozen are needed at least"
+            least = "give at least a few dozen"
             raise InputError(f"{self.budget} episodes are too few for one iteration", "--max-episodes", least)
         refined = 1 if self.algorithm == VIPER else len(world.teams)
         return replace(found, refinement=(self.budget - 2 * rollouts) // refined) if large else found
@@ -194,7 +194,7 @@ class Settings:
         if not 0 <= self.explore <= 1 or (self.explore and self.algorithm != FITTED_Q):
             raise InputError("explore is a share from 0 to 1, and fitted-q's", "--explore", "leave it out")
         if self.preset == RELEASED and self.algorithm == FITTED_Q:
-            what = "the released Fitted Q always stands still, since its look-ups never hit"
+            what = "the released Fitted Q always stands still, because its look-ups never hit"
             raise InputError(what, "--preset released", "choose --preset paper")
         if self.max_depth > ir.MAX_DEPTH:
             raise InputError(f"max_depth must be at most {ir.MAX_DEPTH}", "--max-depth")

@@ -52,7 +52,7 @@ def target(path: Path) -> Path:
     """Makes sure that a file can be written at `path` later: its folder exists and is writable, it is no folder."""
     try:
         if path.is_dir():
-            raise InputError("the output is a folder, a file is needed", str(path), f"-o {path / 'profile.json'}")
+            raise InputError("the output is a folder, but a file is needed", str(path), f"-o {path / 'profile.json'}")
     except OSError as error:
         raise InputError(
             f"cannot write {path.name}", f"{path}: {error.strerror}", "choose another file with -o"
@@ -120,7 +120,7 @@ def claim(folder_: Path, config: Mapping[str, Any], same: Sequence[str], resume:
         write(place, as_json(config))
         return False
     if not resume:
-        advice = "go on with --resume, or choose another folder with -o"
+        advice = "continue it with --resume, or choose another folder with -o"
         raise InputError("the folder already holds a run", str(folder_), advice)
     try:
         found = json.loads(read(place, MAX_CONFIG_BYTES))
@@ -135,5 +135,5 @@ def claim(folder_: Path, config: Mapping[str, Any], same: Sequence[str], resume:
         raise InputError("the run in the folder is of another version", where, "start again in another folder")
     if differing:
         where = f"{place}: {', '.join(differing)} differ"
-        raise InputError("the run in the folder is another", where, f"it was started with: {command}")
+        raise InputError("the folder holds another run", where, f"it was started with: {command}")
     return True

@@ -62,11 +62,11 @@ class VerifyOptions:
     def checked(self) -> "VerifyOptions":
         """The options themselves; InputError for a limit that is out of its range, or that nothing reads."""
         if not 0 < self.units < 2**32:
-            raise InputError("the solver units must be between 1 and 2**32", "--solver-units")
+            raise InputError("the solver units must be between 1 and 2**32", "--solver-units", "leave it out")
         if self.max_cells is not None and not self.where:
-            raise InputError("nothing asks where the claims hold", "--max-cells", "add --where")
+            raise InputError("--max-cells has no effect without --where", "--max-cells", "add --where")
         if self.max_cells is not None and not 0 < self.max_cells <= MAX_CELLS:
-            raise InputError(f"the cells must be between 1 and {MAX_CELLS}", "--max-cells")
+            raise InputError(f"the number of cells must be between 1 and {MAX_CELLS}", "--max-cells")
         return self
 
     @property
@@ -114,7 +114,7 @@ class Asked:
 def questions(profile: ir.PolicyProfile, profile_name: str, options: VerifyOptions) -> list[Asked]:
     """The questions of the options of `maviper verify`: first those of the property file, then the named ones."""
     if options.semantics not in SEMANTICS:
-        raise InputError("the semantics are machine or real", "--semantics")
+        raise InputError("the semantics must be machine or real", "--semantics")
     region = find_region(options.region, profile)
     semantics = options.semantics
     found: list[Asked] = []
@@ -159,18 +159,16 @@ def _check_episodes(claims: Sequence[Claim], options: VerifyOptions) -> None:
     episodes = [claim for claim in claims if claim.kind is Kind.EPISODES]
     if episodes and options.semantics != MACHINE:
         what = f"{episodes[0].name} is decided for the deployed arithmetic only"
-        raise InputError(what, "--semantics", "leave it out, or ask the other properties alone")
+        raise InputError(what, "--semantics", "leave it out, or ask only about the other properties")
     if len(episodes) == len(claims):
         if options.solver_units is not None:
-            what = "none of the properties asked is a query to the solver"
-            raise InputError(what, "--solver-units", "--max-zones is what limits claims about episodes")
+            what = "none of these properties is decided by the solver"
+            raise InputError(what, "--solver-units", "to limit claims about episodes, use --max-zones")
         if options.where:
-            what = (
-                f"{' and '.join(EPISODE_CLAIMS)} are about episodes, and the cells of --where are of single decisions"
-            )
-            raise InputError(what, "--where", "leave it out, or ask a smaller --region")
+            what = f"--where is for claims about single decisions; {' and '.join(EPISODE_CLAIMS)} are about episodes"
+            raise InputError(what, "--where", "leave it out, or ask about a smaller --region")
         if options.smt is not None:
-            what = "no property asked is a question for a solver"
+            what = "none of these properties gives a query to the solver"
             raise InputError(what, "--smt", f"{', '.join(EPISODE_CLAIMS)} are decided by zones")
 
 
@@ -178,7 +176,7 @@ def _given(names: Sequence[str], options: VerifyOptions) -> list[dict[str, Any]]
     """For each property the parameters that a user gave and that it reads. InputError for one that none reads."""
     given = options.given
     if options.team is not None and not names:
-        raise InputError("properties of a file name their own teams", "--team", "write team into the file")
+        raise InputError("--team does not apply to a property file", "--team", "name the team in the file")
     found, used = [], set[str]()
     for name in names:
         of = given.get("of") or ""
@@ -188,8 +186,10 @@ def _given(names: Sequence[str], options: VerifyOptions) -> list[dict[str, Any]]
         used |= set(found[-1])
     for key in given:
         if key not in used:
-            what = f"none of the properties asked reads {key}"
-            raise InputError(what, option_of(key), "see `maviper properties list`; in a file, write it into the file")
+            what = f"none of these properties has the parameter {key}"
+            raise InputError(
+                what, option_of(key), "see `maviper properties list`; parameters of a property file go into the file"
+            )
     return found
 
 

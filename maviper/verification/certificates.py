@@ -62,7 +62,7 @@ def checked(path: Path, profile: PolicyProfile | Path | None = None) -> Checked:
             closed, subject = episode_certificates.accepted(found, about), _episodes(found, about)
     except RejectedError as error:
         raise RefusedError(
-            "the certificate is refused", f"{path}: {shown(error)}", "do not rely on it; `maviper verify` asks anew"
+            "the certificate is refused", f"{path}: {shown(error)}", "do not rely on it; run `maviper verify` again"
         ) from None
     return Checked(subject, closed, found.size)
 

@@ -156,7 +156,7 @@ def read_failing(paths: Sequence[Path], world: ParticleWorld) -> tuple[list[Fail
             raise InputError("the folder holds no counterexamples", str(path), ADVICE)
         for file in files:
             if inside and _kind_of(file) is kinds.EPISODE_COUNTEREXAMPLE:
-                skipped.append(f"{file.name} is about a whole episode, which does not say what decision to learn")
+                skipped.append(f"{file.name} is about a whole episode, which does not say which decision to learn")
                 continue
             new = _read(file, policies)
             if new is None and inside:
@@ -205,7 +205,7 @@ def _read(path: Path, policies: PolicyProfile) -> Failing | None:
         raise InputError("a file of states of another version", f"{path}: '{shown(written.states[:40])}'", ADVICE)
     check_range("eps", eps)
     if words and words[:2] != ["maviper", "verify"]:
-        raise InputError("not a file of states", f"{path}: command is no maviper verify", ADVICE)
+        raise InputError("not a file of states", f"{path}: its command is not `maviper verify`", ADVICE)
     ours, theirs = (plain_name(name)[0] for name in (world_name(policies.world), written.world))
     if ours != theirs:
         raise InputError("the states are of another world", f"{path}: {shown(theirs[:80])}, not {ours}", ADVICE)

@@ -128,7 +128,7 @@ class PettingZooWorld(World):
         profile = ir.PolicyProfile(self.spec, policies, ir.Provenance("", "", 0, "", ""))
         wrong = "\n".join(f"{self.source.text}: {each.path}: {each.message}" for each in check(profile))
         if wrong:
-            raise InputError("a profile cannot state what the environment says", wrong, "mend its `features`")
+            raise InputError("a profile cannot hold what the environment declares", wrong, "fix its `features`")
 
     def start(self, n: int, rng: np.random.Generator) -> EnvStates:
         """`n` random start states, `n` at most `games`: every copy is reset with a seed of its own."""
@@ -224,7 +224,10 @@ def _action_fault(found: Any) -> Fault | None:
     from gymnasium.spaces import Discrete
 
     if not isinstance(found, Discrete):
-        return Fault(f"the space is a {type(found).__name__}, not Discrete", "let agents choose among numbered actions")
+        return Fault(
+            f"the space is a {type(found).__name__}, not Discrete",
+            "use Discrete(n): agents choose among numbered actions",
+        )
     return Fault(f"actions count from {found.start}", "make the space Discrete(n), from 0") if found.start else None
 
 
@@ -293,7 +296,9 @@ def _teams(env: Any, called: Mapping[Any, str], source: Source) -> dict[str, tup
     members = [agent for team in given.values() for agent in team]
     if sorted(map(str, members)) != sorted(map(str, called)) or not all(given.values()):
         places = f"{source.text}: teams: {', '.join(map(str, members))}; agents: {', '.join(map(str, called))}"
-        raise InputError("the environment's teams are not its agents", places, "name every agent in one team")
+        raise InputError(
+            "the environment's teams do not match its agents", places, "put every agent into exactly one team"
+        )
     names = legal_names([str(team) for team in given], "team")
     return {
         name: tuple(legal for agent, legal in called.items() if agent in team)
@@ -308,7 +313,7 @@ def _features(env: Any, agent: Any, source: Source) -> tuple[FeatureSpec, ...]:
         features = tuple(given[agent])
         if len(features) != box.shape[0] or not all(isinstance(feature, FeatureSpec) for feature in features):
             what = f"the features of {agent} are not {box.shape[0]} FeatureSpecs, one for each number that it observes"
-            raise InputError(what, source.text, "mend the environment's `features`, or leave the agent out of it")
+            raise InputError(what, source.text, "fix the environment's `features`, or leave this agent out of it")
         return features
     bounds = zip(_within(box.low), _within(box.high), strict=True)
     return tuple(FeatureSpec(f"feature_{k}", "none", low, high, None) for k, (low, high) in enumerate(bounds))

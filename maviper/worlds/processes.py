@@ -101,7 +101,7 @@ def _module(source: Source) -> ModuleType:
             return importlib.import_module(source.module)
     except ModuleNotFoundError as error:
         if error.name is not None and f"{source.module}.".startswith(f"{error.name}."):
-            advice = "install it, or run maviper in the folder where it lies"
+            advice = "install it, or run maviper in the folder that contains it"
             raise InputError(f"no module '{error.name}'", source.text, advice) from None
         raise fault(error, source, f"importing {source.module}") from error
     except (Exception, SystemExit) as error:
@@ -128,7 +128,7 @@ def made(function: Callable[..., Any], source: Source) -> Any:
     if not isinstance(env, ParallelEnv):
         advice = "return a pettingzoo.ParallelEnv"
         raise InputError(
-            f"the function returns no PettingZoo environment but {type(env).__name__}", source.text, advice
+            f"the function returns a {type(env).__name__}, not a PettingZoo environment", source.text, advice
         )
     return env
 
@@ -153,7 +153,7 @@ def fault(error: BaseException, source: Source, doing: str) -> InputError:
     place = f": {frames[-1].filename}:{frames[-1].lineno}, in {frames[-1].name}" if frames else ""
     message = " ".join(str(error).split())[:MAX_MESSAGE]
     said = f"{type(error).__name__}: {message}" if message else type(error).__name__
-    return InputError(f"{doing} raised {said}", source.text + place, "mend it there, then `maviper worlds check` it")
+    return InputError(f"{doing} raised {said}", source.text + place, "fix it there, then run `maviper worlds check`")
 
 
 def space(env: Any, kind: str, agent: Any) -> Any:
@@ -191,7 +191,7 @@ class Copy:
         observations, _ = self._parts(self.env.reset(seed=seed), "reset", "observations and infos")
         missing = [str(name) for name in self.names if name not in observations or name not in self.env.agents]
         if missing:
-            what = f"reset: no observation of {', '.join(missing)}, or not in `agents`"
+            what = f"reset: no observation of {', '.join(missing)}, or missing from `agents`"
             advice = "all of possible_agents must observe and act from the start"
             raise InputError(what, self.source.text, advice)
         self._ended, self._cut = set(), set()
@@ -293,7 +293,7 @@ class _Process:
         except (EOFError, OSError):
             self.process.join(GRACE)
             what = f"a copy of the environment ended by itself, exit code {self.process.exitcode}"
-            advice = "its last words are on standard error; a script of your own needs `if __name__ == '__main__':`"
+            advice = "its last output is on standard error; a script of your own needs `if __name__ == '__main__':`"
             raise InputError(what, self.source.text, advice) from None
         if raised:
             raise InputError(*answer)

@@ -92,7 +92,7 @@ def test_what_was_learned_from_missing_values_is_refused_where_it_shows():
     x[y, 1] = np.nan
     only = np.where(y, np.nan, 0.0)[:, None]  # a threshold of infinity: missing or not
     for classifier in (DecisionTreeClassifier().fit(x, y), DecisionTreeClassifier().fit(only, y)):
-        with pytest.raises(InputError, match="learned from missing values") as caught:
+        with pytest.raises(InputError, match="fitted on missing values") as caught:
             importers.from_sklearn(classifier)
         assert caught.value.where.startswith("node ")
 

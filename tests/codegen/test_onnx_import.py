@@ -230,7 +230,7 @@ def ensemble(**more):
         (graph(stump(), shape=("N",)), "1 axes"),
         (graph(stump(), shape=("N", 1)), "tests feature 1, the input has 1"),
         (graph(stump(), shape=("N", "M")), "does not say how many features"),
-        (graph(stump(), ml=5), "of version 5"),
+        (graph(stump(), ml=5), "version 5 of"),
         # attributes
         (graph(stump(FIRST, post_transform="LOGISTIC")), "go through 'LOGISTIC'"),
         (graph(stump(post_transform="SOFTMAX")), "go through 'SOFTMAX'"),
@@ -239,7 +239,7 @@ def ensemble(**more):
         (graph(stump(nodes_values=None, nodes_values_as_tensor=helper.make_tensor("t", onnx.TensorProto.DOUBLE, [3],
                                                                                 [0.1, 0, 0])), ml=3), "as_tensor"),
         (graph(stump(nodes_missing_value_tracks_true=[1, 0, 0])), "missing values"),
-        *((graph(stump(nodes_modes=[mode, "LEAF", "LEAF"])), f"tests by '{mode}'")
+        *((graph(stump(nodes_modes=[mode, "LEAF", "LEAF"])), f"compares by '{mode}'")
           for mode in ("BRANCH_GT", "BRANCH_GTE", "BRANCH_EQ", "BRANCH_NEQ", "nothing")),
         (graph(stump(nodes_treeids=[0, 0, 1])), "several trees"),
         (graph(stump(class_treeids=[1, 1, 1, 1])), "several trees"),
@@ -249,18 +249,18 @@ def ensemble(**more):
         (graph(stump(nodes_values=[np.nan, 0, 0])), "finite threshold"),
         (graph(stump(nodes_featureids=[-1, 0, 0])), "tests no feature"),
         (graph(stump(nodes_featureids=[1 << 32, 0, 0])), "tests no feature"),
-        # nodes that are no tree
-        (graph(stump(nodes_truenodeids=[0, 0, 0])), "are no tree"),
-        (graph(stump(nodes_truenodeids=[2, 0, 0])), "are no tree"),
-        (graph(stump(nodes_truenodeids=[7, 0, 0])), "are no tree"),
-        (graph(stump(nodes_nodeids=[0, 1, 1])), "are no tree"),
-        (graph(stump(nodes_nodeids=[0, 1, 9], nodes_falsenodeids=[9, 0, 0])), "are no tree"),
+        # nodes that do not form a tree
+        (graph(stump(nodes_truenodeids=[0, 0, 0])), "do not form a tree"),
+        (graph(stump(nodes_truenodeids=[2, 0, 0])), "do not form a tree"),
+        (graph(stump(nodes_truenodeids=[7, 0, 0])), "do not form a tree"),
+        (graph(stump(nodes_nodeids=[0, 1, 1])), "do not form a tree"),
+        (graph(stump(nodes_nodeids=[0, 1, 9], nodes_falsenodeids=[9, 0, 0])), "do not form a tree"),
         # leaves that runtimes read in different ways, or not at all
         (graph(stump(({0: 0.3, 1: 0.7}, {0: 0.7, 1: 0.3}))), "differ in the class at leaf 2: 1 or 0"),
         (graph(stump(({0: 1.0}, {1: 1.0}))), "differ in the class at leaf 1"),
         (graph(stump(({0: -0.3}, {0: 0.2}))), "differ in the class at leaf 2: 1 or 0"),
         (graph(stump(({1: 0.3}, {1: 0.7}))), "differ in the class at leaf 2"),
-        (graph(stump(labels=(5, -2))), r"two classes with the labels \[5, -2\]"),
+        (graph(stump(labels=(5, -2))), r"two classes have the labels \[5, -2\]"),
         (graph(stump(({0: 1.0}, {0: 1.0}), labels=(7,))), "1 labels for 1 classes"),
         (graph(stump(labels=(7, 7))), "1 labels for 2 classes"),
         (graph(stump(({1: -1.0}, {2: 1.0}), labels=(1, 2, 3))), "differ in the class at leaf 1: 2 or 1"),

@@ -9,7 +9,7 @@
  *   int physical_deception_A_finite(const float *x)     1 when every number of the observation is finite, else 0
  *   int physical_deception_A_in_range(const float *x)   1 when every number is within its feature's range, else 0
  *   void physical_deception_A_act_rows(const float *x, long n, T *actions)              n observations, one after the other
- *   void physical_deception_A_act_columns(const float *const *x, long n, T *actions)    n observations, an array a feature
+ *   void physical_deception_A_act_columns(const float *const *x, long n, T *actions)    n observations, one array per feature
  *   int physical_deception_A_act_world(const double *w)  the action, from a world state: PHYSICAL_DECEPTION_W_... are its places
  * and for all agents, in the order of this file:
  *   void physical_deception_act_all(const float *const *x, int *actions)   the actions, from an observation of each
@@ -141,7 +141,7 @@ static inline void physical_deception_adversary_0_act_columns(const float *const
     (void)x;
     long first;
     long row;
-    /* a select a split, leaves first, into a place of its own: what compilers turn into vectors */
+    /* one select per split, leaves first, each into its own variable: compilers turn this into vector code */
     for (first = 0; first < n; first += 256) {
         float chosen[256];
         const long left = n - first;
@@ -304,7 +304,7 @@ static inline void physical_deception_agent_0_act_columns(const float *const *x,
     const float *const x9 = x[PHYSICAL_DECEPTION_AGENT_0_X_AGENT_1_DY];
     long first;
     long row;
-    /* a select a split, leaves first, into a place of its own: what compilers turn into vectors */
+    /* one select per split, leaves first, each into its own variable: compilers turn this into vector code */
     for (first = 0; first < n; first += 256) {
         float chosen[256];
         const long left = n - first;
@@ -467,7 +467,7 @@ static inline void physical_deception_agent_1_act_columns(const float *const *x,
     const float *const x5 = x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DY];
     long first;
     long row;
-    /* a select a split, leaves first, into a place of its own: what compilers turn into vectors */
+    /* one select per split, leaves first, each into its own variable: compilers turn this into vector code */
     for (first = 0; first < n; first += 256) {
         float chosen[256];
         const long left = n - first;

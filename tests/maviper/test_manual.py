@@ -238,12 +238,12 @@ def test_every_claim_has_its_parameters_and_defaults():
         start = part.index("| parameters and defaults")
         lines = part[part.rindex("\n", 0, start) + 1 :].splitlines()
         said |= {row[0].strip("`"): row[1] for row in rows_of(lines[: lines.index("")])}
-    usual = {"landmarks": "in the world's order", "others": "are one another", "radius": "where they touch"}
+    usual = {"landmarks": "in the world's order", "others": "one another", "radius": "the distance of touching"}
     for claim in listed():
         text = said.pop(claim["name"])
         parameters = {key: value for key, value in claim["parameters"].items() if key not in ("steps", "zones")}
         for key, value in parameters.items():
-            default = value or ("for any matching" if (claim["name"], key) == ("covers", "landmarks") else usual[key])
+            default = value or ("any matching" if (claim["name"], key) == ("covers", "landmarks") else usual[key])
             assert f"`{key}` {default}" in text, (claim["name"], key)
         assert text == "none" if not parameters else text.count("`") == 2 * len(parameters)
         if "steps" in claim["parameters"]:

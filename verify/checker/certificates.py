@@ -69,7 +69,7 @@ def numbers(proof: bytes) -> Iterator[int]:
         value |= (byte & 127) << shift
         shift += 7
         if shift > 70:
-            raise RejectedError("the proof holds a number that is no place")
+            raise RejectedError("the proof contains a number beyond 64 bits")
         if byte < 128:
             yield value
             value = shift = 0
@@ -84,9 +84,9 @@ def accepted(certificate: Certificate, profile: PolicyProfile) -> int:
     found = content_hash(profile)
     if found != certificate.profile:
         raise InputError(
-            "the certificate is about another policy",
+            "the certificate is about another profile",
             f"it names {shown(certificate.profile[:16])}..., the profile is {found[:16]}...",
-            "give the profile that it was made for with --profile",
+            "name the profile that it was made for with --profile",
         )
     claim = certificate.claim
     known_names(certificate, profile, None if claim is None else claim.team)
@@ -97,18 +97,20 @@ def accepted(certificate: Certificate, profile: PolicyProfile) -> int:
         except (LookupError, ValueError):  # a property of other agents or landmarks
             same = False
         if not same:
-            raise RejectedError(f"the formula is not what {claim.name} says of this profile")
+            raise RejectedError(f"the formula is not the one that {claim.name} has for this profile")
         checked(profile, claim)
         if claim.eps != certificate.eps:
-            raise RejectedError(f"{claim.name} is about errors up to {claim.eps}, the proof up to {certificate.eps}")
+            raise RejectedError(
+                f"{claim.name} is about errors up to {claim.eps}, but the proof about errors up to {certificate.eps}"
+            )
     check_range("eps", certificate.eps)
     region = certificate.region
     if not holds(region_formula(region), certificate.inhabitant, {}):
-        raise RejectedError("its inhabitant is no point of the region: the claim may be about nothing")
+        raise RejectedError("its inhabitant is not a state of the region, so the claim may be vacuous")
     goals = region.goal_cases
     if set(goals) != set(certificate.proofs):
         proved = sorted(map(shown, certificate.proofs))
-        raise RejectedError(f"proofs for the goals {proved}, the region has {sorted(goals)}")
+        raise RejectedError(f"the proofs are for the goals {proved}, but the region has {sorted(goals)}")
     closed, semantics = 0, Semantics(certificate.semantics, certificate.eps)
     for goal in goals:
         proof = numbers(certificate.proofs[goal])
@@ -138,7 +140,7 @@ def known_names(certificate: Certificate, profile: PolicyProfile, team: str | No
         *([f"the profile has no team {team}"] if team is not None and not profile.team(team) else []),
     ]
     if strange:
-        what = "the certificate speaks of what the profile does not have"
+        what = "the certificate names what the profile does not have"
         raise InputError(what, ", ".join(map(shown, strange)), REMAKE)
     if set(certificate.inhabitant) != set(region.box) or (world.goals and not region.goals):
         raise InputError("the certificate's region and inhabitant do not fit together", "$.inhabitant", REMAKE)
@@ -186,7 +188,7 @@ def undamaged(where: str) -> Generator[None]:
     except msgspec.ValidationError as error:
         raise InputError("not a certificate", f"{where}: {shown(error)}", REMAKE) from None
     except (msgspec.DecodeError, UnicodeDecodeError) as error:
-        raise InputError("the certificate is truncated or no JSON", f"{where}: {error}", REMAKE) from None
+        raise InputError("the certificate is truncated or not JSON", f"{where}: {error}", REMAKE) from None
     except (ValueError, LookupError, TypeError, AttributeError, ZeroDivisionError, RecursionError) as error:
         what = "the certificate does not hold what it should"
         raise InputError(what, f"{where}: {shown(error)}"[:200], REMAKE) from None

@@ -58,7 +58,7 @@ def check(
     except (StopIteration, IndexError):
         raise RejectedError("the proof ends early, or names a bound that its branch does not have") from None
     if next(proof, None) is not None:
-        raise RejectedError("the proof goes on after its last branch")
+        raise RejectedError("the proof continues after its last branch")
     return closed
 
 
@@ -89,7 +89,7 @@ class Walk:
             elif length := next(proof):
                 cycle = [edges[path[next(proof)]] for _ in range(length)]
                 if not negative(cycle):
-                    raise RejectedError(f"the bounds of branch {closed} can hold together: {cycle[:9]}")
+                    raise RejectedError(f"the bounds of branch {closed} do not contradict each other: {cycle[:9]}")
                 closed += 1
             else:
                 choices += more

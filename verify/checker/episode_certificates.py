@@ -66,9 +66,9 @@ def accepted(certificate: EpisodeCertificate, profile: PolicyProfile) -> int:
     found, region = content_hash(profile), certificate.region
     if found != certificate.profile:
         raise InputError(
-            "the certificate is about another policy",
+            "the certificate is about another profile",
             f"it names {shown(certificate.profile[:16])}..., the profile is {found[:16]}...",
-            "give the profile that it was made for with --profile",
+            "name the profile that it was made for with --profile",
         )
     start = certificate.inhabitant
     states = Certificate(found, None, TRUE, region, certificate.semantics, start, {})
@@ -76,11 +76,11 @@ def accepted(certificate: EpisodeCertificate, profile: PolicyProfile) -> int:
     if any(value and name.endswith((".vx", ".vy")) for name, value in start.items()) or any(
         abs(value) > FARTHEST or Fraction(float(value)) != value for value in start.values()
     ):
-        raise RejectedError("its inhabitant is no start: float64 positions that proofs cover, at rest")
+        raise RejectedError("its inhabitant is not a start that proofs cover: float64 positions, at rest")
     if certificate.semantics != MACHINE:
         raise RejectedError(f"proofs about episodes are for {MACHINE} arithmetic")
     if not holds(region_formula(region), start, {}):
-        raise RejectedError("its inhabitant is no start of the region: the claim may be about nothing")
+        raise RejectedError("its inhabitant is not a start in the region, so the claim may be vacuous")
     agents, landmarks = {each.agent for each in profile.agents}, {mark.name for mark in profile.world.landmarks}
     for part in certificate.parts:
         if not {part.agent} <= agents | {""} or not {*part.followed} <= agents or not part.followed:

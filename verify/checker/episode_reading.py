@@ -77,7 +77,7 @@ def certifiable(name: str) -> type[Arrival]:
 
 def uncertifiable(name: str) -> str:
     """That claims of a name have no certificates, in words."""
-    return f"proofs of {ascii(name)[1:-1]} have no certificates, those of reaches and covers have"
+    return f"proofs of {ascii(name)[1:-1]} have no certificates; only those of reaches and covers do"
 
 
 def matchings(profile: PolicyProfile, claim: Arrival) -> list[Matching]:
@@ -122,7 +122,7 @@ class Episode:
     ) -> None:  # fmt: skip
         world, entities = profile.world, {entity.name: entity for entity in profile.world.agents}
         if len(set(followed)) != len(followed) or not {agent for own in allowed for agent, _ in own} <= set(followed):
-            raise RejectedError("the agents of whom the claim speaks are not followed, or are followed twice")
+            raise RejectedError("the agents in the claim are not followed, or are followed twice")
         self.steps, self._always = claim.steps, claim.always  # asked at every step, or at the last one
         self._dt, self._kept = world.dt, 1.0 - world.damping
         places = [f"{entity.name}.{axis}" for entity in world.agents + world.landmarks for axis in "xy"]
@@ -307,9 +307,9 @@ def _ensure_exact(world: WorldSpec, steps: int, region: Region, push: float) -> 
     """
     free = world.dt > 0 and 0 <= world.damping <= 1 and not any(entity.collides for entity in world.agents)
     if not free:
-        raise RejectedError("agents of the world can push each other, or its spec states no motion")
+        raise RejectedError("agents of this world can push each other, or its spec does not say how they move")
     if not 0 <= steps <= MAX_STEPS:
-        raise RejectedError(f"the claim's steps are not 0 to {MAX_STEPS}")
+        raise RejectedError(f"the claim's steps must be 0 to {MAX_STEPS}")
     if not {f"{entity.name}.{axis}" for entity in world.agents + world.landmarks for axis in "xy"} <= region.box.keys():
         raise RejectedError("the region does not bound all positions")
     largest = max(abs(bound) for bounds in region.box.values() for bound in bounds)
@@ -323,4 +323,4 @@ def _ensure_exact(world: WorldSpec, steps: int, region: Region, push: float) -> 
         fastest = max(fastest, speed)
     error = steps * (2.0**-44 + 2.0**-52 * place + 6 * steps * world.dt * 2.0**-53 * fastest)
     if not (2 * error + 2.0**-49 * place <= SLACK / GRID and max(place, fastest) <= FARTHEST):
-        raise RejectedError(f"rounding over {steps} steps may exceed what answers are allowed")
+        raise RejectedError(f"rounding over {steps} steps may exceed the slack of the tests")

@@ -37,7 +37,7 @@ def check(
         pairs = {(part.agent, part.landmark) for part, _ in proofs if part.goal in ("", goal)}
         whole_team = ("", "") in pairs
         if not whole_team and not any(pairs.issuperset(matching) for matching in allowed):
-            raise RejectedError(f"goal {goal or 'none'}: the parts are not the claim")
+            raise RejectedError(f"goal {goal or 'none'}: the parts do not make up the claim")
     for part, proof in proofs:
         own = [((part.agent, part.landmark),)] if part.agent else allowed
         closed += close(reading(profile, claim, region, part.goal, part.followed, own), proof)
@@ -51,7 +51,7 @@ def close(episode: Episode, proof: Iterator[int]) -> int:
     except (StopIteration, IndexError):
         raise RejectedError("the proof ends early, or names a bound that its branch does not have") from None
     if next(proof, None) is not None:
-        raise RejectedError("the proof goes on after its last branch")
+        raise RejectedError("the proof continues after its last branch")
     return closed
 
 
@@ -88,7 +88,7 @@ class Walk:
             if not isinstance(node, int):
                 branches += [(kept, side, place, only) for side in reversed(node) if side.child != only]
             elif only != EVERY:
-                raise RejectedError(f"branch {self.closed} has another answer than the one said to be the only one")
+                raise RejectedError(f"branch {self.closed} has an answer other than the one given as the only one")
             elif following := episode.onward(stage, node, chosen, now):
                 branches.append((kept, None, following, EVERY))
         return self.closed
@@ -101,7 +101,7 @@ class Walk:
         upper, lower = self.bounds.last
         cycle = [upper, lower, *[next(self.proof) for _ in range(between)], upper]
         if len(cycle) > LONGEST or sum(self.bounds.most[p][q] for p, q in pairwise(cycle)) >= 0:
-            raise RejectedError(f"the bounds of branch {self.closed} can hold together: {cycle[1:10]}")
+            raise RejectedError(f"the bounds of branch {self.closed} do not contradict each other: {cycle[1:10]}")
 
 
 class Bounds:

@@ -89,7 +89,7 @@ def check_read(name: str, given: Sequence[str], read: Sequence[str]) -> None:
     """InputError for a given parameter that the named property does not read."""
     for parameter in given:
         if parameter not in read:
-            raise InputError(f"{name} does not read {parameter}", parameter, f"it reads {', '.join(read) or 'nothing'}")
+            raise InputError(f"{name} has no parameter {parameter}", parameter, f"it has {', '.join(read) or 'none'}")
 
 
 def find_episode_claim(name: str, profile: PolicyProfile, team: str | None = None, **given: Any) -> EpisodeClaim:

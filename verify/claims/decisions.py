@@ -172,7 +172,9 @@ class NoDouble(DecisionClaim):
             return conjunction(closing(policy, landmark, self.margin), *others)
 
         if len(team) < 2:
-            raise InputError("no_double is about teams of two or more", f"team {self.team}", "it says nothing of one")
+            raise InputError(
+                "no_double is about teams of two or more", f"team {self.team}", "it says nothing about a single agent"
+            )
         pairs = [(a, b) for index, a in enumerate(team) for b in team[index + 1 :]]
         return conjunction(
             *(negated(conjunction(only(a, landmark), only(b, landmark))) for a, b in pairs for landmark in landmarks)
@@ -231,7 +233,7 @@ class Assignment(DecisionClaim):
     def states(self, profile: PolicyProfile) -> Formula:
         """What is claimed where the assumption holds. InputError for a team that is not of two."""
         if len(profile.team(self.team)) != 2:
-            raise InputError("assignment is stated for teams of two", f"team {self.team}", "use distinct_targets")
+            raise InputError("assignment is defined for teams of two only", f"team {self.team}", "use distinct_targets")
         found = _matchings(profile, self.team)
         ways: list[Formula] = []
         for matching in found:

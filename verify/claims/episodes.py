@@ -237,13 +237,17 @@ class KeepsApart(EpisodeClaim):
                 raise UnknownNameError("entity", name, known, "others")
         super().ensure(profile)
         if not self.pairs(profile):
-            raise InputError(f"{self.name} needs two", f"team {self.team}", "name others from whom it keeps apart")
+            raise InputError(
+                f"{self.name} needs at least two entities",
+                f"team {self.team}",
+                "name the others to keep apart from",
+            )
 
     def check_ranges(self) -> None:
         """InputError also for a radius that says nothing."""
         super().check_ranges()
         if self.radius == 0:
-            raise InputError(f"{self.name} within 0 says nothing", "radius", "give a radius above 0")
+            raise InputError(f"{self.name} with radius 0 says nothing", "radius", "give a radius above 0")
 
 
 EPISODE_CLAIMS: dict[str, type[EpisodeClaim]] = {kind.title: kind for kind in (Reaches, Covers, KeepsApart)}

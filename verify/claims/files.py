@@ -133,7 +133,7 @@ class _Table:
     def _text(self, key: str, default: str = "") -> str:
         value = self._table.get(key, default)
         if not isinstance(value, str) or (key in self._table and not value.strip()):
-            raise InputError(f"{key} must be a text that is not empty", self._where(key), f'write {key} = "..."')
+            raise InputError(f"{key} must be a text, and not empty", self._where(key), f'write {key} = "..."')
         return value
 
     def _number(self, key: str) -> Fraction:
@@ -147,7 +147,7 @@ class _Table:
 
     def _built_in(self, given: dict[str, Any]) -> Claim:
         if "name" not in self._table:
-            raise InputError("a property has a name or a formula", self._where(), f"names: {', '.join(NAMES)}")
+            raise InputError("a property needs a name or a formula", self._where(), f"names: {', '.join(NAMES)}")
         for key in ("landmarks", "others"):
             names: object = self._table.get(key, [])
             if not is_list(names) or not all(isinstance(name, str) for name in names):
@@ -168,14 +168,16 @@ class _Table:
             return self._with_words(claim)
         if "assume" in self._table:
             what = "a claim about episodes has no assumption"
-            raise InputError(what, self._where("assume"), "state the starts as a region")
+            raise InputError(what, self._where("assume"), "restrict the starts by a region")
         return replace(claim, label=self._label())
 
     def _own(self, given: Mapping[str, Any]) -> DecisionClaim:
         """A user's formula. Its team is that of the agents whose actions it speaks of."""
         for key in ("name", "of", "landmarks", "others", "kappa", *COUNTS):
             if key in self._table:
-                raise InputError(f"a formula stands without {key}", self._where(key), "remove it, or the formula")
+                raise InputError(
+                    f"a property with a formula has no {key}", self._where(key), "remove it, or remove the formula"
+                )
         written = self._text("formula")
         statement = self._parsed("formula", given.get("margin", ZERO), given.get("radius", RADIUS))
         acting = agents(statement)
@@ -186,9 +188,9 @@ class _Table:
             raise UnknownNameError("team", team, known, self._where("team"))
         if any(other != team for other in teams):
             raise InputError(
-                f"the formula speaks of actions of the {' and the '.join(sorted({team, *teams}))}",
+                f"the formula is about actions of the {' and the '.join(sorted({team, *teams}))}",
                 self._where("formula"),
-                "a property is about one team; state one a team",
+                "a property is about one team: write one property per team",
             )
         claim = OwnFormula(team, **given, statement=statement, written=written)
         try:
@@ -202,18 +204,20 @@ class _Table:
         assume = self._parsed("assume", claim.margin, claim.radius) if "assume" in self._table else TRUE
         if agents(assume):
             raise InputError(
-                "an assumption speaks of world states, not of actions",
+                "an assumption is about states, so it must not mention actions",
                 self._where("assume"),
                 'write formula = "ASSUMPTION implies CLAIM" instead',
             )
         if assume != TRUE and claim.kind is Kind.LEAVES:
-            raise InputError(f"{claim.name} takes no assumption", self._where("assume"), "state the states as a region")
+            raise InputError(
+                f"{claim.name} has no assumption", self._where("assume"), "restrict the states by a region"
+            )
         return replace(claim, assume=assume, label=self._label(), assumption=self._text("assume"))
 
     def _label(self) -> str:
         label = self._text("label")
         if "\n" in label or not label.isprintable():
-            raise InputError("a label is one line", self._where("label"), "shorten it")
+            raise InputError("a label must be one line", self._where("label"), "shorten it")
         return label
 
     def _parsed(self, key: str, margin: Fraction, radius: Fraction) -> Formula:
@@ -240,6 +244,6 @@ class _Table:
                 error.where = f"{self._where('region')}\n{error.where}" if error.where else self._where("region")
                 raise
         if not is_table(region):
-            raise InputError('region is "start", a file, or a table', self._where("region"), ADVICE)
+            raise InputError('region must be "start", a file, or a table', self._where("region"), ADVICE)
         found = region_of(region, self._profile.world, self._where("region"), observed_velocities(self._profile))
         return replace(found, name=f"of property {self._index + 1}")

@@ -20,11 +20,11 @@ _NUMBER = re.compile(r'-?\d+(\.\d+)?|"?-?\d+/\d+"?')
 def read_number(text: object) -> Fraction:
     """A number from its exact text. ValueError for anything else."""
     if not isinstance(text, str) or len(text) > MAX_DIGITS or not _NUMBER.fullmatch(text):
-        raise ValueError(f"no number, or one of more than {MAX_DIGITS} digits: {str(text)[:40]!r}")
+        raise ValueError(f"not a number, or one with more than {MAX_DIGITS} digits: {str(text)[:40]!r}")
     try:
         return Fraction(text.strip('"'))
     except ZeroDivisionError:
-        raise ValueError(f"no number: {text[:40]!r}") from None
+        raise ValueError(f"not a number: {text[:40]!r}") from None
 
 
 def formula_document(node: Formula) -> dict[str, Any]:

@@ -28,8 +28,8 @@ BETWEEN = 32  # values between the ends of an interval that are played
 STARTS = 2_000  # sampled for other ways to fail
 MAX_TRIED = 20  # of those that fail by other actions, looked at exactly
 STAYS = (
-    f"start values from which the team takes the same actions and the claim fails, all else being as it is; played at "
-    f"both ends and {BETWEEN} values between, not proved"
+    f"start values from which the team takes the same actions and the claim fails, with everything else unchanged; "
+    f"played at both ends and {BETWEEN} values in between, not proved"
 )
 
 
@@ -70,13 +70,13 @@ class EpisodeExplanation:
 
     def says(self) -> dict[str, str]:
         """The finding in a few short lines, by their headings."""
-        found = f"not the only one: in {self.starts} sampled starts another one fails, by other actions"
-        none = f"not decided whether it is the only one: none of {self.starts} sampled starts fails by other actions"
+        found = f"not the only one: among {self.starts} sampled starts, another one fails with other actions"
+        none = f"not decided whether it is the only one: none of {self.starts} sampled starts fails with other actions"
         whole = ", ".join(span.name for span in self.spans if span.free) or "none"
         return {
             "unique": none if self.other is None else found,
             "fails by": _change(self.change),
-            "free": f"coordinates that, one at a time, made no difference at {BETWEEN + 2} values each: {whole}",
+            "free": f"coordinates that made no difference, changed one at a time to {BETWEEN + 2} values each: {whole}",
         }
 
     def document(self) -> dict[str, Any]:
@@ -95,7 +95,7 @@ class EpisodeExplanation:
 def _change(amount: float) -> str:
     if not math.isfinite(amount):
         return "any radius"
-    return f"{abs(amount):.3g}: with a radius {'larger' if amount > 0 else 'smaller'} by so much it would hold here"
+    return f"{abs(amount):.3g}: with a radius {'larger' if amount > 0 else 'smaller'} by this much, it would hold here"
 
 
 def explained(question: EpisodeQuestion, state: State, episode: Episode) -> EpisodeExplanation:

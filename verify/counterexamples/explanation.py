@@ -28,7 +28,7 @@ from verify.question import DecisionQuestion
 from verify.states.real import Value, value_of, written
 from verify.states.state import State, error_name, inside, leaves_at, shortfall, violates
 
-STAYS = "the values with which the claim fails in the same leaves, all else being as it is"
+STAYS = "the values for which the claim still fails in the same leaves, with everything else unchanged"
 DIGITS = 1e6  # of which shown ends are multiples of the inverse
 LOW, HIGH = "low", "high"
 
@@ -121,8 +121,10 @@ class Explanation:
         able = [(agent, turn) for agent, turn in nearest if turn is not None]
         if able:
             agent, turn = min(able, key=lambda one: one[1].room)
-            lines["nearest"] = f"the test of {agent} that turns first, when moved by {turn.room:.3g}: {turn.step}"
-        lines["free"] = f"coordinates that, one at a time, do not matter: {', '.join(self.free) or 'none'}"
+            lines["nearest"] = (
+                f"a test of {agent} is the first to change its outcome, when moved by {turn.room:.3g}: {turn.step}"
+            )
+        lines["free"] = f"coordinates that do not matter when changed one at a time: {', '.join(self.free) or 'none'}"
         return lines
 
     def document(self) -> dict[str, Any]:

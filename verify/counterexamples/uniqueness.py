@@ -25,7 +25,7 @@ from verify.solver.solve import Answer, ask
 from verify.states.real import written_all
 from verify.states.state import State, exact_point, inside, leaves_at, nearest, violates
 
-ONLY_REAL = "a real-valued world state fails in other leaves; no float64 state beside it was found to"
+ONLY_REAL = "a real-valued world state fails in other leaves; no float64 state near it was found that does"
 
 
 class Unique(Enum):

@@ -75,9 +75,7 @@ def _closed(
             parts.append(replace(part, proof=prover.run()))
         left -= prover.looked
     if len(parts) < len(needed):
-        raise NoCertificateError(
-            f"its proof takes more than {most:,} answers; a larger --max-zones allows more of them"
-        )
+        raise NoCertificateError(f"its proof takes more than {most:,} answers; a larger --max-zones allows more")
     return tuple(parts)
 
 

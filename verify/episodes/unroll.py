@@ -236,7 +236,7 @@ def ensure_exact(world: WorldSpec, steps: int, largest: Fraction, push: float) -
     most = max(size + farthest(world, steps), reach + fastest(world, steps))
     if not (2 * apart + 2.0**-50 * size <= SLACK and most <= LIMIT / 8):
         raise InputError(
-            f"rounding over {steps} steps from positions up to {float(largest):g} may exceed what proofs allow for",
+            f"rounding over {steps} steps from positions up to {float(largest):g} may exceed what the proof allows for",
             "--steps",
             "ask for fewer steps or a smaller region",
         )

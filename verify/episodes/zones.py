@@ -215,7 +215,9 @@ def _below(
     """The part of a start zone with a - b <= limit; velocities are 0, coordinates of two axes cannot be compared."""
     axes = {name[-1] for name in (a, b) if not _at_rest(name)}
     if len(axes) > 1:
-        raise InputError(f"{a} - {b} mixes two axes", "difference", "closed-loop claims need differences on one axis")
+        raise InputError(
+            f"{a} - {b} mixes two axes", "difference", "claims about episodes need differences on one axis"
+        )
     axis = AXES.index(axes.pop()) if axes else 0
     p, q = (ZERO if _at_rest(name) else 1 + names.index(name[:-2]) for name in (a, b))
     cut = tightened(part[axis], p, q, limit)

@@ -19,8 +19,10 @@ from verify.states.shares import SAMPLE_SEED, SAMPLES
 from verify.states.state import batch, contains, sample
 from verify.zones.engine import BeyondZonesError
 
-BEYOND = "an inequality of the claim bounds no coordinate and no difference of two, so that only a solver decides it"
-NOISY = "violating zones are those of features without errors, and the claim allows errors"
+BEYOND = (
+    "an inequality of the claim bounds neither a coordinate nor a difference of two, so only a solver can decide it"
+)
+NOISY = "violating zones are known only for features without errors, and the claim allows errors"
 OF_LEAVES = "the claim is about leaves and not about world states"
 
 
@@ -65,7 +67,7 @@ def where(question: DecisionQuestion, verdict: Verdict, name: str = "") -> Where
     if verdict is Verdict.PROVED:
         return Where(everywhere=True)
     if verdict is Verdict.VACUOUS:
-        return Where("the claim speaks of no world state of the region")
+        return Where("the claim is about no world state of the region")
     if claim.eps:
         return Where(NOISY)
     try:

@@ -60,7 +60,7 @@ def largest(question: DecisionQuestion, failing: Sequence[Failing], seed: int) -
         return "no sampled state lies in the region"
     tries = [one for goals in _choices(failing) for one in _tries(goals, states, len(failing))]
     if not tries:
-        return f"no state of {DRAWN} conflicts and can be kept away from every violating zone"
+        return f"of {DRAWN} states, none both conflicts and can be kept away from every violating zone"
     rng = np.random.default_rng(seed)
     for one in sorted(tries, key=lambda found: -found.worth)[:SEEDS]:
         cuts = one.carver.improved(one.seed, one.cuts, ROUNDS, rng)

@@ -64,7 +64,7 @@ def repair(question: DecisionQuestion, visited: Float64 | None = None, max_depth
     """
     claim = question.claim
     if claim.of not in REPAIRABLE or claim.eps or claim.assume != TRUE:
-        raise InputError(f"{claim.shown} cannot be repaired", "--property", f"one of {', '.join(REPAIRABLE)} can")
+        raise InputError(f"{claim.shown} cannot be repaired", "--property", f"only {' and '.join(REPAIRABLE)} can")
     team = _Team(question, visited, max_depth)
     tried = [_attempt(team, roles) for roles in team.matchings()]
 
@@ -147,7 +147,9 @@ def _attempt(team: _Team, roles: Mapping[str, str]) -> Repair:
         try:
             found = engine.decide(team.question.of(profile))
         except engine.BeyondZonesError as error:
-            raise InputError("the question is beyond difference bounds", str(error), "it cannot be repaired") from None
+            raise InputError(
+                "the claim needs more than difference bounds", str(error), "it cannot be repaired"
+            ) from None
         if found.verdict is Verdict.PROVED:
             break
         if found.state is None:

@@ -20,11 +20,12 @@ MEANINGS = {
     Verdict.SKIPPED: "not asked",
 }
 LIMITS = (
-    "Claims about episodes are about agents that start at rest; tests of the trees are relaxed by 2^-30, which covers "
-    "the rounding of positions, so a proof is one for the deployed arithmetic.",
+    "In claims about episodes, agents start at rest. Proofs relax the tests of the trees by 2^-30. This covers the "
+    "rounding of positions, so a proof holds for the deployed arithmetic.",
 )
 CONTACTS = (
-    "Where entities may touch, their pushes are over-approximated: anything between the bounds that the zone gives.",
+    "Where entities may touch, contact forces are over-approximated: they may be anything within the bounds that the "
+    "zone gives.",
     f"Claims about episodes are {COINCIDING}; a region can keep starts apart.",
 )
 SIZE, EDGE = 300.0, 0.25  # side of the picture; margin, length units

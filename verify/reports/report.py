@@ -29,30 +29,33 @@ from verify.verdicts.episodes import EpisodeResult
 from verify.verdicts.margins import Margin
 
 SEMANTICS = (
-    "Observations are float32, each made from float64 positions by one subtraction and one rounding; a split goes left "
-    "iff x <= threshold. Thresholds are replaced by the exact ends of the half lines that these roundings give, so a "
-    "proof over real positions is a proof for the deployed arithmetic, and a counterexample is a float64 world state "
+    "Verdicts are about the deployed arithmetic. Each observation is a float32, made from float64 positions by one "
+    "subtraction and one rounding. A split goes left iff x <= threshold. With the rounding, this is true exactly on a "
+    "half line of the unrounded difference. The engines use the exact end of this half line in place of the threshold. "
+    "So a proof over real positions is a proof for the deployed arithmetic. A counterexample is a float64 world state "
     "that was replayed."
 )
 REAL_SEMANTICS = (
-    "Real arithmetic, which is not the deployed one: a split compares the exact coordinate or difference with the "
-    "threshold as it is written. A proof says nothing about what roundings do at thresholds. A counterexample is "
-    "judged in exact arithmetic: a float64 world state, one in which the claim fails in the deployed arithmetic too "
-    "where one was found, or else a rational one, whose coordinates are written as fractions. What the deployed "
-    "arithmetic does there is said beside it."
+    "Verdicts are about real arithmetic, not the deployed one: a split compares the exact coordinate or difference "
+    "with the threshold as it is written. A proof says nothing about what rounding does at thresholds. A "
+    "counterexample is judged in exact arithmetic. It is a float64 world state if one was found, preferably one in "
+    "which the claim fails in the deployed arithmetic too. Otherwise its coordinates are rationals, written as "
+    "fractions. The report says what the deployed arithmetic does there."
 )
 SINGLE = "The claim is about single decisions in world states of the region: it does not say that agents arrive."
-POSITIONS = "Positions are finite float64; agents may leave the region in an episode (see the on-policy states)."
-REAL_POSITIONS = "Positions are real numbers; agents may leave the region in an episode (see the on-policy states)."
-LIMITS = ("Shares are uniform samples with 95 % Wilson intervals; the verdict does not rest on them.",)
-REAL_SHARES = (
-    "In real arithmetic shares are those of sampled float64 states, in which agents decide by exact measurements; "
-    "states within a rounding of the region's bounds or of the claim's boundaries may be misjudged."
+POSITIONS = "Positions are finite float64. Agents may leave the region during an episode (see the on-policy states)."
+REAL_POSITIONS = "Positions are real numbers. Agents may leave the region during an episode (see the on-policy states)."
+LIMITS = (
+    "Shares are estimated from uniform samples, with 95 % Wilson intervals. The verdict does not depend on them.",
 )
-ASSUMING = "Where a claim has an assumption, shares are of the states that meet it."
+REAL_SHARES = (
+    "In real arithmetic, shares are estimated from float64 states in which agents decide by exact measurements. "
+    "States within a rounding error of the bounds of region or claim may be misjudged."
+)
+ASSUMING = "If a claim has an assumption, shares are those among the states that meet it."
 NOISE = (
-    "Errors of features are independent of one another, one a feature and agent, added to the exact coordinate or "
-    "difference before it is rounded; constants and features that say whether two things are equal have none."
+    "Each feature of each agent has its own error, independent of all others. It is added to the exact coordinate or "
+    "difference before rounding. Constants and features that test for equality have no error."
 )
 LEAVES_MEANINGS = {
     Verdict.PROVED: "every leaf is reached in some world state",

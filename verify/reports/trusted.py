@@ -40,24 +40,25 @@ def modules(base: Mapping[str, tuple[str, ...]]) -> list[str]:
 
 def listed(base: Mapping[str, tuple[str, ...]]) -> str:
     """The modules of a base in words."""
-    return "; ".join(f"of {folder}: {', '.join(sorted(names))}" for folder, names in base.items())
+    return "; ".join(f"{folder} ({', '.join(sorted(names))})" for folder, names in base.items())
 
 
 WITH_CERTIFICATE = f"for a proof about single decisions with a certificate: {listed(DECISIONS)}"
 WITHOUT_CERTIFICATE = (
-    "for one without: the encoder of trees, roundings and claim (verify/solver/encode.py) and the solver"
+    "for a proof about single decisions without a certificate: the solver, and the encoder of trees, roundings and "
+    "claim (verify/solver/encode.py)"
 )
 EPISODES_WITH_CERTIFICATE = (
     f"for a proof about episodes with a certificate: {listed(EPISODES)}; and the dynamics in the profile's world spec"
 )
 EPISODES_WITHOUT_CERTIFICATE = (
-    "for one about episodes without: one reading, which nothing checks: the zones and their steps (of verify/episodes: "
-    "composition, contacts, cuts, unroll, zones), and the dynamics in the profile's world spec"
+    "for a proof about episodes without a certificate: one reading, which nothing checks, by the zones and their steps "
+    "(verify/episodes: composition, contacts, cuts, unroll, zones), and the dynamics in the profile's world spec"
 )
-REPLAYED = "for a counterexample nothing of this: it can be replayed"
+REPLAYED = "for a counterexample: none of this, since it can be replayed"
 REFEREED = f"for a counterexample in real arithmetic: the referee ({listed(REFEREE)}); `maviper replay` asks it again"
 MEANINGS = "the meanings of the features in the profile"
-UNCHECKED = f"{MEANINGS} (not checked: the profile is not of a world that this version can play)"
+UNCHECKED = f"{MEANINGS} (not checked: this version cannot play the profile's world)"
 CHECKED = f"{MEANINGS} (the same as those of this version's world)"
 EXACT_WORLD = "that world's steps equal the reference environment's bit by bit"
 NEAR_WORLD = "that world's steps equal the reference environment's up to 1e-9: agents push each other"

@@ -320,7 +320,7 @@ def _known(feature: FeatureSpec, at: dict[str, z3.ArithRef]) -> tuple[tuple[int,
     for _, name in terms:
         if name not in at:
             raise InputError(
-                f"feature {feature.name} observes {name}, which regions do not bound yet", str(feature.meaning)
+                f"feature {feature.name} observes {name}, which regions cannot bound yet", str(feature.meaning)
             )
     return terms
 

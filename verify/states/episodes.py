@@ -47,9 +47,13 @@ def playable(profile: PolicyProfile) -> None:
     acting = {policy.agent for policy in profile.agents}
     missing = [entity.name for entity in world.agents if entity.name not in acting]
     if missing:
-        raise InputError(f"{missing[0]} has no policy in the profile", world.name, "in an episode every agent acts")
+        raise InputError(
+            f"{missing[0]} has no policy in the profile", world.name, "in an episode every agent needs a policy"
+        )
     if world.dt <= 0:
-        raise InputError("the world's spec states no dynamics", world.name, "closed-loop claims need dt and damping")
+        raise InputError(
+            "the world's spec does not state its dynamics", world.name, "claims about episodes need dt and damping"
+        )
     for team in dict.fromkeys(policy.team for policy in profile.agents):
         verifiable(profile, team)
 
@@ -207,7 +211,9 @@ def agreed(profile: PolicyProfile, state: State, steps: int, rollouts: Mapping[s
         if not alike(profile, other, episode):
             differ = "positions" if np.array_equal(other.actions, episode.actions) else "actions"
             raise DisagreementError(
-                f"the {name} takes another course from the counterexample", f"the {differ} differ", "this is a bug"
+                f"the {name} plays another episode from the counterexample's start",
+                f"the {differ} differ",
+                "this is a bug",
             )
     return episode
 

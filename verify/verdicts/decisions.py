@@ -91,7 +91,7 @@ def verify(
     if verdict is Verdict.PROVED and not assumption_met(question):
         verdict, reason = (
             Verdict.UNKNOWN,
-            "no world state that meets the assumption was found; a larger --solver-units may",
+            "no world state that meets the assumption was found; a larger --solver-units may find one",
         )
     counterexample = explanation = None
     if state is not None:
@@ -198,6 +198,6 @@ def _settled(question: DecisionQuestion, zoned: Zoned) -> tuple[Verdict, str, in
         decision = decide(question, goals)
         spent += decision.resources
     if only_real and decision.verdict in (Verdict.PROVED, Verdict.UNKNOWN):
-        reason = "a real-valued world state violates the claim; no float64 state beside it was found to"
+        reason = "a real-valued world state violates the claim; no float64 state near it was found that does"
         return Verdict.UNKNOWN, reason, spent, None, second
     return decision.verdict, decision.reason, spent, None, second

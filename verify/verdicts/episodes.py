@@ -54,11 +54,13 @@ from verify.states.shares import SAMPLE_SEED
 from verify.states.state import State, inside, sample, state_at
 
 SAMPLES = 20_000
-NOT_ALIKE = "a start was found from which the claim fails here, but not in every simulator: contacts magnify roundings"
+NOT_ALIKE = (
+    "from a start that was found the claim fails here, but not in every simulator: contacts magnify rounding errors"
+)
 LEFT_OPEN = "zones prove it, but the second reading of the policy does not: please report this"
 NO_START = (
-    "zones prove it, but no start of the region was found that it is about: in float64 numbers, without centres that "
-    "ever coincide; widen the region"
+    "zones prove it, but no start in the region was found that the claim covers: one in float64 numbers, from which no "
+    "two centres ever coincide; widen the region"
 )
 TRIED_STARTS = 100  # sampled starts that fail in float64, looked at exactly
 
@@ -240,8 +242,8 @@ def _contacts(profile: PolicyProfile, decision: Decision) -> str:
     if not partners(profile.world) or not decision.zones or decision.verdict in (Verdict.VIOLATED, Verdict.VACUOUS):
         return ""
     if not decision.touched + decision.given_up:
-        return "none comes near in any zone visited, so motion is followed exactly there"
-    bounded = f"pushes over-approximated by intervals in {decision.touched:,} zones"
-    lost = f"where somebody's place was not known within {MAX_DRIFT / SCALE:g}"
-    given_up = f"; {decision.given_up:,} given up by the group then followed, {lost}"
+        return "no two entities come near each other in any zone visited, so motion is followed exactly there"
+    bounded = f"contact forces over-approximated by intervals in {decision.touched:,} zones"
+    lost = f"since a position was not known within {MAX_DRIFT / SCALE:g}"
+    given_up = f"; {decision.given_up:,} given up for the group then followed, {lost}"
     return bounded + (given_up if decision.given_up else "")

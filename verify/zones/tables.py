@@ -103,7 +103,7 @@ class Table:
             if not over:
                 continue
             if name not in self._box:
-                raise InputError(f"the question speaks of {name}, which regions do not bound yet", "", "see --region")
+                raise InputError(f"the claim is about {name}, which regions cannot bound yet", "", "see --region")
             if (upper if over > 0 else lower) or (size[0] and (abs(over), under) != size):
                 raise BeyondZonesError(str(atom))
             size = abs(over), under

@@ -270,7 +270,7 @@ class _Run:
             read = [json.loads(line) for line in lines]
         except (SafetensorError, ValueError, LookupError, TypeError, AttributeError, RuntimeError):
             advice = "start again in another folder; expert.safetensors is still the best checkpoint"
-            raise InputError("the state of the training is damaged or another's", str(place), advice) from None
+            raise InputError("the training state is damaged, or belongs to another run", str(place), advice) from None
         self.lines = [line for line in read if line["steps"] <= self.trainer.steps]
 
     def best(self, fault: str) -> tuple[dict[str, Any], dict[str, Float32]]:

@@ -61,11 +61,11 @@ def test_every_command_has_help(capsys):
         (["verify", "{profile}", "--margin", "much"], "not a number"),
         (["verify", "{profile}", "--margin", "-1"], "margin must be between 0 and"),
         (["verify", "{profile}", "--solver-units", "0"], "solver units must be between"),
-        (["verify", "{profile}", "--steps", "3"], "none of the properties asked reads steps"),
+        (["verify", "{profile}", "--steps", "3"], "none of these properties has the parameter steps"),
         (["verify", "{profile}", "--property", "reaches", "--steps", "-1"], "steps must be between"),
         (
             ["verify", "{profile}", "--property", "reaches", "--margin", "1/40"],
-            "none of the properties asked reads margin",
+            "none of these properties has the parameter margin",
         ),
         (["verify", "{profile}", "--property", "reaches", "--landmarks", "landmark_2"], "unknown landmark"),
         (["verify", "{profile}", "--property", "covers", "--max-zones", "0"], "zones must be between"),
@@ -271,7 +271,7 @@ def test_a_profile_of_another_world_is_not_played_in_ours(capsys, profile_file, 
     assert code == ExitCode.INCONCLUSIVE and "SKIPPED" in err and "no world of this version" in err
     code, out, _ = run(capsys, "-q", "verify", profile_file)
     assert code in (ExitCode.DONE, ExitCode.VIOLATED)
-    assert "SKIPPED mpe2.simple_adversary_v3" in out and "not checked: the profile is not of a world" in out
+    assert "SKIPPED mpe2.simple_adversary_v3" in out and "not checked: this version cannot play" in out
     assert "visited" not in out and "replays    reference, compiled C" in out
 
 

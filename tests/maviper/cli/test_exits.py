@@ -51,7 +51,7 @@ def test_a_run_folder_goes_on_with_resume_alone(capsys, monkeypatch, tmp_path):
         assert told(capsys, *extract(tmp_path / "run")) == exits.RESUME
         assert told(capsys, *extract(tmp_path / "run", "--resume")) == exits.RESUME
     assert main.run(list(map(str, extract(tmp_path / "run")))) == ExitCode.INPUT
-    assert "go on with --resume" in capsys.readouterr().err
+    assert "continue it with --resume" in capsys.readouterr().err
     assert main.run(list(map(str, extract(tmp_path / "run", "--resume")))) == ExitCode.DONE
     assert (tmp_path / "run" / runs.PROFILE_FILE).exists()
 

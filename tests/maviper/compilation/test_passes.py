@@ -102,11 +102,11 @@ def test_bad_requests_are_told(wide, tmp_path, profile):
         transformed(wide, ["reoder"])
     with pytest.raises(InputError, match="needs a region"):
         transformed(wide, ["drop"])
-    with pytest.raises(InputError, match="is for the pass drop"):
+    with pytest.raises(InputError, match="is only for the pass drop"):
         transformed(wide, ["merge"], "start")
     empty = tmp_path / "empty.toml"
     empty.write_text('[difference]\n"agent_0.x - agent_1.x" = [3, 4]\n')
-    with pytest.raises(InputError, match="no world state"):
+    with pytest.raises(InputError, match="contains no state"):
         transformed(wide, ["drop"], str(empty))
     thin = tmp_path / "thin.toml"
     thin.write_text('[box]\n"agent_0.x" = ["1/3", "1/3"]\n')
@@ -131,5 +131,5 @@ def test_reordering_the_shipped_trees_asks_fewer_tests(profile):
 def test_a_profile_for_a_region_is_not_given_another(wide, region):
     """Trees that were cut for one region may act otherwise in a larger one."""
     once = transformed(wide, ["drop"], region).profile
-    with pytest.raises(InputError, match="for a region already"):
+    with pytest.raises(InputError, match="already has a region"):
         transformed(once, ["drop"], "start")

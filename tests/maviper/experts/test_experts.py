@@ -217,7 +217,7 @@ def test_bad_expert_files_are_refused(expert, tmp_path):
             store.decode(bad, "x")
     with pytest.raises(InputError, match="not an expert file"):
         store.decode(store.encode(expert.tensors, {**expert.card, "networks": "transformer"}), "x")
-    with pytest.raises(InputError, match="sound expert"):
+    with pytest.raises(InputError, match="expert file is damaged"):
         store.decode(store.encode(expert.tensors, {**expert.card, "hidden": 32}), "x")
     broken = {**expert.tensors, "agent_0.actor.1.bias": np.full(64, np.nan, np.float32)}
     with pytest.raises(InputError, match=r"agent_0.actor.1.bias"):
@@ -234,7 +234,7 @@ def test_an_expert_of_another_world_is_refused(expert):
     data = store.encode(expert.tensors, expert.card)
     with pytest.raises(InputError, match="another world"):
         store.decode(data, "x", find("predator-prey"))
-    with pytest.raises(InputError, match="sound expert"):  # the right name, other sizes
+    with pytest.raises(InputError, match="expert file is damaged"):  # the right name, other sizes
         store.decode(store.encode(expert.tensors, {**expert.card, "world": "physical-deception,defenders=3"}), "x")
     with pytest.raises(InputError, match="--world somewhere:something"):
         store.decode(store.encode(expert.tensors, {**expert.card, "world": "somewhere:something"}), "x")

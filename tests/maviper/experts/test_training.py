@@ -130,7 +130,7 @@ def test_bad_folders_and_devices_are_refused(tmp_path):
     state = (tmp_path / "a" / "state.safetensors").read_bytes()
     for bad in (state[:-7], b"", state[:100]):
         (tmp_path / "a" / "state.safetensors").write_bytes(bad)
-        with pytest.raises(InputError, match="damaged or another's"):
+        with pytest.raises(InputError, match="damaged, or belongs to another run"):
             train(world, tmp_path / "a", asked, resume=True)
     (tmp_path / "a" / "config.json").write_text("{")
     with pytest.raises(InputError, match="not a readable run folder"):

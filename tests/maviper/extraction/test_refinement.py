@@ -401,7 +401,7 @@ def test_what_a_budget_spends_is_what_is_played(world, expert, monkeypatch):
 def test_budgets_that_cannot_be(world, expert):
     with pytest.raises(InputError, match="4 episodes are too few"):
         extract(world, expert, Settings.of({"budget": 4}))
-    with pytest.raises(InputError, match="a budget says what --iterations, --refinement-episodes would be"):
+    with pytest.raises(InputError, match="--max-episodes already determines --iterations, --refinement-episodes"):
         Settings.of({"budget": 1_000, "iterations": 3, "refinement": 0})
     with pytest.raises(InputError, match="budget must be from 0"):
         Settings.of({"budget": -1})
@@ -432,7 +432,7 @@ def test_further_features_are_played_compiled_and_verified(groups, quick, tmp_pa
     code = main.run(["verify", str(profile)])
     said = capsys.readouterr()
     if groups == "velocity":
-        assert code in (0, 1) or "which regions do not bound yet" in said.err
+        assert code in (0, 1) or "which regions cannot bound yet" in said.err
     else:
         assert code in (0, 1) and ("replayed by reference, compiled C, mpe2" in said.out) == (code == 1)
 
@@ -459,7 +459,7 @@ def test_features_that_cannot_be(tmp_path, capsys):
     assert "did you mean 'goal'" in refused("physical-deception", "--features", "gaol")
     assert "named twice" in refused("physical-deception", "--features", "goal+goal")
     assert "add nothing here" in refused("predator-prey", "--features", "goal")
-    assert "has further features already" in refused("physical-deception,features=goal", "--features", "signs")
+    assert "already has additional features" in refused("physical-deception,features=goal", "--features", "signs")
 
 
 def test_the_automatic_choice_keeps_what_helps(world, expert):

@@ -207,7 +207,7 @@ def test_states_in_which_nothing_fulfils_the_claim_are_left_out_and_said(world, 
     assert f"{left_out} left out" in capsys.readouterr().err
     document["formula"] = {"any": []}
     (tmp_path / "none.json").write_text(json.dumps(document))
-    with pytest.raises(InputError, match="in none of the states"):
+    with pytest.raises(InputError, match="cannot be fulfilled in any of the states"):
         task(world, expert, tmp_path / "none.json")
 
 
@@ -431,7 +431,7 @@ def test_without_the_policy_before_or_with_some_agents_only_the_reason_is_told(f
         ({"eps": "-1"}, "eps must be between"),
         ({"eps": "1" + "0" * 20}, "eps must be between"),
         ({"command": 'maviper verify "x'}, "No closing quotation"),
-        ({"command": "rm -rf x"}, "no maviper verify"),
+        ({"command": "rm -rf x"}, "is not `maviper verify`"),
     ],
     ids=lambda value: "-".join(value) if isinstance(value, dict) else "",
 )

@@ -56,7 +56,7 @@ def test_another_policy_is_an_input_error(proved, tmp_path, capsys):
     other.write_text(policy_json.dumps(team(small_profile(), tree(STAY), towards(1, 1))))
     name = str(proved / "certificate-1-distinct_targets.json")
     assert main.run(["check", name, "--profile", str(other)]) == 2
-    assert "another policy" in capsys.readouterr().err
+    assert "another profile" in capsys.readouterr().err
 
 
 def test_no_certificate_without_a_proof(tmp_path):
@@ -100,7 +100,7 @@ def test_a_forged_proof_about_episodes_is_refused(arrived, tmp_path, capsys):
     other = tmp_path / "profile.json"
     other.write_text(policy_json.dumps(team(small_profile(), tree(STAY), towards(1, 1))))
     assert main.run(["check", str(arrived / "certificate-2-reaches.json"), "--profile", str(other)]) == 2
-    assert "another policy" in capsys.readouterr().err
+    assert "another profile" in capsys.readouterr().err
 
 
 def test_a_proof_without_a_certificate_says_so(arrived, tmp_path, monkeypatch, capsys):

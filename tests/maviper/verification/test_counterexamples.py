@@ -80,7 +80,7 @@ def test_a_file_says_what_a_report_says(folder):
     text, page = ((folder / f"report.{form}").read_text() for form in ("txt", "html"))
     for said in ("the only one", "fails by", "in brackets: ", "does not matter"):
         assert said.lower() in text and said.lower() in page.lower(), said
-    assert "turns when moved by" in page and "Not tested: " in page
+    assert "changes when moved by" in page and "Not tested: " in page
 
 
 def test_the_ready_test_of_an_episode_fails_until_the_policy_is_mended(folder, tmp_path):
@@ -151,7 +151,7 @@ def test_a_damaged_file_is_told(folder, tmp_path, change, said):
         ({"parameters/steps": "25"}, "steps"),
         ({"parameters/steps": 10**9}, "steps"),
         ({"parameters/radius": "-1"}, "radius"),
-        ({"parameters/radius": "1/0"}, "no number"),
+        ({"parameters/radius": "1/0"}, "not a number"),
         ({"parameters/radius": 1}, "radius"),
         ({"parameters/speed": 1}, "parameter"),
         ({"parameters/landmarks": ["landmark_0", "landmark_7"]}, "landmark"),

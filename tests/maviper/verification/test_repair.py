@@ -75,7 +75,7 @@ def test_a_repair_beyond_the_depth_exits_with_1(before, tmp_path, capsys):
     ]
     assert main.run(asked) == 1
     said = capsys.readouterr().err
-    assert "too deep" in said and "1 was asked for" in said and "PROVED" in said
+    assert "too deep" in said and "more than the 1 asked for" in said and "PROVED" in said
 
 
 def test_a_world_that_cannot_be_played_is_repaired_without_measures(before, tmp_path):

@@ -165,7 +165,7 @@ def test_real_arithmetic_is_named(capsys, place):
     code, out, err = run(capsys, "verify", "roles.json", "--semantics", "real", "--json")
     report = json.loads(out)
     assert code == ExitCode.DONE and report["results"][0]["semantics"] == "real" and "real arithmetic" in err
-    assert report["semantics"].startswith("Real arithmetic") and "--semantics real" in report["results"][0]["command"]
+    assert "about real arithmetic, not" in report["semantics"] and "--semantics real" in report["results"][0]["command"]
     assert report["results"][0]["largest_margin"]["proved"] == "0.05"
 
 
@@ -244,16 +244,16 @@ def test_a_property_file_with_both_kinds_of_claims(capsys, place):
     [
         (["--property", "reaches", "--semantics", "real"], "reaches is decided for the deployed arithmetic only"),
         (["--properties", "episodes.toml", "--semantics", "real"], "deployed arithmetic only"),
-        (["--property", "covers", "--smt", "smt"], "no property asked is a question for a solver"),
-        (["--property", "covers", "--solver-units", "5"], "none of the properties asked is a query to the solver"),
-        (["--property", "no_double", "--max-zones", "5"], "none of the properties asked reads zones"),
-        (["--properties", "episodes.toml", "--steps", "5"], "none of the properties asked reads steps"),
-        (["--property", "covers", "--kappa", "1"], "none of the properties asked reads kappa"),
+        (["--property", "covers", "--smt", "smt"], "none of these properties gives a query to the solver"),
+        (["--property", "covers", "--solver-units", "5"], "none of these properties is decided by the solver"),
+        (["--property", "no_double", "--max-zones", "5"], "none of these properties has the parameter zones"),
+        (["--properties", "episodes.toml", "--steps", "5"], "none of these properties has the parameter steps"),
+        (["--property", "covers", "--kappa", "1"], "none of these properties has the parameter kappa"),
         (["--property", "cover"], "did you mean 'covers'"),
         (["--property", "reaches", "--landmarks", "landmark_0"], "--landmarks"),
         (["--property", "steady", "--of", "reaches"], "unknown property 'reaches'"),
-        (["--kappa", "1"], "none of the properties asked reads kappa"),
-        (["--property", "no_double", "--radius", "1"], "reads radius"),
+        (["--kappa", "1"], "none of these properties has the parameter kappa"),
+        (["--property", "no_double", "--radius", "1"], "parameter radius"),
         (["--property", "own_target", "--landmarks", "landmark_0"], "different landmark"),
         (["--property", "own_target", "--landmarks", "landmark_0,landmrk_1"], "did you mean 'landmark_1'"),
         (["--property", "steady", "--of", "alined"], "did you mean 'aligned'"),
@@ -263,8 +263,8 @@ def test_a_property_file_with_both_kinds_of_claims(capsys, place):
         (["--properties", "none.toml"], "cannot read the file"),
         (["--properties", "bad.toml"], "not a readable property file"),
         (["--properties", "bytes.toml"], "not UTF-8"),
-        (["--properties", "good.toml", "--team", "defenders"], "name their own teams"),
-        (["--properties", "good.toml", "--margin", "1"], "reads margin"),
+        (["--properties", "good.toml", "--team", "defenders"], "does not apply to a property file"),
+        (["--properties", "good.toml", "--margin", "1"], "parameter margin"),
         (["--properties", "far.toml"], "far.toml, line 3: property 1, region"),
         (["--smt", "roles.json"], "roles.json"),
         (["--solver-units", "0"], "solver units must be between"),
@@ -330,7 +330,7 @@ def test_where_says_what_it_does_not_know(capsys, place):
     assert told["zones"] == 7 and not told["complete"] and told["exact"] is None and told["region"] is None
     assert "not all violating zones are known" in told["exact_reason"] and told["exact_reason"] in err
     _, out, _ = run(capsys, "-q", "verify", "same.json", "--property", "aligned", "--where")
-    assert "only a solver decides it" in out
+    assert "only a solver can decide it" in out
 
 
 def test_where_is_about_single_decisions(capsys, place):

@@ -98,7 +98,7 @@ def test_real_semantics_is_named_and_not_the_machines(profile):
 def test_another_policy_is_told(roles, profile):
     _, made = roles
     other = team(profile, towards(0, 0), tree(STAY))
-    with pytest.raises(InputError, match="another policy"):
+    with pytest.raises(InputError, match="another profile"):
         accepted(made, other)
     with pytest.raises(RejectedError):
         accepted(replace(made, profile=content_hash(other)), other)
@@ -126,7 +126,7 @@ def test_an_empty_region_is_refused(roles):
     pair, made = roles
     empty = replace(made.region, differences=(("agent_0.x", "agent_1.x", (Fraction(3), Fraction(4))),))
     assert zones.decide(stated(pair, made.formula, empty)).verdict is Verdict.VACUOUS
-    with pytest.raises(RejectedError, match="no point of the region"):
+    with pytest.raises(RejectedError, match="not a state of the region"):
         accepted(replace(made, region=empty), pair)
     with pytest.raises(InputError, match="inhabitant"):
         accepted(replace(made, region=empty, inhabitant={}), pair)
@@ -303,7 +303,7 @@ def test_proofs_of_other_claims_are_refused(roles):
     with pytest.raises(RejectedError):
         decisions.check(pair, negated(made.formula), made.region, "landmark_0", Semantics(), numbers(b""))
     for longer in (b"\0", b"\1\0"):
-        with pytest.raises(RejectedError, match="goes on"):
+        with pytest.raises(RejectedError, match="continues"):
             accepted(replace(made, proofs={goal: proof + longer for goal, proof in made.proofs.items()}), pair)
 
 

@@ -69,11 +69,11 @@ def test_the_proof_of_the_property_itself_does_not_pass_for_steady(roles):
     """Nor the reverse, though it would be true: each states what its proof is about."""
     pair, made = roles
     plain = proved(pair, find_property("distinct_targets", pair), start_region(pair.world))
-    with pytest.raises(RejectedError, match="errors up to 1/25, the proof up to 0"):
+    with pytest.raises(RejectedError, match="errors up to 1/25, but the proof about errors up to 0"):
         accepted(replace(plain, claim=made.claim), pair)
     with pytest.raises(RejectedError):
         accepted(replace(plain, claim=made.claim, eps=EPS), pair)
-    with pytest.raises(RejectedError, match="errors up to 0, the proof up to 1/25"):
+    with pytest.raises(RejectedError, match="errors up to 0, but the proof about errors up to 1/25"):
         accepted(replace(made, claim=plain.claim), pair)
     false = replace(made.claim, eps=Fraction(1, 4))
     assert decide(Question(pair, false, plain.region)).verdict is Verdict.VIOLATED
@@ -132,7 +132,7 @@ def test_steady_without_its_errors_is_refused(roles):
     pair, made = roles
     document = json.loads(to_json(made))
     del document["eps"]
-    with pytest.raises(RejectedError, match="the proof up to 0"):
+    with pytest.raises(RejectedError, match="but the proof about errors up to 0"):
         accepted(from_json(rehashed(document)), pair)
 
 

@@ -101,7 +101,7 @@ def test_nobody_keeps_apart_from_itself():
     alone = KeepsApart("adversaries", 3)
     for ask in (episodes.verify_episodes, composition.decide):
         given = ({},) if ask is episodes.verify_episodes else ()
-        with pytest.raises(InputError, match="needs two"):
+        with pytest.raises(InputError, match="needs at least two"):
             ask(Question(PAIR, alone, everywhere(PAIR)), *given)
 
 

@@ -475,9 +475,9 @@ def test_what_a_certificate_must_say(arrivers, proved):
             accepted(replace(proved, **changes), arrivers)
 
     claim, region, part = proved.claim, proved.region, proved.parts[0]
-    refused("the parts are not the claim", parts=proved.parts[:1])
-    refused("the parts are not the claim", parts=())
-    refused("another policy", profile="0" * 64)
+    refused("the parts do not make up the claim", parts=proved.parts[:1])
+    refused("the parts do not make up the claim", parts=())
+    refused("another profile", profile="0" * 64)
     refused("inhabitant", inhabitant={**proved.inhabitant, "agent_0.x": Fraction(2)})
     refused("inhabitant", inhabitant={**proved.inhabitant, "agent_0.x": Fraction(1, 3)})
     refused("machine arithmetic", semantics="real")
@@ -490,12 +490,12 @@ def test_what_a_certificate_must_say(arrivers, proved):
     refused("followed twice", parts=(replace(part, followed=("agent_0", "agent_0")), proved.parts[1]))
     refused("landmarks that", parts=(replace(part, landmark=""), proved.parts[1]))
     refused("landmarks that", parts=(replace(part, goal="landmark_7"), proved.parts[1]))
-    refused("steps are not", claim=replace(claim, steps=10**6))
+    refused("steps must be", claim=replace(claim, steps=10**6))
     refused("rounding over", claim=replace(claim, steps=2_000))
     moving = replace(region, box={**region.box, "agent_0.vx": (Fraction(1, 4), Fraction(1))})
     refused("at rest", region=moving, inhabitant={**proved.inhabitant, "agent_0.vx": Fraction(1, 2)})
     far = Fraction(10**400)
-    refused("no start", inhabitant={**proved.inhabitant, "agent_0.x": far})
+    refused("not a start", inhabitant={**proved.inhabitant, "agent_0.x": far})
     refused("reaches beyond", region=replace(region, box={**region.box, "agent_0.x": (-far, far)}))
     some = {name: bounds for name, bounds in region.box.items() if name != "agent_0.x"}
     start = {name: proved.inhabitant[name] for name in some}

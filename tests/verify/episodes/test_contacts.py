@@ -345,7 +345,7 @@ def test_pairs_and_refusals():
     with pytest.raises(InputError, match="says nothing"):
         find_claim("keeps_apart", HOMING, radius=Fraction(0))
     alone = going(STAY, STAY, name=f"{TAG},predators=1,prey=1,obstacles=1")
-    with pytest.raises(InputError, match="needs two"):
+    with pytest.raises(InputError, match="needs at least two"):
         find_claim("keeps_apart", alone, "prey")
 
 
@@ -405,4 +405,4 @@ def test_a_region_without_float64_starts_is_not_proved(profile):
     start = everywhere(still)
     third = replace(start, box={name: (Fraction(1, 3), Fraction(1, 3)) for name in start.box})
     result = verify_episodes(Question(still, find_claim("reaches", still, steps=0), third), {})
-    assert result.verdict is Verdict.UNKNOWN and "no start of the region was found" in result.reason
+    assert result.verdict is Verdict.UNKNOWN and "no start in the region was found" in result.reason

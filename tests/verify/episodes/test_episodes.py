@@ -370,7 +370,7 @@ def test_a_replay_that_takes_another_course_is_no_verdict(profile):
         coordinates, actions = courses(swinging, [state], steps)
         return Episode(coordinates[:, 0] + 2.0**-52, actions[:, 0])
 
-    with pytest.raises(DisagreementError, match="another course"):
+    with pytest.raises(DisagreementError, match="another episode"):
         verify_episodes(Question(swinging, claim, everywhere(swinging)), {"simulator": off})
 
 

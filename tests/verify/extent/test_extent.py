@@ -306,7 +306,7 @@ def test_a_proved_claim_holds_everywhere(profile):
         ("assignment", Verdict.VIOLATED, where.BEYOND),
         ("steady", Verdict.VIOLATED, where.NOISY),
         ("alive_leaves", Verdict.VIOLATED, where.OF_LEAVES),
-        ("distinct_targets", Verdict.VACUOUS, "the claim speaks of no world state of the region"),
+        ("distinct_targets", Verdict.VACUOUS, "the claim is about no world state of the region"),
     ],
 )
 def test_what_cannot_be_had_has_its_reason(profile, name, verdict, reason):
@@ -329,7 +329,7 @@ def test_a_team_that_always_fails_has_no_region(profile):
     still = team(profile, tree(STAY), tree(STAY))
     claim = find_property("distinct_targets", still, radius=Fraction(0))
     found = where.where(Question(still, claim, everywhere(still)), Verdict.VIOLATED)
-    assert found.share.value == 1 and found.part is None and "no state" in found.part_reason
+    assert found.share.value == 1 and found.part is None and "none both conflicts" in found.part_reason
 
 
 # --- in words

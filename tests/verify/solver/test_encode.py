@@ -249,5 +249,5 @@ def test_navigation_is_verified_like_deception():
     assert lost.verdict is Verdict.VIOLATED
     assert violates(from_start(profile(roles(0), roles(1), roles(1)), claim), lost.counterexample.state)
     fast = tree((names[0].index("vx"), 0.0, 1, 2), LEFT, RIGHT)
-    with pytest.raises(InputError, match=r"observes agent_0\.vx, which regions do not bound"):
+    with pytest.raises(InputError, match=r"observes agent_0\.vx, which regions cannot bound"):
         decide(Question(profile(fast, roles(1), roles(2)), claim, region))

@@ -203,7 +203,7 @@ def test_coordinates_that_the_region_does_not_bound_are_refused():
         for name, features, actions in zip(NAVIGATION.agents, NAVIGATION.features, NAVIGATION.actions, strict=True)
     )
     profile = ir.PolicyProfile(NAVIGATION.spec, agents, ir.Provenance("", "", 0, "", ""))
-    with pytest.raises(InputError, match=r"agent_0\.vx, which regions do not bound"):
+    with pytest.raises(InputError, match=r"agent_0\.vx, which regions cannot bound"):
         zones.decide(stated(profile, formula(profile, DistinctTargets("agents")), start_region(NAVIGATION.spec)))
 
 
