@@ -10,6 +10,13 @@ settings.register_profile("repeatable", derandomize=True, deadline=None, max_exa
 settings.load_profile("repeatable")
 
 
+@pytest.hookimpl(tryfirst=True)
+def pytest_cmdline_main(config):
+    """With several workers a file's tests stay together, so that what they share is set up once."""
+    if config.getoption("numprocesses", None) and config.getoption("dist", "no") in ("no", "load"):
+        config.option.dist, config.option.loadscopereorder = "loadfile", False
+
+
 def pytest_runtest_setup(item):
     if item.get_closest_marker("compile") and find_compiler() is None:
         pytest.skip("no C compiler (cc, gcc, clang or $CC)")
