@@ -195,17 +195,18 @@ def _paired(world: Coordination, chances: Sequence[Float64]) -> list[int]:
     met = [(each @ PAIRS[world.rule]).reshape(len(each), -1) for each in chances]
     tables = {(k, m): met[k] @ flat[m].T for k in range(world.kinds) for m in range(world.kinds)}
     pairs = {(a, b): tables[world.kind(a), world.kind(b)] for a, b in combinations(range(n_agents), 2)}
-    search = _Search(pairs, n_agents)
+    search = Search(pairs, n_agents)
     search.run()
     return search.best
 
 
-class _Search:
+class Search:
     """Branch and bound over agents, the first ones first. `pairs`: (a, b), a < b -> [n_rules of a, n_rules of b]."""
 
     def __init__(self, pairs: dict[tuple[int, int], Float64], n_agents: int) -> None:
         self.pairs, self.n_agents = pairs, n_agents
         self.nodes = 0
+        self.sizes = [len(self.table(agent, 0 if agent else 1)) for agent in range(n_agents)]
         self.reached, self.best = max(map(self._climbed, self._starts()))
 
     def table(self, a: int, b: int) -> Float64:
@@ -217,8 +218,10 @@ class _Search:
         return float(sum(self.pairs[a, b][team[a], team[b]] for a, b in combinations(range(self.n_agents), 2)))
 
     def _starts(self) -> Iterator[list[int]]:
-        n_rules = len(self.pairs[0, 1])
-        return ([rule] * self.n_agents for rule in range(0, n_rules, max(1, n_rules // 100)))
+        """Teams of one rule, a hundred of them at most."""
+        least = min(self.sizes)
+        for rule in range(0, least, max(1, least // 100)):
+            yield [rule] * self.n_agents
 
     def _climbed(self, team: list[int]) -> tuple[float, list[int]]:
         """A team after each agent's best answer to the others, until none gains."""
@@ -234,8 +237,7 @@ class _Search:
 
     def run(self) -> None:
         """Searches all teams."""
-        sizes = [len(self.table(agent, 0 if agent else 1)) for agent in range(self.n_agents)]
-        self._extend([], 0.0, [np.zeros(size) for size in sizes])
+        self._extend([], 0.0, [np.zeros(size) for size in self.sizes])
 
     def _extend(self, team: list[int], value: float, given: Sequence[Float64]) -> None:
         """Tries every rule of the next agent. `given`: for each agent, what each of its rules adds with `team`."""

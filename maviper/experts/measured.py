@@ -87,7 +87,8 @@ class Measured:
         everybody = range(len(self.agents))
         total, actions = np.zeros((len(state), len(self.agents))), first
         for step in range(min(self.horizon, self.world.spec.episode_steps)):
+            if step:
+                actions = self.controller.act(everybody, self.world.observe(state), state)
             state = self.world.step(state, actions)
             total += GAMMA**step * (self.world.rewards(state) + self.shaping * self.world.shaping(state))
-            actions = self.controller.act(everybody, self.world.observe(state), state)
         return total

@@ -162,7 +162,8 @@ class Coordination(World):
         share = np.divide(drawn, errors, out=np.zeros_like(drawn), where=wrong)
         off = np.minimum((share * (self.levels - 1)).astype(np.int64), self.levels - 2) + 1
         readings = (self.cells[hidden][:, None] + np.where(wrong, off, 0)) % self.levels
-        return Decisions(hidden, readings, np.full((len(hidden), len(self.agents)), UNDECIDED))
+        undecided = np.full((len(hidden), len(self.agents)), UNDECIDED)
+        return Decisions(hidden, readings.astype(np.int8), undecided)  # readings are what copies of states cost
 
     def step(self, state: Decisions, actions: Int) -> Decisions:
         """The games with everybody's decision. `actions`: [batch, n_agents] conventions."""

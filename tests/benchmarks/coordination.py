@@ -1,6 +1,6 @@
 """How far each algorithm's trees are from the best team of trees of their depth, in coordination games.
 
-    python tests/benchmarks/coordination.py [--agents 2,3,4,6] [--games payoff=0,payoff=100] [--depth 2] [--kinds 2]
+    python tests/benchmarks/coordination.py [--agents 2,3,4] [--games payoff=0,payoff=100] [--depth 2] [--kinds 2]
         [--seeds 10] [--full] [--json]
 
 One row for each game and team size: the optimum, the expert's worth and each algorithm's optimality gap, medians over
@@ -64,7 +64,7 @@ def measured(game, depth, seeds):
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--agents", default="2,3,4,6")
+    parser.add_argument("--agents", default="2,3,4")
     parser.add_argument("--games", default=",".join(GAMES))
     parser.add_argument("--depth", type=int, default=2)
     parser.add_argument("--kinds", type=int, default=2)

@@ -13,7 +13,7 @@ from maviper.episodes.play import play
 from maviper.experts.finding import find_expert
 from maviper.experts.scripted import scripted
 from maviper.extraction.growth.weights import iviper_weights, maviper_weights
-from maviper.worlds import find
+from maviper.worlds import find, parallel_env
 from maviper.worlds.matching import matching_places, matching_world
 
 VARIANTS = [
@@ -46,6 +46,8 @@ def test_equals_the_reference_environment(name):
         _, given, ended, cut, _ = env.step(dict(zip(world.agents, acted[row].tolist(), strict=True)))
         assert list(given.values()) == pytest.approx(rewards[row].tolist(), abs=1e-12)
         assert all(ended.values()) and not any(cut.values()) and not env.agents
+    handed_out, _ = parallel_env(name).reset(seed=SEEDS[0])
+    assert [handed_out[agent].tobytes() for agent in world.agents] == [each[0].tobytes() for each in seen]
     assert world.alive(state).all() and not world.alive(after).any()
     assert not world.terminated(state).any() and world.terminated(after).all()
 
