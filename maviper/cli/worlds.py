@@ -29,7 +29,8 @@ def worlds_list() -> int:
         agents = ", ".join(f"{team} ({len(members)})" for team, members in find(name).teams.items())
         click.echo(f"{name}  {agents}")
         click.echo(f"  options: {', '.join(f'{key}={value}' for key, value in options_of(name).items())}")
-        click.echo(f"  experts: {', '.join(expert for expert in SHIPPED if expert.startswith(name))}")
+        experts = ", ".join(expert for expert in SHIPPED if expert.startswith(name))
+        click.echo(f"  experts: {experts or f'{name}@scripted'}")
     return ExitCode.DONE
 
 

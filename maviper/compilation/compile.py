@@ -6,7 +6,7 @@ Does not: write files.
 """
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
@@ -24,7 +24,7 @@ from codegen.targets import USUAL, smt
 from maviper.episodes.on_policy import on_policy
 from maviper.episodes.play import Episodes, Policies
 from maviper.evaluation.fidelity import Fidelity, fidelity
-from maviper.worlds import ParticleWorld
+from maviper.worlds import World
 from maviper.worlds.matching import NO_WORLD, matching_world
 
 if TYPE_CHECKING:
@@ -118,12 +118,12 @@ def _grown(profile: ir.PolicyProfile, episodes: Episodes) -> list[Agreement]:
     ]
 
 
-def _driven(made: Build, world: ParticleWorld, episodes: Episodes) -> list[Agreement]:
-    """The same episodes, driven by the compiled C: every action and position must be the same."""
+def _driven(made: Build, world: World, episodes: Episodes) -> list[Agreement]:
+    """The same episodes, driven by the compiled C: every action and world state must be the same."""
     profile = made.profile
     driver = Policies([partial(made.library.act, policy.agent) for policy in profile.agents])
     again = on_policy(profile, world, driver)
-    if any(a.position.tobytes() != b.position.tobytes() for a, b in zip(again.states, episodes.states, strict=True)):
+    if any(_bytes(a) != _bytes(b) for a, b in zip(again.states, episodes.states, strict=True)):
         raise DisagreementError(
             "episodes driven by the compiled C differ from those of the profile",
             "",
@@ -135,6 +135,11 @@ def _driven(made: Build, world: ParticleWorld, episodes: Episodes) -> list[Agree
         wanted, given = episodes.actions[..., agent].ravel(), again.actions[..., agent].ravel()
         found.append(selfcheck.compare("episodes driven by c", policy, rows, np.asarray(wanted, np.int32), given))
     return found
+
+
+def _bytes(state: Any) -> list[bytes]:
+    """All that a batch of world states holds."""
+    return [getattr(state, part.name).tobytes() for part in fields(state)]
 
 
 def evidence(compiled: Compiled) -> str:

@@ -8,12 +8,12 @@ Does not: measure.
 from codegen import ir
 from maviper.episodes import measures
 from maviper.episodes.play import Controller, Episodes, play, tree_policies
-from maviper.worlds import ParticleWorld
+from maviper.worlds import World
 
 ON_POLICY_EPISODES = 4_000  # of 25 steps: 100,000 observations an agent
 
 
-def on_policy(profile: ir.PolicyProfile, world: ParticleWorld, driver: Controller | None = None) -> Episodes:
+def on_policy(profile: ir.PolicyProfile, world: World, driver: Controller | None = None) -> Episodes:
     """Episodes of the profile's own trees, or the same episodes driven by `driver`."""
     seeds = range(measures.ON_POLICY_SEEDS, measures.ON_POLICY_SEEDS + ON_POLICY_EPISODES)
     controller = tree_policies(profile.agents) if driver is None else driver

@@ -14,7 +14,7 @@ from codegen import ir
 from maviper.episodes.play import Episodes, points
 from maviper.evaluation.players import shipped_expert
 from maviper.experts.expert import labels
-from maviper.worlds import ParticleWorld
+from maviper.worlds import World
 from maviper.worlds.world import Int
 
 
@@ -51,7 +51,7 @@ class Fidelity:
         }
 
 
-def fidelity(profile: ir.PolicyProfile, world: ParticleWorld, episodes: Episodes) -> tuple[Fidelity, ...]:
+def fidelity(profile: ir.PolicyProfile, world: World, episodes: Episodes) -> tuple[Fidelity, ...]:
     """Each agent's fidelity to the expert in the states of `episodes`; () where the expert is not shipped."""
     expert = shipped_expert(profile.provenance.expert, world)
     if expert is None:

@@ -16,7 +16,7 @@ from codegen.errors import InputError
 from codegen.ir import Float32, Float64
 from maviper.episodes.play import Controller
 from maviper.experts.expert import AS_GIVEN
-from maviper.worlds import ParticleWorld, World
+from maviper.worlds import World
 from maviper.worlds.world import Int
 
 GAMMA = 0.95
@@ -34,7 +34,7 @@ class Measured:
     horizon: int = HORIZON
 
     def __post_init__(self) -> None:
-        if not isinstance(self.world, ParticleWorld):
+        if self.world.games is not None:
             raise InputError(
                 "Q cannot be measured in this world",
                 self.world.name,
@@ -90,8 +90,9 @@ class Measured:
         """Discounted rewards of following the controller after a first joint action, [batch, n_agents]."""
         everybody = range(len(self.agents))
         total, actions = np.zeros((len(state), len(self.agents))), first
-        for step in range(self.horizon):
+        for step in range(min(self.horizon, self.world.spec.episode_steps)):
+            if step:
+                actions = self.controller.act(everybody, self.world.observe(state), state)
             state = self.world.step(state, actions)
             total += GAMMA**step * (self.world.rewards(state) + self.shaping * self.world.shaping(state))
-            actions = self.controller.act(everybody, self.world.observe(state), state)
         return total

@@ -1,7 +1,8 @@
 """Scripted experts: controllers that read the whole world state, as bounds, teachers, opponents and stand-ins.
 
-Does: one script a game, for any number of agents; landing on a point by short look-ahead, pursuit and flight.
-Assumes: the dynamics of `codegen/dynamics.py`, contacts left out of the look-ahead.
+Does: one script a game, for any number of agents; landing on a point by short look-ahead, pursuit and flight; in
+  coordination games, the convention that the agent's own readings demand.
+Assumes: in games with places, the dynamics of `codegen/dynamics.py`, contacts left out of the look-ahead.
 Does not: learn, or give a critic (measured.py makes one).
 """
 
@@ -16,7 +17,8 @@ import numpy as np
 from codegen.dynamics import accelerated, accelerations, displaced
 from codegen.errors import InputError
 from codegen.ir import Float32, Float64
-from maviper.worlds import CooperativeNavigation, ParticleWorld, PhysicalDeception, PredatorPrey, World
+from maviper.worlds import CooperativeNavigation, Coordination, PhysicalDeception, PredatorPrey, World
+from maviper.worlds.coordination import Decisions
 from maviper.worlds.particle import WorldState, distances, planes, squared_distances
 from maviper.worlds.predator_prey import PREDATORS, PREY, outside
 from maviper.worlds.world import Int
@@ -31,7 +33,7 @@ GAMES_AT_ONCE = 8_192  # bounds the memory of look-aheads
 class Scripted:
     """What all scripts share: an expert without networks. `q` is left to `measured.Measured`."""
 
-    world: ParticleWorld
+    world: World
     hash: str = ""
 
     @property
@@ -53,14 +55,14 @@ class Scripted:
         """InputError: a script has no critic."""
         raise InputError("a scripted expert has no critic", self.world.name, "measure Q: --critic measured")
 
-    def act(self, agents: Sequence[int], observations: Sequence[Float32], state: WorldState) -> Int:
+    def act(self, agents: Sequence[int], observations: Sequence[Float32], state: Any) -> Int:
         """As `Controller.act`."""
         parts = [
             self._act(agents, state[low : low + GAMES_AT_ONCE]) for low in range(0, max(len(state), 1), GAMES_AT_ONCE)
         ]
         return np.concatenate(parts)
 
-    def _act(self, agents: Sequence[int], state: WorldState) -> Int:
+    def _act(self, agents: Sequence[int], state: Any) -> Int:
         raise NotImplementedError
 
     @cached_property
@@ -75,7 +77,7 @@ class Landing:
     distance over HORIZON steps is taken (the first of equals). Exact while nothing pushes and no speed limit binds.
     """
 
-    def __init__(self, world: ParticleWorld) -> None:
+    def __init__(self, world: World) -> None:
         spec = world.spec
         effects = np.array([action.effect or (0.0, 0.0) for action in world.actions[0]])
         sequences = np.array(list(product(range(len(effects)), repeat=PLANNED)))
@@ -187,9 +189,24 @@ class Chase(Scripted):
         return place
 
 
+class AsRead(Scripted):
+    """Coordination: each agent takes what it reads for what is hidden, and the convention that this demands. Without
+    noise no team does better; with noise the agents' errors are independent, so a larger team errs more often.
+    """
+
+    def _act(self, agents: Sequence[int], state: Decisions) -> Int:
+        assert isinstance(self.world, Coordination)
+        return self.world.demanded[self.world.cell(state.readings[:, list(agents)])]
+
+
 SCRIPTED, FIXED_ROLES = "scripted", "fixed-roles"
-_SCRIPTS: dict[str, tuple[tuple[type[ParticleWorld], type[Scripted]], ...]] = {
-    SCRIPTED: ((PhysicalDeception, SplitUp), (CooperativeNavigation, Assignment), (PredatorPrey, Chase)),
+_SCRIPTS: dict[str, tuple[tuple[type[World], type[Scripted]], ...]] = {
+    SCRIPTED: (
+        (PhysicalDeception, SplitUp),
+        (CooperativeNavigation, Assignment),
+        (PredatorPrey, Chase),
+        (Coordination, AsRead),
+    ),
     FIXED_ROLES: ((PhysicalDeception, SplitUp), (CooperativeNavigation, FixedRoles)),
 }
 SCRIPTS = tuple(_SCRIPTS)

@@ -16,7 +16,7 @@ from maviper.experts.expert import Expert, labels
 from maviper.extraction.dataset import Dataset
 from maviper.extraction.growth.growing import Growth
 from maviper.extraction.settings import Settings
-from maviper.worlds import ParticleWorld, built_in
+from maviper.worlds import ParticleWorld, World, built_in
 from maviper.worlds.features import DERIVED, SEPARATOR
 from maviper.worlds.world import Int
 
@@ -48,9 +48,7 @@ def helpful_features(world: ParticleWorld, expert: Expert, settings: Settings) -
         reached = found[best]
 
 
-def _right(
-    world: ParticleWorld, observations: tuple[Float32, ...], wanted: Int, held: ir.Bool, settings: Settings
-) -> float:
+def _right(world: World, observations: tuple[Float32, ...], wanted: Int, held: ir.Bool, settings: Settings) -> float:
     """The share of held-out actions that trees grown on the others predict."""
     growth = Growth(world, settings)
     shape = wanted[~held].shape

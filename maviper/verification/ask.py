@@ -10,6 +10,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from fractions import Fraction
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,7 @@ from codegen.lowering.render import render
 from maviper.files import kinds, runs
 from maviper.files.regions import find_region
 from maviper.worlds import find
+from maviper.worlds.matching import ensure_places
 from verify.claims.catalogue import NAMES, ZONES, Claim, checked_zones, find_claim, in_general, known, readable, usual
 from verify.claims.episodes import EPISODE_CLAIMS
 from verify.claims.files import Stated, read_properties
@@ -115,6 +117,7 @@ def questions(profile: ir.PolicyProfile, profile_name: str, options: VerifyOptio
     """The questions of the options of `maviper verify`: first those of the property file, then the named ones."""
     if options.semantics not in SEMANTICS:
         raise InputError("the semantics must be machine or real", "--semantics")
+    ensure_places(profile.world, chain.from_iterable(policy.features for policy in profile.agents))
     region = find_region(options.region, profile)
     semantics = options.semantics
     found: list[Asked] = []
@@ -253,6 +256,7 @@ def _written(value: Parameter) -> str:
 def starter(world: str) -> str:
     """A commented property file for a world, with its own agents, landmarks and actions."""
     found = find(world)
+    ensure_places(found.spec, chain(*found.features))
     teams = {team: list(members) for team, members in found.teams.items()}
     marks = [mark.name for mark in found.spec.landmarks]
     fitting = [team for team, members in teams.items() if len(members) == len(marks)]

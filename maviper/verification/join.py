@@ -23,7 +23,7 @@ from maviper.episodes.on_policy import on_policy
 from maviper.episodes.play import Episodes
 from maviper.verification.replays import rollouts, state_of
 from maviper.worlds import ParticleWorld, WorldState
-from maviper.worlds.matching import NO_WORLD, matching_world
+from maviper.worlds.matching import NO_WORLD, matching_places
 from maviper.worlds.particle import placed
 from verify.claims.catalogue import Claim
 from verify.claims.decisions import DecisionClaim
@@ -58,7 +58,7 @@ def verify_claims(questions: Sequence[Question[Claim]], where: bool = False) -> 
     """
     profile = ensure(questions[0].profile)
     assert all(question.profile is profile for question in questions)
-    world = matching_world(profile)
+    world = matching_places(profile)
     made = build(profile, ["c"])
     skipped = [] if made.compilable else ["compiled C: no compiler found"]
     skipped += [] if world else [f"{shown(profile.world.reference)}: {NO_WORLD}"]
@@ -95,7 +95,7 @@ def region_file(number: int, claim: Claim) -> str:
 
 def replayed(profile: ir.PolicyProfile, claim: Formula, team: str, state: State, semantics: str) -> Acted:
     """A team's actions in a world state, by everything that can replay it here."""
-    world, policies = matching_world(profile), profile.team(team)
+    world, policies = matching_places(profile), profile.team(team)
     with build(profile, ["c"]) as made:
         return acted(profile, claim, team, state, _replays(made, policies, world), semantics)
 
@@ -106,7 +106,7 @@ def replayed_course(profile: ir.PolicyProfile, state: State, steps: int) -> tupl
     DisagreementError when one of them takes another course.
     """
     with build(profile, ["c"]) as made:
-        players = rollouts(made, matching_world(profile))
+        players = rollouts(made, matching_places(profile))
         return agreed(profile, state, steps, players), tuple(players)
 
 

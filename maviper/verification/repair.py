@@ -10,6 +10,7 @@ import shlex
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -31,7 +32,7 @@ from maviper.verification.ask import command, with_option_names
 from maviper.verification.certificates import certificate_files
 from maviper.verification.join import report_files, verify_claims
 from maviper.worlds import ParticleWorld, WorldState
-from maviper.worlds.matching import matching_world
+from maviper.worlds.matching import ensure_places, matching_places
 from verify.claims.catalogue import find_property
 from verify.claims.decisions import DecisionClaim
 from verify.claims.region import Region
@@ -88,13 +89,14 @@ class Repaired:
 def repaired(before: ir.PolicyProfile, options: RepairOptions, name: str = runs.PROFILE_FILE) -> Repaired:
     """The repair of a profile, which a user calls `name`. InputError for options that cannot be used."""
     options = options.checked()
+    ensure_places(before.world, chain.from_iterable(policy.features for policy in before.agents))
     region = find_region(options.region, before)
     given = {name: getattr(options, name) for name in PARAMETERS if getattr(options, name) is not None}
     with with_option_names():
         claim = find_property(options.name, before, options.team, **given)
     if Path(options.region).name in (runs.PROFILE_FILE, COST_FILE):
         raise InputError("the region file would be overwritten by a result", "--region", "give it another name")
-    world, question = matching_world(before), Question(before, claim, region)
+    world, question = matching_places(before), Question(before, claim, region)
     found = repair(question, None if world is None else met_states(before, world), options.max_depth)
     unmeasured = Repaired(before, claim, region, found)
     if not found.ended:

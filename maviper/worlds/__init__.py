@@ -9,11 +9,12 @@ Does not: know policies, experts or learning.
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
 from codegen.errors import InputError, UnknownNameError
 from maviper.worlds.cooperative_navigation import CooperativeNavigation
+from maviper.worlds.coordination import Coordination
 from maviper.worlds.particle import ParticleWorld, WorldState
 from maviper.worlds.pettingzoo import PettingZooWorld, user_world
 from maviper.worlds.physical_deception import PhysicalDeception
@@ -24,10 +25,11 @@ from maviper.worlds.world import Measure, World
 if TYPE_CHECKING:
     from maviper.worlds.exported import WorldEnv
 
-WORLDS: dict[str, Callable[..., ParticleWorld]] = {
+WORLDS: Mapping[str, type[World]] = {
     "physical-deception": PhysicalDeception,
     "cooperative-navigation": CooperativeNavigation,
     "predator-prey": PredatorPrey,
+    "coordination": Coordination,
 }
 MAX_OF_A_KIND = 24  # agents, targets, obstacles
 SWITCHES = ("velocity",)
@@ -41,7 +43,7 @@ def find(name: str) -> World:
     return user_world(name) if named_by_user(name) else built_in(name)
 
 
-def built_in(name: str) -> ParticleWorld:
+def built_in(name: str) -> World:
     """As `find`, among our own games only: nothing is imported or run, whatever the name says."""
     game, *choices = name.split(",")
     if game not in WORLDS:
@@ -57,7 +59,8 @@ def built_in(name: str) -> ParticleWorld:
         if key in options:
             raise InputError(f"option {key} is given twice", name, "give it once")
         options[key] = _number(key, value, name) if isinstance(usual[key], int) else value
-    return WORLDS[game](**options)
+    make: Callable[..., World] = WORLDS[game]
+    return make(**options)
 
 
 def parallel_env(name: str, render_mode: str | None = None) -> WorldEnv:
@@ -75,8 +78,14 @@ def options_of(game: str) -> dict[str, int | str]:
     return {key: parameter.default for key, parameter in inspect.signature(WORLDS[game]).parameters.items()}
 
 
+def range_of(game: str, key: str) -> tuple[int, int]:
+    """The least and the most that an option which is a number may be."""
+    usual = (0, 1) if key in SWITCHES else (0 if key == "obstacles" else 1, MAX_OF_A_KIND)
+    return WORLDS[game].ranges.get(key, usual)
+
+
 def _number(key: str, text: str, where: str) -> int:
-    low, high = (0, 1) if key in SWITCHES else (0 if key == "obstacles" else 1, MAX_OF_A_KIND)
+    low, high = range_of(where.partition(",")[0], key)
     if not (text.isascii() and text.isdigit() and len(text) < 9) or not low <= int(text) <= high:
         raise InputError(f"option {key} is '{text[:20]}'", where, f"give a number from {low} to {high}")
     return int(text)
@@ -85,6 +94,7 @@ def _number(key: str, text: str, where: str) -> int:
 __all__ = [
     "WORLDS",
     "CooperativeNavigation",
+    "Coordination",
     "Measure",
     "ParticleWorld",
     "PettingZooWorld",
@@ -96,4 +106,5 @@ __all__ = [
     "find",
     "options_of",
     "parallel_env",
+    "range_of",
 ]

@@ -27,7 +27,7 @@ from maviper.worlds.particle import (
     planes,
     squared_distances,
 )
-from maviper.worlds.world import Measure
+from maviper.worlds.world import Measure, unusual
 
 AGENTS = "agents"
 WORDS = 2  # width of mpe2's communication channel
@@ -41,8 +41,7 @@ class CooperativeNavigation(ParticleWorld):
         names = tuple(f"agent_{index}" for index in range(agents))
         targets = [f"landmark_{index}" for index in range(agents)]
         self.spec = mpe2_spec(
-            CooperativeNavigation,
-            {"agents": agents, "features": features},
+            unusual(CooperativeNavigation, {"agents": agents, "features": features}),
             name="cooperative-navigation",
             reference="mpe2.simple_spread_v3",
             agents=(EntitySpec(name, size=0.15, force=FORCE, max_speed=None, collides=True) for name in names),

@@ -1,25 +1,41 @@
 """The world that a profile was learned in.
 
-Does: finds our world with exactly the profile's spec, agents, features and actions.
+Does: finds our world with exactly the profile's spec, agents, features and actions; refuses worlds without places.
 Assumes: a checked profile.
 Does not: play.
 """
 
+from collections.abc import Iterable
+
 from codegen import ir
 from codegen.errors import InputError
+from codegen.ir import FeatureSpec
 from maviper.worlds import ParticleWorld, World, built_in
 from maviper.worlds.world import world_name
 
 NO_WORLD = "no world of this version has the profile's spec, agents, features and actions"
 
 
-def matching_world(profile: ir.PolicyProfile) -> ParticleWorld | None:
+def matching_world(profile: ir.PolicyProfile) -> World | None:
     """Our world with exactly the profile's spec, agents, teams, features and actions, or None."""
     try:
         world = built_in(world_name(profile.world))
     except InputError:  # another's world, or options of another version
         return None
     return world if plays(profile, world) else None
+
+
+def matching_places(profile: ir.PolicyProfile) -> ParticleWorld | None:
+    """As `matching_world`, where agents have places, or None."""
+    world = matching_world(profile)
+    return world if isinstance(world, ParticleWorld) else None
+
+
+def ensure_places(world: ir.WorldSpec, features: Iterable[FeatureSpec]) -> None:
+    """InputError where a world has neither landmarks nor any feature that says where something is."""
+    if not world.landmarks and all(feature.meaning is None for feature in features):
+        what = f"claims speak of places and landmarks, and {world.name} has none"
+        raise InputError(what, "", "measure such policies instead: `maviper evaluate`")
 
 
 def plays(profile: ir.PolicyProfile, world: World) -> bool:

@@ -9,10 +9,9 @@ Arrays of states have the shapes that their comments give, but their memory is l
 one coordinate lie side by side, so that each operation runs over one contiguous row.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from inspect import signature
 from typing import Any
 
 import numpy as np
@@ -22,7 +21,7 @@ from codegen.errors import InputError
 from codegen.ir import ActionSpec, Bool, EntitySpec, FeatureSpec, Float32, Float64, WorldSpec
 from codegen.observe import Observer
 from maviper.worlds.features import extended, groups_of
-from maviper.worlds.world import Int, World
+from maviper.worlds.world import Int, Options, World
 from verify.claims.matching import matched
 
 # mpe2's discrete actions, in its order
@@ -197,16 +196,14 @@ def _matched_one(near: Bool) -> bool:
 
 
 def mpe2_spec(
-    game: type,
-    options: Mapping[str, int | str],
+    options: Options,
     name: str,
     reference: str,
     agents: Iterable[EntitySpec],
     landmarks: Iterable[EntitySpec],
     has_goal: bool = False,
 ) -> WorldSpec:
-    """The spec of a game with mpe2's dynamics. Of `options` it keeps those that differ from the defaults of `game`."""
-    usual = {key: parameter.default for key, parameter in signature(game).parameters.items()}
+    """The spec of a game with mpe2's dynamics. `options`: those that differ from its defaults."""
     movers, fixed = tuple(agents), tuple(landmarks)
     contacts = any(entity.collides for entity in movers)
     return WorldSpec(
@@ -222,7 +219,7 @@ def mpe2_spec(
         episode_steps=EPISODE_STEPS,
         contact_force=CONTACT_FORCE if contacts else 0.0,
         contact_margin=CONTACT_MARGIN if contacts else 0.0,
-        options={key: value for key, value in options.items() if value != usual[key]},
+        options=dict(options),
     )
 
 

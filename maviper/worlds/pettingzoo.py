@@ -28,7 +28,7 @@ import numpy as np
 from codegen import ir
 from codegen.check import MAX_LENGTH, check, identifier
 from codegen.errors import InputError
-from codegen.ir import ActionSpec, Bool, EntitySpec, FeatureSpec, Float32, Float64, WorldSpec
+from codegen.ir import ActionSpec, Bool, FeatureSpec, Float32, Float64, WorldSpec
 from maviper.worlds.processes import (
     MAX_STEPS,
     Copies,
@@ -43,7 +43,7 @@ from maviper.worlds.processes import (
     space,
 )
 from maviper.worlds.seeds import TRAINING, folded
-from maviper.worlds.world import RETURN, Int, Measure, World
+from maviper.worlds.world import RETURN, Int, Measure, World, motionless
 
 DEFAULT_STEPS = 25  # where nobody knows how long an episode is
 PROBE_STEPS = 1_000  # of the episode that is played to find out
@@ -270,19 +270,7 @@ def legal_names(names: Sequence[str], kind: str) -> tuple[str, ...]:
 
 def _spec(source: Source, agents: Sequence[str], steps: int) -> WorldSpec:
     name = re.sub(r"[^A-Za-z0-9_-]+", "-", f"{source.module}-{source.function}")[-LONGEST_NAME:].lstrip("-_0123456789")
-    return WorldSpec(
-        name=name or "environment",
-        reference=source.reference,
-        agents=tuple(EntitySpec(agent, size=0.0, force=0.0, max_speed=None, collides=False) for agent in agents),
-        landmarks=(),
-        goals=(),
-        dt=0.0,
-        damping=0.0,
-        start_low=-MAX_LENGTH,
-        start_high=MAX_LENGTH,
-        episode_steps=steps,
-        options=dict(source.options),
-    )
+    return motionless(name or "environment", source.reference, agents, steps, source.options)
 
 
 def _teams(env: Any, called: Mapping[Any, str], source: Source) -> dict[str, tuple[str, ...]]:

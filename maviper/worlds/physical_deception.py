@@ -26,7 +26,7 @@ from maviper.worlds.particle import (
     planes,
     squared_distances,
 )
-from maviper.worlds.world import Measure
+from maviper.worlds.world import Measure, unusual
 
 ADVERSARIES = "adversaries"
 DEFENDERS = "defenders"
@@ -42,8 +42,7 @@ class PhysicalDeception(ParticleWorld):
         agents = ("adversary_0", *(f"agent_{index}" for index in range(defenders)))
         landmarks = tuple(f"landmark_{index}" for index in range(defenders))
         self.spec = mpe2_spec(
-            PhysicalDeception,
-            {"defenders": defenders, "velocity": velocity, "features": features},
+            unusual(PhysicalDeception, {"defenders": defenders, "velocity": velocity, "features": features}),
             name="physical-deception",
             reference="mpe2.simple_adversary_v3",
             agents=(EntitySpec(name, size=0.15, force=FORCE, max_speed=None, collides=False) for name in agents),

@@ -15,7 +15,7 @@ from codegen.errors import UnknownNameError
 from codegen.ir import EntitySpec, FeatureSpec, Float64, Meaning
 from maviper.worlds.features import own, relative, top_speed, velocity
 from maviper.worlds.particle import ACTIONS, EPISODE_STEPS, ParticleWorld, WorldState, distances, mpe2_spec, planes
-from maviper.worlds.world import Measure
+from maviper.worlds.world import Measure, unusual
 
 PREDATORS = "predators"
 PREY = "prey"
@@ -46,8 +46,7 @@ class PredatorPrey(ParticleWorld):
         runner = {"size": 0.05, "force": 4.0, "max_speed": 1.3, "collides": True}
         block = {"size": 0.2, "force": 0.0, "max_speed": None, "collides": True, "start": OBSTACLE_START}
         self.spec = mpe2_spec(
-            PredatorPrey,
-            given,
+            unusual(PredatorPrey, given),
             name="predator-prey",
             reference="mpe2.simple_tag_v3",
             agents=[EntitySpec(name, **predator) for name in hunters] + [EntitySpec(name, **runner) for name in hunted],

@@ -1,6 +1,7 @@
 """Episode seeds as a user's environment gets them: below 2**31, so that every kind of generator takes them.
 
-Does: keeps seeds below that as they are, and folds the larger ones; says from which ones trainings draw.
+Does: keeps seeds below that as they are, and folds the larger ones; says from which ones trainings draw; draws numbers
+  for many seeds at once.
 Assumes: purposes start at multiples of 10**15, or far below 2**29 (evaluate/metrics.py).
 Does not: tell apart all episodes of all extraction seeds, of which there are more. Those of one extraction never meet,
   nor do those of two purposes; another extraction seed may have some of the same ones.
@@ -10,13 +11,37 @@ Does not: tell apart all episodes of all extraction seeds, of which there are mo
     2**30 to 2**31      rollouts, selection and refinement, each folded into 2**28 seeds of its own
 """
 
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from codegen.ir import Float64
+
 WHOLE = 2**31  # smaller ones stay as they are
 TRAINING = (2**29, 2**30)
 FOLDED = 2**30
 ROOM = 2**28  # more than there are episodes of one purpose in an extraction
 PURPOSE = 10**15
+GAMMA = np.uint64(0x9E3779B97F4A7C15)  # SplitMix64's step
 
 
 def folded(seed: int) -> int:
     """The seed that the environment is reset with."""
     return seed if seed < WHOLE else FOLDED + min(seed // PURPOSE, 3) * ROOM + seed % ROOM
+
+
+def uniforms(seeds: npt.NDArray[np.integer[Any]], count: int) -> Float64:
+    """Numbers in [0, 1) that follow from each seed alone, [n_seeds, count]: SplitMix64 (Steele et al. 2014).
+
+    The generator starts from its own first number after the seed, since neighbouring seeds would share theirs.
+    """
+    start = _mixed(seeds.astype(np.uint64)[:, None] + GAMMA)
+    drawn = _mixed(start + GAMMA * np.arange(1, count + 1, dtype=np.uint64))
+    return (drawn >> np.uint64(11)).astype(np.float64) * 2.0**-53
+
+
+def _mixed(z: npt.NDArray[np.uint64]) -> npt.NDArray[np.uint64]:
+    z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+    z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+    return z ^ (z >> np.uint64(31))

@@ -7,18 +7,21 @@ Does not: know any game.
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass
-from typing import Any
+from inspect import signature
+from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
 
+from codegen.check import MAX_LENGTH
 from codegen.errors import UnknownNameError
-from codegen.ir import ActionSpec, Bool, FeatureSpec, Float32, Float64, WorldSpec
+from codegen.ir import ActionSpec, Bool, EntitySpec, FeatureSpec, Float32, Float64, WorldSpec
 
 Int = npt.NDArray[np.integer[Any]]
+Options = Mapping[str, int | str]
 RETURN = "return"  # the measure of summed rewards, a team's being its agents' mean
 
 
@@ -42,9 +45,32 @@ def world_name(spec: WorldSpec) -> str:
     return ",".join([spec.name, *(f"{key}={value}" for key, value in sorted(spec.options.items()))])
 
 
+def motionless(name: str, reference: str, agents: Sequence[str], steps: int, options: Options) -> WorldSpec:
+    """The spec of a game in which nothing is stated to move: without places, forces or time."""
+    return WorldSpec(
+        name=name,
+        reference=reference,
+        agents=tuple(EntitySpec(agent, size=0.0, force=0.0, max_speed=None, collides=False) for agent in agents),
+        landmarks=(),
+        goals=(),
+        dt=0.0,
+        damping=0.0,
+        start_low=-MAX_LENGTH,
+        start_high=MAX_LENGTH,
+        episode_steps=steps,
+        options=dict(options),
+    )
+
+
+def unusual(game: Callable[..., "World"], options: Options) -> dict[str, int | str]:
+    """The options that differ from a game's defaults."""
+    return {key: value for key, value in options.items() if value != signature(game).parameters[key].default}
+
+
 class World(ABC):
     """A game. `State` stands for whatever a game's batch of states is; it knows its length."""
 
+    ranges: ClassVar[Mapping[str, tuple[int, int]]] = {}  # option -> least and most, where they are the game's own
     spec: WorldSpec
     teams: Mapping[str, tuple[str, ...]]  # team -> its agents, in the order of `agents`
     features: tuple[tuple[FeatureSpec, ...], ...]  # per agent

@@ -21,8 +21,9 @@ from maviper.evaluation import held_out
 from maviper.experts import cards, store
 from maviper.extraction.settings import ALGORITHMS
 from maviper.verification.ask import listed
-from maviper.worlds import MAX_OF_A_KIND, WORLDS, find, options_of
+from maviper.worlds import WORLDS, ParticleWorld, find, options_of, range_of
 from maviper.worlds.features import GROUPS
+from maviper.worlds.payoffs import RULES
 from maviper.worlds.predator_prey import OBSERVATIONS
 from verify.claims import predicates
 from verify.claims.formula import holds
@@ -98,7 +99,7 @@ def observation(world, agent):
     """The rows of an agent's observation."""
     features = world.features[world.agents.index(agent)]
     return [
-        [index, feature.name, feature.unit, f"{feature.low:g} to {feature.high:g}", str(feature.meaning)]
+        [index, feature.name, feature.unit, f"{feature.low:g} to {feature.high:g}", str(feature.meaning or "none")]
         for index, feature in enumerate(features)
     ]
 
@@ -118,7 +119,9 @@ OBSERVED = [
     ("physical-deception", "adversary_0"), ("physical-deception", "agent_0"), ("cooperative-navigation", "agent_0"),
     *((name, agent) for name in ("predator-prey", *(f"predator-prey,observation={o}" for o in ("mpe2", "released")))
       for agent in ("adversary_0", "agent_0")),
+    ("coordination", "agent_0"),
 ]  # fmt: skip
+PLACES = [game for game in WORLDS if isinstance(find(game), ParticleWorld)]
 ENTITIES = ["entity", "radius", "acceleration", "top speed", "collides", "starts within"]
 
 
@@ -126,7 +129,7 @@ def game_tables():
     """Heading of games.md -> its table, from the worlds."""
     actions = [(k, a.name, "({:g}, {:g})".format(*a.effect)) for k, a in enumerate(find("predator-prey").actions[0])]
     tables = {"### Actions": padded(["index", "action", "direction (x, y)"], actions)}
-    for game in WORLDS:
+    for game in PLACES:
         tables[f"### Entities of {game}"] = padded(ENTITIES, entities(find(game)))
     for game, agent in OBSERVED:
         header = ["index", "feature", "unit", "range", "meaning"]
@@ -164,7 +167,7 @@ def test_other_agents_of_a_team_observe_the_same_in_their_own_place(game, first)
 
 
 def test_every_action_is_the_same_in_every_game():
-    assert len({choices for game in WORLDS for choices in find(game).actions}) == 1
+    assert len({choices for game in PLACES for choices in find(game).actions}) == 1
 
 
 @pytest.mark.parametrize("game", WORLDS)
@@ -178,10 +181,12 @@ def test_options_and_measures_are_those_of_the_world(game):
             assert values == "groups"
         elif name == "`observation`":
             assert sorted(re.findall(r"\w+", values.replace(" or ", " "))) == sorted(OBSERVATIONS)
+        elif name == "`rule`":
+            assert sorted(re.findall(r"\w+", values.replace(" or ", " "))) == sorted(RULES)
         else:
             low, high = map(int, re.findall(r"\d+", values))
             assert find(f"{game},{name.strip('`')}={high}") and find(f"{game},{name.strip('`')}={low}")
-            assert high in (1, MAX_OF_A_KIND)
+            assert (low, high) == range_of(game, name.strip("`"))
             for beyond in (low - 1, high + 1):
                 with pytest.raises(InputError):
                     find(f"{game},{name.strip('`')}={beyond}")

@@ -84,7 +84,7 @@ def test_the_starter_verifies_as_it_is_written(capsys, tmp_path):
     assert code == ExitCode.VIOLATED and verdicts == ["VIOLATED"] * 3 + ["PROVED"] * 3
 
 
-@pytest.mark.parametrize("world", sorted(WORLDS))
+@pytest.mark.parametrize("world", sorted({*WORLDS} - {"coordination"}))
 def test_every_world_has_a_starter_that_reads(world):
     from codegen import ir
     from verify.claims.files import read_properties
