@@ -1,6 +1,6 @@
 /* Decision tree policies of 3 agents for the world physical-deception. Generated: do not edit.
  *
- * profile     dd6f8b466f85695a93d56909d565a85d0a442eae1365b3dd223025d02bd4458a
+ * profile     1875a17576b3c92c392cd663069c6c74cf62b8a6aa1dc539166c886898fcb976
  * made by     maviper 0.1.0, maviper, preset default, seed 0
  * style       nested
  *
@@ -19,8 +19,8 @@
  * infinities follow <=. Check untrusted input with ..._finite first.
  * From a world state an observation is made as the reference environment makes it: added in double, then rounded to float.
  */
-#ifndef PHYSICAL_DECEPTION_DD6F8B466F85695A_H
-#define PHYSICAL_DECEPTION_DD6F8B466F85695A_H
+#ifndef PHYSICAL_DECEPTION_1875A17576B3C92C_H
+#define PHYSICAL_DECEPTION_1875A17576B3C92C_H
 
 #include <float.h>
 
@@ -31,7 +31,7 @@
 #error "float must be IEEE binary32 and double binary64"
 #endif
 
-#define PHYSICAL_DECEPTION_PROFILE "dd6f8b466f85695a93d56909d565a85d0a442eae1365b3dd223025d02bd4458a"
+#define PHYSICAL_DECEPTION_PROFILE "1875a17576b3c92c392cd663069c6c74cf62b8a6aa1dc539166c886898fcb976"
 
 enum {
     PHYSICAL_DECEPTION_W_ADVERSARY_0_X = 0,
@@ -55,7 +55,7 @@ enum {
     PHYSICAL_DECEPTION_N_COORDINATES = 18
 };
 
-/* adversary_0, team adversaries: 15 leaves, at most 4 comparisons; tables of 91 bytes where they are used; 32 bytes of stack for ..._act_world */
+/* adversary_0, team adversaries: 14 leaves, at most 4 comparisons; tables of 91 bytes where they are used; 32 bytes of stack for ..._act_world */
 
 enum {
     PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_0_DX = 0, /* length, [-6.3, 6.3]: landmark_0.x - adversary_0.x */
@@ -80,60 +80,56 @@ enum {
 
 static inline int physical_deception_adversary_0_act(const float *x)
 {
-    if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_AGENT_0_DY] <= 0x1.ada46p-2f) { /* node 0: 0.419572 */
-        if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_0_DX] <= 0x1.f2536ep-2f) { /* node 1: 0.486646 */
-            if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_1_DX] <= -0x1.1ae498p-1f) { /* node 2: -0.552525 */
+    if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_AGENT_0_DY] <= 0x1.2e6acp-1f) { /* node 0: 0.590658 */
+        if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_AGENT_0_DX] <= 0x1.75004p-3f) { /* node 1: 0.182129 */
+            if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_1_DX] <= -0x1.7f6e42p-2f) { /* node 2: -0.374444 */
                 if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_1_DY] <= -0x1.ef118cp-1f) { /* node 3: -0.966931 */
                     return PHYSICAL_DECEPTION_ADVERSARY_0_DOWN; /* leaf 4 */
                 } else {
                     return PHYSICAL_DECEPTION_ADVERSARY_0_LEFT; /* leaf 5 */
                 }
             } else {
-                if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_AGENT_1_DY] <= 0x1.a74b4ep-2f) { /* node 6: 0.413373 */
+                if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_AGENT_1_DY] <= 0x1.abaffp-2f) { /* node 6: 0.417663 */
                     return PHYSICAL_DECEPTION_ADVERSARY_0_DOWN; /* leaf 7 */
                 } else {
                     return PHYSICAL_DECEPTION_ADVERSARY_0_UP; /* leaf 8 */
                 }
             }
         } else {
-            if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_1_DY] <= -0x1.945faep-2f) { /* node 9: -0.394896 */
-                if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_AGENT_0_DY] <= -0x1.8cc316p-3f) { /* node 10: -0.193731 */
+            if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_0_DX] <= 0x1.c8ccdep-2f) { /* node 9: 0.446094 */
+                if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_AGENT_0_DY] <= -0x1.5b8b02p-2f) { /* node 10: -0.339397 */
                     return PHYSICAL_DECEPTION_ADVERSARY_0_DOWN; /* leaf 11 */
                 } else {
                     return PHYSICAL_DECEPTION_ADVERSARY_0_RIGHT; /* leaf 12 */
                 }
             } else {
-                if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_AGENT_1_DX] <= -0x1.d1593ep-2f) { /* node 13: -0.454442 */
-                    return PHYSICAL_DECEPTION_ADVERSARY_0_LEFT; /* leaf 14 */
+                if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_0_DY] <= -0x1.dba4ap-1f) { /* node 13: -0.92899 */
+                    return PHYSICAL_DECEPTION_ADVERSARY_0_DOWN; /* leaf 14 */
                 } else {
                     return PHYSICAL_DECEPTION_ADVERSARY_0_RIGHT; /* leaf 15 */
                 }
             }
         }
     } else {
-        if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_0_DX] <= 0x1.393f82p+0f) { /* node 16: 1.22363 */
-            if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_AGENT_0_DX] <= -0x1.a541a2p-1f) { /* node 17: -0.822766 */
+        if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_0_DX] <= 0x1.2a18dap+0f) { /* node 16: 1.16444 */
+            if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_0_DX] <= -0x1.2ae95ap-1f) { /* node 17: -0.583812 */
                 if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_0_DY] <= 0x1.e61e42p-1f) { /* node 18: 0.94945 */
                     return PHYSICAL_DECEPTION_ADVERSARY_0_LEFT; /* leaf 19 */
                 } else {
                     return PHYSICAL_DECEPTION_ADVERSARY_0_UP; /* leaf 20 */
                 }
             } else {
-                if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_1_DX] <= 0x1.7f8ed8p-2f) { /* node 21: 0.374568 */
+                if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_1_DX] <= 0x1.92d354p-1f) { /* node 21: 0.786769 */
                     return PHYSICAL_DECEPTION_ADVERSARY_0_UP; /* leaf 22 */
                 } else {
                     return PHYSICAL_DECEPTION_ADVERSARY_0_RIGHT; /* leaf 23 */
                 }
             }
         } else {
-            if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_AGENT_1_DY] <= 0x1.fcaea2p-1f) { /* node 24: 0.99352 */
-                return PHYSICAL_DECEPTION_ADVERSARY_0_RIGHT; /* leaf 25 */
+            if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_0_DY] <= -0x1.a08576p-2f) { /* node 24: -0.406759 */
+                return PHYSICAL_DECEPTION_ADVERSARY_0_UP; /* leaf 25 */
             } else {
-                if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_0_DX] <= 0x1.935708p+0f) { /* node 26: 1.57555 */
-                    return PHYSICAL_DECEPTION_ADVERSARY_0_UP; /* leaf 27 */
-                } else {
-                    return PHYSICAL_DECEPTION_ADVERSARY_0_RIGHT; /* leaf 28 */
-                }
+                return PHYSICAL_DECEPTION_ADVERSARY_0_RIGHT; /* leaf 26 */
             }
         }
     }
@@ -183,9 +179,9 @@ static inline int physical_deception_adversary_0_in_range(const float *x)
 
 static inline void physical_deception_adversary_0_act_rows(const float *x, long n, unsigned char *actions)
 {
-    static const float threshold[15] = {0x1.ada46p-2f, 0x1.f2536ep-2f, 0x1.393f82p+0f, -0x1.1ae498p-1f, -0x1.945faep-2f, -0x1.a541a2p-1f, 0x1.fcaea2p-1f, -0x1.ef118cp-1f, 0x1.a74b4ep-2f, -0x1.8cc316p-3f, -0x1.d1593ep-2f, 0x1.e61e42p-1f, 0x1.7f8ed8p-2f, 0x0p+0f, 0x1.935708p+0f};
-    static const unsigned char feature[15] = {5, 0, 0, 2, 3, 4, 7, 3, 7, 5, 6, 1, 2, 0, 0};
-    static const unsigned char action[16] = {3, 1, 3, 4, 3, 2, 1, 2, 1, 4, 4, 2, 2, 2, 4, 2};
+    static const float threshold[15] = {0x1.2e6acp-1f, 0x1.75004p-3f, 0x1.2a18dap+0f, -0x1.7f6e42p-2f, 0x1.c8ccdep-2f, -0x1.2ae95ap-1f, -0x1.a08576p-2f, -0x1.ef118cp-1f, 0x1.abaffp-2f, -0x1.5b8b02p-2f, -0x1.dba4ap-1f, 0x1.e61e42p-1f, 0x1.92d354p-1f, 0x0p+0f, 0x0p+0f};
+    static const unsigned char feature[15] = {5, 4, 0, 2, 0, 0, 1, 3, 7, 5, 1, 1, 2, 0, 0};
+    static const unsigned char action[16] = {3, 1, 3, 4, 3, 2, 3, 2, 1, 4, 4, 2, 4, 4, 2, 2};
     long row;
     /* eight observations side by side, so that none waits for another */
     const long together = n - (n % 8);
@@ -222,7 +218,6 @@ static inline void physical_deception_adversary_0_act_columns(const float *const
     const float *const x3 = x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_1_DY];
     const float *const x4 = x[PHYSICAL_DECEPTION_ADVERSARY_0_X_AGENT_0_DX];
     const float *const x5 = x[PHYSICAL_DECEPTION_ADVERSARY_0_X_AGENT_0_DY];
-    const float *const x6 = x[PHYSICAL_DECEPTION_ADVERSARY_0_X_AGENT_1_DX];
     const float *const x7 = x[PHYSICAL_DECEPTION_ADVERSARY_0_X_AGENT_1_DY];
     long first;
     long row;
@@ -232,20 +227,19 @@ static inline void physical_deception_adversary_0_act_columns(const float *const
         const long left = n - first;
         const long count = (left < 256) ? left : 256;
         for (row = 0; row < count; row++) {
-            const float n26 = (x0[first + row] <= 0x1.935708p+0f) ? 4.0f : 2.0f;
-            const float n24 = (x7[first + row] <= 0x1.fcaea2p-1f) ? 2.0f : n26;
-            const float n21 = (x2[first + row] <= 0x1.7f8ed8p-2f) ? 4.0f : 2.0f;
+            const float n24 = (x1[first + row] <= -0x1.a08576p-2f) ? 4.0f : 2.0f;
+            const float n21 = (x2[first + row] <= 0x1.92d354p-1f) ? 4.0f : 2.0f;
             const float n18 = (x1[first + row] <= 0x1.e61e42p-1f) ? 1.0f : 4.0f;
-            const float n17 = (x4[first + row] <= -0x1.a541a2p-1f) ? n18 : n21;
-            const float n16 = (x0[first + row] <= 0x1.393f82p+0f) ? n17 : n24;
-            const float n13 = (x6[first + row] <= -0x1.d1593ep-2f) ? 1.0f : 2.0f;
-            const float n10 = (x5[first + row] <= -0x1.8cc316p-3f) ? 3.0f : 2.0f;
-            const float n9 = (x3[first + row] <= -0x1.945faep-2f) ? n10 : n13;
-            const float n6 = (x7[first + row] <= 0x1.a74b4ep-2f) ? 3.0f : 4.0f;
+            const float n17 = (x0[first + row] <= -0x1.2ae95ap-1f) ? n18 : n21;
+            const float n16 = (x0[first + row] <= 0x1.2a18dap+0f) ? n17 : n24;
+            const float n13 = (x1[first + row] <= -0x1.dba4ap-1f) ? 3.0f : 2.0f;
+            const float n10 = (x5[first + row] <= -0x1.5b8b02p-2f) ? 3.0f : 2.0f;
+            const float n9 = (x0[first + row] <= 0x1.c8ccdep-2f) ? n10 : n13;
+            const float n6 = (x7[first + row] <= 0x1.abaffp-2f) ? 3.0f : 4.0f;
             const float n3 = (x3[first + row] <= -0x1.ef118cp-1f) ? 3.0f : 1.0f;
-            const float n2 = (x2[first + row] <= -0x1.1ae498p-1f) ? n3 : n6;
-            const float n1 = (x0[first + row] <= 0x1.f2536ep-2f) ? n2 : n9;
-            const float n0 = (x5[first + row] <= 0x1.ada46p-2f) ? n1 : n16;
+            const float n2 = (x2[first + row] <= -0x1.7f6e42p-2f) ? n3 : n6;
+            const float n1 = (x4[first + row] <= 0x1.75004p-3f) ? n2 : n9;
+            const float n0 = (x5[first + row] <= 0x1.2e6acp-1f) ? n1 : n16;
             chosen[row] = n0;
         }
         for (row = 0; row < count; row++) {
@@ -700,9 +694,9 @@ static inline int physical_deception_agent_1_act_world(const double *w)
 static inline void physical_deception_act_all(const float *const *x, int *actions)
 {
     /* branch-free walks side by side, so that no agent waits for another and the time does not depend on the data */
-    static const float threshold_0[15] = {0x1.ada46p-2f, 0x1.f2536ep-2f, 0x1.393f82p+0f, -0x1.1ae498p-1f, -0x1.945faep-2f, -0x1.a541a2p-1f, 0x1.fcaea2p-1f, -0x1.ef118cp-1f, 0x1.a74b4ep-2f, -0x1.8cc316p-3f, -0x1.d1593ep-2f, 0x1.e61e42p-1f, 0x1.7f8ed8p-2f, 0x0p+0f, 0x1.935708p+0f};
-    static const unsigned char feature_0[15] = {5, 0, 0, 2, 3, 4, 7, 3, 7, 5, 6, 1, 2, 0, 0};
-    static const unsigned char action_0[16] = {3, 1, 3, 4, 3, 2, 1, 2, 1, 4, 4, 2, 2, 2, 4, 2};
+    static const float threshold_0[15] = {0x1.2e6acp-1f, 0x1.75004p-3f, 0x1.2a18dap+0f, -0x1.7f6e42p-2f, 0x1.c8ccdep-2f, -0x1.2ae95ap-1f, -0x1.a08576p-2f, -0x1.ef118cp-1f, 0x1.abaffp-2f, -0x1.5b8b02p-2f, -0x1.dba4ap-1f, 0x1.e61e42p-1f, 0x1.92d354p-1f, 0x0p+0f, 0x0p+0f};
+    static const unsigned char feature_0[15] = {5, 4, 0, 2, 0, 0, 1, 3, 7, 5, 1, 1, 2, 0, 0};
+    static const unsigned char action_0[16] = {3, 1, 3, 4, 3, 2, 3, 2, 1, 4, 4, 2, 4, 4, 2, 2};
     static const float threshold_1[15] = {0x1.22071cp-5f, 0x1.774214p-3f, 0x1.6d19eep-3f, -0x1.065586p-3f, 0x1.614428p-2f, -0x1.8ce0f8p-3f, 0x1.608b3ap-2f, -0x1.7d8ed6p-2f, -0x1.2dc2b2p-4f, -0x1.c54bd2p-3f, -0x1.9ae1d2p+0f, 0x1.6c1a2cp-1f, 0x0p+0f, 0x0p+0f, 0x1.a9a436p-1f};
     static const unsigned char feature_1[15] = {3, 2, 2, 2, 4, 2, 3, 3, 3, 3, 5, 3, 0, 0, 0};
     static const unsigned char action_1[16] = {3, 1, 3, 2, 3, 2, 3, 2, 1, 4, 4, 4, 2, 2, 4, 2};
@@ -739,4 +733,4 @@ static inline void physical_deception_act_team(const double *w, int *actions)
     actions[2] = physical_deception_agent_1_act_world(w);
 }
 
-#endif /* PHYSICAL_DECEPTION_DD6F8B466F85695A_H */
+#endif /* PHYSICAL_DECEPTION_1875A17576B3C92C_H */

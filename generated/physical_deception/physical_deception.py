@@ -1,6 +1,6 @@
 """Decision tree policies of 3 agents for the world physical-deception. Generated: do not edit.
 
-profile     dd6f8b466f85695a93d56909d565a85d0a442eae1365b3dd223025d02bd4458a
+profile     1875a17576b3c92c392cd663069c6c74cf62b8a6aa1dc539166c886898fcb976
 made by     maviper 0.1.0, maviper, preset default, seed 0
 
 For each agent A: act_A(x) takes one observation (a sequence of numbers, or an array of one axis) and returns the
@@ -14,7 +14,7 @@ rounds to a float32 not above it, so doubles decide as if they had been rounded 
 goes right; infinities follow <=.
 """
 
-PROFILE = "dd6f8b466f85695a93d56909d565a85d0a442eae1365b3dd223025d02bd4458a"
+PROFILE = "1875a17576b3c92c392cd663069c6c74cf62b8a6aa1dc539166c886898fcb976"
 AGENTS = ("adversary_0", "agent_0", "agent_1",)
 FEATURES = {
     "adversary_0": ("landmark_0_dx", "landmark_0_dy", "landmark_1_dx", "landmark_1_dy", "agent_0_dx", "agent_0_dy", "agent_1_dx", "agent_1_dy",),
@@ -104,52 +104,49 @@ def _columns(rows, features):
 
 
 def act_adversary_0(x):
-    """adversary_0, team adversaries: 15 leaves, at most 4 comparisons."""
+    """adversary_0, team adversaries: 14 leaves, at most 4 comparisons."""
     if (type(x) is not list and type(x) is not tuple) or len(x) != 8:
         x = _observation("adversary_0", 8, x)
-    if (v if type(v := x[5]) is float else _double(v)) <= 0.4195723682641983:  # node 0: agent_0_dy
-        if (v if type(v := x[0]) is float else _double(v)) <= 0.48664639890193934:  # node 1: landmark_0_dx
-            if (v if type(v := x[2]) is float else _double(v)) <= -0.5525252521038055:  # node 2: landmark_1_dx
+    if (v if type(v := x[5]) is float else _double(v)) <= 0.5906582176685333:  # node 0: agent_0_dy
+        if (v if type(v := x[4]) is float else _double(v)) <= 0.1821293905377388:  # node 1: agent_0_dx
+            if (v if type(v := x[2]) is float else _double(v)) <= -0.3744440227746964:  # node 2: landmark_1_dx
                 if (v if type(v := x[3]) is float else _double(v)) <= -0.9669307172298431:  # node 3: landmark_1_dy
                     return 3  # down, leaf 4
                 else:
                     return 1  # left, leaf 5
             else:
-                if (v if type(v := x[7]) is float else _double(v)) <= 0.41337321698665613:  # node 6: agent_1_dy
+                if (v if type(v := x[7]) is float else _double(v)) <= 0.4176633507013321:  # node 6: agent_1_dy
                     return 3  # down, leaf 7
                 else:
                     return 4  # up, leaf 8
         else:
-            if (v if type(v := x[3]) is float else _double(v)) <= -0.39489622414112097:  # node 9: landmark_1_dy
-                if (v if type(v := x[5]) is float else _double(v)) <= -0.193731464445591:  # node 10: agent_0_dy
+            if (v if type(v := x[0]) is float else _double(v)) <= 0.4460940212011337:  # node 9: landmark_0_dx
+                if (v if type(v := x[5]) is float else _double(v)) <= -0.3393974453210831:  # node 10: agent_0_dy
                     return 3  # down, leaf 11
                 else:
                     return 2  # right, leaf 12
             else:
-                if (v if type(v := x[6]) is float else _double(v)) <= -0.4544419795274735:  # node 13: agent_1_dx
-                    return 1  # left, leaf 14
+                if (v if type(v := x[1]) is float else _double(v)) <= -0.9289903342723846:  # node 13: landmark_0_dy
+                    return 3  # down, leaf 14
                 else:
                     return 2  # right, leaf 15
     else:
-        if (v if type(v := x[0]) is float else _double(v)) <= 1.2236253619194029:  # node 16: landmark_0_dx
-            if (v if type(v := x[4]) is float else _double(v)) <= -0.8227663338184358:  # node 17: agent_0_dx
+        if (v if type(v := x[0]) is float else _double(v)) <= 1.1644417643547056:  # node 16: landmark_0_dx
+            if (v if type(v := x[0]) is float else _double(v)) <= -0.5838115513324739:  # node 17: landmark_0_dx
                 if (v if type(v := x[1]) is float else _double(v)) <= 0.9494496285915374:  # node 18: landmark_0_dy
                     return 1  # left, leaf 19
                 else:
                     return 4  # up, leaf 20
             else:
-                if (v if type(v := x[2]) is float else _double(v)) <= 0.3745683580636978:  # node 21: landmark_1_dx
+                if (v if type(v := x[2]) is float else _double(v)) <= 0.7867685854434967:  # node 21: landmark_1_dx
                     return 4  # up, leaf 22
                 else:
                     return 2  # right, leaf 23
         else:
-            if (v if type(v := x[7]) is float else _double(v)) <= 0.9935198724269866:  # node 24: agent_1_dy
-                return 2  # right, leaf 25
+            if (v if type(v := x[1]) is float else _double(v)) <= -0.40675909817218786:  # node 24: landmark_0_dy
+                return 4  # up, leaf 25
             else:
-                if (v if type(v := x[0]) is float else _double(v)) <= 1.5755468010902405:  # node 26: landmark_0_dx
-                    return 4  # up, leaf 27
-                else:
-                    return 2  # right, leaf 28
+                return 2  # right, leaf 26
 
 
 def act_adversary_0_batch(x):
@@ -160,61 +157,57 @@ def act_adversary_0_batch(x):
     actions = np.empty(len(x), dtype=np.int64)
     for start in range(0, len(x), 65536):  # so many that calls cost little, so few that caches hold them
         rows = x[start : start + 65536]
-        x0, x1, x2, x3, x4, x5, x6, x7 = _columns(rows, [0, 1, 2, 3, 4, 5, 6, 7])
+        x0, x1, x2, x3, x4, x5, x7 = _columns(rows, [0, 1, 2, 3, 4, 5, 7])
         actions[start : start + 65536] = _choose(
-            x5 <= 0.4195723682641983,  # node 0: agent_0_dy
+            x5 <= 0.5906582176685333,  # node 0: agent_0_dy
             _choose(
-                x0 <= 0.48664639890193934,  # node 1: landmark_0_dx
+                x4 <= 0.1821293905377388,  # node 1: agent_0_dx
                 _choose(
-                    x2 <= -0.5525252521038055,  # node 2: landmark_1_dx
+                    x2 <= -0.3744440227746964,  # node 2: landmark_1_dx
                     _choose(
                         x3 <= -0.9669307172298431,  # node 3: landmark_1_dy
                         3,  # down, leaf 4
                         1,  # left, leaf 5
                     ),
                     _choose(
-                        x7 <= 0.41337321698665613,  # node 6: agent_1_dy
+                        x7 <= 0.4176633507013321,  # node 6: agent_1_dy
                         3,  # down, leaf 7
                         4,  # up, leaf 8
                     ),
                 ),
                 _choose(
-                    x3 <= -0.39489622414112097,  # node 9: landmark_1_dy
+                    x0 <= 0.4460940212011337,  # node 9: landmark_0_dx
                     _choose(
-                        x5 <= -0.193731464445591,  # node 10: agent_0_dy
+                        x5 <= -0.3393974453210831,  # node 10: agent_0_dy
                         3,  # down, leaf 11
                         2,  # right, leaf 12
                     ),
                     _choose(
-                        x6 <= -0.4544419795274735,  # node 13: agent_1_dx
-                        1,  # left, leaf 14
+                        x1 <= -0.9289903342723846,  # node 13: landmark_0_dy
+                        3,  # down, leaf 14
                         2,  # right, leaf 15
                     ),
                 ),
             ),
             _choose(
-                x0 <= 1.2236253619194029,  # node 16: landmark_0_dx
+                x0 <= 1.1644417643547056,  # node 16: landmark_0_dx
                 _choose(
-                    x4 <= -0.8227663338184358,  # node 17: agent_0_dx
+                    x0 <= -0.5838115513324739,  # node 17: landmark_0_dx
                     _choose(
                         x1 <= 0.9494496285915374,  # node 18: landmark_0_dy
                         1,  # left, leaf 19
                         4,  # up, leaf 20
                     ),
                     _choose(
-                        x2 <= 0.3745683580636978,  # node 21: landmark_1_dx
+                        x2 <= 0.7867685854434967,  # node 21: landmark_1_dx
                         4,  # up, leaf 22
                         2,  # right, leaf 23
                     ),
                 ),
                 _choose(
-                    x7 <= 0.9935198724269866,  # node 24: agent_1_dy
-                    2,  # right, leaf 25
-                    _choose(
-                        x0 <= 1.5755468010902405,  # node 26: landmark_0_dx
-                        4,  # up, leaf 27
-                        2,  # right, leaf 28
-                    ),
+                    x1 <= -0.40675909817218786,  # node 24: landmark_0_dy
+                    4,  # up, leaf 25
+                    2,  # right, leaf 26
                 ),
             ),
         )
