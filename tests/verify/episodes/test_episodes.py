@@ -20,6 +20,7 @@ from tests.episode_cases import arriving, lost, on_lattice, verdicts_wrong
 from tests.strategies import grown_trees, with_trees
 from tests.teams import LEFT, RIGHT, STAY, UP, team, towards, tree
 from verify.claims.catalogue import find_claim
+from verify.claims.episodes import Covers
 from verify.claims.region import Region, Verdict, everywhere, start_region
 from verify.episodes.composition import _Decider, _Task, _Violated, decide
 from verify.episodes.zones import starts
@@ -233,7 +234,7 @@ def test_agents_together_answer_as_alone(arrivers):
                     except _Violated:
                         answers.append("violated")
                 assert answers[0] == answers[1]
-            freely = replace(claim, name="covers", landmarks=())
+            freely = Covers(claim.team, claim.steps, claim.radius)
             whole = decide(Question(arrivers, freely, region)).verdict
             decider = _Decider(Question(arrivers, freely, region, budgets=Budgets(max_zones=1_000_000)), parts)
             try:

@@ -118,7 +118,7 @@ def test_random_trees_are_repaired_for_every_radius_and_margin(profile):
 
 def test_three_agents_share_three_landmarks():
     before, claim = navigation(np.random.default_rng(4), 3)
-    claim, region = replace(claim, name="distinct_targets"), everywhere(before)
+    claim, region = DistinctTargets(claim.team, claim.margin, claim.radius), everywhere(before)
     found = repair(Question(before, claim, region))
     assert found.ended and sorted(found.roles.values()) == ["landmark_0", "landmark_1", "landmark_2"]
     assert engine.decide(stated(found.profile, formula(before, claim), region)).verdict is Verdict.PROVED

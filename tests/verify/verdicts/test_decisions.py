@@ -16,7 +16,7 @@ from tests.strategies import grown_trees, profiles
 from tests.teams import LEFT, RIGHT, STAY, team, towards, tree
 from verify.checker.certificates import accepted
 from verify.claims.catalogue import find_property
-from verify.claims.decisions import PROPERTIES, DistinctTargets
+from verify.claims.decisions import PROPERTIES, Aligned, DistinctTargets
 from verify.claims.formula import below, conjunction, disjunction
 from verify.claims.region import Region, Verdict, start_region
 from verify.extent.boxes import proved_boxes
@@ -169,7 +169,7 @@ def test_a_verdict_names_its_engines_and_a_proof_its_certificate(profile, claim)
     refuted = verify(Question(same, claim, start_region(same.world)), {})
     assert [opinion.verdict for opinion in refuted.engines] == [Verdict.VIOLATED] * 2
     assert refuted.certificate is None
-    beyond = verify(Question(roles, replace(claim, name="aligned"), start_region(roles.world)), {})
+    beyond = verify(Question(roles, Aligned(claim.team), start_region(roles.world)), {})
     assert beyond.engines[0].verdict is Verdict.SKIPPED and beyond.engines[1].verdict is beyond.verdict
 
 
