@@ -148,13 +148,13 @@ def test_the_tours_session_is_a_real_one(tmp_path, request):
     """The session in the manual's tour, run again; only rates and times may differ."""
     page = ROOT / "maviper" / "manual" / "tour.md"
     before, rest = page.read_text().split("    $ maviper demo -o demo\n")
-    session, after = rest.split("\nUnder `demo/` lie")
+    session, after = rest.split("\nThe folder `demo/` then")
     command = [sys.executable, "-m", "maviper", "demo", "-o", "demo"]
     environment = {**os.environ, "TERM": "dumb"}
     found = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True, env=environment).stderr
     if request.config.getoption("--update-golden"):
         again = "".join(f"    {line}\n" if line else "\n" for line in lasting(found))
-        page.write_text(f"{before}    $ maviper demo -o demo\n{again}\nUnder `demo/` lie{after}")
+        page.write_text(f"{before}    $ maviper demo -o demo\n{again}\nThe folder `demo/` then{after}")
         return
 
     def timeless(text):

@@ -213,12 +213,12 @@ class Coordination(World):
         return parallel_env(**{**usual, **self.spec.options})
 
 
-def _checked(options: Mapping[str, Any], where: str) -> None:
+def _checked(chosen: Mapping[str, Any], where: str) -> None:
     """InputError or UnknownNameError where options do not go together."""
-    if options["rule"] not in RULES:
-        raise UnknownNameError("rule", options["rule"], RULES, where)
-    if options["rule"] in PAIRS:
-        if options["conventions"] != 3:
-            raise InputError(f"{options['rule']} has 3 conventions", where, "write conventions=3, or leave it out")
-        if (options["payoff"], options["agree"]) != (USUAL_PAYOFF, USUAL_AGREE):
-            raise InputError(f"{options['rule']} has payoffs of its own", where, "leave payoff and agree out")
+    if chosen["rule"] not in RULES:
+        raise UnknownNameError("rule", chosen["rule"], RULES, where)
+    if chosen["rule"] in PAIRS:
+        if chosen["conventions"] != 3:
+            raise InputError(f"{chosen['rule']} has 3 conventions", where, "write conventions=3, or leave it out")
+        if (chosen["payoff"], chosen["agree"]) != (USUAL_PAYOFF, USUAL_AGREE):
+            raise InputError(f"{chosen['rule']} has payoffs of its own", where, "leave payoff and agree out")

@@ -44,17 +44,17 @@ class CoordinationEnv(ParallelEnv[str, Float32, int]):
     metadata: dict[str, Any] = {"name": "coordination", "render_modes": []}  # noqa: RUF012  as PettingZoo declares it
     max_cycles = 1
 
-    def __init__(self, options: Mapping[str, Any]) -> None:
-        self.options = options
-        self.possible_agents = [f"agent_{index}" for index in range(options["agents"])]
+    def __init__(self, chosen: Mapping[str, Any]) -> None:
+        self.chosen = chosen
+        self.possible_agents = [f"agent_{index}" for index in range(chosen["agents"])]
         self.agents: list[str] = []
-        n_states = options["levels"] ** options["signals"]
-        stream = Stream(options["table"])
+        n_states = chosen["levels"] ** chosen["signals"]
+        stream = Stream(chosen["table"])
         drawn = [stream.draw() for _ in range(n_states)]
         order = sorted(range(n_states), key=drawn.__getitem__)
-        self._demanded = {state: rank % options["conventions"] for rank, state in enumerate(order)}
-        high = np.full(options["signals"], options["levels"] - 1, dtype=np.float32)
-        self._seeing, self._choosing = Box(np.zeros_like(high), high), Discrete(options["conventions"])
+        self._demanded = {state: rank % chosen["conventions"] for rank, state in enumerate(order)}
+        high = np.full(chosen["signals"], chosen["levels"] - 1, dtype=np.float32)
+        self._seeing, self._choosing = Box(np.zeros_like(high), high), Discrete(chosen["conventions"])
         self._rng = np.random.default_rng()
         self._wanted = 0
         self._seen: dict[str, Float32] = {}
@@ -73,7 +73,7 @@ class CoordinationEnv(ParallelEnv[str, Float32, int]):
         """A hidden state, and what each agent reads of it."""
         del options
         stream = Stream(int(self._rng.integers(2**31)) if seed is None else seed)
-        levels, signals = self.options["levels"], self.options["signals"]
+        levels, signals = self.chosen["levels"], self.chosen["signals"]
         state = int(stream.draw() * levels**signals)
         self._wanted = self._demanded[state]
         true = [state // levels ** (signals - 1 - signal) % levels for signal in range(signals)]
@@ -85,9 +85,9 @@ class CoordinationEnv(ParallelEnv[str, Float32, int]):
         return self._seen, {agent: {} for agent in self.agents}
 
     def _read(self, stream: Stream, level: int, agent: int, signal: int) -> int:
-        kinds, levels = self.options["kinds"], self.options["levels"]
+        kinds, levels = self.chosen["kinds"], self.chosen["levels"]
         clear = signal % kinds == agent % kinds
-        error = (self.options["noise"] + (0 if clear else self.options["blur"])) / 100
+        error = (self.chosen["noise"] + (0 if clear else self.chosen["blur"])) / 100
         drawn = stream.draw()
         if drawn >= error:
             return level
@@ -95,7 +95,7 @@ class CoordinationEnv(ParallelEnv[str, Float32, int]):
 
     def step(self, actions: Mapping[str, int]) -> tuple[dict[str, Any], ...]:
         """The payoff of the joint decision, the same for everybody."""
-        worth = self._payoff([(actions[agent] - self._wanted) % self.options["conventions"] for agent in self.agents])
+        worth = self._payoff([(actions[agent] - self._wanted) % self.chosen["conventions"] for agent in self.agents])
         ended, self.agents = self.agents, []
         return (
             self._seen,
@@ -106,16 +106,16 @@ class CoordinationEnv(ParallelEnv[str, Float32, int]):
         )
 
     def _payoff(self, roles: Sequence[int]) -> float:
-        rule = self.options["rule"]
+        rule = self.chosen["rule"]
         if rule != MATCHING:
             pairs = [float(PAIRS[rule][pair]) for pair in combinations(roles, 2)]
             return sum(pairs) / len(pairs)
-        weight = self.options["payoff"] / 100
+        weight = self.chosen["payoff"] / 100
         right = sum(role == 0 for role in roles) / len(roles)
-        together = 1.0 if right == 1 else self.options["agree"] / 100 if len(set(roles)) == 1 else 0.0
+        together = 1.0 if right == 1 else self.chosen["agree"] / 100 if len(set(roles)) == 1 else 0.0
         return (1 - weight) * right + weight * together
 
 
-def parallel_env(**options: Any) -> CoordinationEnv:
+def parallel_env(**chosen: Any) -> CoordinationEnv:
     """The environment of the game with these options, all of them."""
-    return CoordinationEnv(options)
+    return CoordinationEnv(chosen)

@@ -97,6 +97,8 @@ def test_training_goes_on_with_resume_alone(capsys, monkeypatch, tmp_path):
     def asked(place, *more):
         return ["-q", "train", "physical-deception", *more, "-o", place]
 
+    monkeypatch.setattr(commands, "schedule", lambda *_: "")  # this and the settings need torch
+    monkeypatch.setattr(commands.training, "settings_of", lambda *_: None)
     with monkeypatch.context() as patched:
         patched.setattr(commands, "find", interrupted)
         assert told(capsys, *asked(tmp_path / "run")) == exits.AGAIN

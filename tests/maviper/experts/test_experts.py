@@ -195,7 +195,7 @@ def test_an_expert_is_found_by_name_file_size_or_function(tmp_path, monkeypatch)
     source = "from maviper.experts.finding import find_expert\n\n\nmine = lambda: find_expert('physical-deception')[0]"
     (tmp_path / "an_expert_of_mine.py").write_text(source)
     monkeypatch.chdir(tmp_path)
-    with pytest.raises(InputError, match="it has no world"):
+    with pytest.raises(InputError, match="it lacks world"):
         find_expert("an_expert_of_mine:mine")
     with pytest.raises(UnknownNameError, match="did you mean 'measured'"):
         find_expert("physical-deception", "measure")

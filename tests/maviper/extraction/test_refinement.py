@@ -529,7 +529,7 @@ def test_a_profile_is_no_expert(tmp_path, capsys, profile):
     place = tmp_path / "profile.json"
     place.write_text(policy_json.dumps(profile))
     assert main.run(["extract", str(place), "-o", str(tmp_path / "out.json")]) == 2
-    assert "not an expert file" in capsys.readouterr().err
+    assert "not an expert's file" in capsys.readouterr().err
 
 
 def test_an_expert_of_another_world_is_refused(tmp_path, capsys):

@@ -61,14 +61,14 @@ pytestmark = pytest.mark.solver
 def folder(tmp_path_factory):
     """An extracted team that violates `distinct_targets`, and what `maviper verify -o` wrote about it."""
     place = tmp_path_factory.mktemp("refit")
-    assert main.run(["extract", "physical-deception", *SMALL, "--seed", "1", "-o", str(place / "before.json")]) == 0
+    assert main.run(["extract", "physical-deception", *SMALL, "--seed", "2", "-o", str(place / "before.json")]) == 0
     assert main.run(["verify", str(place / "before.json"), "-o", str(place / "out")]) == 1
     return place
 
 
 @pytest.fixture(scope="module")
 def after(folder):
-    words = ["extract", "physical-deception", *SMALL, "--seed", "1", "--counterexamples", str(folder / "out")]
+    words = ["extract", "physical-deception", *SMALL, "--seed", "2", "--counterexamples", str(folder / "out")]
     assert main.run([*words, "-o", str(folder / "after.json")]) == 0
     return words
 
@@ -470,7 +470,7 @@ def test_files_that_cannot_be_learned_from_are_told(folder, tmp_path, capsys, wo
     empty, episode = tmp_path / "empty", tmp_path / "episode"
     empty.mkdir()
     episode.mkdir()
-    (episode / "counterexample-1-reaches.json").write_text('{"counterexample": "maviper-course-1"}')
+    (episode / "counterexample-1-reaches.json").write_text('{"counterexample": "maviper-episode-counterexample-1"}')
     (tmp_path / "cut.json").write_bytes((folder / "out" / STATES).read_bytes()[:300])
 
     def refused(expert, *words):
@@ -480,7 +480,7 @@ def test_files_that_cannot_be_learned_from_are_told(folder, tmp_path, capsys, wo
 
     deception = "physical-deception"
     assert "cannot read the file" in refused(deception, "--counterexamples", str(tmp_path / "missing.json"))
-    assert "not a counterexample" in refused(deception, "--counterexamples", str(tmp_path / "cut.json"))
+    assert "not a file of states" in refused(deception, "--counterexamples", str(tmp_path / "cut.json"))
     (tmp_path / "deep.json").write_text('{"states": "maviper-states-1", "profile": ' + "[" * 10**5)
     assert "not a file of states" in refused(deception, "--counterexamples", str(tmp_path / "deep.json"))
     assert "holds no counterexamples" in refused(deception, "--counterexamples", str(empty))

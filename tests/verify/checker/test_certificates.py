@@ -107,11 +107,11 @@ def test_another_policy_is_told(roles, profile):
 def test_the_formula_must_be_the_propertys(roles):
     pair, made = roles
     for changed in (TRUE, Not(FALSE), formula(pair, replace(made.claim, radius=Fraction(1)))):
-        with pytest.raises(RejectedError, match="not what distinct_targets says"):
+        with pytest.raises(RejectedError, match="not the one that distinct_targets has"):
             accepted(replace(made, formula=changed), pair)
     assert accepted(replace(made, claim=None), pair) > 10
     strange = OwnTarget(made.claim.team, landmarks=("landmark_7", "landmark_8"))
-    with pytest.raises(RejectedError, match="not what own_target says"):
+    with pytest.raises(RejectedError, match="not the one that own_target has"):
         accepted(replace(made, claim=strange), pair)
 
 

@@ -21,8 +21,7 @@ DEPLOYED = {
     "verify.extent.boxes.proved_boxes",
     "verify.states.episodes.play",
     "maviper.evaluation.comparison._changed",
-    "maviper.cli.tour.run",
-    "maviper.tour.handout.handout",
+    "maviper.tour.handout.questions",
     "maviper.extraction.refitting._outcome",
     "maviper.verification.repair.repaired",
     "maviper.verification.repair._files",
@@ -93,7 +92,7 @@ def test_the_functions_are_found():
         "verify.states.noise.reachable",
         "verify.solver.encode.reaching",
         "verify.question.from_start",
-        "maviper.verification.join.verify_claims",
+        "maviper.verification.join.replayed",
     } <= ASKED
 
 
