@@ -74,12 +74,16 @@ class PhysicalDeception(ParticleWorld):
         return rewards.T
 
     def shaping(self, state: WorldState) -> Float64:
-        """The covering term: for defenders, minus the sum over targets of the nearest defender's distance."""
+        """For defenders the covering term: minus the sum over targets of the nearest defender's distance. For the
+        adversary minus its distance to the nearest target: in doubt, standing between two would pay as well as going
+        to one, and never succeed.
+        """
         n_agents = len(self.agents)
         position = planes(state.position)
-        distance = distances(position[1:n_agents, None], position[None, n_agents:])
-        terms = np.zeros((n_agents, len(state)))
-        terms[1:] = -distance.min(axis=0).sum(axis=0)
+        distance = distances(position[:n_agents, None], position[None, n_agents:])
+        terms = np.empty((n_agents, len(state)))
+        terms[0] = -distance[0].min(axis=0)
+        terms[1:] = -distance[1:].min(axis=0).sum(axis=0)
         return terms.T
 
     def values(self, states: Sequence[WorldState]) -> Float64:

@@ -208,7 +208,8 @@ def test_the_shipped_experts_and_what_their_cards_say():
     named, measured, learned = [], [], []
     for world in (name for name in store.SHIPPED if "@" not in name):
         seeds = [name.partition("@")[2] for name in store.SHIPPED if name.startswith(f"{world}@")]
-        named.append([f"`{world}`", ", ".join(seeds), store.SHIPPED[world].split(".")[1]])
+        seeds = [seed for seed in seeds if seed.isdecimal()]
+        named.append([f"`{world}`", ", ".join(seeds), store.SHIPPED[world].split(".")[-2]])
         taught = cards.learned(store.load(world)[0].card)
         learned.append([f"`{world}`", *(f"{steps:,}" for steps in taught.values())])
         card = store.load(world)[0].card["measured"]

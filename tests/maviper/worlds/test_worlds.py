@@ -533,9 +533,18 @@ def test_shaping_written_out():
     state = drawn(world, 20, seed=16)
     for found, at in zip(world.shaping(state), state.position, strict=True):
         term = -sum(min(gap(at, defender, target) for defender in (1, 2)) for target in (3, 4))
-        assert found.tolist() == pytest.approx([0, term, term])
+        alone = -min(gap(at, 0, target) for target in (3, 4))
+        assert found.tolist() == pytest.approx([alone, term, term])
     world = find(SPREAD)
-    assert not world.shaping(drawn(world, 20, seed=17)).any()
+    state = drawn(world, 20, seed=17)
+    for found, at in zip(world.shaping(state), state.position, strict=True):
+        for agent in range(3):
+            mates = [mate for mate in range(3) if mate != agent]
+            without, beside = (
+                sum(min(gap(at, mate, target) for mate in each) for target in (3, 4, 5)) for each in (mates, range(3))
+            )
+            assert found[agent] == pytest.approx(without - beside)
+    assert not find(f"{SPREAD},agents=1").shaping(drawn(find(f"{SPREAD},agents=1"), 2, seed=17)).any()
 
 
 # --- batches
