@@ -32,7 +32,10 @@ CLONES = {  # networks that imitated a script before they were paid
     "predator-prey": ("predator_prey.clone", (0, 1, 2), 0),
     "predator-prey,observation=mpe2": ("predator_prey_mpe2.clone", (0, 1), 0),
 }
-LEARNED: dict[str, tuple[str, tuple[int, ...], int]] = {}  # networks that learned by reward alone
+LEARNED = {  # networks that learned by reward alone
+    "physical-deception": ("physical_deception", (0, 1, 2), 2),
+    "physical-deception,velocity=1": ("physical_deception_velocity", (0, 1, 2), 1),
+}
 CLONE, REWARD = "clone", "reward"
 
 

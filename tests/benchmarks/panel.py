@@ -114,16 +114,17 @@ def figures(name, also, episodes):
 
 
 def demands(name, episodes, write):
-    """What each learned expert's team must agree on."""
+    """What the team of each shipped expert must agree on."""
     world = find(name)
-    stem, seeds, _ = store.LEARNED[name]
-    experts = {seed: store.shipped(store.file_of(stem, seed)) for seed in seeds}
-    for seed in seeds:
-        found = demand(world, experts, seed, range(FIRST, FIRST + episodes))
-        if write:
-            place = Path(str(resources.files("maviper.experts.shipped"))) / f"{stem}.{seed}.json"
-            place.write_bytes(runs.as_json({**json.loads(place.read_text()), "demand": found}))
-        yield {"name": f"{name}, seed {seed}", **found}
+    for table in (store.CLONES, store.LEARNED):
+        stem, seeds, _ = table.get(name, ("", (), 0))
+        experts = {seed: store.shipped(store.file_of(stem, seed)) for seed in seeds}
+        for seed in seeds:
+            found = demand(world, experts, seed, range(FIRST, FIRST + episodes))
+            if write:
+                place = Path(str(resources.files("maviper.experts.shipped"))) / f"{stem}.{seed}.json"
+                place.write_text(runs.as_json({**json.loads(place.read_text()), "demand": found}))
+            yield {"name": f"{stem}.{seed}", **found}
 
 
 def main() -> None:

@@ -9,6 +9,7 @@ import pytest
 from codegen.errors import InputError, UnknownNameError
 from maviper.episodes import measures
 from maviper.experts import cards, store
+from maviper.experts.demand import demand
 from maviper.experts.expert import AS_GIVEN
 from maviper.experts.finding import find_expert
 from maviper.experts.measured import GAMMA, Measured
@@ -53,6 +54,33 @@ def test_shipped_predator_prey_against_the_scripts():
     assert touches[PREDATORS] >= 0.25  # signs alone do not show how far the prey is: see README, Limits
 
 
+LEARNED = [f"{world}@{store.REWARD}-{seed}" for world, (_, seeds, _) in store.LEARNED.items() for seed in seeds]
+
+
+@pytest.mark.parametrize("name", LEARNED)
+def test_no_script_took_part_in_what_learned_by_reward_alone(name):
+    card = store.load(name)[0].card
+    assert card["recipe"] == "default" and "no script takes part" in card["rule"]
+    assert card["settings"]["imitate_steps"] == 0 == card["settings"]["scripted"]
+
+
+@pytest.mark.parametrize("name", ["physical-deception", "physical-deception,velocity=1"])
+def test_the_best_learned_defenders_reach_their_target(name):
+    success = primary(f"{name}@{store.REWARD}")
+    assert success[DEFENDERS].interval[0] >= 0.99
+    assert success[ADVERSARIES].interval[0] >= 0.55
+
+
+@pytest.mark.parametrize("world", store.LEARNED)
+def test_cards_say_what_the_team_must_agree_on(world):
+    stem, seeds, best = store.LEARNED[world]
+    experts = {seed: store.load(f"{world}@{store.REWARD}-{seed}")[0] for seed in seeds}
+    card = json.loads((resources.files("maviper.experts.shipped") / f"{stem}.{best}.json").read_text())["demand"]
+    first, episodes = card["first_episode_seed"], card["episodes"]
+    assert episodes == 4_000
+    assert card == demand(find(world), experts, best, range(first, first + episodes))
+
+
 @pytest.mark.parametrize("name", FILES.values())
 def test_cards_say_what_made_them_and_what_was_measured(name):
     expert, world = store.load(name)
@@ -73,7 +101,7 @@ def test_beside_each_expert_lie_its_card_and_its_learning_curve(name):
     stem = store.SHIPPED[name].removesuffix(".safetensors")
     card = json.loads((folder / f"{stem}.json").read_text())
     assert card["seconds"] > 0 and "cores" in card["machine"]
-    beside = ("seconds", "machine", "learned", "critic_reward")  # the last two were told only after these were trained
+    beside = ("seconds", "machine", "demand", "learned", "critic_reward")  # older files do not tell the last two
     assert {key: value for key, value in card.items() if key not in beside} == store.load(name)[0].card
     assert (folder / f"{stem}.svg").read_text().lstrip().startswith("<?xml")
 
