@@ -45,6 +45,9 @@ def config(world: World, request: Request, chosen: Any, rule: str) -> dict[str, 
 
 IMITATION, VALUES, REWARD = "imitation", "values alone", "reward"  # what steps of a training teach the actors
 SHAPED = ("mappo", "maddpg", "vdn")  # algorithms whose settings have a `shaping`
+SHAPED_LATER = (
+    "cooperative-navigation",
+)  # worlds that had no shaping term when cards did not tell the critic's reward
 
 
 def learned(card: Mapping[str, Any]) -> dict[str, int]:
@@ -71,6 +74,8 @@ def critic_reward(card: Mapping[str, Any], world: World) -> str:
     """What reward an expert's critic adds up; "" where the card does not tell."""
     if "critic_reward" in card or card.get("algorithm") not in SHAPED:
         return str(card.get("critic_reward", ""))
+    if world.spec.name in SHAPED_LATER:
+        return "environment"
     return reward_of(card["settings"], world)
 
 

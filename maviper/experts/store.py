@@ -35,6 +35,7 @@ CLONES = {  # networks that imitated a script before they were paid
 LEARNED = {  # networks that learned by reward alone
     "physical-deception": ("physical_deception", (0, 1, 2), 2),
     "physical-deception,velocity=1": ("physical_deception_velocity", (0, 1, 2), 1),
+    "cooperative-navigation": ("cooperative_navigation", (0,), 0),
 }
 CLONE, REWARD = "clone", "reward"
 
