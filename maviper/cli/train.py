@@ -25,7 +25,7 @@ WHAT, HOW = "What is trained", "How it runs"
     default="default",
     show_default=True,
     section=WHAT,
-    help="default, or paper: MADDPG as released, in parallel games.",
+    help="default, clone (of a script), or paper: MADDPG as released, in parallel games.",
 )
 @option("--steps", default=None, type=int, section=WHAT, help="Joint environment steps (default: the recipe's).")
 @option(

@@ -45,6 +45,9 @@ def config(world: World, request: Request, chosen: Any, rule: str) -> dict[str, 
 
 IMITATION, VALUES, REWARD = "imitation", "values alone", "reward"  # what steps of a training teach the actors
 SHAPED = ("mappo", "maddpg", "vdn")  # algorithms whose settings have a `shaping`
+SHAPED_LATER = (
+    "cooperative-navigation",
+)  # worlds that had no shaping term when cards did not tell the critic's reward
 
 
 def learned(card: Mapping[str, Any]) -> dict[str, int]:
@@ -71,6 +74,8 @@ def critic_reward(card: Mapping[str, Any], world: World) -> str:
     """What reward an expert's critic adds up; "" where the card does not tell."""
     if "critic_reward" in card or card.get("algorithm") not in SHAPED:
         return str(card.get("critic_reward", ""))
+    if world.spec.name in SHAPED_LATER:
+        return "environment"
     return reward_of(card["settings"], world)
 
 
@@ -93,14 +98,8 @@ def row(found: Estimate) -> list[float]:
 
 
 def table(judged: Judged) -> dict[str, list[float]]:
-    """All estimates by label; against scripts, and the scripts' own, where a game is judged so."""
-    parts = (("", judged.among), (" against scripts", judged.against), (" of scripts", judged.scripts))
-    return {
-        f"{measure.label}{suffix}": row(value)
-        for suffix, found in parts
-        for measure, value in found.items()
-        if measure in judged.among
-    }
+    """All estimates by label."""
+    return {measure.label: row(value) for measure, value in judged.among.items()}
 
 
 def learning_curve(world: World, lines: Sequence[Mapping[str, Any]]) -> str:
@@ -124,12 +123,10 @@ def learning_curve(world: World, lines: Sequence[Mapping[str, Any]]) -> str:
 
 def _curve(panel: Any, measure: Measure, lines: Sequence[Mapping[str, Any]]) -> None:
     millions = [line["steps"] / 1e6 for line in lines]
-    versus = f"{measure.label} against scripts"
-    label = versus if lines and versus in lines[0] else measure.label
-    values, lows, highs = zip(*(line[label] for line in lines), strict=True)
+    values, lows, highs = zip(*(line[measure.label] for line in lines), strict=True)
     panel.fill_between(millions, lows, highs, alpha=0.25, linewidth=0)
     if len(lines) == 1:  # a line and a band of one point would show nothing
         panel.vlines(millions, lows, highs, linewidth=1.2)
     panel.plot(millions, values, linewidth=1.2, marker="o" if len(lines) == 1 else None)
-    panel.set_title(label + (" (lower is better)" if measure.lower_is_better else ""), loc="left")
+    panel.set_title(measure.label + (" (lower is better)" if measure.lower_is_better else ""), loc="left")
     panel.grid(alpha=0.3)

@@ -1,89 +1,107 @@
-"""How good an expert is, in the game's own measure: what checkpoints are chosen by and cards report.
+"""How good a checkpoint is, in the game's own measures: what an expert is chosen by.
 
-Does: one score from all teams' primary measures, and the tables behind it.
+Does: one score from all teams' primary measures, in play among the run's own networks.
 Assumes: a team whose measure is a share is judged in play among experts, by its log-odds: halving the failures counts
-  alike at .5 and at .98. Any other is judged by the logarithm of its ratio to the script's measure in the same place,
-  against the script's opponents, since touches among learners say nothing of either side. Without a script: as it is.
-Does not: choose anything.
+  alike at .5 and at .98. So is a world's only team, by its measure as it is. Touches among learners say nothing of
+  either side, so that all other teams are rated against rivals: what a checkpoint gains on each of them, in the place
+  of every team, on top of the rival's own rating.
+Does not: choose anything, or ask a script.
 """
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from itertools import combinations
 
 import numpy as np
 
-from codegen.errors import InputError
 from codegen.intervals import Share
 from maviper.episodes import measures
 from maviper.episodes.measures import Estimate
 from maviper.episodes.play import Controller
-from maviper.experts.scripted import Scripted, scripted
-from maviper.worlds import Measure, World, built_in
+from maviper.worlds import Measure, World
 
-LEAST_RATIO = 1e-3
+N_RIVALS = 3  # of a checkpoint: the best before it
+
+
+@dataclass(frozen=True)
+class Rival:
+    """An earlier checkpoint of the same run."""
+
+    controller: Controller
+    score: float
 
 
 @dataclass(frozen=True)
 class Judged:
-    """A score (higher is better) and the estimates behind it."""
+    """A score (higher is better) and the estimates in play among experts, returns included."""
 
     score: float
-    among: dict[Measure, Estimate]  # all agents experts; returns included
-    against: dict[Measure, Estimate]  # each team against the script's opponents; {} where there are none
-    scripts: dict[Measure, Estimate]  # the script in the place of every team; {} where nobody is compared with it
+    among: dict[Measure, Estimate]
 
     def primary(self, world: World) -> dict[str, Estimate]:
         """What each team is judged by."""
-        return {team: (self.against or self.among)[world.primary(team)] for team in world.teams}
+        return {team: self.among[world.primary(team)] for team in world.teams}
 
 
-def judge(world: World, controller: Controller, seeds: range) -> Judged:
-    """Judges a controller of all agents on the episodes `seeds`."""
-    everybody = [controller] * len(world.agents)
-    among = measures.evaluate(world, everybody, seeds)
-    script = _script(world)
-    primary = [among[world.primary(team)] for team in world.teams]
-    if all(isinstance(found, Share) for found in primary):
-        return Judged(_mean([_log_odds(found) for found in primary]), among, {}, {})
-    if script is None:
-        return Judged(_mean([found.value for found in primary]), among, {}, {})
-    scripts = _scripts(world.name, seeds)
-    against = (
-        measures.evaluate_teams(world, everybody, [script] * len(everybody), seeds) if len(world.teams) > 1 else {}
-    )
-    found = [math.log(max(ratio, LEAST_RATIO)) for ratio in ratios(world, against or among, scripts).values()]
-    return Judged(_mean(found), among, against, scripts)
+def judge(world: World, controller: Controller, seeds: range, rivals: Sequence[Rival] = ()) -> Judged:
+    """Judges a controller of all agents on the episodes `seeds`. `rivals` count in a world that is `rated`; the first
+    checkpoint of all has none and scores 0.
+    """
+    among = measures.evaluate(world, [controller] * len(world.agents), seeds)
+    if not rated(world):
+        return Judged(_mean([_worth(measure, among[measure]) for measure in _primary(world)]), among)
+    found = [rival.score + advantage(world, controller, rival.controller, seeds) for rival in rivals]
+    return Judged(_mean(found) if found else 0.0, among)
 
 
-def ratios(world: World, against: dict[Measure, Estimate], scripts: dict[Measure, Estimate]) -> dict[str, float]:
-    """Each team's primary measure as a ratio to the script's; above 1 is better than the script."""
-    found = {team: world.primary(team) for team in world.teams}
-    return {
-        team: measures.ratio(measure, against[measure].value, scripts[measure].value) or 0.0
-        for team, measure in found.items()
-    }
+def scores(world: World, finalists: Sequence[Controller], seeds: range) -> list[float]:
+    """A score of each, on the same episodes; in a world that is `rated`, what it gains on the others on average."""
+    if not rated(world):
+        return [judge(world, controller, seeds).score for controller in finalists]
+    gains = np.zeros((len(finalists), len(finalists)))
+    for a, b in combinations(range(len(finalists)), 2):
+        gains[a, b] = advantage(world, finalists[a], finalists[b], seeds)
+        gains[b, a] = -gains[a, b]
+    return (gains.sum(axis=1) / max(1, len(finalists) - 1)).tolist()
 
 
-def _log_odds(found: Estimate) -> float:
-    """Of a share, with half a failure and half a success added, so that a perfect score is finite."""
-    assert isinstance(found, Share)
+def rated(world: World) -> bool:
+    """Whether checkpoints are rated against rivals: several teams, not all of whose measures are shares."""
+    return len(world.teams) > 1 and not all(measure.share for measure in _primary(world))
+
+
+def advantage(world: World, ours: Controller, theirs: Controller, seeds: range) -> float:
+    """How much better each team does when `ours` plays it and `theirs` all others than the other way round: the mean
+    over teams, in the measure's unit. What `ours` gains on `theirs`, `theirs` loses.
+    """
+    gained = dict.fromkeys(world.teams, 0.0)
+    played: dict[tuple[bool, ...], dict[Measure, Estimate]] = {}
+    for team in world.teams:
+        members, measure = world.members(team), world.primary(team)
+        for sign, mine in ((1, True), (-1, False)):
+            who = tuple(mine if agent in members else not mine for agent in range(len(world.agents)))
+            if who not in played:
+                played[who] = measures.evaluate(world, [ours if each else theirs for each in who], seeds)
+            gained[team] += sign * _worth(measure, played[who][measure])
+    return _mean(list(gained.values()))
+
+
+def _primary(world: World) -> list[Measure]:
+    return [world.primary(team) for team in world.teams]
+
+
+def _worth(measure: Measure, found: Estimate) -> float:
+    """Higher is better. A share's log-odds, with half a failure and half a success added, so that a perfect one is
+    finite.
+    """
+    value = found.value if not isinstance(found, Share) else _log_odds(found)
+    return -value if measure.lower_is_better else value
+
+
+def _log_odds(found: Share) -> float:
     return math.log((found.hits + 0.5) / (found.count - found.hits + 0.5))
 
 
 def _mean(values: Sequence[float]) -> float:
     return float(np.mean(values))
-
-
-def _script(world: World) -> Scripted | None:
-    try:
-        return scripted(world)
-    except InputError:
-        return None
-
-
-@lru_cache(maxsize=8)
-def _scripts(name: str, seeds: range) -> dict[Measure, Estimate]:
-    world = built_in(name)
-    return measures.evaluate(world, [scripted(world)] * len(world.agents), seeds)

@@ -25,22 +25,36 @@ FORMAT = "maviper-expert-1"
 MAX_HIDDEN = 4096
 MAX_BYTES = 64 * 2**20
 # world -> (file name, trained seeds, the one of the best score on its finalists' episodes)
-_TRAINED = {
+CLONES = {  # networks that imitated a script before they were paid
+    "physical-deception": ("physical_deception.clone", (0, 1, 2), 2),
+    "physical-deception,velocity=1": ("physical_deception_velocity.clone", (0, 1, 2), 1),
+    "cooperative-navigation": ("cooperative_navigation.clone", (0, 1, 2), 1),
+    "predator-prey": ("predator_prey.clone", (0, 1, 2), 0),
+    "predator-prey,observation=mpe2": ("predator_prey_mpe2.clone", (0, 1), 0),
+}
+LEARNED = {  # networks that learned by reward alone
     "physical-deception": ("physical_deception", (0, 1, 2), 2),
     "physical-deception,velocity=1": ("physical_deception_velocity", (0, 1, 2), 1),
-    "cooperative-navigation": ("cooperative_navigation", (0, 1, 2), 1),
-    "predator-prey": ("predator_prey", (0, 1, 2), 0),
-    "predator-prey,observation=mpe2": ("predator_prey_mpe2", (0, 1), 0),
+    "cooperative-navigation": ("cooperative_navigation", (0,), 0),
 }
-# name on the command line -> file: `physical-deception` is the best seed's, `physical-deception@1` that of seed 1
-SHIPPED = {
-    **{world: f"{stem}.{best}.safetensors" for world, (stem, _, best) in _TRAINED.items()},
-    **{
-        f"{world}@{seed}": f"{stem}.{seed}.safetensors"
-        for world, (stem, seeds, _) in _TRAINED.items()
-        for seed in seeds
-    },
-}
+CLONE, REWARD = "clone", "reward"
+
+
+def _named(trained: Mapping[str, tuple[str, tuple[int, ...], int]], kind: str = "") -> dict[str, str]:
+    """Name on the command line -> file: NAME or NAME@KIND is the best seed's, NAME@1 or NAME@KIND-1 seed 1's."""
+    plain, dash = (f"@{kind}", "-") if kind else ("", "")
+    named = {f"{world}{plain}": file_of(stem, best) for world, (stem, _, best) in trained.items()}
+    for world, (stem, seeds, _) in trained.items():
+        named |= {f"{world}@{kind}{dash}{seed}": file_of(stem, seed) for seed in seeds}
+    return named
+
+
+def file_of(stem: str, seed: int) -> str:
+    """The shipped file of one training seed."""
+    return f"{stem}.{seed}.safetensors"
+
+
+SHIPPED = {**_named(CLONES), **_named(CLONES, CLONE), **_named(LEARNED, REWARD)}
 
 
 def encode(tensors: Mapping[str, Float32], card: Mapping[str, Any]) -> bytes:
@@ -106,11 +120,16 @@ def shapes(world: World, hidden: int, networks: str = ACTOR_CRITIC) -> dict[str,
     return expected
 
 
+def shipped(file: str, world: World | None = None) -> NetworkExpert:
+    """The expert in a shipped file."""
+    data = (resources.files("maviper.experts.shipped") / file).read_bytes()
+    return decode(data, f"shipped expert {file}", world)
+
+
 def load(name_or_path: str, world: World | None = None) -> tuple[NetworkExpert, World]:
     """A shipped expert by its world's name, or one from a file or run folder, with the world that it plays."""
     if name_or_path in SHIPPED:
-        data = (resources.files("maviper.experts.shipped") / SHIPPED[name_or_path]).read_bytes()
-        expert = decode(data, f"shipped expert {name_or_path}", world)
+        expert = shipped(SHIPPED[name_or_path], world)
     else:
         path = Path(name_or_path)
         try:

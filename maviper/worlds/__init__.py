@@ -32,7 +32,7 @@ WORLDS: Mapping[str, type[World]] = {
     "coordination": Coordination,
 }
 MAX_OF_A_KIND = 24  # agents, targets, obstacles
-SWITCHES = ("velocity",)
+SWITCHES = ("velocity", "shuffled")
 
 
 def find(name: str) -> World:

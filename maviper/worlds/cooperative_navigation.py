@@ -67,6 +67,16 @@ class CooperativeNavigation(ParticleWorld):
         shared, collisions = -self._distance(state), self._collisions(state)
         return (shared * (1 - LOCAL_RATIO) + -collisions * LOCAL_RATIO).T
 
+    def shaping(self, state: WorldState) -> Float64:
+        """What an agent's presence is worth: the sum over targets of how much farther the nearest agent would be
+        without it. A shared reward alone does not tell an agent its own part.
+        """
+        gaps = np.sqrt(self._gaps(state))
+        if len(gaps) == 1:
+            return np.zeros((len(state), 1))
+        nearest, second = np.partition(gaps, 1, axis=0)[:2]
+        return ((gaps == nearest) * (second - nearest)).sum(axis=1).T
+
     def _gaps(self, state: WorldState) -> Float64:
         """[n_agents, n_landmarks, batch] squared distances."""
         n_agents = len(self.agents)

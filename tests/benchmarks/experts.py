@@ -13,8 +13,9 @@ from importlib import resources
 import numpy as np
 
 from maviper.episodes import measures
-from maviper.experts import judging, store
+from maviper.experts import store
 from maviper.experts.scripted import scripted
+from maviper.worlds.predator_prey import PREDATORS
 
 SEEDS = range(9_100_000, 9_101_000)
 # (world, label of the measure) -> (reach, stretch)
@@ -42,14 +43,14 @@ def figure(name, value, reach, stretch, better):
 
 def of_expert(name):
     expert, world = store.load(name)
-    judged = judging.judge(world, expert, SEEDS)
+    among = measures.evaluate(world, [expert] * len(world.agents), SEEDS)
     for measure in world.measures:
-        found = judged.among[measure]
+        found = among[measure]
         worse = found.interval[1 if measure.lower_is_better else 0]
         reach, stretch = TARGETS.get((world.name, measure.label), (None, None))
         better = "lower" if measure.lower_is_better else "higher"
         yield figure(f"{name}: {measure.label} {measures.shown(found)}", worse, reach, stretch, better)
-    if judged.against:
+    if PREDATORS in world.teams:
         yield from touches(name, world, expert)
     yield figure(f"{name}: training seconds", card_of(name)["seconds"], *TIME_TARGETS, "lower")
 

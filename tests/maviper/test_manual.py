@@ -203,23 +203,27 @@ def test_velocity_adds_what_the_page_says():
 # --- experts, extraction, claims, verdicts, files
 
 
-def test_the_shipped_experts_and_what_their_cards_say():
+@pytest.mark.parametrize(
+    ("kind", "heading", "trained"),
+    [("", "## Shipped experts", store.CLONES), (f"@{store.REWARD}", "## Learned by reward alone", store.LEARNED)],
+)
+def test_the_shipped_experts_and_what_their_cards_say(kind, heading, trained):
     page = manual.page("experts")
     named, measured, learned = [], [], []
-    for world in (name for name in store.SHIPPED if "@" not in name):
-        seeds = [name.partition("@")[2] for name in store.SHIPPED if name.startswith(f"{world}@")]
-        named.append([f"`{world}`", ", ".join(seeds), store.SHIPPED[world].split(".")[1]])
-        taught = cards.learned(store.load(world)[0].card)
-        learned.append([f"`{world}`", *(f"{steps:,}" for steps in taught.values())])
-        card = store.load(world)[0].card["measured"]
+    for world, (_, seeds, best) in trained.items():
+        named.append([f"`{world}{kind}`", ", ".join(map(str, seeds)), str(best)])
+        taught = cards.learned(store.load(f"{world}{kind}")[0].card)
+        learned.append([f"`{world}{kind}`", *(f"{steps:,}" for steps in taught.values())])
+        card = store.load(f"{world}{kind}")[0].card["measured"]
         for measure in find(world).measures:
             label = f"{measure.label} against scripts"
             label = label if label in card else measure.label
             value, low, high = card[label]
-            measured.append([f"`{world}`", label, f"{value:.3f} [{low:.3f}, {high:.3f}]"])
-    assert table_under(page, "## Shipped experts") == padded(["name", "seeds", "best"], named)
+            measured.append([f"`{world}{kind}`", label, f"{value:.3f} [{low:.3f}, {high:.3f}]"])
+    assert table_under(page, heading) == padded(["name", "seeds", "best"], named)
     assert "\n".join(padded(["expert", "measure", "value"], measured)) in page
-    assert "\n".join(padded(["expert", "imitation", "values alone", "reward"], learned)) in page
+    if not kind:
+        assert "\n".join(padded(["expert", "imitation", "values alone", "reward"], learned)) in page
 
 
 def first_column(page, heading):

@@ -13,12 +13,14 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from codegen.errors import InputError
 from codegen.ir import Float32
 from maviper.experts.cards import IMITATION, REWARD, VALUES
 from maviper.experts.network import ACTOR
 from maviper.experts.scripted import scripted
 from maviper.experts.training.imitation import Imitation
 from maviper.experts.training.nets import Adam, Nets, averaged
+from maviper.experts.training.opponents import Opponents, Past, Script, sampled
 from maviper.experts.training.trainer import Trainer
 from maviper.worlds import World
 
@@ -35,6 +37,7 @@ class Settings:
     epochs: int = 4
     minibatch: int = 6_400  # transitions
     hidden: int = 64
+    shared: int = 0  # 1: team-mates have one network, so that what tells them apart is what they see
     learning_rate: float = 1e-3  # falls linearly to a tenth
     gamma: float = 0.95
     trace: float = 0.95  # lambda of the generalised advantage
@@ -42,6 +45,7 @@ class Settings:
     entropy: float = 0.01  # bonus, falls linearly to zero
     shaping: float = 1.0  # weight of the world's shaping term
     critic_shaping: float = 1.0  # share of it in the reward that the critic is fitted to; 0: the environment's alone
+    past: float = 0.0  # share of games in which each team meets opponents as they were earlier in this training
     scripted: float = 0.0  # share of games in which each team meets the world's scripted opponents
     gradient_norm: float = 0.5
     checkpoint_steps: int = 102_400
@@ -59,7 +63,7 @@ class Played(NamedTuple):
 
 
 class Mappo(Trainer):
-    """Actors, values and, at first, what is imitated."""
+    """Actors, values, earlier actors to play against and, at first, what is imitated."""
 
     networks = ACTOR
 
@@ -67,23 +71,46 @@ class Mappo(Trainer):
         super().__init__(world, settings, device)
         joint, hidden = self.joint, settings.hidden
         sizes = (joint.widest, hidden, hidden, joint.n_actions)
-        self.actor = Nets(sizes, joint.widths, self.generator, device, last=0.01)
-        self.values = Nets((joint.n_obs, hidden, hidden, 1), [joint.n_obs] * joint.n_agents, self.generator, device)
+        fans = self._fans()
+        self.actor = Nets(sizes, fans, self.generator, device, last=0.01)
+        self.values = Nets((joint.n_obs, hidden, hidden, 1), [joint.n_obs] * len(fans), self.generator, device)
+        if settings.shared:
+            self.actor.owner = self.values.owner = joint.teams.to(device)
         self.nets = {"actor": self.actor, "values": self.values}
         for name, nets in self.nets.items():
             self.optimisers[name] = Adam((nets,), settings.learning_rate, settings.gradient_norm)
         if settings.imitate_steps:
             self.imitation = Imitation(world, joint, self.actor, scripted(world), self.generator)
             self.optimisers["imitation"] = Adam((self.actor,), settings.imitate_rate, norm=5.0)
-        self.opponents = scripted(world) if settings.scripted else None
+        self.opponents = self._opponents()
         self.mine = self._assigned()  # [n_agents, games]: who is played by the network where
 
+    def _fans(self) -> list[int]:
+        """The inputs of each network: one for each agent, or for each team that shares one."""
+        joint = self.joint
+        if not self.settings.shared:
+            return joint.widths
+        if not joint.alike:
+            raise InputError(
+                "team-mates that observe differently cannot share a network", "--set shared", "leave it out"
+            )
+        return [joint.widths[self.world.members(team)[0]] for team in self.world.teams]
+
+    def _seen_by_all(self, joint: Tensor) -> Tensor:
+        """What values read, [n_agents, batch, n_obs]; alike for all who share a network."""
+        return self.joint.own_first(joint) if self.settings.shared else self.joint.shared(joint)
+
+    def _opponents(self) -> Opponents | None:
+        if self.settings.scripted and self.settings.past:
+            raise InputError("a team meets scripts or its past, not both", "--set scripted, past", "leave one out")
+        if self.settings.scripted:
+            return Script(self.world)
+        return Past(self.joint, self.actor, self.rng) if self.settings.past else None
+
     def _assigned(self) -> Any:
-        """Which agent is the learner's in which game: for each team, a share of games is against the scripts."""
+        """Which agent is the learner's in which game: for each team, a share of games is against the opponents."""
         mine = np.ones((self.joint.n_agents, self.most_games), dtype=bool)
-        if self.opponents is None:
-            return mine
-        count = int(self.most_games * self.settings.scripted)
+        count = int(self.most_games * max(self.settings.scripted, self.settings.past))
         for place, team in enumerate(self.world.teams):
             others = [agent for agent in range(self.joint.n_agents) if agent not in self.world.members(team)]
             mine[others, place * count : (place + 1) * count] = False
@@ -120,17 +147,19 @@ class Mappo(Trainer):
 
     def _collect(self) -> Played:
         world = self.world
+        if self.opponents is not None:
+            self.opponents.begin(self.progress)
         state = world.start(self.games, self.rng)
         seen, acted, rewards, alive, goes_on = [], [], [], [world.alive(state)], []
         for _ in range(world.spec.episode_steps):
             observations = world.observe(state)
             seen.append(self.joint.tensor(observations))
             with torch.no_grad():
-                logits = (self.actor(self.joint.views(seen[-1])) + self.joint.forbidden).cpu().numpy()
-            chosen = np.argmax(logits + self.rng.gumbel(size=logits.shape), axis=2)
+                logits = self.actor(self.joint.views(seen[-1])) + self.joint.forbidden
+            chosen = sampled(logits, self.rng)
             if self.opponents is not None:
-                scripted = self.opponents.act(range(self.joint.n_agents), observations, state).T
-                chosen = np.where(self.mine[:, : len(state)], chosen, scripted)
+                others = self.opponents.act(seen[-1], observations, state)
+                chosen = np.where(self.mine[:, : len(state)], chosen, others)
             state = world.step(state, chosen.T)
             acted.append(chosen.T)
             rewards.append(self.rewards(state))
@@ -154,7 +183,7 @@ class Mappo(Trainer):
         steps, n_games = acted.shape[:2]
         flat = played.seen.flatten(0, 1)
         with torch.no_grad():
-            values = self.values(joint.shared(flat))[..., 0].unflatten(1, (steps + 1, n_games))
+            values = self.values(self._seen_by_all(flat))[..., 0].unflatten(1, (steps + 1, n_games))
             before = self._log_probabilities(played.seen[:steps].flatten(0, 1), acted.flatten(0, 1))[0]
         advantages = self._advantages(rewards, values, alive, self._by_agent(played.goes_on))
         targets = (advantages + values[:, :steps]).flatten(1)
@@ -172,7 +201,7 @@ class Mappo(Trainer):
         for _ in range(settings.epochs):
             order = some[torch.randperm(len(some), generator=self.generator).to(joint.device)]
             for rows in order.split(settings.minibatch):
-                found = self.values(joint.shared(points[rows]))[..., 0]
+                found = self.values(self._seen_by_all(points[rows]))[..., 0]
                 loss = averaged((found - targets[:, rows]).square(), alive[:, rows]).sum()
                 self.optimisers["values"].descend(loss, rate)
                 total += float(loss.detach())
@@ -217,9 +246,13 @@ class Mappo(Trainer):
 
     def memory(self) -> dict[str, Tensor]:
         """As `Trainer.memory`."""
-        return self.imitation.state() if self.steps < self.settings.imitate_steps else {}
+        if self.steps < self.settings.imitate_steps:
+            return self.imitation.state()
+        return {} if self.opponents is None else self.opponents.memory()
 
     def remember(self, memory: Mapping[str, Tensor]) -> None:
         """As `Trainer.remember`."""
-        if memory:
+        if memory and self.steps < self.settings.imitate_steps:
             self.imitation.restore(memory)
+        elif memory and self.opponents is not None:
+            self.opponents.remember(memory)

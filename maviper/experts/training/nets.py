@@ -21,12 +21,19 @@ FORBIDDEN = -1e9  # logit of an action that an agent does not have
 
 
 class Nets:
-    """One two-hidden-layer network per agent, as stacked weights [n_agents, inputs, outputs]."""
+    """One two-hidden-layer network per agent, as stacked weights [n_agents, inputs, outputs].
+
+    Agents may share networks: then the weights are [n_networks, inputs, outputs], and `owner` says whose is whose.
+    """
+
+    owner: Tensor | None = None  # [n_agents]: the index of each agent's network; None: each its own
 
     def __init__(
         self, sizes: Sequence[int], fan_in: Sequence[int], generator: torch.Generator, device: str, last: float = 1.0
     ) -> None:
-        """`fan_in`: each agent's own inputs; the rest of its first layer never sees data. `last` scales the output."""
+        """`fan_in`: each network's own inputs; the rest of its first layer never sees data. `last` scales the
+        output.
+        """
         self.parameters: list[Tensor] = []
         for layer in LAYERS:
             inputs, outputs = sizes[layer - 1], sizes[layer]
@@ -38,7 +45,12 @@ class Nets:
 
     def __call__(self, x: Tensor) -> Tensor:
         """x: [n_agents, batch, inputs] -> [n_agents, batch, outputs]."""
-        w1, b1, w2, b2, w3, b3 = self.parameters
+        return self.applied(self.parameters, x)
+
+    def applied(self, parameters: Sequence[Tensor], x: Tensor) -> Tensor:
+        """The same with other weights than its own."""
+        owned = parameters if self.owner is None else [parameter[self.owner] for parameter in parameters]
+        w1, b1, w2, b2, w3, b3 = owned
         x = torch.relu(torch.baddbmm(b1, x, w1))
         x = torch.relu(torch.baddbmm(b2, x, w2))
         return torch.baddbmm(b3, x, w3)
@@ -53,7 +65,8 @@ class Nets:
         """The weights in the names and shapes of `network.NetworkExpert`, padding cut off."""
         named: dict[str, Float32] = {}
         for index, agent in enumerate(agents):
-            arrays = [parameter.detach()[index].cpu().numpy().copy() for parameter in self.parameters]
+            own = index if self.owner is None else int(self.owner[index])
+            arrays = [parameter.detach()[own].cpu().numpy().copy() for parameter in self.parameters]
             for layer in LAYERS:
                 weight, bias = arrays[2 * layer - 2], arrays[2 * layer - 1][0]
                 weight = weight[: inputs[index]] if layer == 1 else weight
@@ -93,6 +106,16 @@ class Joint:
             for start, width in zip(starts, self.widths, strict=True)
         ]
         self.view = torch.tensor(view, device=device)
+        self.teams = torch.tensor([list(world.teams).index(world.team_of(agent)) for agent in world.agents])
+        self.alike = all(len({self.widths[k] for k in world.members(team)}) == 1 for team in world.teams)
+        nearest = [
+            sorted(range(self.n_agents), key=lambda other, k=k: (other != k, self.teams[other] != self.teams[k]))
+            for k in range(self.n_agents)
+        ]
+        order = [
+            [c for other in row for c in range(starts[other], starts[other] + self.widths[other])] for row in nearest
+        ]
+        self.order = torch.tensor(order, device=device)  # [n_agents, n_obs]
         own = torch.arange(self.n_actions)[None, :] < torch.tensor(self.choices)[:, None]
         self.forbidden = torch.where(own, 0.0, FORBIDDEN)[:, None, :].to(device)  # [n_agents, 1, n_actions]
         # the rows of a critic's inputs that real agents and actions use
@@ -111,6 +134,10 @@ class Joint:
     def shared(self, joint: Tensor) -> Tensor:
         """[batch, n_obs + 1] -> [n_agents, batch, n_obs]: everybody's critic sees everything."""
         return joint[:, : self.n_obs].expand(self.n_agents, -1, -1)
+
+    def own_first(self, joint: Tensor) -> Tensor:
+        """As `shared`, but each agent's own observation comes first, then its team-mates', then the others'."""
+        return joint[:, self.order].transpose(0, 1)
 
     def one_hot(self, acted: Tensor) -> Tensor:
         """[batch, n_agents] -> [batch, n_agents, n_actions]."""

@@ -13,7 +13,7 @@ learning_curve.svg. An interrupted run goes on from its last checkpoint and give
 import json
 import math
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -22,9 +22,9 @@ from codegen.errors import InputError, MissingToolError
 from codegen.ir import Float32
 from maviper.episodes import measures
 from maviper.episodes.measures import Estimate
-from maviper.experts import cards, store
-from maviper.experts.judging import Judged, judge
-from maviper.experts.network import ACTOR, ACTOR_CRITIC
+from maviper.experts import cards, judging, store
+from maviper.experts.judging import Judged, Rival
+from maviper.experts.network import ACTOR, ACTOR_CRITIC, NetworkExpert
 from maviper.experts.recipes import Request, settings
 from maviper.files import runs
 from maviper.worlds import World
@@ -146,11 +146,17 @@ def _episodes(world: World) -> tuple[int, int]:
 def _rule(world: World) -> str:
     """How the expert is chosen, in words."""
     checkpoint, final = _episodes(world)
+    score, again = "the mean over teams of the primary measure among experts (of a share, its log-odds)", ""
+    if judging.rated(world):
+        score = (
+            f"its rating against the {judging.N_RIVALS} best checkpoints before it in the same run (their ratings plus "
+            "what it gains on them in every team's place)"
+        )
+        again = "each against all others, "
     return (
-        f"a checkpoint's score, on {checkpoint} episodes, is the mean over teams of the primary measure: the log-odds "
-        "of a share in play among experts, the log of any other's ratio to the scripted expert's in its place, or the "
-        f"measure itself where there is no script; the {FINALISTS} best are scored again on {final} fresh episodes, "
-        f"and the best of these is the expert; `measured` comes from {final} other episodes that no choice has seen"
+        f"a checkpoint's score, on {checkpoint} episodes, is {score}; no script takes part; the {FINALISTS} best are "
+        f"scored again on {final} fresh episodes, {again}and the best of these is the expert; `measured` comes from "
+        f"{final} other episodes that no choice has seen"
     )
 
 
@@ -189,7 +195,7 @@ class _Run:
                 logged = self._advance()
                 if not all(math.isfinite(value) for value in logged.values()):
                     return f"stopped after {trainer.steps} steps: the loss was no longer a number"
-            judged = self._judge(trainer.tensors(), measures.CHECKPOINT_SEEDS, _episodes(self.world)[0])
+            judged = self._judge(trainer.tensors(), measures.CHECKPOINT_SEEDS, _episodes(self.world)[0], self._rivals())
             self.seconds = before + time.monotonic() - started
             self._save(judged, logged)
             returns = {m.team: found for m, found in judged.among.items() if m.name == RETURN}
@@ -215,9 +221,17 @@ class _Run:
     def _card(self, **more: Any) -> dict[str, Any]:
         return {**self.config, "networks": self.trainer.networks, **more}
 
-    def _judge(self, tensors: Mapping[str, Float32], first: int, episodes: int) -> Judged:
+    def _judge(self, tensors: Mapping[str, Float32], first: int, episodes: int, rivals: Sequence[Rival] = ()) -> Judged:
         expert = store.built(self.world, tensors, {"world": self.world.name})
-        return judge(self.world, expert, range(first, first + episodes))
+        return judging.judge(self.world, expert, range(first, first + episodes), rivals)
+
+    def _rivals(self) -> list[Rival]:
+        best = self._finalists()[: judging.N_RIVALS] if judging.rated(self.world) else []
+        return [Rival(self._saved(line["steps"]), line["score"]) for line in best]
+
+    def _saved(self, steps: int) -> NetworkExpert:
+        data = runs.read(self._checkpoint(steps), store.MAX_BYTES)
+        return store.decode(data, "checkpoint", self.world)
 
     def _save(self, judged: Judged, logged: Mapping[str, float]) -> None:
         """Writes a checkpoint so that an interruption at any point leaves a run that can go on."""
@@ -277,19 +291,15 @@ class _Run:
         """The winner among the finalists, with a critic, and its card."""
         if not self.lines:
             raise InputError(f"the training {fault}", str(self.folder), "try a lower learning rate")
-        finalists, episodes = [], _episodes(self.world)[1]
+        episodes = _episodes(self.world)[1]
         learned = {line["steps"]: line["learned"] for line in self.lines}
-        candidates = self._finalists()
-        for place, line in enumerate(candidates):
-            self.on_step(Step(CHOOSING, place, len(candidates)))
-            tensors = store.decode(
-                runs.read(self._checkpoint(line["steps"]), store.MAX_BYTES), "checkpoint", self.world
-            ).tensors
-            judged = self._judge(tensors, measures.FINALIST_SEEDS, episodes)
-            finalists.append((judged.score, line["steps"], tensors))
-        score, steps, tensors = max(finalists, key=lambda entry: entry[:2])
+        finalists = {line["steps"]: self._saved(line["steps"]) for line in self._finalists()}
+        self.on_step(Step(CHOOSING, 0, len(finalists)))
+        seeds = range(measures.FINALIST_SEEDS, measures.FINALIST_SEEDS + episodes)
+        score, steps = max(zip(judging.scores(self.world, list(finalists.values()), seeds), finalists, strict=True))
+        tensors = finalists[steps].tensors
         judged = self._judge(tensors, measures.MEASUREMENT_SEEDS, episodes)
-        self.on_step(Step(CHOOSING, len(candidates), len(candidates)))
+        self.on_step(Step(CHOOSING, len(finalists), len(finalists)))
         networks, played = self.trainer.networks, {"training": self.trainer.steps}
         if networks == ACTOR:
             fitted, played[CRITIC] = self._critic(tensors)

@@ -4,18 +4,20 @@ import json
 import re
 import sys
 from dataclasses import replace
-from types import SimpleNamespace
+from types import FunctionType, SimpleNamespace
 
 import numpy as np
 import pytest
 
 from codegen.errors import InputError, MissingToolError, UnknownNameError
 from maviper.cli import main
-from maviper.experts import store
+from maviper.episodes import measures
+from maviper.experts import judging, store
+from maviper.experts import scripted as scripts
 from maviper.experts.expert import AS_GIVEN
 from maviper.experts.recipes import Request, settings
 from maviper.experts.training.train import train
-from maviper.worlds import find
+from maviper.worlds import WORLDS, find
 
 TINY = {"games": 128, "checkpoint_steps": 6_400, "steps": 19_200, "hidden": 16}
 ALGORITHMS = {
@@ -68,12 +70,18 @@ def test_every_algorithm_trains_every_game(name, algorithm, tmp_path):
 
 @pytest.mark.train
 @pytest.mark.parametrize(
-    ("algorithm", "more"),
-    [("mappo", {}), ("mappo", {"imitate_steps": 9_600, "value_steps": 3_200}), ("maddpg", {}), ("vdn", {})],
+    ("name", "algorithm", "more"),
+    [
+        ("physical-deception", "mappo", {}),
+        ("physical-deception", "mappo", {"imitate_steps": 9_600, "value_steps": 3_200}),
+        ("predator-prey,prey=1", "mappo", {"past": 0.25}),
+        ("physical-deception", "maddpg", {}),
+        ("physical-deception", "vdn", {}),
+    ],
 )
-def test_a_resumed_run_gives_the_same_bytes(algorithm, more, tmp_path):
+def test_a_resumed_run_gives_the_same_bytes(name, algorithm, more, tmp_path):
     """Stopped in the middle of a checkpoint's interval, right after it, and in the middle of writing."""
-    world = find("physical-deception")
+    world = find(name)
     asked = request_of(algorithm, **more)
     train(world, tmp_path / "whole", asked)
     for stop in (1, 2):
@@ -92,8 +100,40 @@ def test_a_resumed_run_gives_the_same_bytes(algorithm, more, tmp_path):
         with (folder / "metrics.jsonl").open("a") as file:
             file.write(json.dumps({"steps": 10**9, "score": 9.0}) + "\n")
         train(world, folder, asked, resume=True)
-        for name in FILES:
-            assert (folder / name).read_bytes() == (tmp_path / "whole" / name).read_bytes(), name
+        for file in FILES:
+            assert (folder / file).read_bytes() == (tmp_path / "whole" / file).read_bytes(), file
+
+
+def raising(*args, **kwargs):
+    raise AssertionError("a script was asked")
+
+
+def without_scripts(monkeypatch):
+    """Every function of scripted.py raises, under whatever name a module has imported it."""
+    own = [each for each in vars(scripts).values() if getattr(each, "__module__", "") == scripts.__name__]
+    for each in own:
+        if isinstance(each, FunctionType):
+            monkeypatch.setattr(each, "__code__", raising.__code__)
+            continue
+        for name, inside in list(vars(each).items()):
+            if isinstance(inside, (FunctionType, property)):
+                monkeypatch.setattr(each, name, raising)
+    with pytest.raises(AssertionError, match="a script was asked"):
+        scripts.scripted(find("physical-deception"))
+
+
+@pytest.mark.train
+@pytest.mark.parametrize("name", ["physical-deception", "cooperative-navigation", "predator-prey"])
+def test_no_script_takes_part_in_the_default_recipe(name, tmp_path, monkeypatch):
+    world, tiny = find(name), {key: value for key, value in ALGORITHMS["mappo"].items() if key != "hidden"}
+    asked = Request("mappo", overrides={**tiny, "hidden": 8, "seed": 3})
+    train(world, tmp_path / "a", asked)
+    without_scripts(monkeypatch)
+    train(world, tmp_path / "b", asked)
+    for file in FILES:
+        assert (tmp_path / "a" / file).read_bytes() == (tmp_path / "b" / file).read_bytes(), file
+    with pytest.raises(AssertionError, match="a script was asked"):
+        train(world, tmp_path / "c", replace(asked, recipe="clone"))
 
 
 @pytest.mark.train
@@ -167,11 +207,102 @@ def test_imitation_and_scripted_opponents(tmp_path):
     assert agreed[-1] > 0.5 > agreed[0]
 
     world = find("predator-prey")
-    trainer = Mappo(world, Settings(**TINY, scripted=0.25), "cpu")
-    assert trainer.mine.sum(axis=1).tolist() == [96, 96, 96, 96]
-    assert not trainer.mine[2:, :32].any() and not trainer.mine[:2, 32:64].any() and trainer.mine[:, 64:].all()
-    seen, acted, *_ = trainer._collect()
-    assert acted.shape == (25, 128, 4) and len(seen) == 26
+    for share in ({"scripted": 0.25}, {"past": 0.25}):
+        trainer = Mappo(world, Settings(**TINY, **share), "cpu")
+        assert trainer.mine.sum(axis=1).tolist() == [96, 96, 96, 96]
+        assert not trainer.mine[2:, :32].any() and not trainer.mine[:2, 32:64].any() and trainer.mine[:, 64:].all()
+        seen, acted, *_ = trainer._collect()
+        assert acted.shape == (25, 128, 4) and len(seen) == 26
+    with pytest.raises(InputError, match="not both"):
+        Mappo(world, Settings(**TINY, past=0.25, scripted=0.25), "cpu")
+
+
+@pytest.mark.train
+def test_earlier_actors_are_kept_as_they_were_and_played_as(monkeypatch):
+    from maviper.experts.training.mappo import Mappo, Settings
+
+    trainer = Mappo(find("predator-prey"), Settings(**{**TINY, "steps": 38_400}, past=0.5), "cpu")
+    first = [parameter.detach().clone() for parameter in trainer.actor.parameters]
+    for _ in range(4):
+        trainer.advance()
+    kept = trainer.opponents.versions
+    assert len(kept) == 4  # fewer steps than versions: each batch begins with one
+    assert all((a == b).all() for a, b in zip(kept[0], first, strict=True))
+    assert any((a != b).any() for a, b in zip(kept[1], kept[0], strict=True))
+    sure = [torch_zeros(parameter) for parameter in first]
+    sure[-1][..., 3] = 1e6  # the last bias: an actor that always takes action 3
+    trainer.opponents.versions = [sure]
+    monkeypatch.setattr(trainer.opponents, "begin", lambda progress: None)
+    trainer.opponents.drawn = 0
+    acted = trainer._collect().acted
+    assert (acted[:, ~trainer.mine.T] == 3).all() and (acted[:, trainer.mine.T] != 3).any()
+
+
+def torch_zeros(like):
+    import torch
+
+    return torch.zeros_like(like)
+
+
+class Always:
+    """Everybody takes one action."""
+
+    def __init__(self, action):
+        self.action = action
+
+    def act(self, agents, observations, state):
+        return np.full((len(observations[0]), len(agents)), self.action)
+
+
+def test_rivals_rate_a_checkpoint_by_what_it_gains_on_them():
+    """Touches of predators a and prey b, written out: a gains on b what b loses."""
+    world, seeds = find("predator-prey"), range(7_000_000, 7_000_200)
+    still, script = Always(0), scripts.scripted(world)
+
+    def touches(predators, prey):
+        lineup = [predators if agent in world.members("predators") else prey for agent in range(4)]
+        found = measures.evaluate(world, lineup, seeds)
+        return found[world.primary("predators")].value
+
+    gain = touches(script, still) - touches(still, script)
+    assert judging.rated(world) and gain > 1
+    assert judging.advantage(world, script, still, seeds) == pytest.approx(gain)
+    assert judging.judge(world, script, seeds).score == 0.0
+    rivals = [judging.Rival(still, 2.0), judging.Rival(script, 5.0)]
+    assert judging.judge(world, script, seeds, rivals).score == pytest.approx((2.0 + gain + 5.0) / 2)
+    low, high, middle = judging.scores(world, [still, script, Always(0)], seeds)
+    assert (low, high, middle) == pytest.approx((-gain / 2, gain, -gain / 2))
+
+
+@pytest.mark.parametrize("name", ["physical-deception", "cooperative-navigation,agents=2"])
+def test_shares_and_a_single_team_are_judged_among_themselves(name):
+    world, seeds = find(name), range(7_000_000, 7_000_200)
+    assert not judging.rated(world)
+    script, still = scripts.scripted(world), Always(0)
+    better, worse = judging.scores(world, [script, still], seeds)
+    assert better > worse and better == judging.judge(world, script, seeds, [judging.Rival(still, 9.0)]).score
+
+
+@pytest.mark.parametrize("name", [name for name in WORLDS if find(name).shaped])
+def test_shaping_does_not_change_when_team_mates_or_landmarks_are_permuted(name):
+    """Whoever is paid is told apart by the world's roles alone: not by an agent's number, nor by a landmark's."""
+    world = find(name)
+    rng = np.random.default_rng(5)
+    n_agents, n_landmarks = len(world.agents), len(world.spec.landmarks)
+    state = world.start(40, rng)
+    for _ in range(6):
+        state = world.step(state, rng.integers(5, size=(40, n_agents)))
+    order = list(range(n_agents))
+    for team in world.teams:
+        members = world.members(team)
+        for place, agent in zip(members, members[1:] + members[:1], strict=True):
+            order[place] = agent
+    marks = [*range(1, n_landmarks), 0]
+    places = [*order, *(n_agents + mark for mark in marks)]
+    goal = np.array([marks.index(mark) for mark in state.goal])
+    moved = type(state)(state.position[:, places], state.velocity[:, order], goal)
+    assert world.shaping(moved) == pytest.approx(world.shaping(state)[:, order], rel=1e-9, abs=1e-12)
+    assert np.abs(world.shaping(state)).max() > 0
 
 
 @pytest.mark.train
@@ -242,7 +373,7 @@ def test_seconds_are_those_of_the_whole_training(tmp_path, monkeypatch):
     from maviper.experts.training import critic
     from maviper.experts.training import train as training
 
-    clock, fit, judge = [0.0], critic.fit, training.judge
+    clock, fit, judge = [0.0], critic.fit, judging.judge
 
     def passing(seconds, function):
         def slow(*given):
@@ -253,7 +384,7 @@ def test_seconds_are_those_of_the_whole_training(tmp_path, monkeypatch):
 
     monkeypatch.setattr(training, "time", SimpleNamespace(monotonic=lambda: clock[0]))
     monkeypatch.setattr(critic, "fit", passing(1_000, fit))
-    monkeypatch.setattr(training, "judge", passing(1, judge))
+    monkeypatch.setattr(judging, "judge", passing(1, judge))
     card = train(find("physical-deception"), tmp_path, request_of("mappo"))
     assert card["seconds"] == 1_000 + 3 + 3 + 1, "three checkpoints, which are finalists, and the winner once more"
 
@@ -453,12 +584,18 @@ def test_settings_come_from_recipe_and_user(world):
         learning_rate: float = 0.1
         imitate_steps: int = 0
         hidden: int = 64
+        shared: int = 0
+        epochs: int = 4
+        minibatch: int = 6_400
+        checkpoint_steps: int = 102_400
         entropy: float = 0.0
         scripted: float = 0.0
         seed: int = 0
 
     found = settings(find("cooperative-navigation,agents=4"), Request(overrides={"games": "20"}).checked(), Some)
-    assert found.games == 20 and found.hidden == 128  # the game's recipe also where its options differ
+    assert found.games == 20 and found.shared == 1  # the game's recipe also where its options differ
+    cloned = Request(recipe="clone").checked()
+    assert settings(find("cooperative-navigation,agents=4"), cloned, Some).imitate_steps == 2_048_000
     with pytest.raises(UnknownNameError, match="did you mean 'learning_rate'"):
         settings(world, Request(overrides={"learning_rat": 1}).checked(), Some)
     with pytest.raises(InputError, match="must be a whole number"):
@@ -478,4 +615,7 @@ def test_unknown_algorithm_and_recipe():
         Request(recipe="papr").checked()
     with pytest.raises(InputError, match="no recipe for vdn"):
         Request("vdn", "paper").checked()
+    with pytest.raises(InputError, match="vdn cannot imitate"):
+        Request("vdn", "clone").checked()
     assert Request(recipe="paper").checked().algorithm == "maddpg"
+    assert Request(recipe="clone").checked().algorithm == "mappo"

@@ -533,9 +533,48 @@ def test_shaping_written_out():
     state = drawn(world, 20, seed=16)
     for found, at in zip(world.shaping(state), state.position, strict=True):
         term = -sum(min(gap(at, defender, target) for defender in (1, 2)) for target in (3, 4))
-        assert found.tolist() == pytest.approx([0, term, term])
+        alone = -min(gap(at, 0, target) for target in (3, 4))
+        assert found.tolist() == pytest.approx([alone, term, term])
     world = find(SPREAD)
-    assert not world.shaping(drawn(world, 20, seed=17)).any()
+    state = drawn(world, 20, seed=17)
+    for found, at in zip(world.shaping(state), state.position, strict=True):
+        for agent in range(3):
+            mates = [mate for mate in range(3) if mate != agent]
+            without, beside = (
+                sum(min(gap(at, mate, target) for mate in each) for target in (3, 4, 5)) for each in (mates, range(3))
+            )
+            assert found[agent] == pytest.approx(without - beside)
+    assert not find(f"{SPREAD},agents=1").shaping(drawn(find(f"{SPREAD},agents=1"), 2, seed=17)).any()
+
+
+@pytest.mark.parametrize("name", ["physical-deception", "physical-deception,defenders=3,velocity=1"])
+def test_shuffled_landmarks_are_the_same_ones_in_an_order_that_lasts_an_episode(name):
+    plain, world = find(name), find(f"{name},shuffled=1")
+    marks, episodes = len(world.spec.landmarks), 600
+    state = world.start_from_seeds(range(episodes))
+    orders = []
+    for step in range(3):
+        found = []
+        for agent, (mine, theirs) in enumerate(zip(world.observe(state), plain.observe(state), strict=True)):
+            first = 2 if agent else 0
+            last = first + 2 * marks
+            assert (np.delete(mine, range(first, last), 1) == np.delete(theirs, range(first, last), 1)).all()
+            shown = mine[:, first:last].reshape(-1, marks, 2)
+            there = theirs[:, first:last].reshape(-1, marks, 2)
+            same = (shown[:, :, None] == there[:, None]).all(axis=3)
+            assert (same.sum(axis=1) == 1).all() and (same.sum(axis=2) == 1).all()
+            found.append(same.argmax(axis=2))
+        orders.append(np.stack(found))
+        state = world.step(state, np.full((episodes, len(world.agents)), step + 1))
+    assert (orders[0] == orders[1]).all() and (orders[0] == orders[2]).all()
+    firsts = orders[0][..., 0]
+    for agent, mine in enumerate(firsts):
+        assert np.bincount(mine, minlength=marks) / episodes == pytest.approx(np.full(marks, 1 / marks), abs=0.07)
+        for other in firsts[:agent]:
+            assert (mine == other).mean() == pytest.approx(1 / marks, abs=0.07)
+    assert all((each.meaning is None) == each.name.startswith("seen_") for own in world.features for each in own)
+    with pytest.raises(InputError, match="show the order"):
+        find(f"{name},shuffled=1,features=differences")
 
 
 # --- batches

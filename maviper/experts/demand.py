@@ -1,0 +1,129 @@
+"""What a team's members must agree on: how much a team-mate of another training costs, and who takes which role.
+
+Does: measures teams in which one member comes from another expert; the shares of the ways in which a team shares out
+  its targets, and how well the start state tells which way it will be.
+Assumes: experts of one world, trained alike from different seeds; a target is a landmark, or a prey for predators.
+Does not: judge or choose an expert.
+"""
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from itertools import permutations, product
+from typing import Any
+
+import numpy as np
+
+from codegen.ir import Float64
+from maviper.episodes import measures
+from maviper.episodes.play import Controller, Episodes, rollout
+from maviper.worlds import ParticleWorld
+from maviper.worlds.cooperative_navigation import AGENTS
+from maviper.worlds.particle import distances, planes
+from maviper.worlds.physical_deception import DEFENDERS
+from maviper.worlds.predator_prey import PREDATORS, PREY
+from maviper.worlds.world import Int
+
+COVERING, HUNTING = (DEFENDERS, AGENTS), (PREDATORS,)
+TREES = 200  # of the forest that predicts an assignment
+DIGITS = 4
+
+
+def demand(world: ParticleWorld, experts: Mapping[int, Controller], own: int, seeds: range) -> dict[str, Any]:
+    """Both measures of the expert `own` among `experts` (training seed -> expert), as plain data for its card."""
+    return {
+        "episodes": len(seeds),
+        "first_episode_seed": seeds[0],
+        "team-mate of another seed": cross_seed(world, experts, own, seeds),
+        "roles": roles(world, experts[own], seeds),
+    }
+
+
+def cross_seed(world: ParticleWorld, experts: Mapping[int, Controller], own: int, seeds: range) -> dict[str, Any]:
+    """For each team of several: its primary measure as it is, and with one member of another seed, by seed: the mean
+    over the members that are replaced. All other teams stay the expert's own.
+    """
+    everybody = range(len(world.agents))
+
+    def reached(lineup: Sequence[Controller], team: str) -> float:
+        return measures.evaluate(world, lineup, seeds)[world.primary(team)].value
+
+    found: dict[str, Any] = {}
+    for team in (team for team, members in world.teams.items() if len(members) > 1):
+        mixed = {
+            str(seed): round(
+                float(
+                    np.mean(
+                        [
+                            reached([other if agent == place else experts[own] for agent in everybody], team)
+                            for place in world.members(team)
+                        ]
+                    )
+                ),
+                DIGITS,
+            )
+            for seed, other in experts.items()
+            if seed != own
+        }
+        alone = reached([experts[own]] * len(everybody), team)
+        found[team] = {"measure": world.primary(team).name, "own": round(alone, DIGITS), "mixed": mixed}
+    return found
+
+
+def roles(world: ParticleWorld, expert: Controller, seeds: range) -> dict[str, Any]:
+    """For each team with targets to share out: the share of every assignment that occurs, the most frequent first, and
+    how often a forest that sees the start state alone names the right one in episodes that it was not fitted to.
+    """
+    (episodes,) = rollout(world, [expert] * len(world.agents), seeds)
+    found: dict[str, Any] = {}
+    for team in (team for team in (*COVERING, *HUNTING) if team in world.teams):
+        names, taken = assignments(world, team, episodes)
+        counts = Counter(taken.tolist())
+        shares = {names[label]: round(count / len(taken), DIGITS) for label, count in counts.most_common()}
+        found[team] = {"shares": shares, **_predicted(world, episodes.states[0], taken)}
+    return found
+
+
+def assignments(world: ParticleWorld, team: str, episodes: Episodes) -> tuple[list[str], Int]:
+    """The names of all assignments of a team, and which one each episode ends in, [batch].
+
+    Whoever covers landmarks holds that one-to-one assignment whose distances at the end are the least in sum;
+    predators hold the prey that each was nearest to on average.
+    """
+    members = world.members(team)
+    if team in HUNTING:
+        targets = world.members(PREY)
+        gaps = np.mean([_gaps(state, members, targets) for state in episodes.states[1:]], axis=0)
+        ways = list(product(range(len(targets)), repeat=len(members)))
+    else:
+        targets = list(range(len(world.agents), len(world.agents) + len(world.spec.landmarks)))
+        gaps = _gaps(episodes.states[-1], members, targets)
+        ways = list(permutations(range(len(targets)), len(members)))
+    entities = [entity.name for entity in (*world.spec.agents, *world.spec.landmarks)]
+    mine = [world.agents[member] for member in members]
+    names = [", ".join(f"{a} {entities[targets[k]]}" for a, k in zip(mine, way, strict=True)) for way in ways]
+    costs = [sum(gaps[place, target] for place, target in enumerate(way)) for way in ways]
+    return names, np.argmin(costs, axis=0)
+
+
+def _gaps(state: Any, members: Sequence[int], targets: Sequence[int]) -> Float64:
+    """[n_members, n_targets, batch] distances."""
+    position = planes(state.position)
+    return distances(position[list(members), None], position[None, list(targets)])
+
+
+def _predicted(world: ParticleWorld, start: Any, taken: Int) -> dict[str, float]:
+    """Accuracy in the second half of the episodes of a forest fitted to the first, beside the share there of the
+    first half's most frequent assignment.
+    """
+    from sklearn.ensemble import RandomForestClassifier
+
+    half = len(taken) // 2
+    entities = range(len(world.agents) + len(world.spec.landmarks))
+    gaps = _gaps(start, entities, entities).reshape(-1, len(taken)).T
+    seen = np.concatenate([world.coordinates(start), gaps], axis=1)
+    forest = RandomForestClassifier(TREES, random_state=0).fit(seen[:half], taken[:half])
+    usual = Counter(taken[:half].tolist()).most_common(1)[0][0]
+    return {
+        "from the start state": round(float(forest.score(seen[half:], taken[half:])), DIGITS),
+        "always the most frequent": round(float((taken[half:] == usual).mean()), DIGITS),
+    }
