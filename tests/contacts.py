@@ -60,7 +60,7 @@ def escaped(profile, region, steps, agents, count=100, budget=20_000):
     Also the number of zones that were touched. Zones must not be given up (MAX_DRIFT).
     """
     parts = starts(region, profile.world)
-    group = grouped(profile, agents, "", [], travels(profile.world, strides(profile), parts, steps))
+    group = grouped(profile, agents, None, [], travels(profile.world, strides(profile), parts, steps))
     seen = [[] for _ in range(steps + 1)]
 
     def cut(zones, step):

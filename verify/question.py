@@ -52,13 +52,13 @@ class Question(Generic[About]):
         """The claim as a formula, its assumption included."""
         return formula(self.profile, self.claim)
 
-    def formula_for(self: "Question[DecisionClaim]", goal: str) -> Formula:
+    def formula_for(self: "Question[DecisionClaim]", goal: str | None) -> Formula:
         """The claim as a formula for one goal."""
         return for_goal(self.formula, goal)
 
     @property
-    def goals(self) -> tuple[str, ...]:
-        """The goals that are asked about one by one; "" alone where the world has none."""
+    def goals(self) -> tuple[str | None, ...]:
+        """The goals that are asked about one by one; None alone where the world has none."""
         return self.region.goal_cases
 
     @cached_property
@@ -83,9 +83,9 @@ class Question(Generic[About]):
         """The same question about another region."""
         return replace(self, region=region)
 
-    def for_one_goal(self, goal: str) -> "Question[About]":
-        """The same question about one goal of the region ("" without goals)."""
-        return self.within(replace(self.region, goals=(goal,) if goal else ()))
+    def for_one_goal(self, goal: str | None) -> "Question[About]":
+        """The same question about one goal of the region (None without goals)."""
+        return self.within(replace(self.region, goals=() if goal is None else (goal,)))
 
     def by(self, semantics: str) -> "Question[About]":
         """The same question in another arithmetic."""

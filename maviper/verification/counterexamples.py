@@ -24,7 +24,7 @@ from maviper.verification.join import replayed
 from verify.claims.decisions import BUILT_IN, OWN, PLAIN, formula
 from verify.claims.formula import Acts, Formula, Goal, agents, atoms, coordinates
 from verify.claims.formula_json import formula_document, read_formula, read_number
-from verify.claims.region import MACHINE, MAX_NUMBER, REAL, Kind, goal_cases
+from verify.claims.region import MACHINE, MAX_NUMBER, REAL, Kind, goal_cases, goal_of, goal_text
 from verify.counterexamples.search import Counterexample
 from verify.reports.report import deployed_facts
 from verify.states.acting import REFERENCE
@@ -106,7 +106,7 @@ def _document(profile: PolicyProfile, result: Result, found: Counterexample) -> 
         "property": claim.shown,
         "team": claim.team,
         "formula": formula_document(formula(profile, claim)),
-        "goal": found.state.goal,
+        "goal": goal_text(found.state.goal),
         "position": written_all(found.state.position),
         "errors": written_all(found.state.errors),
         "actions": {view.agent: view.action for view in found.agents},
@@ -204,7 +204,7 @@ def _read(path: Path) -> tuple[CounterexampleJson, State]:
         )
     except ValueError as error:
         raise InputError("not a counterexample", f"{path}: {error}", ADVICE) from None
-    state = State(position, found.goal, errors)
+    state = State(position, goal_of(found.goal), errors)
     semantics = MACHINE if found.counterexample == FORM else REAL
     if found.semantics != semantics or (semantics == MACHINE and (found.deployed or not state.floats)):
         what = f"'{shown(found.semantics[:20])}' where {found.counterexample} is of {semantics} arithmetic"

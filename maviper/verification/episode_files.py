@@ -22,7 +22,7 @@ from maviper.verification.join import replayed_course
 from verify.claims.catalogue import ZONES, find_episode_claim, readable
 from verify.claims.episodes import EPISODE_CLAIMS, EpisodeClaim
 from verify.claims.formula_json import read_number
-from verify.claims.region import MAX_NUMBER, Parameter, goal_cases
+from verify.claims.region import MAX_NUMBER, Parameter, goal_cases, goal_of, goal_text
 from verify.states.episodes import Episode, fails, playable
 from verify.states.state import State
 from verify.verdicts.episodes import EpisodeResult
@@ -70,7 +70,7 @@ def document(profile: PolicyProfile, result: EpisodeResult) -> dict[str, Any]:
         "team": claim.team,
         "parameters": {name: _written(value) for name, value in claim.parameters.items()},
         "region": result.region.document(),
-        "goal": result.state.goal,
+        "goal": goal_text(result.state.goal),
         "position": dict(result.state.position),
         "actions": _named(profile, result.episode),
         "explanation": {} if result.explanation is None else result.explanation.document(),
@@ -101,7 +101,7 @@ def replay(path: Path, profile: PolicyProfile) -> ReplayedEpisode:
     claim = _claim(found, profile, path)
     _ensure_known(found, profile, path)
     playable(profile)
-    episode, by = replayed_course(profile, State(found.position, found.goal), claim.steps)
+    episode, by = replayed_course(profile, State(found.position, goal_of(found.goal)), claim.steps)
     return ReplayedEpisode(found, fails(profile, claim, episode.coordinates), _named(profile, episode), by)
 
 
@@ -150,7 +150,7 @@ def _ensure_known(found: EpisodeJson, profile: PolicyProfile, path: Path) -> Non
     strange = [
         *sorted(set(found.position) - set(world.coordinates())),
         *sorted(set(found.actions) - {entity.name for entity in world.agents}),
-        *([f"goal {found.goal or 'none'}"] if found.goal not in goal_cases(world.goals) else []),
+        *([f"goal {found.goal or 'none'}"] if goal_of(found.goal) not in goal_cases(world.goals) else []),
         *sorted(f"no {name}" for name in needed - set(found.position)),
     ]
     if strange:

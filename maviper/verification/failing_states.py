@@ -34,7 +34,16 @@ from maviper.worlds.world import world_name
 from verify.claims.decisions import DecisionClaim, OwnFormula, formula
 from verify.claims.formula import Formula, Linear, atoms
 from verify.claims.formula_json import formula_document, read_number
-from verify.claims.region import MACHINE, Region, called, check_range, observed_velocities, read_region
+from verify.claims.region import (
+    MACHINE,
+    Region,
+    called,
+    check_range,
+    goal_of,
+    goal_text,
+    observed_velocities,
+    read_region,
+)
 from verify.question import Question
 from verify.states.failures import failures
 from verify.states.state import State, violates
@@ -83,7 +92,7 @@ class Failing:
     @property
     def digest(self) -> str:
         """SHA-256 of what is learned from."""
-        states = [[dict(state.position), state.goal, dict(state.errors)] for state in self.states]
+        states = [[dict(state.position), goal_text(state.goal), dict(state.errors)] for state in self.states]
         content = [self.claim.team, formula_document(self.claim.statement), states]
         return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
@@ -134,7 +143,7 @@ def document_of(
         "command": shlex.join(["maviper", "verify", runs.PROFILE_FILE, *shlex.split(command)[3:]]),
         "coordinates": list(states[0].position),
         "positions": [list(state.position.values()) for state in states],
-        "goals": [state.goal for state in states],
+        "goals": [goal_text(state.goal) for state in states],
         "errors": [dict(state.errors) for state in states] if any(state.errors for state in states) else [],
     }
     return layout(document) + "\n"
@@ -238,7 +247,7 @@ def _points(written: StatesJson, path: Path) -> tuple[State, ...]:
     if not all(math.isfinite(value) for row in written.positions for value in row):
         raise InputError("not a file of states", f"{path}: a position is not finite", ADVICE)
     return tuple(
-        State(dict(zip(written.coordinates, row, strict=True)), goal, wrong)
+        State(dict(zip(written.coordinates, row, strict=True)), goal_of(goal), wrong)
         for row, goal, wrong in zip(written.positions, written.goals, errors, strict=True)
     )
 

@@ -192,7 +192,7 @@ def question_files(questions: Sequence[Question[Claim]]) -> dict[str, str]:
     return files
 
 
-def _queries(question: DecisionQuestion, goal: str) -> Iterator[tuple[str, Query]]:
+def _queries(question: DecisionQuestion, goal: str | None) -> Iterator[tuple[str, Query]]:
     """What the solver is asked for one goal, each query with a name that suits a file."""
     team = question.team
     if question.claim.kind is not Kind.LEAVES:

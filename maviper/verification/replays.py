@@ -54,7 +54,7 @@ def states_of(world: ir.WorldSpec, states: Sequence[State]) -> WorldState:
     entities = [entity.name for entity in world.agents + world.landmarks]
     marks = [entity.name for entity in world.landmarks]
     position = [[[state.position[f"{name}.{axis}"] for axis in "xy"] for name in entities] for state in states]
-    goal = [marks.index(state.goal) if state.goal else 0 for state in states]
+    goal = [marks.index(state.goal) if state.goal is not None else 0 for state in states]
     speed = [
         [[state.position.get(f"{agent.name}.v{axis}", 0.0) for axis in "xy"] for agent in world.agents]
         for state in states

@@ -27,9 +27,9 @@ def test_derives(question):
     assert question.formula == formula(question.profile, CLAIM) and question.formula is question.formula
     assert question.formula_for("landmark_1") == for_goal(question.formula, "landmark_1")
     assert question.goals == question.region.goals == ("landmark_0", "landmark_1")
-    assert question.within(replace(question.region, goals=())).goals == ("",)
+    assert question.within(replace(question.region, goals=())).goals == (None,)
     assert question.for_one_goal("landmark_1").goals == ("landmark_1",)
-    assert question.for_one_goal("").goals == ("",)
+    assert question.for_one_goal(None).goals == (None,)
     assert [policy.agent for policy in question.team] == ["agent_0", "agent_1"]
     assert question.budgets == Budgets() and question.region == everywhere(question.profile)
 

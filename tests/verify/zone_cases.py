@@ -265,7 +265,7 @@ def grid_points(rng, region, count):
 
 def everyone(region):
     """The goals to try."""
-    return region.goals or ("",)
+    return region.goal_cases
 
 
 def narrowed(profile, region):

@@ -26,7 +26,7 @@ from verify.checker.thresholds import NO_ERROR
 from verify.claims.decisions import BUILT_IN, KAPPA, PLAIN, STEADY, DecisionClaim, checked, ensure_steady, formula
 from verify.claims.formula import Formula, agents, coordinates, for_goal, holds
 from verify.claims.formula_json import formula_document, read_formula, read_number
-from verify.claims.region import SEMANTICS, Region, Semantics, check_range
+from verify.claims.region import SEMANTICS, Region, Semantics, check_range, goal_of, goal_text
 from verify.claims.verifiable import verifiable
 
 FORM = "maviper-certificate-1"
@@ -49,7 +49,7 @@ class Certificate:
     region: Region
     semantics: str  # see thresholds.py
     inhabitant: Mapping[str, Fraction]  # a point of the region, which shows that it is not empty
-    proofs: Mapping[str, bytes]  # goal ("" without goals) -> proof
+    proofs: Mapping[str | None, bytes]  # goal (None without goals) -> proof
     eps: Fraction = NO_ERROR  # by how much each measured feature may be off
     region_said: str = field(default="", compare=False)  # what a file that was read calls its region; says nothing
 
@@ -109,8 +109,8 @@ def accepted(certificate: Certificate, profile: PolicyProfile) -> int:
         raise RejectedError("its inhabitant is not a state of the region, so the claim may be vacuous")
     goals = region.goal_cases
     if set(goals) != set(certificate.proofs):
-        proved = sorted(map(shown, certificate.proofs))
-        raise RejectedError(f"the proofs are for the goals {proved}, but the region has {sorted(goals)}")
+        proved, stated = sorted(shown(goal_text(goal)) for goal in certificate.proofs), sorted(map(goal_text, goals))
+        raise RejectedError(f"the proofs are for the goals {proved}, but the region has {stated}")
     closed, semantics = 0, Semantics(certificate.semantics, certificate.eps)
     for goal in goals:
         proof = numbers(certificate.proofs[goal])
@@ -175,7 +175,7 @@ def to_json(certificate: Certificate) -> str:
         "region": {"name": certificate.region.name or certificate.region_said, **certificate.region.document()},
         "formula": formula_document(certificate.formula),
         "inhabitant": {name: str(value) for name, value in certificate.inhabitant.items()},
-        "proofs": {goal: proof_lines(proof) for goal, proof in certificate.proofs.items()},
+        "proofs": {goal_text(goal): proof_lines(proof) for goal, proof in certificate.proofs.items()},
     }
     return layout(body | {"content_hash": body_hash(body)}) + "\n"
 
@@ -225,7 +225,7 @@ def _certificate(raw: CertificateJson) -> Certificate:
         region=region_from(raw.region),
         semantics=raw.semantics,
         inhabitant={name: read_number(value) for name, value in raw.inhabitant.items()},
-        proofs={goal: read_proof(lines, f"$.proofs.{goal}") for goal, lines in raw.proofs.items()},
+        proofs={goal_of(goal): read_proof(lines, f"$.proofs.{goal}") for goal, lines in raw.proofs.items()},
         eps=eps,
         region_said=str(raw.region["name"]),
     )

@@ -38,7 +38,7 @@ Branch: TypeAlias = tuple[int, Bounds, tuple[Choice, ...], tuple[Bounds, ...], P
 
 
 def check(
-    profile: PolicyProfile, claim: Formula, region: Region, goal: str, semantics: Semantics, proof: Iterator[int]
+    profile: PolicyProfile, claim: Formula, region: Region, goal: str | None, semantics: Semantics, proof: Iterator[int]
 ) -> int:
     """The number of branches closed; RejectedError when `proof` does not show the claim for this goal."""
     team = [policy for policy in profile.agents if policy.agent in agents(claim)]

@@ -32,7 +32,7 @@ from verify.checker.reading import RejectedError, region_formula
 from verify.claims.episodes import Arrival
 from verify.claims.formula import TRUE, holds
 from verify.claims.formula_json import read_number
-from verify.claims.region import MACHINE, Region
+from verify.claims.region import MACHINE, Region, goal_of, goal_text
 
 FORM = "maviper-episode-certificate-1"
 READINGS = {FORM: Episode, "maviper-episode-certificate-2": PartedEpisode}  # of the forms, the first that closes all
@@ -87,7 +87,7 @@ def accepted(certificate: EpisodeCertificate, profile: PolicyProfile) -> int:
             raise RejectedError("a part is about agents that the profile does not have")
         if (
             not {part.landmark} <= landmarks | {""}
-            or part.goal not in ("", *region.goals)
+            or part.goal not in (None, *region.goals)
             or (bool(part.agent) != bool(part.landmark))
         ):
             raise RejectedError("a part is about landmarks that the profile does not have")
@@ -140,7 +140,7 @@ def to_json(certificate: EpisodeCertificate) -> str:
             {
                 "agent": part.agent,
                 "landmark": part.landmark,
-                "goal": part.goal,
+                "goal": goal_text(part.goal),
                 "followed": list(part.followed),
                 "proof": proof_lines(part.proof),
             }
@@ -159,7 +159,11 @@ def from_json(text: str | bytes, where: str = "certificate") -> EpisodeCertifica
         ensure_whole(raw, raw.certificate if raw.certificate in READINGS else FORM, where)
         parts = [
             Part(
-                part.agent, part.landmark, part.goal, tuple(part.followed), read_proof(part.proof, f"$.parts[{place}]")
+                part.agent,
+                part.landmark,
+                goal_of(part.goal),
+                tuple(part.followed),
+                read_proof(part.proof, f"$.parts[{place}]"),
             )
             for place, part in enumerate(raw.parts)
         ]

@@ -98,12 +98,12 @@ def matchings(profile: PolicyProfile, claim: Arrival) -> list[Matching]:
 class Part:
     """What one proof shows: that an agent arrives at a landmark, or (both are "") that the team is matched.
 
-    For one goal, or for all of them (goal is ""); `followed` agents act by their trees, others as they like.
+    For one goal, or for all of them (goal is None); `followed` agents act by their trees, others as they like.
     """
 
     agent: str
     landmark: str
-    goal: str
+    goal: str | None
     followed: tuple[str, ...]
     proof: bytes
 
@@ -117,7 +117,7 @@ class Episode:
     parting = False  # whether each part of a choice is an answer of its own; else a choice asks nothing
 
     def __init__(
-        self, profile: PolicyProfile, claim: Arrival, region: Region, goal: str, followed: Sequence[str],
+        self, profile: PolicyProfile, claim: Arrival, region: Region, goal: str | None, followed: Sequence[str],
         allowed: Sequence[Matching],
     ) -> None:  # fmt: skip
         world, entities = profile.world, {entity.name: entity for entity in profile.world.agents}
@@ -146,7 +146,7 @@ class Episode:
         still = [0] * len(self.names)
         self.start = Now(0, ((0.0, 0.0),) * len(followed), still, [False] * len(still))
 
-    def _read(self, region: Region, goal: str, radius: Fraction, allowed: Sequence[Matching]) -> None:
+    def _read(self, region: Region, goal: str | None, radius: Fraction, allowed: Sequence[Matching]) -> None:
         """The questions. Bounds are whole multiples of a unit that fits all of them, times LONGEST (see reading.py)."""
         reading = Reading([], goal)
         grid = reading.flat(Linear(((Fraction(1), "grid"),), Fraction(1, GRID)), True)

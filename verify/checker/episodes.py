@@ -34,7 +34,7 @@ def check(
     """The number of branches closed; RejectedError when the parts do not show the claim for all goals of the region."""
     proofs, allowed, closed = list(parts), matchings(profile, claim), 0
     for goal in region.goal_cases:
-        pairs = {(part.agent, part.landmark) for part, _ in proofs if part.goal in ("", goal)}
+        pairs = {(part.agent, part.landmark) for part, _ in proofs if part.goal in (None, goal)}
         whole_team = ("", "") in pairs
         if not whole_team and not any(pairs.issuperset(matching) for matching in allowed):
             raise RejectedError(f"goal {goal or 'none'}: the parts do not make up the claim")

@@ -51,7 +51,7 @@ def region_formula(region: Region) -> And:
 class Reading:
     """The bounds of one question in the order in which they are met, and the claim's parts that speak of one agent."""
 
-    def __init__(self, order: Sequence[str], goal: str) -> None:
+    def __init__(self, order: Sequence[str], goal: str | None) -> None:
         self.goal = goal
         self.order = {agent: place for place, agent in enumerate(order)}
         self.bounds: dict[tuple[str, str, Fraction, bool], int] = {}  # upper - lower <= most, or below it when strict
@@ -129,7 +129,8 @@ class Reading:
         most, strict = (atom.bound, atom.strict) if wanted else (-atom.bound, not atom.strict)
         weights: dict[str, Fraction] = {}
         for weight, name in atom.terms:
-            real = f"{self.goal}{name[len(GOAL) :]}" if name.startswith(f"{GOAL}.") else name
+            of_goal = self.goal is not None and name.startswith(f"{GOAL}.")
+            real = f"{self.goal}{name[len(GOAL) :]}" if of_goal else name
             weights[real] = weights[real] + weight if real in weights else weight
         ends: dict[bool, str] = {}  # by the weight's sign
         sizes: set[tuple[int, int]] = set()

@@ -129,14 +129,14 @@ def given(formula: Formula, actions: Mapping[str, int]) -> Formula:
     return formula
 
 
-def for_goal(formula: Formula, goal: str) -> Formula:
-    """The formula in worlds whose goal is the landmark `goal` ("": without goal): `Goal` becomes true or false, the
+def for_goal(formula: Formula, goal: str | None) -> Formula:
+    """The formula in worlds whose goal is the landmark `goal` (None: without goal): `Goal` becomes true or false, the
     goal's coordinates become the landmark's.
     """
     if isinstance(formula, Goal):
         return TRUE if formula.landmark == goal else FALSE
     if isinstance(formula, Linear):
-        if not goal or not any(name.startswith(f"{GOAL}.") for _, name in formula.terms):
+        if goal is None or not any(name.startswith(f"{GOAL}.") for _, name in formula.terms):
             return formula
         terms: dict[str, Fraction] = {}
         for weight, name in formula.terms:

@@ -95,8 +95,8 @@ class Region:
     name: str = field(default="", compare=False)
 
     @property
-    def goal_cases(self) -> tuple[str, ...]:
-        """The goals one by one; "" alone where the world has none."""
+    def goal_cases(self) -> tuple[str | None, ...]:
+        """The goals one by one; None alone where the world has none."""
         return goal_cases(self.goals)
 
     def document(self) -> dict[str, Any]:
@@ -121,9 +121,19 @@ class Region:
         return "\n".join(lines) + "\n"
 
 
-def goal_cases(goals: tuple[str, ...]) -> tuple[str, ...]:
-    """Goals one by one; "" alone where there are none."""
-    return goals or ("",)
+def goal_cases(goals: tuple[str, ...]) -> tuple[str | None, ...]:
+    """Goals one by one; None alone where there are none."""
+    return goals or (None,)
+
+
+def goal_text(goal: str | None) -> str:
+    """A goal as files have it: "" where there is none."""
+    return goal or ""
+
+
+def goal_of(written: str) -> str | None:
+    """The goal that `goal_text` wrote."""
+    return written or None
 
 
 def text(number: Fraction) -> str:

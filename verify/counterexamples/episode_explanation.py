@@ -16,7 +16,7 @@ import numpy as np
 
 from codegen.ir import PolicyProfile
 from verify.claims.episodes import EpisodeClaim
-from verify.claims.region import MAX_NUMBER
+from verify.claims.region import MAX_NUMBER, goal_text
 from verify.counterexamples.explanation import shown_ends
 from verify.question import EpisodeQuestion
 from verify.states.episodes import Episode, at_rest, courses, fails, first_failing, fulfilled, play
@@ -81,7 +81,9 @@ class EpisodeExplanation:
 
     def document(self) -> dict[str, Any]:
         """The finding as plain data; null stands for an infinite number."""
-        other = None if self.other is None else {"goal": self.other.goal, "position": dict(self.other.position)}
+        other = None
+        if self.other is not None:
+            other = {"goal": goal_text(self.other.goal), "position": dict(self.other.position)}
         return {
             "says": self.says(),
             "stays": STAYS,

@@ -92,7 +92,7 @@ class Counterexample:
     deployed: Deployed | None = None  # of real arithmetic; None where the state is no float64 state
 
 
-def confirmed(question: DecisionQuestion, goal: str, answer: Answer) -> tuple[State | None, int]:
+def confirmed(question: DecisionQuestion, goal: str | None, answer: Answer) -> tuple[State | None, int]:
     """A shrunk point that violates the claim; None when only a real-valued model exists, of the deployed arithmetic.
 
     Tries answers to stronger questions, the model itself, then sampled states. Returns the point and the resource
@@ -114,7 +114,7 @@ def confirmed(question: DecisionQuestion, goal: str, answer: Answer) -> tuple[St
     return shrink([question], state), spent
 
 
-def _candidates(question: DecisionQuestion, goal: str, answer: Answer) -> Iterator[tuple[State | None, int]]:
+def _candidates(question: DecisionQuestion, goal: str | None, answer: Answer) -> Iterator[tuple[State | None, int]]:
     """Points that may violate the claim, with the resource units that each took."""
     for stronger, slack in _stronger(question):
         inner = ask(query(stronger, goal, slack), question.budgets.solver_units)
@@ -127,7 +127,7 @@ def _candidates(question: DecisionQuestion, goal: str, answer: Answer) -> Iterat
         yield state, 0
 
 
-def _failing_in_both(question: DecisionQuestion, goal: str) -> Iterator[tuple[State | None, int]]:
+def _failing_in_both(question: DecisionQuestion, goal: str | None) -> Iterator[tuple[State | None, int]]:
     """As `_candidates`, of states in which the claim fails in the deployed arithmetic too, where there are any."""
     units, region = question.budgets.solver_units, question.region
     exact = ask(in_both(question, goal), units)
@@ -140,7 +140,7 @@ def _failing_in_both(question: DecisionQuestion, goal: str) -> Iterator[tuple[St
     yield exact_point(found, region, goal), spent
 
 
-def _settled(question: DecisionQuestion, goal: str, model: Mapping[str, Fraction]) -> tuple[State, int]:
+def _settled(question: DecisionQuestion, goal: str | None, model: Mapping[str, Fraction]) -> tuple[State, int]:
     """An exact model of real arithmetic as a point with as few digits as solver queries find, and what they took.
 
     AssertionError when the referee does not confirm it: then an engine is wrong.
@@ -172,7 +172,7 @@ def violating_samples(question: DecisionQuestion) -> Iterator[State]:
             yield state
 
 
-def near(question: DecisionQuestion, goal: str, model: Mapping[str, Fraction]) -> State | None:
+def near(question: DecisionQuestion, goal: str | None, model: Mapping[str, Fraction]) -> State | None:
     """A shrunk float64 point beside an exact one that violates the claim in the deployed arithmetic, with errors where
     the claim allows them; None when the nearest one does not.
     """
@@ -193,7 +193,7 @@ def _stronger(question: DecisionQuestion) -> Iterator[tuple[DecisionQuestion, Fr
     yield from ((question, slack) for slack in SLACKS)
 
 
-def _nearest(question: DecisionQuestion, answer: Answer, goal: str) -> State | None:
+def _nearest(question: DecisionQuestion, answer: Answer, goal: str | None) -> State | None:
     return None if answer.model is None else nearest(answer.model, question.region, goal, question.claim.eps)
 
 

@@ -16,7 +16,7 @@ from fractions import Fraction
 from itertools import chain
 from typing import Any
 
-from verify.claims.region import REAL
+from verify.claims.region import REAL, goal_text
 from verify.counterexamples.search import SLACKS, shrink, violating_samples
 from verify.question import DecisionQuestion
 from verify.solver.encode import Query, elsewhere, there
@@ -41,8 +41,8 @@ class Uniqueness:
     """Whether a counterexample's leaves are the only way to fail, and what was found."""
 
     answer: Unique
-    goals: tuple[str, ...] = ()  # ONLY: the goals for which the claim can fail there ("" without goals)
-    open_goals: tuple[str, ...] = ()  # ONLY: goals for which the budget ended before this was known
+    goals: tuple[str | None, ...] = ()  # ONLY: those for which the claim can fail there (None without goals)
+    open_goals: tuple[str | None, ...] = ()  # ONLY: goals for which the budget ended before this was known
     other: State | None = None  # OTHERS: a world state that fails in other leaves
     leaves: tuple[tuple[str, int], ...] = ()  # OTHERS: agent -> its leaf there
     reason: str = ""  # OPEN
@@ -51,12 +51,12 @@ class Uniqueness:
     def __str__(self) -> str:
         if self.answer is Unique.OTHERS and self.other is not None:
             leaves = ", ".join(f"{agent} in leaf {leaf}" for agent, leaf in self.leaves)
-            goal = f", goal {self.other.goal}" if self.other.goal else ""
+            goal = f", goal {self.other.goal}" if self.other.goal is not None else ""
             return f"not the only one: the claim also fails with {leaves}{goal}"
         if self.answer is Unique.ONLY:
-            goals = ", ".join(goal for goal in self.goals if goal)
+            goals = ", ".join(goal for goal in self.goals if goal is not None)
             where = f", with goal {goals}" if goals else ""
-            missing = f" (not decided for goal {', '.join(self.open_goals)})" if self.open_goals else ""
+            missing = f" (not decided for goal {', '.join(map(goal_text, self.open_goals))})" if self.open_goals else ""
             return f"the only one: wherever the claim fails, the team is in these leaves{where} (proved){missing}"
         return f"not decided whether it is the only one: {self.reason}"
 
@@ -65,12 +65,17 @@ class Uniqueness:
         other = None
         if self.other is not None:
             position, errors = written_all(self.other.position), written_all(self.other.errors)
-            other = {"goal": self.other.goal, "position": position, "errors": errors, "leaves": dict(self.leaves)}
+            other = {
+                "goal": goal_text(self.other.goal),
+                "position": position,
+                "errors": errors,
+                "leaves": dict(self.leaves),
+            }
         return {
             "answer": self.answer.value,
             "says": str(self),
-            "goals": list(self.goals),
-            "goals_not_decided": list(self.open_goals),
+            "goals": list(map(goal_text, self.goals)),
+            "goals_not_decided": list(map(goal_text, self.open_goals)),
             "other": other,
             "reason": self.reason,
             "resources": self.resources,
@@ -117,16 +122,16 @@ class _Search:
         self.spent += answer.resources
         return answer
 
-    def exactly(self, goal: str) -> Answer:
+    def exactly(self, goal: str | None) -> Answer:
         """Whether a real-valued state fails elsewhere."""
         return self._ask(elsewhere(self.question, goal, self.leaves))
 
-    def stronger(self, goal: str) -> Iterator[Answer]:
+    def stronger(self, goal: str | None) -> Iterator[Answer]:
         """Answers with room around them."""
         for slack in SLACKS:
             yield self._ask(elsewhere(self.question, goal, self.leaves, slack))
 
-    def settled(self, goal: str, model: Mapping[str, Fraction]) -> State:
+    def settled(self, goal: str | None, model: Mapping[str, Fraction]) -> State:
         """An exact model of real arithmetic as a point with few digits. AssertionError when the referee refuses it."""
         asked, units = self.question, self.question.budgets.solver_units
         found, spent = pinned(elsewhere(asked, goal, self.leaves), asked.region, model, units)
@@ -152,9 +157,9 @@ class _Search:
         simpler = shrink([self.question], state, lambda one: self.reached(one) == leaves)
         return Uniqueness(Unique.OTHERS, other=simpler, leaves=tuple(leaves.items()), resources=self.spent)
 
-    def only(self, goal: str) -> Uniqueness:
+    def only(self, goal: str | None) -> Uniqueness:
         """The finding that none does. `goal`: of the counterexample."""
-        found, missing = [goal], list[str]()
+        found, missing = [goal], list[str | None]()
         for other in self.question.goals:
             if other != goal:
                 answer = self._ask(there(self.question, other, self.leaves))

@@ -88,7 +88,7 @@ def _needed(question: Question[Arrival], proved: Sequence[Part]) -> list[Part]:
     found: dict[Part, None] = {}
     allowed = matchings(question.profile, question.claim)
     for goal in question.goals:
-        about = [part for part in proved if part.goal in ("", goal)]
+        about = [part for part in proved if part.goal in (None, goal)]
         by_pair = {(part.agent, part.landmark): part for part in about}
         ways = [own for own in allowed if by_pair.keys() >= set(own)]
         pairs = ways[0] if ways else (("", ""),)

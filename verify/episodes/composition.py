@@ -108,7 +108,7 @@ class _Decider:
         self.visited = self.touched = self.given_up = 0
         self.team = tuple(policy.agent for policy in profile.team(claim.team))
         self.landmarks = [entity.name for entity in profile.world.landmarks]
-        self.known: dict[tuple[_Task, str], _Left | None] = {}
+        self.known: dict[tuple[_Task, str | None], _Left | None] = {}
         self.followed: list[tuple[str, ...]] = []
         self.shown: dict[Part, None] = {}
         needed = claim.apart or partners(profile.world)
@@ -131,7 +131,7 @@ class _Decider:
         parts = tuple(self.shown) if verdict is Verdict.PROVED else ()
         return Decision(verdict, self.visited, reason, state, followed, parts, self.touched, self.given_up)
 
-    def _for_goal(self, goal: str) -> list[_Left]:
+    def _for_goal(self, goal: str | None) -> list[_Left]:
         """What is open for one goal; nothing when the claim is proved."""
         if self.claim.apart:
             return self._kept_apart(goal)
@@ -149,7 +149,7 @@ class _Decider:
         left = self._last(self._attempt(_Task(self.team), self.team, goal, self._left(), found), goal)
         return [left] if left else []
 
-    def _kept_apart(self, goal: str) -> list[_Left]:
+    def _kept_apart(self, goal: str | None) -> list[_Left]:
         """What is open of pairs that keep apart: each alone, then all those left together."""
         (pairs,) = paired(self.profile, self.claim)
         tasks = [_Task(tuple(name for name in pair if name in self.team), apart=(pair,)) for pair in pairs]
@@ -163,7 +163,7 @@ class _Decider:
         left = self._last(left, goal)
         return [left] if left else []
 
-    def _last(self, left: _Left | None, goal: str) -> _Left | None:
+    def _last(self, left: _Left | None, goal: str | None) -> _Left | None:
         """What is open after the whole profile is followed too, where that may settle what a smaller group left."""
         if left is None or left.zones is None or not self._left():
             return left
@@ -174,9 +174,9 @@ class _Decider:
             return left
         return self._attempt(left.task, everybody, goal, self._left(), [left])
 
-    def _plausible(self, goal: str) -> tuple[int, ...] | None:
+    def _plausible(self, goal: str | None) -> tuple[int, ...] | None:
         """The matching that most sampled episodes with this goal end in, if nearly all do."""
-        where = at_rest(replace(self.region, goals=(goal,) if goal else ()))
+        where = at_rest(replace(self.region, goals=() if goal is None else (goal,)))
         coordinates, _ = sample(where, self.profile.world, MATCHING_SAMPLES, SAMPLE_SEED)
         episode, _ = play(self.profile, coordinates, self.claim.steps)
         if not len(coordinates):
@@ -189,10 +189,10 @@ class _Decider:
     def _left(self) -> int:
         return max(0, self.budget - self.visited)
 
-    def _task(self, task: _Task, goal: str) -> _Left | None:
+    def _task(self, task: _Task, goal: str | None) -> _Left | None:
         """What is open of a task; None when it is proved. Raises _Violated."""
         together = self._closure(task.agents)
-        key = (task, goal if any(ir.GOAL in read_by(self.profile.policy(agent)) for agent in together) else "")
+        key = (task, goal if any(ir.GOAL in read_by(self.profile.policy(agent)) for agent in together) else None)
         if key not in self.known:
             left: _Left | None = None
             groups = dict.fromkeys((task.agents, together))
@@ -217,7 +217,7 @@ class _Decider:
             found = more
 
     def _attempt(
-        self, task: _Task, agents: tuple[str, ...], goal: str, budget: int, before: Sequence[_Left] | None,
+        self, task: _Task, agents: tuple[str, ...], goal: str | None, budget: int, before: Sequence[_Left] | None,
         brief: bool = False,
     ) -> _Left | None:  # fmt: skip
         """Follows a group from what is left `before`, or from the whole region; None when the task is proved.
@@ -240,7 +240,7 @@ class _Decider:
         if ended and not kept:
             self.followed.append(agents)
             agent = task.agents[0] if task.landmark else ""
-            about = goal if any(ir.GOAL in read_by(self.profile.policy(one)) for one in agents) else ""
+            about = goal if any(ir.GOAL in read_by(self.profile.policy(one)) for one in agents) else None
             self.shown[Part(agent, task.landmark, about, agents, b"")] = None
             return None
         who = " with ".join(agents)
@@ -286,7 +286,7 @@ class _Decider:
             bounds, origin = hulls(bounds, origin)
         return Zones.at_start(bounds, origin, len(group.agents), group.tests, group.contacts is not None)
 
-    def _failing(self, group: Group, goal: str, kept: list[Zones], brief: bool, zones: Zones) -> None:
+    def _failing(self, group: Group, goal: str | None, kept: list[Zones], brief: bool, zones: Zones) -> None:
         """Keeps zones that may fail, and looks for a real start in the first ones. Raises _Violated, _Open."""
         if len(kept) < MAX_ROUNDS:
             candidates = list(self._points(group, goal, zones))
@@ -297,7 +297,7 @@ class _Decider:
             raise _Open
         kept.append(zones)
 
-    def _points(self, group: Group, goal: str, zones: Zones) -> Iterator[State]:
+    def _points(self, group: Group, goal: str | None, zones: Zones) -> Iterator[State]:
         """Float64 points of some zones, the middle of each first."""
         rng = np.random.default_rng(SAMPLE_SEED)
         still = {name: 0.0 for name in self.region.box if name.endswith((".vx", ".vy"))}

@@ -94,7 +94,7 @@ def read_by(policy: AgentPolicy) -> frozenset[str]:
 def grouped(
     profile: PolicyProfile,
     agents: Sequence[str],
-    goal: str,
+    goal: str | None,
     claimed: Sequence[str],
     travel: Mapping[str, Int64] | None = None,
 ) -> Group:
@@ -104,7 +104,7 @@ def grouped(
     world = profile.world
     policies = [profile.policy(agent) for agent in agents]
     seen = frozenset(claimed).union(*(read_by(policy) for policy in policies))
-    if ir.GOAL in seen:
+    if goal is not None and ir.GOAL in seen:
         seen |= {goal}
     movers = {entity.name: entity for entity in world.agents}
     touching = colliders(world, agents)
@@ -140,7 +140,7 @@ def strides(profile: PolicyProfile) -> dict[str, float]:
 class _Resolver:
     """Turns trees into splits over start positions; notes whether a test that matters reads a velocity."""
 
-    def __init__(self, world: WorldSpec, agents: tuple[str, ...], entities: tuple[str, ...], goal: str) -> None:
+    def __init__(self, world: WorldSpec, agents: tuple[str, ...], entities: tuple[str, ...], goal: str | None) -> None:
         self._world, self._agents, self._entities, self._goal = world, agents, entities, goal
         self.sees_speed = False
         self.numbers: dict[tuple[object, ...], int] = {}
@@ -161,8 +161,8 @@ class _Resolver:
             raise InputError(f"feature {feature.name} is not a coordinate or a difference of two", str(meaning))
         weights: dict[str, int] = {}
         for weight, name in meaning.terms if meaning else ():
-            entity, _, part = name.rpartition(".")
-            name = f"{self._goal if entity == ir.GOAL else entity}.{part}"
+            if self._goal is not None and name.startswith(f"{ir.GOAL}."):
+                name = f"{self._goal}{name.removeprefix(ir.GOAL)}"
             weights[name] = weights.get(name, 0) + weight
         weights = {name: weight for name, weight in weights.items() if weight}
         function = meaning.function if meaning else ""

@@ -68,7 +68,7 @@ def shrunk(question: DecisionQuestion, centre: State) -> Region | None:
     Each counterexample is cut off on the coordinate on which it is farthest from the centre, halfway between them.
     """
     box = dict(question.region.box)
-    goals = (centre.goal,) if centre.goal else ()
+    goals = () if centre.goal is None else (centre.goal,)
     for _ in range(CUTS):
         region = Region(box, goals, name="shrunk")
         decision = decide(question.within(region))

@@ -44,8 +44,8 @@ class _States:
     """Sampled states of a region: coordinate -> [states], and for each goal where the claim fails or could."""
 
     columns: Mapping[str, Float64]
-    violating: Mapping[str, Bool]
-    conflicting: Mapping[str, Bool]
+    violating: Mapping[str | None, Bool]
+    conflicting: Mapping[str | None, Bool]
 
 
 def largest(question: DecisionQuestion, failing: Sequence[Failing], seed: int) -> Region | str:
@@ -74,9 +74,9 @@ def _states(question: DecisionQuestion, seed: int) -> _States | None:
     profile, claim = question.profile, question.claim
     coordinates, _ = sample(question.region, profile.world, DRAWN, seed)
     names = profile.world.coordinates()
-    violating, conflicting = dict[str, Bool](), dict[str, Bool]()
+    violating, conflicting = dict[str | None, Bool](), dict[str | None, Bool]()
     for goal in question.goals:
-        for axis in "xy" if goal else "":
+        for axis in "xy" if goal is not None else "":
             coordinates[:, names.index(f"{GOAL}.{axis}")] = coordinates[:, names.index(f"{goal}.{axis}")]
         violating[goal] = shares.violating(question, coordinates)
         conflict = shares.conflicts(question, coordinates)
@@ -95,7 +95,7 @@ def _choices(failing: Sequence[Failing]) -> list[Sequence[Failing]]:
 
 def _tries(failing: Sequence[Failing], states: _States, goals: int) -> list[_Try]:
     """What is cut from each seed, best first."""
-    names = tuple(one.goal for one in failing if one.goal)
+    names = tuple(one.goal for one in failing if one.goal is not None)
     bad = np.logical_or.reduce([states.violating[one.goal] for one in failing])
     conflict = np.logical_or.reduce([states.conflicting[one.goal] for one in failing])
     weights = np.where(bad, 0.0, np.where(conflict, CONFLICTING, 1.0))

@@ -25,7 +25,7 @@ from verify.zones.volume import DEFAULT_FACES, FacesError, Volumes
 class Failing:
     """One goal's violating zones: of each the agents' leaves and the closed matrices of its components."""
 
-    goal: str
+    goal: str | None
     agents: tuple[str, ...]  # whose leaves a zone names, in this order
     problem: Problem
     zones: tuple[Branch, ...]
@@ -78,7 +78,7 @@ def violations(question: DecisionQuestion) -> list[Failing]:
     return found
 
 
-def _failing(question: DecisionQuestion, goal: str, tests: Tests, most: int) -> Failing:
+def _failing(question: DecisionQuestion, goal: str | None, tests: Tests, most: int) -> Failing:
     query = ZoneQuery(question, goal, tests, apart=True)
     zones, complete = query.violations(most)
     return Failing(goal, tuple(query.agents), query.problem, tuple(zones), complete, query.nodes)

@@ -173,7 +173,7 @@ def _attempt(team: _Team, roles: Mapping[str, str]) -> Repair:
 
 
 def _astray(
-    team: _Team, profile: PolicyProfile, roles: Mapping[str, str], state: Mapping[str, Fraction], goal: str
+    team: _Team, profile: PolicyProfile, roles: Mapping[str, str], state: Mapping[str, Fraction], goal: str | None
 ) -> Sequence[AgentPolicy]:
     """The agents, with their trees before the repair, that are not engaged with their landmarks at a point."""
     at, found = _at(state, goal), list[AgentPolicy]()
@@ -185,9 +185,9 @@ def _astray(
     return found
 
 
-def _at(state: Mapping[str, Fraction], goal: str) -> dict[str, Fraction]:
+def _at(state: Mapping[str, Fraction], goal: str | None) -> dict[str, Fraction]:
     """The point with the coordinates of the goal."""
-    return {**state, **({f"{ir.GOAL}.{axis}": state[f"{goal}.{axis}"] for axis in "xy"} if goal else {})}
+    return {**state, **({f"{ir.GOAL}.{axis}": state[f"{goal}.{axis}"] for axis in "xy"} if goal is not None else {})}
 
 
 def _leaf(policy: AgentPolicy, semantics: str, at: Mapping[str, Fraction]) -> int:

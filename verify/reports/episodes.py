@@ -9,7 +9,7 @@ from typing import Any
 
 from codegen.ir import PolicyProfile
 from verify.claims.catalogue import COINCIDING, sentence
-from verify.claims.region import MACHINE, Verdict, called, plain
+from verify.claims.region import MACHINE, Verdict, called, goal_text, plain
 from verify.verdicts.episodes import EpisodeResult
 
 MEANINGS = {
@@ -92,7 +92,7 @@ def _counterexample(profile: PolicyProfile, result: EpisodeResult) -> dict[str, 
         for way in result.ways
     ]
     return {
-        "goal": result.state.goal,
+        "goal": goal_text(result.state.goal),
         "position": dict(result.state.position),
         "agents": agents,
         "replayed_by": ["reference", *result.replays],

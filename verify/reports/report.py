@@ -15,7 +15,7 @@ from codegen.errors import visible
 from codegen.ir import PolicyProfile
 from codegen.lowering.render import render
 from codegen.policy_json import content_hash, layout
-from verify.claims.region import MACHINE, REAL, Kind, Parameter, Verdict, called, plain
+from verify.claims.region import MACHINE, REAL, Kind, Parameter, Verdict, called, goal_text, plain
 from verify.claims.region import text as decimal
 from verify.counterexamples.search import AgentView, Counterexample
 from verify.reports import episodes as loop_report
@@ -192,7 +192,7 @@ def _margin(found: Margin) -> dict[str, Any]:
 
 def _leaf(finding: LeafFinding) -> dict[str, Any]:
     witness = finding.witness
-    state = None if witness is None else {"goal": witness.goal, "position": written_all(witness.position)}
+    state = None if witness is None else {"goal": goal_text(witness.goal), "position": written_all(witness.position)}
     verdict = finding.verdict.value
     return {"agent": finding.agent, "leaf": finding.leaf, "action": finding.action, "verdict": verdict, "state": state}
 
@@ -205,7 +205,7 @@ def _certificate(result: Result) -> dict[str, Any]:
 def _counterexample(profile: PolicyProfile, result: Result, found: Counterexample) -> dict[str, Any]:
     real = {} if result.semantics == MACHINE else {"judged": found.says, "deployed": deployed_facts(found)}
     return {
-        "goal": found.state.goal,
+        "goal": goal_text(found.state.goal),
         "position": written_all(found.state.position),
         "agents": [_view(view) for view in found.agents],
         "replayed_by": list(found.replayed),

@@ -16,7 +16,7 @@ from typing import Any, TypeAlias
 
 from codegen.ir import AgentPolicy, PolicyProfile
 from codegen.policy_json import content_hash, layout
-from verify.claims.region import Region, plain
+from verify.claims.region import Region, goal_text, plain
 from verify.claims.region import text as decimal
 from verify.extent.found import Where
 from verify.extent.violations import Failing
@@ -107,7 +107,8 @@ def _most(profile: PolicyProfile, result: Result) -> list[dict[str, Any]]:
         words = [_words(*ends) for ends in _needed(failing, zone, result.region)]
         share = None if result.where.share is None else float(sums[leaves])
         count = len(together[leaves])
-        facts.append({"agents": agents, "zones": count, "share": share, "goal": failing.goal, "words": words})
+        goal = goal_text(failing.goal)
+        facts.append({"agents": agents, "zones": count, "share": share, "goal": goal, "words": words})
     return facts
 
 
@@ -236,7 +237,7 @@ def _zone(
         if (a, b) in bounds and (_tighter(bounds, a, b) or _tighter(bounds, b, a))
     }
     return {
-        "goal": failing.goal,
+        "goal": goal_text(failing.goal),
         "leaves": dict(zip(failing.agents, zone[0], strict=True)),
         "actions": {
             agent: _action(profile.policy(agent), leaf) for agent, leaf in zip(failing.agents, zone[0], strict=True)

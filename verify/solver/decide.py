@@ -21,12 +21,12 @@ class Decision:
 
     verdict: Verdict
     resources: int
-    goal: str = ""
+    goal: str | None = None
     answer: Answer | None = None
     reason: str = ""
 
 
-def decide(question: DecisionQuestion, goals: Sequence[str] | None = None) -> Decision:
+def decide(question: DecisionQuestion, goals: Sequence[str | None] | None = None) -> Decision:
     """The bare decision, by Z3. `goals`: only these of the region's goals. InputError where the team cannot be asked
     about.
     """

@@ -81,7 +81,7 @@ def last_double(threshold: float) -> HalfLine:
 class Query(NamedTuple):
     """What the solver is asked, for one goal: the variables (position -> real) and the constraints."""
 
-    goal: str
+    goal: str | None
     variables: dict[str, z3.ArithRef]
     constraints: list[z3.BoolRef]
 
@@ -91,7 +91,7 @@ def number(value: Fraction) -> z3.ArithRef:
     return z3.RatVal(value.numerator, value.denominator)
 
 
-def query(question: DecisionQuestion, goal: str, slack: Fraction = Fraction(0)) -> Query:
+def query(question: DecisionQuestion, goal: str | None, slack: Fraction = Fraction(0)) -> Query:
     """Constraints that hold exactly for the world states of the region, goal `goal`, in which the claim fails.
 
     With a positive `slack` every inequality is met with that much to spare: a stronger question whose answers lie
@@ -102,19 +102,21 @@ def query(question: DecisionQuestion, goal: str, slack: Fraction = Fraction(0)) 
     return encoder.query(fails)
 
 
-def _failing(question: DecisionQuestion, goal: str, slack: Fraction = Fraction(0)) -> tuple["_Encoder", z3.BoolRef]:
+def _failing(
+    question: DecisionQuestion, goal: str | None, slack: Fraction = Fraction(0)
+) -> tuple["_Encoder", z3.BoolRef]:
     """What encodes a goal's query, and the constraint that the claim fails."""
     encoder = _Encoder(question.profile, question.region, goal, slack, question.semantics, question.claim.eps)
     return encoder, encoder.encoded(tightened(for_goal(negated(question.formula), goal), slack))
 
 
-def in_both(question: DecisionQuestion, goal: str, slack: Fraction = Fraction(0)) -> Query:
+def in_both(question: DecisionQuestion, goal: str | None, slack: Fraction = Fraction(0)) -> Query:
     """As `query`, in which the claim fails in real arithmetic and in the deployed one."""
     real, machine = (query(question.by(semantics), goal, slack) for semantics in (REAL, MACHINE))
     return Query(goal, real.variables | machine.variables, [*real.constraints, *machine.constraints])
 
 
-def region_only(region: Region, assume: Formula = TRUE, goal: str = "") -> Query:
+def region_only(region: Region, assume: Formula = TRUE, goal: str | None = None) -> Query:
     """Constraints of the region and an assumption alone: unsatisfiable iff no world state meets them."""
     encoder = _Encoder(None, region, goal)
     return encoder.query(*([] if assume == TRUE else [encoder.encoded(for_goal(normal(assume), goal))]))
@@ -124,7 +126,7 @@ def reaching(
     policy: AgentPolicy,
     leaf: int,
     region: Region,
-    goal: str,
+    goal: str | None,
     slack: Fraction = Fraction(0),
     semantics: str = MACHINE,
 ) -> Query:
@@ -133,7 +135,9 @@ def reaching(
     return encoder.query(*encoder.path(policy, leaf))
 
 
-def elsewhere(question: DecisionQuestion, goal: str, leaves: Mapping[str, int], slack: Fraction = Fraction(0)) -> Query:
+def elsewhere(
+    question: DecisionQuestion, goal: str | None, leaves: Mapping[str, int], slack: Fraction = Fraction(0)
+) -> Query:
     """As `query`, and some agent of `leaves` reaches another leaf than the one named there."""
     encoder, fails = _failing(question, goal, slack)
     policy = question.profile.policy
@@ -141,7 +145,7 @@ def elsewhere(question: DecisionQuestion, goal: str, leaves: Mapping[str, int], 
     return encoder.query(fails, z3.Or(z3.BoolVal(False), *turned))
 
 
-def there(question: DecisionQuestion, goal: str, leaves: Mapping[str, int]) -> Query:
+def there(question: DecisionQuestion, goal: str | None, leaves: Mapping[str, int]) -> Query:
     """As `query`, and every agent of `leaves` reaches the leaf named there."""
     encoder, fails = _failing(question, goal)
     policy = question.profile.policy
@@ -174,14 +178,14 @@ class _Encoder:
         self,
         profile: PolicyProfile | None,
         region: Region,
-        goal: str,
+        goal: str | None,
         slack: Fraction = Fraction(0),
         semantics: str = MACHINE,
         eps: Fraction = Fraction(0),
     ) -> None:
         self.variables = {name: z3.Real(name) for name in region.box}
         self.at = dict(self.variables)  # coordinate -> variable
-        if goal:
+        if goal is not None:
             self.at |= {f"{ir.GOAL}.{axis}": self.variables[f"{goal}.{axis}"] for axis in "xy"}
         self.noise: list[z3.BoolRef] = []  # bounds of the errors
         self._profile, self._slack, self._semantics, self._eps = profile, slack, semantics, eps

@@ -82,7 +82,7 @@ def _asked(question: DecisionQuestion, policy: AgentPolicy, leaf: int) -> tuple[
     region, semantics, budget = question.region, question.semantics, question.budgets.solver_units
     for goal in question.goals:
 
-        def asked(slack: Fraction = Fraction(0), goal: str = goal) -> Query:
+        def asked(slack: Fraction = Fraction(0), goal: str | None = goal) -> Query:
             return reaching(policy, leaf, region, goal, slack, semantics)
 
         exact = ask(asked(), budget)

@@ -115,7 +115,7 @@ def _mistakes(
 def _judged(
     question: DecisionQuestion,
     coordinates: Float64,
-    goals: Sequence[str],
+    goals: Sequence[str | None],
     actions: Mapping[str, Int32],
 ) -> Bool:
     """Where the claim fails with these actions (agent -> [n]), exactly, [n]."""

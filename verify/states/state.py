@@ -24,13 +24,13 @@ from verify.states.real import Value, comparable, leaf_of, leaves_of, measured, 
 
 @dataclass(frozen=True)
 class State:
-    """One world state: coordinates (velocities that are left out are zero) and the goal landmark ("" without one).
+    """One world state: coordinates (velocities that are left out are zero) and the goal landmark (None without one).
 
     `errors`: by how much a feature is off as an agent measures it, by `error_name`; what is left out is exact.
     """
 
     position: Mapping[str, Value]
-    goal: str
+    goal: str | None
     errors: Mapping[str, Value] = field(default_factory=dict[str, Value])
 
     @property
@@ -50,7 +50,7 @@ class State:
     def _values(self, world: ir.WorldSpec) -> dict[str, Value]:
         values: dict[str, Value] = dict.fromkeys(world.coordinates(), 0.0)
         values |= self.position
-        if self.goal:
+        if self.goal is not None:
             values |= {f"goal.{axis}": self.position[f"{self.goal}.{axis}"] for axis in "xy"}
         return {name: values[name] for name in world.coordinates()}
 
@@ -161,7 +161,7 @@ def true_at(profile: PolicyProfile, asked: Formula, state: State, actions: Mappi
     return holds(for_goal(asked, state.goal), state.exactly(profile), actions)
 
 
-def exact_point(model: Mapping[str, Fraction], region: Region, goal: str) -> State:
+def exact_point(model: Mapping[str, Fraction], region: Region, goal: str | None) -> State:
     """An exact model as a point: `model` as for `nearest`."""
     errors = {name: value_of(value) for name, value in model.items() if name not in region.box and value}
     return State({name: value_of(model[name]) for name in region.box}, goal, errors)
@@ -179,7 +179,7 @@ def inside(region: Region, state: State) -> bool:
     return all(max(abs(at[f"{a}.{axis}"] - at[f"{b}.{axis}"]) for axis in "xy") >= d for a, b, d in region.apart)
 
 
-def nearest(model: Mapping[str, Fraction], region: Region, goal: str, eps: Fraction = Fraction(0)) -> State:
+def nearest(model: Mapping[str, Fraction], region: Region, goal: str | None, eps: Fraction = Fraction(0)) -> State:
     """The float64 point nearest to an exact one, each value rounded towards the inside of its interval.
 
     `model`: every coordinate of the region, and errors by `error_name`, at most `eps`.
@@ -239,7 +239,7 @@ def state_at(region: Region, world: ir.WorldSpec, coordinates: Float64, goal: in
     """One sampled world state (a row [n_coordinates] and its goal's index) as a point of the region."""
     names = world.coordinates()
     position = {name: float(coordinates[names.index(name)]) for name in region.box}
-    return State(position, world.landmarks[goal].name if region.goals else "")
+    return State(position, world.landmarks[goal].name if region.goals else None)
 
 
 def batch(coordinates: Float64, world: ir.WorldSpec) -> Batch:

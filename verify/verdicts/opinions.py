@@ -36,7 +36,7 @@ class Zoned:
     """The zone engine's answer, and for a proof its certificate, accepted by the checker."""
 
     opinion: Opinion
-    goal: str = ""
+    goal: str | None = None
     state: Mapping[str, Fraction] | None = None
     certificate: Certificate | None = None
     branches: int = 0  # that the certificate's proofs close

@@ -42,9 +42,9 @@ class Outcome:
 
     verdict: Verdict
     nodes: int  # search nodes over all goals
-    goal: str = ""
+    goal: str | None = None
     state: Mapping[str, Fraction] | None = None  # coordinate of the region's box -> exact value
-    proofs: Mapping[str, bytes] = field(default_factory=dict[str, bytes])  # goal -> proof stream
+    proofs: Mapping[str | None, bytes] = field(default_factory=dict[str | None, bytes])  # goal -> proof stream
     # a point of the region, so that it is not empty
     inhabitant: Mapping[str, Fraction] = field(default_factory=dict[str, Fraction])
     reason: str = ""
@@ -74,7 +74,7 @@ def decide(question: DecisionQuestion) -> Outcome:
     of at most two coordinates or speaks of one that the region does not bound.
     """
     tests, budget = Tests.of(question), question.budgets.max_nodes
-    spent, proofs, inhabitant, reasons = 0, dict[str, bytes](), dict[str, Fraction](), list[str]()
+    spent, proofs, inhabitant, reasons = 0, dict[str | None, bytes](), dict[str, Fraction](), list[str]()
     for goal in question.goals:
         query = ZoneQuery(question, goal, tests)
         try:
@@ -98,7 +98,7 @@ def decide(question: DecisionQuestion) -> Outcome:
 class ZoneQuery:
     """One goal's question: its tables, and a search through them. `apart`: its branches have no point in common."""
 
-    def __init__(self, question: DecisionQuestion, goal: str, tests: Tests, apart: bool = False) -> None:
+    def __init__(self, question: DecisionQuestion, goal: str | None, tests: Tests, apart: bool = False) -> None:
         self._table = Table(question.profile, question.formula_for(goal), question.region, goal)
         self._trees = [
             zone_tree(self._table, policy, tests.splits[policy.agent], tests.barred.get(policy.agent, ()))

@@ -81,7 +81,7 @@ _Node: TypeAlias = _Edge | _Acts | _Group | _Part
 class Table:
     """The bounds of one question, numbered in the order in which they are met, and the claim's denial."""
 
-    def __init__(self, profile: PolicyProfile, claim: Formula, region: Region, goal: str) -> None:
+    def __init__(self, profile: PolicyProfile, claim: Formula, region: Region, goal: str | None) -> None:
         self._goal, self._box = goal, region.box
         self.numbers: dict[Bound, int] = {}
         self.region = self._region(region)
@@ -117,7 +117,8 @@ class Table:
         """Coordinate -> weight, the goal's coordinates by the name of the landmark that it is."""
         weights: dict[str, Fraction] = {}
         for weight, name in atom.terms:
-            real = f"{self._goal}.{name.removeprefix(f'{GOAL}.')}" if name.startswith(f"{GOAL}.") else name
+            of_goal = self._goal is not None and name.startswith(f"{GOAL}.")
+            real = f"{self._goal}.{name.removeprefix(f'{GOAL}.')}" if of_goal else name
             weights[real] = weights[real] + weight if real in weights else weight
         return weights
 

@@ -120,7 +120,7 @@ def test_every_agent_acts_in_an_episode():
         playable(some)
     claim = find_claim("reaches", PAIR)
     made = about_episodes(some, claim)
-    followed = replace(made, parts=(Part("", "", "", ("adversary_0", "agent_0", "agent_1"), b""),))
+    followed = replace(made, parts=(Part("", "", None, ("adversary_0", "agent_0", "agent_1"), b""),))
     with pytest.raises(RejectedError, match="agents that the profile does not have"):
         episode_certificates.accepted(followed, some)
 
@@ -142,7 +142,7 @@ def about_nobody(name, property_name="distinct_targets"):
 
 def about_episodes(profile, claim):
     region, inhabitant = region_with_inhabitant()
-    part = Part("", "", "", ("agent_0", "agent_1"), b"\x00")
+    part = Part("", "", None, ("agent_0", "agent_1"), b"\x00")
     return EpisodeCertificate(content_hash(profile), claim, region, inhabitant, (part,))
 
 

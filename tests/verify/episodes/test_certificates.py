@@ -182,7 +182,7 @@ def test_proofs_are_found_for_what_zones_prove_and_only_for_what_holds(profile, 
             certificate = made(Question(random, claim, region), decided.parts)
             assert from_json(to_json(certificate)) == certificate
             assert accepted(certificate, random) > 0
-        whole = [Part("", "", "", BOTH, b"")]
+        whole = [Part("", "", None, BOTH, b"")]
         try:  # also without asking the zones first
             certificate = made(Question(random, claim, region), whole, 20_000)
         except NoCertificateError:
@@ -233,7 +233,7 @@ def test_goals_that_are_read_have_proofs_of_their_own(profile):
     one = tuple(part for part in certificate.parts if part.goal != "landmark_1")
     with pytest.raises(RejectedError, match="goal landmark_1"):
         accepted(replace(certificate, parts=one), seeker)
-    forall = tuple(replace(part, goal="") for part in one)
+    forall = tuple(replace(part, goal=None) for part in one)
     with pytest.raises(RejectedError):
         accepted(replace(certificate, parts=forall), seeker)
 
@@ -243,7 +243,7 @@ def test_the_committed_defenders_arrive_from_a_quarter_of_the_start_region():
     box = {name: (low / 4, high / 4) for name, (low, high) in everywhere(committed).box.items()}
     region = Region(box, committed.world.goals)
     certificate = certified(committed, find_claim("reaches", committed), region)
-    assert accepted(certificate, committed) > 2_000 and {part.goal for part in certificate.parts} == {""}
+    assert accepted(certificate, committed) > 2_000 and {part.goal for part in certificate.parts} == {None}
 
 
 # --- mutations
@@ -414,10 +414,10 @@ def forged(kind, profile, claim, region):
     for pair in matchings(profile, claim)[0]:
         followed = (pair[0],)
         try:
-            proof = Prover(kind(profile, claim, region, "", followed, [(pair,)]), 50_000).run()
+            proof = Prover(kind(profile, claim, region, None, followed, [(pair,)]), 50_000).run()
         except RejectedError:
             return None
-        parts.append(Part(*pair, "", followed, proof))
+        parts.append(Part(*pair, None, followed, proof))
     return parts
 
 
@@ -574,4 +574,4 @@ def test_the_adversary_may_do_anything(profile):
     assert accepted(certified(pair, find_claim("reaches", pair, steps=6), region), pair) > 0
     swinging = team(profile, towards(0, 0), towards(1, 1))
     with pytest.raises(NoCertificateError, match="left open"):
-        made(Question(swinging, find_claim("reaches", swinging), everywhere(swinging)), [Part("", "", "", BOTH, b"")])
+        made(Question(swinging, find_claim("reaches", swinging), everywhere(swinging)), [Part("", "", None, BOTH, b"")])

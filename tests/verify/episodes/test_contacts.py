@@ -269,7 +269,7 @@ def test_a_crowd_is_not_parted_without_end(monkeypatch):
     monkeypatch.setattr(contacts, "MAX_PARTS", 1 << 10)
     profile = random_team(TAG, 1, 0)
     agents = [policy.agent for policy in profile.agents]
-    group = grouped(profile, agents, "", [])
+    group = grouped(profile, agents, None, [])
     parts = starts(around(profile, Fraction(1, 5), np.zeros((6, 2))), profile.world)
     first = np.array([part.projected(group.entities) for part in parts])
     begun = Zones.at_start(first, np.arange(len(first)), len(agents), group.tests, touching=True)
@@ -364,7 +364,7 @@ def test_no_claim_is_about_centres_that_coincide(name, kind):
     region, side = at_one_place(profile), profile.agents[-1].team
     others = [profile.agents[0].agent] if name.startswith(TAG) and kind == "keeps_apart" else []
     claim = find_claim(kind, profile, side, steps=0 if kind == "covers" else 2, others=others)
-    start = State(dict.fromkeys(region.box, 0.0), "")
+    start = State(dict.fromkeys(region.box, 0.0), None)
     with replays_of(profile) as replays, np.errstate(invalid="ignore"):
         assert np.isnan(replays[profile.world.reference](start, 2).coordinates).any()
     for replays in ({}, {"simulator": lambda *_: pytest.fail("no start of the claim")}):

@@ -116,7 +116,7 @@ def corners(profile, region, seed):
         rows = list(product(*values))
     else:
         rows = [[float(rng.choice(each)) for each in values] for _ in range(MAX_STARTS)]
-    goals = region.goals or ("",)
+    goals = region.goal_cases
     return [State(dict(zip(places, row, strict=True)) | still, goal) for row in rows for goal in goals]
 
 
@@ -139,7 +139,7 @@ def disagreement(seed):
     followed = tuple(policy.agent for policy in profile.team(TEAM))
     own = [("", "")] if not claim.landmarks else zip(followed, claim.landmarks, strict=True)
     try:
-        proved = found.parts if found.verdict is Verdict.PROVED else [Part(*p, "", followed, b"") for p in own]
+        proved = found.parts if found.verdict is Verdict.PROVED else [Part(*p, None, followed, b"") for p in own]
         accepted(made(Question(profile, claim, region), proved, 20_000), profile)
     except NoCertificateError as error:
         wrong = found.verdict is Verdict.PROVED and "answers" not in str(error)
@@ -163,7 +163,7 @@ def placed(profile, **bounds):
 
 def answers(profile, claim, region):
     """The verdict of the zones, and whether the second reading has a certificate."""
-    whole = [Part("", "", "", ("agent_0",), b"")]
+    whole = [Part("", "", None, ("agent_0",), b"")]
     try:
         return decide(Question(profile, claim, region)).verdict, bool(made(Question(profile, claim, region), whole))
     except NoCertificateError:

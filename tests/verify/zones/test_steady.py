@@ -218,5 +218,5 @@ def test_without_errors_nothing_is_barred(profile):
     policy = twice.policy("agent_0")
     splits = tables.split_sides(policy, MACHINE)
     assert tables.barred_sides(policy, splits) == {(2, 0)}
-    table = tables.Table(twice, formula(twice, find_property("own_target", twice)), start_region(twice.world), "")
+    table = tables.Table(twice, formula(twice, find_property("own_target", twice)), start_region(twice.world), None)
     assert all(None not in sides for sides in tables.zone_tree(table, policy, splits).sides if sides[0])
