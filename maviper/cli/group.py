@@ -28,7 +28,8 @@ class Verb(click.Command):
     """A command with an example, sections of options, and options that had another name before."""
 
     def __init__(self, *names: Any, example: str = "", renamed: Mapping[str, str] | None = None, **more: Any) -> None:
-        super().__init__(*names, **more)
+        # of each command, not of the group: click keeps the help option of whoever asks first, with or without a parent
+        super().__init__(*names, **{"context_settings": {"help_option_names": ["-h", "--help"]}, **more})
         self.example, self.renamed = example, dict(renamed or {})
 
     @property

@@ -51,7 +51,6 @@ NAMES = {chapter: [str(command.name) for command in commands] for chapter, comma
     chapters=NAMES,
     example="maviper demo -o demo",
     epilog=EXIT_CODES,
-    context_settings={"help_option_names": ["-h", "--help"]},
 )
 @click.version_option(package_name="maviper")
 @click.option("-q", "--quiet", is_flag=True, help="Print results and errors only.")
