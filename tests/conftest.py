@@ -1,5 +1,7 @@
 """Fixtures that many tests share: the shipped expert and a small profile extracted from it."""
 
+import os
+
 import pytest
 from hypothesis import settings
 
@@ -12,7 +14,12 @@ settings.load_profile("repeatable")
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_cmdline_main(config):
-    """With several workers a file's tests stay together, so that what they share is set up once."""
+    """With several workers a file's tests stay together, so that what they share is set up once; and each worker has
+    one thread of linear algebra, since more of them wait for one another longer than they compute.
+    """
+    if config.getoption("numprocesses", None):
+        for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):
+            os.environ.setdefault(name, "1")  # the workers are not there yet
     if config.getoption("numprocesses", None) and config.getoption("dist", "no") in ("no", "load"):
         config.option.dist, config.option.loadscopereorder = "loadfile", False
 
