@@ -203,7 +203,6 @@ def regions(draw):
 
 
 @pytest.mark.solver
-@settings(max_examples=60)
 @given(regions())
 def test_random_region_files(document, shared_place, region):
     (shared_place / "profile.json").write_text(json.dumps(document))

@@ -418,7 +418,7 @@ def test_a_users_environment_is_not_refined_unasked():
 # --- further features
 
 
-@pytest.mark.parametrize("groups", ["goal", "differences", "signs", "velocity", "goal+differences"])
+@pytest.mark.parametrize("groups", ["signs", "velocity", "goal+differences"])
 def test_further_features_are_played_compiled_and_verified(groups, quick, tmp_path, capsys):
     profile = tmp_path / "profile.json"
     asked = ["--iterations", "2", "--refinement-episodes", "0", "--selection-episodes", "10", "-o", str(profile)]
