@@ -557,7 +557,7 @@ def test_torch_modules_and_torchscript_are_experts(world, expert, tmp_path, monk
         TorchExpert(world, actors[:2])
     with pytest.raises(InputError, match="torch module failed"):
         TorchExpert(world, actors[::-1])
-    with pytest.raises(InputError, match=r"gives \(2, 4\)"):
+    with pytest.raises(InputError, match=r"returns shape \(2, 4\)"):
         TorchExpert(world, [torch.nn.Linear(8, 4), *actors[1:]])
 
     (tmp_path / "brought_along.py").write_text("EXPERT = None\n\n\ndef expert():\n    return EXPERT\n")
