@@ -1,12 +1,8 @@
-"""What users read, under test: the tour's session, every help text, every error message. `--update-golden` renews."""
+"""What users read, under test: every help text, every error message. `--update-golden` renews."""
 
-import os
 import re
-import subprocess
 import sys
 from pathlib import Path
-
-import pytest
 
 from codegen import policy_json
 from maviper.cli import main
@@ -132,32 +128,3 @@ def test_error_messages(golden, capsys, monkeypatch, tmp_path):
         said += f"$ maviper {' '.join(arguments)}\n{capsys.readouterr().err}[exit {code}]\n\n"
         assert code in (2, 5)
     golden(FOLDER, {"errors.txt": said})
-
-
-def lasting(session):
-    """The lines of a session without those that a slow machine prints in between."""
-    steps = re.compile(r" *(?:extracting|refining) +(\d+)/(\d+) ")
-    found = [(line, steps.match(line)) for line in session.splitlines()]
-    return [line for line, step in found if step is None or step[1] == step[2]]
-
-
-@pytest.mark.slow
-@pytest.mark.compile
-@pytest.mark.solver
-def test_the_tours_session_is_a_real_one(tmp_path, request):
-    """The session in the manual's tour, run again; only rates and times may differ."""
-    page = ROOT / "maviper" / "manual" / "tour.md"
-    before, rest = page.read_text().split("    $ maviper demo -o demo\n")
-    session, after = rest.split("\nThe folder `demo/` then")
-    command = [sys.executable, "-m", "maviper", "demo", "-o", "demo"]
-    environment = {**os.environ, "TERM": "dumb"}
-    found = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True, env=environment).stderr
-    if request.config.getoption("--update-golden"):
-        again = "".join(f"    {line}\n" if line else "\n" for line in lasting(found))
-        page.write_text(f"{before}    $ maviper demo -o demo\n{again}\nThe folder `demo/` then{after}")
-        return
-
-    def timeless(text):
-        return [re.sub(r"  [\d.]+/s  \d+ s left", "", line.strip()) for line in lasting(text) if line.strip()]
-
-    assert timeless(found) == timeless(session)

@@ -1,18 +1,21 @@
 """The one-minute tour, twice: every outcome as expected, every byte the same."""
 
 import json
+import re
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
 pytestmark = [pytest.mark.slow, pytest.mark.solver]
+PAGE = Path(__file__).parents[3] / "maviper" / "manual" / "tour.md"
 
 
 def tour(folder, **environment):
     import os
 
-    command = [sys.executable, "-m", "maviper", "demo", "-o", str(folder)]
+    command = [sys.executable, "-m", "maviper", "demo", "-o", folder.name]
     return subprocess.run(
         command, capture_output=True, text=True, check=False, cwd=folder.parent, env={**os.environ, **environment}
     )
@@ -22,7 +25,10 @@ def tour(folder, **environment):
 def tours(tmp_path_factory):
     folders = [tmp_path_factory.mktemp(name) / "demo" for name in ("first", "second")]
     # the second run differs in everything that must not matter
-    done = [tour(folders[0]), tour(folders[1], PYTHONHASHSEED="7", TZ="Asia/Tokyo", COLUMNS="50", OMP_NUM_THREADS="1")]
+    usual = {"TERM": "dumb", "OMP_NUM_THREADS": "2", "OPENBLAS_NUM_THREADS": "2"}
+    other = {"PYTHONHASHSEED": "7", "TZ": "Asia/Tokyo", "COLUMNS": "50"}
+    other |= {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+    done = [tour(folders[0], **usual), tour(folders[1], **other)]
     return folders, done
 
 
@@ -33,6 +39,30 @@ def test_every_step_gives_its_expected_outcome(tours):
         assert "10 iterations of 50 rollouts, selection on 50 episodes each" in process.stderr
         assert "0 differ" in process.stderr
         assert "VIOLATED    distinct_targets" in process.stderr and "PROVED      distinct_targets" in process.stderr
+
+
+def lasting(session):
+    """The lines of a session without those that a slow machine prints in between."""
+    steps = re.compile(r" *(?:extracting|refining) +(\d+)/(\d+) ")
+    found = [(line, steps.match(line)) for line in session.splitlines()]
+    return [line for line, step in found if step is None or step[1] == step[2]]
+
+
+@pytest.mark.compile
+def test_the_tours_session_is_a_real_one(tours, request):
+    """The session in the manual's tour; only rates and times may differ."""
+    before, rest = PAGE.read_text().split("    $ maviper demo -o demo\n")
+    session, after = rest.split("\nThe folder `demo/` then")
+    found = tours[1][0].stderr
+    if request.config.getoption("--update-golden"):
+        again = "".join(f"    {line}\n" if line else "\n" for line in lasting(found))
+        PAGE.write_text(f"{before}    $ maviper demo -o demo\n{again}\nThe folder `demo/` then{after}")
+        return
+
+    def timeless(text):
+        return [re.sub(r"  [\d.]+/s  \d+ s left", "", line.strip()) for line in lasting(text) if line.strip()]
+
+    assert timeless(found) == timeless(session)
 
 
 def test_two_runs_leave_equal_bytes(tours):
