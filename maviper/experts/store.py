@@ -25,7 +25,7 @@ FORMAT = "maviper-expert-1"
 MAX_HIDDEN = 4096
 MAX_BYTES = 64 * 2**20
 # world -> (file name, trained seeds, the one of the best score on its finalists' episodes)
-CLONES = {  # networks that imitated a script before they were paid
+CLONES = {  # networks that imitated a script first
     "physical-deception": ("physical_deception.clone", (0, 1, 2), 2),
     "physical-deception,velocity=1": ("physical_deception_velocity.clone", (0, 1, 2), 1),
     "cooperative-navigation": ("cooperative_navigation.clone", (0, 1, 2), 1),
