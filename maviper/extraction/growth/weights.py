@@ -68,34 +68,24 @@ def _weight(
     state: Any,
     labels: Int,
 ) -> Float64:
-    weights = np.zeros(len(labels))
+    weights, n_own = np.zeros(len(labels)), len(world.actions[agent])
     for rows, playing in in_play(world.alive(state), agent, others):
-        seen = tuple(each[rows] for each in observations)
-        weights[rows] = _weight_among(world, expert, agent, playing, seen, state[rows], labels[rows])
+        # a value network's Q_i does not depend on what others do
+        joint = _joint_actions(world, agent, playing if expert.centralized else [])
+        for part in _parts(rows, len(labels), max(1, ROWS_AT_ONCE // len(joint))):
+            q = expert.q(agent, [seen[part] for seen in observations], state[part], joint, labels[part])
+            by_own = q.reshape(len(q), n_own, -1)  # the agent's own action varies slowest
+            chosen = np.take_along_axis(by_own, labels[part][:, agent, None, None], axis=1)[:, 0]
+            weights[part] = (chosen - by_own.min(axis=1)).mean(axis=1)
     return weights
 
 
-def _weight_among(
-    world: World,
-    expert: Expert,
-    agent: int,
-    others: list[int],
-    observations: tuple[Float32, ...],
-    state: Any,
-    labels: Int,
-) -> Float64:
-    n_own = len(world.actions[agent])
-    # a value network's Q_i does not depend on what others do
-    joint = _joint_actions(world, agent, others if expert.centralized else [])
-    weights = np.empty(len(labels))
-    at_once = max(1, ROWS_AT_ONCE // len(joint))
-    for low in range(0, len(labels), at_once):
-        rows = slice(low, low + at_once)
-        q = expert.q(agent, [seen[rows] for seen in observations], state[rows], joint, labels[rows])
-        by_own = q.reshape(len(q), n_own, -1)  # the agent's own action varies slowest
-        chosen = np.take_along_axis(by_own, labels[rows, agent, None, None], axis=1)[:, 0]
-        weights[rows] = (chosen - by_own.min(axis=1)).mean(axis=1)
-    return weights
+def _parts(rows: slice | Int, count: int, at_once: int) -> Iterator[slice | Int]:
+    """Rows of `count`, all or those listed, `at_once` at a time."""
+    whole = isinstance(rows, slice)
+    for low in range(0, count if whole else len(rows), at_once):
+        part = slice(low, low + at_once)
+        yield part if whole else rows[part]
 
 
 def _joint_actions(world: World, agent: int, others: list[int]) -> Int:
