@@ -1,12 +1,13 @@
 """Paths through a tree: the boxes of observations that they leave, and nested trees written as arrays.
 
-Does: intervals (low, high] of features, halved test by test; the box of a leaf; preorder.
+Does: intervals (low, high] of features, halved test by test; the box of a node, what is above and below it; preorder.
 Assumes: sound trees.
 Does not: serve what checks a claim or a proof: those read trees on their own.
 """
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TypeAlias, TypeVar
 
 import numpy as np
@@ -47,19 +48,32 @@ class Box:
 EVERYTHING = Box({}, {})
 
 
-def box_of(tree: Tree, leaf: int) -> Box:
-    """The observations that reach a leaf: none where a low end is not below its high end."""
+def upwards(tree: Tree, node: int) -> list[int]:
+    """A node and all above it, up to the root."""
+    found = [node]
+    while found[-1] != ROOT:
+        found.append(int(np.flatnonzero((tree.left == found[-1]) | (tree.right == found[-1]))[0]))
+    return found
+
+
+def leaves_below(tree: Tree, node: int) -> list[int]:
+    """The leaves of the part of a tree that begins at a node, from left to right; of a leaf itself."""
+    if tree.feature[node] == NO_FEATURE:
+        return [node]
+    return leaves_below(tree, int(tree.left[node])) + leaves_below(tree, int(tree.right[node]))
+
+
+def box_of(tree: Tree, node: int) -> Box:
+    """The observations that reach a node: none where a low end is not below its high end."""
     low: dict[int, float] = {}
     high: dict[int, float] = {}
-    node = leaf
-    while node != ROOT:
-        parent = int(np.flatnonzero((tree.left == node) | (tree.right == node))[0])
+    way = upwards(tree, node)
+    for below, parent in pairwise(way):
         feature, threshold = int(tree.feature[parent]), float(tree.threshold[parent])
-        if tree.left[parent] == node:
+        if tree.left[parent] == below:
             high[feature] = min(high.get(feature, threshold), threshold)
         else:
             low[feature] = max(low.get(feature, threshold), threshold)
-        node = parent
     return Box(low, high)
 
 

@@ -66,12 +66,12 @@ def reordered(tree: Tree, seen: Float32) -> Tree:
 
 
 def grafted(tree: Tree, parts: Mapping[int, Tree]) -> Tree:
-    """`tree` with each leaf that `parts` names replaced by its part. KeyError for a node that is no leaf.
+    """`tree` with each node that `parts` names, and all below it, replaced by its part. KeyError for no node.
 
     No pass: what it changes is for the caller to prove, see `difference`.
     """
     for node in parts:
-        if not 0 <= node < len(tree.feature) or tree.feature[node] != NO_FEATURE:
+        if not 0 <= node < len(tree.feature):
             raise KeyError(node)
     return _arrays(_nested(tree, parts))
 
@@ -90,19 +90,19 @@ def average_tests(tree: Tree, seen: Float32) -> float:
 def difference(a: Tree, b: Tree, n_features: int, aside: Collection[int] = ()) -> Float32 | None:
     """An observation [n_features] for which two trees act differently, or None: a proof that there is none.
 
-    Every leaf's box of `a`, NaN and infinities included, is followed through `b`. `aside`: leaves of `a` that may be
-    decided otherwise.
+    Every leaf's box of `a`, NaN and infinities included, is followed through `b`. `aside`: nodes of `a` below which
+    decisions may differ.
     """
     stack = [(ROOT, ROOT, EVERYTHING)]
     while stack:
         here, there, box = stack.pop()
+        if here in aside:
+            continue
         first = a.feature[here] != NO_FEATURE  # not by identity: both may be the same tree
         tree, node = (a, here) if first else (b, there)
         if tree.feature[node] == NO_FEATURE:
-            if a.action[here] != b.action[there] and here not in aside:
+            if a.action[here] != b.action[there]:
                 return box.point(n_features)
-            continue
-        if not first and here in aside:
             continue
         sides = box.halved(int(tree.feature[node]), float(tree.threshold[node]))
         for child, part in zip((int(tree.left[node]), int(tree.right[node])), sides, strict=True):
@@ -143,13 +143,16 @@ def _levels(node: _Node) -> int:
 
 
 def _nested(tree: Tree, parts: Mapping[int, Tree] = MappingProxyType({})) -> _Node:
-    """The tree as it is, equal sides included, with `parts` for some of its leaves."""
+    """The tree as it is, equal sides included, with `parts` for some of its nodes."""
     found: dict[int, _Node] = {}
     for node in reversed(range(len(tree.feature))):  # preorder: children come after their parents
         if tree.feature[node] == NO_FEATURE:
             found[node] = _nested(parts[node]) if node in parts else int(tree.action[node])
             continue
         left, right = found.pop(int(tree.left[node])), found.pop(int(tree.right[node]))
+        if node in parts:
+            found[node] = _nested(parts[node])
+            continue
         found[node] = _joined(int(tree.feature[node]), float(tree.threshold[node]), left, right)
     return found[ROOT]
 

@@ -70,9 +70,9 @@ def repair(context: click.Context, profile: Path, output: Path, **options: Any) 
     """Change the leaves that violate a property until it is proved.
 
     Each agent of the team is assigned its own landmark. If a counterexample ends in a leaf of PROFILE, that leaf
-    becomes a small tree that tests the agent's offset to its landmark. The new tree keeps the agent engaged with the
-    landmark: closing on it, or at it. All other leaves decide as before. Both engines must prove the property in the
-    region.
+    becomes a small tree that tests the agent's offset to its landmark: a guard. It keeps the agent engaged with the
+    landmark: closing on it, or at it. Where trees would get deeper than --max-depth, the guard replaces a split above
+    the leaf. All other leaves decide as before. Both engines must prove the property in the region.
 
     The command reports how many actions change, and the team's measures before and after, in the same episodes. It
     writes the repaired profile, its certificate, the report and the costs (repair.json).
@@ -93,7 +93,7 @@ def repair(context: click.Context, profile: Path, output: Path, **options: Any) 
     if found.after is None:
         subject = f"{found.claim.name} of the {found.claim.team}, region {found.region.name}"
         console.line("not repaired", f"{subject}: {found.repair.reason}")
-        console.line("", f"{len(found.repair.guards)} leaves were guarded; nothing was written")
+        console.line("", f"{len(found.repair.guards)} guards were set; nothing was written")
         return ExitCode.INCONCLUSIVE
     say_repair(found, console)
     runs.folder(output)

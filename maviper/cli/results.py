@@ -41,9 +41,9 @@ def say_repair(done: Repaired, console: Console) -> None:
     if not found.guards:
         console.line("repaired", "nothing: no state of the region violates the property")
         return
-    leaves = "leaf" if len(found.guards) == 1 else "leaves"
+    guards = "guard" if len(found.guards) == 1 else "guards"
     roles = ", ".join(f"{agent} for {landmark}" for agent, landmark in found.roles.items())
-    console.line("repaired", f"{len(found.guards)} {leaves} guarded, {roles}")
+    console.line("repaired", f"{len(found.guards)} {guards}, {roles}")
     console.line("", say_sizes(before, found.profile, list(found.roles)))
     if done.cost is not None:
         done.cost.say(console)

@@ -156,7 +156,7 @@ def document(done: Repaired, made: str) -> dict[str, Any]:
         "roles": dict(found.roles),
         "counterexamples": found.rounds,
         "guards": [
-            {"agent": one.agent, "leaf": one.leaf, "landmark": one.landmark, "leaves": len(ir.leaves(one.tree))}
+            {"agent": one.agent, "node": one.node, "landmark": one.landmark, "leaves": len(ir.leaves(one.tree))}
             for one in found.guards
         ],
         "trees": sizes_document(before, after, list(found.roles)),

@@ -1,9 +1,9 @@
-"""Guarded leaves: small trees that keep an agent engaged with one landmark wherever a leaf decides.
+"""Guards: small trees that keep an agent engaged with one landmark wherever a leaf, or a part of its tree, decides.
 
-Does: finds the cheapest guard of a leaf, with tests on the agent's own offset to the landmark, by dynamic programming
+Does: finds the cheapest guard of a node, with tests on the agent's own offset to the landmark, by dynamic programming
   over the rectangles of a grid.
 Assumes: the agent observes its offset to the landmark on both axes; a radius above the margin.
-Does not: decide which leaves need one (search.py), or prove the team (zones/engine.py does, afterwards).
+Does not: decide which nodes need one (search.py), or prove the team (zones/engine.py does, afterwards).
 
 A rectangle of offsets is safe for an action iff its points on which the action does not close all lie at the landmark.
 Intervals are the exact ones of the deployed arithmetic, taken closed, so that safe here means safe there.
@@ -19,7 +19,7 @@ import numpy as np
 from codegen.errors import InputError
 from codegen.floats import round_down
 from codegen.ir import NO_FEATURE, AgentPolicy, Float32, Float64, Int32, Tree
-from codegen.paths import box_of, in_preorder
+from codegen.paths import box_of, in_preorder, leaves_below
 from verify.checker.thresholds import sides
 from verify.claims.decisions import DecisionClaim
 from verify.claims.formula import Linear
@@ -43,10 +43,10 @@ class Cost(NamedTuple):
 
 @dataclass(frozen=True)
 class Guard:
-    """What stands in the place of a leaf."""
+    """What stands in the place of a node, and of all below it."""
 
     agent: str
-    leaf: int  # of the tree before
+    node: int  # of the tree before: a leaf, unless the depth asked for one of the splits above
     landmark: str
     tree: Tree
     changed: float  # share of the weighted states in which the action changes
@@ -54,10 +54,10 @@ class Guard:
 
 
 class Post(NamedTuple):
-    """What a guard is for: a leaf, and the landmark with which its agent is to stay engaged."""
+    """What a guard is for: a node, and the landmark with which its agent is to stay engaged."""
 
     policy: AgentPolicy
-    leaf: int
+    node: int
     landmark: str
 
 
@@ -87,18 +87,18 @@ def offset_features(policy: AgentPolicy, landmark: str) -> tuple[int, int]:
 
 
 def guard(question: DecisionQuestion, post: Post, seen: Seen, max_levels: int | None = None) -> Guard | None:
-    """The cheapest guard of a leaf for a landmark, at most `max_levels` deep; None when there is none."""
+    """The cheapest guard of a node for a landmark, at most `max_levels` deep; None when there is none."""
     return _Grid(question, post, seen).cheapest(max_levels)
 
 
 class _Grid:
-    """One leaf's offsets to one landmark, cut by the thresholds at which closing or being near begins and ends."""
+    """The offsets to one landmark that reach a node, cut where closing or being near begins and ends."""
 
     def __init__(self, question: DecisionQuestion, post: Post, seen: Seen) -> None:
-        policy, leaf, landmark = post
-        self._policy, self._leaf, self._landmark, self._claim = policy, leaf, landmark, question.claim
+        policy, node, landmark = post
+        self._policy, self._node, self._landmark, self._claim = policy, node, landmark, question.claim
         self._features, self._semantics = offset_features(policy, landmark), question.semantics
-        box = box_of(policy.tree, leaf)
+        box = box_of(policy.tree, node)
         reach = [_reach(question.region, policy.agent, landmark, axis) for axis in "xy"]
         self._lines: list[list[float]] = []
         self._ends: list[list[Fraction]] = []
@@ -110,8 +110,14 @@ class _Grid:
             self._lines.append(lines)
             self._ends.append([first, *(self._end(feature, line) for line in lines), last])
         self._known: dict[tuple[_Cells, int], tuple[Cost, _Node] | None] = {}
-        here = seen.leaf == leaf
+        below = leaves_below(policy.tree, node)
+        here = np.isin(seen.leaf, below)
         self._weights, self._sums = self._counted(seen.rows[here], seen.weight[here])
+        acted = policy.tree.action[seen.leaf]
+        self._kept = {  # action -> the weight in each cell of states that it is taken in
+            int(action): self._counted(seen.rows[here & (acted == action)], seen.weight[here & (acted == action)])[0]
+            for action in np.unique(policy.tree.action[below])
+        }
 
     def cheapest(self, max_levels: int | None) -> Guard | None:
         """See `guard`."""
@@ -122,7 +128,7 @@ class _Grid:
         tree = in_preorder(found[1], lambda node: node)
         leaves = int((tree.feature == NO_FEATURE).sum())
         changed = found[0].price - PRICE * (leaves - 1)
-        return Guard(self._policy.agent, self._leaf, self._landmark, tree, max(0.0, changed), _levels(found[1]))
+        return Guard(self._policy.agent, self._node, self._landmark, tree, max(0.0, changed), _levels(found[1]))
 
     def _best(self, cells: "_Cells", levels: int) -> "tuple[Cost, _Node] | None":
         """Cost and tree for the cells from x0 up to x1 and y0 up to y1."""
@@ -133,13 +139,13 @@ class _Grid:
 
     def _leaves(self, cells: "_Cells") -> "Iterator[tuple[Cost, _Node]]":
         x0, x1, y0, y1 = cells
-        kept = int(self._policy.tree.action[self._leaf])
         weight, *sums = (float(table[x0:x1, y0:y1].sum()) for table in (self._weights, *self._sums))
-        for action in [kept, *(action for action in range(len(self._policy.actions)) if action != kept)]:
+        for action in sorted(range(len(self._policy.actions)), key=lambda action: (action not in self._kept, action)):
             if self._safe(action, cells):
                 effect = self._policy.actions[action].effect or (0.0, 0.0)
                 ahead = sum(part * total for part, total in zip(effect, sums, strict=True))
-                yield Cost(0.0 if action == kept else weight, -ahead), action
+                kept = float(self._kept[action][x0:x1, y0:y1].sum()) if action in self._kept else 0.0
+                yield Cost(weight - kept, -ahead), action
 
     def _splits(self, cells: "_Cells", levels: int) -> "Iterator[tuple[Cost, _Node]]":
         if not levels:

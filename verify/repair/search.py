@@ -1,11 +1,11 @@
 """Repairs of a team: leaves from which a claim can fail are guarded until it is proved.
 
-Does: gives each agent a landmark of its own, guards the leaves that counterexamples of the zone engine end in, takes
-  back guards that the proof does not need.
+Does: gives each agent a landmark of its own, guards the leaves that counterexamples of the zone engine end in, or the
+  splits above them where trees would get too deep; takes back guards that the proof does not need.
 Assumes: a claim about matchings between a team and the landmarks; agents that observe their offsets to the landmarks.
 Does not: give a verdict (verdicts/decisions.py decides anew, with both engines), measure play, write files.
 
-A guarded leaf keeps its agent engaged with the agent's landmark, so no leaf is guarded twice and the search ends.
+A guard keeps its agent engaged with the agent's landmark, so no leaf below it is met again and the search ends.
 """
 
 from collections.abc import Mapping, Sequence
@@ -19,6 +19,7 @@ from codegen.errors import InputError
 from codegen.ir import AgentPolicy, Float64, PolicyProfile
 from codegen.lowering.passes import difference, grafted
 from codegen.observe import observe
+from codegen.paths import upwards
 from verify.checker.thresholds import sides
 from verify.claims.decisions import DistinctTargets, OwnTarget, engaged
 from verify.claims.formula import TRUE, for_goal, holds
@@ -91,14 +92,17 @@ class _Team:
         self._guards: dict[tuple[str, int, str], Guard | None] = {}
 
     def guard(self, policy: AgentPolicy, leaf: int, landmark: str) -> Guard | None:
-        """The cheapest guard of a leaf, within the depth where that can be."""
+        """The cheapest guard of a leaf. Where it would be too deep, that of the nearest split above which is not."""
         key = policy.agent, leaf, landmark
         if key not in self._guards:
-            asked = self.question, Post(policy, leaf, landmark), self._seen[policy.agent]
+            seen = self._seen[policy.agent]
             found = None
-            if self._max_depth is not None:
-                found = guard(*asked, self._max_depth - int(self._levels[policy.agent][leaf]))
-            self._guards[key] = found or guard(*asked)
+            for node in upwards(policy.tree, leaf) if self._max_depth is not None else []:
+                levels = self._max_depth - int(self._levels[policy.agent][node])
+                found = guard(self.question, Post(policy, node, landmark), seen, levels)
+                if found is not None:
+                    break
+            self._guards[key] = found or guard(self.question, Post(policy, leaf, landmark), seen)
         return self._guards[key]
 
     def matchings(self) -> list[dict[str, str]]:
@@ -113,13 +117,14 @@ class _Team:
 
     def _everywhere(self, policy: AgentPolicy, landmark: str) -> float:
         found = [self.guard(policy, int(leaf), landmark) for leaf in ir.leaves(policy.tree)]
-        return sum(1.0 if one is None else one.changed for one in found)
+        changed = {one.node: one.changed for one in found if one is not None}
+        return sum(changed.values()) + sum(one is None for one in found)
 
     def guarded(self, guards: Mapping[tuple[str, int], Guard]) -> PolicyProfile:
-        """The profile with guards in the places of leaves; every other leaf decides as before, which is proved."""
+        """The profile with guards in the places of nodes; all else decides as before, which is proved."""
         agents: list[AgentPolicy] = []
         for policy in self.profile.agents:
-            parts = {leaf: one.tree for (agent, leaf), one in guards.items() if agent == policy.agent}
+            parts = {node: one.tree for (agent, node), one in guards.items() if agent == policy.agent}
             if parts:
                 tree = grafted(policy.tree, parts)
                 assert difference(policy.tree, tree, len(policy.features), parts.keys()) is None
@@ -158,12 +163,15 @@ def _attempt(team: _Team, roles: Mapping[str, str]) -> Repair:
         rounds += 1
         for policy in _astray(team, profile, roles, found.state, found.goal):
             leaf = _leaf(policy, team.semantics, _at(found.state, found.goal))
-            assert (policy.agent, leaf) not in guards, f"the guard of leaf {leaf} of {policy.agent} does not hold"
+            above = {(policy.agent, node) for node in upwards(policy.tree, leaf)}
+            assert not above & guards.keys(), f"the guard above leaf {leaf} of {policy.agent} does not hold"
             one = team.guard(policy, leaf, roles[policy.agent])
             if one is None:
                 reason = f"no guard keeps {policy.agent} engaged with {roles[policy.agent]} at leaf {leaf}"
                 return Repair(profile, roles, tuple(guards.values()), rounds, False, reason)
-            guards[policy.agent, leaf] = one
+            for below in [key for key in guards if key[0] == policy.agent and one.node in upwards(policy.tree, key[1])]:
+                del guards[below]
+            guards[policy.agent, one.node] = one
     for key in sorted(guards, key=lambda key: (-guards[key].changed, key)):
         fewer = {other: one for other, one in guards.items() if other != key}
         again = engine.decide(team.question.of(team.guarded(fewer)))

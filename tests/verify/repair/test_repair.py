@@ -11,6 +11,7 @@ from codegen import ir
 from codegen.errors import InputError
 from codegen.lowering.passes import difference, grafted
 from codegen.observe import observe
+from codegen.paths import upwards
 from codegen.policy_json import dumps
 from maviper import load
 from tests.teams import DOWN, LEFT, RIGHT, STAY, UP, team, towards, tree
@@ -33,7 +34,7 @@ ASTRAY = replace(towards(1, 1), action=np.array([-1, LEFT, -1, -1, UP, UP, RIGHT
 @pytest.fixture(scope="module")
 def profile():
     """The committed trees: learned, and not extracted anew."""
-    return load(ROOT / "generated" / "physical_deception" / "profile.json")
+    return load(ROOT / "generated" / "physical_deception" / "extracted" / "profile.json")
 
 
 @pytest.fixture
@@ -53,10 +54,11 @@ def unchanged(before, found, region):
     """Every state that reaches no guarded leaf keeps its actions: proved for all observations, and by sampling."""
     states, _ = sample(region, before.world, 20_000, 3)
     for old, new in zip(before.agents, found.profile.agents, strict=True):
-        aside = {one.leaf for one in found.guards if one.agent == old.agent}
+        aside = {one.node for one in found.guards if one.agent == old.agent}
         assert difference(old.tree, new.tree, len(old.features), aside) is None
         rows = observe(old.features, states, before.world)
-        kept = ~np.isin(ir.apply(old.tree, rows), sorted(aside))
+        below = [leaf for leaf in ir.leaves(old.tree) if aside & set(upwards(old.tree, int(leaf)))]
+        kept = ~np.isin(ir.apply(old.tree, rows), below)
         assert (ir.act(old, rows)[kept] == ir.act(new, rows)[kept]).all()
         assert new.tree is old.tree or new.grown is None
 
@@ -66,7 +68,7 @@ def test_one_wrong_leaf_costs_one_guard_and_no_more(profile, claim):
     region = start_region(wrong.world)
     assert verify(Question(wrong, claim, region), {}).verdict is Verdict.VIOLATED
     found = repair(Question(wrong, claim, region))
-    assert found.ended and [(one.agent, one.leaf, one.landmark) for one in found.guards] == [
+    assert found.ended and [(one.agent, one.node, one.landmark) for one in found.guards] == [
         ("agent_1", 4, "landmark_1")
     ]
     guard = found.guards[0].tree
@@ -173,6 +175,20 @@ def test_guards_stay_within_the_depth_where_they_can(profile, claim):
     assert tight.ended and tight.depth > 1, "within the depth where it can be, else deeper"
 
 
+def test_where_a_leafs_guard_is_too_deep_a_split_above_it_is_replaced(profile, claim):
+    """Trees of depth 4 with leaves that need three tests: never deeper than 6, and what is not below stays."""
+    rng, region, splits = np.random.default_rng(3), start_region(profile.world), 0
+    for _ in range(4):
+        wrong = team(profile, random_tree(rng, 10, 4), random_tree(rng, 10, 4))
+        free = repair(Question(wrong, claim, region))
+        found = repair(Question(wrong, claim, region), max_depth=6)
+        assert free.ended and found.ended and found.depth <= 6
+        proved(found.profile, claim, region)
+        unchanged(wrong, found, region)
+        splits += sum(wrong.policy(one.agent).tree.feature[one.node] != ir.NO_FEATURE for one in found.guards)
+    assert splits, "some guard stands for a split"
+
+
 def test_visited_states_decide_what_is_cheap(profile, claim):
     wrong = team(profile, towards(0, 0), towards(0, 1))
     region = start_region(wrong.world)
@@ -219,8 +235,9 @@ def test_a_tree_does_not_differ_from_itself():
     assert difference(ASTRAY, ASTRAY, 10) is None
 
 
-def test_only_leaves_are_grafted_upon():
+def test_leaves_and_splits_are_grafted_upon():
     with pytest.raises(KeyError):
-        grafted(ASTRAY, {0: tree(STAY)})
+        grafted(ASTRAY, {len(ASTRAY.feature): tree(STAY)})
+    assert grafted(ASTRAY, {0: tree(STAY)}).action.tolist() == [STAY]
     whole = grafted(tree(STAY), {0: ASTRAY})
     assert difference(whole, ASTRAY, 10) is None and (whole.feature == ASTRAY.feature).all()
