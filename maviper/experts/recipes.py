@@ -32,11 +32,11 @@ CHOSEN: dict[tuple[str, str], dict[str, Any]] = {
     ("predator-prey", "mappo"): {
         **FRESH,
         "shared": 1,
-        "steps": 6_144_000,
+        "steps": 24_576_000,
         "learning_rate": 2e-3,
         "past": 0.25,
         "shaping": 3.0,
-        "checkpoint_steps": 307_200,
+        "checkpoint_steps": 1_228_800,
     },
 }
 # The clone recipe imitates the game's script first, and plays against it where that is said.

@@ -35,9 +35,11 @@ CLONES = {  # networks that imitated a script first
 LEARNED = {  # networks that learned by reward alone
     "physical-deception": ("physical_deception", (0, 1, 2), 2),
     "physical-deception,velocity=1": ("physical_deception_velocity", (0, 1, 2), 1),
-    "cooperative-navigation": ("cooperative_navigation", (0,), 0),
+    "cooperative-navigation": ("cooperative_navigation", (0, 1, 2), 1),
+    "predator-prey": ("predator_prey", (0,), 0),
+    "predator-prey,observation=mpe2": ("predator_prey_mpe2", (0,), 0),
 }
-CLONE, REWARD = "clone", "reward"
+CLONE = "clone"
 
 
 def _named(trained: Mapping[str, tuple[str, tuple[int, ...], int]], kind: str = "") -> dict[str, str]:
@@ -54,7 +56,7 @@ def file_of(stem: str, seed: int) -> str:
     return f"{stem}.{seed}.safetensors"
 
 
-SHIPPED = {**_named(CLONES), **_named(CLONES, CLONE), **_named(LEARNED, REWARD)}
+SHIPPED = {**_named(LEARNED), **_named(CLONES, CLONE)}
 
 
 def encode(tensors: Mapping[str, Float32], card: Mapping[str, Any]) -> bytes:

@@ -41,12 +41,12 @@ def test_shipped_deception_with_velocity_covers_at_a_tenth():
     assert next(value for m, value in found.items() if m.label == "defenders success r=0.1").interval[0] >= 0.90
 
 
-def test_shipped_navigation_reaches_its_target():
-    assert primary("cooperative-navigation")["agents"].interval[1] <= 0.70
+def test_cloned_navigation_reaches_its_target():
+    assert primary("cooperative-navigation@clone")["agents"].interval[1] <= 0.70
 
 
-def test_shipped_predator_prey_against_the_scripts():
-    expert, world = store.load("predator-prey")
+def test_cloned_predator_prey_against_the_scripts():
+    expert, world = store.load("predator-prey@clone")
     ours, script = [expert] * 4, [scripted(world)] * 4
     found, scripts = (measures.evaluate_teams(world, each, script, FRESH) for each in (ours, script))
     touches = {team: found[world.primary(team)].value / scripts[world.primary(team)].value for team in world.teams}
@@ -54,7 +54,7 @@ def test_shipped_predator_prey_against_the_scripts():
     assert touches[PREDATORS] >= 0.25  # signs alone do not show how far the prey is: see README, Limits
 
 
-LEARNED = [f"{world}@{store.REWARD}-{seed}" for world, (_, seeds, _) in store.LEARNED.items() for seed in seeds]
+LEARNED = [f"{world}@{seed}" for world, (_, seeds, _) in store.LEARNED.items() for seed in seeds]
 
 
 @pytest.mark.parametrize("name", LEARNED)
@@ -66,14 +66,14 @@ def test_no_script_took_part_in_what_learned_by_reward_alone(name):
 
 @pytest.mark.parametrize("name", ["physical-deception", "physical-deception,velocity=1"])
 def test_the_best_learned_defenders_reach_their_target(name):
-    success = primary(f"{name}@{store.REWARD}")
+    success = primary(name)
     assert success[DEFENDERS].interval[0] >= 0.99
     assert success[ADVERSARIES].interval[0] >= 0.55
 
 
 def test_learned_navigation_reaches_its_target():
     """D at most .70: on the card's 4,000 episodes, and within chance on others."""
-    expert, world = store.load(f"cooperative-navigation@{store.REWARD}")
+    expert, world = store.load("cooperative-navigation")
     assert expert.card["measured"]["agents D"][0] <= 0.70
     found = measures.evaluate(world, [expert] * len(world.agents), FRESH)
     assert next(value for measure, value in found.items() if measure.label == "agents D").interval[0] <= 0.70
@@ -82,7 +82,7 @@ def test_learned_navigation_reaches_its_target():
 @pytest.mark.parametrize("world", store.LEARNED)
 def test_cards_say_what_the_team_must_agree_on(world):
     stem, seeds, best = store.LEARNED[world]
-    experts = {seed: store.load(f"{world}@{store.REWARD}-{seed}")[0] for seed in seeds}
+    experts = {seed: store.load(f"{world}@{seed}")[0] for seed in seeds}
     card = json.loads((resources.files("maviper.experts.shipped") / f"{stem}.{best}.json").read_text())["demand"]
     first, episodes = card["first_episode_seed"], card["episodes"]
     assert episodes == 4_000
