@@ -20,6 +20,14 @@ from codegen.errors import visible
 
 LABEL_WIDTH = 12
 PLAIN_SECONDS = 10.0
+COLOURS = {  # of labels, on a terminal that has colours
+    "PROVED": "green",
+    "accepted": "green",
+    "VIOLATED": "red",
+    "unexpected": "red",
+    "UNKNOWN": "yellow",
+    "VACUOUS": "yellow",
+}
 
 
 def say(text: str) -> None:
@@ -29,19 +37,34 @@ def say(text: str) -> None:
 
 class Console:
     """Prints to standard error; `quiet` keeps everything back but errors. `of`: whose lines these are, where several
-    print at the same time: plain lines that begin with it.
+    print at the same time: plain lines that begin with it. `lines`: False for stages alone, on a terminal, while they
+    last.
     """
 
-    def __init__(self, quiet: bool = False, of: str = "") -> None:
-        self.quiet, self.of = quiet, of
+    def __init__(self, quiet: bool = False, of: str = "", lines: bool = True) -> None:
+        self.quiet, self.of, self.lines = quiet, of, lines
         self.rich = RichConsole(stderr=True, quiet=quiet, highlight=False)
 
     def line(self, label: str, text: str = "") -> None:
         """One line: a label in its column, then the text. Long lines are left to the terminal."""
         if self.of:
             label, text = self.of, f"{label} {text}"
-        if not self.quiet:
-            print(visible(f"{label:<{LABEL_WIDTH}}{text}".rstrip()), file=sys.stderr, flush=True)
+        if not self.quiet and self.lines:
+            print(self._coloured(visible(f"{label:<{LABEL_WIDTH}}{text}".rstrip()), label), file=sys.stderr, flush=True)
+
+    def _coloured(self, line: str, label: str) -> str:
+        if label not in COLOURS or self.rich.no_color or not self.rich.is_terminal or self.rich.is_dumb_terminal:
+            return line
+        return click.style(line[: len(label)], fg=COLOURS[label], bold=True) + line[len(label) :]
+
+    @contextmanager
+    def busy(self, label: str, text: str) -> Iterator[None]:
+        """On a terminal, a line that moves while something without steps goes on; it is gone afterwards."""
+        if not self.rich.is_terminal or self.quiet or self.of:
+            yield
+            return
+        with self.rich.status(f"{label:<{LABEL_WIDTH - 2}}{text}"):
+            yield
 
     @contextmanager
     def live(self, label: str, total: int) -> Iterator["LiveLine"]:
@@ -56,7 +79,7 @@ class Console:
             TimeRemainingColumn(compact=True, table_column=fixed),
             TextColumn("{task.description}", table_column=Column(no_wrap=True, overflow="ellipsis", ratio=1)),
         )
-        with Progress(*columns, console=self.rich, expand=True) as progress:
+        with Progress(*columns, console=self.rich, expand=True, transient=not self.lines) as progress:
             yield LiveLine(self, label, total, progress)
 
 

@@ -1,4 +1,4 @@
-"""generated/: every byte follows from the committed profile.
+"""generated/: every byte follows from the extracted profile.
 
 `maviper demo -o generated/physical_deception` renews everything, profile included.
 """
@@ -12,10 +12,8 @@ import pytest
 
 from codegen.agreement.compiled import find_compiler
 from maviper import load
-from maviper.compilation import compile
 from maviper.files import runs
 from maviper.tour import handout
-from maviper.verification import join
 
 FOLDER = Path(__file__).parent.parent / "generated" / "physical_deception"
 
@@ -23,22 +21,20 @@ pytestmark = [pytest.mark.compile, pytest.mark.solver]
 
 
 def present():
-    """Every file of the folder; whoever imports the module may leave a cache of it there."""
-    return [path for path in FOLDER.iterdir() if path.name != "__pycache__"]
+    """Every file of the folder, by name; whoever imports the module may leave a cache of it there."""
+    found = {str(path.relative_to(FOLDER)): path for path in sorted(FOLDER.rglob("*")) if path.is_file()}
+    return {name: path for name, path in found.items() if "__pycache__" not in name}
 
 
-def test_all_files_follow_from_the_committed_profile(golden):
-    profile = load(FOLDER / runs.PROFILE_FILE)
-    compiled = compile.compile_profile(profile)
-    asked = handout.questions(profile)
-    files = handout.handout(profile, compiled, asked, join.verify_claims(asked))
-    assert set(files) == {path.name for path in present()}
+def test_all_files_follow_from_the_extracted_profile(golden):
+    files = handout.handout(handout.toured(load(FOLDER / handout.EXTRACTED / runs.PROFILE_FILE)))
+    assert set(files) == set(present())
     golden("generated/physical_deception", files)
 
 
 def test_the_manifest_names_every_hash():
     manifest = json.loads((FOLDER / "manifest.json").read_text())
-    found = {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in present()}
+    found = {name: hashlib.sha256(path.read_bytes()).hexdigest() for name, path in present().items()}
     del found["manifest.json"]
     assert manifest["sha256"] == found
     report = json.loads((FOLDER / "report.json").read_text())

@@ -17,8 +17,6 @@ GENERATED = Path(__file__).parent.parent / "generated"
 VERDICTS, NAVIGATION = GENERATED / "verdicts", GENERATED / "proved_navigation"
 WORLDS = ("physical_deception", "cooperative_navigation", "predator_prey")
 MAX_DEPTH = 6
-# Tests of extraction guard that one seed gives the same bytes; these teams wait for the experts that learn by reward.
-EXTRACTED_BEFORE = "extracted when a finished tree still voted through a split too many"
 
 pytestmark = pytest.mark.solver
 
@@ -112,7 +110,6 @@ def test_repairing_the_navigation_team_again_gives_the_same_bytes(tmp_path, caps
 
 @pytest.mark.full
 @pytest.mark.timeout(1_800)
-@pytest.mark.xfail(strict=True, reason=EXTRACTED_BEFORE)
 @pytest.mark.parametrize(
     "world, folder", [("cooperative-navigation", NAVIGATION), ("predator-prey", VERDICTS / "predator_prey")]
 )

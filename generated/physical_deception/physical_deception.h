@@ -1,6 +1,6 @@
 /* Decision tree policies of 3 agents for the world physical-deception. Generated: do not edit.
  *
- * profile     1875a17576b3c92c392cd663069c6c74cf62b8a6aa1dc539166c886898fcb976
+ * profile     e2c19636b2f8dd8ec02a0f1ec0629ac6c52587a957e945df343916bd5199ce70
  * made by     maviper 0.1.0, maviper, preset default, seed 0
  * style       nested
  *
@@ -19,8 +19,8 @@
  * infinities follow <=. Check untrusted input with ..._finite first.
  * From a world state an observation is made as the reference environment makes it: added in double, then rounded to float.
  */
-#ifndef PHYSICAL_DECEPTION_1875A17576B3C92C_H
-#define PHYSICAL_DECEPTION_1875A17576B3C92C_H
+#ifndef PHYSICAL_DECEPTION_E2C19636B2F8DD8E_H
+#define PHYSICAL_DECEPTION_E2C19636B2F8DD8E_H
 
 #include <float.h>
 
@@ -31,7 +31,7 @@
 #error "float must be IEEE binary32 and double binary64"
 #endif
 
-#define PHYSICAL_DECEPTION_PROFILE "1875a17576b3c92c392cd663069c6c74cf62b8a6aa1dc539166c886898fcb976"
+#define PHYSICAL_DECEPTION_PROFILE "e2c19636b2f8dd8ec02a0f1ec0629ac6c52587a957e945df343916bd5199ce70"
 
 enum {
     PHYSICAL_DECEPTION_W_ADVERSARY_0_X = 0,
@@ -55,7 +55,7 @@ enum {
     PHYSICAL_DECEPTION_N_COORDINATES = 18
 };
 
-/* adversary_0, team adversaries: 14 leaves, at most 4 comparisons; tables of 91 bytes where they are used; 32 bytes of stack for ..._act_world */
+/* adversary_0, team adversaries: 12 leaves, at most 4 comparisons; tables of 91 bytes where they are used; 32 bytes of stack for ..._act_world */
 
 enum {
     PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_0_DX = 0, /* length, [-6.3, 6.3]: landmark_0.x - adversary_0.x */
@@ -80,56 +80,48 @@ enum {
 
 static inline int physical_deception_adversary_0_act(const float *x)
 {
-    if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_AGENT_0_DY] <= 0x1.2e6acp-1f) { /* node 0: 0.590658 */
-        if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_AGENT_0_DX] <= 0x1.75004p-3f) { /* node 1: 0.182129 */
-            if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_1_DX] <= -0x1.7f6e42p-2f) { /* node 2: -0.374444 */
-                if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_1_DY] <= -0x1.ef118cp-1f) { /* node 3: -0.966931 */
-                    return PHYSICAL_DECEPTION_ADVERSARY_0_DOWN; /* leaf 4 */
+    if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_1_DX] <= -0x1.a5ff24p-8f) { /* node 0: -0.00643916 */
+        if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_1_DY] <= 0x1.1da36ap-3f) { /* node 1: 0.139472 */
+            if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_1_DY] <= -0x1.e7f1bep-3f) { /* node 2: -0.238254 */
+                if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_1_DX] <= -0x1.7e6b94p-2f) { /* node 3: -0.373457 */
+                    return PHYSICAL_DECEPTION_ADVERSARY_0_LEFT; /* leaf 4 */
                 } else {
-                    return PHYSICAL_DECEPTION_ADVERSARY_0_LEFT; /* leaf 5 */
+                    return PHYSICAL_DECEPTION_ADVERSARY_0_DOWN; /* leaf 5 */
                 }
             } else {
-                if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_AGENT_1_DY] <= 0x1.abaffp-2f) { /* node 6: 0.417663 */
-                    return PHYSICAL_DECEPTION_ADVERSARY_0_DOWN; /* leaf 7 */
+                if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_1_DX] <= -0x1.97aaa2p-3f) { /* node 6: -0.199056 */
+                    return PHYSICAL_DECEPTION_ADVERSARY_0_LEFT; /* leaf 7 */
                 } else {
-                    return PHYSICAL_DECEPTION_ADVERSARY_0_UP; /* leaf 8 */
+                    return PHYSICAL_DECEPTION_ADVERSARY_0_DOWN; /* leaf 8 */
                 }
             }
         } else {
-            if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_0_DX] <= 0x1.c8ccdep-2f) { /* node 9: 0.446094 */
-                if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_AGENT_0_DY] <= -0x1.5b8b02p-2f) { /* node 10: -0.339397 */
-                    return PHYSICAL_DECEPTION_ADVERSARY_0_DOWN; /* leaf 11 */
-                } else {
-                    return PHYSICAL_DECEPTION_ADVERSARY_0_RIGHT; /* leaf 12 */
-                }
+            if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_0_DX] <= 0x1.3b7f1p-3f) { /* node 9: 0.154051 */
+                return PHYSICAL_DECEPTION_ADVERSARY_0_LEFT; /* leaf 10 */
             } else {
-                if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_0_DY] <= -0x1.dba4ap-1f) { /* node 13: -0.92899 */
-                    return PHYSICAL_DECEPTION_ADVERSARY_0_DOWN; /* leaf 14 */
-                } else {
-                    return PHYSICAL_DECEPTION_ADVERSARY_0_RIGHT; /* leaf 15 */
-                }
+                return PHYSICAL_DECEPTION_ADVERSARY_0_UP; /* leaf 11 */
             }
         }
     } else {
-        if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_0_DX] <= 0x1.2a18dap+0f) { /* node 16: 1.16444 */
-            if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_0_DX] <= -0x1.2ae95ap-1f) { /* node 17: -0.583812 */
-                if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_0_DY] <= 0x1.e61e42p-1f) { /* node 18: 0.94945 */
-                    return PHYSICAL_DECEPTION_ADVERSARY_0_LEFT; /* leaf 19 */
-                } else {
-                    return PHYSICAL_DECEPTION_ADVERSARY_0_UP; /* leaf 20 */
-                }
+        if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_1_DY] <= -0x1.f1a826p-2f) { /* node 12: -0.485993 */
+            if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_1_DX] <= 0x1.1585e8p+0f) { /* node 13: 1.08407 */
+                return PHYSICAL_DECEPTION_ADVERSARY_0_DOWN; /* leaf 14 */
             } else {
-                if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_1_DX] <= 0x1.92d354p-1f) { /* node 21: 0.786769 */
-                    return PHYSICAL_DECEPTION_ADVERSARY_0_UP; /* leaf 22 */
-                } else {
-                    return PHYSICAL_DECEPTION_ADVERSARY_0_RIGHT; /* leaf 23 */
-                }
+                return PHYSICAL_DECEPTION_ADVERSARY_0_RIGHT; /* leaf 15 */
             }
         } else {
-            if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_0_DY] <= -0x1.a08576p-2f) { /* node 24: -0.406759 */
-                return PHYSICAL_DECEPTION_ADVERSARY_0_UP; /* leaf 25 */
+            if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_1_DX] <= 0x1.8e1d5cp-2f) { /* node 16: 0.388784 */
+                if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_1_DY] <= 0x1.52cceep-3f) { /* node 17: 0.16543 */
+                    return PHYSICAL_DECEPTION_ADVERSARY_0_RIGHT; /* leaf 18 */
+                } else {
+                    return PHYSICAL_DECEPTION_ADVERSARY_0_UP; /* leaf 19 */
+                }
             } else {
-                return PHYSICAL_DECEPTION_ADVERSARY_0_RIGHT; /* leaf 26 */
+                if (x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_1_DY] <= 0x1.bdc922p-1f) { /* node 20: 0.870675 */
+                    return PHYSICAL_DECEPTION_ADVERSARY_0_RIGHT; /* leaf 21 */
+                } else {
+                    return PHYSICAL_DECEPTION_ADVERSARY_0_UP; /* leaf 22 */
+                }
             }
         }
     }
@@ -179,9 +171,9 @@ static inline int physical_deception_adversary_0_in_range(const float *x)
 
 static inline void physical_deception_adversary_0_act_rows(const float *x, long n, unsigned char *actions)
 {
-    static const float threshold[15] = {0x1.2e6acp-1f, 0x1.75004p-3f, 0x1.2a18dap+0f, -0x1.7f6e42p-2f, 0x1.c8ccdep-2f, -0x1.2ae95ap-1f, -0x1.a08576p-2f, -0x1.ef118cp-1f, 0x1.abaffp-2f, -0x1.5b8b02p-2f, -0x1.dba4ap-1f, 0x1.e61e42p-1f, 0x1.92d354p-1f, 0x0p+0f, 0x0p+0f};
-    static const unsigned char feature[15] = {5, 4, 0, 2, 0, 0, 1, 3, 7, 5, 1, 1, 2, 0, 0};
-    static const unsigned char action[16] = {3, 1, 3, 4, 3, 2, 3, 2, 1, 4, 4, 2, 4, 4, 2, 2};
+    static const float threshold[15] = {-0x1.a5ff24p-8f, 0x1.1da36ap-3f, -0x1.f1a826p-2f, -0x1.e7f1bep-3f, 0x1.3b7f1p-3f, 0x1.1585e8p+0f, 0x1.8e1d5cp-2f, -0x1.7e6b94p-2f, -0x1.97aaa2p-3f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x1.52cceep-3f, 0x1.bdc922p-1f};
+    static const unsigned char feature[15] = {2, 3, 3, 3, 0, 2, 2, 2, 2, 0, 0, 0, 0, 3, 3};
+    static const unsigned char action[16] = {1, 3, 1, 3, 1, 1, 4, 4, 3, 3, 2, 2, 2, 4, 2, 4};
     long row;
     /* eight observations side by side, so that none waits for another */
     const long together = n - (n % 8);
@@ -213,12 +205,8 @@ static inline void physical_deception_adversary_0_act_rows(const float *x, long 
 static inline void physical_deception_adversary_0_act_columns(const float *const *x, long n, unsigned char *actions)
 {
     const float *const x0 = x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_0_DX];
-    const float *const x1 = x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_0_DY];
     const float *const x2 = x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_1_DX];
     const float *const x3 = x[PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_1_DY];
-    const float *const x4 = x[PHYSICAL_DECEPTION_ADVERSARY_0_X_AGENT_0_DX];
-    const float *const x5 = x[PHYSICAL_DECEPTION_ADVERSARY_0_X_AGENT_0_DY];
-    const float *const x7 = x[PHYSICAL_DECEPTION_ADVERSARY_0_X_AGENT_1_DY];
     long first;
     long row;
     /* one select per split, leaves first, each into its own variable: compilers turn this into vector code */
@@ -227,19 +215,17 @@ static inline void physical_deception_adversary_0_act_columns(const float *const
         const long left = n - first;
         const long count = (left < 256) ? left : 256;
         for (row = 0; row < count; row++) {
-            const float n24 = (x1[first + row] <= -0x1.a08576p-2f) ? 4.0f : 2.0f;
-            const float n21 = (x2[first + row] <= 0x1.92d354p-1f) ? 4.0f : 2.0f;
-            const float n18 = (x1[first + row] <= 0x1.e61e42p-1f) ? 1.0f : 4.0f;
-            const float n17 = (x0[first + row] <= -0x1.2ae95ap-1f) ? n18 : n21;
-            const float n16 = (x0[first + row] <= 0x1.2a18dap+0f) ? n17 : n24;
-            const float n13 = (x1[first + row] <= -0x1.dba4ap-1f) ? 3.0f : 2.0f;
-            const float n10 = (x5[first + row] <= -0x1.5b8b02p-2f) ? 3.0f : 2.0f;
-            const float n9 = (x0[first + row] <= 0x1.c8ccdep-2f) ? n10 : n13;
-            const float n6 = (x7[first + row] <= 0x1.abaffp-2f) ? 3.0f : 4.0f;
-            const float n3 = (x3[first + row] <= -0x1.ef118cp-1f) ? 3.0f : 1.0f;
-            const float n2 = (x2[first + row] <= -0x1.7f6e42p-2f) ? n3 : n6;
-            const float n1 = (x4[first + row] <= 0x1.75004p-3f) ? n2 : n9;
-            const float n0 = (x5[first + row] <= 0x1.2e6acp-1f) ? n1 : n16;
+            const float n20 = (x3[first + row] <= 0x1.bdc922p-1f) ? 2.0f : 4.0f;
+            const float n17 = (x3[first + row] <= 0x1.52cceep-3f) ? 2.0f : 4.0f;
+            const float n16 = (x2[first + row] <= 0x1.8e1d5cp-2f) ? n17 : n20;
+            const float n13 = (x2[first + row] <= 0x1.1585e8p+0f) ? 3.0f : 2.0f;
+            const float n12 = (x3[first + row] <= -0x1.f1a826p-2f) ? n13 : n16;
+            const float n9 = (x0[first + row] <= 0x1.3b7f1p-3f) ? 1.0f : 4.0f;
+            const float n6 = (x2[first + row] <= -0x1.97aaa2p-3f) ? 1.0f : 3.0f;
+            const float n3 = (x2[first + row] <= -0x1.7e6b94p-2f) ? 1.0f : 3.0f;
+            const float n2 = (x3[first + row] <= -0x1.e7f1bep-3f) ? n3 : n6;
+            const float n1 = (x3[first + row] <= 0x1.1da36ap-3f) ? n2 : n9;
+            const float n0 = (x2[first + row] <= -0x1.a5ff24p-8f) ? n1 : n12;
             chosen[row] = n0;
         }
         for (row = 0; row < count; row++) {
@@ -262,7 +248,7 @@ static inline int physical_deception_adversary_0_act_world(const double *w)
     return physical_deception_adversary_0_act(x);
 }
 
-/* agent_0, team defenders: 14 leaves, at most 4 comparisons; tables of 91 bytes where they are used; 40 bytes of stack for ..._act_world */
+/* agent_0, team defenders: 15 leaves, at most 6 comparisons; tables of 379 bytes where they are used; 40 bytes of stack for ..._act_world */
 
 enum {
     PHYSICAL_DECEPTION_AGENT_0_X_GOAL_DX = 0, /* length, [-6.3, 6.3]: goal.x - agent_0.x */
@@ -289,55 +275,59 @@ enum {
 
 static inline int physical_deception_agent_0_act(const float *x)
 {
-    if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DY] <= 0x1.22071cp-5f) { /* node 0: 0.0354038 */
-        if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DX] <= 0x1.774214p-3f) { /* node 1: 0.183232 */
-            if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DX] <= -0x1.065586p-3f) { /* node 2: -0.128093 */
-                if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DY] <= -0x1.7d8ed6p-2f) { /* node 3: -0.372615 */
+    if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DY] <= -0x1.9a6586p-4f) { /* node 0: -0.100194 */
+        if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DX] <= 0x1.13b238p-2f) { /* node 1: 0.269235 */
+            if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DX] <= -0x1.d15ed4p-3f) { /* node 2: -0.227232 */
+                if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DY] <= -0x1.4c878cp-1f) { /* node 3: -0.649472 */
                     return PHYSICAL_DECEPTION_AGENT_0_DOWN; /* leaf 4 */
                 } else {
                     return PHYSICAL_DECEPTION_AGENT_0_LEFT; /* leaf 5 */
                 }
             } else {
-                if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DY] <= -0x1.2dc2b2p-4f) { /* node 6: -0.073672 */
-                    return PHYSICAL_DECEPTION_AGENT_0_DOWN; /* leaf 7 */
-                } else {
-                    return PHYSICAL_DECEPTION_AGENT_0_RIGHT; /* leaf 8 */
-                }
+                return PHYSICAL_DECEPTION_AGENT_0_DOWN; /* leaf 6 */
             }
         } else {
-            if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_1_DX] <= 0x1.614428p-2f) { /* node 9: 0.344987 */
-                if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DY] <= -0x1.c54bd2p-3f) { /* node 10: -0.221336 */
-                    return PHYSICAL_DECEPTION_AGENT_0_DOWN; /* leaf 11 */
+            if (x[PHYSICAL_DECEPTION_AGENT_0_X_GOAL_DY] <= -0x1.215606p-1f) { /* node 7: -0.565109 */
+                if (x[PHYSICAL_DECEPTION_AGENT_0_X_GOAL_DX] <= 0x1.e6eb8ep-1f) { /* node 8: 0.951016 */
+                    return PHYSICAL_DECEPTION_AGENT_0_DOWN; /* leaf 9 */
                 } else {
-                    return PHYSICAL_DECEPTION_AGENT_0_RIGHT; /* leaf 12 */
+                    return PHYSICAL_DECEPTION_AGENT_0_RIGHT; /* leaf 10 */
                 }
             } else {
-                if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_1_DY] <= -0x1.9ae1d2p+0f) { /* node 13: -1.60501 */
-                    return PHYSICAL_DECEPTION_AGENT_0_DOWN; /* leaf 14 */
-                } else {
-                    return PHYSICAL_DECEPTION_AGENT_0_RIGHT; /* leaf 15 */
-                }
+                return PHYSICAL_DECEPTION_AGENT_0_RIGHT; /* leaf 11 */
             }
         }
     } else {
-        if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DX] <= 0x1.6d19eep-3f) { /* node 16: 0.178272 */
-            if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DX] <= -0x1.8ce0f8p-3f) { /* node 17: -0.193788 */
-                if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DY] <= 0x1.6c1a2cp-1f) { /* node 18: 0.711137 */
-                    return PHYSICAL_DECEPTION_AGENT_0_LEFT; /* leaf 19 */
+        if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DX] <= 0x1.1ed358p-3f) { /* node 12: 0.140052 */
+            if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DY] <= 0x1.134b54p-3f) { /* node 13: 0.134421 */
+                if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DX] <= -0x1.999996p-4f) { /* node 14: -0.1 */
+                    return PHYSICAL_DECEPTION_AGENT_0_LEFT; /* leaf 15 */
                 } else {
-                    return PHYSICAL_DECEPTION_AGENT_0_UP; /* leaf 20 */
+                    if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DX] <= 0x0p+0f) { /* node 16: 0 */
+                        if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DY] <= -0x1p-126f) { /* node 17: -1.17549e-38 */
+                            return PHYSICAL_DECEPTION_AGENT_0_DOWN; /* leaf 18 */
+                        } else {
+                            return PHYSICAL_DECEPTION_AGENT_0_UP; /* leaf 19 */
+                        }
+                    } else {
+                        return PHYSICAL_DECEPTION_AGENT_0_RIGHT; /* leaf 20 */
+                    }
                 }
             } else {
-                return PHYSICAL_DECEPTION_AGENT_0_UP; /* leaf 21 */
+                if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DX] <= -0x1.e84bcp-3f) { /* node 21: -0.238426 */
+                    return PHYSICAL_DECEPTION_AGENT_0_LEFT; /* leaf 22 */
+                } else {
+                    return PHYSICAL_DECEPTION_AGENT_0_UP; /* leaf 23 */
+                }
             }
         } else {
-            if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DY] <= 0x1.608b3ap-2f) { /* node 22: 0.344281 */
-                return PHYSICAL_DECEPTION_AGENT_0_RIGHT; /* leaf 23 */
+            if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DY] <= 0x1.9bc556p-2f) { /* node 24: 0.40212 */
+                return PHYSICAL_DECEPTION_AGENT_0_RIGHT; /* leaf 25 */
             } else {
-                if (x[PHYSICAL_DECEPTION_AGENT_0_X_GOAL_DX] <= 0x1.a9a436p-1f) { /* node 24: 0.831331 */
-                    return PHYSICAL_DECEPTION_AGENT_0_UP; /* leaf 25 */
+                if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DX] <= 0x1.8a3138p-1f) { /* node 26: 0.769907 */
+                    return PHYSICAL_DECEPTION_AGENT_0_UP; /* leaf 27 */
                 } else {
-                    return PHYSICAL_DECEPTION_AGENT_0_RIGHT; /* leaf 26 */
+                    return PHYSICAL_DECEPTION_AGENT_0_RIGHT; /* leaf 28 */
                 }
             }
         }
@@ -394,9 +384,9 @@ static inline int physical_deception_agent_0_in_range(const float *x)
 
 static inline void physical_deception_agent_0_act_rows(const float *x, long n, unsigned char *actions)
 {
-    static const float threshold[15] = {0x1.22071cp-5f, 0x1.774214p-3f, 0x1.6d19eep-3f, -0x1.065586p-3f, 0x1.614428p-2f, -0x1.8ce0f8p-3f, 0x1.608b3ap-2f, -0x1.7d8ed6p-2f, -0x1.2dc2b2p-4f, -0x1.c54bd2p-3f, -0x1.9ae1d2p+0f, 0x1.6c1a2cp-1f, 0x0p+0f, 0x0p+0f, 0x1.a9a436p-1f};
-    static const unsigned char feature[15] = {3, 2, 2, 2, 4, 2, 3, 3, 3, 3, 5, 3, 0, 0, 0};
-    static const unsigned char action[16] = {3, 1, 3, 2, 3, 2, 3, 2, 1, 4, 4, 4, 2, 2, 4, 2};
+    static const float threshold[63] = {-0x1.9a6586p-4f, 0x1.13b238p-2f, 0x1.1ed358p-3f, -0x1.d15ed4p-3f, -0x1.215606p-1f, 0x1.134b54p-3f, 0x1.9bc556p-2f, -0x1.4c878cp-1f, 0x0p+0f, 0x1.e6eb8ep-1f, 0x0p+0f, -0x1.999996p-4f, -0x1.e84bcp-3f, 0x0p+0f, 0x1.8a3138p-1f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, -0x1p-126f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f};
+    static const unsigned char feature[63] = {3, 2, 2, 2, 1, 3, 3, 3, 0, 0, 0, 2, 2, 0, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 3, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0};
+    static const unsigned char action[64] = {3, 3, 3, 3, 1, 1, 1, 1, 3, 3, 3, 3, 3, 3, 3, 3, 3, 3, 3, 3, 2, 2, 2, 2, 2, 2, 2, 2, 2, 2, 2, 2, 1, 1, 1, 1, 3, 4, 2, 2, 1, 1, 1, 1, 4, 4, 4, 4, 2, 2, 2, 2, 2, 2, 2, 2, 4, 4, 4, 4, 2, 2, 2, 2};
     long row;
     /* eight observations side by side, so that none waits for another */
     const long together = n - (n % 8);
@@ -405,33 +395,32 @@ static inline void physical_deception_agent_0_act_rows(const float *x, long n, u
         int i[8] = {0, 0, 0, 0, 0, 0, 0, 0};
         int level;
         int k;
-        for (level = 0; level < 4; level++) {
+        for (level = 0; level < 6; level++) {
             for (k = 0; k < 8; k++) {
                 i[k] = (2 * i[k]) + 1 + ((seen[(k * PHYSICAL_DECEPTION_AGENT_0_N_FEATURES) + feature[i[k]]] <= threshold[i[k]]) ? 0 : 1);
             }
         }
         for (k = 0; k < 8; k++) {
-            actions[row + k] = action[i[k] - 15];
+            actions[row + k] = action[i[k] - 63];
         }
     }
     for (row = together; row < n; row++) {
         const float *const seen = &x[row * PHYSICAL_DECEPTION_AGENT_0_N_FEATURES];
         int i = 0;
         int level;
-        for (level = 0; level < 4; level++) {
+        for (level = 0; level < 6; level++) {
             i = (2 * i) + 1 + ((seen[feature[i]] <= threshold[i]) ? 0 : 1);
         }
-        actions[row] = action[i - 15];
+        actions[row] = action[i - 63];
     }
 }
 
 static inline void physical_deception_agent_0_act_columns(const float *const *x, long n, unsigned char *actions)
 {
     const float *const x0 = x[PHYSICAL_DECEPTION_AGENT_0_X_GOAL_DX];
+    const float *const x1 = x[PHYSICAL_DECEPTION_AGENT_0_X_GOAL_DY];
     const float *const x2 = x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DX];
     const float *const x3 = x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DY];
-    const float *const x4 = x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_1_DX];
-    const float *const x5 = x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_1_DY];
     long first;
     long row;
     /* one select per split, leaves first, each into its own variable: compilers turn this into vector code */
@@ -440,19 +429,20 @@ static inline void physical_deception_agent_0_act_columns(const float *const *x,
         const long left = n - first;
         const long count = (left < 256) ? left : 256;
         for (row = 0; row < count; row++) {
-            const float n24 = (x0[first + row] <= 0x1.a9a436p-1f) ? 4.0f : 2.0f;
-            const float n22 = (x3[first + row] <= 0x1.608b3ap-2f) ? 2.0f : n24;
-            const float n18 = (x3[first + row] <= 0x1.6c1a2cp-1f) ? 1.0f : 4.0f;
-            const float n17 = (x2[first + row] <= -0x1.8ce0f8p-3f) ? n18 : 4.0f;
-            const float n16 = (x2[first + row] <= 0x1.6d19eep-3f) ? n17 : n22;
-            const float n13 = (x5[first + row] <= -0x1.9ae1d2p+0f) ? 3.0f : 2.0f;
-            const float n10 = (x3[first + row] <= -0x1.c54bd2p-3f) ? 3.0f : 2.0f;
-            const float n9 = (x4[first + row] <= 0x1.614428p-2f) ? n10 : n13;
-            const float n6 = (x3[first + row] <= -0x1.2dc2b2p-4f) ? 3.0f : 2.0f;
-            const float n3 = (x3[first + row] <= -0x1.7d8ed6p-2f) ? 3.0f : 1.0f;
-            const float n2 = (x2[first + row] <= -0x1.065586p-3f) ? n3 : n6;
-            const float n1 = (x2[first + row] <= 0x1.774214p-3f) ? n2 : n9;
-            const float n0 = (x3[first + row] <= 0x1.22071cp-5f) ? n1 : n16;
+            const float n26 = (x2[first + row] <= 0x1.8a3138p-1f) ? 4.0f : 2.0f;
+            const float n24 = (x3[first + row] <= 0x1.9bc556p-2f) ? 2.0f : n26;
+            const float n21 = (x2[first + row] <= -0x1.e84bcp-3f) ? 1.0f : 4.0f;
+            const float n17 = (x3[first + row] <= -0x1p-126f) ? 3.0f : 4.0f;
+            const float n16 = (x2[first + row] <= 0x0p+0f) ? n17 : 2.0f;
+            const float n14 = (x2[first + row] <= -0x1.999996p-4f) ? 1.0f : n16;
+            const float n13 = (x3[first + row] <= 0x1.134b54p-3f) ? n14 : n21;
+            const float n12 = (x2[first + row] <= 0x1.1ed358p-3f) ? n13 : n24;
+            const float n8 = (x0[first + row] <= 0x1.e6eb8ep-1f) ? 3.0f : 2.0f;
+            const float n7 = (x1[first + row] <= -0x1.215606p-1f) ? n8 : 2.0f;
+            const float n3 = (x3[first + row] <= -0x1.4c878cp-1f) ? 3.0f : 1.0f;
+            const float n2 = (x2[first + row] <= -0x1.d15ed4p-3f) ? n3 : 3.0f;
+            const float n1 = (x2[first + row] <= 0x1.13b238p-2f) ? n2 : n7;
+            const float n0 = (x3[first + row] <= -0x1.9a6586p-4f) ? n1 : n12;
             chosen[row] = n0;
         }
         for (row = 0; row < count; row++) {
@@ -477,7 +467,7 @@ static inline int physical_deception_agent_0_act_world(const double *w)
     return physical_deception_agent_0_act(x);
 }
 
-/* agent_1, team defenders: 14 leaves, at most 4 comparisons; tables of 91 bytes where they are used; 40 bytes of stack for ..._act_world */
+/* agent_1, team defenders: 18 leaves, at most 6 comparisons; tables of 379 bytes where they are used; 40 bytes of stack for ..._act_world */
 
 enum {
     PHYSICAL_DECEPTION_AGENT_1_X_GOAL_DX = 0, /* length, [-6.3, 6.3]: goal.x - agent_1.x */
@@ -504,56 +494,72 @@ enum {
 
 static inline int physical_deception_agent_1_act(const float *x)
 {
-    if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DX] <= 0x1.4ffd48p-3f) { /* node 0: 0.164057 */
-        if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DY] <= -0x1.20050ap-4f) { /* node 1: -0.0703173 */
-            if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DX] <= -0x1.07c544p-2f) { /* node 2: -0.257588 */
-                if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DY] <= -0x1.7531aep-1f) { /* node 3: -0.728895 */
+    if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DX] <= 0x1.526b48p-3f) { /* node 0: 0.165244 */
+        if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DY] <= 0x1.8c885ep-3f) { /* node 1: 0.193619 */
+            if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DX] <= -0x1.3a5508p-3f) { /* node 2: -0.153482 */
+                if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DY] <= -0x1.bd6814p-2f) { /* node 3: -0.434967 */
                     return PHYSICAL_DECEPTION_AGENT_1_DOWN; /* leaf 4 */
                 } else {
                     return PHYSICAL_DECEPTION_AGENT_1_LEFT; /* leaf 5 */
                 }
             } else {
-                if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DY] <= -0x1.dce96cp-4f) { /* node 6: -0.116434 */
+                if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DY] <= -0x1p-126f) { /* node 6: -1.17549e-38 */
                     return PHYSICAL_DECEPTION_AGENT_1_DOWN; /* leaf 7 */
                 } else {
-                    return PHYSICAL_DECEPTION_AGENT_1_UP; /* leaf 8 */
+                    if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DY] <= 0x1.999996p-4f) { /* node 8: 0.1 */
+                        if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DX] <= -0x1p-126f) { /* node 9: -1.17549e-38 */
+                            return PHYSICAL_DECEPTION_AGENT_1_LEFT; /* leaf 10 */
+                        } else {
+                            return PHYSICAL_DECEPTION_AGENT_1_RIGHT; /* leaf 11 */
+                        }
+                    } else {
+                        return PHYSICAL_DECEPTION_AGENT_1_UP; /* leaf 12 */
+                    }
                 }
             }
         } else {
-            if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DX] <= -0x1.10e0f4p-3f) { /* node 9: -0.133242 */
-                if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DY] <= 0x1.0f966ap-1f) { /* node 10: 0.530444 */
-                    return PHYSICAL_DECEPTION_AGENT_1_LEFT; /* leaf 11 */
+            if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DX] <= -0x1.4517a4p-2f) { /* node 13: -0.317473 */
+                if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DY] <= 0x1.a61b7ep-1f) { /* node 14: 0.824428 */
+                    return PHYSICAL_DECEPTION_AGENT_1_LEFT; /* leaf 15 */
                 } else {
-                    return PHYSICAL_DECEPTION_AGENT_1_UP; /* leaf 12 */
+                    return PHYSICAL_DECEPTION_AGENT_1_UP; /* leaf 16 */
                 }
             } else {
-                if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DY] <= 0x1.35fe34p-4f) { /* node 13: 0.0756819 */
-                    return PHYSICAL_DECEPTION_AGENT_1_STAY; /* leaf 14 */
-                } else {
-                    return PHYSICAL_DECEPTION_AGENT_1_UP; /* leaf 15 */
-                }
+                return PHYSICAL_DECEPTION_AGENT_1_UP; /* leaf 17 */
             }
         }
     } else {
-        if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DY] <= 0x1.fe2a84p-1f) { /* node 16: 0.996418 */
-            if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DX] <= 0x1.144d04p-2f) { /* node 17: 0.269825 */
-                if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DY] <= -0x1.e44826p-3f) { /* node 18: -0.236466 */
-                    return PHYSICAL_DECEPTION_AGENT_1_DOWN; /* leaf 19 */
+        if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DY] <= 0x1.7883f2p-2f) { /* node 18: 0.367691 */
+            if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DY] <= -0x1.3fcf68p-1f) { /* node 19: -0.624629 */
+                if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DX] <= 0x1.bbc92cp-1f) { /* node 20: 0.866769 */
+                    return PHYSICAL_DECEPTION_AGENT_1_DOWN; /* leaf 21 */
                 } else {
-                    return PHYSICAL_DECEPTION_AGENT_1_RIGHT; /* leaf 20 */
+                    return PHYSICAL_DECEPTION_AGENT_1_RIGHT; /* leaf 22 */
                 }
             } else {
-                if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_0_DY] <= 0x1.ad4dd4p+0f) { /* node 21: 1.67697 */
-                    return PHYSICAL_DECEPTION_AGENT_1_RIGHT; /* leaf 22 */
+                if (x[PHYSICAL_DECEPTION_AGENT_1_X_AGENT_0_DY] <= -0x1.768236p+0f) { /* node 23: -1.46292 */
+                    if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DY] <= -0x1p-126f) { /* node 24: -1.17549e-38 */
+                        return PHYSICAL_DECEPTION_AGENT_1_DOWN; /* leaf 25 */
+                    } else {
+                        return PHYSICAL_DECEPTION_AGENT_1_RIGHT; /* leaf 26 */
+                    }
                 } else {
-                    return PHYSICAL_DECEPTION_AGENT_1_UP; /* leaf 23 */
+                    return PHYSICAL_DECEPTION_AGENT_1_RIGHT; /* leaf 27 */
                 }
             }
         } else {
-            if (x[PHYSICAL_DECEPTION_AGENT_1_X_GOAL_DX] <= 0x1.09743cp+0f) { /* node 24: 1.03693 */
-                return PHYSICAL_DECEPTION_AGENT_1_UP; /* leaf 25 */
+            if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DX] <= 0x1.a7f40ap-1f) { /* node 28: 0.828034 */
+                if (x[PHYSICAL_DECEPTION_AGENT_1_X_ADVERSARY_0_DX] <= 0x1.52bbf6p-1f) { /* node 29: 0.66159 */
+                    return PHYSICAL_DECEPTION_AGENT_1_UP; /* leaf 30 */
+                } else {
+                    return PHYSICAL_DECEPTION_AGENT_1_RIGHT; /* leaf 31 */
+                }
             } else {
-                return PHYSICAL_DECEPTION_AGENT_1_RIGHT; /* leaf 26 */
+                if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DY] <= 0x1.02ea0ap+0f) { /* node 32: 1.01138 */
+                    return PHYSICAL_DECEPTION_AGENT_1_RIGHT; /* leaf 33 */
+                } else {
+                    return PHYSICAL_DECEPTION_AGENT_1_UP; /* leaf 34 */
+                }
             }
         }
     }
@@ -609,9 +615,9 @@ static inline int physical_deception_agent_1_in_range(const float *x)
 
 static inline void physical_deception_agent_1_act_rows(const float *x, long n, unsigned char *actions)
 {
-    static const float threshold[15] = {0x1.4ffd48p-3f, -0x1.20050ap-4f, 0x1.fe2a84p-1f, -0x1.07c544p-2f, -0x1.10e0f4p-3f, 0x1.144d04p-2f, 0x1.09743cp+0f, -0x1.7531aep-1f, -0x1.dce96cp-4f, 0x1.0f966ap-1f, 0x1.35fe34p-4f, -0x1.e44826p-3f, 0x1.ad4dd4p+0f, 0x0p+0f, 0x0p+0f};
-    static const unsigned char feature[15] = {4, 5, 5, 4, 4, 4, 0, 5, 5, 5, 5, 5, 3, 0, 0};
-    static const unsigned char action[16] = {3, 1, 3, 4, 1, 4, 0, 4, 3, 2, 2, 4, 4, 4, 2, 2};
+    static const float threshold[63] = {0x1.526b48p-3f, 0x1.8c885ep-3f, 0x1.7883f2p-2f, -0x1.3a5508p-3f, -0x1.4517a4p-2f, -0x1.3fcf68p-1f, 0x1.a7f40ap-1f, -0x1.bd6814p-2f, -0x1p-126f, 0x1.a61b7ep-1f, 0x0p+0f, 0x1.bbc92cp-1f, -0x1.768236p+0f, 0x1.52bbf6p-1f, 0x1.02ea0ap+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x1.999996p-4f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, -0x1p-126f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, -0x1p-126f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f};
+    static const unsigned char feature[63] = {4, 5, 5, 4, 4, 5, 4, 5, 5, 5, 0, 4, 9, 6, 5, 0, 0, 0, 5, 0, 0, 0, 0, 0, 0, 5, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 4, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0};
+    static const unsigned char action[64] = {3, 3, 3, 3, 1, 1, 1, 1, 3, 3, 3, 3, 1, 2, 4, 4, 1, 1, 1, 1, 4, 4, 4, 4, 4, 4, 4, 4, 4, 4, 4, 4, 3, 3, 3, 3, 2, 2, 2, 2, 3, 3, 2, 2, 2, 2, 2, 2, 4, 4, 4, 4, 2, 2, 2, 2, 2, 2, 2, 2, 4, 4, 4, 4};
     long row;
     /* eight observations side by side, so that none waits for another */
     const long together = n - (n % 8);
@@ -620,32 +626,32 @@ static inline void physical_deception_agent_1_act_rows(const float *x, long n, u
         int i[8] = {0, 0, 0, 0, 0, 0, 0, 0};
         int level;
         int k;
-        for (level = 0; level < 4; level++) {
+        for (level = 0; level < 6; level++) {
             for (k = 0; k < 8; k++) {
                 i[k] = (2 * i[k]) + 1 + ((seen[(k * PHYSICAL_DECEPTION_AGENT_1_N_FEATURES) + feature[i[k]]] <= threshold[i[k]]) ? 0 : 1);
             }
         }
         for (k = 0; k < 8; k++) {
-            actions[row + k] = action[i[k] - 15];
+            actions[row + k] = action[i[k] - 63];
         }
     }
     for (row = together; row < n; row++) {
         const float *const seen = &x[row * PHYSICAL_DECEPTION_AGENT_1_N_FEATURES];
         int i = 0;
         int level;
-        for (level = 0; level < 4; level++) {
+        for (level = 0; level < 6; level++) {
             i = (2 * i) + 1 + ((seen[feature[i]] <= threshold[i]) ? 0 : 1);
         }
-        actions[row] = action[i - 15];
+        actions[row] = action[i - 63];
     }
 }
 
 static inline void physical_deception_agent_1_act_columns(const float *const *x, long n, unsigned char *actions)
 {
-    const float *const x0 = x[PHYSICAL_DECEPTION_AGENT_1_X_GOAL_DX];
-    const float *const x3 = x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_0_DY];
     const float *const x4 = x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DX];
     const float *const x5 = x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DY];
+    const float *const x6 = x[PHYSICAL_DECEPTION_AGENT_1_X_ADVERSARY_0_DX];
+    const float *const x9 = x[PHYSICAL_DECEPTION_AGENT_1_X_AGENT_0_DY];
     long first;
     long row;
     /* one select per split, leaves first, each into its own variable: compilers turn this into vector code */
@@ -654,19 +660,23 @@ static inline void physical_deception_agent_1_act_columns(const float *const *x,
         const long left = n - first;
         const long count = (left < 256) ? left : 256;
         for (row = 0; row < count; row++) {
-            const float n24 = (x0[first + row] <= 0x1.09743cp+0f) ? 4.0f : 2.0f;
-            const float n21 = (x3[first + row] <= 0x1.ad4dd4p+0f) ? 2.0f : 4.0f;
-            const float n18 = (x5[first + row] <= -0x1.e44826p-3f) ? 3.0f : 2.0f;
-            const float n17 = (x4[first + row] <= 0x1.144d04p-2f) ? n18 : n21;
-            const float n16 = (x5[first + row] <= 0x1.fe2a84p-1f) ? n17 : n24;
-            const float n13 = (x5[first + row] <= 0x1.35fe34p-4f) ? 0.0f : 4.0f;
-            const float n10 = (x5[first + row] <= 0x1.0f966ap-1f) ? 1.0f : 4.0f;
-            const float n9 = (x4[first + row] <= -0x1.10e0f4p-3f) ? n10 : n13;
-            const float n6 = (x5[first + row] <= -0x1.dce96cp-4f) ? 3.0f : 4.0f;
-            const float n3 = (x5[first + row] <= -0x1.7531aep-1f) ? 3.0f : 1.0f;
-            const float n2 = (x4[first + row] <= -0x1.07c544p-2f) ? n3 : n6;
-            const float n1 = (x5[first + row] <= -0x1.20050ap-4f) ? n2 : n9;
-            const float n0 = (x4[first + row] <= 0x1.4ffd48p-3f) ? n1 : n16;
+            const float n32 = (x5[first + row] <= 0x1.02ea0ap+0f) ? 2.0f : 4.0f;
+            const float n29 = (x6[first + row] <= 0x1.52bbf6p-1f) ? 4.0f : 2.0f;
+            const float n28 = (x4[first + row] <= 0x1.a7f40ap-1f) ? n29 : n32;
+            const float n24 = (x5[first + row] <= -0x1p-126f) ? 3.0f : 2.0f;
+            const float n23 = (x9[first + row] <= -0x1.768236p+0f) ? n24 : 2.0f;
+            const float n20 = (x4[first + row] <= 0x1.bbc92cp-1f) ? 3.0f : 2.0f;
+            const float n19 = (x5[first + row] <= -0x1.3fcf68p-1f) ? n20 : n23;
+            const float n18 = (x5[first + row] <= 0x1.7883f2p-2f) ? n19 : n28;
+            const float n14 = (x5[first + row] <= 0x1.a61b7ep-1f) ? 1.0f : 4.0f;
+            const float n13 = (x4[first + row] <= -0x1.4517a4p-2f) ? n14 : 4.0f;
+            const float n9 = (x4[first + row] <= -0x1p-126f) ? 1.0f : 2.0f;
+            const float n8 = (x5[first + row] <= 0x1.999996p-4f) ? n9 : 4.0f;
+            const float n6 = (x5[first + row] <= -0x1p-126f) ? 3.0f : n8;
+            const float n3 = (x5[first + row] <= -0x1.bd6814p-2f) ? 3.0f : 1.0f;
+            const float n2 = (x4[first + row] <= -0x1.3a5508p-3f) ? n3 : n6;
+            const float n1 = (x5[first + row] <= 0x1.8c885ep-3f) ? n2 : n13;
+            const float n0 = (x4[first + row] <= 0x1.526b48p-3f) ? n1 : n18;
             chosen[row] = n0;
         }
         for (row = 0; row < count; row++) {
@@ -694,15 +704,15 @@ static inline int physical_deception_agent_1_act_world(const double *w)
 static inline void physical_deception_act_all(const float *const *x, int *actions)
 {
     /* branch-free walks side by side, so that no agent waits for another and the time does not depend on the data */
-    static const float threshold_0[15] = {0x1.2e6acp-1f, 0x1.75004p-3f, 0x1.2a18dap+0f, -0x1.7f6e42p-2f, 0x1.c8ccdep-2f, -0x1.2ae95ap-1f, -0x1.a08576p-2f, -0x1.ef118cp-1f, 0x1.abaffp-2f, -0x1.5b8b02p-2f, -0x1.dba4ap-1f, 0x1.e61e42p-1f, 0x1.92d354p-1f, 0x0p+0f, 0x0p+0f};
-    static const unsigned char feature_0[15] = {5, 4, 0, 2, 0, 0, 1, 3, 7, 5, 1, 1, 2, 0, 0};
-    static const unsigned char action_0[16] = {3, 1, 3, 4, 3, 2, 3, 2, 1, 4, 4, 2, 4, 4, 2, 2};
-    static const float threshold_1[15] = {0x1.22071cp-5f, 0x1.774214p-3f, 0x1.6d19eep-3f, -0x1.065586p-3f, 0x1.614428p-2f, -0x1.8ce0f8p-3f, 0x1.608b3ap-2f, -0x1.7d8ed6p-2f, -0x1.2dc2b2p-4f, -0x1.c54bd2p-3f, -0x1.9ae1d2p+0f, 0x1.6c1a2cp-1f, 0x0p+0f, 0x0p+0f, 0x1.a9a436p-1f};
-    static const unsigned char feature_1[15] = {3, 2, 2, 2, 4, 2, 3, 3, 3, 3, 5, 3, 0, 0, 0};
-    static const unsigned char action_1[16] = {3, 1, 3, 2, 3, 2, 3, 2, 1, 4, 4, 4, 2, 2, 4, 2};
-    static const float threshold_2[15] = {0x1.4ffd48p-3f, -0x1.20050ap-4f, 0x1.fe2a84p-1f, -0x1.07c544p-2f, -0x1.10e0f4p-3f, 0x1.144d04p-2f, 0x1.09743cp+0f, -0x1.7531aep-1f, -0x1.dce96cp-4f, 0x1.0f966ap-1f, 0x1.35fe34p-4f, -0x1.e44826p-3f, 0x1.ad4dd4p+0f, 0x0p+0f, 0x0p+0f};
-    static const unsigned char feature_2[15] = {4, 5, 5, 4, 4, 4, 0, 5, 5, 5, 5, 5, 3, 0, 0};
-    static const unsigned char action_2[16] = {3, 1, 3, 4, 1, 4, 0, 4, 3, 2, 2, 4, 4, 4, 2, 2};
+    static const float threshold_0[15] = {-0x1.a5ff24p-8f, 0x1.1da36ap-3f, -0x1.f1a826p-2f, -0x1.e7f1bep-3f, 0x1.3b7f1p-3f, 0x1.1585e8p+0f, 0x1.8e1d5cp-2f, -0x1.7e6b94p-2f, -0x1.97aaa2p-3f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x1.52cceep-3f, 0x1.bdc922p-1f};
+    static const unsigned char feature_0[15] = {2, 3, 3, 3, 0, 2, 2, 2, 2, 0, 0, 0, 0, 3, 3};
+    static const unsigned char action_0[16] = {1, 3, 1, 3, 1, 1, 4, 4, 3, 3, 2, 2, 2, 4, 2, 4};
+    static const float threshold_1[63] = {-0x1.9a6586p-4f, 0x1.13b238p-2f, 0x1.1ed358p-3f, -0x1.d15ed4p-3f, -0x1.215606p-1f, 0x1.134b54p-3f, 0x1.9bc556p-2f, -0x1.4c878cp-1f, 0x0p+0f, 0x1.e6eb8ep-1f, 0x0p+0f, -0x1.999996p-4f, -0x1.e84bcp-3f, 0x0p+0f, 0x1.8a3138p-1f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, -0x1p-126f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f};
+    static const unsigned char feature_1[63] = {3, 2, 2, 2, 1, 3, 3, 3, 0, 0, 0, 2, 2, 0, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 3, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0};
+    static const unsigned char action_1[64] = {3, 3, 3, 3, 1, 1, 1, 1, 3, 3, 3, 3, 3, 3, 3, 3, 3, 3, 3, 3, 2, 2, 2, 2, 2, 2, 2, 2, 2, 2, 2, 2, 1, 1, 1, 1, 3, 4, 2, 2, 1, 1, 1, 1, 4, 4, 4, 4, 2, 2, 2, 2, 2, 2, 2, 2, 4, 4, 4, 4, 2, 2, 2, 2};
+    static const float threshold_2[63] = {0x1.526b48p-3f, 0x1.8c885ep-3f, 0x1.7883f2p-2f, -0x1.3a5508p-3f, -0x1.4517a4p-2f, -0x1.3fcf68p-1f, 0x1.a7f40ap-1f, -0x1.bd6814p-2f, -0x1p-126f, 0x1.a61b7ep-1f, 0x0p+0f, 0x1.bbc92cp-1f, -0x1.768236p+0f, 0x1.52bbf6p-1f, 0x1.02ea0ap+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x1.999996p-4f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, -0x1p-126f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, -0x1p-126f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f, 0x0p+0f};
+    static const unsigned char feature_2[63] = {4, 5, 5, 4, 4, 5, 4, 5, 5, 5, 0, 4, 9, 6, 5, 0, 0, 0, 5, 0, 0, 0, 0, 0, 0, 5, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 4, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0};
+    static const unsigned char action_2[64] = {3, 3, 3, 3, 1, 1, 1, 1, 3, 3, 3, 3, 1, 2, 4, 4, 1, 1, 1, 1, 4, 4, 4, 4, 4, 4, 4, 4, 4, 4, 4, 4, 3, 3, 3, 3, 2, 2, 2, 2, 3, 3, 2, 2, 2, 2, 2, 2, 4, 4, 4, 4, 2, 2, 2, 2, 2, 2, 2, 2, 4, 4, 4, 4};
     const float *const x_0 = x[0];
     const float *const x_1 = x[1];
     const float *const x_2 = x[2];
@@ -721,9 +731,13 @@ static inline void physical_deception_act_all(const float *const *x, int *action
     i_0 = (2 * i_0) + 1 + ((x_0[feature_0[i_0]] <= threshold_0[i_0]) ? 0 : 1);
     i_1 = (2 * i_1) + 1 + ((x_1[feature_1[i_1]] <= threshold_1[i_1]) ? 0 : 1);
     i_2 = (2 * i_2) + 1 + ((x_2[feature_2[i_2]] <= threshold_2[i_2]) ? 0 : 1);
+    i_1 = (2 * i_1) + 1 + ((x_1[feature_1[i_1]] <= threshold_1[i_1]) ? 0 : 1);
+    i_2 = (2 * i_2) + 1 + ((x_2[feature_2[i_2]] <= threshold_2[i_2]) ? 0 : 1);
+    i_1 = (2 * i_1) + 1 + ((x_1[feature_1[i_1]] <= threshold_1[i_1]) ? 0 : 1);
+    i_2 = (2 * i_2) + 1 + ((x_2[feature_2[i_2]] <= threshold_2[i_2]) ? 0 : 1);
     actions[0] = (int)action_0[i_0 - 15];
-    actions[1] = (int)action_1[i_1 - 15];
-    actions[2] = (int)action_2[i_2 - 15];
+    actions[1] = (int)action_1[i_1 - 63];
+    actions[2] = (int)action_2[i_2 - 63];
 }
 
 static inline void physical_deception_act_team(const double *w, int *actions)
@@ -733,4 +747,4 @@ static inline void physical_deception_act_team(const double *w, int *actions)
     actions[2] = physical_deception_agent_1_act_world(w);
 }
 
-#endif /* PHYSICAL_DECEPTION_1875A17576B3C92C_H */
+#endif /* PHYSICAL_DECEPTION_E2C19636B2F8DD8E_H */

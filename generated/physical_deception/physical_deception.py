@@ -1,6 +1,6 @@
 """Decision tree policies of 3 agents for the world physical-deception. Generated: do not edit.
 
-profile     1875a17576b3c92c392cd663069c6c74cf62b8a6aa1dc539166c886898fcb976
+profile     e2c19636b2f8dd8ec02a0f1ec0629ac6c52587a957e945df343916bd5199ce70
 made by     maviper 0.1.0, maviper, preset default, seed 0
 
 For each agent A: act_A(x) takes one observation (a sequence of numbers, or an array of one axis) and returns the
@@ -14,7 +14,7 @@ rounds to a float32 not above it, so doubles decide as if they had been rounded 
 goes right; infinities follow <=.
 """
 
-PROFILE = "1875a17576b3c92c392cd663069c6c74cf62b8a6aa1dc539166c886898fcb976"
+PROFILE = "e2c19636b2f8dd8ec02a0f1ec0629ac6c52587a957e945df343916bd5199ce70"
 AGENTS = ("adversary_0", "agent_0", "agent_1",)
 FEATURES = {
     "adversary_0": ("landmark_0_dx", "landmark_0_dy", "landmark_1_dx", "landmark_1_dy", "agent_0_dx", "agent_0_dy", "agent_1_dx", "agent_1_dy",),
@@ -90,63 +90,44 @@ def _choose(test, left, right):
     return actions
 
 
-def _columns(rows, features):
-    """Some columns of an array, each in one piece; 256 rows at a time, which stay in the nearest cache."""
-    import numpy as np
-
-    tiles = len(rows) // 256
-    whole = 256 * tiles
-    found = np.empty((len(features), len(rows)), dtype=np.float32)
-    tiled = rows[:whole].reshape(tiles, 256, rows.shape[1]).transpose(0, 2, 1)[np.arange(tiles)[:, None], features]
-    found[:, :whole].reshape(len(features), tiles, 256)[:] = tiled.transpose(1, 0, 2)
-    found[:, whole:] = rows[whole:, features].T
-    return found
-
-
 def act_adversary_0(x):
-    """adversary_0, team adversaries: 14 leaves, at most 4 comparisons."""
+    """adversary_0, team adversaries: 12 leaves, at most 4 comparisons."""
     if (type(x) is not list and type(x) is not tuple) or len(x) != 8:
         x = _observation("adversary_0", 8, x)
-    if (v if type(v := x[5]) is float else _double(v)) <= 0.5906582176685333:  # node 0: agent_0_dy
-        if (v if type(v := x[4]) is float else _double(v)) <= 0.1821293905377388:  # node 1: agent_0_dx
-            if (v if type(v := x[2]) is float else _double(v)) <= -0.3744440227746964:  # node 2: landmark_1_dx
-                if (v if type(v := x[3]) is float else _double(v)) <= -0.9669307172298431:  # node 3: landmark_1_dy
-                    return 3  # down, leaf 4
+    if (v if type(v := x[2]) is float else _double(v)) <= -0.0064391575288027525:  # node 0: landmark_1_dx
+        if (v if type(v := x[3]) is float else _double(v)) <= 0.13947185128927228:  # node 1: landmark_1_dy
+            if (v if type(v := x[3]) is float else _double(v)) <= -0.23825404793024066:  # node 2: landmark_1_dy
+                if (v if type(v := x[2]) is float else _double(v)) <= -0.37345723807811737:  # node 3: landmark_1_dx
+                    return 1  # left, leaf 4
                 else:
-                    return 1  # left, leaf 5
+                    return 3  # down, leaf 5
             else:
-                if (v if type(v := x[7]) is float else _double(v)) <= 0.4176633507013321:  # node 6: agent_1_dy
-                    return 3  # down, leaf 7
+                if (v if type(v := x[2]) is float else _double(v)) <= -0.19905591756105426:  # node 6: landmark_1_dx
+                    return 1  # left, leaf 7
                 else:
-                    return 4  # up, leaf 8
+                    return 3  # down, leaf 8
         else:
-            if (v if type(v := x[0]) is float else _double(v)) <= 0.4460940212011337:  # node 9: landmark_0_dx
-                if (v if type(v := x[5]) is float else _double(v)) <= -0.3393974453210831:  # node 10: agent_0_dy
-                    return 3  # down, leaf 11
-                else:
-                    return 2  # right, leaf 12
+            if (v if type(v := x[0]) is float else _double(v)) <= 0.15405095368623734:  # node 9: landmark_0_dx
+                return 1  # left, leaf 10
             else:
-                if (v if type(v := x[1]) is float else _double(v)) <= -0.9289903342723846:  # node 13: landmark_0_dy
-                    return 3  # down, leaf 14
-                else:
-                    return 2  # right, leaf 15
+                return 4  # up, leaf 11
     else:
-        if (v if type(v := x[0]) is float else _double(v)) <= 1.1644417643547056:  # node 16: landmark_0_dx
-            if (v if type(v := x[0]) is float else _double(v)) <= -0.5838115513324739:  # node 17: landmark_0_dx
-                if (v if type(v := x[1]) is float else _double(v)) <= 0.9494496285915374:  # node 18: landmark_0_dy
-                    return 1  # left, leaf 19
-                else:
-                    return 4  # up, leaf 20
+        if (v if type(v := x[3]) is float else _double(v)) <= -0.48599298298358923:  # node 12: landmark_1_dy
+            if (v if type(v := x[2]) is float else _double(v)) <= 1.0840745568275452:  # node 13: landmark_1_dx
+                return 3  # down, leaf 14
             else:
-                if (v if type(v := x[2]) is float else _double(v)) <= 0.7867685854434967:  # node 21: landmark_1_dx
-                    return 4  # up, leaf 22
-                else:
-                    return 2  # right, leaf 23
+                return 2  # right, leaf 15
         else:
-            if (v if type(v := x[1]) is float else _double(v)) <= -0.40675909817218786:  # node 24: landmark_0_dy
-                return 4  # up, leaf 25
+            if (v if type(v := x[2]) is float else _double(v)) <= 0.38878388702869415:  # node 16: landmark_1_dx
+                if (v if type(v := x[3]) is float else _double(v)) <= 0.1654299423098564:  # node 17: landmark_1_dy
+                    return 2  # right, leaf 18
+                else:
+                    return 4  # up, leaf 19
             else:
-                return 2  # right, leaf 26
+                if (v if type(v := x[3]) is float else _double(v)) <= 0.8706751763820647:  # node 20: landmark_1_dy
+                    return 2  # right, leaf 21
+                else:
+                    return 4  # up, leaf 22
 
 
 def act_adversary_0_batch(x):
@@ -157,57 +138,51 @@ def act_adversary_0_batch(x):
     actions = np.empty(len(x), dtype=np.int64)
     for start in range(0, len(x), 65536):  # so many that calls cost little, so few that caches hold them
         rows = x[start : start + 65536]
-        x0, x1, x2, x3, x4, x5, x7 = _columns(rows, [0, 1, 2, 3, 4, 5, 7])
+        x0 = rows[:, 0]
+        x2 = rows[:, 2].copy()
+        x3 = rows[:, 3].copy()
         actions[start : start + 65536] = _choose(
-            x5 <= 0.5906582176685333,  # node 0: agent_0_dy
+            x2 <= -0.0064391575288027525,  # node 0: landmark_1_dx
             _choose(
-                x4 <= 0.1821293905377388,  # node 1: agent_0_dx
+                x3 <= 0.13947185128927228,  # node 1: landmark_1_dy
                 _choose(
-                    x2 <= -0.3744440227746964,  # node 2: landmark_1_dx
+                    x3 <= -0.23825404793024066,  # node 2: landmark_1_dy
                     _choose(
-                        x3 <= -0.9669307172298431,  # node 3: landmark_1_dy
-                        3,  # down, leaf 4
-                        1,  # left, leaf 5
+                        x2 <= -0.37345723807811737,  # node 3: landmark_1_dx
+                        1,  # left, leaf 4
+                        3,  # down, leaf 5
                     ),
                     _choose(
-                        x7 <= 0.4176633507013321,  # node 6: agent_1_dy
-                        3,  # down, leaf 7
-                        4,  # up, leaf 8
+                        x2 <= -0.19905591756105426,  # node 6: landmark_1_dx
+                        1,  # left, leaf 7
+                        3,  # down, leaf 8
                     ),
                 ),
                 _choose(
-                    x0 <= 0.4460940212011337,  # node 9: landmark_0_dx
-                    _choose(
-                        x5 <= -0.3393974453210831,  # node 10: agent_0_dy
-                        3,  # down, leaf 11
-                        2,  # right, leaf 12
-                    ),
-                    _choose(
-                        x1 <= -0.9289903342723846,  # node 13: landmark_0_dy
-                        3,  # down, leaf 14
-                        2,  # right, leaf 15
-                    ),
+                    x0 <= 0.15405095368623734,  # node 9: landmark_0_dx
+                    1,  # left, leaf 10
+                    4,  # up, leaf 11
                 ),
             ),
             _choose(
-                x0 <= 1.1644417643547056,  # node 16: landmark_0_dx
+                x3 <= -0.48599298298358923,  # node 12: landmark_1_dy
                 _choose(
-                    x0 <= -0.5838115513324739,  # node 17: landmark_0_dx
-                    _choose(
-                        x1 <= 0.9494496285915374,  # node 18: landmark_0_dy
-                        1,  # left, leaf 19
-                        4,  # up, leaf 20
-                    ),
-                    _choose(
-                        x2 <= 0.7867685854434967,  # node 21: landmark_1_dx
-                        4,  # up, leaf 22
-                        2,  # right, leaf 23
-                    ),
+                    x2 <= 1.0840745568275452,  # node 13: landmark_1_dx
+                    3,  # down, leaf 14
+                    2,  # right, leaf 15
                 ),
                 _choose(
-                    x1 <= -0.40675909817218786,  # node 24: landmark_0_dy
-                    4,  # up, leaf 25
-                    2,  # right, leaf 26
+                    x2 <= 0.38878388702869415,  # node 16: landmark_1_dx
+                    _choose(
+                        x3 <= 0.1654299423098564,  # node 17: landmark_1_dy
+                        2,  # right, leaf 18
+                        4,  # up, leaf 19
+                    ),
+                    _choose(
+                        x3 <= 0.8706751763820647,  # node 20: landmark_1_dy
+                        2,  # right, leaf 21
+                        4,  # up, leaf 22
+                    ),
                 ),
             ),
         )
@@ -215,49 +190,52 @@ def act_adversary_0_batch(x):
 
 
 def act_agent_0(x):
-    """agent_0, team defenders: 14 leaves, at most 4 comparisons."""
+    """agent_0, team defenders: 15 leaves, at most 6 comparisons."""
     if (type(x) is not list and type(x) is not tuple) or len(x) != 10:
         x = _observation("agent_0", 10, x)
-    if (v if type(v := x[3]) is float else _double(v)) <= 0.03540378250181675:  # node 0: landmark_0_dy
-        if (v if type(v := x[2]) is float else _double(v)) <= 0.18323151022195816:  # node 1: landmark_0_dx
-            if (v if type(v := x[2]) is float else _double(v)) <= -0.12809280306100848:  # node 2: landmark_0_dx
-                if (v if type(v := x[3]) is float else _double(v)) <= -0.3726151734590531:  # node 3: landmark_0_dy
+    if (v if type(v := x[3]) is float else _double(v)) <= -0.10019447281956674:  # node 0: landmark_0_dy
+        if (v if type(v := x[2]) is float else _double(v)) <= 0.2692345529794693:  # node 1: landmark_0_dx
+            if (v if type(v := x[2]) is float else _double(v)) <= -0.22723164409399033:  # node 2: landmark_0_dx
+                if (v if type(v := x[3]) is float else _double(v)) <= -0.6494716107845306:  # node 3: landmark_0_dy
                     return 3  # down, leaf 4
                 else:
                     return 1  # left, leaf 5
             else:
-                if (v if type(v := x[3]) is float else _double(v)) <= -0.07367200031876565:  # node 6: landmark_0_dy
-                    return 3  # down, leaf 7
-                else:
-                    return 2  # right, leaf 8
+                return 3  # down, leaf 6
         else:
-            if (v if type(v := x[4]) is float else _double(v)) <= 0.34498657286167145:  # node 9: landmark_1_dx
-                if (v if type(v := x[3]) is float else _double(v)) <= -0.22133601456880572:  # node 10: landmark_0_dy
-                    return 3  # down, leaf 11
+            if (v if type(v := x[1]) is float else _double(v)) <= -0.5651094019412995:  # node 7: goal_dy
+                if (v if type(v := x[0]) is float else _double(v)) <= 0.9510159194469451:  # node 8: goal_dx
+                    return 3  # down, leaf 9
                 else:
-                    return 2  # right, leaf 12
+                    return 2  # right, leaf 10
             else:
-                if (v if type(v := x[5]) is float else _double(v)) <= -1.6050081849098208:  # node 13: landmark_1_dy
-                    return 3  # down, leaf 14
-                else:
-                    return 2  # right, leaf 15
+                return 2  # right, leaf 11
     else:
-        if (v if type(v := x[2]) is float else _double(v)) <= 0.17827212065458295:  # node 16: landmark_0_dx
-            if (v if type(v := x[2]) is float else _double(v)) <= -0.19378846138715744:  # node 17: landmark_0_dx
-                if (v if type(v := x[3]) is float else _double(v)) <= 0.71113720536232:  # node 18: landmark_0_dy
-                    return 1  # left, leaf 19
+        if (v if type(v := x[2]) is float else _double(v)) <= 0.14005155116319656:  # node 12: landmark_0_dx
+            if (v if type(v := x[3]) is float else _double(v)) <= 0.13442102819681168:  # node 13: landmark_0_dy
+                if (v if type(v := x[2]) is float else _double(v)) <= -0.09999998286366464:  # node 14: landmark_0_dx
+                    return 1  # left, leaf 15
                 else:
-                    return 4  # up, leaf 20
+                    if (v if type(v := x[2]) is float else _double(v)) <= 7.006492321624085e-46:  # node 16: landmark_0_dx
+                        if (v if type(v := x[3]) is float else _double(v)) <= -1.1754942807573643e-38:  # node 17: landmark_0_dy
+                            return 3  # down, leaf 18
+                        else:
+                            return 4  # up, leaf 19
+                    else:
+                        return 2  # right, leaf 20
             else:
-                return 4  # up, leaf 21
+                if (v if type(v := x[2]) is float else _double(v)) <= -0.23842572420835495:  # node 21: landmark_0_dx
+                    return 1  # left, leaf 22
+                else:
+                    return 4  # up, leaf 23
         else:
-            if (v if type(v := x[3]) is float else _double(v)) <= 0.34428112208843226:  # node 22: landmark_0_dy
-                return 2  # right, leaf 23
+            if (v if type(v := x[3]) is float else _double(v)) <= 0.40211997926235193:  # node 24: landmark_0_dy
+                return 2  # right, leaf 25
             else:
-                if (v if type(v := x[0]) is float else _double(v)) <= 0.8313309848308562:  # node 24: goal_dx
-                    return 4  # up, leaf 25
+                if (v if type(v := x[2]) is float else _double(v)) <= 0.7699067890644073:  # node 26: landmark_0_dx
+                    return 4  # up, leaf 27
                 else:
-                    return 2  # right, leaf 26
+                    return 2  # right, leaf 28
 
 
 def act_agent_0_batch(x):
@@ -268,56 +246,63 @@ def act_agent_0_batch(x):
     actions = np.empty(len(x), dtype=np.int64)
     for start in range(0, len(x), 65536):  # so many that calls cost little, so few that caches hold them
         rows = x[start : start + 65536]
-        x0, x2, x3, x4, x5 = _columns(rows, [0, 2, 3, 4, 5])
+        x0 = rows[:, 0]
+        x1 = rows[:, 1]
+        x2 = rows[:, 2].copy()
+        x3 = rows[:, 3].copy()
         actions[start : start + 65536] = _choose(
-            x3 <= 0.03540378250181675,  # node 0: landmark_0_dy
+            x3 <= -0.10019447281956674,  # node 0: landmark_0_dy
             _choose(
-                x2 <= 0.18323151022195816,  # node 1: landmark_0_dx
+                x2 <= 0.2692345529794693,  # node 1: landmark_0_dx
                 _choose(
-                    x2 <= -0.12809280306100848,  # node 2: landmark_0_dx
+                    x2 <= -0.22723164409399033,  # node 2: landmark_0_dx
                     _choose(
-                        x3 <= -0.3726151734590531,  # node 3: landmark_0_dy
+                        x3 <= -0.6494716107845306,  # node 3: landmark_0_dy
                         3,  # down, leaf 4
                         1,  # left, leaf 5
                     ),
-                    _choose(
-                        x3 <= -0.07367200031876565,  # node 6: landmark_0_dy
-                        3,  # down, leaf 7
-                        2,  # right, leaf 8
-                    ),
+                    3,  # down, leaf 6
                 ),
                 _choose(
-                    x4 <= 0.34498657286167145,  # node 9: landmark_1_dx
+                    x1 <= -0.5651094019412995,  # node 7: goal_dy
                     _choose(
-                        x3 <= -0.22133601456880572,  # node 10: landmark_0_dy
-                        3,  # down, leaf 11
-                        2,  # right, leaf 12
+                        x0 <= 0.9510159194469451,  # node 8: goal_dx
+                        3,  # down, leaf 9
+                        2,  # right, leaf 10
                     ),
-                    _choose(
-                        x5 <= -1.6050081849098208,  # node 13: landmark_1_dy
-                        3,  # down, leaf 14
-                        2,  # right, leaf 15
-                    ),
+                    2,  # right, leaf 11
                 ),
             ),
             _choose(
-                x2 <= 0.17827212065458295,  # node 16: landmark_0_dx
+                x2 <= 0.14005155116319656,  # node 12: landmark_0_dx
                 _choose(
-                    x2 <= -0.19378846138715744,  # node 17: landmark_0_dx
+                    x3 <= 0.13442102819681168,  # node 13: landmark_0_dy
                     _choose(
-                        x3 <= 0.71113720536232,  # node 18: landmark_0_dy
-                        1,  # left, leaf 19
-                        4,  # up, leaf 20
+                        x2 <= -0.09999998286366464,  # node 14: landmark_0_dx
+                        1,  # left, leaf 15
+                        _choose(
+                            x2 <= 7.006492321624085e-46,  # node 16: landmark_0_dx
+                            _choose(
+                                x3 <= -1.1754942807573643e-38,  # node 17: landmark_0_dy
+                                3,  # down, leaf 18
+                                4,  # up, leaf 19
+                            ),
+                            2,  # right, leaf 20
+                        ),
                     ),
-                    4,  # up, leaf 21
+                    _choose(
+                        x2 <= -0.23842572420835495,  # node 21: landmark_0_dx
+                        1,  # left, leaf 22
+                        4,  # up, leaf 23
+                    ),
                 ),
                 _choose(
-                    x3 <= 0.34428112208843226,  # node 22: landmark_0_dy
-                    2,  # right, leaf 23
+                    x3 <= 0.40211997926235193,  # node 24: landmark_0_dy
+                    2,  # right, leaf 25
                     _choose(
-                        x0 <= 0.8313309848308562,  # node 24: goal_dx
-                        4,  # up, leaf 25
-                        2,  # right, leaf 26
+                        x2 <= 0.7699067890644073,  # node 26: landmark_0_dx
+                        4,  # up, leaf 27
+                        2,  # right, leaf 28
                     ),
                 ),
             ),
@@ -326,49 +311,61 @@ def act_agent_0_batch(x):
 
 
 def act_agent_1(x):
-    """agent_1, team defenders: 14 leaves, at most 4 comparisons."""
+    """agent_1, team defenders: 18 leaves, at most 6 comparisons."""
     if (type(x) is not list and type(x) is not tuple) or len(x) != 10:
         x = _observation("agent_1", 10, x)
-    if (v if type(v := x[4]) is float else _double(v)) <= 0.16405732184648514:  # node 0: landmark_1_dx
-        if (v if type(v := x[5]) is float else _double(v)) <= -0.07031730189919473:  # node 1: landmark_1_dy
-            if (v if type(v := x[4]) is float else _double(v)) <= -0.2575884312391281:  # node 2: landmark_1_dx
-                if (v if type(v := x[5]) is float else _double(v)) <= -0.7288946211338044:  # node 3: landmark_1_dy
+    if (v if type(v := x[4]) is float else _double(v)) <= 0.1652436926960945:  # node 0: landmark_1_dx
+        if (v if type(v := x[5]) is float else _double(v)) <= 0.19361948221921918:  # node 1: landmark_1_dy
+            if (v if type(v := x[4]) is float else _double(v)) <= -0.15348248928785324:  # node 2: landmark_1_dx
+                if (v if type(v := x[5]) is float else _double(v)) <= -0.4349673241376877:  # node 3: landmark_1_dy
                     return 3  # down, leaf 4
                 else:
                     return 1  # left, leaf 5
             else:
-                if (v if type(v := x[5]) is float else _double(v)) <= -0.11643354222178459:  # node 6: landmark_1_dy
+                if (v if type(v := x[5]) is float else _double(v)) <= -1.1754942807573643e-38:  # node 6: landmark_1_dy
                     return 3  # down, leaf 7
                 else:
-                    return 4  # up, leaf 8
+                    if (v if type(v := x[5]) is float else _double(v)) <= 0.09999999031424521:  # node 8: landmark_1_dy
+                        if (v if type(v := x[4]) is float else _double(v)) <= -1.1754942807573643e-38:  # node 9: landmark_1_dx
+                            return 1  # left, leaf 10
+                        else:
+                            return 2  # right, leaf 11
+                    else:
+                        return 4  # up, leaf 12
         else:
-            if (v if type(v := x[4]) is float else _double(v)) <= -0.13324155658483505:  # node 9: landmark_1_dx
-                if (v if type(v := x[5]) is float else _double(v)) <= 0.5304444730281829:  # node 10: landmark_1_dy
-                    return 1  # left, leaf 11
+            if (v if type(v := x[4]) is float else _double(v)) <= -0.31747297942638397:  # node 13: landmark_1_dx
+                if (v if type(v := x[5]) is float else _double(v)) <= 0.8244285285472869:  # node 14: landmark_1_dy
+                    return 1  # left, leaf 15
                 else:
-                    return 4  # up, leaf 12
+                    return 4  # up, leaf 16
             else:
-                if (v if type(v := x[5]) is float else _double(v)) <= 0.075681883841753:  # node 13: landmark_1_dy
-                    return 0  # stay, leaf 14
-                else:
-                    return 4  # up, leaf 15
+                return 4  # up, leaf 17
     else:
-        if (v if type(v := x[5]) is float else _double(v)) <= 0.9964181482791901:  # node 16: landmark_1_dy
-            if (v if type(v := x[4]) is float else _double(v)) <= 0.2698250561952591:  # node 17: landmark_1_dx
-                if (v if type(v := x[5]) is float else _double(v)) <= -0.23646572977304461:  # node 18: landmark_1_dy
-                    return 3  # down, leaf 19
+        if (v if type(v := x[5]) is float else _double(v)) <= 0.3676908463239669:  # node 18: landmark_1_dy
+            if (v if type(v := x[5]) is float else _double(v)) <= -0.6246292293071747:  # node 19: landmark_1_dy
+                if (v if type(v := x[4]) is float else _double(v)) <= 0.8667692244052887:  # node 20: landmark_1_dx
+                    return 3  # down, leaf 21
                 else:
-                    return 2  # right, leaf 20
-            else:
-                if (v if type(v := x[3]) is float else _double(v)) <= 1.6769688725471497:  # node 21: landmark_0_dy
                     return 2  # right, leaf 22
-                else:
-                    return 4  # up, leaf 23
-        else:
-            if (v if type(v := x[0]) is float else _double(v)) <= 1.0369299054145813:  # node 24: goal_dx
-                return 4  # up, leaf 25
             else:
-                return 2  # right, leaf 26
+                if (v if type(v := x[9]) is float else _double(v)) <= -1.4629243016242983:  # node 23: agent_0_dy
+                    if (v if type(v := x[5]) is float else _double(v)) <= -1.1754942807573643e-38:  # node 24: landmark_1_dy
+                        return 3  # down, leaf 25
+                    else:
+                        return 2  # right, leaf 26
+                else:
+                    return 2  # right, leaf 27
+        else:
+            if (v if type(v := x[4]) is float else _double(v)) <= 0.8280337750911712:  # node 28: landmark_1_dx
+                if (v if type(v := x[6]) is float else _double(v)) <= 0.6615903079509734:  # node 29: adversary_0_dx
+                    return 4  # up, leaf 30
+                else:
+                    return 2  # right, leaf 31
+            else:
+                if (v if type(v := x[5]) is float else _double(v)) <= 1.0113837122917173:  # node 32: landmark_1_dy
+                    return 2  # right, leaf 33
+                else:
+                    return 4  # up, leaf 34
 
 
 def act_agent_1_batch(x):
@@ -379,60 +376,76 @@ def act_agent_1_batch(x):
     actions = np.empty(len(x), dtype=np.int64)
     for start in range(0, len(x), 65536):  # so many that calls cost little, so few that caches hold them
         rows = x[start : start + 65536]
-        x0 = rows[:, 0]
-        x3 = rows[:, 3]
         x4 = rows[:, 4].copy()
         x5 = rows[:, 5].copy()
+        x6 = rows[:, 6]
+        x9 = rows[:, 9]
         actions[start : start + 65536] = _choose(
-            x4 <= 0.16405732184648514,  # node 0: landmark_1_dx
+            x4 <= 0.1652436926960945,  # node 0: landmark_1_dx
             _choose(
-                x5 <= -0.07031730189919473,  # node 1: landmark_1_dy
+                x5 <= 0.19361948221921918,  # node 1: landmark_1_dy
                 _choose(
-                    x4 <= -0.2575884312391281,  # node 2: landmark_1_dx
+                    x4 <= -0.15348248928785324,  # node 2: landmark_1_dx
                     _choose(
-                        x5 <= -0.7288946211338044,  # node 3: landmark_1_dy
+                        x5 <= -0.4349673241376877,  # node 3: landmark_1_dy
                         3,  # down, leaf 4
                         1,  # left, leaf 5
                     ),
                     _choose(
-                        x5 <= -0.11643354222178459,  # node 6: landmark_1_dy
+                        x5 <= -1.1754942807573643e-38,  # node 6: landmark_1_dy
                         3,  # down, leaf 7
-                        4,  # up, leaf 8
+                        _choose(
+                            x5 <= 0.09999999031424521,  # node 8: landmark_1_dy
+                            _choose(
+                                x4 <= -1.1754942807573643e-38,  # node 9: landmark_1_dx
+                                1,  # left, leaf 10
+                                2,  # right, leaf 11
+                            ),
+                            4,  # up, leaf 12
+                        ),
                     ),
                 ),
                 _choose(
-                    x4 <= -0.13324155658483505,  # node 9: landmark_1_dx
+                    x4 <= -0.31747297942638397,  # node 13: landmark_1_dx
                     _choose(
-                        x5 <= 0.5304444730281829,  # node 10: landmark_1_dy
-                        1,  # left, leaf 11
-                        4,  # up, leaf 12
+                        x5 <= 0.8244285285472869,  # node 14: landmark_1_dy
+                        1,  # left, leaf 15
+                        4,  # up, leaf 16
                     ),
-                    _choose(
-                        x5 <= 0.075681883841753,  # node 13: landmark_1_dy
-                        0,  # stay, leaf 14
-                        4,  # up, leaf 15
-                    ),
+                    4,  # up, leaf 17
                 ),
             ),
             _choose(
-                x5 <= 0.9964181482791901,  # node 16: landmark_1_dy
+                x5 <= 0.3676908463239669,  # node 18: landmark_1_dy
                 _choose(
-                    x4 <= 0.2698250561952591,  # node 17: landmark_1_dx
+                    x5 <= -0.6246292293071747,  # node 19: landmark_1_dy
                     _choose(
-                        x5 <= -0.23646572977304461,  # node 18: landmark_1_dy
-                        3,  # down, leaf 19
-                        2,  # right, leaf 20
+                        x4 <= 0.8667692244052887,  # node 20: landmark_1_dx
+                        3,  # down, leaf 21
+                        2,  # right, leaf 22
                     ),
                     _choose(
-                        x3 <= 1.6769688725471497,  # node 21: landmark_0_dy
-                        2,  # right, leaf 22
-                        4,  # up, leaf 23
+                        x9 <= -1.4629243016242983,  # node 23: agent_0_dy
+                        _choose(
+                            x5 <= -1.1754942807573643e-38,  # node 24: landmark_1_dy
+                            3,  # down, leaf 25
+                            2,  # right, leaf 26
+                        ),
+                        2,  # right, leaf 27
                     ),
                 ),
                 _choose(
-                    x0 <= 1.0369299054145813,  # node 24: goal_dx
-                    4,  # up, leaf 25
-                    2,  # right, leaf 26
+                    x4 <= 0.8280337750911712,  # node 28: landmark_1_dx
+                    _choose(
+                        x6 <= 0.6615903079509734,  # node 29: adversary_0_dx
+                        4,  # up, leaf 30
+                        2,  # right, leaf 31
+                    ),
+                    _choose(
+                        x5 <= 1.0113837122917173,  # node 32: landmark_1_dy
+                        2,  # right, leaf 33
+                        4,  # up, leaf 34
+                    ),
                 ),
             ),
         )

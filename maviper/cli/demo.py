@@ -20,10 +20,11 @@ from maviper.cli.options import PATH, console_of, option
 def demo(context: click.Context, output: Path, seed: int | None) -> int:
     """Run the whole chain in a minute, on a shipped expert.
 
-    It extracts, compiles, checks, verifies and writes a report.
+    It extracts trees, finds a state in which a claim about them fails, repairs them until the claim is proved, has
+    the proof checked, compiles them and writes reports.
     """
     console = console_of(context)
-    console.line("maviper", "physical deception, from a neural expert to verified C")
+    console.line("maviper", "physical deception: from a neural team to trees, a proof and code")
     from maviper.cli.tour import run
 
     return run(output, console, seed)

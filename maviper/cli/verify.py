@@ -32,9 +32,12 @@ if TYPE_CHECKING:
 @asked
 @option("-o", "--output", type=PATH, default=None, section=RESULTS, help="Folder for the report and the certificates.")
 @option("--json", "as_json", is_flag=True, section=RESULTS, help="Print the report as JSON.")
+@option("-v", "--verbose", "full", is_flag=True, section=RESULTS, help="Print the whole report as well.")
 @option("--smt", type=PATH, default=None, section=RESULTS, help="Folder for the queries to Z3, as SMT-LIB.")
 @click.pass_context
-def verify(context: click.Context, profile: Path, output: Path | None, as_json: bool, **options: Any) -> int:
+def verify(
+    context: click.Context, profile: Path, output: Path | None, as_json: bool, full: bool, **options: Any
+) -> int:
     """Decide claims about a profile for every state of a region.
 
     Verdicts are about the deployed float arithmetic, rounding included. `maviper properties list` lists the built-in
@@ -86,7 +89,7 @@ def verify(context: click.Context, profile: Path, output: Path | None, as_json: 
         _write(output, profile, done, console)
     if as_json:
         click.echo(done.reports["report.json"], nl=False)
-    elif output is None:
+    elif full or context.obj["verbose"]:
         click.echo(done.reports["report.txt"], nl=False)
     return exit_code(done.results)
 

@@ -1,67 +1,93 @@
-"""Everything that is handed out with a profile: code, evidence, claims, report, a page for its user, a manifest.
+"""Everything that the tour hands out: a repaired team with its proof and code, and the team it was made from.
 
-Does: asks the tour's two questions about a profile and makes all files from the answers, as name -> text.
-Assumes: the profile's own seed, so that a committed profile gives the same files again.
+Does: makes all files from what the commands would make: extracted team, violation, repair, certificate, code, a page
+  for its user, a manifest; as name -> text.
+Assumes: the extracted profile's own seed, so that a committed one gives the same files again.
 Does not: extract, write files or print.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
+from dataclasses import dataclass
 from importlib import metadata
+from typing import Any
 
-from codegen import ir, policy_json
+from codegen import ir
 from codegen.lowering.render import render
-from codegen.policy_json import content_hash, layout
-from maviper.compilation.compile import Compiled
+from codegen.policy_json import content_hash, dumps, layout
+from maviper.compilation.compile import Compiled, compile_profile
 from maviper.files import runs
-from maviper.verification import join
-from maviper.verification.ask import command
-from verify.claims.catalogue import find_property
-from verify.claims.region import Region
-from verify.extent.boxes import best_proved_box
-from verify.question import DecisionQuestion, from_start
+from maviper.verification import join, run
+from maviper.verification.ask import VerifyOptions, questions
+from maviper.verification.repair import Repaired, RepairOptions, repaired
 from verify.verdicts.decisions import Result
 
-REGION_FILE = "region.toml"
+EXTRACTED = "extracted"  # the folder of the team before its repair, inside the tour's
+MAX_DEPTH, EPISODES = 6, 1_000
 TOOLS = ("maviper", "mpe2", "numpy", "scikit-learn", "z3-solver")
 
 
-def questions(profile: ir.PolicyProfile) -> list[DecisionQuestion]:
-    """`distinct_targets` in the start region and, where one is found, in a box around conflicting states."""
-    claim = find_property("distinct_targets", profile)
-    asked = [from_start(profile, claim)]
-    box = best_proved_box(profile, claim, profile.provenance.seed)
-    if box is not None:
-        asked.append(asked[0].within(Region(box.region.box, box.region.goals, name=REGION_FILE)))
-    return asked
+@dataclass(frozen=True)
+class Toured:
+    """The stages of the tour. `code` is that of the repaired team; of the extracted one where no repair was found."""
+
+    before: run.Verified
+    repair: Repaired
+    code: Compiled
+
+    @property
+    def profile(self) -> ir.PolicyProfile:
+        """The team that is handed out."""
+        return self.repair.after or self.before.profile
 
 
-def handout(
-    profile: ir.PolicyProfile, compiled: Compiled, asked: Sequence[DecisionQuestion], results: Sequence[Result]
-) -> dict[str, str | bytes]:
+def violated(profile: ir.PolicyProfile) -> run.Verified:
+    """As `maviper verify`: the usual claim, in the start region."""
+    options = VerifyOptions().checked()
+    return run.verified(profile, questions(profile, runs.PROFILE_FILE, options), options)
+
+
+def mended(profile: ir.PolicyProfile) -> Repaired:
+    """As `maviper repair --max-depth 6`."""
+    return repaired(profile, RepairOptions(max_depth=MAX_DEPTH, episodes=EPISODES))
+
+
+def toured(profile: ir.PolicyProfile) -> Toured:
+    """All stages after the extraction."""
+    before, repair = violated(profile), mended(profile)
+    return Toured(before, repair, compile_profile(repair.after or profile))
+
+
+def handout(made: Toured) -> dict[str, str | bytes]:
     """All files, name -> text; the manifest names the hash of every other one."""
-    model = compiled.build.model
-    files: dict[str, str | bytes] = {runs.PROFILE_FILE: policy_json.dumps(profile), **compiled.files}
-    files |= {one.region.name: one.region.toml() for one in asked if one.region.name == REGION_FILE}
+    model, profile = made.code.build.model, made.profile
+    files: dict[str, str | bytes] = {runs.PROFILE_FILE: dumps(profile), **made.repair.files, **made.code.files}
+    before = made.before
+    files |= {f"{EXTRACTED}/{name}": text for name, text in before.files.items() if name not in before.states}
     example = render("c/example.c.j2", model=model)
     files["example.c"] = example
-    commands = [command(runs.PROFILE_FILE, one) for one in asked]
-    files |= join.report_files(profile, results, commands, files)
-    verdicts = [
-        {
-            "property": result.claim.name,
-            "region": result.region.name,
-            "verdict": result.verdict.value,
-            "conflict": str(result.shares.conflict),
-            "command": line,
-        }
-        for result, line in zip(results, commands, strict=True)
-    ]
     evaluation = dict(profile.provenance.evaluation)
     files["README.md"] = render(
-        "report/policy.md.j2", model=model, verdicts=verdicts, evaluation=evaluation, example=example
+        "report/policy.md.j2", model=model, verdicts=_verdicts(made), evaluation=evaluation, example=example
     )
     files["manifest.json"] = manifest(profile, files)
     return files
+
+
+def _verdicts(made: Toured) -> list[dict[str, Any]]:
+    """What is known of the team before and after."""
+    before = f"{EXTRACTED}/{runs.PROFILE_FILE}"
+    stages = ((before, made.before.results), (runs.PROFILE_FILE, made.repair.results))
+    return [
+        {
+            "profile": profile,
+            "property": result.claim.name,
+            "region": result.region.name,
+            "verdict": result.verdict.value,
+            "conflict": str(result.shares.conflict) if isinstance(result, Result) else "",
+        }
+        for profile, results in stages
+        for result in results
+    ]
 
 
 def manifest(profile: ir.PolicyProfile, files: Mapping[str, str | bytes]) -> str:

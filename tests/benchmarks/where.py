@@ -25,7 +25,7 @@ from verify.states.shares import SAMPLE_SEED, measure
 from verify.verdicts import decisions
 from verify.zones import compiled
 
-DEMO = Path(__file__).parents[2] / "generated" / "physical_deception" / "profile.json"
+DEMO = Path(__file__).parents[2] / "generated" / "physical_deception" / "extracted" / "profile.json"
 TARGETS = {
     "demo, all zones and their exact share, s": (5.0, 1.0, "lower"),
     "demo, largest region, s": (30.0, 5.0, "lower"),

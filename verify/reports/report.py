@@ -12,10 +12,13 @@ from typing import Any
 
 from codegen.dynamics import partners
 from codegen.errors import visible
+from codegen.intervals import percent
 from codegen.ir import PolicyProfile
 from codegen.lowering.render import render
 from codegen.policy_json import content_hash, layout
-from verify.claims.region import MACHINE, REAL, Kind, Parameter, Verdict, called, goal_text, plain
+from verify.claims.decisions import formula
+from verify.claims.formula_json import formula_document
+from verify.claims.region import MACHINE, REAL, START, Kind, Parameter, Verdict, called, goal_text, plain
 from verify.claims.region import text as decimal
 from verify.counterexamples.search import AgentView, Counterexample
 from verify.reports import episodes as loop_report
@@ -23,6 +26,7 @@ from verify.reports import trusted
 from verify.reports.drawing import drawn
 from verify.reports.where import where_facts
 from verify.solver.leaves import LeafFinding
+from verify.states import shares
 from verify.states.real import written, written_all
 from verify.verdicts.decisions import Result
 from verify.verdicts.episodes import EpisodeResult
@@ -117,9 +121,8 @@ def document(
 
 def result_facts(profile: PolicyProfile, result: Result | EpisodeResult, command: str) -> dict[str, Any]:
     """One result as plain data, as it stands in the document."""
-    if result.kind is Kind.EPISODES:
-        return loop_report.result_facts(profile, result, command)
-    return _result(profile, result, command)
+    kind = loop_report.result_facts if result.kind is Kind.EPISODES else _result
+    return kind(profile, result, command) | {"of_start": shares.of_start(profile, result.region)}
 
 
 def _limits(results: Sequence[Result]) -> list[str]:
@@ -134,7 +137,7 @@ def _limits(results: Sequence[Result]) -> list[str]:
 
 
 def _result(profile: PolicyProfile, result: Result, command: str) -> dict[str, Any]:
-    claim, shares = result.claim, result.shares
+    claim, measured = result.claim, result.shares
     found = result.counterexample
     return {
         "kind": claim.kind.value,
@@ -143,6 +146,7 @@ def _result(profile: PolicyProfile, result: Result, command: str) -> dict[str, A
         "team": claim.team,
         "claim": claim.sentence,
         "formula": claim.written.strip(),
+        "data": None if result.kind is Kind.LEAVES else formula_document(formula(profile, claim)),
         "assumption": claim.assumption.strip(),
         "parameters": {name: _shown(value) for name, value in claim.parameters.items()},
         "semantics": result.semantics,
@@ -151,10 +155,10 @@ def _result(profile: PolicyProfile, result: Result, command: str) -> dict[str, A
         "verdict": result.verdict.value,
         "meaning": _meaning(result),
         "reason": result.reason,
-        "conflict": None if shares.conflict is None else shares.conflict.document(),
-        "contested": None if shares.contested is None else shares.contested.document(),
-        "violating": shares.violating.document(),
-        "changing": None if shares.changing is None else shares.changing.document(),
+        "conflict": None if measured.conflict is None else measured.conflict.document(),
+        "contested": None if measured.contested is None else measured.contested.document(),
+        "violating": measured.violating.document(),
+        "changing": None if measured.changing is None else measured.changing.document(),
         "largest_margin": None if result.largest is None else _margin(result.largest),
         **({} if result.steady_up_to is None else {"largest_eps": _margin(result.steady_up_to)}),
         "leaves": [_leaf(finding) for finding in result.leaves],
@@ -320,7 +324,21 @@ def as_lines(profile: PolicyProfile, result: Result | EpisodeResult) -> tuple[st
     real = ", real arithmetic" if facts["semantics"] == REAL else ""
     left_out = result.left_out if result.kind is Kind.EPISODES else ""
     text = render("report/lines.txt.j2", result=facts, left_out=left_out)
-    return f"{named}, region {facts['region_name'] or 'given'}{real}", [line for line in text.split("\n") if line]
+    proved = _extent(facts) if result.verdict is Verdict.PROVED else ""
+    return f"{named}, region {facts['region_name'] or 'given'}{proved}{real}", [
+        line for line in text.split("\n") if line
+    ]
+
+
+def _extent(facts: Mapping[str, Any]) -> str:
+    """How much a proof is about: the region's share of the start region, and of the states that the team meets."""
+    parts = []
+    if facts["of_start"] is not None:
+        whole = "it" if facts["region_name"] == START else "the start region"
+        parts.append(f"{percent(facts['of_start']['share'])} of {whole}")
+    if facts.get("visited"):
+        parts.append(f"{percent(facts['visited']['inside'], facts['visited']['states'])} of the states met")
+    return f" ({', '.join(parts)})" if parts else ""
 
 
 def as_html(facts: Mapping[str, Any]) -> str:

@@ -1,6 +1,7 @@
 """Shares of a region: how often a claim could fail there, and how often it does.
 
-Does: conflict share, contested share and violating fraction by uniform sampling, with 95 % intervals.
+Does: conflict share, contested share and violating fraction by uniform sampling, with 95 % intervals; the region's own
+  share of the start region.
 Assumes: a profile and a claim about it.
 Does not: prove anything; the solver's verdict stands on its own.
 """
@@ -8,16 +9,19 @@ Does not: prove anything; the solver's verdict stands on its own.
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from itertools import product
 
 import numpy as np
 
+from codegen.errors import InputError
 from codegen.intervals import Share
 from codegen.ir import AgentPolicy, Bool, Float64, PolicyProfile
 from verify.claims.decisions import DecisionClaim, engaged
 from verify.claims.formula import TRUE, And, Batch, Formula, agents, disjunction, given
 from verify.claims.matching import preventable
 from verify.claims.predicates import closes
+from verify.claims.region import Interval, Region, everywhere
 from verify.question import DecisionQuestion
 from verify.states import noise
 from verify.states.state import batch, chosen, sample
@@ -55,6 +59,36 @@ def measure(question: DecisionQuestion, seed: int, count: int = SAMPLES) -> Shar
         Share(failing, n),
         None if changing is None else Share(changing, n),
     )
+
+
+def of_start(profile: PolicyProfile, region: Region) -> dict[str, float | bool] | None:
+    """The region's share of the start region, by volume, as plain data. None where there is no start region.
+
+    Exact for a box; else the share of its box, times the sampled share of the box that keeps differences and distances.
+    """
+    try:
+        start = everywhere(profile)
+    except InputError:  # no damping bounds the velocities
+        return None
+    share = Fraction(1)
+    if start.goals:
+        share *= Fraction(len(set(region.goals) & set(start.goals)), len(start.goals))
+    for name, whole in start.box.items():
+        share *= _overlap(region.box.get(name, whole), whole)
+    if not region.differences and not region.apart:
+        return {"share": float(share), "low": float(share), "high": float(share), "exact": True}
+    within, _ = sample(region, profile.world, SAMPLES, SAMPLE_SEED)
+    kept = Share(len(within), SAMPLES)
+    found = zip(("share", "low", "high"), (kept.value, *kept.interval), strict=True)
+    return {**{name: round(float(share) * part, 12) for name, part in found}, "exact": False}
+
+
+def _overlap(mine: Interval, whole: Interval) -> Fraction:
+    """The share of an interval that another one covers; of a single number all or nothing."""
+    low, high = max(mine[0], whole[0]), min(mine[1], whole[1])
+    if low > high:
+        return Fraction(0)
+    return (high - low) / (whole[1] - whole[0]) if whole[0] < whole[1] else Fraction(1)
 
 
 def violating(question: DecisionQuestion, coordinates: Float64) -> Bool:

@@ -32,7 +32,7 @@ def test_profile_certificate_report_and_costs_are_written(before, tmp_path, caps
     path = written(tmp_path, before)
     assert main.run(["repair", str(path), "--max-depth", "4", "--episodes", "50", "-o", str(out)]) == 0
     said = capsys.readouterr().err
-    assert "guarded, agent_0 for landmark_0, agent_1 for landmark_1" in said and "PROVED" in said
+    assert "agent_0 for landmark_" in said and "PROVED" in said
     assert main.run(["check", str(out / "certificate-1-distinct_targets.json")]) == 0
     after, cost = load(out / "profile.json"), json.loads((out / "repair.json").read_text())
     assert after.provenance.training["profile before repair"] == cost["profile_before"] == content_hash(before)

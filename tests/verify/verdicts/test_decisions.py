@@ -19,7 +19,6 @@ from verify.claims.catalogue import find_property
 from verify.claims.decisions import PROPERTIES, Aligned, DistinctTargets
 from verify.claims.formula import below, conjunction, disjunction
 from verify.claims.region import Region, Verdict, start_region
-from verify.extent.boxes import proved_boxes
 from verify.question import Budgets, Question, from_start, shuffled
 from verify.solver.decide import Decision, decide
 from verify.states import shares
@@ -215,21 +214,6 @@ def test_unknown_names_are_answered_with_the_closest(profile):
     assert "distinct_targets" in PROPERTIES
 
 
-def test_boxes_found_are_proved_conflicting_and_discriminating(profile, claim):
-    box = next(proved_boxes(profile, claim, 0))
-    result = verify(Question(profile, claim, box.region), {})
-    assert result.verdict is Verdict.PROVED
-    assert result.shares.conflict.hits > 0
-    assert result.control is Verdict.VIOLATED
-
-
-def test_boxes_are_found_where_something_always_starts_in_one_place(profile, claim):
-    first, *others = profile.world.landmarks
-    world = replace(profile.world, landmarks=(replace(first, start=(0.5, 0.5)), *others))
-    box = next(proved_boxes(replace(profile, world=world), claim, 0))
-    assert 0 < box.volume <= 1 and box.region.box[f"{first.name}.x"] == (Fraction(1, 2), Fraction(1, 2))
-
-
 @pytest.mark.parametrize("bound", ["0.9", "0.8", "0.1", "0.3", "1/3"])
 def test_bounds_that_no_float64_meets_still_give_counterexamples(profile, claim, bound):
     """A model sits on the faces of the box; the float64 nearest to a face may lie outside."""
@@ -270,15 +254,6 @@ def test_the_control_is_asked_not_assumed(profile, claim):
     result = verify(Question(team(profile, towards(0, 0), towards(1, 1)), claim, Region(place, ("landmark_0",))), {})
     assert result.verdict is Verdict.PROVED and result.control is Verdict.PROVED
     assert result.shares.conflict.hits == 0
-
-
-def test_boxes_without_a_refuted_control_are_passed_over(profile, claim, monkeypatch):
-    from verify import question
-    from verify.extent import boxes
-
-    monkeypatch.setattr(question, "shuffled", lambda profile, team: profile)
-    monkeypatch.setattr(boxes, "SEEDS_DRAWN", 15)
-    assert list(proved_boxes(profile, claim, 0)) == []
 
 
 def test_shrinking_keeps_the_violation_and_drops_the_digits(profile, claim):

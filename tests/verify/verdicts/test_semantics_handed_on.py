@@ -18,10 +18,8 @@ NAMED = {"semantics", "_semantics", "arithmetics", "MACHINE", "REAL"}  # what sa
 DEPLOYED = {
     "verify.states.failures._mistakes",
     "verify.solver.leaves.dead_leaves",  # what code may leave out
-    "verify.extent.boxes.proved_boxes",
     "verify.states.episodes.play",
     "maviper.evaluation.comparison._changed",
-    "maviper.tour.handout.questions",
     "maviper.extraction.refitting._outcome",
     "maviper.verification.repair.repaired",
     "maviper.verification.repair._files",

@@ -1,4 +1,4 @@
-"""The claim of counterexample-8-keeps_apart.json must hold from its start.
+"""The claim of counterexample-3-formula.json must hold in its world state.
 
 Run with pytest, beside that file and profile.json.
 """
@@ -10,6 +10,6 @@ import maviper
 HERE = Path(__file__).parent
 
 
-def test_counterexample_8():
-    found = maviper.replay(HERE / "counterexample-8-keeps_apart.json", HERE / "profile.json")
+def test_counterexample_3():
+    found = maviper.replay(HERE / "counterexample-3-formula.json", HERE / "profile.json")
     assert not found.violated, f"{found.property} fails: {dict(found.actions)}"
