@@ -141,7 +141,10 @@ def extract(
     selection_episodes: int | None = None,
     refinement_episodes: int | None = None,
     measure: str | None = None,
-    least_right: str = "N-1",
+    rollouts_by: str | None = None,
+    weights: str | None = None,
+    least_right: str | None = None,
+    selection_by: str | None = None,
     explore: float = 0.0,
     critic: str = "learned",
     world: str | None = None,
@@ -156,9 +159,11 @@ def extract(
     `expert`: a world's name, an expert file, a run folder, or module:function. `output`: the profile's .json file, or a
     run folder, which several seeds and `resume` need; None: nothing is written. None elsewhere: as the preset says.
     Counts are episodes, but `iterations` and `patience` (rounds) and `max_depth` (splits). `max_episodes`: in all,
-    instead of the other counts. `measure`: what teams are judged by. `least_right`: N, N-1, a number or a share of
-    a team of N. `explore`: fitted-q's share of uniform actions. `counterexamples`: files of `maviper verify -o`,
-    or their folder, to learn from. InputError for a name or number that cannot be used.
+    instead of the other counts. `measure`: what teams are judged by. `rollouts_by` (agent, team, all, experts),
+    `weights` (own, averaged, equal), `least_right` (N, N-1, a number or a share of a team of N) and `selection_by`
+    (agent, team, all): as the algorithm's name says, unless given. `explore`: fitted-q's share of uniform actions.
+    `counterexamples`: files of `maviper verify -o`, or their folder, to learn from. InputError for a name or number
+    that cannot be used.
     """
     from pathlib import Path
 
@@ -168,9 +173,8 @@ def extract(
     paths = tuple(map(Path, counterexamples))
     trees = (algorithm, preset, max_depth, agent, splits, features)
     episodes = (max_episodes, iterations, rollouts, patience, selection, selection_episodes, refinement_episodes)
-    asked = ExtractOptions(
-        *trees, *episodes, measure, least_right, explore, critic, world, paths, seed, seeds, jobs, resume
-    )
+    parts = (rollouts_by, weights, least_right, selection_by)
+    asked = ExtractOptions(*trees, *episodes, measure, *parts, explore, critic, world, paths, seed, seeds, jobs, resume)
     return extracted(str(expert), None if output is None else Path(output), asked, Console(quiet=True))
 
 

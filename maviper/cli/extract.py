@@ -18,6 +18,7 @@ from maviper.cli.options import PATH, console_of, option, output
 ALGORITHMS = "maviper, maviper-no-prediction, maviper-iviper-resampling, iviper, viper, imitation, fitted-q"
 FEATURES = "velocity, goal, differences, signs (several with +)"
 WHAT, EPISODES, LEARNS, HOW = "What is extracted", "Episodes", "What it learns from", "How it runs"
+PARTS = "What the algorithm's name sets"
 RENAMED = {"--budget": "--max-episodes", "--refinement": "--refinement-episodes"}
 
 
@@ -48,12 +49,32 @@ RENAMED = {"--budget": "--max-episodes", "--refinement": "--refinement-episodes"
 @option("--agent", default=None, metavar="NAME", section=WHAT, help="The agent to extract, for viper.")
 @option("--splits", default=None, metavar="NAME", section=WHAT, help="exact or histogram (default: the preset's).")
 @option(
+    "--rollouts-by",
+    default=None,
+    metavar="NAME",
+    section=PARTS,
+    help="Whose trees play together among experts: agent, team or all; or experts alone.",
+)
+@option(
+    "--weights",
+    default=None,
+    metavar="NAME",
+    section=PARTS,
+    help="What states weigh: own, averaged (over what others could do) or equal.",
+)
+@option(
     "--least-right",
-    default="N-1",
-    show_default=True,
+    default=None,
     metavar="VOTES",
-    section=WHAT,
-    help="Members that must be predicted right, of a team of N: N, N-1, 2, or a share such as 0.5.",
+    section=PARTS,
+    help="Members that must be predicted right, of a team of N: N, N-1, 2, or a share such as 0.5; 0: no votes.",
+)
+@option(
+    "--selection-by",
+    default=None,
+    metavar="NAME",
+    section=PARTS,
+    help="For whom one round is chosen: agent, team or all.",
 )
 @option("--features", default="", metavar="NAMES", section=WHAT, help=f"Additional features: {FEATURES}, or auto.")
 @option(

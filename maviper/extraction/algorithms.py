@@ -5,22 +5,26 @@ Assumes: checked settings.
 Does not: know how any of them works.
 """
 
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from codegen import ir
-from codegen.errors import InputError
+from codegen.errors import InputError, UnknownNameError
 from codegen.ir import GrownTree
 from maviper.episodes.trees import agent_policies
 from maviper.experts.expert import Expert
-from maviper.extraction import fitted_q, imitation, iviper, maviper
+from maviper.extraction import dagger, fitted_q
+from maviper.extraction.bundles import AGENT, FITTED_Q, IMITATION, IVIPER, TEAM, VIPER, grouped
 from maviper.extraction.examples import NO_EXAMPLES, Examples
-from maviper.extraction.extraction import QUIETLY, Extraction, Running
+from maviper.extraction.extraction import QUIETLY, Extraction, Running, unseen
 from maviper.extraction.journal import NOTHING_KEPT, Journal
 from maviper.extraction.outcome import profile_of
 from maviper.extraction.released import released
 from maviper.extraction.selection import refine
-from maviper.extraction.selection.race import KINDS
-from maviper.extraction.settings import FITTED_Q, IVIPER, VIPER, Settings
+from maviper.extraction.selection.progress import OnProgress
+from maviper.extraction.selection.selection import Selection
+from maviper.extraction.settings import RELEASED, Settings
+from maviper.files.jobs import side_by_side
 from maviper.worlds import World
 
 
@@ -40,12 +44,21 @@ def extract(
     world, settings = settings.judged(world), replace(settings, measure=settings.measure_in(world))
     refine.check(settings)
     check(world, settings, examples)
-    agents = [iviper.agent_of(world, settings)] if settings.algorithm == VIPER else list(range(len(world.agents)))
+    agents = [_agent(world, settings)] if settings.algorithm == VIPER else list(range(len(world.agents)))
     asked = Extraction(world, expert, settings, journal, examples)
     chosen, facts = _iterates(asked, agents, running)
     trees, spent = refine.refined(asked, agents, chosen, running)
     facts = {**facts, **spent, **examples.facts}
     return profile_of(world, expert, settings, agent_policies(world, trees, agents), facts)
+
+
+def _agent(world: World, settings: Settings) -> int:
+    """The one agent that VIPER is asked for."""
+    if not settings.agent:
+        raise InputError("VIPER extracts one agent", "--agent", f"name one of {', '.join(world.agents)}")
+    if settings.agent not in world.agents:
+        raise UnknownNameError("agent", settings.agent, world.agents, "--agent")
+    return world.agents.index(settings.agent)
 
 
 def check(world: World, settings: Settings, examples: Examples) -> None:
@@ -56,25 +69,55 @@ def check(world: World, settings: Settings, examples: Examples) -> None:
         raise InputError(what, "--counterexamples", "choose another --algorithm, or leave them out")
 
 
-def _iterates(asked: Extraction, agents: list[int], running: Running) -> tuple[list[list[GrownTree]], dict[str, int]]:
+Iterates = tuple[list[list[GrownTree]], dict[str, int]]
+
+
+def _iterates(asked: Extraction, agents: list[int], running: Running) -> Iterates:
     """The best trees of each agent, the chosen one first, and what the provenance says of them."""
-    world, expert, settings = asked.world, asked.expert, asked.settings
-    journal, examples = asked.journal, asked.examples
-    if settings.algorithm == VIPER:
-        found, facts = iviper.best_trees(asked, agents[0], running.on_progress)
-        return [found], facts
-    if settings.algorithm == IVIPER:
-        return iviper.iviper(asked, running)
-    selection = KINDS[settings.selection](world, expert, settings, journal, running.on_progress)
-    match settings.algorithm, settings.preset:
-        case "imitation", "released":
-            points = released.imitation(world, expert, settings, selection, journal, examples)
-        case "imitation", _:
-            points = imitation.imitation(world, expert, settings, selection, journal, examples)
-        case "fitted-q", _:
-            points = fitted_q.fitted_q(world, expert, settings, selection)
-        case _, "released":
-            points = released.maviper(world, expert, settings, selection, journal, examples)
-        case _:
-            points = maviper.maviper(world, expert, settings, selection, journal, examples)
+    by = asked.settings.together
+    tasks = []
+    for place, together in enumerate(grouped(asked.world, by, agents)):
+        part = {AGENT: asked.world.agents[together[0]], TEAM: f"team-{place}"}.get(by)
+        journal = asked.journal.part(part) if part else asked.journal
+        tasks.append((replace(asked, journal=journal), together))
+    if running.jobs == 1 or len(tasks) == 1:
+        found = [_chosen(own, together, running.on_progress) for own, together in tasks]
+    else:
+        found = list(side_by_side(_quietly, tasks, running.jobs))
+    trees = {
+        agent: mine
+        for (_, together), (chosen, _) in zip(tasks, found, strict=True)
+        for agent, mine in zip(together, chosen, strict=True)
+    }
+    return [trees[agent] for agent in agents], _joined(asked.settings, [facts for _, facts in found])
+
+
+def _chosen(asked: Extraction, agents: list[int], on_progress: OnProgress) -> Iterates:
+    """As `_iterates`, for agents whose iterates depend on one another."""
+    selection = Selection(asked, agents, on_progress)
+    points = _rounds(asked.settings)(asked, agents, selection)
     return selection.chosen(), {**selection.facts, "points": points}
+
+
+def _quietly(asked: Extraction, agents: list[int]) -> Iterates:
+    return _chosen(asked, agents, unseen)
+
+
+def _rounds(settings: Settings) -> Callable[[Extraction, list[int], Selection], int]:
+    """What makes the iterates."""
+    if settings.algorithm == FITTED_Q:
+        return fitted_q.fitted_q
+    if settings.preset != RELEASED:
+        return dagger.dagger
+    return {IMITATION: released.imitation, IVIPER: released.viper, VIPER: released.viper}.get(
+        settings.algorithm, released.maviper
+    )
+
+
+def _joined(settings: Settings, facts: Sequence[dict[str, int]]) -> dict[str, int]:
+    """The facts of all; where agents are extracted one by one, only how long that went on."""
+    last = {"stopped_after": max(each["stopped_after"] for each in facts)}
+    if settings.together == AGENT and settings.algorithm != VIPER:
+        return last
+    found = {name: value for each in facts for name, value in each.items()}
+    return {**found, **last, "points": sum(each["points"] for each in facts)}

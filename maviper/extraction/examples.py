@@ -62,19 +62,19 @@ class Examples:
     def __len__(self) -> int:
         return sum(map(len, self.lessons))
 
-    def of_team(self, team: str) -> "Examples":
-        """Those for one team."""
-        return replace(self, lessons=tuple(lesson for lesson in self.lessons if lesson.team == team))
+    def of_teams(self, *teams: str) -> "Examples":
+        """Those for some teams."""
+        return replace(self, lessons=tuple(lesson for lesson in self.lessons if lesson.team in teams))
 
-    def before(self, world: World, data: Dataset, only: int | None = None) -> Dataset:
-        """The states of the lessons, then `data`. `only`: the one agent that `data` has weights for.
+    def before(self, world: World, data: Dataset, some: Sequence[int] | None = None) -> Dataset:
+        """The states of the lessons, then `data`. `some`: the agents that `data` has weights for; None: all.
 
         For agents of their teams the states carry `share` of all weight (less where there are few, see MAX_EACH), each
         the same; for others none. They come first, so that the rest may grow behind them.
         """
         if not self.lessons:
             return data
-        agents = range(len(world.agents)) if only is None else [only]
+        agents = range(len(world.agents)) if some is None else some
         # where all weights are zero, every point in which the agent takes part counts alike
         alive = data.alive[:, list(agents)]
         theirs = np.where(data.weights.sum(axis=0) > 0, data.weights, alive)

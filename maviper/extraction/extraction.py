@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from maviper.experts.expert import Expert
 from maviper.extraction.examples import NO_EXAMPLES, Examples
 from maviper.extraction.journal import NOTHING_KEPT, Journal
-from maviper.extraction.selection.race import OnProgress
+from maviper.extraction.selection.progress import OnProgress
 from maviper.extraction.settings import Settings
 from maviper.worlds import World
 

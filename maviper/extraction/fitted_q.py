@@ -16,7 +16,8 @@ from codegen.errors import InputError
 from codegen.ir import NO_ACTION, NO_CHILD, NO_FEATURE, Float32, Float64, GrownTree
 from maviper.episodes.play import Controller, Episodes, rollout
 from maviper.experts.expert import Expert
-from maviper.extraction.selection.race import Selection
+from maviper.extraction.extraction import Extraction
+from maviper.extraction.selection.selection import Selection
 from maviper.extraction.settings import Settings
 from maviper.worlds import World
 from maviper.worlds.world import Int
@@ -25,13 +26,14 @@ EDGES = np.arange(-1, 1.01, 0.25)  # bin k holds EDGES[k - 1] <= x < EDGES[k]
 GAMMA = 0.95
 
 
-def fitted_q(world: World, expert: Expert, settings: Settings, selection: Selection) -> int:
+def fitted_q(asked: Extraction, everybody: Sequence[int], selection: Selection) -> int:
     """Offers the trees of every round over `rollouts` expert episodes; returns how many points there were.
 
     Episodes and rounds are made again when a run goes on: together they take seconds.
     """
-    played = collected(world, expert, settings)
-    agents = [_Agent(world, index, played, settings) for index in range(len(world.agents))]
+    world, settings = asked.world, asked.settings
+    played = collected(world, asked.expert, settings)
+    agents = [_Agent(world, index, played, settings) for index in everybody]
     for _ in range(settings.iterations):
         if selection.offer([agent.round() for agent in agents]):
             break

@@ -21,7 +21,8 @@ from maviper.evaluation import held_out
 from maviper.evaluation.held_out import evaluation
 from maviper.experts.expert import Expert
 from maviper.experts.wrapped import critic_of, reward_weighed_by
-from maviper.extraction.settings import Settings
+from maviper.extraction.bundles import BUNDLES, NO_VOTES, PARTS
+from maviper.extraction.settings import RELEASED, Settings
 from maviper.files.profiles import version
 from maviper.worlds import Measure, World
 
@@ -74,7 +75,9 @@ def profile_of(
     training["critic_reward"] = reward_weighed_by(expert, world)
     training["expert_algorithm"] = str(expert.card.get("algorithm", "unknown"))
     unsaid = [name for name in ("agent", "measure", "critic_reward", "explore") if not training[name]]
-    unsaid += [] if settings.votes else ["least_right"]
+    # an algorithm's name says the rest; of votes, the number is said too
+    counted = settings.preset != RELEASED and BUNDLES[settings.algorithm]["least_right"] != NO_VOTES
+    unsaid += [name for name in PARTS if name not in settings.changed and not (name == "least_right" and counted)]
     for name in ("seed", "preset", "algorithm", *unsaid):
         del training[name]
     provenance = ir.Provenance(

@@ -26,12 +26,13 @@ from maviper.experts.finding import find_expert, seeing
 from maviper.experts.measured import Measured
 from maviper.extraction import refitting
 from maviper.extraction.algorithms import check, extract
+from maviper.extraction.bundles import MAVIPER, PARTS
 from maviper.extraction.choosing import helpful_features
 from maviper.extraction.extraction import Running
 from maviper.extraction.journal import NOTHING_KEPT, Journal
 from maviper.extraction.outcome import finalist_score
-from maviper.extraction.selection.race import EXTRACTING, Progress
-from maviper.extraction.settings import DEFAULT, MAVIPER, N_LESS_1, Settings
+from maviper.extraction.selection.progress import EXTRACTING, Progress
+from maviper.extraction.settings import DEFAULT, Settings
 from maviper.files import resuming, runs
 from maviper.files.jobs import side_by_side
 from maviper.files.profiles import version
@@ -39,7 +40,7 @@ from maviper.files.seeds import Scored, best_of, ensure_counts, folder_of, resum
 from maviper.worlds import ParticleWorld, World
 
 AUTOMATIC = "auto"
-FORMAT = "maviper-extraction-3"
+FORMAT = "maviper-extraction-4"
 METRICS_FILE, STEPS = "metrics.jsonl", "steps"
 SAME = ("format", "tool", "world", "expert", "critic", "counterexamples")  # in every call for one run
 PACKAGES = ("maviper", "mpe2", "numpy", "scikit-learn")
@@ -63,7 +64,10 @@ class ExtractOptions:
     selection_episodes: int | None = None
     refinement_episodes: int | None = None  # per team
     measure: str | None = None  # what teams are judged by
-    least_right: str = N_LESS_1  # right predictions that a point needs: N, N-1, a number, a share
+    rollouts_by: str | None = None  # whose trees play together: agent, team, all; or experts
+    weights: str | None = None  # own, averaged, equal
+    least_right: str | None = None  # right predictions that a point needs: N, N-1, a number, a share
+    selection_by: str | None = None  # for whom one round is chosen: agent, team, all
     explore: float = 0.0  # Fitted Q's share of uniform actions
     critic: str = "learned"
     world: str | None = None  # of a user's own
@@ -93,8 +97,8 @@ class ExtractOptions:
             "patience",
             "selection",
             "measure",
-            "least_right",
             "explore",
+            *PARTS,
         )
         found = {name: getattr(self, name) for name in (*same, "selection_episodes", "seed")}
         return found | {"budget": self.max_episodes, "refinement": self.refinement_episodes}

@@ -7,7 +7,7 @@ Does not: know how an algorithm works.
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
@@ -15,14 +15,32 @@ from typing import Any
 from codegen import ir
 from codegen.errors import InputError, UnknownNameError
 from maviper.episodes import measures
+from maviper.extraction.bundles import (
+    AGENT,
+    ALGORITHMS,
+    ALL,
+    FITTED_Q,
+    IMITATION,
+    IVIPER,
+    JOINT,
+    MAVIPER,
+    NO_VOTES,
+    PARTS,
+    RACE,
+    RETURN,
+    ROLLOUTS_BY,
+    SELECTION_BY,
+    UNIFORM,
+    VIPER,
+    WEIGHTS,
+    bundle,
+    grouped,
+    wider,
+)
 from maviper.worlds import World
 
-MAVIPER, IVIPER, VIPER, IMITATION, FITTED_Q = "maviper", "iviper", "viper", "imitation", "fitted-q"
-NO_PREDICTION, IVIPER_RESAMPLING = "maviper-no-prediction", "maviper-iviper-resampling"
-ALGORITHMS = (MAVIPER, IVIPER, VIPER, IMITATION, FITTED_Q, NO_PREDICTION, IVIPER_RESAMPLING)
 EXACT, HISTOGRAM = "exact", "histogram"
 SPLITS = (EXACT, HISTOGRAM)
-UNIFORM, RETURN, RACE = "uniform", "return", "race"
 SELECTIONS = (UNIFORM, RETURN, RACE)
 PAPER, RELEASED, DEFAULT = "paper", "released", "default"
 REFINEMENT = 300_000
@@ -46,9 +64,7 @@ PROTOCOL: dict[str, dict[str, Any]] = {
     IMITATION: {"iterations": 20, "rollouts": 200, "patience": 20},
     FITTED_Q: {"iterations": 10, "rollouts": 1_200, "patience": 10},
 }
-N_LESS_1 = "N-1"
 VOTES = re.compile(r"N(?:-(?P<less>\d{1,3}))?|(?P<number>\d{1,3})|(?P<share>0?\.\d{1,9}|1\.0)")
-JOINT = (MAVIPER, NO_PREDICTION, IVIPER_RESAMPLING)  # grow the trees of a team together
 # What the preset `paper` changes for a game: IVIPER's and VIPER's counts, and what teams are judged by.
 PAPER_COUNTS: dict[str, dict[str, int]] = {
     "cooperative-navigation": {"iterations": 100},
@@ -82,7 +98,11 @@ class Settings:
     # every iterate alike and one iteration for all agents; each team's best by return; a race in each team
     selection: str = UNIFORM
     selection_episodes: int = 100  # per candidate and team, on average
-    least_right: str = N_LESS_1  # right predictions that a point needs in joint growth: a number, or a share of the N
+    # What an algorithm's name stands for; "": as it says.
+    rollouts_by: str = ""  # whose trees play together among experts while data are collected; or `experts` alone
+    weights: str = ""  # others at expert actions, averaged over the others' actions, or every state alike
+    least_right: str = ""  # right predictions that a point needs in joint growth: a number, or a share of the N
+    selection_by: str = ""  # for whom one iterate is chosen
     explore: float = 0.0  # Fitted Q's: share of uniform actions while it collects
     measure: str = ""  # what teams are judged by; "": the preset's, or the world's first
     refinement: int = 0  # episodes per team
@@ -111,12 +131,25 @@ class Settings:
                 raise InputError(
                     f"--max-episodes already determines {', '.join(both)}", "--max-episodes", "give one or the other"
                 )
-        return Settings(**{**usual, **said}).checked()
+        selection = said.get("selection", usual["selection"])
+        usual |= bundle(algorithm, selection) if selection in SELECTIONS else {}
+        return Settings(**{**usual, **said})._ensured()
+
+    def filled(self) -> "Settings":
+        """The settings, with what the algorithm's name stands for where nothing else was asked for."""
+        usual = bundle(self.algorithm, self.selection)
+        return replace(self, **{name: getattr(self, name) or usual[name] for name in PARTS})
 
     @property
-    def votes(self) -> bool:
-        """Whether the algorithm asks how many members of a team are predicted right."""
-        return self.algorithm in (MAVIPER, IVIPER_RESAMPLING) and self.preset != RELEASED
+    def changed(self) -> list[str]:
+        """The names of the settings that are not as the algorithm's name says, of settings that are filled."""
+        usual = bundle(self.algorithm, self.selection)
+        return [name for name in PARTS if getattr(self, name) != usual[name]]
+
+    @property
+    def together(self) -> str:
+        """Whose iterates depend on one another: of such agents there is one loop of rounds."""
+        return wider(self.rollouts_by, self.selection_by)
 
     def votes_of(self, team: int) -> int:
         """How many right predictions a point needs in a team of so many: at least `least_right`, a share rounded up."""
@@ -143,8 +176,10 @@ class Settings:
         """
         if not self.budget:
             return self
-        runs = len(world.agents) if self.algorithm == IVIPER else 1  # each with rollouts and selection of its own
-        sides = 1 if self.algorithm in (IVIPER, VIPER) else len(world.teams)  # that a candidate is scored for
+        agents = range(1 if self.algorithm == VIPER else len(world.agents))
+        runs, loops = (len(grouped(world, by, agents)) for by in (self.rollouts_by, self.together))
+        alone = self.selection_by == AGENT  # then candidates are scored for each agent, otherwise for each team
+        sides = len(agents) if alone else len(world.teams)
         large = self.budget >= LARGE_BUDGET and world.games is None
         rollouts = min(MAX_ROLLOUTS, self.budget // 2)
         selection = rollouts if large else self.budget - rollouts
@@ -153,7 +188,7 @@ class Settings:
             self,
             iterations=iterations,
             rollouts=rollouts // (runs * iterations),
-            selection_episodes=selection // (runs * (iterations * sides + 1)),  # the expert plays them too
+            selection_episodes=selection // (iterations * sides + loops),  # the expert plays them in every loop
             patience=iterations,
             refinement=0,
         )
@@ -174,15 +209,13 @@ class Settings:
         return range(first, first + self.rollouts)
 
     def checked(self) -> "Settings":
-        """The settings themselves; InputError or UnknownNameError when one cannot be used."""
-        for kind, value, known in (
-            ("algorithm", self.algorithm, ALGORITHMS),
-            ("preset", self.preset, PRESETS),
-            ("splits", self.splits, SPLITS),
-            ("selection", self.selection, SELECTIONS),
-        ):
-            if value not in known:
-                raise UnknownNameError(kind, value, known, f"--{kind}")
+        """The settings, `filled`; InputError or UnknownNameError when one cannot be used."""
+        self._check_names({"algorithm": ALGORITHMS, "preset": PRESETS, "selection": SELECTIONS})
+        return self.filled()._ensured()
+
+    def _ensured(self) -> "Settings":
+        self._check_names({"algorithm": ALGORITHMS, "preset": PRESETS, "splits": SPLITS, "selection": SELECTIONS})
+        self._check_names({"rollouts_by": ROLLOUTS_BY, "weights": WEIGHTS, "selection_by": SELECTION_BY})
         for name in ("refinement", "budget"):
             if not 0 <= getattr(self, name) <= MAX_EPISODES:
                 raise InputError(f"{name} must be from 0 to {MAX_EPISODES}, not {getattr(self, name)}", option_of(name))
@@ -190,7 +223,10 @@ class Settings:
             if not 1 <= getattr(self, name) <= MAX_NUMBER:
                 what = f"{name} must be at least 1 and at most {MAX_NUMBER}, not {getattr(self, name)}"
                 raise InputError(what, option_of(name))
-        self._check_votes()
+        if not VOTES.fullmatch(self.least_right):
+            what = f"'{self.least_right[:40]}' is no number of right predictions"
+            raise InputError(what, "--least-right", "write N, N-1, 2, or a share such as 0.5")
+        self._check_parts()
         if not 0 <= self.explore <= 1 or (self.explore and self.algorithm != FITTED_Q):
             raise InputError("explore is a share from 0 to 1, and fitted-q's", "--explore", "leave it out")
         if self.preset == RELEASED and self.algorithm == FITTED_Q:
@@ -205,10 +241,25 @@ class Settings:
             raise InputError(f"more than {EPISODES_PER_SEED} episodes in all", where)
         return self
 
-    def _check_votes(self) -> None:
-        if not VOTES.fullmatch(self.least_right):
-            what = f"'{self.least_right[:40]}' is no number of right predictions"
-            raise InputError(what, "--least-right", "write N, N-1, 2, or a share such as 0.5")
-        if self.least_right != N_LESS_1 and not self.votes:
-            what = "only maviper and maviper-iviper-resampling count right predictions, and not in preset released"
-            raise InputError(what, "--least-right", "leave it out")
+    def _check_names(self, known: Mapping[str, Iterable[str]]) -> None:
+        for name, values in known.items():
+            if getattr(self, name) not in values:
+                raise UnknownNameError(name.replace("_", " "), getattr(self, name), values, option_of(name))
+
+    def _check_parts(self) -> None:
+        """Refuses what an algorithm or a preset does not have, and what means nothing together."""
+        options = ", ".join(map(option_of, self.changed))
+        if options and self.preset == RELEASED:
+            what = f"preset released is the authors' code as it is: in it, {self.algorithm} has no other way"
+            raise InputError(what, options, "leave it out, or choose --preset paper or default")
+        if options and self.algorithm == VIPER and self.changed != ["weights"]:
+            raise InputError("viper extracts one agent, alone among experts", options, "choose --algorithm iviper")
+        if self.algorithm == FITTED_Q and set(self.changed) - {"selection_by"}:
+            what = "fitted-q learns from the rewards of expert episodes"
+            raise InputError(what, options, "choose another --algorithm, or leave it out")
+        if self.rollouts_by == AGENT and self.least_right != NO_VOTES:
+            what = "team-mates cannot count each other's right predictions where each has data of its own"
+            raise InputError(what, "--least-right", "choose --rollouts-by team or all")
+        if self.selection_by == ALL and self.selection != UNIFORM:
+            what = f"--selection {self.selection} compares the iterates of one agent or of one team"
+            raise InputError(what, "--selection-by all", "choose team or agent, or --selection uniform")

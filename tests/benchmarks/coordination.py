@@ -20,14 +20,8 @@ import numpy as np
 from maviper.evaluation.optimum import optimum, rules_of, worth
 from maviper.experts.finding import find_expert
 from maviper.extraction.algorithms import extract
-from maviper.extraction.settings import (
-    IMITATION,
-    IVIPER,
-    IVIPER_RESAMPLING,
-    MAVIPER,
-    NO_PREDICTION,
-    Settings,
-)
+from maviper.extraction.bundles import IMITATION, IVIPER, IVIPER_RESAMPLING, MAVIPER, NO_PREDICTION
+from maviper.extraction.settings import Settings
 from maviper.worlds import find
 
 ALGORITHMS = (IMITATION, IVIPER, NO_PREDICTION, IVIPER_RESAMPLING, MAVIPER)

@@ -15,6 +15,7 @@ import resource
 import subprocess
 import sys
 import time
+from functools import partial
 
 import numpy as np
 
@@ -76,17 +77,20 @@ def by_size(n):
     """
     from maviper.experts.measured import Measured
     from maviper.experts.scripted import scripted
+    from maviper.extraction.dagger import grow_teams, weights
+    from maviper.extraction.dataset import collect
+    from maviper.extraction.extraction import Extraction
     from maviper.extraction.growth.growing import Growth
-    from maviper.extraction.maviper import grow_teams, rollouts
     from maviper.extraction.settings import Settings
     from maviper.worlds import find
 
     world = find(f"cooperative-navigation,agents={n}")
     expert = Measured(world, scripted(world))
     settings = Settings.of({"rollouts": 4})
+    weigh = partial(weights, Extraction(world, expert, settings), range(n))
     started = time.process_time()
-    data = rollouts(world, expert, expert, settings, 0).data
-    grow_teams(world, data, settings, Growth(world, settings), 0)
+    data = collect(world, expert, [expert] * n, range(n), settings.rollout_episodes(0), weigh).data
+    grow_teams(world, data, settings, Growth(world, settings), range(n), 0)
     seconds = time.process_time() - started
     features = sum(feature.low < feature.high for feature in world.features[0])
     return seconds / (n * len(data) * features)

@@ -19,7 +19,8 @@ from maviper import manual
 from maviper.cli import main
 from maviper.evaluation import held_out
 from maviper.experts import cards, store
-from maviper.extraction.settings import ALGORITHMS
+from maviper.extraction.bundles import ALGORITHMS, BUNDLES, PARTS, RUNGS
+from maviper.extraction.settings import option_of
 from maviper.verification.ask import listed
 from maviper.worlds import WORLDS, ParticleWorld, find, options_of, range_of
 from maviper.worlds.features import GROUPS
@@ -239,6 +240,22 @@ def test_algorithms_features_targets_and_verdicts_are_all_there():
     assert list(map(int, codes)) == [int(code) for code in ExitCode]
 
 
+def test_the_ladder_is_the_one_of_the_code():
+    page = manual.page("extraction")
+    names = [f"`{option_of(name)}`" for name in PARTS]
+    assert [row[0] for row in rows_of(table_under(page, "## The ladder from IVIPER to MAVIPER"))] == names
+    rungs = rows_of(table_under(page, "setting:"))
+    said = {row[0].strip("`"): row[1].strip("`") for row in rungs}
+    assert said == {
+        rung: " ".join(f"{option_of(name)} {value}" for name, value in given.items()) for rung, given in RUNGS.items()
+    }
+    assert list(said) == list(RUNGS)
+    for row in rows_of(table_under(page, "the agent, or the team, among experts.")):
+        for algorithm in row[0].replace("`", "").split(", "):
+            mine = dict(zip(PARTS, (cell.strip("`") for cell in row[1:]), strict=True))
+            assert BUNDLES[algorithm].items() <= mine.items(), algorithm
+
+
 def test_every_claim_has_its_parameters_and_defaults():
     page = manual.page("claims")
     single, episodes = page.split("\n## Built-in claims about whole episodes\n")
@@ -300,7 +317,7 @@ def test_the_files_page_names_every_form():
     page = manual.page("files")
     sources = [path.read_text() for folder in ("maviper", "verify") for path in (ROOT / folder).rglob("*.py")]
     forms = {form for text in sources for form in re.findall(r"\"(maviper-[a-z-]+-[0-9]+)\"", text)}
-    inside = {"maviper-expert-1", "maviper-training-3", "maviper-extraction-3"}  # of runs and experts, in their files
+    inside = {"maviper-expert-1", "maviper-training-3", "maviper-extraction-4"}  # of runs and experts, in their files
     assert forms - inside == set(re.findall(r"`(maviper-[a-z-]+-[0-9]+)`", page))
     assert f"| `schema_version` | {SCHEMA_VERSION} " in page
 

@@ -5,7 +5,7 @@ Assumes: points are appended, never changed.
 Does not: know where the points come from.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -34,16 +34,16 @@ class Growth:
         self,
         members: Sequence[int],
         data: Dataset,
-        counts: Sequence[Int],
-        seeds: Sequence[int] | Int,
+        counts: Mapping[int, Int] | Sequence[Int],
+        seeds: Mapping[int, int] | Sequence[int],
         least_right: int,
         kept: list[float] | None = None,
     ) -> list[GrownTree]:
-        """TrainJointTrees for agents over shared points. `counts`, `seeds`: by agent, of all agents. A point counts at
+        """TrainJointTrees for agents over shared points. `counts`, `seeds`: by agent. A point counts at
         a level when at least `least_right` members are predicted right, or take no part in it. `kept`: as in
         `grow_jointly`.
         """
-        team = [self._member(agent, data, counts[agent], int(seeds[agent])) for agent in members]
+        team = [self._member(agent, data, counts[agent], seeds[agent]) for agent in members]
         return grow_jointly(team, self.settings.max_depth, least_right, data.alive[:, members], kept)
 
     def _member(self, agent: int, data: Dataset, counts: Int, seed: int) -> Growing:

@@ -6,7 +6,7 @@ Does not: average over every joint action where there are too many: beyond MAX_J
   weigh states in which the agent no longer acts (0), or average over the actions of others who no longer do.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import product
 from typing import Any
 
@@ -24,17 +24,22 @@ SAMPLE_SEED = 11
 
 
 def maviper_weights(
-    world: World, expert: Expert, observations: tuple[Float32, ...], state: Any, labels: Int
+    world: World,
+    expert: Expert,
+    observations: tuple[Float32, ...],
+    state: Any,
+    labels: Int,
+    agents: Sequence[int] | None = None,
 ) -> Float64:
-    """The MAVIPER weight of every point for every agent, [n, n_agents] (paper, section MAVIPER).
+    """The MAVIPER weight of every point for every agent, or for some `agents`, [n, n_agents] (paper, section MAVIPER).
 
     For agent i: the mean over joint actions of others, uniform, of Q_i(x, expert's a_i) - min over a_i of
     Q_i(x, a_i). The others are all other agents in a cooperative game, and those outside i's team in a mixed one, where
     team-mates stay at their expert actions. Who no longer acts is none of them.
     """
     columns = []
-    for agent, name in enumerate(world.agents):
-        team = world.members(world.team_of(name)) if len(world.teams) > 1 else [agent]
+    for agent in range(len(world.agents)) if agents is None else agents:
+        team = world.members(world.team_of(world.agents[agent])) if len(world.teams) > 1 else [agent]
         others = [other for other in range(len(world.agents)) if other not in team]
         columns.append(_weight(world, expert, agent, others, observations, state, labels))
     return np.stack(columns, axis=1)

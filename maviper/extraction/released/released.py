@@ -1,7 +1,7 @@
 """The authors' released code, its accidents included, where they matter for comparing with published numbers.
 
 Does: its warm-up, weights, resampling, one-hot leaves and data collection; its growth is in grow.py, its
-  selection in extraction/selection/race.py.
+  selection in extraction/selection.
 Assumes: the preset `released`; `extraction/algorithms.py` says which algorithms there are in this form.
 Does not: repeat its start states (episode 0 of every batch is the same there) or its unseeded order of agents; seeds
   are ours. Nor its Fitted Q, whose look-ups never hit, so that it always stands still.
@@ -29,14 +29,15 @@ from maviper.episodes import measures
 from maviper.episodes.play import Controller, tree_policies
 from maviper.episodes.trees import agent_policies, among
 from maviper.experts.expert import AS_GIVEN, Expert, labels
+from maviper.extraction.bundles import IVIPER_RESAMPLING, MAVIPER, NO_PREDICTION
 from maviper.extraction.dataset import Dataset, Met, collect
-from maviper.extraction.examples import NO_EXAMPLES, Examples, counts_of
+from maviper.extraction.examples import counts_of
 from maviper.extraction.extraction import Extraction
 from maviper.extraction.growth.weights import in_play
-from maviper.extraction.journal import Arrays, Journal
+from maviper.extraction.journal import Arrays
 from maviper.extraction.released.grow import grow_team
-from maviper.extraction.selection.race import Selection
-from maviper.extraction.settings import IVIPER_RESAMPLING, MAVIPER, NO_PREDICTION, RELEASED, Settings
+from maviper.extraction.selection.selection import Selection
+from maviper.extraction.settings import RELEASED, Settings
 from maviper.worlds import World
 from maviper.worlds.world import Int
 
@@ -60,16 +61,10 @@ def check(world: World, settings: Settings) -> None:
 # --- MAVIPER and its ablations
 
 
-def maviper(
-    world: World,
-    expert: Expert,
-    settings: Settings,
-    selection: Selection,
-    journal: Journal,
-    examples: Examples = NO_EXAMPLES,
-) -> int:
-    """As `maviper.maviper`, by the released code."""
-    everybody = range(len(world.agents))
+def maviper(asked: Extraction, everybody: Sequence[int], selection: Selection) -> int:
+    """As `dagger.dagger` for MAVIPER and its ablations, by the released code."""
+    world, expert, settings = asked.world, asked.expert, asked.settings
+    journal, examples = asked.journal, asked.examples
     weigh = partial(weights, world, expert, settings)
     warm_up = settings.episodes(measures.ROLLOUT_SEEDS)[:WARM_UP]
     data = journal.met("warm-up", collect, world, expert, [expert] * len(everybody), everybody, warm_up, weigh).data
@@ -195,8 +190,9 @@ def _drawn(column: Float64, alive: Bool, used: Int, max_samples: int, rng: np.ra
 # --- one-hot trees: IVIPER and Imitation DT
 
 
-def viper(asked: Extraction, agent: int, selection: Selection) -> int:
-    """As `iviper.viper`, by the released code."""
+def viper(asked: Extraction, agents: Sequence[int], selection: Selection) -> int:
+    """As `dagger.dagger` for one agent, by the released code."""
+    (agent,) = agents
     world, expert, settings = asked.world, asked.expert, asked.settings
     journal, examples = asked.journal, asked.examples
     experts: list[Controller] = [expert] * len(world.agents)
@@ -206,10 +202,10 @@ def viper(asked: Extraction, agent: int, selection: Selection) -> int:
 
     warm_up = settings.episodes(measures.ROLLOUT_SEEDS)[:WARM_UP]
     data = journal.met("warm-up", collect, world, expert, experts, [agent], warm_up, weigh).data
-    mine = examples.of_team(world.team_of(world.agents[agent]))
+    mine = examples.of_teams(world.team_of(world.agents[agent]))
     for iteration in range(settings.iterations):
         step = f"{iteration:04d}"
-        known = mine.before(world, data, agent)
+        known = mine.before(world, data, agents)
         tree = journal.trees(f"{step}-trees", _resampled_tree, world, known, settings, agent, iteration)
         policies = among(world, agent_policies(world, tree, [agent]), experts)
         seeds = settings.rollout_episodes(iteration, WARM_UP)
@@ -231,21 +227,16 @@ def _resampled_tree(world: World, data: Dataset, settings: Settings, agent: int,
     return [one_hot_tree(data.observations[agent], data.labels[:, agent], kept, n_actions, settings.max_depth)]
 
 
-def imitation(
-    world: World,
-    expert: Expert,
-    settings: Settings,
-    selection: Selection,
-    journal: Journal,
-    examples: Examples = NO_EXAMPLES,
-) -> int:
-    """As `imitation.imitation`, by the released code: almost all points are start states."""
+def imitation(asked: Extraction, everybody: Sequence[int], selection: Selection) -> int:
+    """As `dagger.dagger` for Imitation DT, by the released code: almost all points are start states."""
+    world, expert, settings = asked.world, asked.expert, asked.settings
+    journal, examples = asked.journal, asked.examples
     steps = world.spec.episode_steps
     data: Dataset | None = None
     for iteration in range(settings.iterations):
         step = f"{iteration:04d}"
         arrays = journal.arrays(f"{step}-rollouts", _starts, world, expert, settings, iteration, steps)
-        new = tuple(arrays[f"observations.{agent:03d}"] for agent in range(len(world.agents)))
+        new = tuple(arrays[f"observations.{agent:03d}"] for agent in everybody)
         met = Dataset(new, arrays["labels"], arrays["alive"].astype(np.float64), arrays["alive"])
         data = met if data is None else data + met
         known = examples.before(world, data)

@@ -21,7 +21,7 @@ from maviper.extraction.examples import NO_EXAMPLES, Examples
 from maviper.extraction.extraction import QUIETLY, Extraction, Running
 from maviper.extraction.journal import Arrays, packed, unpacked
 from maviper.extraction.selection.arena import Arena, Candidate, score
-from maviper.extraction.selection.race import REFINING, OnProgress, Progress, count_leaves
+from maviper.extraction.selection.progress import REFINING, OnProgress, Progress, count_leaves
 from maviper.extraction.selection.stack import merged, reaching, with_leaf, with_new_split, with_split
 from maviper.extraction.settings import Settings
 from maviper.files.jobs import side_by_side
@@ -63,7 +63,7 @@ def refined(
         members = [agent for agent in world.members(team) if agent in mine]
         if members:
             trees = [mine[agent] for agent in members]
-            own = replace(asked, examples=asked.examples.of_team(team))
+            own = replace(asked, examples=asked.examples.of_teams(team))
             tasks.append(_Task(own, team, members, trees))
     if jobs == 1:
         found = [_team(task, on_progress) for task in tasks]

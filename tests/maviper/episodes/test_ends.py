@@ -1,6 +1,7 @@
 """Agents whose episodes end early: nothing that comes after an agent's end is learned, voted, weighed or counted."""
 
 from dataclasses import replace
+from functools import partial
 from itertools import product
 from types import SimpleNamespace
 
@@ -14,9 +15,11 @@ from maviper.evaluation import held_out, run
 from maviper.evaluation.fidelity import fidelity
 from maviper.experts.expert import AS_GIVEN, labels
 from maviper.extraction import fitted_q
-from maviper.extraction import maviper as algorithm
 from maviper.extraction.algorithms import extract
+from maviper.extraction.bundles import ALGORITHMS, FITTED_Q, VIPER
+from maviper.extraction.dagger import weights
 from maviper.extraction.dataset import Dataset, collect, resample
+from maviper.extraction.extraction import Extraction
 from maviper.extraction.growth.grow import grow_jointly
 from maviper.extraction.growth.growing import Growth
 from maviper.extraction.growth.weights import iviper_weights, maviper_weights
@@ -24,7 +27,7 @@ from maviper.extraction.released import grow as released_grow
 from maviper.extraction.released import released
 from maviper.extraction.selection import refine
 from maviper.extraction.selection.arena import Arena
-from maviper.extraction.settings import ALGORITHMS, FITTED_Q, HISTOGRAM, PRESETS, VIPER, Settings
+from maviper.extraction.settings import HISTOGRAM, PRESETS, Settings
 from maviper.worlds import PettingZooWorld, find
 from maviper.worlds.processes import imported, parsed
 from tests.growing import train_joint_trees
@@ -74,13 +77,8 @@ def quick(monkeypatch):
 
 def met(world, expert=None, agents=(0, 1, 2)):
     expert = expert or Expert(world)
-    weigh = algorithm.weights
-    settings = Settings()
-
-    def weighed(observations, state, wanted):
-        return weigh(world, expert, settings, observations, state, wanted)[:, list(agents)]
-
-    return collect(world, expert, [expert] * 3, agents, range(10), weighed)
+    weigh = partial(weights, Extraction(world, expert, Settings().checked()), agents)
+    return collect(world, expert, [expert] * 3, agents, range(10), weigh)
 
 
 def steps_of(world, seeds):

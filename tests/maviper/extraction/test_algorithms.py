@@ -16,25 +16,16 @@ from maviper.experts.measured import Measured
 from maviper.experts.scripted import scripted
 from maviper.extraction import fitted_q
 from maviper.extraction.algorithms import extract
+from maviper.extraction.bundles import ALGORITHMS, FITTED_Q, IMITATION, IVIPER, VIPER
 from maviper.extraction.dataset import Dataset
-from maviper.extraction.extraction import Running
+from maviper.extraction.extraction import Extraction, Running
 from maviper.extraction.growth.grow import CartTree, grow_jointly
 from maviper.extraction.growth.histogram import BINS, Bins, HistogramTree, best_splits, projected
 from maviper.extraction.growth.weights import SAMPLED_JOINT, _joint_actions, iviper_weights, maviper_weights
-from maviper.extraction.journal import NOTHING_KEPT, Journal, unpacked
+from maviper.extraction.journal import Journal, unpacked
 from maviper.extraction.released import released
-from maviper.extraction.selection.race import KINDS
-from maviper.extraction.settings import (
-    ALGORITHMS,
-    EXACT,
-    FITTED_Q,
-    HISTOGRAM,
-    IMITATION,
-    IVIPER,
-    PRESETS,
-    VIPER,
-    Settings,
-)
+from maviper.extraction.selection.choices import KINDS, common
+from maviper.extraction.settings import EXACT, HISTOGRAM, PRESETS, Settings
 from maviper.worlds import find
 from tests.growing import train_joint_trees
 
@@ -316,12 +307,6 @@ def test_what_is_no_number_of_right_predictions(asked):
         Settings.of({"least_right": asked})
 
 
-def test_only_joint_growth_counts_right_predictions():
-    for given in ({"algorithm": IVIPER}, {"algorithm": IMITATION}, {"preset": "released"}):
-        with pytest.raises(InputError, match="count right predictions"):
-            Settings.of({**given, "least_right": "N"})
-
-
 @pytest.mark.parametrize("splits", [EXACT, HISTOGRAM])
 def test_no_right_prediction_needed_is_the_ablation_without_prediction(splits, world, expert):
     def thresholds(algorithm, **more):
@@ -484,5 +469,5 @@ def test_help_names_every_algorithm():
 
 
 def test_selection_is_on_episodes_of_its_own(world, expert):
-    selection = KINDS["race"](world, expert, small("maviper"), NOTHING_KEPT, lambda progress: None)
-    assert min(selection.seeds) >= measures.SELECTION_SEEDS and len(selection.seeds) == 20
+    seeds = common(Extraction(world, expert, small("maviper")))
+    assert min(seeds) >= measures.SELECTION_SEEDS and len(seeds) == 20

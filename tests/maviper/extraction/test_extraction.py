@@ -343,12 +343,12 @@ class Recorder:
     """Stands in for parts of the outer loop and writes down what it is asked."""
 
     def __init__(self, monkeypatch, scores):
-        from maviper.extraction import maviper as module
+        from maviper.extraction import dagger as module
 
         self.scores, self.played, self.counts, self.sizes, self.opponents = list(scores), [], [], [], []
         self.grown, self.trees, self.seeds = [], {}, []
         collect, grow_teams, resample = module.collect, module.grow_teams, module.resample
-        tree_policies, team_values = module.tree_policies, measures.team_values
+        tree_policies, team_values = trees.tree_policies, measures.team_values
 
         def record_rollouts(world, expert, controllers, agents, seeds, weigh):
             self.played.append((controllers, list(seeds)))
@@ -380,7 +380,6 @@ class Recorder:
         monkeypatch.setattr(module, "collect", record_rollouts)
         monkeypatch.setattr(module, "resample", record_resampling)
         monkeypatch.setattr(module, "grow_teams", record_growth)
-        monkeypatch.setattr(module, "tree_policies", record_trees)
         monkeypatch.setattr(trees, "tree_policies", record_trees)
         monkeypatch.setattr(measures, "team_values", scripted_values)
 

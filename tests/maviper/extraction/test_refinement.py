@@ -23,12 +23,12 @@ from maviper.episodes.trees import agent_policies
 from maviper.evaluation import held_out
 from maviper.experts.finding import find_expert
 from maviper.extraction.algorithms import extract
-from maviper.extraction.extraction import Extraction, Running
+from maviper.extraction.extraction import Extraction, Running, unseen
 from maviper.extraction.journal import Journal, packed, unpacked
 from maviper.extraction.released import released
 from maviper.extraction.selection import arena, refine
 from maviper.extraction.selection.arena import Arena, halving
-from maviper.extraction.selection.race import Raced
+from maviper.extraction.selection.selection import Selection
 from maviper.extraction.selection.stack import Stack, merged, reaching, with_leaf, with_new_split, with_split
 from maviper.extraction.settings import Settings
 from maviper.worlds import find
@@ -188,7 +188,7 @@ def test_scores_from_elsewhere_do_not_decide_a_race(episodes):
 def test_a_race_is_won_against_experts_not_in_rollouts(quick, world, expert):
     """Rollouts say the contrary of what the teams do against experts."""
     settings = Settings.of({**SMALL, "refinement": 0})
-    race = Raced(world, expert, settings, Journal(), lambda progress: None)
+    race = Selection(Extraction(world, expert, settings), range(3), unseen)
     good = extract(world, expert, Settings.of({**SMALL, "iterations": 6, "rollouts": 40, "refinement": 0}))
     trees = [policy.grown for policy in good.agents]
     race.offer([trees[0], *[constant(0)] * 2])
@@ -354,7 +354,7 @@ def test_trees_are_kept_as_they_are(trees):
 def test_each_team_takes_its_own_best(quick, world, expert):
     """A race among candidates of which one is best for one team and another for the other."""
     settings = Settings.of({**SMALL, "refinement": 0})
-    race = Raced(world, expert, settings, Journal(), lambda progress: None)
+    race = Selection(Extraction(world, expert, settings), range(3), unseen)
     good = extract(world, expert, Settings.of({**SMALL, "iterations": 6, "rollouts": 40, "refinement": 0}))
     trees = [policy.grown for policy in good.agents]
     still = constant(0)

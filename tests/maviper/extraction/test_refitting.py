@@ -261,12 +261,12 @@ def test_examples_carry_their_share_of_a_teams_weight(world, expert, folder):
     assert (found.weights[k:, :2] == weights[:, :2]).all() and (found.weights[k:, 2] == 1).all()
     for column in (1, 2):
         assert found.weights[:k, column].sum() / found.weights[:, column].sum() == pytest.approx(examples.SHARE)
-    alone = learned.before(world, replace(data, weights=weights[:, 1:2]), 1)
+    alone = learned.before(world, replace(data, weights=weights[:, 1:2]), [1])
     assert alone.weights[:, 0] == pytest.approx(found.weights[:, 1])
     few = Examples((examples_of(world, expert, TRUE, drawn(world, 1)),))
     first = few.before(world, data).weights[0]
     assert first[1:] == pytest.approx([examples.MAX_EACH * weights[:, 1].mean(), examples.MAX_EACH])
-    assert not learned.of_team("adversaries").lessons and learned.of_team("defenders") == learned
+    assert not learned.of_teams("adversaries").lessons and learned.of_teams("defenders") == learned
     assert Examples().before(world, data) is data
 
 

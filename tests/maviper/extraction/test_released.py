@@ -14,11 +14,13 @@ from maviper.experts.expert import labels
 from maviper.experts.measured import Measured
 from maviper.experts.scripted import scripted
 from maviper.extraction.algorithms import extract
-from maviper.extraction.journal import NOTHING_KEPT
+from maviper.extraction.bundles import FITTED_Q, IVIPER_RESAMPLING
+from maviper.extraction.extraction import Extraction, unseen
 from maviper.extraction.released import released
 from maviper.extraction.released.grow import _Growing, best_split, grow_team
-from maviper.extraction.selection.race import ByReturn
-from maviper.extraction.settings import FITTED_Q, IVIPER_RESAMPLING, Settings
+from maviper.extraction.selection.choices import ByReturn
+from maviper.extraction.selection.selection import Selection
+from maviper.extraction.settings import Settings
 from maviper.worlds import Measure, find
 
 
@@ -138,17 +140,15 @@ def test_votes_of_more_than_half_keep_a_point():
 
 def test_each_teams_best_is_that_of_the_highest_return(world, expert, monkeypatch):
     settings = Settings.of({"preset": "released", "selection_episodes": 2})
-    selection = ByReturn(world, expert, settings, NOTHING_KEPT, lambda progress: None)
-    returns = iter([(1, 5), (3, 2), (2, 9)])
+    selection = Selection(Extraction(world, expert, settings), range(3), unseen)
+    returns = {"adversaries": iter([1, 3, 2]), "defenders": iter([5, 2, 9])}
 
-    def played(trees):
-        adversary, defenders = next(returns)
-        shares = {"adversaries": np.array([0.0, 1.0]), "defenders": np.array([1.0, 1.0])}
-        paid = {"adversaries": np.array([adversary]), "defenders": np.array([defenders])}
-        primary = {world.primary(team): row for team, row in shares.items()}
-        return primary | {Measure(team, measures.RETURN): row for team, row in paid.items()}
+    def played(self, trees):
+        (team,) = self.teams
+        share = {"adversaries": np.array([0.0, 1.0]), "defenders": np.array([1.0, 1.0])}[team]
+        return {world.primary(team): share, Measure(team, measures.RETURN): np.array([next(returns[team])])}
 
-    monkeypatch.setattr(selection, "_played", played)
+    monkeypatch.setattr(ByReturn, "_played", played)
     trees = [[ir.GrownTree([-1], [0.0], [-1], [-1], [k])] * 3 for k in range(3)]
     assert not any(selection.offer(each) for each in trees), "nothing stops early"
     assert [mine[0].action[0] for mine in selection.chosen()] == [1, 2, 2]

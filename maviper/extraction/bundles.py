@@ -1,0 +1,68 @@
+"""What an algorithm's name stands for: settings that can be changed one by one, and the ladder from IVIPER to MAVIPER.
+
+Does: names the values of these settings, the bundle of each algorithm, the rungs, and the agents that a setting groups.
+Assumes: nothing.
+Does not: hold what a user asked for (settings.py), or act on it.
+"""
+
+from collections.abc import Sequence
+
+from maviper.worlds import World
+
+MAVIPER, IVIPER, VIPER, IMITATION, FITTED_Q = "maviper", "iviper", "viper", "imitation", "fitted-q"
+NO_PREDICTION, IVIPER_RESAMPLING = "maviper-no-prediction", "maviper-iviper-resampling"
+ALGORITHMS = (MAVIPER, IVIPER, VIPER, IMITATION, FITTED_Q, NO_PREDICTION, IVIPER_RESAMPLING)
+JOINT = (MAVIPER, NO_PREDICTION, IVIPER_RESAMPLING)  # the trees of all agents come from the same episodes
+
+AGENT, TEAM, ALL = "agent", "team", "all"  # who plays, or is chosen, together
+EXPERTS = "experts"  # no tree plays while data are collected
+ROLLOUTS_BY, SELECTION_BY = (EXPERTS, AGENT, TEAM, ALL), (AGENT, TEAM, ALL)
+OWN, AVERAGED, EQUAL = "own", "averaged", "equal"
+WEIGHTS = (OWN, AVERAGED, EQUAL)
+N_LESS_1, NO_VOTES = "N-1", "0"
+UNIFORM, RETURN, RACE = "uniform", "return", "race"
+CHOSEN_BY = {UNIFORM: ALL, RETURN: TEAM, RACE: TEAM}  # unless an algorithm says otherwise
+
+_JOINT: dict[str, str] = {"rollouts_by": ALL, "weights": AVERAGED, "least_right": N_LESS_1}
+_ALONE: dict[str, str] = {"rollouts_by": AGENT, "weights": OWN, "least_right": NO_VOTES, "selection_by": AGENT}
+_EXPERTS: dict[str, str] = {"rollouts_by": EXPERTS, "weights": EQUAL, "least_right": NO_VOTES}
+BUNDLES: dict[str, dict[str, str]] = {
+    MAVIPER: _JOINT,
+    NO_PREDICTION: {**_JOINT, "least_right": NO_VOTES},
+    IVIPER_RESAMPLING: {**_JOINT, "weights": OWN},
+    IVIPER: _ALONE,
+    VIPER: _ALONE,
+    IMITATION: _EXPERTS,
+    FITTED_Q: _EXPERTS,
+}
+PARTS = ("rollouts_by", "weights", "least_right", "selection_by")
+
+# From IVIPER to MAVIPER and one step beyond: each rung is one difference from the one before it.
+RUNGS: dict[str, dict[str, str]] = {
+    "iviper": {"algorithm": IVIPER},
+    "joint-rollouts": {"algorithm": MAVIPER, "weights": OWN, "least_right": NO_VOTES, "selection_by": AGENT},
+    "joint-selection": {"algorithm": MAVIPER, "weights": OWN, "least_right": NO_VOTES},
+    "averaged-weights": {"algorithm": NO_PREDICTION},
+    "vote-N-1": {"algorithm": MAVIPER},
+    "vote-N": {"algorithm": MAVIPER, "least_right": "N"},
+}
+
+
+def bundle(algorithm: str, selection: str) -> dict[str, str]:
+    """The settings that an algorithm's name stands for. `selection`: how an iterate is chosen."""
+    return {"selection_by": CHOSEN_BY[selection], **BUNDLES[algorithm]}
+
+
+def grouped(world: World, by: str, agents: Sequence[int]) -> list[list[int]]:
+    """Some agents in the groups that a setting makes of them, in the world's order."""
+    if by == AGENT:
+        return [[agent] for agent in agents]
+    if by == TEAM:
+        mine = [[agent for agent in world.members(team) if agent in agents] for team in world.teams]
+        return [members for members in mine if members]
+    return [list(agents)]
+
+
+def wider(one: str, other: str) -> str:
+    """That of two groupings whose groups hold the other's."""
+    return max(one, other, key=(AGENT, TEAM, ALL, EXPERTS).index)

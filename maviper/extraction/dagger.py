@@ -1,0 +1,178 @@
+"""Dataset aggregation for agents that become trees: VIPER, IVIPER, MAVIPER (paper, Algorithm MAVIPER) and Imitation DT.
+
+Does: rounds of rollouts, labels and growth, as the settings say: whose trees play together, what a state weighs, how
+  many of a team must be predicted right.
+Assumes: an expert with a critic, or one of value networks, where states do not all weigh the same.
+Does not: choose among iterates (extraction/selection), write files or print.
+"""
+
+from collections.abc import Mapping, Sequence
+from functools import partial
+
+import numpy as np
+
+from codegen import ir
+from codegen.ir import Float32, Float64, GrownTree
+from maviper.episodes.play import Controller
+from maviper.episodes.trees import agent_policies, among
+from maviper.extraction.bundles import ALL, EQUAL, EXPERTS, OWN, TEAM, grouped
+from maviper.extraction.dataset import Dataset, Met, collect, resample
+from maviper.extraction.examples import counts_of
+from maviper.extraction.extraction import Extraction
+from maviper.extraction.growth.growing import Growth
+from maviper.extraction.growth.weights import iviper_weights, maviper_weights
+from maviper.extraction.journal import Arrays, packed, unpacked
+from maviper.extraction.selection.selection import Selection
+from maviper.extraction.settings import Settings
+from maviper.worlds import World
+from maviper.worlds.world import Int
+
+FIGURES = "figures"
+
+
+def dagger(asked: Extraction, agents: Sequence[int], selection: Selection) -> int:
+    """Offers every iterate of some agents to `selection`; returns how many points there were in the end, beside the
+    examples.
+    """
+    settings = asked.settings
+    parties = grouped(asked.world, settings.rollouts_by, agents)
+    names = [""] if len(parties) == 1 else [f"-{place}" for place in range(len(parties))]
+    groups = [_Group(asked, party, name) for party, name in zip(parties, names, strict=True)]
+    for iteration in range(settings.iterations):
+        met = [group.play(iteration) for group in groups]  # line 3
+        if settings.rollouts_by != EXPERTS:
+            selection.met(_values(met), float(np.mean([each.fidelity for each in met])))
+        trees: dict[int, GrownTree] = {}
+        figures: dict[str, float] = {}
+        for group in groups:
+            trees |= group.grow(iteration)  # lines 5 and 6
+            figures |= group.figures
+        selection.grown(figures)
+        if selection.offer([trees[agent] for agent in agents]):
+            break
+    return sum(group.points for group in groups)
+
+
+def _values(met: Sequence[Met]) -> dict[str, Float64]:
+    """Each team's primary measure in all rollouts that it was part of."""
+    teams = dict.fromkeys(team for each in met for team in each.values)
+    return {team: np.concatenate([each.values[team] for each in met if team in each.values]) for team in teams}
+
+
+class _Group:
+    """Agents whose trees play together, everybody else being at the expert; `name`: among the steps of a journal."""
+
+    def __init__(self, asked: Extraction, agents: Sequence[int], name: str) -> None:
+        self.asked, self.agents, self.name = asked, list(agents), name
+        teams = [asked.world.team_of(asked.world.agents[agent]) for agent in agents]
+        self.examples = asked.examples.of_teams(*teams)
+        self.growth = Growth(asked.world, asked.settings)
+        self.data: Dataset | None = None
+        self.figures: dict[str, float] = {}
+        # line 1: no data yet, the experts play first
+        self.controllers: Sequence[Controller] = [asked.expert] * len(asked.world.agents)
+
+    @property
+    def points(self) -> int:
+        """How many there are."""
+        return 0 if self.data is None else len(self.data)
+
+    def play(self, iteration: int) -> Met:
+        """Episodes of the group, labelled by the expert, with each agent's weights."""
+        asked = self.asked
+        weigh = partial(weights, asked, self.agents)
+        seeds = asked.settings.rollout_episodes(iteration)
+        given = (asked.world, asked.expert, self.controllers, self.agents, seeds, weigh)
+        met = asked.journal.met(f"{iteration:04d}-rollouts{self.name}", collect, *given)
+        self.data = met.data if self.data is None else self.data + met.data  # line 4
+        return met
+
+    def grow(self, iteration: int) -> dict[int, GrownTree]:
+        """The next trees of the group, by agent."""
+        asked, world = self.asked, self.asked.world
+        assert self.data is not None
+        known = self.examples.before(world, self.data, self.agents)
+        given = (world, known, asked.settings, self.growth, self.agents, iteration)
+        arrays = asked.journal.arrays(f"{iteration:04d}-trees{self.name}", _grown, *given)
+        grown = unpacked({name: array for name, array in arrays.items() if name != FIGURES})
+        names = figure_names(whole_teams(world, self.agents))
+        self.figures = dict(zip(names, map(float, arrays[FIGURES]), strict=True))
+        if asked.settings.rollouts_by != EXPERTS:
+            self.controllers = among(world, agent_policies(world, grown, self.agents), self.controllers)
+        return dict(zip(self.agents, grown, strict=True))
+
+
+def weights(
+    asked: Extraction, agents: Sequence[int], observations: tuple[Float32, ...], state: object, wanted: Int
+) -> Float64:
+    """What each of some agents' states weigh, [n, len(agents)]."""
+    given = (asked.world, asked.expert, observations, state, wanted)
+    if asked.settings.weights == EQUAL:
+        return np.ones((len(wanted), len(agents)))
+    if asked.settings.weights == OWN:
+        return np.stack([iviper_weights(*given, agent) for agent in agents], axis=1)
+    return maviper_weights(*given, agents)
+
+
+def whole_teams(world: World, agents: Sequence[int]) -> list[str]:
+    """The teams all of whose members are among some agents."""
+    return [team for team in world.teams if set(world.members(team)) <= set(agents)]
+
+
+def figure_names(teams: Sequence[str]) -> list[str]:
+    """What `metrics.jsonl` calls the figures of a round's growth: of each team, how much of its data the votes kept, in
+    what share of the points in which all its members act all of them do right, and what that share would be if their
+    errors had nothing to do with each other.
+    """
+    names = ("kept", "joint accuracy", "product of accuracies")
+    return [f"{name} {team}" for team in teams for name in names]
+
+
+def _grown(
+    world: World, data: Dataset, settings: Settings, growth: Growth, agents: Sequence[int], iteration: int
+) -> Arrays:
+    trees, kept = grow_teams(world, data, settings, growth, agents, iteration)
+    grown = dict(zip(agents, trees, strict=True))
+    figures = [
+        figure for team in whole_teams(world, agents) for figure in (kept[team], *accuracies(world, data, grown, team))
+    ]
+    return packed(trees) | {FIGURES: np.array(figures)}
+
+
+def accuracies(world: World, data: Dataset, trees: Mapping[int, GrownTree], team: str) -> tuple[float, float]:
+    """The share of a data set's points in which all members act as the expert, and the product of each one's share."""
+    members = world.members(team)
+    together = data.alive[:, members].all(axis=1)
+    right = [
+        trees[agent].action[ir.apply(trees[agent], data.observations[agent][together])] == data.labels[together, agent]
+        for agent in members
+    ]
+    if not together.any():
+        return 1.0, 1.0
+    return float(np.all(right, axis=0).mean()), float(np.prod([each.mean() for each in right]))
+
+
+def grow_teams(
+    world: World, data: Dataset, settings: Settings, growth: Growth, agents: Sequence[int], iteration: int
+) -> tuple[list[GrownTree], dict[str, float]]:
+    """Resampling and TrainJointTrees for some agents, team by team: their trees, and the share of its data that each
+    team's votes kept. `data`: with a column of weights for each of them.
+    """
+    whose = [] if settings.rollouts_by in (EXPERTS, ALL) else agents  # data of its own, draws of its own
+    rng = np.random.default_rng([settings.seed, *whose, iteration])
+    columns = zip(agents, data.weights.T, strict=True)
+    counts = {agent: _drawn(column, data.alive[:, agent], settings, rng) for agent, column in columns}
+    seeds = dict(zip(agents, map(int, rng.integers(2**31, size=len(agents))), strict=True))
+    trees: dict[int, GrownTree] = {}
+    shares: dict[str, float] = {}
+    for members in grouped(world, TEAM, agents):
+        kept: list[float] = []
+        grown = growth.team(members, data, counts, seeds, settings.votes_of(len(members)), kept)
+        trees |= dict(zip(members, grown, strict=True))
+        shares[world.team_of(world.agents[members[0]])] = float(np.mean(kept))
+    return [trees[agent] for agent in agents], shares
+
+
+def _drawn(column: Float64, alive: ir.Bool, settings: Settings, rng: np.random.Generator) -> Int:
+    """How often an agent's data hold each point: where all states weigh the same, nothing needs to be drawn."""
+    return counts_of(column) if settings.weights == EQUAL else resample(column, alive, settings.max_samples, rng)

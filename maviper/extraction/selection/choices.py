@@ -1,0 +1,181 @@
+"""Which iterate some agents take: scored alike (the paper), by return (the released code), or raced (ours).
+
+Does: keeps the candidates of one agent, of one team or of all agents, scores them and chooses.
+Assumes: candidates meet expert opponents on the same episodes (common random numbers).
+Does not: make candidates; stop an extraction (selection.py).
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from codegen.ir import Float64, GrownTree
+from maviper.episodes import measures
+from maviper.episodes.measures import Estimate
+from maviper.episodes.play import Controller
+from maviper.episodes.trees import agent_policies, among
+from maviper.extraction.bundles import RACE, RETURN, UNIFORM
+from maviper.extraction.extraction import Extraction
+from maviper.extraction.journal import Arrays
+from maviper.extraction.outcome import joint_ratio
+from maviper.extraction.selection.arena import Arena, halving, score
+from maviper.worlds import Measure
+from maviper.worlds.world import Int
+
+FINALISTS = 4  # iterates of a team whose trees its agents may exchange afterwards
+
+
+class Choice(ABC):
+    """The candidates of some agents, of which they take one together. Everybody else is at the expert.
+
+    `experts`: team -> its primary measure in the common episodes, all experts; `name`: of this choice among the steps
+    of a journal.
+    """
+
+    stops = True  # whether an extraction may stop because nothing gains
+
+    def __init__(self, asked: Extraction, agents: Sequence[int], experts: Arrays, name: str = "") -> None:
+        self.asked, self.world, self.agents, self.name = asked, asked.world, list(agents), name
+        self.teams = [team for team in self.world.teams if set(self.world.members(team)) & set(self.agents)]
+        self.base = self._estimates(experts)
+        self.candidates: list[list[GrownTree]] = []
+        self.best = 0  # the candidate that is the best so far
+        self.found: Mapping[Measure, Estimate] = {}  # of the best: each team's primary measure
+
+    def met(self, values: Mapping[str, Float64]) -> None:
+        """Says what the last candidate (or, before the first, the expert) did in its rollouts: `values`, each team's
+        primary measure.
+        """
+        del values
+
+    @abstractmethod
+    def offer(self, trees: Sequence[GrownTree]) -> float | None:
+        """Takes a candidate, trees in the order of `agents`; returns the ratio to the expert of the last one that was
+        judged. None: nothing can be said yet.
+        """
+
+    @abstractmethod
+    def chosen(self) -> list[list[GrownTree]]:
+        """The best trees of each agent, the chosen one first; agents in the order of `agents`."""
+
+    @property
+    def ratio(self) -> tuple[float, float]:
+        """The best one's mean ratio to the expert over teams, and the half width of its 95 % interval."""
+        return self._ratio(self.found)
+
+    def _played(self, trees: Sequence[GrownTree]) -> dict[Measure, Float64]:
+        """The measures and returns of the candidate's teams against experts, in each of the common episodes."""
+        experts: list[Controller] = [self.asked.expert] * len(self.world.agents)
+        controllers = among(self.world, agent_policies(self.world, trees, self.agents), experts)
+        return measures.team_values(self.world, controllers, experts, common(self.asked), self.teams)
+
+    def _scored(self, trees: Sequence[GrownTree]) -> Arrays:
+        found = self._played(trees)
+        return {team: found[self.world.primary(team)] for team in self.teams}
+
+    def _score(self, trees: Sequence[GrownTree]) -> Arrays:
+        """The scores of the candidate that was added last."""
+        return self.asked.journal.arrays(f"{len(self.candidates) - 1:04d}-score{self.name}", self._scored, trees)
+
+    def _estimates(self, arrays: Arrays) -> dict[Measure, Estimate]:
+        return measures.estimates({self.world.primary(team): arrays[team] for team in self.teams})
+
+    def _ratio(self, found: Mapping[Measure, Estimate]) -> tuple[float, float]:
+        return joint_ratio(self.world, found, self.base, self.teams)
+
+
+class Uniform(Choice):
+    """Every candidate plays the same episodes."""
+
+    _reached = -np.inf
+
+    def offer(self, trees: Sequence[GrownTree]) -> float | None:
+        """As `Choice.offer`."""
+        self.candidates.append(list(trees))
+        found = self._estimates(self._score(trees))
+        reached, _ = self._ratio(found)
+        if reached > self._reached:
+            self.best, self._reached, self.found = len(self.candidates) - 1, reached, found
+        return reached
+
+    def chosen(self) -> list[list[GrownTree]]:
+        """As `Choice.chosen`."""
+        return [[tree] for tree in self.candidates[self.best]]
+
+
+class ByReturn(Uniform):
+    """The best by its return against experts, as the released code has it; nothing stops early."""
+
+    stops = False
+
+    def offer(self, trees: Sequence[GrownTree]) -> float | None:
+        """As `Choice.offer`."""
+        self.candidates.append(list(trees))
+        arrays = self._score(trees)
+        found, (team,) = self._estimates(arrays), self.teams
+        returned = float(arrays[_return(team)].mean())
+        if returned > self._reached:
+            self.best, self._reached, self.found = len(self.candidates) - 1, returned, found
+        return self._ratio(found)[0]
+
+    def _scored(self, trees: Sequence[GrownTree]) -> Arrays:
+        found, (team,) = self._played(trees), self.teams
+        return {team: found[self.world.primary(team)], _return(team): found[Measure(team, measures.RETURN)]}
+
+
+def _return(team: str) -> str:
+    return Measure(team, measures.RETURN).label
+
+
+class Raced(Choice):
+    """Best-arm identification: the iterates race on common episodes against experts. Until then, scores are those of
+    the rollouts, each on episodes of its own and against trees; in the race they only help to decide the first round.
+    """
+
+    def __init__(self, asked: Extraction, agents: Sequence[int], experts: Arrays, name: str = "") -> None:
+        super().__init__(asked, agents, experts, name)
+        (self.team,) = self.teams
+        self.warm: list[Float64] = []  # per candidate: scores in its rollouts
+
+    def met(self, values: Mapping[str, Float64]) -> None:
+        """As `Choice.met`."""
+        if len(self.warm) < len(self.candidates):
+            self.warm.append(values[self.team])
+
+    def offer(self, trees: Sequence[GrownTree]) -> float | None:
+        """As `Choice.offer`; the candidate's own rollouts come later, so this judges those before it."""
+        self.candidates.append(list(trees))
+        if not self.warm:
+            return None
+        signed = [score(self.world.primary(self.team), known).mean() for known in self.warm]
+        self.best = int(np.argmax(signed))
+        self.found = self._estimates({self.team: self.warm[self.best]})
+        return self._ratio(self._estimates({self.team: self.warm[-1]}))[0]
+
+    def chosen(self) -> list[list[GrownTree]]:
+        """As `Choice.chosen`."""
+        order = [int(place) for place in self.asked.journal.arrays(f"race{self.name}", self._raced)["order"]]
+        self.best = order[0]
+        return [[self.candidates[place][index] for place in order] for index in range(len(self.agents))]
+
+    def _raced(self) -> Arrays:
+        asked = self.asked
+        seeds = asked.settings.episodes(measures.SELECTION_SEEDS)
+        arena = Arena(self.world, asked.expert, self.agents, seeds)
+        known = [*self.warm, *[np.zeros(0)] * (len(self.candidates) - len(self.warm))]
+        warm = [score(self.world.primary(self.team), values) for values in known]
+
+        def scores(arms: Int, episodes: int) -> Float64:
+            return arena.scores([self.candidates[int(arm)] for arm in arms], episodes)
+
+        episodes = asked.settings.selection_episodes * len(self.candidates)
+        return {"order": np.array(halving(scores, warm, episodes, min(FINALISTS, len(known))))}
+
+
+def common(asked: Extraction) -> range:
+    """The seeds of the episodes that all candidates play."""
+    return asked.settings.episodes(measures.SELECTION_SEEDS)[: asked.settings.selection_episodes]
+
+
+KINDS: Mapping[str, type[Choice]] = {UNIFORM: Uniform, RETURN: ByReturn, RACE: Raced}

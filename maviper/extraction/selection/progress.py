@@ -1,0 +1,50 @@
+"""What one step of an extraction gave, for those who watch it run.
+
+Does: holds a step's scores, the best so far with intervals, and figures of growth; writes them as a line.
+Assumes: nothing.
+Does not: show or keep anything.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+from codegen import ir
+from codegen.ir import GrownTree
+from maviper.episodes.measures import Estimate
+
+EXTRACTING, REFINING = "extracting", "refining"
+
+
+@dataclass(frozen=True)
+class Progress:
+    """What one step gave. Scores: the mean of the ratios to the expert while extracting, and the primary measure,
+    higher being better, while refining.
+    """
+
+    stage: str
+    done: int
+    total: int
+    score: float  # of this step's candidate
+    best: float
+    measured: Mapping[str, Estimate]  # team or agent -> primary measure of the best, against expert opponents
+    fidelity: float | None  # share of the step's decisions that were the expert's
+    leaves: int  # of the best, all agents
+    growth: Mapping[str, float] = field(default_factory=dict)  # figures of the step's growth, where teams grow jointly
+
+    @property
+    def line(self) -> dict[str, float | int | str | None]:
+        """As one line of a metrics file."""
+        found: dict[str, float | int | str | None] = {"stage": self.stage, "step": self.done, "score": self.score}
+        found |= {"best": self.best}
+        for name, estimate in self.measured.items():
+            low, high = estimate.interval
+            found |= {f"best {name}": estimate.value, f"best {name} low": low, f"best {name} high": high}
+        return found | {"fidelity": self.fidelity, "leaves": self.leaves, **self.growth}
+
+
+OnProgress = Callable[[Progress], None]
+
+
+def count_leaves(trees: Sequence[GrownTree]) -> int:
+    """Leaves of some trees together."""
+    return sum(int((tree.feature == ir.NO_FEATURE).sum()) for tree in trees)

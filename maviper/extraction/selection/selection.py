@@ -1,0 +1,101 @@
+"""The selection of an extraction: what agents, teams or all together choose, and when there is enough to choose from.
+
+Does: hands candidates to those who choose; says how the search stands; knows when to stop early.
+Assumes: candidates with a tree for each of its agents.
+Does not: make candidates; know how a choice is made (choices.py).
+"""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from codegen.ir import Float64, GrownTree
+from maviper.episodes import measures
+from maviper.extraction.bundles import AGENT, TEAM, UNIFORM, grouped
+from maviper.extraction.extraction import Extraction
+from maviper.extraction.journal import Arrays
+from maviper.extraction.selection.choices import KINDS, Choice, common
+from maviper.extraction.selection.progress import EXTRACTING, OnProgress, Progress, count_leaves
+
+
+class Selection:
+    """The choices of some `agents` that are extracted in the same rounds."""
+
+    def __init__(self, asked: Extraction, agents: Sequence[int], on_progress: OnProgress) -> None:
+        self.asked, self.agents, self.on_progress = asked, list(agents), on_progress
+        settings = asked.settings
+        experts = asked.journal.arrays("expert", self._experts)
+        units = grouped(asked.world, settings.selection_by, agents)
+        names = [""] if len(units) == 1 else [f"-{place}" for place in range(len(units))]
+        kind = KINDS[settings.selection]
+        self.choices = [kind(asked, unit, experts, name) for unit, name in zip(units, names, strict=True)]
+        self.offered = 0
+        self.fidelity: float | None = None
+        self.growth: Mapping[str, float] = {}
+        self._reference, self._since_gain = -np.inf, 0
+
+    def _experts(self) -> Arrays:
+        asked = self.asked
+        found = measures.values(asked.world, [asked.expert] * len(asked.world.agents), common(asked))
+        return {team: found[asked.world.primary(team)] for team in asked.world.teams}
+
+    def met(self, values: Mapping[str, Float64], fidelity: float) -> None:
+        """Says what the last candidate (or, before the first, the expert) did in its rollouts: `values`, each team's
+        primary measure; `fidelity`, the share of actions that were the expert's.
+        """
+        self.fidelity = fidelity
+        for choice in self.choices:
+            choice.met(values)
+
+    def grown(self, figures: Mapping[str, float]) -> None:
+        """Says by name how the growth of the next candidate went."""
+        self.growth = figures
+
+    def offer(self, trees: Sequence[GrownTree]) -> bool:
+        """Takes a candidate, trees in the order of `agents`; returns whether it is time to stop: no gain above the
+        interval for `patience` of them.
+        """
+        self.offered += 1
+        mine = dict(zip(self.agents, trees, strict=True))
+        judged = [choice.offer([mine[agent] for agent in choice.agents]) for choice in self.choices]
+        scores = [ratio for ratio in judged if ratio is not None]
+        if not scores:
+            return False
+        ratios, widths = zip(*(choice.ratio for choice in self.choices), strict=True)
+        best, half_width = float(np.mean(ratios)), float(np.sqrt(np.square(widths).sum()) / len(widths))
+        self._since_gain += 1
+        if best > self._reference:
+            self._reference, self._since_gain = best + half_width, 0
+        self.on_progress(self._progress(float(np.mean(scores)), best))
+        return self._since_gain >= self.asked.settings.patience and all(choice.stops for choice in self.choices)
+
+    def _progress(self, score: float, best: float) -> Progress:
+        measured = {
+            self._name(choice, measure.team): estimate
+            for choice in self.choices
+            for measure, estimate in choice.found.items()
+        }
+        leaves = sum(count_leaves(choice.candidates[choice.best]) for choice in self.choices)
+        total = self.asked.settings.iterations
+        return Progress(EXTRACTING, self.offered, total, score, best, measured, self.fidelity, leaves, self.growth)
+
+    def _name(self, choice: Choice, team: str) -> str:
+        """What tells apart the choices: the agent where each of several has its own, otherwise the team."""
+        alone = self.asked.settings.selection_by == AGENT and len(self.choices) > 1
+        return self.asked.world.agents[choice.agents[0]] if alone else team
+
+    def chosen(self) -> list[list[GrownTree]]:
+        """The best trees of each agent, the chosen one first; agents in the order of `agents`."""
+        found = {}
+        for choice in self.choices:
+            found |= dict(zip(choice.agents, choice.chosen(), strict=True))
+        return [found[agent] for agent in self.agents]
+
+    @property
+    def facts(self) -> dict[str, int]:
+        """What the provenance says of the selection."""
+        facts, settings = {"stopped_after": self.offered}, self.asked.settings
+        if len(self.choices) == 1 and settings.selection == UNIFORM and settings.selection_by != TEAM:
+            return facts | {"best_iteration": self.choices[0].best + 1}
+        names = [(f"best_iteration_{self._name(choice, choice.teams[0])}", choice.best) for choice in self.choices]
+        return facts | {name: best + 1 for name, best in names}

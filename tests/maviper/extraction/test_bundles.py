@@ -1,0 +1,251 @@
+"""An algorithm's name is a bundle of settings: the same bytes as before there were any, one difference a rung."""
+
+import hashlib
+import json
+from dataclasses import replace
+from itertools import pairwise, product
+
+import pytest
+
+from codegen import policy_json
+from codegen.errors import InputError, UnknownNameError
+from maviper.cli import main
+from maviper.evaluation import held_out
+from maviper.experts.finding import find_expert
+from maviper.experts.measured import Measured
+from maviper.experts.scripted import scripted
+from maviper.extraction.algorithms import extract
+from maviper.extraction.bundles import (
+    AGENT,
+    ALGORITHMS,
+    ALL,
+    BUNDLES,
+    EXPERTS,
+    FITTED_Q,
+    PARTS,
+    ROLLOUTS_BY,
+    RUNGS,
+    SELECTION_BY,
+    TEAM,
+    VIPER,
+    WEIGHTS,
+    bundle,
+    grouped,
+)
+from maviper.extraction.extraction import Running
+from maviper.extraction.journal import Journal
+from maviper.extraction.released import released
+from maviper.extraction.settings import Settings
+from maviper.worlds import find
+
+SMALL = {"iterations": 3, "rollouts": 6, "selection_episodes": 12, "max_depth": 3, "refinement": 0}
+
+
+@pytest.fixture(autouse=True)
+def quick(monkeypatch):
+    monkeypatch.setattr(held_out, "EVALUATION_EPISODES", 10)
+    monkeypatch.setattr(released, "WARM_UP", 8)
+
+
+@pytest.fixture(scope="module")
+def games():
+    """Experts whose Q is counted and not a network's, so that its bits are every machine's."""
+    deception = find("physical-deception")
+    expert, coordination = find_expert("coordination,agents=3,kinds=2")
+    return {
+        "deception": (deception, Measured(deception, scripted(deception), horizon=2)),
+        "coordination": (coordination, expert),
+    }
+
+
+def settings_of(world, **given):
+    agent = {"agent": world.agents[-1]} if given.get("algorithm") == VIPER else {}
+    return Settings.of({**SMALL, **agent, **given}, world)
+
+
+def text_of(world, expert, **given):
+    found = extract(world, expert, settings_of(world, **given))
+    return policy_json.dumps(replace(found, provenance=replace(found.provenance, tool="any")))
+
+
+def test_the_names_give_the_bytes_that_they_gave_before_they_were_bundles(games, golden):
+    """The golden hashes were written by the code that had a path for each name."""
+    found = {}
+    for (game, (world, expert)), algorithm, preset in product(games.items(), ALGORITHMS, ("paper", "default")):
+        text = text_of(world, expert, algorithm=algorithm, preset=preset, seed=5)
+        found[f"{game} {algorithm} {preset}"] = hashlib.sha256(text.encode()).hexdigest()
+    golden("tests/golden", {"bundles.json": json.dumps(found, indent=2) + "\n"})
+
+
+def test_every_name_says_every_part():
+    for algorithm, selection in product(ALGORITHMS, ("uniform", "return", "race")):
+        assert set(bundle(algorithm, selection)) == set(PARTS)
+        found = Settings.of({"algorithm": algorithm, "selection": selection})
+        assert found.changed == [] and Settings(algorithm=algorithm, selection=selection).checked().changed == []
+    assert set(BUNDLES) == set(ALGORITHMS)
+
+
+# --- the ladder
+
+
+@pytest.mark.parametrize("preset", ["paper", "default"])
+def test_each_rung_is_one_difference(preset):
+    rungs = [Settings.of({"preset": preset, **given}) for given in RUNGS.values()]
+    differing = [
+        [name for name in PARTS if getattr(below, name) != getattr(above, name)] for below, above in pairwise(rungs)
+    ]
+    assert differing == [["rollouts_by"], ["selection_by"], ["weights"], ["least_right"], ["least_right"]]
+
+
+@pytest.mark.parametrize("preset", ["paper", "default"])
+def test_a_rung_is_the_same_from_either_side(preset, games):
+    """What IVIPER becomes with MAVIPER's settings is what MAVIPER becomes with IVIPER's."""
+    world, expert = games["deception"]
+
+    def trees(**given):
+        found = extract(world, expert, settings_of(world, preset=preset, **given))
+        return [(policy.grown.feature.tolist(), policy.grown.threshold.tolist()) for policy in found.agents]
+
+    whole = bundle("maviper", Settings.of({"preset": preset}).selection)["selection_by"]
+    below = {
+        "joint-rollouts": {"algorithm": "iviper", "rollouts_by": ALL},
+        "joint-selection": {"algorithm": "iviper", "rollouts_by": ALL, "selection_by": whole},
+        "averaged-weights": {"algorithm": "maviper", "least_right": "0"},
+        "vote-N-1": {"algorithm": "maviper-no-prediction", "least_right": "N-1"},
+    }
+    found = {name: trees(patience=10, **RUNGS[name]) for name in RUNGS}
+    for name, given in below.items():
+        assert trees(patience=10, **given) == found[name], name
+    assert trees(algorithm="maviper-iviper-resampling", least_right="0") == found["joint-selection"]
+    assert len({str(each) for each in found.values()}) >= 4
+
+
+def test_ivipers_rollouts_have_the_others_at_their_experts(games, tmp_path):
+    """By `team`, team-mates' trees play together against experts, so that each team has data of its own."""
+    world, expert = games["deception"]
+    counts = {}
+    for by in ROLLOUTS_BY:
+        place = tmp_path / by
+        votes = "0" if by == AGENT else "N-1"
+        settings = settings_of(world, algorithm="maviper", preset="paper", rollouts_by=by, least_right=votes)
+        extract(world, expert, settings, journal=Journal(place))
+        counts[by] = len(list(place.rglob("0001-rollouts*.safetensors")))
+    assert counts == {EXPERTS: 1, AGENT: 3, TEAM: 2, ALL: 1}
+
+
+def test_each_team_says_its_best_round_where_teams_go_their_own_ways(games):
+    world, expert = games["deception"]
+    settings = settings_of(world, preset="paper", rollouts_by=TEAM, selection_by=TEAM)
+    told = extract(world, expert, settings).provenance.training
+    assert {"best_iteration_adversaries", "best_iteration_defenders", "stopped_after", "points"} <= set(told)
+    assert told["points"] == 2 * 3 * 6 * 25 and "best_iteration" not in told
+
+
+@pytest.mark.parametrize("by", SELECTION_BY)
+def test_what_is_chosen_together_is_of_one_round(by, games, tmp_path):
+    world, expert = games["deception"]
+    settings = settings_of(world, preset="paper", selection_by=by, iterations=5)
+    found = extract(world, expert, settings, journal=Journal(tmp_path))
+    told = {name: value for name, value in found.provenance.training.items() if name.startswith("best_iteration")}
+    assert len(told) == {AGENT: 3, TEAM: 2, ALL: 1}[by]
+    for unit, place in zip(grouped(world, by, range(3)), told.values(), strict=True):
+        arrays = Journal(tmp_path).arrays(f"{place - 1:04d}-trees", pytest.fail)
+        for agent in unit:
+            assert found.agents[agent].grown.threshold.tobytes() == arrays[f"{agent:03d}.threshold"].tobytes()
+
+
+def test_equal_weights_draw_nothing(games):
+    """Each state counts once, whatever the seed; and no critic is asked."""
+    world, expert = games["coordination"]
+
+    class Silent:
+        def __getattr__(self, name):
+            assert name != "q", "the critic is asked"
+            return getattr(expert, name)
+
+    settings = settings_of(world, preset="paper", weights="equal", iterations=1)
+    extract(world, Silent(), settings)
+
+
+@pytest.mark.parametrize("given", [{"rollouts_by": "team", "selection_by": "team"}, {"rollouts_by": "team"}])
+@pytest.mark.parametrize("preset", ["paper", "default"])
+def test_an_interrupted_run_goes_on_with_the_same_bytes(given, preset, games, tmp_path):
+    world, expert = games["deception"]
+    settings = settings_of(world, preset=preset, **given)
+    whole = policy_json.dumps(extract(world, expert, settings, journal=Journal(tmp_path)))
+    for step in sorted(tmp_path.rglob("*.safetensors"))[1::2]:
+        step.unlink()
+    again = extract(world, expert, settings, Running(jobs=1), Journal(tmp_path))
+    assert policy_json.dumps(again) == whole == policy_json.dumps(extract(world, expert, settings))
+
+
+# --- what is said
+
+
+def test_a_profile_says_what_its_name_does_not(games):
+    world, expert = games["coordination"]
+    usual = extract(world, expert, settings_of(world)).provenance.training
+    assert not {"rollouts_by", "weights", "selection_by"} & set(usual) and usual["least_right"] == "N-1"
+    other = extract(world, expert, settings_of(world, **RUNGS["joint-rollouts"])).provenance.training
+    assert other["weights"] == "own" and other["least_right"] == "0" and other["selection_by"] == "agent"
+    assert "rollouts_by" not in other
+
+
+def test_a_run_folder_says_all_of_it_and_goes_on_only_with_the_same(tmp_path, capsys):
+    run = tmp_path / "run"
+    asked = ["extract", "coordination,agents=2", "--preset", "paper", "--max-episodes", "60", "--max-depth", "1"]
+    assert main.run([*asked, "-o", str(run)]) == 0
+    config = json.loads((run / "config.json").read_text())["settings"]
+    assert {name: config[name] for name in PARTS} == bundle("maviper", "uniform")
+    assert main.run([*asked, "-o", str(run), "--resume", "--selection-by", "all"]) == 0, "as it was"
+    assert main.run([*asked, "-o", str(run), "--resume", "--weights", "own"]) == 2
+    assert "weights differ" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("budget", [100, 500, 29_999])
+@pytest.mark.parametrize(("rollouts_by", "selection_by"), list(product(ROLLOUTS_BY, SELECTION_BY)))
+def test_a_budget_is_kept_by_every_combination(budget, rollouts_by, selection_by):
+    world = find("physical-deception")
+    given = {"budget": budget, "rollouts_by": rollouts_by, "selection_by": selection_by, "selection": "uniform"}
+    found = Settings.of({**given, "least_right": "0"}).resolved(world)
+    played = len(grouped(world, rollouts_by, range(3))) * found.iterations * found.rollouts
+    scored = {AGENT: 3, TEAM: 2, ALL: 2}[selection_by] * found.iterations
+    expert = len(grouped(world, found.together, range(3)))
+    assert 0.7 * budget <= played + (scored + expert) * found.selection_episodes <= budget
+
+
+# --- what is refused
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"algorithm": "iviper", "least_right": "N"}, "each has data of its own"),
+        ({"rollouts_by": "agent"}, "each has data of its own"),
+        ({"preset": "released", "least_right": "N"}, "preset released"),
+        ({"preset": "released", "rollouts_by": "team"}, "preset released"),
+        ({"preset": "released", "algorithm": "iviper", "weights": "averaged"}, "preset released"),
+        ({"preset": "released", "selection_by": "agent"}, "preset released"),
+        ({"algorithm": "viper", "rollouts_by": "all"}, "viper extracts one agent"),
+        ({"algorithm": "viper", "selection_by": "team"}, "viper extracts one agent"),
+        ({"algorithm": FITTED_Q, "rollouts_by": "all"}, "rewards of expert episodes"),
+        ({"algorithm": FITTED_Q, "weights": "own"}, "rewards of expert episodes"),
+        ({"selection": "race", "selection_by": "all"}, "one agent or of one team"),
+        ({"selection": "return", "selection_by": "all"}, "one agent or of one team"),
+    ],
+)  # fmt: skip
+def test_what_means_nothing_is_refused(given, said):
+    with pytest.raises(InputError, match=said):
+        Settings.of(given)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "known"),
+    [("rollouts_by", "teams", ROLLOUTS_BY), ("weights", "average", WEIGHTS), ("selection_by", "agents", SELECTION_BY)],
+)
+def test_unknown_values(name, value, known):
+    with pytest.raises(UnknownNameError, match="did you mean"):
+        Settings.of({name: value})
+    for each in known:
+        votes = "0" if each == AGENT else "N-1"
+        assert getattr(Settings.of({name: each, "least_right": votes, "selection": "uniform"}), name) == each
