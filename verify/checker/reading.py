@@ -56,7 +56,7 @@ class Reading:
         self.order = {agent: place for place, agent in enumerate(order)}
         self.bounds: dict[tuple[str, str, Fraction, bool], int] = {}  # upper - lower <= most, or below it when strict
         self.parts: list[dict[tuple[Formula, bool], int]] = [{} for _ in order]
-        # what was read before, by identity, which is quicker to compare; the formula is kept so that its id stays its own
+        # what was read before, by identity, which is quick to compare; a formula is kept so that its id stays its own
         self._atoms: dict[tuple[int, bool], tuple[Linear, Flat]] = {}
         self._speaking: dict[tuple[int, bool], tuple[Formula, tuple[int, int] | None]] = {}
         self._denied: dict[tuple[int, int], list[Flat]] = {}

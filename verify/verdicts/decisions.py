@@ -7,7 +7,6 @@ Does not: write reports (reports/report.py).
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from fractions import Fraction
 from typing import Literal
 
 from codegen.intervals import Share
@@ -25,7 +24,7 @@ from verify.solver.solve import Answer
 from verify.states.acting import Replay
 from verify.states.shares import SAMPLE_SEED, Shares, measure
 from verify.states.state import State
-from verify.verdicts.margins import Margin, largest_margin
+from verify.verdicts.margins import Margin, room
 from verify.verdicts.opinions import Opinion, Zoned, agreeing, by_zones, largest_eps
 
 
@@ -119,7 +118,7 @@ def verify(
         solver=solve.solver_name(),
         visited=visited,
         semantics=question.semantics,
-        largest=_largest(question) if verdict is Verdict.PROVED else None,
+        largest=room(question) if verdict is Verdict.PROVED else None,
         steady_up_to=largest_eps(question) if steady else None,
         engines=(zoned.opinion, second),
         certificate=zoned.certificate if verdict is Verdict.PROVED else None,
@@ -135,17 +134,6 @@ def _ensure_none_violates(question: DecisionQuestion) -> None:
     wrong = next(violating_samples(question), None)
     if wrong is not None:
         raise AssertionError(f"proved, yet {wrong} violates {question.claim.name}")
-
-
-def _largest(question: DecisionQuestion) -> Margin | None:
-    """Up to which margin a proved claim holds; None for claims that a margin does not make harder."""
-    if not question.claim.hardens:
-        return None
-
-    def proved_at(margin: Fraction) -> bool:
-        return decide(question.with_margin(margin)).verdict is Verdict.PROVED
-
-    return largest_margin(proved_at, question.claim.margin)
 
 
 def _alive(question: DecisionQuestion, visited: Visited | None) -> Result:
