@@ -10,13 +10,16 @@ import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import cached_property
+from typing import TYPE_CHECKING
 
 import click
-from rich.console import Console as RichConsole
-from rich.progress import MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-from rich.table import Column
 
 from codegen.errors import visible
+
+if TYPE_CHECKING:
+    from rich.console import Console as RichConsole
+    from rich.progress import Progress
 
 LABEL_WIDTH = 12
 PLAIN_SECONDS = 10.0
@@ -34,7 +37,13 @@ class Console:
 
     def __init__(self, quiet: bool = False, of: str = "") -> None:
         self.quiet, self.of = quiet, of
-        self.rich = RichConsole(stderr=True, quiet=quiet, highlight=False)
+
+    @cached_property
+    def rich(self) -> "RichConsole":
+        """What draws on a terminal; imported only where it is asked for, as that takes a while."""
+        from rich.console import Console as RichConsole
+
+        return RichConsole(stderr=True, quiet=self.quiet, highlight=False)
 
     def line(self, label: str, text: str = "") -> None:
         """One line: a label in its column, then the text. Long lines are left to the terminal."""
@@ -46,9 +55,12 @@ class Console:
     @contextmanager
     def live(self, label: str, total: int) -> Iterator["LiveLine"]:
         """A stage with a live line."""
-        if not self.rich.is_terminal or self.quiet or self.of:
+        if self.quiet or self.of or not self.rich.is_terminal:
             yield LiveLine(self, label, total)
             return
+        from rich.progress import MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+        from rich.table import Column
+
         fixed = Column(no_wrap=True)
         columns = (
             TextColumn(f"{label:<{LABEL_WIDTH - 1}}", table_column=fixed),
@@ -63,7 +75,7 @@ class Console:
 class LiveLine:
     """Done/total, what the stage says of itself, rate and time left."""
 
-    def __init__(self, console: Console, label: str, total: int, progress: Progress | None = None) -> None:
+    def __init__(self, console: Console, label: str, total: int, progress: "Progress | None" = None) -> None:
         self.console, self.label, self.total, self.progress = console, label, total, progress
         self.task = progress.add_task("", total=total) if progress else None
         self.started = self.printed = time.monotonic()

@@ -84,10 +84,8 @@ def verify(context: click.Context, profile: Path, output: Path | None, as_json: 
         console.line("where", f"not available for {name}, which is about episodes")
     if output is not None:
         _write(output, profile, done, console)
-    if as_json:
-        click.echo(done.reports["report.json"], nl=False)
-    elif output is None:
-        click.echo(done.reports["report.txt"], nl=False)
+    if as_json or output is None:
+        click.echo(done.printed(as_json), nl=False)
     return exit_code(done.results)
 
 

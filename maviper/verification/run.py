@@ -20,6 +20,7 @@ from maviper.verification.failing_states import states_files
 from maviper.verification.join import report_files, verify_claims
 from maviper.verification.places import repeated, where_files
 from verify.claims.region import Kind
+from verify.reports import report
 from verify.verdicts.decisions import Result
 from verify.verdicts.episodes import EpisodeResult
 
@@ -42,7 +43,16 @@ class Verified:
     @cached_property
     def reports(self) -> dict[str, str]:
         """report.html, report.json and report.txt."""
-        return report_files(self.profile, self.results, [repeated(one, self.cells) for one in self.asked], {})
+        return report_files(self.profile, self.results, self._commands, {})
+
+    def printed(self, as_json: bool) -> str:
+        """The report for standard output alone: as JSON or as text."""
+        facts = report.document(self.profile, self.results, self._commands, {})
+        return report.as_json(facts) if as_json else report.as_text(facts)
+
+    @property
+    def _commands(self) -> list[str]:
+        return [repeated(one, self.cells) for one in self.asked]
 
     @cached_property
     def certificates(self) -> dict[str, str]:

@@ -8,12 +8,13 @@ Does not: prove anything; the solver's verdict stands on its own.
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import product
 
 import numpy as np
 
 from codegen.intervals import Share
-from codegen.ir import AgentPolicy, Bool, Float64, PolicyProfile
+from codegen.ir import AgentPolicy, Bool, Float64, Int32, PolicyProfile
 from verify.claims.decisions import DecisionClaim, engaged
 from verify.claims.formula import TRUE, And, Batch, Formula, agents, disjunction, given
 from verify.claims.matching import preventable
@@ -41,13 +42,14 @@ class Shares:
 def measure(question: DecisionQuestion, seed: int, count: int = SAMPLES) -> Shares:
     """The shares of the region, from at most `count` uniform world states at rest that meet the assumption."""
     claim, world = question.claim, question.profile.world
-    coordinates, _ = sample(question.region, world, count, seed)
+    coordinates, _, fails = drawn(question, seed, count)
     if claim.assume != TRUE:
-        coordinates = coordinates[batch(coordinates, world).holds(claim.assume, {})]
+        met = batch(coordinates, world).holds(claim.assume, {})
+        coordinates, fails = coordinates[met], fails[met]
     n = len(coordinates)
     conflicting = conflicts(question, coordinates)
     contested = _contested(question, coordinates)
-    failing = int(violating(question, coordinates).sum())
+    failing = int(fails.sum())
     changing = int(noise.changeable(question, coordinates).sum()) if claim.eps else None
     return Shares(
         None if conflicting is None else Share(int(conflicting.sum()), n),
@@ -55,6 +57,13 @@ def measure(question: DecisionQuestion, seed: int, count: int = SAMPLES) -> Shar
         Share(failing, n),
         None if changing is None else Share(changing, n),
     )
+
+
+@lru_cache(maxsize=2)  # the verdict, its shares and its counterexample look at the same draw
+def drawn(question: DecisionQuestion, seed: int, count: int) -> tuple[Float64, Int32, Bool]:
+    """Uniform world states at rest: coordinates, places of their goals, and where the claim is violated, [count]."""
+    coordinates, goals = sample(question.region, question.profile.world, count, seed)
+    return coordinates, goals, violating(question, coordinates)
 
 
 def violating(question: DecisionQuestion, coordinates: Float64) -> Bool:
