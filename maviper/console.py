@@ -8,8 +8,8 @@ Does not: decide anything.
 
 import sys
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -51,6 +51,20 @@ class Console:
             label, text = self.of, f"{label} {text}"
         if not self.quiet:
             print(visible(f"{label:<{LABEL_WIDTH}}{text}".rstrip()), file=sys.stderr, flush=True)
+
+    @contextmanager
+    def following(self, label: str) -> Iterator[Callable[[int, int, str], None]]:
+        """A stage whose live line appears once something is told of it: how much is done, of at most, and words."""
+        with ExitStack() as stack:
+            lines: list[LiveLine] = []
+
+            def listener(done: int, most: int, words: str) -> None:
+                if not lines:
+                    lines.append(stack.enter_context(self.live(label, most)))
+                lines[0].total = most
+                lines[0].update(done, words)
+
+            yield listener
 
     @contextmanager
     def live(self, label: str, total: int) -> Iterator["LiveLine"]:

@@ -5,7 +5,7 @@ Assumes: results of `maviper.verification`; this module is heavy, so commands im
 Does not: decide, write files or print what belongs on standard output.
 """
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import TYPE_CHECKING
 
 from codegen.errors import ExitCode
@@ -29,12 +29,11 @@ def say_results(profile: PolicyProfile, results: "Sequence[Result | EpisodeResul
             console.line("", line)
 
 
-def exit_code(results: "Sequence[Result | EpisodeResult]") -> int:
+def exit_code(verdicts: Collection[Verdict]) -> int:
     """The worst verdict as an exit code: violated before inconclusive before proved."""
-    verdicts = {result.verdict for result in results}
     if Verdict.VIOLATED in verdicts:
         return ExitCode.VIOLATED
-    return ExitCode.DONE if verdicts == {Verdict.PROVED} else ExitCode.INCONCLUSIVE
+    return ExitCode.DONE if {*verdicts} == {Verdict.PROVED} else ExitCode.INCONCLUSIVE
 
 
 def say_repair(done: "Repaired", console: Console) -> None:

@@ -5,7 +5,7 @@ Assumes: `join` joins verifier and simulator.
 Does not: decide verdicts, print, or write files.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -17,12 +17,14 @@ from maviper.verification.ask import Asked, VerifyOptions, questions
 from maviper.verification.certificates import certificate_files
 from maviper.verification.counterexamples import counterexample_files
 from maviper.verification.failing_states import states_files
-from maviper.verification.join import report_files, verify_claims
+from maviper.verification.join import one_by_one, report_files
 from maviper.verification.places import repeated, where_files
 from verify.claims.region import Kind
 from verify.reports import report
 from verify.verdicts.decisions import Result
 from verify.verdicts.episodes import EpisodeResult
+
+Known = Result | EpisodeResult
 
 
 @dataclass(frozen=True)
@@ -81,10 +83,26 @@ class Verified:
         return self.reports | self.certificates | self.counterexamples | self.places | self.states | beside
 
 
-def verified(profile: ir.PolicyProfile, asked: Sequence[Asked], options: VerifyOptions) -> Verified:
-    """The results of questions, see `maviper.verification.ask.questions`."""
-    results = verify_claims([one.question for one in asked], options.where)
-    return Verified(profile, tuple(asked), tuple(results), options.cells)
+def verified(
+    profile: ir.PolicyProfile,
+    asked: Sequence[Asked],
+    options: VerifyOptions,
+    told: Callable[[Known], None] | None = None,
+) -> Verified:
+    """The results of questions, see `maviper.verification.ask.questions`. `told` gets each as soon as it is known.
+
+    Interrupted after the first result, it gives those that are known, and so fewer than were asked for.
+    """
+    found: list[Known] = []
+    try:
+        for result in one_by_one([one.question for one in asked], options.where):
+            found.append(result)
+            if told is not None:
+                told(result)
+    except KeyboardInterrupt:
+        if not found:
+            raise
+    return Verified(profile, tuple(asked[: len(found)]), tuple(found), options.cells)
 
 
 def results(profile: ir.PolicyProfile, options: VerifyOptions) -> list[Result | EpisodeResult]:

@@ -84,14 +84,7 @@ def verify(
     claim = question.claim
     if claim.kind is Kind.LEAVES:
         return _alive(question, visited)
-    _ = question.team
-    zoned = by_zones(question)
-    verdict, reason, spent, state, second = _settled(question, zoned)
-    if verdict is Verdict.PROVED and not assumption_met(question):
-        verdict, reason = (
-            Verdict.UNKNOWN,
-            "no world state that meets the assumption was found; a larger --solver-units may find one",
-        )
+    zoned, (verdict, reason, spent, state, second) = _judged(question)
     counterexample = explanation = None
     if state is not None:
         counterexample = explain(question, state, replays)
@@ -125,6 +118,26 @@ def verify(
         branches=zoned.branches,
         explanation=explanation,
     )
+
+
+def verdict(question: DecisionQuestion) -> tuple[Verdict, str]:
+    """The verdict of `verify` and its reason alone: without shares, control, margins and explanation."""
+    if question.claim.kind is Kind.LEAVES:
+        found = _alive(question, None)
+        return found.verdict, found.reason
+    answer, reason, *_ = _judged(question)[1]
+    return answer, reason
+
+
+def _judged(question: DecisionQuestion) -> tuple[Zoned, tuple[Verdict, str, int, State | None, Opinion]]:
+    """What the zones say, and what is settled with Z3; a proof only where some state meets the assumption."""
+    _ = question.team
+    zoned = by_zones(question)
+    settled = _settled(question, zoned)
+    if settled[0] is Verdict.PROVED and not assumption_met(question):
+        reason = "no world state that meets the assumption was found; a larger --solver-units may find one"
+        settled = (Verdict.UNKNOWN, reason, *settled[2:])
+    return zoned, settled
 
 
 def _ensure_none_violates(question: DecisionQuestion) -> None:
