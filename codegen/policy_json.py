@@ -12,6 +12,7 @@ import hashlib
 import json
 import re
 from collections.abc import Mapping
+from functools import lru_cache
 from typing import Any, cast
 
 import msgspec
@@ -50,6 +51,7 @@ SEMANTICS = (
 )
 
 
+@lru_cache(maxsize=8)  # a profile is frozen, its arrays too, and asked for its hash by everyone who writes a file
 def content_hash(profile: PolicyProfile) -> str:
     """SHA-256 of everything in the profile, in hexadecimal."""
     return _hash(_document(profile))

@@ -8,15 +8,18 @@ Does not: decide anything.
 
 import sys
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from functools import cached_property
+from typing import TYPE_CHECKING
 
 import click
-from rich.console import Console as RichConsole
-from rich.progress import MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-from rich.table import Column
 
 from codegen.errors import visible
+
+if TYPE_CHECKING:
+    from rich.console import Console as RichConsole
+    from rich.progress import Progress
 
 LABEL_WIDTH = 12
 PLAIN_SECONDS = 10.0
@@ -43,7 +46,13 @@ class Console:
 
     def __init__(self, quiet: bool = False, of: str = "", lines: bool = True) -> None:
         self.quiet, self.of, self.lines = quiet, of, lines
-        self.rich = RichConsole(stderr=True, quiet=quiet, highlight=False)
+
+    @cached_property
+    def rich(self) -> "RichConsole":
+        """What draws on a terminal; imported only where it is asked for, as that takes a while."""
+        from rich.console import Console as RichConsole
+
+        return RichConsole(stderr=True, quiet=self.quiet, highlight=False)
 
     def line(self, label: str, text: str = "") -> None:
         """One line: a label in its column, then the text. Long lines are left to the terminal."""
@@ -53,25 +62,42 @@ class Console:
             print(self._coloured(visible(f"{label:<{LABEL_WIDTH}}{text}".rstrip()), label), file=sys.stderr, flush=True)
 
     def _coloured(self, line: str, label: str) -> str:
-        if label not in COLOURS or self.rich.no_color or not self.rich.is_terminal or self.rich.is_dumb_terminal:
+        if label not in COLOURS or not sys.stderr.isatty() or self.rich.no_color or self.rich.is_dumb_terminal:
             return line
         return click.style(line[: len(label)], fg=COLOURS[label], bold=True) + line[len(label) :]
 
     @contextmanager
     def busy(self, label: str, text: str) -> Iterator[None]:
         """On a terminal, a line that moves while something without steps goes on; it is gone afterwards."""
-        if not self.rich.is_terminal or self.quiet or self.of:
+        if self.quiet or self.of or not sys.stderr.isatty():
             yield
             return
         with self.rich.status(f"{label:<{LABEL_WIDTH - 2}}{text}"):
             yield
 
     @contextmanager
+    def following(self, label: str) -> Iterator[Callable[[int, int, str], None]]:
+        """A stage whose live line appears once something is told of it: how much is done, of at most, and words."""
+        with ExitStack() as stack:
+            lines: list[LiveLine] = []
+
+            def listener(done: int, most: int, words: str) -> None:
+                if not lines:
+                    lines.append(stack.enter_context(self.live(label, most)))
+                lines[0].total = most
+                lines[0].update(done, words)
+
+            yield listener
+
+    @contextmanager
     def live(self, label: str, total: int) -> Iterator["LiveLine"]:
         """A stage with a live line."""
-        if not self.rich.is_terminal or self.quiet or self.of:
+        if self.quiet or self.of or not self.rich.is_terminal:
             yield LiveLine(self, label, total)
             return
+        from rich.progress import MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+        from rich.table import Column
+
         fixed = Column(no_wrap=True)
         columns = (
             TextColumn(f"{label:<{LABEL_WIDTH - 1}}", table_column=fixed),
@@ -86,7 +112,7 @@ class Console:
 class LiveLine:
     """Done/total, what the stage says of itself, rate and time left."""
 
-    def __init__(self, console: Console, label: str, total: int, progress: Progress | None = None) -> None:
+    def __init__(self, console: Console, label: str, total: int, progress: "Progress | None" = None) -> None:
         self.console, self.label, self.total, self.progress = console, label, total, progress
         self.task = progress.add_task("", total=total) if progress else None
         self.started = self.printed = time.monotonic()

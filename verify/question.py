@@ -54,7 +54,13 @@ class Question(Generic[About]):
 
     def formula_for(self: "Question[DecisionClaim]", goal: str | None) -> Formula:
         """The claim as a formula for one goal."""
-        return for_goal(self.formula, goal)
+        if goal not in self._for_goals:
+            self._for_goals[goal] = for_goal(self.formula, goal)
+        return self._for_goals[goal]
+
+    @cached_property
+    def _for_goals(self) -> dict[str | None, Formula]:
+        return {}
 
     @property
     def goals(self) -> tuple[str | None, ...]:

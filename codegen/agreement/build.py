@@ -17,11 +17,15 @@ from codegen.targets import USUAL, written
 
 @dataclass(frozen=True, eq=False)
 class Build:
-    """`files`: name -> text; bytes of targets that are none. They may be some, or others than the model's own."""
+    """`files`: name -> text; bytes of targets that are none. They may be some, or others than the model's own.
+
+    `optimised`: whether the library is; for a few decisions a compiler takes three times as long to optimise it.
+    """
 
     profile: PolicyProfile
     model: Model
     files: Mapping[str, str | bytes]
+    optimised: bool = True
 
     def text(self, ending: str) -> str | None:
         """The file PREFIX.ending, where it is there and a text."""
@@ -43,7 +47,7 @@ class Build:
         """The header, compiled when it is first asked for. Only where it is `compilable`."""
         header, compiler = self.text("h"), self.compiler
         assert header is not None and compiler is not None, "nothing to compile, or nothing to compile with"
-        return CompiledC(header, self.model, compiler)
+        return CompiledC(header, self.model, compiler, self.optimised)
 
     def __enter__(self) -> "Build":
         return self

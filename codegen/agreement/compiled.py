@@ -70,7 +70,8 @@ def _run(command: Sequence[str], folder: str) -> subprocess.CompletedProcess[str
 class CompiledC:
     """The header, compiled strictly into a library and loaded. Use as a context manager."""
 
-    def __init__(self, header: str, model: Model, compiler: list[str]) -> None:
+    def __init__(self, header: str, model: Model, compiler: list[str], optimised: bool = True) -> None:
+        self._level = "-O2" if optimised else "-O0"
         self._folder = tempfile.TemporaryDirectory(prefix="maviper-")
         folder = Path(self._folder.name)
         (folder / f"{model.prefix}.h").write_text(header)
@@ -95,7 +96,7 @@ class CompiledC:
         self._n_coordinates = len(model.names.coordinates)
 
     def _build(self, compiler: list[str], source: str) -> subprocess.CompletedProcess[str]:
-        command = [*compiler, *STRICT, "-O2", "-fPIC", "-shared", "-o", "policy.so", source]
+        command = [*compiler, *STRICT, self._level, "-fPIC", "-shared", "-o", "policy.so", source]
         return _run(command, self._folder.name)
 
     def __enter__(self) -> "CompiledC":

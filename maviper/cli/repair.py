@@ -86,10 +86,12 @@ def repair(context: click.Context, profile: Path, output: Path, **options: Any) 
     from maviper.files import runs
     from maviper.files.profiles import load
     from maviper.verification.repair import RepairOptions, repaired
+    from verify.progress import listening
 
     console = console_of(context)
     asked = RepairOptions(**options).checked()
-    found = repaired(load(profile), asked, profile.name)
+    with console.following("repairing") as listener, listening(listener):
+        found = repaired(load(profile), asked, profile.name)
     if found.after is None:
         subject = f"{found.claim.name} of the {found.claim.team}, region {found.region.name}"
         console.line("not repaired", f"{subject}: {found.repair.reason}")
@@ -110,4 +112,4 @@ def repair(context: click.Context, profile: Path, output: Path, **options: Any) 
             f"the trees have depth {depth}, more than the {most} asked for; extract with a smaller --max-depth",
         )
         return ExitCode.VIOLATED
-    return exit_code(found.results)
+    return exit_code([result.verdict for result in found.results])

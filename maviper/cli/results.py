@@ -5,20 +5,22 @@ Assumes: results of `maviper.verification`; this module is heavy, so commands im
 Does not: decide, write files or print what belongs on standard output.
 """
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
+from typing import TYPE_CHECKING
 
 from codegen.errors import ExitCode
 from codegen.ir import PolicyProfile
 from maviper.console import Console
-from maviper.evaluation.comparison import say_sizes
-from maviper.verification.repair import Repaired
 from verify.claims.region import Verdict
 from verify.reports.report import as_lines
 from verify.verdicts.decisions import Result
-from verify.verdicts.episodes import EpisodeResult
+
+if TYPE_CHECKING:
+    from maviper.verification.repair import Repaired
+    from verify.verdicts.episodes import EpisodeResult
 
 
-def say_results(profile: PolicyProfile, results: Sequence[Result | EpisodeResult], console: Console) -> None:
+def say_results(profile: PolicyProfile, results: "Sequence[Result | EpisodeResult]", console: Console) -> None:
     """One block of lines a result, from the facts of its report."""
     for result in results:
         named, lines = as_lines(profile, result)
@@ -27,16 +29,17 @@ def say_results(profile: PolicyProfile, results: Sequence[Result | EpisodeResult
             console.line("", line)
 
 
-def exit_code(results: Sequence[Result | EpisodeResult]) -> int:
+def exit_code(verdicts: Collection[Verdict]) -> int:
     """The worst verdict as an exit code: violated before inconclusive before proved."""
-    verdicts = {result.verdict for result in results}
     if Verdict.VIOLATED in verdicts:
         return ExitCode.VIOLATED
-    return ExitCode.DONE if verdicts == {Verdict.PROVED} else ExitCode.INCONCLUSIVE
+    return ExitCode.DONE if {*verdicts} == {Verdict.PROVED} else ExitCode.INCONCLUSIVE
 
 
-def say_repair(done: Repaired, console: Console) -> None:
+def say_repair(done: "Repaired", console: Console) -> None:
     """What a repair changed, and what it costs."""
+    from maviper.evaluation.comparison import say_sizes
+
     before, found = done.before, done.repair
     if not found.guards:
         console.line("repaired", "nothing: no state of the region violates the property")

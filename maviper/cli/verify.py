@@ -5,6 +5,7 @@ Assumes: `maviper.verification.run` decides; verify_options.py has the options t
 Does not: decide verdicts.
 """
 
+import json
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from maviper.console import Console
     from maviper.verification.ask import Asked, VerifyOptions
     from maviper.verification.run import Verified
+    from verify.claims.region import Verdict
 
 
 @click.command(
@@ -33,6 +35,7 @@ if TYPE_CHECKING:
 @option("-o", "--output", type=PATH, default=None, section=RESULTS, help="Folder for the report and the certificates.")
 @option("--json", "as_json", is_flag=True, section=RESULTS, help="Print the report as JSON.")
 @option("-v", "--verbose", "full", is_flag=True, section=RESULTS, help="Print the whole report as well.")
+@option("--verdict-only", is_flag=True, section=RESULTS, help="Print the verdicts alone, in less time.")
 @option("--smt", type=PATH, default=None, section=RESULTS, help="Folder for the queries to Z3, as SMT-LIB.")
 @click.pass_context
 def verify(
@@ -64,12 +67,14 @@ def verify(
       [apart]
       "landmark_0 - landmark_1" = 0.2
     """
+    from codegen.errors import InputError
     from maviper.cli.results import exit_code, say_results
     from maviper.files import runs
     from maviper.files.profiles import load
     from maviper.verification.ask import VerifyOptions, questions
     from maviper.verification.places import ensure_free
     from maviper.verification.run import verified
+    from verify.progress import listening
 
     console, asking = console_of(context), VerifyOptions(**options).checked()
     loaded = load(profile)
@@ -81,17 +86,42 @@ def verify(
             runs.folder(folder)
     if asking.smt is not None:
         _write_queries(asking.smt, loaded, found, asking, console)
-    done = verified(loaded, found, asking)
-    say_results(loaded, done.results, console)
+    if asking.verdict_only:
+        if output is not None:
+            raise InputError("--verdict-only writes no report", "-o", "leave one of them out")
+        return _verdicts(found, as_json)
+    with console.following("deciding") as listener, listening(listener):
+        done = verified(loaded, found, asking, lambda result: say_results(loaded, [result], console))
     for name in done.not_located:
         console.line("where", f"not available for {name}, which is about episodes")
     if output is not None:
         _write(output, profile, done, console)
+    if as_json or full or context.obj["verbose"]:
+        click.echo(done.printed(as_json), nl=False)
+    if len(done.results) < len(found):
+        console.line("interrupted", f"{len(done.results)} of {len(found)} claims were decided")
+        raise KeyboardInterrupt
+    return exit_code([result.verdict for result in done.results])
+
+
+def _verdicts(asked: "Sequence[Asked]", as_json: bool) -> int:
+    """A line of standard output for each verdict, or an object for all; the exit code."""
+    from maviper.cli.results import exit_code
+    from maviper.console import say
+    from maviper.verification.join import verdicts
+
+    found: list[dict[str, str]] = []
+    answers: list[Verdict] = []
+    for one, (verdict, reason) in zip(asked, verdicts([each.question for each in asked]), strict=True):
+        answers.append(verdict)
+        told = {"verdict": verdict.value, "property": one.claim.shown, "team": one.claim.team}
+        found.append(told | {"region": one.region.name, "reason": reason})
+        if not as_json:
+            of = f"{one.claim.shown} of the {one.claim.team}, region {one.region.name or 'given'}"
+            say(f"{verdict.value:<11} {of}" + (f": {reason}" if reason else ""))
     if as_json:
-        click.echo(done.reports["report.json"], nl=False)
-    elif full or context.obj["verbose"]:
-        click.echo(done.reports["report.txt"], nl=False)
-    return exit_code(done.results)
+        click.echo(json.dumps({"results": found}, indent=2))
+    return exit_code(answers)
 
 
 def _write_queries(

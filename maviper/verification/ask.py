@@ -60,6 +60,7 @@ class VerifyOptions:
     max_zones: int | None = None
     solver_units: int | None = None
     smt: Path | None = None  # a folder for the queries to the solver
+    verdict_only: bool = False  # no shares, margins, explanations or files beside the verdicts
 
     def checked(self) -> "VerifyOptions":
         """The options themselves; InputError for a limit that is out of its range, or that nothing reads."""
@@ -69,6 +70,8 @@ class VerifyOptions:
             raise InputError("--max-cells has no effect without --where", "--max-cells", "add --where")
         if self.max_cells is not None and not 0 < self.max_cells <= MAX_CELLS:
             raise InputError(f"the number of cells must be between 1 and {MAX_CELLS}", "--max-cells")
+        if self.verdict_only and self.where:
+            raise InputError("--where has no effect with --verdict-only", "--where", "leave one of them out")
         return self
 
     @property

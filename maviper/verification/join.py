@@ -28,7 +28,7 @@ from maviper.worlds.particle import placed
 from verify.claims.catalogue import Claim
 from verify.claims.decisions import DecisionClaim
 from verify.claims.formula import Formula
-from verify.claims.region import MACHINE, Kind, Region, called
+from verify.claims.region import MACHINE, Kind, Region, Verdict, called
 from verify.extent.found import where as located
 from verify.question import DecisionQuestion, Question
 from verify.reports import report
@@ -56,21 +56,25 @@ def verify_claims(questions: Sequence[Question[Claim]], where: bool = False) -> 
 
     `where`: also where claims about single decisions hold.
     """
+    return list(one_by_one(questions, where))
+
+
+def one_by_one(questions: Sequence[Question[Claim]], where: bool = False) -> Iterator[Result | EpisodeResult]:
+    """As `verify_claims`, each result as soon as it is known."""
     profile = ensure(questions[0].profile)
     assert all(question.profile is profile for question in questions)
     world = matching_places(profile)
-    made = build(profile, ["c"])
+    made = _for_replays(profile)
     skipped = [] if made.compilable else ["compiled C: no compiler found"]
     skipped += [] if world else [f"{shown(profile.world.reference)}: {NO_WORLD}"]
     single = any(question.claim.kind is not Kind.EPISODES for question in questions)
     episodes = on_policy(profile, world) if world is not None and single else None
-    results: list[Result | EpisodeResult] = []
     with made:
         for number, question in enumerate(questions, 1):
             claim = question.claim
             if claim.kind is Kind.EPISODES:
                 replays, asked = rollouts(made, world), question.about(claim).by(MACHINE)
-                results.append(closed_loop.verify_episodes(asked, replays, skipped))
+                yield closed_loop.verify_episodes(asked, replays, skipped)
                 continue
             decisions = _replays(made, profile.team(claim.team), world)
 
@@ -84,8 +88,24 @@ def verify_claims(questions: Sequence[Question[Claim]], where: bool = False) -> 
                 found = located(single_question, result.verdict, region_file(number, claim))
                 within = decided(single_question.within(found.part.region)) if found.part else None
                 result = replace(result, where=found, within=within)
-            results.append(result)
-    return results
+            yield result
+
+
+def verdicts(questions: Sequence[Question[Claim]]) -> Iterator[tuple[Verdict, str]]:
+    """The verdict on each question and its reason: those of `verify_claims`, without what a report says beside them."""
+    profile = ensure(questions[0].profile)
+    for question in questions:
+        claim = question.claim
+        if claim.kind is not Kind.EPISODES:
+            yield engine.verdict(question.about(claim))
+            continue
+        with _for_replays(profile) as made:
+            yield closed_loop.verdict(question.about(claim).by(MACHINE), rollouts(made, matching_places(profile)))
+
+
+def _for_replays(profile: ir.PolicyProfile) -> Build:
+    """The header, for a few decisions; that optimised code agrees is what `maviper compile` proves."""
+    return replace(build(profile, ["c"]), optimised=False)
 
 
 def region_file(number: int, claim: Claim) -> str:
@@ -96,7 +116,7 @@ def region_file(number: int, claim: Claim) -> str:
 def replayed(profile: ir.PolicyProfile, claim: Formula, team: str, state: State, semantics: str) -> Acted:
     """A team's actions in a world state, by everything that can replay it here."""
     world, policies = matching_places(profile), profile.team(team)
-    with build(profile, ["c"]) as made:
+    with _for_replays(profile) as made:
         return acted(profile, claim, team, state, _replays(made, policies, world), semantics)
 
 
@@ -105,7 +125,7 @@ def replayed_course(profile: ir.PolicyProfile, state: State, steps: int) -> tupl
 
     DisagreementError when one of them takes another course.
     """
-    with build(profile, ["c"]) as made:
+    with _for_replays(profile) as made:
         players = rollouts(made, matching_places(profile))
         return agreed(profile, state, steps, players), tuple(players)
 

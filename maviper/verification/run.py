@@ -5,7 +5,7 @@ Assumes: `join` joins verifier and simulator.
 Does not: decide verdicts, print, or write files.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -17,11 +17,14 @@ from maviper.verification.ask import Asked, VerifyOptions, questions
 from maviper.verification.certificates import certificate_files
 from maviper.verification.counterexamples import counterexample_files
 from maviper.verification.failing_states import states_files
-from maviper.verification.join import report_files, verify_claims
+from maviper.verification.join import one_by_one, report_files
 from maviper.verification.places import repeated, where_files
 from verify.claims.region import Kind
+from verify.reports import report
 from verify.verdicts.decisions import Result
 from verify.verdicts.episodes import EpisodeResult
+
+Known = Result | EpisodeResult
 
 
 @dataclass(frozen=True)
@@ -42,7 +45,16 @@ class Verified:
     @cached_property
     def reports(self) -> dict[str, str]:
         """report.html, report.json and report.txt."""
-        return report_files(self.profile, self.results, [repeated(one, self.cells) for one in self.asked], {})
+        return report_files(self.profile, self.results, self._commands, {})
+
+    def printed(self, as_json: bool) -> str:
+        """The report for standard output alone: as JSON or as text."""
+        facts = report.document(self.profile, self.results, self._commands, {})
+        return report.as_json(facts) if as_json else report.as_text(facts)
+
+    @property
+    def _commands(self) -> list[str]:
+        return [repeated(one, self.cells) for one in self.asked]
 
     @cached_property
     def certificates(self) -> dict[str, str]:
@@ -71,10 +83,26 @@ class Verified:
         return self.reports | self.certificates | self.counterexamples | self.places | self.states | beside
 
 
-def verified(profile: ir.PolicyProfile, asked: Sequence[Asked], options: VerifyOptions) -> Verified:
-    """The results of questions, see `maviper.verification.ask.questions`."""
-    results = verify_claims([one.question for one in asked], options.where)
-    return Verified(profile, tuple(asked), tuple(results), options.cells)
+def verified(
+    profile: ir.PolicyProfile,
+    asked: Sequence[Asked],
+    options: VerifyOptions,
+    told: Callable[[Known], None] | None = None,
+) -> Verified:
+    """The results of questions, see `maviper.verification.ask.questions`. `told` gets each as soon as it is known.
+
+    Interrupted after the first result, it gives those that are known, and so fewer than were asked for.
+    """
+    found: list[Known] = []
+    try:
+        for result in one_by_one([one.question for one in asked], options.where):
+            found.append(result)
+            if told is not None:
+                told(result)
+    except KeyboardInterrupt:
+        if not found:
+            raise
+    return Verified(profile, tuple(asked[: len(found)]), tuple(found), options.cells)
 
 
 def results(profile: ir.PolicyProfile, options: VerifyOptions) -> list[Result | EpisodeResult]:

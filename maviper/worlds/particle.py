@@ -92,7 +92,8 @@ class ParticleWorld(World):
     def start_from_seeds(self, seeds: Sequence[int] | Int) -> WorldState:
         """The start states of the reference environment after `reset(seed=...)`, one for each seed."""
         bounds = np.array([self._start_bounds(entity) for entity in self._entities])
-        low, high = bounds[:, :1], bounds[:, 1:]
+        same = (bounds == bounds[0]).all()  # of numbers a generator draws the same as of arrays, in less time
+        low, high = bounds[0].tolist() if same else (bounds[:, :1], bounds[:, 1:])
         position = np.empty((len(seeds), len(bounds), 2))
         goal = np.zeros(len(seeds), dtype=np.int64)
         for row, seed in enumerate(seeds):

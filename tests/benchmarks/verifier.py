@@ -2,17 +2,28 @@
 
     python tests/benchmarks/verifier.py [--rounds 3] [--full] [--json]
 
-Teams: trees fitted to hand-written experts (fixed roles; the nearer of two matchings), and teams that swap their roles
-at adjacent floats under fitted splits, whose claim holds and needs both trees. Measured: the sweep (leaf pairs that the
-product of the trees has, times goals, in the time of a whole question; pruning counts), the time of a question against
-one nested Z3 query for the same question, the same for features that are off by up to 1/100 (steady), three agents with
-ten properties, the checker's time for a branch, and the bytes of a proof that leaves settle. --full adds larger trees.
+Teams: trees fitted to hand-written experts (fixed roles; the nearer of two matchings), teams that hold fixed roles
+under fitted splits, and teams that swap their roles at adjacent floats, whose claim needs both trees.
+
+Yardstick: the same question as one query written with z3's API directly (direct.py). Against it: the zone decision with
+certificate and check, and our own query to Z3, encoding included. Also: the sweep (leaf pairs that the product of the
+trees has, times goals, in the time of a question; pruning counts), features that are off by up to 1/100 (steady,
+against our own query, as nobody else states that), ten properties of three agents, the checker's time for a branch, and
+the bytes of a proof that leaves settle. --full adds larger trees.
+
+--commands measures whole commands instead, process start included, in seconds of user and system time, so that other
+work on the machine does not count; wall time stands beside it. A process that imports what the outcome needs is timed
+between them.
 """
 
 import argparse
 import json
 import math
+import os
+import statistics
+import subprocess
 import sys
+import tempfile
 import time
 from fractions import Fraction
 from pathlib import Path
@@ -25,7 +36,9 @@ from sklearn.tree import DecisionTreeClassifier
 from codegen import ir
 from codegen.check import ensure
 from codegen.observe import observe
+from codegen.policy_json import dumps
 from maviper.worlds import find
+from tests.benchmarks import direct
 from tests.verify.zone_cases import stated
 from verify.checker import decisions
 from verify.checker.certificates import numbers
@@ -33,6 +46,9 @@ from verify.claims.decisions import BUILT_IN, DistinctTargets, NoDouble, formula
 from verify.claims.region import Semantics, Verdict, start_region
 from verify.question import Question
 from verify.solver.decide import decide
+from verify.solver.encode import query
+from verify.solver.solve import ask
+from verify.verdicts.opinions import by_zones
 from verify.zones import compiled
 from verify.zones import engine as zones
 
@@ -40,14 +56,25 @@ SAMPLES = 100_000
 LEFT, RIGHT, DOWN, UP = 1, 2, 3, 4
 TARGETS = {
     "sweep, million leaf pairs/s": (3.0, 10.0, "higher"),
-    "time of Z3 over zones, geometric mean": (3.0, 10.0, "higher"),
-    "time of Z3 over zones, least": (0.8, 1.0, "higher"),
+    "direct Z3 over zones with certificate and check, geometric mean": (6.0, 15.0, "higher"),
+    "direct Z3 over zones with certificate and check, least": (1.0, 2.0, "higher"),
+    "our Z3 query over a direct one, geometric mean": (1.3, 1.0, "lower"),
+    "our Z3 query over a direct one, most": (1.3, 1.0, "lower"),
     "steady: Z3 over zones, geometric mean": (3.0, 10.0, "higher"),
     "steady: Z3 over zones, least": (0.8, 1.0, "higher"),
     "three agents, ten properties, s": (10.0, 2.0, "lower"),
     "checker, us a closed branch": (10.0, 3.0, "lower"),
     "proof by leaves, bytes a leaf": (20.0, 10.0, "lower"),
 }
+COMMANDS = {
+    "verify, demo's profile, s above imports": (0.5, 0.2, "lower"),
+    "verify, proof at depth 10, s": (3.0, 1.5, "lower"),
+    "verify, three agents of depth 6, s": (2.5, 1.0, "lower"),
+    "verify, reaches in 28 steps, s": (15.0, 5.0, "lower"),
+    "its certificate, MB": (2.0, 0.5, "lower"),
+}
+IMPORTS = "import click, jinja2, msgspec, numpy, rich.console, z3, mpe2.simple_adversary_v3"
+GENERATED = Path(__file__).parents[2] / "generated"
 
 
 class Game:
@@ -186,9 +213,10 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--full", action="store_true")
+    parser.add_argument("--commands", action="store_true")
     parser.add_argument("--json", action="store_true")
     options = parser.parse_args()
-    figures, rows = measured(options.rounds, options.full)
+    figures, rows = whole_commands(options.rounds) if options.commands else measured(options.rounds, options.full)
     if options.json:
         print(json.dumps({"figures": figures}))
         return
@@ -196,45 +224,39 @@ def main():
     for row in rows:
         print(row)
     for figure in figures:
-        print(f"{figure['name']:40} {figure['value']:10.3g}   reach {figure['reach']:g}, stretch {figure['stretch']:g}")
+        print(f"{figure['name']:64} {figure['value']:10.3g}   reach {figure['reach']:g}, stretch {figure['stretch']:g}")
 
 
 def measured(rounds, full):
     values, rows = {}, []
     game = Game("physical-deception")
-    ratios, sweeps, branches = [], [], []
-    claim = DistinctTargets("defenders")
+    against_direct, ours_over_direct, sweeps, branches = [], [], [], []
     region = start_region(game.world.spec)
-    for kind in ("roles", "nearer", "swapping"):
-        for depth in (4, 6, 8, 10, 12) if full or kind == "swapping" else (4, 6, 8, 10):
-            if kind == "swapping" and depth < 6:
-                continue
-            profile = deception_team(game, kind, depth)
-            pairs = leaf_product(profile, "defenders") * len(region.goals)
-            ratio = []
-            for _ in range(rounds):
-                ours, found = seconds(lambda: zones.decide(stated(profile, formula(profile, claim), region)))  # noqa: B023
-                theirs, second = seconds(lambda: decide(Question(profile, claim, region)))  # noqa: B023
-                assert found.verdict is second.verdict
-                ratio.append((theirs / ours, ours, theirs))
-            middle = sorted(ratio)[len(ratio) // 2]
-            if depth <= 10:
-                ratios.append(middle[0])
-            rows.append(
-                f"{kind:9} depth {depth:2}  {found.verdict.value:8}  {pairs:9} pairs  {found.nodes:8} nodes  "
-                f"zones {1e3 * middle[1]:8.1f} ms  Z3 {1e3 * middle[2]:8.1f} ms  ratio {middle[0]:6.1f}"
-            )
-            if found.verdict is Verdict.PROVED:
-                rows[-1] += f"  proof {sum(map(len, found.proofs.values()))} bytes"
-                asked = formula(profile, claim)
-                checks = [seconds(lambda: checked(profile, asked, region, found)) for _ in range(rounds)]  # noqa: B023
-                took, closed = min(checks)
-                branches.append((closed, took))
-                if depth == 10:
-                    sweeps.append(pairs / min(one[1] for one in ratio) / 1e6)
+    for kind, depth, profile in teams(game, full):
+        pairs = leaf_product(profile, "defenders") * len(region.goals)
+        found, times = interleaved(profile, region, rounds)
+        if depth <= 10:
+            against_direct.append(times["direct"] / times["zones"])
+            ours_over_direct.append(times["ours"] / times["direct"])
+        rows.append(
+            f"{kind:9} depth {depth:2}  {found.verdict.value:8}  {pairs:9} pairs  {found.nodes:8} nodes  "
+            + "  ".join(f"{name} {1e3 * took:8.1f} ms" for name, took in times.items())
+            + f"  ratio {times['direct'] / times['zones']:6.2f}"
+        )
+        if found.verdict is Verdict.PROVED:
+            rows[-1] += f"  proof {sum(map(len, found.proofs.values()))} bytes"
+            asked = formula(profile, DistinctTargets("defenders"))
+            took, closed = min(seconds(lambda: checked(profile, asked, region, found)) for _ in range(rounds))  # noqa: B023
+            branches.append((closed, took))
+            if depth == 10:
+                sweeps.append(pairs / times["search"] / 1e6)
     values["sweep, million leaf pairs/s"] = max(sweeps)
-    values["time of Z3 over zones, geometric mean"] = math.exp(np.mean(np.log(ratios)))
-    values["time of Z3 over zones, least"] = min(ratios)
+    values["direct Z3 over zones with certificate and check, geometric mean"] = statistics.geometric_mean(
+        against_direct
+    )
+    values["direct Z3 over zones with certificate and check, least"] = min(against_direct)
+    values["our Z3 query over a direct one, geometric mean"] = statistics.geometric_mean(ours_over_direct)
+    values["our Z3 query over a direct one, most"] = max(ours_over_direct)
     closed, took = max(branches)
     values["checker, us a closed branch"] = 1e6 * took / closed
     ratios, said = steady(game, region, rounds)
@@ -244,11 +266,102 @@ def measured(rounds, full):
     values["three agents, ten properties, s"], said = ten_properties()
     rows += said
     values["proof by leaves, bytes a leaf"] = bytes_a_leaf(game, region)
-    figures = [
+    return listed(values, TARGETS), rows
+
+
+def listed(values, targets):
+    return [
         {"name": name, "value": values[name], "reach": reach, "stretch": stretch, "better": better}
-        for name, (reach, stretch, better) in TARGETS.items()
+        for name, (reach, stretch, better) in targets.items()
     ]
-    return figures, rows
+
+
+def teams(game, full):
+    """(kind, depth, profile) of each team that the engines are compared on."""
+    depths = {"roles": (2, 4, 6, 8, 10), "nearer": (2, 4, 6, 8, 10), "held": (6, 8, 10), "swapping": (6, 8, 10)}
+    for kind, usual in depths.items():
+        for depth in (*usual, 12) if full and kind != "held" else usual:
+            yield kind, depth, held_roles(game, depth - 3) if kind == "held" else deception_team(game, kind, depth)
+
+
+def interleaved(profile, region, rounds):
+    """The zones' answer, and the median seconds of CPU of each way to it, in turns."""
+    question = Question(profile, DistinctTargets("defenders"), region)
+    ways = {
+        "zones": lambda: by_zones(Question(profile, question.claim, region)).opinion.verdict is Verdict.PROVED,
+        "search": lambda: zones.decide(question).verdict is Verdict.PROVED,
+        "direct": lambda: direct.decided(profile, "defenders"),
+        "ours": lambda: not any(ask(query(question, goal)).holds for goal in region.goals),
+    }
+    times = {name: [] for name in ways}
+    for _ in range(rounds):
+        answers = set()
+        for name, way in ways.items():
+            took, proved = cpu_seconds(way)
+            times[name].append(took)
+            answers.add(proved)
+        assert len(answers) == 1
+    return zones.decide(question), {name: statistics.median(each) for name, each in times.items()}
+
+
+def cpu_seconds(work):
+    """As `seconds`, of this process alone."""
+    start = time.process_time()
+    found = work()
+    return time.process_time() - start, found
+
+
+def whole_commands(rounds):
+    """The figures of COMMANDS: commands and imports in turns, `rounds` times, the median of each."""
+    values, rows = {}, []
+    with tempfile.TemporaryDirectory() as folder:
+        cases = profiles_in(Path(folder))
+        asked = {
+            "imports": ("-c", IMPORTS),
+            "demo": ("-m", "maviper", "verify", str(GENERATED / "physical_deception" / "profile.json")),
+            **{name: ("-m", "maviper", "verify", str(path)) for name, path in cases.items()},
+        }
+        times = {name: [] for name in asked}
+        for _ in range(rounds):
+            for name, words in asked.items():
+                times[name].append(command_seconds(*words))
+        report = Path(folder) / "report"
+        episodes = ("reaches", "--steps", "28", "-o", str(report))
+        profile = GENERATED / "proved_defenders" / "profile.json"
+        times["episodes"] = [command_seconds("-m", "maviper", "verify", str(profile), "--property", *episodes)]
+        certificates = [len(path.read_bytes()) for path in report.glob("certificate-*.json")]
+    cpu = {name: statistics.median(one[0] for one in each) for name, each in times.items()}
+    for name, each in times.items():
+        rows.append(f"{name:12} CPU {cpu[name]:7.2f} s   wall {statistics.median(one[1] for one in each):7.2f} s")
+    proofs = {name: took for name, took in cpu.items() if name.startswith("proof")}
+    values["verify, demo's profile, s above imports"] = cpu["demo"] - cpu["imports"]
+    values["verify, proof at depth 10, s"] = max(proofs.values())
+    values["verify, three agents of depth 6, s"] = cpu["three agents"]
+    values["verify, reaches in 28 steps, s"] = cpu["episodes"]
+    values["its certificate, MB"] = sum(certificates) / 1e6 if certificates else math.inf
+    return listed(values, COMMANDS), rows
+
+
+def profiles_in(folder):
+    """The profiles that whole commands are asked about, written into a folder."""
+    game = Game("physical-deception")
+    made = {
+        "proof, held": held_roles(game, 7),
+        "proof, swap": deception_team(game, "swapping", 12),
+        "three agents": three_agents(),
+    }
+    for name, profile in made.items():
+        (folder / f"{name}.json").write_text(dumps(profile))
+    return {name: folder / f"{name}.json" for name in made}
+
+
+def command_seconds(*words):
+    """Seconds of CPU, and of wall time, of a Python process and all that it starts."""
+    before, start = os.times(), time.perf_counter()
+    subprocess.run([sys.executable, *words], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=False)
+    after, wall = os.times(), time.perf_counter() - start
+    spent = after.children_user + after.children_system - before.children_user - before.children_system
+    return spent, wall
 
 
 def checked(profile, asked, region, found):
@@ -288,18 +401,23 @@ def held_roles(game, depth):
     return game.profile(trees)
 
 
-def ten_properties():
-    """Three agents with fixed roles under fitted splits of depth 6 in all."""
+def three_agents():
+    """Three agents with fixed roles under fitted splits, of depth 6 in all."""
     game = Game("cooperative-navigation")
     trees = {}
     for k, agent in enumerate(game.world.agents):
         above = game.fitted(agent, game.heading(agent, np.full(SAMPLES, k)), 3)
         trees[agent] = below(above, towards(*offset(game, agent, f"landmark_{k}")))
-    profile = game.profile(trees)
+    return game.profile(trees)
+
+
+def ten_properties():
+    """Seconds of the zones for ten properties of three agents."""
+    profile = three_agents()
     radii = [Fraction(n, 100) for n in (6, 8, 10, 20)]
     claims = [BUILT_IN[name]("agents", radius=r) for name in ("distinct_targets", "own_target") for r in radii]
     claims += [NoDouble("agents", margin=margin) for margin in (Fraction(0), Fraction(1, 40))]
-    region = start_region(game.world.spec)
+    region = start_region(profile.world)
     took, answers = seconds(
         lambda: [zones.decide(stated(profile, formula(profile, one), region)).verdict for one in claims]
     )

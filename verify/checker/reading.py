@@ -56,21 +56,22 @@ class Reading:
         self.order = {agent: place for place, agent in enumerate(order)}
         self.bounds: dict[tuple[str, str, Fraction, bool], int] = {}  # upper - lower <= most, or below it when strict
         self.parts: list[dict[tuple[Formula, bool], int]] = [{} for _ in order]
-        self._atoms: dict[tuple[Linear, bool], Flat] = {}
+        # what was read before, by identity, which is quick to compare; a formula is kept so that its id stays its own
+        self._atoms: dict[tuple[int, bool], tuple[Linear, Flat]] = {}
+        self._speaking: dict[tuple[int, bool], tuple[Formula, tuple[int, int] | None]] = {}
         self._denied: dict[tuple[int, int], list[Flat]] = {}
 
     def flat(self, f: Formula, wanted: bool, known: Sequence[Known] = (), inner: bool = False) -> Flat:
         """The formula, or its denial unless `wanted`, given what is known; `inner`: inside a part."""
         if isinstance(f, Linear):
-            if (f, wanted) not in self._atoms:
-                self._atoms[f, wanted] = self._bound(f, wanted)
-            return self._atoms[f, wanted]
+            if (id(f), wanted) not in self._atoms:
+                self._atoms[id(f), wanted] = f, self._bound(f, wanted)
+            return self._atoms[id(f), wanted][1]
         if isinstance(f, Not):
             return self.flat(f.part, not wanted, known, inner)
-        acting = agents(f)
-        if len(acting) == 1 and not inner:
-            place = self.order[min(acting)]
-            bit = self.parts[place].setdefault((f, wanted), len(self.parts[place]))
+        part = None if inner else self._part(f, wanted)
+        if part is not None:
+            place, bit = part
             return None if known[place][1] >> bit & 1 else self.flat(f, wanted, known, True)
         if isinstance(f, Acts):
             action = known[self.order[f.agent]][0]
@@ -84,6 +85,16 @@ class Reading:
         if NOTHING in held or not held:
             return NOTHING if held else None
         return held[0] if len(held) == 1 else ((), (tuple(held),))
+
+    def _part(self, f: Formula, wanted: bool) -> tuple[int, int] | None:
+        """(place, bit) of a part that speaks of one agent, which is numbered when it is first met; else None."""
+        if (id(f), wanted) not in self._speaking:
+            acting, part = agents(f), None
+            if len(acting) == 1:
+                place = self.order[min(acting)]
+                part = place, self.parts[place].setdefault((f, wanted), len(self.parts[place]))
+            self._speaking[id(f), wanted] = f, part
+        return self._speaking[id(f), wanted][1]
 
     def denied(self, place: int, action: int, mask: int) -> list[Flat]:
         """The denials of an agent's parts in the set `mask`, given its action."""

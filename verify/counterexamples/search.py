@@ -26,7 +26,7 @@ from verify.solver.solve import Answer, ask
 from verify.states.acting import Deployed, Replay, acted
 from verify.states.noise import mistaken
 from verify.states.real import Value, value_of
-from verify.states.shares import SAMPLE_SEED, SAMPLES, violating
+from verify.states.shares import SAMPLE_SEED, SAMPLES, drawn
 from verify.states.state import (
     State,
     engaged_with,
@@ -38,7 +38,6 @@ from verify.states.state import (
     measurements,
     nearest,
     observed,
-    sample,
     shortfall,
     state_at,
     violates,
@@ -163,8 +162,8 @@ def _settled(question: DecisionQuestion, goal: str | None, model: Mapping[str, F
 def violating_samples(question: DecisionQuestion) -> Iterator[State]:
     """The sampled world states of the violating fraction, of the same draw, that the referee confirms."""
     region, world = question.region, question.profile.world
-    coordinates, goals = sample(region, world, SAMPLES, SAMPLE_SEED)
-    for row in np.flatnonzero(violating(question, coordinates))[:MAX_REFEREED]:
+    coordinates, goals, fails = drawn(question, SAMPLE_SEED, SAMPLES)
+    for row in np.flatnonzero(fails)[:MAX_REFEREED]:
         state = state_at(region, world, coordinates[row], int(goals[row]))
         if question.claim.eps:
             state = mistaken(question, state) or state

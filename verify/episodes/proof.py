@@ -12,6 +12,7 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple, TypeAlias
 
 from verify.checker.episode_reading import AWAY, CLAIM, REGION, Episode, Node, Now, Place, Side
+from verify.progress import tell
 from verify.zones.search import varint
 
 MAX_ANSWERS = 2_000_000  # looked at for a claim whose zones are not limited otherwise
@@ -61,6 +62,7 @@ class Prover:
         out, episode = bytearray(), self._episode
         work: list[bytes | tuple[Zone, Place]] = [(self._everything(), (REGION, episode.region, (), episode.start))]
         while work:
+            tell(self.looked, self._limit, "answers looked at for the certificate")
             item = work.pop()
             if isinstance(item, bytes):
                 out += item

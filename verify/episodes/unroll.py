@@ -29,6 +29,7 @@ from codegen.floats import deciding_double
 from codegen.ir import AgentPolicy, Bool, Float64, PolicyProfile, WorldSpec
 from verify.episodes.contacts import Body, Contacts, colliders, contacts_of, farthest, fastest, known, neglected
 from verify.episodes.zones import AXES, GRID_SLACK, LIMIT, SCALE, SLACK, ZERO, Int8, Int64, Zones, constrained
+from verify.progress import tell
 
 CHUNK = 4096  # zones that are stepped together
 
@@ -270,6 +271,9 @@ class Search:
             if self.visited + zones.count > self._budget:
                 return False
             self.visited += zones.count
+            tell(
+                self.visited, self._budget, f"zones visited of {' with '.join(self._group.agents)}, {sum(sizes):,} open"
+            )
             zones = self._cut(zones, step)
             if zones.count and step == self._steps:
                 failed(zones)

@@ -17,6 +17,7 @@ from verify.claims.formula import TRUE
 from verify.claims.region import Interval, Region, Verdict
 from verify.extent.carving import GRID, Carver, Cuts, Obstacles, obstacles
 from verify.extent.violations import Failing
+from verify.progress import tell
 from verify.question import DecisionQuestion
 from verify.states import shares
 from verify.states.state import batch, sample
@@ -62,7 +63,8 @@ def largest(question: DecisionQuestion, failing: Sequence[Failing], seed: int) -
     if not tries:
         return f"of {DRAWN} states, none both conflicts and can be kept away from every violating zone"
     rng = np.random.default_rng(seed)
-    for one in sorted(tries, key=lambda found: -found.worth)[:SEEDS]:
+    for place, one in enumerate(sorted(tries, key=lambda found: -found.worth)[:SEEDS]):
+        tell(place, min(len(tries), SEEDS), "regions carved out and tried to prove")
         cuts = one.carver.improved(one.seed, one.cuts, ROUNDS, rng)
         found = within(question.region, one.goals, one.carver.obstacles, cuts)
         if engine.decide(question.within(found)).verdict is Verdict.PROVED:

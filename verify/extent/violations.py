@@ -14,6 +14,7 @@ from math import factorial, prod
 from verify.claims.decisions import OwnFormula
 from verify.claims.formula import negated
 from verify.claims.region import MACHINE, Region
+from verify.progress import tell
 from verify.question import Budgets, DecisionQuestion
 from verify.zones.engine import Tests, ZoneQuery
 from verify.zones.search import Branch
@@ -73,7 +74,9 @@ def violations(question: DecisionQuestion) -> list[Failing]:
     plain = question.with_eps(Fraction(0))
     tests = Tests.of(plain)
     for goal in plain.goals:
-        left = plain.budgets.max_cells - sum(len(one.zones) for one in found)
+        known = sum(len(one.zones) for one in found)
+        left = plain.budgets.max_cells - known
+        tell(known, plain.budgets.max_cells, "failing cells found")
         found.append(_failing(plain, goal, tests, left))
     return found
 

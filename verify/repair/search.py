@@ -24,6 +24,7 @@ from verify.checker.thresholds import sides
 from verify.claims.decisions import DistinctTargets, OwnTarget, engaged
 from verify.claims.formula import TRUE, for_goal, holds
 from verify.claims.region import Verdict
+from verify.progress import tell
 from verify.question import DecisionQuestion
 from verify.repair.guards import PRICE, Guard, Post, Seen, guard, offset_features
 from verify.states.state import sample
@@ -147,6 +148,7 @@ def _weighed(question: DecisionQuestion, policy: AgentPolicy, visited: Float64 |
 def _attempt(team: _Team, roles: Mapping[str, str]) -> Repair:
     """Guards for one matching, from counterexample to counterexample."""
     guards, rounds = dict[tuple[str, int], Guard](), 0
+    leaves = sum(len(ir.leaves(policy.tree)) for policy in team.policies)
     while True:
         profile = team.guarded(guards)
         try:
@@ -161,6 +163,7 @@ def _attempt(team: _Team, roles: Mapping[str, str]) -> Repair:
             reason = found.reason or f"the zone engine said {found.verdict.value}"
             return Repair(profile, roles, tuple(guards.values()), rounds, False, reason)
         rounds += 1
+        tell(len(guards), leaves, "leaves guarded")
         for policy in _astray(team, profile, roles, found.state, found.goal):
             leaf = _leaf(policy, team.semantics, _at(found.state, found.goal))
             above = {(policy.agent, node) for node in upwards(policy.tree, leaf)}

@@ -13,7 +13,7 @@ question over the reals the machine's own question.
 import struct
 from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
-from functools import partial
+from functools import lru_cache, partial
 from typing import NamedTuple
 
 import numpy as np
@@ -26,6 +26,8 @@ from verify.claims.formula import TRUE, And, Formula, Linear, Or, agents, for_go
 from verify.claims.region import MACHINE, REAL, Region
 from verify.question import DecisionQuestion
 from verify.states.state import error_name, measurable
+
+MAX_KNOWN = 1 << 15  # tests that are kept for the next query: the other goals', the control's
 
 
 class HalfLine(NamedTuple):
@@ -65,6 +67,7 @@ def _rounded_at_most(rank: int, form: _Format) -> HalfLine:
     return HalfLine(middle, strict=rank % 2 != 0)
 
 
+@lru_cache(maxsize=MAX_KNOWN)
 def half_line(threshold: float) -> HalfLine:
     """The differences d with fl32(fl64(d)) <= `threshold` (a float32)."""
     single = _rounded_at_most(_rank(threshold, _SINGLE), _SINGLE)
@@ -88,7 +91,26 @@ class Query(NamedTuple):
 
 def number(value: Fraction) -> z3.ArithRef:
     """An exact rational constant."""
-    return z3.RatVal(value.numerator, value.denominator)
+    return z3.RealVal(f"{value.numerator}/{value.denominator}")
+
+
+@lru_cache(maxsize=MAX_KNOWN)
+def _compared(terms: tuple[tuple[int, str], ...], line: HalfLine) -> tuple[z3.BoolRef, z3.BoolRef]:
+    """(the sum of variables, each added or subtracted, lies on the half line, it does not)."""
+    measured, end = _summed(terms), number(line.end)
+    below = measured < end if line.strict else measured <= end
+    return below, z3.Not(below)
+
+
+def _summed(terms: tuple[tuple[int, str], ...]) -> z3.ArithRef:
+    parts = [z3.Real(name) if weight > 0 else -z3.Real(name) for weight, name in terms]
+    return z3.Sum(*parts) if parts else z3.RealVal(0)
+
+
+def _either(test: z3.BoolRef, left: z3.BoolRef, right: z3.BoolRef) -> z3.BoolRef:
+    """As z3.If, without its coercions: they take most of the time in which a tree is written."""
+    context = test.ctx
+    return z3.BoolRef(z3.Z3_mk_ite(context.ref(), test.as_ast(), left.as_ast(), right.as_ast()), context)
 
 
 def query(question: DecisionQuestion, goal: str | None, slack: Fraction = Fraction(0)) -> Query:
@@ -185,12 +207,13 @@ class _Encoder:
     ) -> None:
         self.variables = {name: z3.Real(name) for name in region.box}
         self.at = dict(self.variables)  # coordinate -> variable
-        if goal is not None:
-            self.at |= {f"{ir.GOAL}.{axis}": self.variables[f"{goal}.{axis}"] for axis in "xy"}
+        self._named = {} if goal is None else {f"{ir.GOAL}.{axis}": f"{goal}.{axis}" for axis in "xy"}
+        self.at |= {name: self.variables[of_landmark] for name, of_landmark in self._named.items()}
         self.noise: list[z3.BoolRef] = []  # bounds of the errors
         self._profile, self._slack, self._semantics, self._eps = profile, slack, semantics, eps
         self._goal, self._region = goal, region
         self._known: dict[Formula, z3.BoolRef] = {}
+        self._asked: dict[tuple[str, int], tuple[z3.BoolRef, z3.BoolRef]] = {}  # agent, node of its tree
 
     def query(self, *facts: z3.BoolRef) -> Query:
         """That these facts hold in some world state of the region, errors within their bounds."""
@@ -224,16 +247,16 @@ class _Encoder:
         """`of_action` of the action that the tree chooses, as nested conditions over the world state."""
         tree = policy.tree
         formulas: dict[int, z3.BoolRef] = {}
-        leaf_formulas: dict[int, z3.BoolRef] = {}
-        for node in reversed(range(len(tree.feature))):  # preorder: children come after their parents
-            if tree.feature[node] == ir.NO_FEATURE:
-                action = int(tree.action[node])
-                formulas[node] = leaf_formulas.setdefault(action, of_action(action))
+        ends = {action: of_action(action) for action in dict.fromkeys(tree.action[ir.leaves(tree)].tolist())}
+        columns = zip(tree.left.tolist(), tree.right.tolist(), tree.action.tolist(), strict=True)
+        for node, (left, right, action) in reversed([*enumerate(columns)]):  # preorder: children come after parents
+            if left == ir.NO_CHILD:
+                formulas[node] = ends[action]
                 continue
-            left, right = formulas.pop(int(tree.left[node])), formulas.pop(int(tree.right[node]))
-            below, above = self._tests(policy, node)
+            below, above = self._asked_at(policy, node)
+            first, second = formulas.pop(left), formulas.pop(right)
             formulas[node] = (
-                z3.Or(z3.And(below, left), z3.And(above, right)) if self._slack else z3.If(below, left, right)
+                z3.Or(z3.And(below, first), z3.And(above, second)) if self._slack else _either(below, first, second)
             )
         return formulas[ir.ROOT]
 
@@ -255,20 +278,30 @@ class _Encoder:
             node = parent
         return found
 
+    def _asked_at(self, policy: ir.AgentPolicy, node: int) -> tuple[z3.BoolRef, z3.BoolRef]:
+        """As `_tests`, made once."""
+        asked = policy.agent, node
+        if asked not in self._asked:
+            self._asked[asked] = self._tests(policy, node)
+        return self._asked[asked]
+
     def _tests(self, policy: ir.AgentPolicy, node: int) -> tuple[z3.BoolRef, z3.BoolRef]:
         """(goes left, goes right) of a split, in terms of world coordinates."""
         feature = policy.features[int(policy.tree.feature[node])]
         meaning, slack = feature.meaning, self._slack
         if meaning is None or len(meaning.terms) > 2:
             raise InputError(f"feature {feature.name} is not a coordinate or a difference of two", str(meaning))
-        parts = [self.at[name] if weight > 0 else -self.at[name] for weight, name in _known(feature, self.at)]
+        terms = self._terms(feature)
         threshold = float(policy.tree.threshold[node])
-        measured = z3.Sum(*parts) if parts else z3.RealVal(0)
-        if self._eps and measurable(meaning):
+        noisy = bool(self._eps) and measurable(meaning)
+        line = None if meaning.function == "zero" else _line(meaning, threshold, self._semantics, bool(self._eps))
+        if line is not None and not (noisy or slack):
+            return _compared(terms, line)
+        measured = _summed(terms)
+        if noisy:
             measured = measured + self._error(policy.agent, feature.name)
         if meaning.function == "zero":
             return _zero_tests(measured, threshold, slack)
-        line = _line(meaning, threshold, self._semantics, bool(self._eps))
         if line is None:
             always = z3.BoolVal(threshold >= 1)
             return always, z3.Not(always)
@@ -276,6 +309,10 @@ class _Encoder:
             return measured <= number(line.end - slack), measured >= number(line.end + slack)
         below = measured < number(line.end) if line.strict else measured <= number(line.end)
         return below, z3.Not(below)
+
+    def _terms(self, feature: FeatureSpec) -> tuple[tuple[int, str], ...]:
+        """A feature's terms, the goal's coordinates as those of the landmark that it is."""
+        return tuple((weight, self._named.get(name, name)) for weight, name in _known(feature, self.at))
 
     def _error(self, agent: str, feature: str) -> z3.ArithRef:
         """The one error of a feature as an agent sees it, within eps."""

@@ -10,13 +10,14 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import lru_cache
 from itertools import product
 
 import numpy as np
 
 from codegen.errors import InputError
 from codegen.intervals import Share
-from codegen.ir import AgentPolicy, Bool, Float64, PolicyProfile
+from codegen.ir import AgentPolicy, Bool, Float64, Int32, PolicyProfile
 from verify.claims.decisions import DecisionClaim, engaged
 from verify.claims.formula import TRUE, And, Batch, Formula, agents, disjunction, given
 from verify.claims.matching import preventable
@@ -45,13 +46,14 @@ class Shares:
 def measure(question: DecisionQuestion, seed: int, count: int = SAMPLES) -> Shares:
     """The shares of the region, from at most `count` uniform world states at rest that meet the assumption."""
     claim, world = question.claim, question.profile.world
-    coordinates, _ = sample(question.region, world, count, seed)
+    coordinates, _, fails = drawn(question, seed, count)
     if claim.assume != TRUE:
-        coordinates = coordinates[batch(coordinates, world).holds(claim.assume, {})]
+        met = batch(coordinates, world).holds(claim.assume, {})
+        coordinates, fails = coordinates[met], fails[met]
     n = len(coordinates)
     conflicting = conflicts(question, coordinates)
     contested = _contested(question, coordinates)
-    failing = int(violating(question, coordinates).sum())
+    failing = int(fails.sum())
     changing = int(noise.changeable(question, coordinates).sum()) if claim.eps else None
     return Shares(
         None if conflicting is None else Share(int(conflicting.sum()), n),
@@ -89,6 +91,13 @@ def _overlap(mine: Interval, whole: Interval) -> Fraction:
     if low > high:
         return Fraction(0)
     return (high - low) / (whole[1] - whole[0]) if whole[0] < whole[1] else Fraction(1)
+
+
+@lru_cache(maxsize=2)  # the verdict, its shares and its counterexample look at the same draw
+def drawn(question: DecisionQuestion, seed: int, count: int) -> tuple[Float64, Int32, Bool]:
+    """Uniform world states at rest: coordinates, places of their goals, and where the claim is violated, [count]."""
+    coordinates, goals = sample(question.region, question.profile.world, count, seed)
+    return coordinates, goals, violating(question, coordinates)
 
 
 def violating(question: DecisionQuestion, coordinates: Float64) -> Bool:

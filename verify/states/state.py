@@ -128,7 +128,7 @@ def chosen(policy: ir.AgentPolicy, coordinates: Float64, world: ir.WorldSpec, se
 def violates(question: DecisionQuestion, state: State) -> bool:
     """The referee: whether the claim fails in this world state, with exact arithmetic for the claim itself."""
     actions = actions_at(question.profile, question.claim.team, state, question.semantics)
-    return not true_at(question.profile, question.formula, state, actions)
+    return not holds(question.formula_for(state.goal), state.exactly(question.profile), actions)
 
 
 def shortfall(question: DecisionQuestion, state: State) -> Fraction | float:

@@ -7,7 +7,6 @@ Does not: write reports (reports/report.py).
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from fractions import Fraction
 from typing import Literal
 
 from codegen.intervals import Share
@@ -25,7 +24,7 @@ from verify.solver.solve import Answer
 from verify.states.acting import Replay
 from verify.states.shares import SAMPLE_SEED, Shares, measure
 from verify.states.state import State
-from verify.verdicts.margins import Margin, largest_margin
+from verify.verdicts.margins import Margin, room
 from verify.verdicts.opinions import Opinion, Zoned, agreeing, by_zones, largest_eps
 
 
@@ -85,14 +84,7 @@ def verify(
     claim = question.claim
     if claim.kind is Kind.LEAVES:
         return _alive(question, visited)
-    _ = question.team
-    zoned = by_zones(question)
-    verdict, reason, spent, state, second = _settled(question, zoned)
-    if verdict is Verdict.PROVED and not assumption_met(question):
-        verdict, reason = (
-            Verdict.UNKNOWN,
-            "no world state that meets the assumption was found; a larger --solver-units may find one",
-        )
+    zoned, (verdict, reason, spent, state, second) = _judged(question)
     counterexample = explanation = None
     if state is not None:
         counterexample = explain(question, state, replays)
@@ -119,13 +111,33 @@ def verify(
         solver=solve.solver_name(),
         visited=visited,
         semantics=question.semantics,
-        largest=_largest(question) if verdict is Verdict.PROVED else None,
+        largest=room(question) if verdict is Verdict.PROVED else None,
         steady_up_to=largest_eps(question) if steady else None,
         engines=(zoned.opinion, second),
         certificate=zoned.certificate if verdict is Verdict.PROVED else None,
         branches=zoned.branches,
         explanation=explanation,
     )
+
+
+def verdict(question: DecisionQuestion) -> tuple[Verdict, str]:
+    """The verdict of `verify` and its reason alone: without shares, control, margins and explanation."""
+    if question.claim.kind is Kind.LEAVES:
+        found = _alive(question, None)
+        return found.verdict, found.reason
+    answer, reason, *_ = _judged(question)[1]
+    return answer, reason
+
+
+def _judged(question: DecisionQuestion) -> tuple[Zoned, tuple[Verdict, str, int, State | None, Opinion]]:
+    """What the zones say, and what is settled with Z3; a proof only where some state meets the assumption."""
+    _ = question.team
+    zoned = by_zones(question)
+    settled = _settled(question, zoned)
+    if settled[0] is Verdict.PROVED and not assumption_met(question):
+        reason = "no world state that meets the assumption was found; a larger --solver-units may find one"
+        settled = (Verdict.UNKNOWN, reason, *settled[2:])
+    return zoned, settled
 
 
 def _ensure_none_violates(question: DecisionQuestion) -> None:
@@ -135,17 +147,6 @@ def _ensure_none_violates(question: DecisionQuestion) -> None:
     wrong = next(violating_samples(question), None)
     if wrong is not None:
         raise AssertionError(f"proved, yet {wrong} violates {question.claim.name}")
-
-
-def _largest(question: DecisionQuestion) -> Margin | None:
-    """Up to which margin a proved claim holds; None for claims that a margin does not make harder."""
-    if not question.claim.hardens:
-        return None
-
-    def proved_at(margin: Fraction) -> bool:
-        return decide(question.with_margin(margin)).verdict is Verdict.PROVED
-
-    return largest_margin(proved_at, question.claim.margin)
 
 
 def _alive(question: DecisionQuestion, visited: Visited | None) -> Result:

@@ -125,15 +125,12 @@ def verify_episodes(
     coordinates, _ = sample(at_rest(region), profile.world, SAMPLES, SAMPLE_SEED)
     still = fulfilled(profile, claim, coordinates[None])
     judged = _judged(question)
-    decision, control = judged.decision, Verdict.SKIPPED
+    decision, control = _alike(question, rollouts, judged.decision), Verdict.SKIPPED
     if decision.verdict in (Verdict.PROVED, Verdict.VIOLATED):
         control = _judged(question.control).decision.verdict
     state = episode = None
-    stands = partial(_stands, question, rollouts)
-    if decision.state is not None and not stands(decision.state):
-        decision = replace(decision, verdict=Verdict.UNKNOWN, reason=NOT_ALIKE, state=None)
     if decision.state is not None:
-        state = simplest(profile.world, decision.state, stands)
+        state = simplest(profile.world, decision.state, partial(_stands, question, rollouts))
         episode = agreed(profile, state, claim.steps, rollouts)
     return EpisodeResult(
         claim=claim,
@@ -159,6 +156,21 @@ def verify_episodes(
         branches=judged.branches,
         uncertified=judged.uncertified,
     )
+
+
+def verdict(question: EpisodeQuestion, rollouts: Mapping[str, EpisodeReplay]) -> tuple[Verdict, str]:
+    """The verdict of `verify_episodes` and its reason alone: without control, explanation and replayed episode."""
+    playable(question.profile)
+    question.claim.ensure(question.profile)
+    decision = _alike(question, rollouts, _judged(question).decision)
+    return decision.verdict, decision.reason
+
+
+def _alike(question: EpisodeQuestion, rollouts: Mapping[str, EpisodeReplay], decision: Decision) -> Decision:
+    """The decision itself; not a violation that some simulator does not show."""
+    if decision.state is None or _stands(question, rollouts, decision.state):
+        return decision
+    return replace(decision, verdict=Verdict.UNKNOWN, reason=NOT_ALIKE, state=None)
 
 
 @dataclass(frozen=True)

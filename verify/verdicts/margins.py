@@ -1,6 +1,7 @@
 """How much room a proof has: the largest closing margin, or error of features, up to which a claim stays proved.
 
-Does: bisects over a grid of decimals, asking the decision procedure a bounded number of questions.
+Does: bisects over a grid of decimals, asking the decision procedure a bounded number of questions; of margins it asks
+  the zones, and Z3 where the claim is beyond them.
 Assumes: the claim only gets harder: with its margin, as every claim does that asks for engagement; with larger errors.
 Does not: guess: a question that is not answered counts as not proved, so what is found is a lower bound.
 """
@@ -8,6 +9,12 @@ Does not: guess: a question that is not answered counts as not proved, so what i
 from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
+
+from verify.claims.region import Verdict
+from verify.question import DecisionQuestion
+from verify.solver.decide import decide
+from verify.zones.engine import BeyondZonesError
+from verify.zones.margins import Room
 
 STEP = Fraction(1, 1000)  # the grid, in the world's length unit
 MAX_QUESTIONS = 12
@@ -23,13 +30,34 @@ class Margin:
     questions: int
 
 
+def room(question: DecisionQuestion) -> Margin | None:
+    """Up to which margin a proved claim holds; None for claims that a margin does not make harder."""
+    if not question.claim.hardens:
+        return None
+
+    def by_solver(margin: Fraction) -> bool:
+        return decide(question.with_margin(margin)).verdict is Verdict.PROVED
+
+    start = question.claim.margin
+    try:
+        proved_at = Room(question, STEP, steps_from(start)).proved_at
+    except BeyondZonesError:
+        proved_at = by_solver
+    return largest_margin(proved_at, start)
+
+
+def steps_from(start: Fraction) -> int:
+    """How many steps of the grid are asked about at most."""
+    return max(0, int((WIDEST - start) / STEP))
+
+
 def largest_margin(proved_at: Callable[[Fraction], bool], start: Fraction) -> Margin:
     """The largest margin (or error) of the grid found proved from `start` (which is) on, by bisection.
 
     `proved_at`: whether the claim is proved with a margin (or error).
     """
-    steps = int((WIDEST - start) / STEP)
-    if steps <= 0:
+    steps = steps_from(start)
+    if not steps:
         return Margin(start, None, 0)
     if proved_at(start + steps * STEP):
         return Margin(start + steps * STEP, None, 1)

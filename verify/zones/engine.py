@@ -7,6 +7,7 @@ Does not: replay points, or use a solver; its proofs are checked by checker/deci
 """
 
 from collections.abc import Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cache
@@ -15,11 +16,12 @@ from typing import TypeAlias
 from verify.claims.formula import Formula, agents
 from verify.claims.region import Verdict
 from verify.question import DecisionQuestion
-from verify.zones.compiled import search
+from verify.zones.compiled import CompiledSearch, search
 from verify.zones.disjoint import disjoint
-from verify.zones.search import Branch, BudgetError, Resolve
+from verify.zones.search import Branch, BudgetError, Resolve, Search
 from verify.zones.tables import (
     BeyondZonesError,
+    Bound,
     Flat,
     Known,
     Problem,
@@ -106,11 +108,29 @@ class ZoneQuery:
         ]
         self._disjoint = disjoint(self._table) if apart else _as_it_is
         self.problem = problem(self._table)
-        self._box = tuple(question.region.box)
+        self._box, self._budget = tuple(question.region.box), question.budgets.max_nodes
+        self._search = self._searching()
+
+    def _searching(self) -> "Search | CompiledSearch":
         # a region that is plainly false has no point, and the search is not asked
-        self._search = search(
-            self.problem, self._disjoint(self._table.region) or Flat((), ()), question.budgets.max_nodes
-        )
+        return search(self.problem, self._disjoint(self._table.region) or Flat((), ()), self._budget)
+
+    def weighed(self, problem: Problem) -> "ZoneQuery":
+        """The same question with other numbers for its bounds."""
+        other = copy(self)
+        other.problem = problem
+        other._search = other._searching()
+        return other
+
+    @property
+    def bounds(self) -> list[Bound]:
+        """The bounds in the order of their numbers."""
+        return list(self._table.numbers)
+
+    @property
+    def open(self) -> list[int]:
+        """The numbers of the bounds on the branch that the search left open."""
+        return self._search.open
 
     @property
     def nodes(self) -> int:

@@ -341,5 +341,9 @@ def problem(table: Table) -> Problem:
         component = places[upper or lower][0]
         edges.append((component, places[upper][1] if upper else 0, places[lower][1] if lower else 0))
         weights.append(most.numerator * (scale // most.denominator) - strict)
-    infinite = 4 * (max(sizes) + 2) * (max(map(abs, weights), default=0) + 1)
-    return Problem(sizes, edges, weights, infinite, scale, places)
+    return Problem(sizes, edges, weights, infinite(sizes, weights), scale, places)
+
+
+def infinite(sizes: Sequence[int], weights: Sequence[int]) -> int:
+    """A number that is larger than every sum of such weights along a path."""
+    return 4 * (max(sizes) + 2) * (max(map(abs, weights), default=0) + 1)
