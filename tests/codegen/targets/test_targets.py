@@ -175,7 +175,7 @@ def test_the_header_compiles_strictly(profile, compiler, tmp_path):
     )
     flags = compiled.STRICT[1:]  # without the language standard
     subprocess.run([*command, *flags, "use.c", "-o", "use"], cwd=tmp_path, check=True)
-    for flag in ("-ffast-math", "-ffinite-math-only"):
+    for flag in ("-ffast-math", "-ffinite-math-only", "-funsafe-math-optimizations"):
         refused = subprocess.run([*command, flag, "-c", "use.c"], cwd=tmp_path, capture_output=True, check=False)
         assert refused.returncode != 0 and b"fast-math" in refused.stderr
 
