@@ -34,6 +34,29 @@ def test_a_region_file_reads_back(bounds, least):
     assert read_region(region.toml(), WORLD.spec, "region.toml") == region
 
 
+def test_what_is_said_of_a_pair_twice_holds_at_once():
+    """TOML takes `a - b`, `a  - b` and `b - a` for three keys."""
+    source = """
+    [difference]
+    "agent_0.x - agent_1.x" = [-1, 0.5]
+    " agent_0.x -  agent_1.x" = [-0.25, 1]
+    "agent_1.x - agent_0.x" = [-0.4, 0.3]
+    [apart]
+    "agent_0 - agent_1" = 0.2
+    "agent_0  - agent_1" = 0.1
+    "agent_1 - agent_0" = 0.3
+    """
+    region = read_region(source, WORLD.spec, "r")
+    assert region.differences == (("agent_0.x", "agent_1.x", (Fraction(-1, 4), Fraction(2, 5))),)
+    assert region.apart == (("agent_0", "agent_1", Fraction(3, 10)),)
+    lines = "\n".join(f'"agent_0{" " * k} - agent_1" = 0.1' for k in range(2_000))
+    assert len(read_region(f"[apart]\n{lines}", WORLD.spec, "r").apart) == 1
+    with pytest.raises(InputError, match="is above the upper one"):
+        read_region(
+            '[difference]\n"agent_0.x - agent_1.x" = [0.1, 1]\n"agent_1.x - agent_0.x" = [0, 1]', WORLD.spec, "r"
+        )
+
+
 def test_small_numbers_are_numbers():
     assert read_region("default = [-1e-300, 1_0.5e-1]", WORLD.spec, "r").box["agent_0.x"] == (
         -Fraction(1, 10**300),
