@@ -198,7 +198,7 @@ def test_questions_with_errors_of_features(both, profile):
 
 @pytest.mark.parametrize(("choices", "ends"), [(3_000, False), (100_000, True)])
 def test_thousands_of_choices_need_no_more_stack_than_there_is(choices, ends, compiled, monkeypatch):
-    """Each choice, of two bounds that can hold, is a level of the recursion; in a small thread, whose stack is small."""
+    """Each choice, of two bounds that can hold, is a level of the recursion; the thread has a small stack."""
     monkeypatch.setattr(zone_compiled, "_zones", compiled)
     edges, weights = [(0, 1, 0), (0, 0, 1)] * choices, [*range(2 * choices)]
     problem = Problem([2], edges, weights, 16 * choices, 1, {"x": (0, 1)})
