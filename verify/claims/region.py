@@ -14,6 +14,7 @@ from fractions import Fraction
 from typing import Any, NamedTuple, TypeGuard
 
 from codegen.errors import InputError, UnknownNameError
+from codegen.floats import rational_literal
 from codegen.ir import PolicyProfile, WorldSpec
 
 Parameter = Fraction | int | str | tuple[str, ...]
@@ -150,7 +151,7 @@ def plain(number: Fraction) -> str:
     while (number * 10**places).denominator != 1:
         places += 1
         if places > 60:
-            return str(number)
+            return rational_literal(number)
     digits = f"{abs((number * 10**places).numerator):0{places + 1}d}"
     sign = "-" if number < 0 else ""
     return sign + (f"{digits[:-places]}.{digits[-places:]}" if places else digits)
@@ -292,7 +293,7 @@ def number(value: object, where: str) -> Fraction:
 
 
 _DECIMAL = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d{1,3})?|[+-]?\d+/\d+")
-MAX_DIGITS = 200
+MAX_DIGITS = 2_000
 
 
 def exact(written: str, where: str) -> Fraction:
