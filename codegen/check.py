@@ -14,7 +14,7 @@ from unicodedata import category
 
 import numpy as np
 
-from codegen.errors import ProfileError, shown, suggestion
+from codegen.errors import STEERING, ProfileError, shown, suggestion
 from codegen.ir import (
     FUNCTIONS,
     GOAL,
@@ -44,7 +44,7 @@ class Violation(NamedTuple):
 
 
 NUMBER = re.compile(r"-?\d{1,30}(\.\d{1,60})?|-?\d{1,99}/[1-9]\d{0,99}")  # as the verifier writes bounds
-UNSEEN = ("Cc", "Cf", "Cs", "Zl", "Zp")  # control and format characters, halves of pairs, ends of lines
+UNSEEN = STEERING | {"Cs"}  # also halves of pairs
 LEAST_MARGIN = 1e-9  # of contacts: lengths divided by it stay far below the largest double
 MAX_LENGTH = 1e9  # of ranges, start regions, sizes: beyond it float64 positions are coarser than any world
 

@@ -80,6 +80,7 @@ class MissingToolError(MaviperError):
 
 
 MAX_NAMES_SHOWN = 10
+STEERING = frozenset(("Cc", "Cf", "Zl", "Zp"))  # categories of control and format characters and of ends of lines
 
 
 def shown(text: object) -> str:

@@ -8,12 +8,15 @@ Does not: know about trees.
 
 import math
 import struct
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
 
 from codegen.errors import InputError
 
+PIECE_DIGITS = 4_000
+PIECE = 10**PIECE_DIGITS
 NO_NUMBERS = "cmMSUV"  # numpy's kinds: complex, times, texts, records
 
 
@@ -100,6 +103,21 @@ def short_hex(value: float) -> str:
 def decimal_literal(value: float) -> str:
     """The shortest decimal that reads back as the same double."""
     return repr(float(value))
+
+
+def rational_literal(number: Fraction) -> str:
+    """The text of an integer or a fraction, as `str` gives it, which stops at 4,300 digits."""
+    whole = _digits(number.numerator)
+    return whole if number.denominator == 1 else f"{whole}/{_digits(number.denominator)}"
+
+
+def _digits(number: int) -> str:
+    """All digits of an integer, in pieces that Python converts."""
+    left, pieces = abs(number), list[str]()
+    while left >= PIECE:
+        left, piece = divmod(left, PIECE)
+        pieces.append(f"{piece:0{PIECE_DIGITS}d}")
+    return "".join(["-" if number < 0 else "", str(left), *reversed(pieces)])
 
 
 def smt_literal(bits: int) -> str:

@@ -5,6 +5,7 @@ Assumes: it is the main thread.
 Does not: parse anything itself.
 """
 
+import contextlib
 import os
 import sys
 from typing import NoReturn
@@ -19,8 +20,9 @@ def main() -> NoReturn:
     code = exits.answered(_command, bool({"-v", "--verbose"} & set(sys.argv)))
     if code == ExitCode.INTERRUPTED:
         # an interrupt inside exec() makes the interpreter end by the signal whatever is done about the exception
-        sys.stdout.flush()
-        sys.stderr.flush()
+        with contextlib.suppress(OSError):
+            sys.stdout.flush()
+            sys.stderr.flush()
         os._exit(code)
     sys.exit(code)
 

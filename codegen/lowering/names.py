@@ -12,6 +12,8 @@ from dataclasses import dataclass
 from codegen.errors import InputError
 
 FUNCTIONS = ("act", "finite", "in_range", "act_rows", "act_columns", "act_world")
+TEAM_FUNCTIONS = ("act_team", "act_all", "in_region")
+ARITHMETIC = ("bits", "direct", "sum", "wide_sum", "single", "wide_single")
 
 
 @dataclass(frozen=True)
@@ -40,6 +42,11 @@ class Names:
     act_all: str
     in_region: str
     bits: str
+    direct: str
+    sum: str
+    wide_sum: str
+    single: str
+    wide_single: str
     coordinates: Mapping[str, str]
     n_coordinates: str
     profile: str
@@ -69,7 +76,7 @@ def of_agent(prefix: str, agent: str, features: Iterable[str], actions: Iterable
 
 def of_profile(prefix: str, digest: str, coordinates: Iterable[str]) -> Names:
     """The names of a profile with the content hash `digest`; `coordinates` in upper case."""
-    functions = {name: f"{prefix}_{name}" for name in ("act_team", "act_all", "in_region", "bits")}
+    functions = {name: f"{prefix}_{name}" for name in (*TEAM_FUNCTIONS, *ARITHMETIC)}
     upper = prefix.upper()
     return Names(
         **functions,

@@ -1,6 +1,7 @@
 """Text from templates: the one Jinja2 environment of the project.
 
-Does: finds the templates in a wheel or in a checkout, renders them strictly, offers the filters that templates use.
+Does: finds the templates in a wheel or in a checkout, renders them strictly, offers the filters that templates use;
+  escapes what steers a terminal in every value, and in those of one line (`visible`) also the ends of lines.
 Assumes: templates only place values; whatever needs thought was done before.
 Does not: hold any text of a target language.
 """
@@ -12,7 +13,7 @@ from typing import Any
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
-from codegen.errors import shown
+from codegen.errors import shown, visible
 from codegen.floats import smt_literal
 from codegen.intervals import percent, sampled
 
@@ -27,12 +28,20 @@ def _environment() -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
         keep_trailing_newline=True,
+        finalize=_seen,
         autoescape=lambda name: name is not None and name.endswith(".html.j2"),
     )
     filters = {"comment": comment, "float32": smt_literal, "percent": percent, "sampled": sampled, "shown": shown}
-    filters |= {"brief": brief}
+    filters |= {"brief": brief, "visible": visible}
     environment.filters.update(filters)  # pyright: ignore[reportUnknownMemberType]
     return environment
+
+
+def _seen(value: object) -> object:
+    """What a template places, whoever wrote it: lines stay lines, all else that steers a terminal is escaped."""
+    if not isinstance(value, str) or value.isprintable():
+        return value
+    return type(value)("\n".join(map(visible, value.split("\n"))))
 
 
 def render(template: str, **values: Any) -> str:

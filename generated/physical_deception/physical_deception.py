@@ -11,7 +11,8 @@ is asked for a TypeError.
 A split goes left iff x[feature] <= threshold. A number of any type is a double first, rounded where it must be (an int
 beyond 2**53, a Fraction, numpy's longdouble), then a float32: each threshold is written as the largest double that
 rounds to a float32 not above it, so doubles decide as if they had been rounded to float32. NaN compares false and so
-goes right; infinities follow <=.
+goes right; infinities follow <=. numpy's numbers next to zero are decided otherwise in a thread that takes subnormal
+numbers for zero, which a library can set; numpy then warns when it is imported.
 """
 
 PROFILE = "e2c19636b2f8dd8ec02a0f1ec0629ac6c52587a957e945df343916bd5199ce70"

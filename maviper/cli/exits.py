@@ -7,6 +7,7 @@ Does not: know any command.
 """
 
 import _thread
+import contextlib
 import signal
 import sys
 import threading
@@ -50,11 +51,13 @@ def answered(command: Callable[[], Any], verbose: bool) -> int:
     resuming.forget()
     try:
         result = command()
+        if sys.stdout is not None:
+            sys.stdout.flush()  # here, where it can fail in words
         return int(result) if isinstance(result, int) else ExitCode.DONE
     except MaviperError as error:
         return _tell(verbose, error.exit_code, error.what, error.where, error.next_step)
-    except BrokenPipeError:
-        return ExitCode.DONE
+    except (BrokenPipeError, SystemExit):  # the latter is click's answer to a closed pipe
+        return ExitCode.MISSING  # nobody read the verdict, so the code does not say one
     except KeyboardInterrupt:
         return _interrupted()
     except Exception as error:
@@ -74,6 +77,9 @@ def _other(error: Exception, verbose: bool) -> int:
         return _tell(verbose, ExitCode.INPUT, error.format_message())
     if isinstance(error, click.Abort):
         return _interrupted()
+    if isinstance(error, OSError) and error.filename is None:  # no file that was named: a stream, or a scratch file
+        advice = "make room for standard output, standard error and temporary files"
+        return _tell(verbose, ExitCode.MISSING, f"cannot write: {error.strerror}", "", advice)
     return _tell(True, ExitCode.BUG, f"a bug in maviper: {error}", "", "please report it with the lines above")
 
 
@@ -85,9 +91,14 @@ def _interrupted() -> int:
 
 
 def _tell(with_traceback: bool, code: int, what: str, where: str = "", next_step: str = "") -> int:
+    with contextlib.suppress(OSError):  # standard error may be full; the code says the rest
+        _print(with_traceback, what, where, next_step)
+    return code
+
+
+def _print(with_traceback: bool, what: str, where: str, next_step: str) -> None:
     if with_traceback:
         traceback.print_exc()
     first, *more = f"error: {what}".split("\n")
     lines = [first, *(f"  {line}" for part in ("\n".join(more), where, next_step) for line in part.split("\n") if line)]
     print("\n".join(map(visible, lines)), file=sys.stderr)
-    return code

@@ -8,10 +8,11 @@ Does not: know any command.
 import inspect
 from collections.abc import Mapping, Sequence
 from typing import Any
+from unicodedata import category
 
 import click
 
-from codegen.errors import suggestion
+from codegen.errors import STEERING, shown, suggestion
 
 MAX_COLUMN = 30  # of names beside their texts; a longer name stands on a line of its own
 
@@ -39,7 +40,12 @@ class Verb(click.Command):
         return " ".join(paragraph.split()).split(". ")[0].split(": ")[0].rstrip(".")
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """As click's, with the old names of options, each of which is answered by its new name in a line."""
+        """As click's, with the old names of options, each of which is answered by its new name in a line. A word that
+        holds what nobody sees, such as the end of a line, is refused: errors, reports and commands show it.
+        """
+        for word in args:
+            if not STEERING.isdisjoint(map(category, word)):
+                ctx.fail(f"an argument holds an invisible character: {shown(word)}")
         end = args.index("--") if "--" in args else len(args)
         return super().parse_args(ctx, [self._today(ctx, word) for word in args[:end]] + args[end:])
 
@@ -84,7 +90,7 @@ class Verbs(Verb, click.Group):
     def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:
         """As click's, with a suggestion."""
         if args and self.get_command(ctx, args[0]) is None and not args[0].startswith("-"):
-            ctx.fail(f"unknown command '{args[0]}'; {suggestion(args[0], self.list_commands(ctx))}")
+            ctx.fail(f"unknown command '{shown(args[0])}'; {suggestion(args[0], self.list_commands(ctx))}")
         return super().resolve_command(ctx, args)
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:

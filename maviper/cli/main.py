@@ -38,7 +38,7 @@ Exit codes:
   2   usage, configuration or input error
   3   inconclusive: VACUOUS, UNKNOWN or SKIPPED
   4   generated code disagrees with the profile
-  5   a dependency is missing (such as an optional package)
+  5   a package, a compiler, room for the output or its reader is missing
   70  a bug in maviper
   130 interrupted
 When several apply, 70 > 4 > 1 > 3. Only `demo` expects a violation: it exits

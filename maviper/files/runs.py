@@ -13,10 +13,11 @@ import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
+from unicodedata import category
 
 import msgspec
 
-from codegen.errors import InputError, shown
+from codegen.errors import STEERING, InputError, shown
 
 CONFIG_FILE = "config.json"
 MAX_CONFIG_BYTES = 2**20
@@ -29,7 +30,7 @@ PROFILE_FILE = "profile.json"  # wherever a policy lies among other files
 def write(path: Path, content: str | bytes) -> Path:
     """Writes a file atomically: a reader sees the old file or the new one, an interruption leaves the old one."""
     data = content.encode() if isinstance(content, str) else content
-    folder(path.parent)
+    folder(seen(path).parent)
     # named before it is made, so that an interruption at any point knows what to remove
     scratch = path.parent / f".{path.name}.{os.getpid()}-{next(_serial)}.part"
     try:
@@ -48,10 +49,17 @@ def write(path: Path, content: str | bytes) -> Path:
     return path
 
 
+def seen(path: Path) -> Path:
+    """The path, unless it holds what nobody sees, such as the end of a line: errors, reports and commands show it."""
+    if not STEERING.isdisjoint(map(category, str(path))):
+        raise InputError("the name of a file holds an invisible character", shown(path), "rename it")
+    return path
+
+
 def target(path: Path) -> Path:
     """Makes sure that a file can be written at `path` later: its folder exists and is writable, it is no folder."""
     try:
-        if path.is_dir():
+        if seen(path).is_dir():
             raise InputError("the output is a folder, but a file is needed", str(path), f"-o {path / 'profile.json'}")
     except OSError as error:
         raise InputError(
@@ -64,7 +72,7 @@ def target(path: Path) -> Path:
 def folder(path: Path) -> Path:
     """Makes an output folder, with its parents."""
     try:
-        path.mkdir(parents=True, exist_ok=True)
+        seen(path).mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(
             "cannot make the output folder", f"{path}: {error.strerror}", "choose another with -o"
@@ -77,7 +85,7 @@ def folder(path: Path) -> Path:
 def read(path: Path, limit: int) -> bytes:
     """The bytes of an input file of at most `limit` bytes."""
     try:
-        if path.stat().st_size > limit:
+        if seen(path).stat().st_size > limit:
             raise InputError("the file is too large", f"{path}: more than {limit} bytes", "is this the right file?")
         return path.read_bytes()
     except OSError as error:

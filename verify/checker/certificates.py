@@ -18,6 +18,7 @@ from typing import Any, TypeAlias
 import msgspec
 
 from codegen.errors import InputError, shown
+from codegen.floats import rational_literal
 from codegen.ir import GOAL, PolicyProfile
 from codegen.policy_json import content_hash, layout
 from verify.checker import decisions
@@ -174,7 +175,7 @@ def to_json(certificate: Certificate) -> str:
         **({"eps": str(certificate.eps)} if certificate.eps else {}),
         "region": {"name": certificate.region.name or certificate.region_said, **certificate.region.document()},
         "formula": formula_document(certificate.formula),
-        "inhabitant": {name: str(value) for name, value in certificate.inhabitant.items()},
+        "inhabitant": {name: rational_literal(value) for name, value in certificate.inhabitant.items()},
         "proofs": {goal_text(goal): proof_lines(proof) for goal, proof in certificate.proofs.items()},
     }
     return layout(body | {"content_hash": body_hash(body)}) + "\n"

@@ -13,6 +13,7 @@ from typing import Any
 import msgspec
 
 from codegen.errors import InputError, shown
+from codegen.floats import rational_literal
 from codegen.ir import PolicyProfile
 from codegen.policy_json import content_hash, layout
 from verify.checker import episodes
@@ -135,7 +136,7 @@ def to_json(certificate: EpisodeCertificate) -> str:
         "landmarks": list(claim.landmarks),
         "semantics": certificate.semantics,
         "region": {"name": certificate.region.name or certificate.region_said, **certificate.region.document()},
-        "inhabitant": {name: str(value) for name, value in certificate.inhabitant.items()},
+        "inhabitant": {name: rational_literal(value) for name, value in certificate.inhabitant.items()},
         "parts": [
             {
                 "agent": part.agent,

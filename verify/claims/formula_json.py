@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from fractions import Fraction
 from typing import Any
 
+from codegen.floats import rational_literal
 from verify.claims.formula import Acts, And, Formula, Goal, Linear, Not, Or
 
 MAX_DIGITS = 4000
@@ -30,8 +31,8 @@ def read_number(text: object) -> Fraction:
 def formula_document(node: Formula) -> dict[str, Any]:
     """The formula as plain data; numbers are exact texts."""
     if isinstance(node, Linear):
-        terms = [[str(weight), name] for weight, name in node.terms]
-        return {"sum": terms, "below" if node.strict else "most": str(node.bound)}
+        terms = [[rational_literal(weight), name] for weight, name in node.terms]
+        return {"sum": terms, "below" if node.strict else "most": rational_literal(node.bound)}
     if isinstance(node, Acts):
         return {"agent": node.agent, "takes": node.action}
     if isinstance(node, Goal):

@@ -14,10 +14,13 @@ from fractions import Fraction
 from typing import Any, NamedTuple, TypeGuard
 
 from codegen.errors import InputError, UnknownNameError
+from codegen.floats import rational_literal
 from codegen.ir import PolicyProfile, WorldSpec
 
 Parameter = Fraction | int | str | tuple[str, ...]
 Interval = tuple[Fraction, Fraction]
+Difference = tuple[str, str, Interval]  # (a, b, bounds of a - b)
+Pair = tuple[str, str, Fraction]  # (entity, entity, least L-infinity distance)
 MAX_NUMBER = 10**9  # largest length in a question; beyond it float64 positions are coarser than any world
 START = "start"  # the name of the start region
 MACHINE, REAL = "machine", "real"  # thresholds as the deployed arithmetic meets them, or as they are written
@@ -90,8 +93,8 @@ class Region:
 
     box: Mapping[str, Interval]  # coordinate -> bounds: every position, and the velocities that matter
     goals: tuple[str, ...]  # landmarks that may be the goal; empty when the world has none
-    differences: tuple[tuple[str, str, Interval], ...] = ()  # (a, b, bounds of a - b)
-    apart: tuple[tuple[str, str, Fraction], ...] = ()  # (entity, entity, least L-infinity distance)
+    differences: tuple[Difference, ...] = ()
+    apart: tuple[Pair, ...] = ()
     name: str = field(default="", compare=False)
 
     @property
@@ -148,7 +151,7 @@ def plain(number: Fraction) -> str:
     while (number * 10**places).denominator != 1:
         places += 1
         if places > 60:
-            return str(number)
+            return rational_literal(number)
     digits = f"{abs((number * 10**places).numerator):0{places + 1}d}"
     sign = "-" if number < 0 else ""
     return sign + (f"{digits[:-places]}.{digits[-places:]}" if places else digits)
@@ -205,22 +208,39 @@ def region_of(document: Mapping[str, object], world: WorldSpec, where: str, velo
         if name not in box:
             raise UnknownNameError("coordinate", name, box, f"{where}: box")
         box[name] = _interval(bounds, f"{where}: box.{name}")
-    differences: list[tuple[str, str, Interval]] = []
-    for pair, bounds in _table(document, "difference", where).items():
-        a, b = _pair(pair, list(box), "coordinate", f"{where}: difference")
-        differences.append((a, b, _interval(bounds, f"{where}: difference.{pair}")))
-    apart: list[tuple[str, str, Fraction]] = []
-    entities = [entity.name for entity in world.agents + world.landmarks]
-    for pair, least in _table(document, "apart", where).items():
-        a, b = _pair(pair, entities, "entity", f"{where}: apart")
-        apart.append((a, b, number(least, f"{where}: apart.{pair}")))
+    differences = _differences(document, list(box), where)
+    apart = _apart(document, [entity.name for entity in world.agents + world.landmarks], where)
     goals = document.get("goals", list(world.goals))
     if not is_list(goals) or (not goals and world.goals):
         raise InputError("goals must be a list of landmarks", f"{where}: goals", ADVICE)
     for goal in goals:
         if goal not in world.goals:
             raise UnknownNameError("goal", str(goal), world.goals, f"{where}: goals")
-    return Region(box, tuple(map(str, goals)), tuple(differences), tuple(apart), name=where)
+    return Region(box, tuple(map(str, goals)), differences, apart, name=where)
+
+
+def _differences(document: Mapping[str, object], names: Sequence[str], where: str) -> tuple[Difference, ...]:
+    """The stated differences; what is said of a pair more than once, in either order, holds at once."""
+    found: dict[tuple[str, str], Interval] = {}
+    for pair, bounds in _table(document, "difference", where).items():
+        a, b = _pair(pair, names, "coordinate", f"{where}: difference")
+        low, high = _interval(bounds, f"{where}: difference.{pair}")
+        if (b, a) in found and a != b:
+            a, b, low, high = b, a, -high, -low
+        before = found.get((a, b), (low, high))
+        found[a, b] = _ordered(max(low, before[0]), min(high, before[1]), f"{where}: difference.{pair}")
+    return tuple((a, b, bounds) for (a, b), bounds in found.items())
+
+
+def _apart(document: Mapping[str, object], entities: Sequence[str], where: str) -> tuple[Pair, ...]:
+    """The pairs kept apart; of the distances that are stated for a pair, in either order, the largest."""
+    found: dict[tuple[str, str], Fraction] = {}
+    for pair, least in _table(document, "apart", where).items():
+        a, b = _pair(pair, entities, "entity", f"{where}: apart")
+        a, b = (b, a) if (b, a) in found else (a, b)
+        distance = number(least, f"{where}: apart.{pair}")
+        found[a, b] = max(distance, found.get((a, b), distance))
+    return tuple((a, b, least) for (a, b), least in found.items())
 
 
 def is_list(value: object) -> TypeGuard[list[object]]:
@@ -254,6 +274,10 @@ def _interval(bounds: object, where: str) -> Interval:
     if not is_list(bounds) or len(bounds) != 2:
         raise InputError("bounds are two numbers, [low, high]", where, ADVICE)
     low, high = (number(bound, where) for bound in bounds)
+    return _ordered(low, high, where)
+
+
+def _ordered(low: Fraction, high: Fraction, where: str) -> Interval:
     if low > high:
         raise InputError(f"the lower bound {text(low)} is above the upper one {text(high)}", where, "swap them")
     return low, high
@@ -269,7 +293,7 @@ def number(value: object, where: str) -> Fraction:
 
 
 _DECIMAL = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d{1,3})?|[+-]?\d+/\d+")
-MAX_DIGITS = 200
+MAX_DIGITS = 2_000
 
 
 def exact(written: str, where: str) -> Fraction:

@@ -14,6 +14,7 @@ from dataclasses import asdict
 from fractions import Fraction
 from typing import Any, TypeAlias
 
+from codegen.floats import rational_literal
 from codegen.ir import AgentPolicy, PolicyProfile
 from codegen.policy_json import content_hash, layout
 from verify.claims.region import Region, goal_text, plain
@@ -51,7 +52,7 @@ def where_facts(profile: PolicyProfile, result: Result) -> dict[str, Any]:
 
 
 def _exact(share: Fraction) -> dict[str, Any]:
-    return {"fraction": str(share), "share": float(share)}
+    return {"fraction": rational_literal(share), "share": float(share)}
 
 
 def _ranked(found: Where) -> list[Ranked]:
@@ -214,7 +215,7 @@ def zones_json(profile: PolicyProfile, result: Result) -> str:
         "semantics": result.semantics,
         "region": result.region.document(),
         "complete": found.complete,
-        "share": None if found.share is None else str(found.share.value),
+        "share": None if found.share is None else rational_literal(found.share.value),
         "found": found.count,
         "violating": [_zone(profile, result.region, *one) for one in ranked[: None if found.complete else FIRST]],
     }
@@ -242,7 +243,7 @@ def _zone(
         "actions": {
             agent: _action(profile.policy(agent), leaf) for agent, leaf in zip(failing.agents, zone[0], strict=True)
         },
-        "share": None if share is None else str(share),
+        "share": None if share is None else rational_literal(share),
         "box": box,
         "difference": differences,
     }

@@ -12,6 +12,7 @@ from typing import TypeAlias
 
 import numpy as np
 
+from codegen.floats import rational_literal
 from codegen.ir import NO_FEATURE, ROOT, FeatureSpec, Float64, Int32, Meaning, Tree, WorldSpec
 
 Value: TypeAlias = float | Fraction  # a float64 number, or a rational that is none
@@ -26,7 +27,7 @@ def value_of(exact: Fraction) -> Value:
 def written(value: Value) -> float | str:
     """A number as files state it: a float64 number as such, another rational as the text of its fraction."""
     plain = value_of(Fraction(value))
-    return plain if isinstance(plain, float) else str(plain)
+    return plain if isinstance(plain, float) else rational_literal(plain)
 
 
 def written_all(values: Mapping[str, Value]) -> dict[str, float | str]:

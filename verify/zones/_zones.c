@@ -22,6 +22,7 @@
 
 #define MAX_TABLED (1 << 22) /* combinations of classes that are looked up in a table instead of a dictionary */
 #define SIGNALS 0xffff        /* nodes between two looks for Ctrl-C */
+#define MAX_LEVELS 4096       /* of the recursion: a deeper search counts as one whose budget ended */
 
 enum { CLOSED = 0, OPEN = 1, FAILED = -1 };
 
@@ -74,6 +75,8 @@ typedef struct {
     int exhausted;
     int32_t *path, *chosen;
     size_t path_room, chosen_room;
+    const int32_t **pending; /* choices still to make, those of a search node in one piece */
+    size_t pending_room;
     Buffer out, aside;
     unsigned long long wanted, collected; /* open branches to go on after; 0: the search ends at the first */
     int32_t *leaf;                        /* agent -> where it ended */
@@ -142,6 +145,7 @@ static void release(Search *s)
     free(s->table);
     free(s->path);
     free(s->chosen);
+    free(s->pending);
     free(s->masks);
     free(s->out.data);
     free(s->aside.data);
@@ -407,12 +411,25 @@ static int NAME(collect)(Search *s, const Level *level)
     return ++s->collected == s->wanted ? OPEN : CLOSED;
 }
 
-/* one search node and all below it */
-static int NAME(visit)(Walk *w, size_t depth, size_t kept, const int32_t *flat, const int32_t **ors, size_t n_ors,
+/* puts a node's choices and those of a formula at the end of `pending`, in this order */
+static int NAME(append)(Search *s, size_t ors, size_t n_ors, size_t end, const int32_t *more)
+{
+    if (!grow((void **)&s->pending, &s->pending_room, end + n_ors + (size_t)more[0], sizeof(int32_t *)))
+        return 0;
+    if (n_ors)
+        memcpy(s->pending + end, s->pending + ors, n_ors * sizeof(int32_t *));
+    const int32_t *choice = more + 1;
+    for (int32_t k = 0; k < more[0]; k++, choice += choice[0])
+        s->pending[end + n_ors + (size_t)k] = choice;
+    return 1;
+}
+
+/* one search node and all below it; `ors`: where in `pending` its `n_ors` choices begin, `end`: where others may be put */
+static int NAME(visit)(Walk *w, size_t depth, size_t kept, const int32_t *flat, size_t ors, size_t n_ors, size_t end,
                        size_t base, size_t top, int agent, int32_t node)
 {
     Search *s = w->s;
-    if (++s->nodes > s->budget) {
+    if (++s->nodes > s->budget || depth > MAX_LEVELS) {
         s->exhausted = 1;
         return FAILED;
     }
@@ -437,23 +454,22 @@ static int NAME(visit)(Walk *w, size_t depth, size_t kept, const int32_t *flat, 
         return FAILED;
     kept += (size_t)flat[0];
     const int32_t *more = NAME(choices)(flat);
-    size_t total = n_ors + (size_t)more[0], first = 0;
-    const int32_t *pending[total + 1];
-    for (size_t k = 0; k < n_ors; k++)
-        pending[k] = ors[k];
-    const int32_t *choice = more + 1;
-    for (size_t k = n_ors; k < total; k++, choice += choice[0])
-        pending[k] = choice;
-    while (first < total && NAME(passed_over)(s, pending[first], base, top))
-        first++;
-    if (first < total) {
-        const int32_t *part = pending[first] + 2;
-        for (int32_t k = 0; k < pending[first][1]; k++, part += 2 + part[1]) {
+    if (more[0]) {
+        if (!NAME(append)(s, ors, n_ors, end, more))
+            return FAILED;
+        ors = end;
+        n_ors += (size_t)more[0];
+        end += n_ors;
+    }
+    for (; n_ors && NAME(passed_over)(s, s->pending[ors], base, top); n_ors--)
+        ors++;
+    if (n_ors) {
+        const int32_t *choice = s->pending[ors], *part = choice + 2;
+        for (int32_t k = 0; k < choice[1]; k++, part += 2 + part[1]) {
             if (!grow((void **)&s->chosen, &s->chosen_room, top + 1, sizeof(int32_t)))
                 return FAILED;
             s->chosen[top] = part[0];
-            int done = NAME(visit)(w, depth + 1, kept, part + 2, pending + first + 1, total - first - 1, base, top + 1,
-                                   agent, node);
+            int done = NAME(visit)(w, depth + 1, kept, part + 2, ors + 1, n_ors - 1, end, base, top + 1, agent, node);
             if (done != CLOSED)
                 return done;
         }
@@ -475,7 +491,7 @@ static int NAME(visit)(Walk *w, size_t depth, size_t kept, const int32_t *flat, 
                 int32_t place = s->denials[(size_t)node * (size_t)s->parts + (size_t)bit];
                 size_t mark = s->out.size;
                 int done = place < 0 ? CLOSED
-                                     : NAME(visit)(w, depth + 1, kept, s->pool + place, NULL, 0, top, top, -1, 0);
+                                     : NAME(visit)(w, depth + 1, kept, s->pool + place, end, 0, end, top, top, -1, 0);
                 if (done == CLOSED)
                     mask |= (int64_t)1 << bit;
                 else
@@ -505,7 +521,7 @@ static int NAME(visit)(Walk *w, size_t depth, size_t kept, const int32_t *flat, 
         const int32_t *last = denial(s);
         if (last == &unknown)
             return FAILED;
-        return last ? NAME(visit)(w, depth + 1, kept, last, NULL, 0, top, top, -1, 0) : CLOSED;
+        return last ? NAME(visit)(w, depth + 1, kept, last, end, 0, end, top, top, -1, 0) : CLOSED;
     }
     const int32_t *row = s->trees[agent] + 4 * (size_t)node;
     for (int side = 0; side < 2; side++) {
@@ -514,7 +530,7 @@ static int NAME(visit)(Walk *w, size_t depth, size_t kept, const int32_t *flat, 
         int32_t before = s->known[agent];
         if (s->classes[agent])
             s->known[agent] = s->classes[agent][row[side]];
-        int done = NAME(visit)(w, depth + 1, kept, s->pool + row[2 + side], NULL, 0, top, top, agent, row[side]);
+        int done = NAME(visit)(w, depth + 1, kept, s->pool + row[2 + side], end, 0, end, top, top, agent, row[side]);
         s->known[agent] = before;
         if (done != CLOSED)
             return done;
@@ -552,7 +568,7 @@ static int NAME(start)(Search *s, const char *numbers, const char *large, const 
             whole->bounds[c] = whole->own_bounds[c];
             whole->steps[c] = whole->own_steps[c];
         }
-        status = NAME(visit)(&w, 1, 0, region, NULL, 0, 0, 0, agent, 0);
+        status = NAME(visit)(&w, 1, 0, region, 0, 0, 0, 0, 0, agent, 0);
     }
     *length = w.open;
     for (size_t depth = 0; depth < w.count; depth++) {

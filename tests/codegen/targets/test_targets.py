@@ -23,11 +23,12 @@ from codegen.lowering import lower as lower_module
 from codegen.lowering import names
 from codegen.lowering.lower import lower
 from codegen.lowering.render import comment
-from codegen.targets import c, emit
+from codegen.targets import TARGETS, c, emit
 from maviper.compilation import compile
 from tests.codegen.games import NAMES, random_profile
 from tests.strategies import profiles
 
+TEXTS = [target for target in TARGETS if target != "onnx"]
 FEW = 1_000  # random observations; the boundary ones are what counts
 
 
@@ -175,7 +176,7 @@ def test_the_header_compiles_strictly(profile, compiler, tmp_path):
     )
     flags = compiled.STRICT[1:]  # without the language standard
     subprocess.run([*command, *flags, "use.c", "-o", "use"], cwd=tmp_path, check=True)
-    for flag in ("-ffast-math", "-ffinite-math-only"):
+    for flag in ("-ffast-math", "-ffinite-math-only", "-funsafe-math-optimizations"):
         refused = subprocess.run([*command, flag, "-c", "use.c"], cwd=tmp_path, capture_output=True, check=False)
         assert refused.returncode != 0 and b"fast-math" in refused.stderr
 
@@ -210,11 +211,23 @@ def test_names_that_collide_in_code_are_refused(profile):
         lower(replace(profile, agents=agents))
 
 
-def test_hostile_provenance_stays_inside_the_comment(profile):
-    hostile = replace(profile.provenance, tool='x */ int main; /* """ \\ ??/\n#error', algorithm='"""+evil+"""')
-    files = emit(replace(profile, provenance=hostile))
+def test_hostile_texts_stay_inside_the_comments_of_every_target(profile):
+    hostile = ('x */ int main; /* """ \\ ??/\n#error', '"""+evil+"""\\', "-->\r</svg>\u2028; |x|")
+    texts = dict(zip(("tool", "algorithm", "preset"), hostile, strict=True))
+    features = tuple(replace(each, unit="".join(hostile)) for each in profile.agents[0].features)
+    agents = (replace(profile.agents[0], features=features), *profile.agents[1:])
+    plain = emit(profile, TEXTS)
+    files = emit(replace(profile, agents=agents, provenance=replace(profile.provenance, **texts)), TEXTS)
+    assert set(files) == set(plain)
+    for name, text in files.items():
+        if name.endswith((".json", "_reader.py")):
+            continue
+        assert len(text.splitlines()) == len(plain[name].splitlines()), name
+        assert "*/ int" not in text and '"""+evil' not in text
+        assert not re.search(r"[^\n -~]", text.replace("\N{NO-BREAK SPACE}", "")), name
+        if name.endswith(".svg"):
+            ElementTree.fromstring(text)
     readback.load_python(files["physical_deception.py"])
-    assert "*/ int" not in files["physical_deception.h"] and "\n#error\n" not in files["physical_deception.h"]
 
 
 def test_the_comment_filter_by_example():

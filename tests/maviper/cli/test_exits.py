@@ -1,10 +1,12 @@
-"""How an interrupted command says it goes on: what it says works, and nothing else does."""
+"""How commands end: what an interrupted one says works, and what nobody could write or read is no verdict."""
 
 import json
+import os
 import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import pytest
 
@@ -17,6 +19,7 @@ from maviper.files import runs
 from tests.teams import team, towards
 from tests.test_golden import small_profile
 
+PROVED = Path(__file__).parents[3] / "generated" / "proved_defenders" / "profile.json"
 QUICK = ["--iterations", "2", "--rollouts", "4", "--selection-episodes", "4", "--refinement", "0", "--max-depth", "2"]
 
 
@@ -152,3 +155,58 @@ def test_a_signal_in_the_middle_of_an_extraction(tmp_path):
     again = subprocess.run([*asked, "--resume"], capture_output=True, text=True, check=False)
     assert again.returncode == ExitCode.DONE, again.stderr
     assert json.loads((tmp_path / "run" / runs.PROFILE_FILE).read_text())["agents"]
+
+
+# --- output that nobody can write, or reads
+
+
+def ended(streams, arguments):
+    """The exit code, and what standard error got where it is not one of the given streams."""
+    kept = {"stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE, **streams}
+    command = [sys.executable, "-m", "maviper", *map(str, arguments)]
+    done = subprocess.run(command, **kept, check=False)
+    return done.returncode, (done.stderr or b"").decode()
+
+
+@pytest.fixture
+def full():
+    if not Path("/dev/full").exists():
+        pytest.skip("no /dev/full")
+    with Path("/dev/full").open("w") as stream:
+        yield stream
+
+
+@pytest.fixture
+def closed():
+    """A pipe whose reader is gone."""
+    reader, writer = os.pipe()
+    os.close(reader)
+    yield writer
+    os.close(writer)
+
+
+WRITTEN = [["verify", PROVED], ["show", PROVED], ["guide"], ["--help"], ["verify", "--list"], ["worlds", "list"]]
+COMMANDS = [[name, "--help"] for names in main.NAMES.values() for name in names]
+
+
+@pytest.mark.parametrize("arguments", [*WRITTEN, *COMMANDS], ids=lambda arguments: " ".join(map(str, arguments)))
+def test_a_full_standard_output_is_said_in_words(arguments, full):
+    code, said = ended({"stdout": full}, arguments)
+    lines = said.splitlines()
+    assert code == ExitCode.MISSING and "Traceback" not in said and "bug" not in said
+    assert [line for line in lines if line.startswith("error:")] == ["error: cannot write: No space left on device"]
+
+
+def test_a_full_standard_error_gives_no_verdict(full):
+    """The claim is proved; 1 would say that it is violated, 0 that someone was told."""
+    arguments = ["verify", PROVED]
+    assert ended({}, arguments)[0] == ExitCode.DONE
+    for streams in ({"stderr": full}, {"stdout": full, "stderr": full}):
+        assert ended(streams, arguments)[0] == ExitCode.MISSING
+    assert ended({"stdout": full, "stderr": full}, ["verify", "nowhere"])[0] == ExitCode.INPUT
+
+
+@pytest.mark.parametrize("stream", ["stdout", "stderr"])
+def test_a_closed_pipe_gives_no_verdict_and_no_words(stream, closed):
+    code, said = ended({stream: closed}, ["verify", PROVED])
+    assert code == ExitCode.MISSING and "error" not in said

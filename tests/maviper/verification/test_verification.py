@@ -1,6 +1,7 @@
 """`maviper verify` and `maviper properties` as users call them."""
 
 import json
+import sys
 from dataclasses import replace
 from fractions import Fraction
 
@@ -315,6 +316,21 @@ def test_where_a_claim_holds(capsys, place):
     assert run(capsys, "-q", "verify", "same.json", "--where", "-o", "again")[0] == ExitCode.VIOLATED
     files = {path.name: path.read_bytes() for path in folder.iterdir()}
     assert files == {path.name: path.read_bytes() for path in (place / "again").iterdir()}
+
+
+@pytest.mark.solver
+def test_where_with_bounds_of_a_thousand_digits(capsys, place):
+    """Shares are fractions of more digits than Python turns into text; files are read back."""
+    bounds = '"agent_0.x" = [-1e-300, 0.7]\n"agent_0.y" = [-0.3, 1e-999]\n"landmark_1.x" = [-1, 1.3e-500]\n'
+    (place / "fine.toml").write_text(f"[box]\n{bounds}")
+    code, _, err = run(capsys, "verify", "same.json", "--region", "fine.toml", "--where", "-o", "fine")
+    assert code == ExitCode.VIOLATED and "of the region exactly" in err
+    (found,) = json.loads((place / "fine" / "report.json").read_text())["results"]
+    assert len(found["where"]["exact"]["fraction"]) > sys.get_int_max_str_digits()
+    found = place / "fine" / "region-1-distinct_targets.toml"
+    assert run(capsys, "-q", "verify", "same.json", "--region", found)[0] == ExitCode.DONE
+    replayed = place / "fine" / "counterexample-1-distinct_targets.json"
+    assert run(capsys, "replay", replayed, "--profile", "same.json")[0] == ExitCode.VIOLATED
 
 
 @pytest.mark.solver

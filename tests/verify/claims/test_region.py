@@ -1,5 +1,6 @@
 """Regions: exact numbers in, the same numbers out, and clear words for bad files."""
 
+import sys
 from dataclasses import replace
 from fractions import Fraction
 
@@ -9,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from codegen.errors import InputError
+from codegen.floats import rational_literal
 from codegen.intervals import Share
 from maviper.worlds import find
 from tests.strategies import WORLD
@@ -32,6 +34,47 @@ def test_a_region_file_reads_back(bounds, least):
     differences = (("agent_0.x", "agent_1.x", (Fraction(-1, 3), least)),)
     region = Region(start.box | bounds, ("landmark_1",), differences, (("landmark_0", "landmark_1", Fraction(1, 5)),))
     assert read_region(region.toml(), WORLD.spec, "region.toml") == region
+
+
+def test_what_is_said_of_a_pair_twice_holds_at_once():
+    """TOML takes `a - b`, `a  - b` and `b - a` for three keys."""
+    source = """
+    [difference]
+    "agent_0.x - agent_1.x" = [-1, 0.5]
+    " agent_0.x -  agent_1.x" = [-0.25, 1]
+    "agent_1.x - agent_0.x" = [-0.4, 0.3]
+    [apart]
+    "agent_0 - agent_1" = 0.2
+    "agent_0  - agent_1" = 0.1
+    "agent_1 - agent_0" = 0.3
+    """
+    region = read_region(source, WORLD.spec, "r")
+    assert region.differences == (("agent_0.x", "agent_1.x", (Fraction(-1, 4), Fraction(2, 5))),)
+    assert region.apart == (("agent_0", "agent_1", Fraction(3, 10)),)
+    lines = "\n".join(f'"agent_0{" " * k} - agent_1" = 0.1' for k in range(2_000))
+    assert len(read_region(f"[apart]\n{lines}", WORLD.spec, "r").apart) == 1
+    with pytest.raises(InputError, match="is above the upper one"):
+        read_region(
+            '[difference]\n"agent_0.x - agent_1.x" = [0.1, 1]\n"agent_1.x - agent_0.x" = [0, 1]', WORLD.spec, "r"
+        )
+
+
+@pytest.mark.parametrize("written", ["-1e-300", "1e-999", "7.25", "1/3", f"1{'0' * 20}1/{'7' * 900}"])
+def test_whatever_is_read_is_written_so_that_it_is_read_again(written):
+    number = exact(written, "here")
+    assert exact(plain(number), "here") == number == read_number(rational_literal(number))
+
+
+@given(st.integers(-(10**20), 10**20), st.integers(0, 30_000), st.integers(1, 10**6), st.integers(0, 9_000))
+def test_numbers_of_any_length_have_a_text(n, shift, d, under):
+    number = Fraction(n * 10**shift + 1, d * 7**under)
+    limit = sys.get_int_max_str_digits()
+    text = rational_literal(number)
+    sys.set_int_max_str_digits(0)
+    try:
+        assert text == str(number)
+    finally:
+        sys.set_int_max_str_digits(limit)
 
 
 def test_small_numbers_are_numbers():

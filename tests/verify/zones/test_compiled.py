@@ -4,6 +4,7 @@ import importlib.util
 import shlex
 import subprocess
 import sysconfig
+import threading
 from fractions import Fraction
 from pathlib import Path
 
@@ -21,7 +22,8 @@ from verify.question import Budgets, Question
 from verify.zones import compiled as zone_compiled
 from verify.zones import engine
 from verify.zones.compiled import CompiledSearch
-from verify.zones.search import Search
+from verify.zones.search import BudgetError, Search
+from verify.zones.tables import Flat, Problem
 
 pytestmark = pytest.mark.compile
 SOURCE = Path(zone_compiled.__file__).parent / "_zones.c"
@@ -192,3 +194,33 @@ def test_questions_with_errors_of_features(both, profile):
         region = start_region(pair.world) if rng.random() < 0.5 else random_region(rng, pair)
         found.append(both(pair, formula(pair, claim), region, eps=claim.eps).verdict)
     assert found.count(Verdict.PROVED) > 5 and found.count(Verdict.VIOLATED) > 5
+
+
+@pytest.mark.parametrize(("choices", "ends"), [(3_000, False), (100_000, True)])
+def test_thousands_of_choices_need_no_more_stack_than_there_is(choices, ends, compiled, monkeypatch):
+    """Each choice, of two bounds that can hold, is a level of the recursion; the thread has a small stack."""
+    monkeypatch.setattr(zone_compiled, "_zones", compiled)
+    edges, weights = [(0, 1, 0), (0, 0, 1)] * choices, [*range(2 * choices)]
+    problem = Problem([2], edges, weights, 16 * choices, 1, {"x": (0, 1)})
+    ors = tuple((Flat((2 * k,), ()), Flat((2 * k + 1,), ())) for k in range(choices))
+    region = Flat((), ors)
+    search = CompiledSearch(problem, region, 10 * choices)
+    found = []
+
+    def ask():
+        try:
+            found.append(search.inhabited())
+        except BudgetError:
+            found.append(None)
+
+    before = threading.stack_size(4 * 2**20)
+    try:
+        thread = threading.Thread(target=ask)
+        thread.start()
+        thread.join()
+    finally:
+        threading.stack_size(before)
+    assert found == [None if ends else True]
+    if not ends:
+        other = Search(problem, region, 10 * choices)
+        assert other.inhabited() and other.open == search.open and other.nodes == search.nodes
