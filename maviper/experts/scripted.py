@@ -152,24 +152,6 @@ class FixedRoles(Scripted):
         return np.stack([self._landing(agent, target[agent] - position[agent], velocity[agent]) for agent in agents], 1)
 
 
-class InOrder(Scripted):
-    """Cooperative navigation: the agent with the k-th smallest x lands on the landmark with the k-th smallest x. Nearly
-    as good as `Assignment`, and easier for a tree: every test compares two numbers along one axis.
-    """
-
-    def _act(self, agents: Sequence[int], state: WorldState) -> Int:
-        position, velocity = planes(state.position), planes(state.velocity)
-        n_agents = len(self.agents)
-        own, marks = position[:n_agents], position[n_agents:]
-        rank = own[:, 0].argsort(axis=0, kind="stable").argsort(axis=0, kind="stable")
-        landmark = np.take_along_axis(marks[:, 0].argsort(axis=0, kind="stable"), rank, axis=0)
-        target = [np.take_along_axis(marks, landmark[agent][None, None], axis=0)[0] for agent in agents]
-        return np.stack(
-            [self._landing(agent, at - own[agent], velocity[agent]) for agent, at in zip(agents, target, strict=True)],
-            1,
-        )
-
-
 class Chase(Scripted):
     """Predator-prey. A pursuer imagines each action held for HELD steps and takes the one after which it is nearest to
     the prey that is nearest now, all others keeping their velocities. A fleer takes the one after which its nearest
@@ -217,7 +199,7 @@ class AsRead(Scripted):
         return self.world.demanded[self.world.cell(state.readings[:, list(agents)])]
 
 
-SCRIPTED, FIXED_ROLES, IN_ORDER = "scripted", "fixed-roles", "in-order"
+SCRIPTED, FIXED_ROLES = "scripted", "fixed-roles"
 _SCRIPTS: dict[str, tuple[tuple[type[World], type[Scripted]], ...]] = {
     SCRIPTED: (
         (PhysicalDeception, SplitUp),
@@ -226,7 +208,6 @@ _SCRIPTS: dict[str, tuple[tuple[type[World], type[Scripted]], ...]] = {
         (Coordination, AsRead),
     ),
     FIXED_ROLES: ((PhysicalDeception, SplitUp), (CooperativeNavigation, FixedRoles)),
-    IN_ORDER: ((CooperativeNavigation, InOrder),),
 }
 SCRIPTS = tuple(_SCRIPTS)
 

@@ -187,8 +187,6 @@ class _Resolver:
         self, feature: ir.FeatureSpec, weights: Mapping[str, float]
     ) -> tuple[int, int, int, tuple[tuple[int, int, bool], ...] | None]:
         """(axis, p, q, moved) of a test on start(p) - start(q); moved is None where other agents decide."""
-        if any(abs(weight) != 1 for weight in weights.values()):
-            raise BeyondZonesError(f"feature {feature.name} weighs its coordinates")
         axes, ends, moved = set[str](), {1: ZERO, -1: ZERO}, list[tuple[int, int, bool]]()
         self.sees_speed |= any(name.rpartition(".")[2].startswith("v") for name in weights)
         for name, weight in weights.items():
@@ -199,11 +197,11 @@ class _Resolver:
             elif entity not in self._entities:
                 return 0, ZERO, ZERO, None  # nothing is asked of other agents, so any test on them can go both ways
             if not part.startswith("v"):
-                if ends[int(weight)] != ZERO:
+                if ends.get(int(weight)) != ZERO:
                     raise BeyondZonesError(f"feature {feature.name} is not a difference of two coordinates")
                 ends[int(weight)] = 1 + self._entities.index(entity)
-        if len(axes) > 1:
-            raise BeyondZonesError(f"feature {feature.name} mixes two axes")
+        if len(axes) > 1 or any(abs(weight) != 1 for weight in weights.values()):
+            raise BeyondZonesError(f"feature {feature.name} mixes two axes, or weighs its coordinates")
         return AXES.index(axes.pop()), ends[1], ends[-1], tuple(moved)
 
 

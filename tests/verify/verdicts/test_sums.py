@@ -14,6 +14,7 @@ from tests.teams import DOWN, LEFT, RIGHT, STAY, UP, tree
 from verify.checker.reading import Reading, RejectedError
 from verify.claims.catalogue import find_episode_claim, find_property
 from verify.claims.region import REAL, Region, Semantics, Verdict, start_region
+from verify.episodes import composition
 from verify.extent.found import BEYOND, where
 from verify.question import Question, from_start
 from verify.repair.search import repair
@@ -23,6 +24,8 @@ from verify.states.real import comparable, measured
 from verify.states.state import violates
 from verify.verdicts.decisions import verify
 from verify.verdicts.episodes import verify_episodes
+from verify.zones import engine as zones
+from verify.zones.tables import BeyondZonesError
 
 pytestmark = pytest.mark.solver
 WORLD = find("physical-deception,features=ahead")
@@ -149,3 +152,30 @@ def test_a_region_of_one_state_has_the_referees_verdict():
         wanted = found.shares.violating.hits > 0
         assert found.verdict in ((Verdict.VIOLATED if wanted else Verdict.PROVED), Verdict.UNKNOWN)
         assert (decide(question).verdict is Verdict.VIOLATED) or not wanted
+
+
+@pytest.mark.parametrize(
+    "terms",
+    [
+        ((0.5, "landmark_0.x"), (-1, "agent_0.x")),
+        ((2, "agent_0.x"),),
+        ((1, "landmark_0.x"), (-0.25, "agent_0.vx")),
+        ((1, "agent_0.x"), (1, "agent_0.y")),
+    ],
+)
+def test_weights_and_both_axes_are_beyond_zones_too(terms):
+    """Two coordinates round once, so Z3's question is exact; zones still bound differences alone."""
+    feature = ir.FeatureSpec("mixed", "length", -9.0, 9.0, ir.Meaning(terms))
+    plain = profile_of(tree(STAY), tree(STAY))
+    agents = tuple(replace(policy, features=(*policy.features, feature)) for policy in plain.agents)
+    place = len(agents[1].features) - 1
+    mixed = replace(agents[1], tree=tree((place, 0.1, 1, 2), LEFT, RIGHT))
+    profile = replace(plain, agents=(agents[0], mixed, agents[2]))
+    question = from_start(profile, find_property("distinct_targets", profile))
+    found = decide(question)
+    assert found.verdict is Verdict.VIOLATED
+    if terms != ((2, "agent_0.x"),):  # half of a bound is a bound
+        with pytest.raises(BeyondZonesError):
+            zones.decide(question)
+    claim = find_episode_claim("reaches", profile)
+    assert composition.decide(Question(profile, claim, start_region(profile.world))).verdict is not Verdict.PROVED
