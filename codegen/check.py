@@ -24,6 +24,7 @@ from codegen.ir import (
     NO_ACTION,
     NO_CHILD,
     NO_FEATURE,
+    WEIGHTS,
     AgentPolicy,
     GrownTree,
     PolicyProfile,
@@ -215,8 +216,8 @@ def _agent(path: str, policy: AgentPolicy, world: WorldSpec) -> Iterator[Violati
         if meaning and meaning.function not in ("", *(FUNCTIONS if meaning.terms else ())):
             yield Violation(f"{here}.meaning", f"must be 0, a sum, or {', '.join(FUNCTIONS)} of a sum")
         for weight, coordinate in meaning.terms if meaning else ():
-            if weight not in (-1, 1):
-                yield Violation(f"{here}.meaning", f"weights are +1 or -1, not {weight}")
+            if abs(weight) not in ((1,) if meaning and meaning.function else WEIGHTS):
+                yield Violation(f"{here}.meaning", f"weights are powers of two, +1 or -1 in functions, not {weight:g}")
             if coordinate not in known:
                 yield Violation(f"{here}.meaning", f"no coordinate '{coordinate}'; {suggestion(coordinate, known)}")
     for index, action in enumerate(policy.actions):

@@ -34,6 +34,7 @@ NO_ACTION: Final = -1
 MAX_DEPTH: Final = 64  # nested code beyond it meets the limits of compilers; a tree that deep explains nothing
 MAX_NODES: Final = 1 << 20
 GOAL: Final = "goal"  # in coordinates: the landmark that is the goal
+WEIGHTS: Final = tuple(2.0**power for power in range(-6, 7))  # of terms, with either sign
 FUNCTIONS: Final = ("sign", "positive", "zero")  # of a sum: -1, 0 or 1; 1 where it is above 0; 1 where it is 0
 NAME: Final = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,63}")
 _INT32: Final = {"dtype": np.int32}
@@ -78,15 +79,24 @@ class GrownTree(_Arrays):
 
 @dataclass(frozen=True)
 class Meaning:
-    """What a feature measures: a sum of signed world coordinates (none: 0), or a function of it (see FUNCTIONS)."""
+    """What a feature measures: a weighted sum of world coordinates (none: 0), or a function of it (see FUNCTIONS).
 
-    terms: tuple[tuple[int, str], ...]  # (+1 or -1, coordinate such as "agent_0.x")
+    It is observed in float64, term after term, then rounded to float32. Weights are powers of two, so products are
+    exact: of n terms, n - 1 additions round.
+    """
+
+    terms: tuple[tuple[float, str], ...]  # (weight, coordinate such as "agent_0.x"); a function's weights are +1 or -1
     function: str = ""
 
     def __str__(self) -> str:
-        text = " ".join(f"{'-' if weight < 0 else '+'} {coordinate}" for weight, coordinate in self.terms)
+        text = " ".join(f"{'-' if weight < 0 else '+'} {factor(weight)}{name}" for weight, name in self.terms)
         text = text.removeprefix("+ ") or "0"
         return f"{self.function}({text})" if self.function else text
+
+
+def factor(weight: float) -> str:
+    """What stands before a coordinate of this weight, its sign aside: "" or such as "0.5*"."""
+    return "" if abs(weight) == 1 else f"{abs(weight):g}*"
 
 
 @dataclass(frozen=True)

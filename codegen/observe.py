@@ -1,6 +1,7 @@
 """What an agent observes in a world state, by the meanings of its features.
 
-Does: the two roundings of the reference environment: one subtraction in float64, then float32.
+Does: the two roundings of the reference environment: one subtraction in float64, then float32. Longer sums are added in
+  float64, one term after the other.
 Assumes: coordinates in the order of `WorldSpec.coordinates()`.
 Does not: know games or dynamics.
 """
@@ -18,7 +19,7 @@ class Observer:
 
     def __init__(self, features: Sequence[FeatureSpec], spec: WorldSpec) -> None:
         index = {name: place for place, name in enumerate(spec.coordinates())}
-        self.terms: list[list[tuple[int, int]]] = []  # per feature: (weight, row of the coordinate)
+        self.terms: list[list[tuple[float, int]]] = []  # per feature: (weight, row of the coordinate)
         self.meanings: list[Meaning] = []
         for feature in features:
             if feature.meaning is None:

@@ -321,7 +321,7 @@ def _threshold(double: float, text: str, path: str) -> float:
     return exact
 
 
-_TERM = re.compile(r"\s*([+-]?)\s*([A-Za-z][\w-]*\.[a-z]+)")
+_TERM = re.compile(r"\s*([+-]?)\s*(?:(\d{1,3}(?:\.\d{1,9})?)\*)?([A-Za-z][\w-]*\.[a-z]+)")
 
 
 def _meaning(text: str | None, path: str) -> Meaning | None:
@@ -332,7 +332,7 @@ def _meaning(text: str | None, path: str) -> Meaning | None:
         return Meaning(())
     wrapped = re.fullmatch(rf"({'|'.join(FUNCTIONS)})\((.*)\)", text)
     function, body = wrapped.groups() if wrapped else ("", text)
-    terms: list[tuple[int, str]] = []
+    terms: list[tuple[float, str]] = []
     place = 0
     while place < len(body):
         match = _TERM.match(body, place)
@@ -342,7 +342,8 @@ def _meaning(text: str | None, path: str) -> Meaning | None:
                 f"{path}: cannot read '{shown(text[:80])}'",
                 f"write `a.x - b.x`, {', '.join(f'`{name}(...)`' for name in FUNCTIONS)} or `0`",
             )
-        terms.append((-1 if match[1] == "-" else 1, match[2]))
+        size = float(match[2]) if match[2] else 1
+        terms.append((-size if match[1] == "-" else size, match[3]))
         place = match.end()
     if not terms:
         raise ProfileError("not a valid policy profile", f"{path}: empty", "write `a.x - b.x`, or null")

@@ -26,7 +26,7 @@ from maviper.compilation import compile, proofs
 from tests import episode_cases
 from tests.teams import DOWN, LEFT, RIGHT, STAY, UP, team, towards, tree
 from verify.claims import decisions as properties
-from verify.claims.decisions import DistinctTargets
+from verify.claims.decisions import DistinctTargets, OwnTarget
 from verify.claims.files import read_properties
 from verify.claims.formula import FALSE, TRUE, negated
 from verify.claims.region import Verdict, start_region
@@ -370,6 +370,51 @@ def encoder_fault(name: str, attribute: str, change: Callable[[Callable], Callab
     return Fault(f"encoder: {name}", "referee at ties", plant)
 
 
+SUM = ("landmark_0.x", "agent_0.x", "landmark_0.y", "agent_0.y")  # with signs + - + -
+EDGE = float(np.float32(0.3))
+
+
+def pinned_states():
+    """World states in which the sum of SUM, rounded after each addition, lies beyond EDGE, and the exact sum does not."""
+    rng = np.random.default_rng(7)
+    half = encode.last_double(EDGE).end
+    for _ in range(400):
+        position = {f"{name}.{axis}": float(rng.uniform(-3, 3)) for name in ENTITIES for axis in "xy"}
+        a, b, c = (position[name] for name in SUM[:3])
+        nearest = float(Fraction(a) - Fraction(b) + Fraction(c) - half)
+        for last in (np.nextafter(nearest, -np.inf).item(), nearest, np.nextafter(nearest, np.inf).item()):
+            exact = Fraction(a) - Fraction(b) + Fraction(c) - Fraction(last)
+            if np.float32(a - b + c - last) > np.float32(EDGE) and exact <= half:
+                yield State(position | {SUM[3]: last}, "landmark_0")
+
+
+def sums_wrong(profile: ir.PolicyProfile) -> bool:
+    """Whether something is proved of a state in which the referee sees it fail, because of a rounding within a sum."""
+    meaning = ir.Meaning(tuple(zip((1, -1, 1, -1), SUM, strict=True)))
+    policy = profile.policy("agent_0")
+    place = len(policy.features)
+    summed = replace(policy, features=(*policy.features, ir.FeatureSpec("sum", "length", -9.0, 9.0, meaning)))
+    agents = tuple(summed if one is policy else one for one in profile.agents)
+    for state in itertools.islice(pinned_states(), 10):
+        near = RIGHT if state.position["landmark_0.x"] > state.position["agent_0.x"] else LEFT
+        away = LEFT if near == RIGHT else RIGHT
+        one = team(replace(profile, agents=agents), tree((place, EDGE, 1, 2), near, away), towards(1, 1))
+        box = {name: (Fraction(value), Fraction(value)) for name, value in state.position.items()}
+        region = replace(start_region(profile.world), box=box, goals=("landmark_0",))
+        question = Question(one, OwnTarget("defenders"), region)
+        if violates(question, state) and decide(question).verdict is Verdict.PROVED:
+            return True
+    return False
+
+
+def sums_fault() -> Fault:
+    def plant(profile, patch):
+        patch.setattr(encode._Encoder, "_rounding", lambda *given: z3.RealVal(0))
+        return sums_wrong(profile)
+
+    return Fault("encoder: long sums without rounding", "referee at ties", plant)
+
+
 def verdicts_wrong(profile: ir.PolicyProfile) -> bool:
     """Whether a team whose verdict is known gets another one."""
     start = start_region(profile.world)
@@ -467,6 +512,7 @@ THRESHOLD = [
     ),
 ]
 ENCODER = [
+    sums_fault(),
     encoder_fault("sides of a split swapped", "_tests", lambda f: lambda *given: f(*given)[::-1], encode._Encoder),
     steady_fault(encode, "errors forgotten", "measurable", lambda _: lambda meaning: False),
     steady_fault(encode._Encoder, "an error a test, not a feature", "_error", lambda f: lambda self, agent, feature: f(self, agent, f"{feature}{len(self.variables)}")),

@@ -137,7 +137,7 @@ def worlds(profile: ir.PolicyProfile, rng: np.random.Generator) -> Float64:
                 near = neighbours(float(policy.tree.threshold[node])).clip(-HUGE, HUGE)
                 at = near[rng.integers(3, size=FILLINGS)].astype(np.float64)
                 others = sum((w * filled[:, index[name]] for w, name in rest), np.zeros(FILLINGS))
-                filled[:, index[first]] = weight * (at - others)
+                filled[:, index[first]] = (at - others) / weight
             rows.append(filled)
     return np.concatenate(rows)
 

@@ -46,7 +46,7 @@ class Feature:
     high_hex: str
     meaning: str
     function: str  # of the sum of `terms`; "" for the sum itself
-    terms: tuple[tuple[str, str], ...] | None  # (sign, coordinate); None: no meaning
+    terms: tuple[tuple[str, str, str], ...] | None  # (sign, weight unless it is 1, coordinate); None: no meaning
 
 
 @dataclass(frozen=True)
@@ -303,8 +303,9 @@ def _automatic(profile: ir.PolicyProfile) -> str:
     return NESTED if deepest <= NESTED_LEVELS and largest <= NESTED_SPLITS else WALK
 
 
-def _term(weight: int, coordinate: str) -> tuple[str, str]:
-    return ("-" if weight < 0 else "+", _upper(coordinate))
+def _term(weight: float, coordinate: str) -> tuple[str, str, str]:
+    size = "" if abs(weight) == 1 else decimal_literal(abs(weight))
+    return ("-" if weight < 0 else "+", size, _upper(coordinate))
 
 
 def _tables(policy: ir.AgentPolicy, nodes: tuple[Node, ...], levels: int) -> Tables:

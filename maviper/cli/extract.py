@@ -16,7 +16,7 @@ from maviper.cli.options import PATH, console_of, option, output
 
 # named here again, so that --help imports nothing; a test compares them with the ones that there are
 ALGORITHMS = "maviper, maviper-no-prediction, maviper-iviper-resampling, iviper, viper, imitation, fitted-q"
-FEATURES = "velocity, goal, differences, signs (several with +)"
+FEATURES = "velocity, goal, differences, signs, ahead, coasting (several with +)"
 WHAT, EPISODES, LEARNS, HOW = "What is extracted", "Episodes", "What it learns from", "How it runs"
 PARTS = "What the algorithm's name sets"
 RENAMED = {"--budget": "--max-episodes", "--refinement": "--refinement-episodes"}

@@ -12,7 +12,7 @@ import numpy as np
 
 from codegen.dynamics import accelerated, displaced
 from codegen.errors import InputError, UnknownNameError
-from codegen.ir import GOAL, FeatureSpec, Meaning, WorldSpec
+from codegen.ir import GOAL, WEIGHTS, FeatureSpec, Meaning, WorldSpec
 
 SEPARATOR = "+"  # between groups in an option
 
@@ -128,6 +128,62 @@ def _signs(features: Sequence[FeatureSpec], agent: str, mates: Sequence[str], sp
     ]
 
 
+def _ahead(features: Sequence[FeatureSpec], agent: str, mates: Sequence[str], spec: WorldSpec) -> list[FeatureSpec]:
+    """Sums and differences of both axes of an observed offset: their signs say which axis is ahead, and which way."""
+    del mates, spec
+    places = {_offset(feature.meaning, agent): feature for feature in features if feature.meaning}
+    return [
+        each
+        for place, x in places.items()
+        if place.endswith(".x") and f"{place[:-1]}y" in places
+        for each in _diagonals(place[:-2], x, places[f"{place[:-1]}y"])
+    ]
+
+
+def _diagonals(name: str, x: FeatureSpec, y: FeatureSpec) -> list[FeatureSpec]:
+    """The sum and the difference of two features."""
+    assert x.meaning and y.meaning
+    less = tuple((-weight, coordinate) for weight, coordinate in y.meaning.terms)
+    plus = Meaning(x.meaning.terms + y.meaning.terms)
+    return [
+        FeatureSpec(f"{name}_dx_plus_dy", x.unit, x.low + y.low, x.high + y.high, plus),
+        FeatureSpec(f"{name}_dx_less_dy", x.unit, x.low - y.high, x.high - y.low, Meaning(x.meaning.terms + less)),
+    ]
+
+
+def _coasting(features: Sequence[FeatureSpec], agent: str, mates: Sequence[str], spec: WorldSpec) -> list[FeatureSpec]:
+    """Observed offsets of what the agent may make for, as they will be once it has come to rest without a push: both
+    axes, their sum and their difference. Team-mates' are left out.
+    """
+    places = {_offset(feature.meaning, agent): feature for feature in features if feature.meaning}
+    found: list[FeatureSpec] = []
+    if not spec.damping:  # nothing ever comes to rest
+        return found
+    for entity in (entity.name for entity in (*spec.landmarks, *spec.agents) if entity.name not in mates):
+        if {f"{entity}.{axis}" for axis in "xy"} <= places.keys():
+            ends = [_at_rest(places[f"{entity}.{axis}"], agent, axis, spec) for axis in "xy"]
+            found += [*ends, *_diagonals(f"{entity}_rest", *ends)]
+    return found
+
+
+def _at_rest(offset: FeatureSpec, agent: str, axis: str, spec: WorldSpec) -> FeatureSpec:
+    """An offset less the way that an agent still coasts, which takes dt / damping seconds at its present speed."""
+    assert offset.meaning
+    weights = _binary(spec.dt / spec.damping)
+    coasted = tuple((-weight, f"{agent}.v{axis}") for weight in weights)
+    reach = top_speed(spec) * sum(weights)
+    name = f"{offset.name.removesuffix(f'_d{axis}')}_rest_d{axis}"
+    return FeatureSpec(
+        name, offset.unit, offset.low - reach, offset.high + reach, Meaning(offset.meaning.terms + coasted)
+    )
+
+
+def _binary(value: float) -> tuple[float, ...]:
+    """Two weights of terms, whose sum comes near to `value` from below."""
+    first = max((weight for weight in WEIGHTS if weight <= value), default=WEIGHTS[0])
+    return first, max((weight for weight in WEIGHTS if weight <= value - first), default=WEIGHTS[0])
+
+
 def _offset(meaning: Meaning, agent: str) -> str:
     """The coordinate whose offset from the agent a feature is, or ""."""
     match meaning:
@@ -136,5 +192,12 @@ def _offset(meaning: Meaning, agent: str) -> str:
     return ""
 
 
-GROUPS = {"velocity": _velocity, "goal": _goal, "differences": _differences, "signs": _signs}
-DERIVED = ("goal", "differences", "signs")  # from what an agent observes already
+GROUPS = {
+    "velocity": _velocity,
+    "goal": _goal,
+    "differences": _differences,
+    "signs": _signs,
+    "ahead": _ahead,
+    "coasting": _coasting,
+}
+DERIVED = ("goal", "differences", "signs")  # from what an agent observes already, by two coordinates each

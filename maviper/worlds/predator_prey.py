@@ -177,7 +177,7 @@ def outside(x: Float64) -> Float64:
     return price
 
 
-def _signed(name: str, *terms: tuple[int, str]) -> FeatureSpec:
+def _signed(name: str, *terms: tuple[float, str]) -> FeatureSpec:
     return FeatureSpec(name, "sign", -1.0, 1.0, Meaning(terms, "sign"))
 
 

@@ -10,6 +10,7 @@ NAMES = [
     "physical-deception,velocity=1",
     "cooperative-navigation",
     "cooperative-navigation,agents=2",
+    "physical-deception,features=coasting+ahead",
     "predator-prey",
     "predator-prey,observation=released,predators=3",
     "predator-prey,observation=mpe2,obstacles=0,prey=1",

@@ -138,6 +138,8 @@ def test_each_broken_rule_of_the_world_is_named_with_its_path(change, path, prof
         ir.Meaning((), "positive"),
         ir.Meaning((), "zero"),
         ir.Meaning(((1, "agent_0.x"),), "cosine"),
+        ir.Meaning(((0.3, "agent_0.x"),)),  # its product would be rounded
+        ir.Meaning(((0.5, "agent_0.x"),), "sign"),
     ],
 )
 def test_a_meaning_says_one_thing(meaning, profile):

@@ -21,7 +21,7 @@ SPEC = WorldSpec(
     episode_steps=25,
 )
 COORDINATES = SPEC.coordinates()
-TERMS = st.lists(st.tuples(st.sampled_from([-1, 1]), st.sampled_from(COORDINATES)), max_size=3).map(tuple)
+TERMS = st.lists(st.tuples(st.sampled_from([-1, 1, 0.5, -0.25]), st.sampled_from(COORDINATES)), max_size=5).map(tuple)
 MEANINGS = st.builds(
     lambda terms, kind: Meaning(terms, kind if terms else ""),
     TERMS,
@@ -76,6 +76,16 @@ def test_meanings_are_written_as_they_are_read():
     assert [str(Meaning(())), str(Meaning(difference))] == ["0", "- a.vx + goal.y"]
     assert str(Meaning(difference, "sign")) == "sign(- a.vx + goal.y)"
     assert str(Meaning(difference, "positive")) == "positive(- a.vx + goal.y)"
+    assert str(Meaning(((1, "b.x"), (-1, "a.x"), (-0.25, "a.vx")))) == "b.x - a.x - 0.25*a.vx"
+
+
+def test_long_sums_round_after_each_addition():
+    """2**53 + 1 is no float64 number, so adding 1 twice adds nothing, and adding 2 does."""
+    ones = Meaning(((1, "a.x"), (1, "b.x"), (1, "b.y"), (-1, "c.x")))
+    coordinates = np.zeros((2, len(COORDINATES)))
+    for name, values in (("a.x", (2.0**53, 1)), ("b.x", (1, 1)), ("b.y", (1, 2.0**53)), ("c.x", (2.0**53,) * 2)):
+        coordinates[:, COORDINATES.index(name)] = values
+    assert observe(features_of([ones]), coordinates, SPEC).tolist() == [[0], [2]]
 
 
 def test_one_observer_serves_many_batches():

@@ -54,6 +54,8 @@ MEANINGS = {
     "sign(agent_0.x)": ir.Meaning(((1, "agent_0.x"),), "sign"),
     "positive(goal.x - agent_0.x)": ir.Meaning(((1, "goal.x"), (-1, "agent_0.x")), "positive"),
     "positive(- agent_0.vy)": ir.Meaning(((-1, "agent_0.vy"),), "positive"),
+    "goal.x - agent_0.x - 0.25*agent_0.vx": ir.Meaning(((1, "goal.x"), (-1, "agent_0.x"), (-0.25, "agent_0.vx"))),
+    "- 2*goal.x + 64*goal.y": ir.Meaning(((-2, "goal.x"), (64, "goal.y"))),
     "agent_0.x + agent_1.x - landmark_0.x": ir.Meaning(((1, "agent_0.x"), (1, "agent_1.x"), (-1, "landmark_0.x"))),
 }
 

@@ -12,6 +12,7 @@ from fractions import Fraction
 from math import inf, lcm
 from typing import Any, TypeAlias
 
+from codegen.errors import InputError
 from codegen.ir import GOAL, NO_FEATURE, ROOT, AgentPolicy
 from verify.checker.thresholds import sides
 from verify.claims.formula import Acts, And, Formula, Linear, Not, Or, agents
@@ -116,7 +117,10 @@ class Reading:
             if split[0] == NO_FEATURE:
                 continue
             if split not in seen:
-                left, right = sides(policy.features[int(split[0])], split[1], *semantics)
+                try:
+                    left, right = sides(policy.features[int(split[0])], split[1], *semantics)
+                except InputError as error:
+                    raise RejectedError(error.what) from None
                 cut = (left.bound, not left.strict) if semantics.eps and isinstance(left, Linear) else None
                 seen[split] = self.flat(right, True), self.flat(left, True), cut
             over, under, cut = seen[split]

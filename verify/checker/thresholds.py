@@ -20,6 +20,7 @@ from verify.claims.formula import FALSE, TRUE, And, Formula, Linear, Or
 from verify.claims.region import MACHINE, REAL
 
 NO_ERROR = Fraction(0)
+AT_ONCE = 2  # coordinates that are added with one rounding
 SINGLE, DOUBLE = (24, -149), (53, -1074)  # bits of a significand, least exponent
 
 
@@ -86,10 +87,11 @@ def sides(
     Constants and what says that two things are equal have no error. One coordinate with an error is no float64 number,
     so it is rounded twice, as a difference is.
 
-    InputError when the feature is not a sum of at most two signed coordinates, or a function of one.
+    InputError when the feature has no meaning, or is a sum of more than two coordinates (or a function of one) and the
+    deployed arithmetic is asked about: it rounds after each addition, so its sides are no half lines.
     """
     meaning = feature.meaning
-    if meaning is None or len(meaning.terms) > 2:
+    if meaning is None or (semantics == MACHINE and len(meaning.terms) > AT_ONCE):
         raise InputError(f"feature {feature.name} is not a coordinate or a difference of two", str(meaning))
     terms = tuple((Fraction(weight), name) for weight, name in meaning.terms)
     if not terms:

@@ -12,13 +12,13 @@ feature measures can move before the test turns.
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from codegen.ir import AgentPolicy
-from verify.checker.thresholds import rounded_twice, sides
+from codegen.ir import GOAL, AgentPolicy, FeatureSpec
+from verify.checker.thresholds import AT_ONCE, rounded_twice, sides
 from verify.claims.formula import Formula, Linear, Or, conjunction, for_goal, given, negated, normal, worth
 from verify.claims.region import MACHINE, REAL, Region
 from verify.counterexamples.lines import Line, along, around, beyond, closed, interval
@@ -46,10 +46,11 @@ class Span:
     free: bool  # they are all that the region allows, more than one: the coordinate does not matter
     fixed: bool  # the region allows this value alone, all else being as it is
     excluded: tuple[str, ...] = ()  # of real arithmetic: those of "low" and "high" that are not among the values
+    open: bool = False  # how far it may change is not determined: the ends are its value
 
     def document(self) -> dict[str, Any]:
         """The interval as plain data; whether a fixed coordinate matters is not known (null)."""
-        matters = None if self.fixed else not self.free
+        matters = None if self.fixed or self.open else not self.free
         ends = {LOW: written(self.low), HIGH: written(self.high)}
         excluded = {"excluded": [*self.excluded]} if self.excluded else {}
         return {**ends, **excluded, "matters": matters, "says": str(self)}
@@ -59,6 +60,8 @@ class Span:
             return "does not matter"
         if self.fixed:
             return "fixed by the region"
+        if self.open:
+            return "not determined: a test adds it to several others"
         if isinstance(self.low, float) and isinstance(self.high, float) and not self.excluded:
             low, high = shown_ends(self.low, self.high)
         else:
@@ -201,7 +204,7 @@ def explained(question: DecisionQuestion, found: Counterexample) -> Explanation:
     keeps = conjunction(*(test for several in tests.values() for test in several), negated(stated))
     return Explanation(
         uniqueness=unique(question, state),
-        spans=_spans(question, state, keeps),
+        spans=_spans(question, state, keeps, _undetermined(question, found)),
         agents=tuple(_room(team[view.agent], view, tests[view.agent], exact) for view in found.agents),
         shortfall=float(shortfall(question, state)),
     )
@@ -213,7 +216,7 @@ def _tests(policy: AgentPolicy, view: AgentView, state: State, semantics: str) -
     for step in view.path:
         feature = next(one for one in policy.features if one.name == step.feature)
         error = Fraction(state.errors.get(error_name(policy.agent, feature.name), 0.0))
-        left, right = sides(feature, step.threshold, semantics)
+        left, right = sides(feature, step.threshold, REAL if _summed(feature, semantics) else semantics)
         meaning = feature.meaning
         if error and meaning is not None and not meaning.function and semantics == MACHINE:
             end = rounded_twice(step.threshold)  # no float64 number any more, so rounded twice
@@ -227,7 +230,24 @@ def _tests(policy: AgentPolicy, view: AgentView, state: State, semantics: str) -
     return found
 
 
-def _spans(question: DecisionQuestion, state: State, keeps: Formula) -> tuple[Span, ...]:
+def _summed(feature: FeatureSpec, semantics: str) -> bool:
+    """Whether a test of the feature has no exact end, since the deployed arithmetic rounds after each addition."""
+    return semantics == MACHINE and feature.meaning is not None and len(feature.meaning.terms) > AT_ONCE
+
+
+def _undetermined(question: DecisionQuestion, found: Counterexample) -> set[str]:
+    """The coordinates of tests without exact ends on the agents' paths, the goal's as its landmark's."""
+    names = set[str]()
+    for view in found.agents:
+        features = {one.name: one for one in question.profile.policy(view.agent).features}
+        tested = [features[step.feature] for step in view.path]
+        meanings = [one.meaning for one in tested if one.meaning and _summed(one, question.semantics)]
+        names |= {name for meaning in meanings for _, name in meaning.terms}
+    goal = found.state.goal
+    return {f"{goal}{name.removeprefix(GOAL)}" if name.startswith(f"{GOAL}.") else name for name in names}
+
+
+def _spans(question: DecisionQuestion, state: State, keeps: Formula, undetermined: Collection[str]) -> tuple[Span, ...]:
     region, limits = question.region, _limits(question.region)
 
     def reached(at: State) -> dict[str, int]:
@@ -241,6 +261,9 @@ def _spans(question: DecisionQuestion, state: State, keeps: Formula) -> tuple[Sp
 
     found, exact = list[Span](), state.exactly(question.profile)
     for name, bounds in region.box.items():
+        if name in undetermined:
+            found.append(Span(name, state.position[name], state.position[name], free=False, fixed=False, open=True))
+            continue
         allowed = along(limits, name, exact, closed(*bounds))
         kept = along(keeps, name, exact, allowed)
         value = state.position[name]

@@ -30,6 +30,7 @@ from verify.question import EpisodeQuestion
 from verify.states.episodes import at_rest, first_failing, matched, owned, paired, play, playable
 from verify.states.shares import SAMPLE_SEED
 from verify.states.state import State, sample
+from verify.zones.tables import BeyondZonesError
 
 MATCHING_SAMPLES = 2_000
 PLAUSIBLE = 0.9  # of the sampled episodes; a matching that fits fewer is not tried agent by agent
@@ -62,7 +63,10 @@ def decide(question: EpisodeQuestion) -> Decision:
     parts = starts(region, profile.world)
     if not parts:
         return Decision(Verdict.VACUOUS, 0, "the region holds no start at rest")
-    return _Decider(question, parts).decision()
+    try:
+        return _Decider(question, parts).decision()
+    except BeyondZonesError as error:
+        return Decision(Verdict.UNKNOWN, 0, f"zones cannot follow this team: {error}")
 
 
 class _Violated(Exception):

@@ -30,6 +30,7 @@ from codegen.ir import AgentPolicy, Bool, Float64, PolicyProfile, WorldSpec
 from verify.episodes.contacts import Body, Contacts, colliders, contacts_of, farthest, fastest, known, neglected
 from verify.episodes.zones import AXES, GRID_SLACK, LIMIT, SCALE, SLACK, ZERO, Int8, Int64, Zones, constrained
 from verify.progress import tell
+from verify.zones.tables import BeyondZonesError
 
 CHUNK = 4096  # zones that are stepped together
 
@@ -159,8 +160,8 @@ class _Resolver:
     def _split(self, feature: ir.FeatureSpec, threshold: np.float32, children: tuple[Node, Node]) -> Node:
         meaning = feature.meaning
         if meaning and len(meaning.terms) > 2:  # what cancels would still round
-            raise InputError(f"feature {feature.name} is not a coordinate or a difference of two", str(meaning))
-        weights: dict[str, int] = {}
+            raise BeyondZonesError(f"feature {feature.name} is not a coordinate or a difference of two")
+        weights: dict[str, float] = {}
         for weight, name in meaning.terms if meaning else ():
             if self._goal is not None and name.startswith(f"{ir.GOAL}."):
                 name = f"{self._goal}{name.removeprefix(ir.GOAL)}"
@@ -184,7 +185,7 @@ class _Resolver:
         return self.numbers.setdefault(asked, len(self.numbers))
 
     def _terms(
-        self, feature: ir.FeatureSpec, weights: Mapping[str, int]
+        self, feature: ir.FeatureSpec, weights: Mapping[str, float]
     ) -> tuple[int, int, int, tuple[tuple[int, int, bool], ...] | None]:
         """(axis, p, q, moved) of a test on start(p) - start(q); moved is None where other agents decide."""
         axes, ends, moved = set[str](), {1: ZERO, -1: ZERO}, list[tuple[int, int, bool]]()
@@ -193,17 +194,15 @@ class _Resolver:
             entity, _, part = name.rpartition(".")
             axes.add(part[-1])
             if entity in self._agents:
-                moved.append((weight, self._agents.index(entity), part.startswith("v")))
+                moved.append((int(weight), self._agents.index(entity), part.startswith("v")))
             elif entity not in self._entities:
                 return 0, ZERO, ZERO, None  # nothing is asked of other agents, so any test on them can go both ways
             if not part.startswith("v"):
-                if weight not in ends or ends[weight] != ZERO:
-                    raise InputError(
-                        f"feature {feature.name} is not a difference of two coordinates", str(feature.meaning)
-                    )
-                ends[weight] = 1 + self._entities.index(entity)
-        if len(axes) > 1:
-            raise InputError(f"feature {feature.name} mixes two axes", str(feature.meaning))
+                if ends.get(int(weight)) != ZERO:
+                    raise BeyondZonesError(f"feature {feature.name} is not a difference of two coordinates")
+                ends[int(weight)] = 1 + self._entities.index(entity)
+        if len(axes) > 1 or any(abs(weight) != 1 for weight in weights.values()):
+            raise BeyondZonesError(f"feature {feature.name} mixes two axes, or weighs its coordinates")
         return AXES.index(axes.pop()), ends[1], ends[-1], tuple(moved)
 
 

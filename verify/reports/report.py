@@ -170,10 +170,15 @@ def _result(profile: PolicyProfile, result: Result, command: str) -> dict[str, A
         "resources": result.resources,
         "budget": result.budget,
         "engines": [asdict(opinion) | {"verdict": opinion.verdict.value} for opinion in result.engines],
+        **({"alone": _alone(result.alone)} if result.alone else {}),
         "certificate": None if result.certificate is None else _certificate(result),
         "counterexample": None if found is None else _counterexample(profile, result, found),
         "command": command,
     } | ({} if result.where is None else {"where": where_facts(profile, result)})
+
+
+def _alone(reason: str) -> str:
+    return f"Z3 decides alone, without a second engine or a certificate: {reason}"
 
 
 def _meaning(result: Result) -> str:

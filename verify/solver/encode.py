@@ -1,8 +1,11 @@
 """The question for Z3: is there a world state of the region in which the claim fails?
 
 Does: encodes trees, observation maps with machine rounding, region and claim over exact rationals, one query a goal.
-Assumes: features are coordinates, differences of two, or functions of those; trees passed `verifiable`.
+Assumes: features are sums of coordinates or functions of such; trees passed `verifiable`.
 Does not: share the arithmetic of thresholds with codegen or with any other engine, so that consensus means something.
+
+A sum of more than two coordinates rounds after each addition. Its exact sum plus an unknown of bounded size stands for
+it, so that what is proved is proved; an answer is a candidate, which the referee judges.
 
 Machine rounding: a difference d of two float64 positions is observed as fl32(fl64(d)). Rounding is monotone, so
 "fl32(fl64(d)) <= t" is a half line of d. Its end is where the second rounding ties, then where the first one does; a
@@ -28,6 +31,8 @@ from verify.question import DecisionQuestion
 from verify.states.state import error_name, measurable
 
 MAX_KNOWN = 1 << 15  # tests that are kept for the next query: the other goals', the control's
+UNDERFLOW = Fraction(1, 2**1000)  # more than all products with a weight can lose
+ROUNDED_ONCE = 2  # a sum of so many coordinates rounds once before it becomes a float32
 
 
 class HalfLine(NamedTuple):
@@ -95,15 +100,15 @@ def number(value: Fraction) -> z3.ArithRef:
 
 
 @lru_cache(maxsize=MAX_KNOWN)
-def _compared(terms: tuple[tuple[int, str], ...], line: HalfLine) -> tuple[z3.BoolRef, z3.BoolRef]:
+def _compared(terms: tuple[tuple[float, str], ...], line: HalfLine) -> tuple[z3.BoolRef, z3.BoolRef]:
     """(the sum of variables, each added or subtracted, lies on the half line, it does not)."""
     measured, end = _summed(terms), number(line.end)
     below = measured < end if line.strict else measured <= end
     return below, z3.Not(below)
 
 
-def _summed(terms: tuple[tuple[int, str], ...]) -> z3.ArithRef:
-    parts = [z3.Real(name) if weight > 0 else -z3.Real(name) for weight, name in terms]
+def _summed(terms: tuple[tuple[float, str], ...]) -> z3.ArithRef:
+    parts = [_times(weight, z3.Real(name)) for weight, name in terms]
     return z3.Sum(*parts) if parts else z3.RealVal(0)
 
 
@@ -214,6 +219,7 @@ class _Encoder:
         self._goal, self._region = goal, region
         self._known: dict[Formula, z3.BoolRef] = {}
         self._asked: dict[tuple[str, int], tuple[z3.BoolRef, z3.BoolRef]] = {}  # agent, node of its tree
+        self._roundings: dict[str, z3.ArithRef] = {}  # no variables of the question: no answer settles them
 
     def query(self, *facts: z3.BoolRef) -> Query:
         """That these facts hold in some world state of the region, errors within their bounds."""
@@ -289,17 +295,20 @@ class _Encoder:
         """(goes left, goes right) of a split, in terms of world coordinates."""
         feature = policy.features[int(policy.tree.feature[node])]
         meaning, slack = feature.meaning, self._slack
-        if meaning is None or len(meaning.terms) > 2:
-            raise InputError(f"feature {feature.name} is not a coordinate or a difference of two", str(meaning))
+        if meaning is None:
+            raise InputError(f"feature {feature.name} has no meaning", policy.agent)
         terms = self._terms(feature)
         threshold = float(policy.tree.threshold[node])
         noisy = bool(self._eps) and measurable(meaning)
         line = None if meaning.function == "zero" else _line(meaning, threshold, self._semantics, bool(self._eps))
-        if line is not None and not (noisy or slack):
+        rounds = self._semantics == MACHINE and len(meaning.terms) > ROUNDED_ONCE
+        if line is not None and not (noisy or slack or rounds):
             return _compared(terms, line)
         measured = _summed(terms)
         if noisy:
             measured = measured + self._error(policy.agent, feature.name)
+        if rounds:
+            measured = measured + self._rounding(policy.agent, feature.name, meaning)
         if meaning.function == "zero":
             return _zero_tests(measured, threshold, slack)
         if line is None:
@@ -310,9 +319,28 @@ class _Encoder:
         below = measured < number(line.end) if line.strict else measured <= number(line.end)
         return below, z3.Not(below)
 
-    def _terms(self, feature: FeatureSpec) -> tuple[tuple[int, str], ...]:
+    def _terms(self, feature: FeatureSpec) -> tuple[tuple[float, str], ...]:
         """A feature's terms, the goal's coordinates as those of the landmark that it is."""
         return tuple((weight, self._named.get(name, name)) for weight, name in _known(feature, self.at))
+
+    def _rounding(self, agent: str, feature: str, meaning: ir.Meaning) -> z3.ArithRef:
+        """What rounding adds to a sum of several coordinates: known within bounds only, the same one in every test.
+
+        n - 1 additions are off by at most (n - 1) u / (1 - (n - 1) u) of the sum of all sizes, with u = 2**-53 (Higham
+        2002, Accuracy and Stability of Numerical Algorithms, 4.2); twice (n - 1) u is more.
+        """
+        key = f"rounding of {error_name(agent, feature)}"
+        if key not in self._roundings:
+            sizes = sum((abs(Fraction(weight)) * self._largest(name) for weight, name in meaning.terms), Fraction(0))
+            most = (len(meaning.terms) - 1) * sizes / 2**52 + UNDERFLOW
+            one = self._roundings[key] = z3.Real(key)
+            self.noise += [one >= number(-most), one <= number(most)]
+        return self._roundings[key]
+
+    def _largest(self, name: str) -> Fraction:
+        """The largest size of a coordinate in the region."""
+        of_goal = name.startswith(f"{ir.GOAL}.") and self._goal is not None
+        return max(map(abs, self._region.box[f"{self._goal}{name.removeprefix(ir.GOAL)}" if of_goal else name]))
 
     def _error(self, agent: str, feature: str) -> z3.ArithRef:
         """The one error of a feature as an agent sees it, within eps."""
@@ -321,6 +349,12 @@ class _Encoder:
             error = self.variables[name] = z3.Real(name)
             self.noise += [error >= number(-self._eps), error <= number(self._eps)]
         return self.variables[name]
+
+
+def _times(weight: float, coordinate: z3.ArithRef) -> z3.ArithRef:
+    if abs(weight) == 1:
+        return coordinate if weight > 0 else -coordinate
+    return number(Fraction(weight)) * coordinate
 
 
 def _grouped(parts: Sequence[Formula], kind: type[And] | type[Or]) -> list[Formula]:
@@ -346,7 +380,7 @@ def _line(meaning: ir.Meaning, threshold: float, semantics: str, noisy: bool) ->
 
 def _zero_tests(measured: z3.ArithRef, threshold: float, slack: Fraction) -> tuple[z3.BoolRef, z3.BoolRef]:
     """As `_tests`, for "is zero" (0 or 1). A difference of two float64 numbers is zero iff they are equal, so rounding
-    does not matter; being equal has nothing to spare.
+    does not matter; what it adds to longer sums is in `measured`. Being equal has nothing to spare.
     """
     if not 0 <= threshold < 1:
         always = z3.BoolVal(threshold >= 1)
@@ -356,7 +390,7 @@ def _zero_tests(measured: z3.ArithRef, threshold: float, slack: Fraction) -> tup
     return measured != 0, measured == 0
 
 
-def _known(feature: FeatureSpec, at: dict[str, z3.ArithRef]) -> tuple[tuple[int, str], ...]:
+def _known(feature: FeatureSpec, at: dict[str, z3.ArithRef]) -> tuple[tuple[float, str], ...]:
     terms = feature.meaning.terms if feature.meaning else ()
     for _, name in terms:
         if name not in at:

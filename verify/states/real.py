@@ -43,7 +43,7 @@ def shown(value: Value) -> str:
 
 def measured(meaning: Meaning, at: Mapping[str, Fraction], error: Fraction = Fraction(0)) -> Fraction:
     """What a feature measures in a state, exactly. `at`: every coordinate; `error`: added to the sum."""
-    total = sum((weight * at[name] for weight, name in meaning.terms), error)
+    total = sum((Fraction(weight) * at[name] for weight, name in meaning.terms), error)
     kinds = {"sign": (total > 0) - (total < 0), "positive": total > 0, "zero": total == 0}
     return Fraction(kinds[meaning.function]) if meaning.function else total
 
@@ -72,13 +72,33 @@ def comparable(features: Sequence[FeatureSpec], coordinates: Float64, world: Wor
 
 def _comparable(meaning: Meaning, at: Mapping[str, Float64], count: int) -> Float64:
     parts = [weight * at[name] for weight, name in meaning.terms]
-    assert len(parts) <= 2, meaning
+    parts = _distilled(parts) if len(parts) > 2 else parts
     total = sum(parts, np.zeros(count))
     if meaning.function:  # a sum of two rounds to 0 only from 0, and keeps its sign
         kinds = {"sign": np.sign(total), "positive": total > 0, "zero": total == 0}
         return np.asarray(kinds[meaning.function], dtype=np.float64)
     # above its rounded value the exact sum exceeds every float64 number that does not exceed the next one
     return np.where(_lost(*parts) > 0, np.nextafter(total, np.inf), total) if len(parts) == 2 else total
+
+
+def _distilled(parts: Sequence[Float64]) -> list[Float64]:
+    """Two addends: the rounded sum of all, and something smaller with the sign of what that rounding has lost.
+
+    Each pass adds all parts up to the last one and leaves in every other place what that addition has lost, until
+    nothing changes. Source: Rump, Ogita, Oishi (2008), Accurate floating-point summation I, section 2 (distillation).
+    """
+    found = list(parts)
+    while True:
+        before = list(found)
+        for place in range(1, len(found)):
+            low, high = found[place - 1], found[place]
+            found[place - 1], found[place] = _lost(low, high), low + high
+        if all(np.array_equal(old, new) for old, new in zip(before, found, strict=True)):
+            break
+    rest = np.zeros_like(found[-1])
+    for part in found[:-1]:  # ascending: the last one that is not 0 is larger than all before it together
+        rest = np.where(part != 0, part, rest)
+    return [found[-1], rest]
 
 
 def _lost(a: Float64, b: Float64) -> Float64:

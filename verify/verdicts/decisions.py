@@ -61,6 +61,7 @@ class Result:
     engines: tuple[Opinion, ...] = ()  # those that were asked; where two have a verdict, it is the same
     certificate: Certificate | None = None  # of a proof by zones; the checker accepted it
     branches: int = 0  # that the certificate closes
+    alone: str = ""  # why Z3 decides alone, where zones cannot speak
     explanation: Explanation | None = None  # of the counterexample
     where: Where | None = None  # where it holds, when that was asked
     within: "Result | None" = None  # the verdict in the largest region found
@@ -116,6 +117,7 @@ def verify(
         engines=(zoned.opinion, second),
         certificate=zoned.certificate if verdict is Verdict.PROVED else None,
         branches=zoned.branches,
+        alone=zoned.beyond,
         explanation=explanation,
     )
 

@@ -40,16 +40,16 @@ class Zoned:
     state: Mapping[str, Fraction] | None = None
     certificate: Certificate | None = None
     branches: int = 0  # that the certificate's proofs close
+    beyond: str = ""  # why the question is beyond zones
 
 
 def by_zones(question: DecisionQuestion) -> Zoned:
     """The zone engine's opinion, within as many search nodes as the solver's units buy (UNITS_A_NODE)."""
     profile, claim, region = question.profile, question.claim, question.region
-    skipped = Zoned(Opinion(ENGINE, Verdict.SKIPPED, 0, "search nodes"))
     try:
         found = zones.decide(question.spending(max_nodes=max(1, question.budgets.solver_units // UNITS_A_NODE)))
-    except zones.BeyondZonesError:
-        return skipped
+    except zones.BeyondZonesError as error:
+        return Zoned(Opinion(ENGINE, Verdict.SKIPPED, 0, "search nodes"), beyond=str(error))
     opinion = Opinion(ENGINE, found.verdict, found.nodes, "search nodes")
     if found.verdict is not Verdict.PROVED:
         return Zoned(opinion, found.goal, found.state)

@@ -72,8 +72,8 @@ def decide(question: DecisionQuestion) -> Outcome:
     """Whether the claim holds in every point of the region, for each goal, within `max_nodes` search nodes a goal.
 
     Where the claim has an `eps`: though each measured feature of each agent is off by up to that much, each by an error
-    of its own. BeyondZonesError when the question is not about difference bounds; InputError when a feature is no sum
-    of at most two coordinates or speaks of one that the region does not bound.
+    of its own. BeyondZonesError when the question is not about difference bounds; InputError when a feature has no
+    meaning or speaks of a coordinate that the region does not bound.
     """
     tests, budget = Tests.of(question), question.budgets.max_nodes
     spent, proofs, inhabitant, reasons = 0, dict[str | None, bytes](), dict[str, Fraction](), list[str]()

@@ -15,7 +15,7 @@ from typing import NamedTuple, TypeAlias
 
 from codegen.errors import InputError
 from codegen.ir import GOAL, NO_FEATURE, ROOT, AgentPolicy, PolicyProfile
-from verify.checker.thresholds import NO_ERROR, sides
+from verify.checker.thresholds import AT_ONCE, NO_ERROR, sides
 from verify.claims.formula import Acts, And, Formula, Linear, Not, Or, agents
 from verify.claims.region import Region
 
@@ -25,7 +25,7 @@ Edges: TypeAlias = tuple[int, ...]
 
 
 class BeyondZonesError(Exception):
-    """The question holds an inequality that bounds no single coordinate and no difference of two."""
+    """The question holds a test or an inequality that bounds no single coordinate and no difference of two."""
 
 
 class Bound(NamedTuple):
@@ -225,14 +225,17 @@ def split_sides(
     policy: AgentPolicy, semantics: str, eps: Fraction = NO_ERROR
 ) -> dict[tuple[int, float], tuple[Formula, Formula]]:
     """(feature, threshold) of an agent's splits -> goes left, goes right; the same for every goal. `eps`: some error of
-    at most that much leads there.
+    at most that much leads there. BeyondZonesError for a sum of more than two coordinates.
     """
     tree = policy.tree
     pairs: Iterator[tuple[int, float]] = zip(tree.feature.tolist(), tree.threshold.tolist(), strict=True)
+    splits = [(feature, threshold) for feature, threshold in dict.fromkeys(pairs) if feature != NO_FEATURE]
+    for feature in (policy.features[place] for place, _ in splits):
+        if feature.meaning and len(feature.meaning.terms) > AT_ONCE:
+            raise BeyondZonesError(f"{feature.name} of {policy.agent} adds more than two coordinates")
     return {
         (feature, threshold): sides(policy.features[feature], threshold, semantics, eps)
-        for feature, threshold in dict.fromkeys(pairs)
-        if feature != NO_FEATURE
+        for feature, threshold in splits
     }
 
 

@@ -386,6 +386,39 @@ def test_added_velocity_is_the_agents_own():
         assert more[:, -2:].tobytes() == state.velocity[:, agent].astype(np.float32).tobytes()
 
 
+def test_an_axis_is_ahead_where_sum_and_difference_have_its_signs():
+    plain, world = find(SPREAD), find(f"{SPREAD},features=ahead")
+    state = drawn(plain, 50, seed=3)
+    for agent, (seen, features) in enumerate(zip(world.observe(state), world.features, strict=True)):
+        at = dict(zip((feature.name for feature in features), seen.T, strict=True))
+        for name in ("landmark_0", "landmark_2", f"agent_{(agent + 1) % 3}"):
+            x_ahead = np.abs(at[f"{name}_dx"]) > np.abs(at[f"{name}_dy"])
+            alike = (at[f"{name}_dx_plus_dy"] > 0) == (at[f"{name}_dx_less_dy"] > 0)
+            assert (x_ahead == alike).all() and x_ahead.any() and not x_ahead.all()
+
+
+@pytest.mark.parametrize("name", [SPREAD, "predator-prey,observation=mpe2", "physical-deception"])
+def test_coasting_is_where_an_agent_comes_to_rest(name):
+    """Played: whoever no longer pushes, and touches nobody, ends near the offset that the feature says."""
+    plain, world = find(name), find(f"{name},features=coasting")
+    state, rng = drawn(plain, 200, seed=4), np.random.default_rng(5)
+    spread = 5 * rng.permuted(np.tile(np.arange(state.position.shape[1]), (200, 1)), axis=1)  # far apart
+    position = np.stack([spread, rng.uniform(-9, 9, spread.shape)], axis=2)
+    state = replace(state, position=position, velocity=rng.uniform(-0.9, 0.9, state.velocity.shape))
+    seen, end = world.observe(state), state
+    for _ in range(60):
+        end = world.step(end, np.zeros((200, len(world.agents)), dtype=np.int64))
+    mark = len(world.agents)  # the first landmark
+    known = world.spec.landmarks[0].name
+    for agent, features in enumerate(world.features):
+        names = [feature.name for feature in features]
+        rest = end.position[:, mark] - state.position[:, agent] - (end.position - state.position)[:, agent]
+        for axis, letter in enumerate("xy"):
+            felt = seen[agent][:, names.index(f"{known}_rest_d{letter}")]
+            assert np.abs(felt - rest[:, axis]).max() <= 0.03
+        assert any(each.endswith("_rest_dx_less_dy") for each in names)
+
+
 # --- measures and training aids
 
 
