@@ -5,7 +5,7 @@ Assumes: budgets are Z3 resource counts, which repeat from run to run; there is 
 Does not: interpret models.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import cast
@@ -88,10 +88,32 @@ def _checked(
 
 def smt_lib(query: Query) -> str:
     """The question as SMT-LIB 2, for any solver; equal questions give equal texts."""
-    context = z3.Context()
+    context, known = z3.Context(), dict[int, z3.ExprRef]()
     solver = z3.SolverFor("QF_LRA", ctx=context)
-    solver.add(*(constraint.translate(context) for constraint in query.constraints))
+    standard = [_standard(constraint.translate(context), known) for constraint in query.constraints]
+    solver.add(*cast("list[z3.BoolRef]", standard))
     return solver.to_smt2()
+
+
+_JOINED: dict[int, Callable[..., z3.ExprRef]] = {z3.Z3_OP_AND: z3.And, z3.Z3_OP_OR: z3.Or, z3.Z3_OP_ADD: z3.Sum}
+
+
+def _standard(term: z3.ExprRef, known: dict[int, z3.ExprRef]) -> z3.ExprRef:
+    """The term without sums, conjunctions and disjunctions of fewer than two parts, which SMT-LIB does not have.
+
+    `known`: what became of terms, by their ids.
+    """
+    place = term.get_id()
+    if place not in known:
+        before, kind = term.children(), term.decl().kind()
+        parts = [_standard(part, known) for part in before]
+        if kind in _JOINED and len(parts) < 2:
+            known[place] = parts[0] if parts else z3.BoolVal(kind == z3.Z3_OP_AND, ctx=term.ctx)
+        elif [part.get_id() for part in parts] == [part.get_id() for part in before]:
+            known[place] = term
+        else:
+            known[place] = _JOINED.get(kind, term.decl())(*parts)
+    return known[place]
 
 
 def _spent(solver: z3.Solver) -> int:

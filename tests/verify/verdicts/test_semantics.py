@@ -1,14 +1,18 @@
 """Real arithmetic beside the machine's, SMT-LIB of the very question, and the margin that a proof keeps."""
 
+import re
 from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
 import pytest
 
+from codegen import ir
+from maviper.verification.join import question_files
 from tests.teams import RIGHT, STAY, UP, team, towards, tree
 from verify.claims.catalogue import EPS, find_property
-from verify.claims.decisions import BUILT_IN, PLAIN, Aligned, NoDouble
+from verify.claims.decisions import BUILT_IN, PLAIN, Aligned, NoDouble, OwnFormula
+from verify.claims.formula import Acts, below, conjunction, disjunction
 from verify.claims.region import MACHINE, REAL, Region, Verdict, start_region
 from verify.question import Question, from_start
 from verify.solver.decide import decide
@@ -83,6 +87,43 @@ def test_the_exported_question_is_the_very_question(profile):
                 solver.from_string(text)
                 violated = decide(Question(one, claim, region), goals=[goal]).verdict is Verdict.VIOLATED
                 assert (str(solver.check()) == "sat") == violated, (name, goal)
+
+
+def parts_of(text):
+    """The lists of an SMT-LIB text, each as its words and lists."""
+    open_lists = [[]]
+    for word in re.findall(r"[()]|[^\s()]+", re.sub(r";.*", "", text)):
+        if word == "(":
+            open_lists.append([])
+        elif word == ")":
+            open_lists[-2].append(open_lists.pop())
+        else:
+            open_lists[-1].append(word)
+    (found,) = open_lists
+    return found
+
+
+def ensure_standard(term):
+    """Sums, conjunctions and disjunctions have two parts or more, and never stand alone."""
+    if isinstance(term, list):
+        for place, part in enumerate(term):
+            assert part not in ("+", "and", "or") or (place == 0 and len(term) > 2), term
+            ensure_standard(part)
+
+
+def test_the_exported_question_is_for_every_solver(profile):
+    """SMT-LIB has no sum, conjunction or disjunction of fewer than two parts; Z3 reads them, others refuse them."""
+    alone = replace(profile.policy("agent_0").features[0], meaning=ir.Meaning(((1, "agent_0.x"),)))
+    features = (alone, *profile.policy("agent_0").features[1:])
+    first = replace(profile.policy("agent_0"), features=features, tree=tree((0, 0.25, 1, 2), STAY, STAY))
+    agents = tuple(first if one.agent == "agent_0" else one for one in profile.agents)
+    one = replace(profile, agents=agents)
+    for statement in (below({"agent_0.x": 1}, 1), conjunction(), disjunction(Acts("agent_0", STAY))):
+        question = Question(one, OwnFormula("defenders", statement=statement), start_region(one.world))
+        (text, *_) = question_files([question]).values()
+        commands = parts_of(text)
+        assert commands[0] == ["set-logic", "QF_LRA"] and commands[-1] == ["check-sat"]
+        ensure_standard(commands)
 
 
 def test_the_largest_margin_is_proved_and_the_next_is_not(profile):
