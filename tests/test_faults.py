@@ -11,6 +11,17 @@ from tests import faults
 pytestmark = [pytest.mark.compile, pytest.mark.solver]
 
 
+@pytest.fixture(scope="module")
+def profile(world):
+    """Trees that test many features: of the script's clone, as those of the shipped expert are smaller."""
+    from maviper.experts import store
+    from maviper.extraction.algorithms import extract
+    from maviper.extraction.settings import Settings
+
+    settings = Settings(max_depth=3, iterations=4, rollouts=30, selection_episodes=30)
+    return extract(world, store.load("physical-deception@clone")[0], settings)
+
+
 @pytest.mark.parametrize("fault", faults.ALL, ids=lambda fault: fault.name)
 def test_the_fault_is_caught(fault, profile, monkeypatch):
     assert fault.plant(profile, monkeypatch), f"{fault.name} went unnoticed by {fault.guard}"

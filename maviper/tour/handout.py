@@ -19,7 +19,6 @@ from maviper.files import runs
 from maviper.verification import join, run
 from maviper.verification.ask import VerifyOptions, questions
 from maviper.verification.repair import Repaired, RepairOptions, repaired
-from verify.verdicts.decisions import Result
 
 EXTRACTED = "extracted"  # the folder of the team before its repair, inside the tour's
 MAX_DEPTH, EPISODES = 6, 1_000
@@ -83,7 +82,6 @@ def _verdicts(made: Toured) -> list[dict[str, Any]]:
             "property": result.claim.name,
             "region": result.region.name,
             "verdict": result.verdict.value,
-            "conflict": str(result.shares.conflict) if isinstance(result, Result) else "",
         }
         for profile, results in stages
         for result in results

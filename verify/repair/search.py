@@ -96,15 +96,21 @@ class _Team:
         """The cheapest guard of a leaf. Where it would be too deep, that of the nearest split above which is not."""
         key = policy.agent, leaf, landmark
         if key not in self._guards:
-            seen = self._seen[policy.agent]
-            found = None
-            for node in upwards(policy.tree, leaf) if self._max_depth is not None else []:
-                levels = self._max_depth - int(self._levels[policy.agent][node])
-                found = guard(self.question, Post(policy, node, landmark), seen, levels)
-                if found is not None:
-                    break
-            self._guards[key] = found or guard(self.question, Post(policy, leaf, landmark), seen)
+            anywhere = Post(policy, leaf, landmark)
+            self._guards[key] = self._within(anywhere) or guard(self.question, anywhere, self._seen[policy.agent])
         return self._guards[key]
+
+    def _within(self, post: Post) -> Guard | None:
+        """The guard of the nearest node, upwards from a leaf, that keeps within the depth asked for; None without."""
+        policy, leaf, landmark = post
+        if self._max_depth is None:
+            return None
+        for node in upwards(policy.tree, leaf):
+            levels = self._max_depth - int(self._levels[policy.agent][node])
+            found = guard(self.question, Post(policy, node, landmark), self._seen[policy.agent], levels)
+            if found is not None:
+                return found
+        return None
 
     def matchings(self) -> list[dict[str, str]]:
         """The matchings to try: the one that the claim fixes, or those whose guards everywhere change least."""

@@ -121,8 +121,10 @@ def document(
 
 def result_facts(profile: PolicyProfile, result: Result | EpisodeResult, command: str) -> dict[str, Any]:
     """One result as plain data, as it stands in the document."""
-    kind = loop_report.result_facts if result.kind is Kind.EPISODES else _result
-    return kind(profile, result, command) | {"of_start": shares.of_start(profile, result.region)}
+    of_start = {"of_start": shares.of_start(profile, result.region)}
+    if result.kind is Kind.EPISODES:
+        return loop_report.result_facts(profile, result, command) | of_start
+    return _result(profile, result, command) | of_start
 
 
 def _limits(results: Sequence[Result]) -> list[str]:
@@ -337,7 +339,7 @@ def as_lines(profile: PolicyProfile, result: Result | EpisodeResult) -> tuple[st
 
 def _extent(facts: Mapping[str, Any]) -> str:
     """How much a proof is about: the region's share of the start region, and of the states that the team meets."""
-    parts = []
+    parts: list[str] = []
     if facts["of_start"] is not None:
         whole = "it" if facts["region_name"] == START else "the start region"
         parts.append(f"{percent(facts['of_start']['share'])} of {whole}")

@@ -181,7 +181,7 @@ def test_claims_about_episodes_in_a_report(capsys, profile_file, tmp_path):
 def test_verify_inconclusive_is_exit_3(capsys, profile_file, tmp_path):
     region = tmp_path / "empty.toml"
     region.write_text('[difference]\n"agent_0.x - agent_1.x" = [3, 4]\n')
-    code, out, _ = run(capsys, "-q", "verify", profile_file, "--region", region)
+    code, out, _ = run(capsys, "-q", "verify", "-v", profile_file, "--region", region)
     assert code == ExitCode.INCONCLUSIVE and "VACUOUS" in out
     assert run(capsys, "-q", "verify", profile_file, "--solver-units", "5")[0] == ExitCode.INCONCLUSIVE
 
@@ -269,7 +269,7 @@ def test_a_profile_of_another_world_is_not_played_in_ours(capsys, profile_file, 
     hashless(profile_file, change)
     code, _, err = run(capsys, "compile", profile_file, "-o", tmp_path / "code")
     assert code == ExitCode.INCONCLUSIVE and "SKIPPED" in err and "no world of this version" in err
-    code, out, _ = run(capsys, "-q", "verify", profile_file)
+    code, out, _ = run(capsys, "-q", "verify", "-v", profile_file)
     assert code in (ExitCode.DONE, ExitCode.VIOLATED)
     assert "SKIPPED mpe2.simple_adversary_v3" in out and "not checked: this version cannot play" in out
     assert "visited" not in out and "replays    reference, compiled C" in out

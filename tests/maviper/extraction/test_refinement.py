@@ -434,7 +434,7 @@ def test_further_features_are_played_compiled_and_verified(groups, quick, tmp_pa
     if groups == "velocity":
         assert code in (0, 1) or "which regions cannot bound yet" in said.err
     else:
-        assert code in (0, 1) and ("replayed by reference, compiled C, mpe2" in said.out) == (code == 1)
+        assert code in (0, 1) and ("replayed by reference, compiled C, mpe2" in said.err) == (code == 1)
 
 
 def test_the_expert_sees_what_it_knows(expert, world):
@@ -584,6 +584,8 @@ def test_an_extraction_that_stops_early_says_so(tmp_path, capsys):
 def test_an_extraction_says_how_its_expert_learned(tmp_path, capsys):
     small = ["--max-episodes", "20", "--max-depth", "1", "-o", str(tmp_path / "p.json")]
     assert main.run(["extract", "physical-deception", *small]) == 0
+    assert "it learned by 921,600 steps of reward\n" in capsys.readouterr().err
+    assert main.run(["extract", "physical-deception@clone", *small]) == 0
     assert "it learned by 102,400 steps of imitating a script, 0 of reward\n" in capsys.readouterr().err
     assert main.run(["extract", "physical-deception@scripted", *small]) == 0
     assert "learned by" not in capsys.readouterr().err

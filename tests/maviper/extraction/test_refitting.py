@@ -61,16 +61,26 @@ pytestmark = pytest.mark.solver
 def folder(tmp_path_factory):
     """An extracted team that violates `distinct_targets`, and what `maviper verify -o` wrote about it."""
     place = tmp_path_factory.mktemp("refit")
-    assert main.run(["extract", "physical-deception", *SMALL, "--seed", "2", "-o", str(place / "before.json")]) == 0
+    assert (
+        main.run(["extract", "physical-deception@clone", *SMALL, "--seed", "2", "-o", str(place / "before.json")]) == 0
+    )
     assert main.run(["verify", str(place / "before.json"), "-o", str(place / "out")]) == 1
     return place
 
 
 @pytest.fixture(scope="module")
 def after(folder):
-    words = ["extract", "physical-deception", *SMALL, "--seed", "2", "--counterexamples", str(folder / "out")]
+    words = ["extract", "physical-deception@clone", *SMALL, "--seed", "2", "--counterexamples", str(folder / "out")]
     assert main.run([*words, "-o", str(folder / "after.json")]) == 0
     return words
+
+
+@pytest.fixture(scope="session")
+def expert():
+    """A clone of the script, whose fixed roles a small tree learns, and unlearns, at once."""
+    from maviper.experts import store
+
+    return store.load("physical-deception@clone")[0]
 
 
 def task(world, expert, *paths):

@@ -231,7 +231,7 @@ def test_leaves_are_asked_about_in_real_arithmetic(folder, tmp_path, capsys):
 def test_where_it_fails_is_asked_in_real_arithmetic(folder, capsys):
     """All of the sliver on paper, nothing of it as deployed."""
     asked = ["verify", folder / "paper.json", "--region", folder / "sliver.toml", "--where"]
-    assert "everywhere" in run(capsys, *asked)[1]
+    assert "everywhere" in run(capsys, *asked, "-v")[1]
     code, out, _ = run(capsys, *asked, "--semantics", "real", "--json")
     assert code == 1
     (result,) = json.loads(out)["results"]
