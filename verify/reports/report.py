@@ -13,9 +13,10 @@ from typing import Any
 from codegen.dynamics import partners
 from codegen.errors import visible
 from codegen.intervals import percent
-from codegen.ir import PolicyProfile
+from codegen.ir import NO_FEATURE, PolicyProfile
 from codegen.lowering.render import render
 from codegen.policy_json import content_hash, layout
+from verify.checker.thresholds import AT_ONCE
 from verify.claims.decisions import formula
 from verify.claims.formula_json import formula_document
 from verify.claims.region import MACHINE, REAL, START, Kind, Parameter, Verdict, called, goal_text, plain
@@ -38,6 +39,10 @@ SEMANTICS = (
     "half line of the unrounded difference. The engines use the exact end of this half line in place of the threshold. "
     "So a proof over real positions is a proof for the deployed arithmetic. A counterexample is a float64 world state "
     "that was replayed."
+)
+LONG_SUMS = (
+    "A sum of more than two coordinates is rounded after each addition. For such tests Z3 takes the exact sum and an "
+    "unknown of bounded size, so a proof covers every rounding."
 )
 REAL_SEMANTICS = (
     "Verdicts are about real arithmetic, not the deployed one: a split compares the exact coordinate or difference "
@@ -113,7 +118,7 @@ def document(
         "evaluation": dict(profile.provenance.evaluation),
         "files": dict(files or {}),
         "results": [result_facts(profile, result, command) for result, command in zip(results, commands, strict=True)],
-        "semantics": " ".join({MACHINE: SEMANTICS, REAL: REAL_SEMANTICS}[kind] for kind in kinds),
+        "semantics": " ".join([_semantics(profile, kind) for kind in kinds]),
         "trusted": trusted.texts(known, touching, bool(single), bool(episodes), replayed),
         "limits": [*_limits(single), *(loop_report.LIMITS if episodes else ()), *contacts],
     }
@@ -125,6 +130,15 @@ def result_facts(profile: PolicyProfile, result: Result | EpisodeResult, command
     if result.kind is Kind.EPISODES:
         return loop_report.result_facts(profile, result, command) | of_start
     return _result(profile, result, command) | of_start
+
+
+def _semantics(profile: PolicyProfile, kind: str) -> str:
+    """What an arithmetic means for a profile's tests."""
+    if kind == REAL:
+        return REAL_SEMANTICS
+    tested = [p.features[int(place)].meaning for p in profile.agents for place in p.tree.feature if place != NO_FEATURE]
+    long = any(meaning is not None and len(meaning.terms) > AT_ONCE for meaning in tested)
+    return f"{SEMANTICS} {LONG_SUMS}" if long else SEMANTICS
 
 
 def _limits(results: Sequence[Result]) -> list[str]:

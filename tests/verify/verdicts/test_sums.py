@@ -64,8 +64,9 @@ def test_z3_decides_alone_and_says_so(semantics):
     assert found.verdict is Verdict.PROVED and found.certificate is None
     assert [opinion.verdict for opinion in found.engines] == [Verdict.SKIPPED, Verdict.PROVED]
     assert "adds more than two coordinates" in found.alone
-    (facts,) = report.document(profile, [found], [""])["results"]
-    assert "Z3 decides alone" in facts["alone"]
+    facts = report.document(profile, [found], [""])
+    assert "Z3 decides alone" in facts["results"][0]["alone"]
+    assert ("rounded after each addition" in facts["semantics"]) == (semantics == "machine")
     assert "Z3 decides alone" in report.as_text(report.document(profile, [found], [""]))
 
 
