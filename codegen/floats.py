@@ -105,7 +105,7 @@ def decimal_literal(value: float) -> str:
     return repr(float(value))
 
 
-def rational_literal(number: Fraction) -> str:
+def rational_literal(number: Fraction | int) -> str:
     """The text of an integer or a fraction, as `str` gives it, which stops at 4,300 digits."""
     whole = _digits(number.numerator)
     return whole if number.denominator == 1 else f"{whole}/{_digits(number.denominator)}"

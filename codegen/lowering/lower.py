@@ -17,7 +17,7 @@ from codegen import ir
 from codegen.check import identifier
 from codegen.errors import InputError, UnknownNameError
 from codegen.floats import deciding_double, decimal_literal, hex_literal, round_down, short_hex
-from codegen.lowering.names import AgentNames, Names, ensure_distinct, of_agent, of_profile
+from codegen.lowering.names import AgentNames, Names, ensure_distinct, of_agent, of_profile, taken
 from codegen.policy_json import content_hash
 from codegen.region import RegionSpec
 
@@ -223,6 +223,8 @@ def lower(profile: ir.PolicyProfile, prefix: str | None = None, style: str = AUT
         raise InputError(
             f"not a usable prefix: {prefix!r}", "--prefix", "a lower-case letter, then letters, digits or _"
         )
+    if taken(prefix):
+        raise InputError(f"no file of code can be called {prefix!r}", "--prefix", "choose another with --prefix")
     digest = content_hash(profile)
     model = Model(
         prefix=prefix,

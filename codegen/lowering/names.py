@@ -1,6 +1,7 @@
 """Names in generated code: the one list that templates take them from, and that no two of them meet.
 
-Does: joins prefix, agent, feature and action to the names of C, and of the functions of Python and JavaScript.
+Does: joins prefix, agent, feature and action to the names of C, and of the functions of Python and JavaScript; keeps
+  the words of Rust, and what a file cannot be called, out of names.
 Assumes: parts that are legal names.
 Does not: make a name legal (check.py) or write code.
 """
@@ -8,12 +9,25 @@ Does not: make a name legal (check.py) or write code.
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from keyword import iskeyword
 
 from codegen.errors import InputError
 
 FUNCTIONS = ("act", "finite", "in_range", "act_rows", "act_columns", "act_world")
 TEAM_FUNCTIONS = ("act_team", "act_all", "in_region")
 ARITHMETIC = ("bits", "direct", "sum", "wide_sum", "single", "wide_single")
+# what no module of Rust is called: its keywords, those it reserves, and the type that the module above uses
+RUST = frozenset(
+    """
+    abstract as async await become box break const continue crate do dyn else enum extern false final fn for gen if impl
+    in let loop macro match mod move mut override priv pub ref return self static str struct super trait true try type
+    typeof unsafe unsized use virtual where while yield
+    """.split()  # noqa: SIM905
+)
+# files and names that the generated text itself uses, and what standard headers define
+USED = frozenset(
+    "dbl f32 float flt i32 int32 ldbl numpy std stdint stdio string struct sys u32 u8 uint32 usize vec".split()  # noqa: SIM905
+)
 
 
 @dataclass(frozen=True)
@@ -32,6 +46,7 @@ class AgentNames:
     n_actions: str
     exported_rows: str  # of the library that replays the header
     exported_batch: str
+    module: str  # of Rust
 
 
 @dataclass(frozen=True)
@@ -71,6 +86,7 @@ def of_agent(prefix: str, agent: str, features: Iterable[str], actions: Iterable
         n_actions=f"{upper}_N_ACTIONS",
         exported_rows=f"{agent}_rows",
         exported_batch=f"{agent}_batch",
+        module=f"{agent}_" if agent in RUST else agent,
     )
 
 
@@ -87,11 +103,17 @@ def of_profile(prefix: str, digest: str, coordinates: Iterable[str]) -> Names:
     )
 
 
+def taken(prefix: str) -> bool:
+    """Whether a word cannot begin names and be the files' name: of Rust or Python, or one that the text uses."""
+    return prefix in RUST or prefix in USED or iskeyword(prefix)
+
+
 def ensure_distinct(names: Names, agents: Mapping[str, AgentNames]) -> None:
     """Names that are legal one by one may meet once they are joined: InputError then. `agents`: by lower-case name."""
     in_c = [*_listed(names), *(name for each in agents.values() for name in _listed(each))]
     in_modules = [f"act_{agent}{ending}" for agent in agents for ending in ("", "_batch", "_rows")]
-    for found in (in_c, in_modules):
+    in_rust = [each.module for each in agents.values()]
+    for found in (in_c, in_modules, in_rust):
         twice = sorted(name for name, count in Counter(found).items() if count > 1)
         if twice:
             what = f"two names of the profile become the same name in code: {twice[0]}"
@@ -99,7 +121,9 @@ def ensure_distinct(names: Names, agents: Mapping[str, AgentNames]) -> None:
 
 
 def _listed(names: Names | AgentNames) -> Iterator[str]:
-    for value in vars(names).values():
+    for kind, value in vars(names).items():
+        if kind == "module":
+            continue  # of another language
         if isinstance(value, str):
             yield value
         else:

@@ -1,6 +1,7 @@
 """Generated text: legal, exact, identical each time, and checked against planted faults."""
 
 import ast
+import keyword
 import re
 import shutil
 import subprocess
@@ -348,3 +349,65 @@ def test_all_names_in_code_are_of_the_list(profile, style):
     for ending, pattern in DEFINED.items():
         found = {next(filter(None, match.groups())) for match in re.finditer(pattern, texts[ending], re.MULTILINE)}
         assert len(found) >= len(model.agents) and found <= (listed if ending in ("h", "harness") else modules), ending
+
+
+# --- words of the languages
+
+
+WORDS = {
+    *keyword.kwlist, "case", "auto", "double", "int", "register", "class", "template", "std", "nullptr", "var",
+    "function", "new", "export", "arguments", "eval", "abstract", "box", "crate", "dyn", "fn", "gen", "impl", "let",
+    "loop", "macro", "match", "mod", "move", "mut", "priv", "ref", "self", "str", "struct", "super", "trait", "type",
+    "unsafe", "usize", "where", "virtual", "core", "main", "act", "finite", "rows", "batch", "sum", "bits", "errno",
+}  # fmt: skip
+
+
+def called(profile, name):
+    """The profile with its second agent, and one of its features and actions, called by another name."""
+    agents, old = list(profile.agents), profile.agents[1].agent
+    for place, policy in enumerate(agents):
+        agents[place] = replace(policy, features=tuple(_about(name, old, feature) for feature in policy.features))
+    first, *features = agents[1].features
+    action, *actions = agents[1].actions
+    own = {"features": (replace(first, name=name), *features), "actions": (replace(action, name=name), *actions)}
+    agents[1] = replace(agents[1], agent=name, **own)
+    entities = tuple(replace(each, name=name) if each.name == old else each for each in profile.world.agents)
+    return ensure(replace(profile, world=replace(profile.world, agents=entities), agents=tuple(agents)))
+
+
+def _about(name, old, feature):
+    terms = tuple((weight, re.sub(rf"^{old}\.", f"{name}.", place)) for weight, place in feature.meaning.terms)
+    return replace(feature, meaning=replace(feature.meaning, terms=terms))
+
+
+@pytest.mark.compile
+@pytest.mark.parametrize("name", ["match", "self", "Self", "type", "str", "std", "int", "class", "None"])
+def test_an_agent_may_be_called_like_a_word_of_a_language(profile, name):
+    made = called(profile, name)
+    report = selfcheck.check_files(made, emit(made, TEXTS), random=FEW).ensure()
+    assert {item.target for item in report.agreements if item.agent == name} >= {"c", "python", "json"}
+
+
+@pytest.mark.compile
+def test_no_agent_of_a_word_of_a_language_stops_a_compiler(profile, tmp_path):
+    """A header and a Rust module of each, read by the compilers that are there."""
+    (tmp_path / "all.c").write_text("".join(f'#include "p{place}.h"\n' for place in range(len(WORDS))))
+    modules = []
+    for place, name in enumerate(sorted(WORDS)):
+        files = emit(called(profile, name), ["c", "rust", "python"], prefix=f"p{place}")
+        for file, text in files.items():
+            (tmp_path / file).write_text(text)
+        ast.parse(files[f"p{place}.py"])
+        modules.append(f"pub mod p{place};\n")
+    (tmp_path / "all.rs").write_text("".join(modules))
+    commands = ["gcc -std=c99 -Werror -fsyntax-only all.c", "g++ -x c++ -std=c++17 -Werror -fsyntax-only all.c"]
+    for command in [*commands, "rustc --edition=2021 --crate-type=lib --emit=metadata all.rs"]:
+        if shutil.which(command.split()[0]) is not None:
+            done = subprocess.run(command.split(), cwd=tmp_path, capture_output=True, text=True, check=False)
+            assert done.returncode == 0, done.stderr[:2_000]
+
+
+def test_words_that_no_file_can_be_called_are_refused_with_the_word(profile):
+    for prefix in ("match", "self", "class", "float", "std", "numpy", "sys"):
+        with pytest.raises(InputError, match=f"'{prefix}'"):
+            emit(profile, ["c"], prefix=prefix)
