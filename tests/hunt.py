@@ -1,0 +1,71 @@
+"""A standing hunt for false words of the verifier: random questions, every answer judged by other means.
+
+    python -m tests.hunt FOLDER [--kinds decisions,episodes] [--minutes 60] [--count N] [--first SEED]
+    python -m tests.hunt FOLDER --show
+    python -m tests.hunt --seed 4711 [--kinds episodes]        one question again, with every check
+
+Does: asks questions from their seeds, goes on where the folder's last run ended, keeps what is wrong, prints figures.
+Assumes: nothing; a finding is a seed, which asks the same question again.
+Does not: mend, or minimise what it finds.
+
+The judge (hunting/reading, meaning, places, judge, playing) knows profiles by their files and claims by their
+definitions, and imports nothing of ours. A verdict is wrong when it refutes it: PROVED by any violating state or start,
+VIOLATED by a counterexample that is none. UNKNOWN is counted.
+"""
+
+import argparse
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from tests.hunting import asking, episodes, questions
+from tests.hunting.record import Record
+
+KINDS: dict[str, Callable[[int, bool], Any]] = {
+    "decisions": lambda seed, thorough: asking.ask(questions.drawn(seed), thorough),
+    "episodes": lambda seed, thorough: episodes.ask(episodes.drawn(seed), thorough),
+}
+
+
+def hunt(kind: str, folder: Path | None, count: int | None, seconds: float | None, first: int = 0) -> Record:
+    """Asks the next `count` questions, or for so many seconds, or until interrupted."""
+    record, begun = Record(kind, folder, first), time.monotonic()
+    last = begun
+    try:
+        while (count is None or record.next < record.first + count) and (seconds is None or last - begun < seconds):
+            told = KINDS[kind](record.next, False)
+            now = time.monotonic()
+            record.add(told, now - last)
+            last = now
+    except KeyboardInterrupt:
+        pass
+    record.save()
+    return record
+
+
+def main() -> int:
+    """The command; 1 where something is wrong."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("folder", nargs="?", type=Path, help="where the record is kept")
+    parser.add_argument("--kinds", default=",".join(KINDS))
+    parser.add_argument("--minutes", type=float, help="for each kind; without it and --count until interrupted")
+    parser.add_argument("--count", type=int, help="questions of each kind, those of earlier runs included")
+    parser.add_argument("--first", type=int, default=0, help="the first seed of a new record")
+    parser.add_argument("--seed", type=int, help="ask this question again")
+    parser.add_argument("--show", action="store_true", help="print the record")
+    given = parser.parse_args()
+    kinds = given.kinds.split(",")
+    if given.seed is not None:
+        found = [KINDS[kind](given.seed, True) for kind in kinds]
+        print(*found, sep="\n")
+        return int(any(told.wrong for told in found))
+    seconds = 0.0 if given.show else None if given.minutes is None else 60 * given.minutes
+    records = [hunt(kind, given.folder, given.count, seconds, given.first) for kind in kinds]
+    for record in records:
+        record.show()
+    return int(any(record.wrong for record in records))
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

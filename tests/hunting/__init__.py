@@ -1,0 +1,1 @@
+"""The standing hunt for false words of the verifier: see tests/hunt.py."""

@@ -1,0 +1,132 @@
+"""The standing hunt: a slice finds nothing wrong, false words put back are found, the judge stands alone."""
+
+import ast
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from maviper.verification.join import question_files
+from tests import hunt
+from tests.hunting import episodes, judge, places, playing, questions
+from tests.hunting.planted import PLANTED
+from verify.claims.region import Kind, Verdict
+from verify.solver.decide import decide
+
+pytestmark = pytest.mark.solver
+
+JUDGING = ("reading", "meaning", "places", "judge", "playing")
+SLICE = {"decisions": 300, "episodes": 60}  # about a minute in all
+FOUND_WITHIN = 2_000  # questions
+OUTSIDE = 200  # questions for another solver
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", SLICE)
+def test_a_slice_finds_nothing_wrong(kind, capsys):
+    record = hunt.hunt(kind, None, SLICE[kind], None)
+    with capsys.disabled():
+        print()
+        record.show()
+    assert record.counts["asked"] == SLICE[kind] and record.wrong == []
+    assert record.share("proved, not vacuous") >= 0.3 and record.share("verdict VIOLATED") >= 0.3
+    assert record.median_depth >= 4
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("planted", PLANTED, ids=lambda planted: planted.name)
+def test_what_was_mended_is_found_when_it_is_put_back(planted):
+    with pytest.MonkeyPatch.context() as patch:
+        planted.plant(patch)
+        answers = (hunt.KINDS[planted.kind](seed, False) for seed in range(FOUND_WITHIN))
+        told = next((one for one in answers if any(planted.shows in text for text in one.wrong)), None)
+    assert told is not None, f"not found within {FOUND_WITHIN} questions"
+    assert hunt.KINDS[planted.kind](told.seed, True).wrong == []
+
+
+def test_a_hunt_goes_on_where_it_ended(tmp_path):
+    whole = hunt.hunt("decisions", None, 6, None)
+    for count in (2, 6):
+        record = hunt.hunt("decisions", tmp_path, count, None)
+        assert record.next == count
+    assert record.counts == whole.counts and record.depths == whole.depths
+    kept = (tmp_path / "decisions.json").read_text()
+    hunt.hunt("decisions", tmp_path, 6, None)
+    assert (tmp_path / "decisions.json").read_text() == kept
+
+
+@pytest.mark.parametrize("name", JUDGING)
+def test_the_judge_imports_nothing_of_ours(name):
+    tree = ast.parse((Path(hunt.__file__).parent / "hunting" / f"{name}.py").read_text())
+    imported = set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            imported |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            imported.add(node.module)
+    own = {f"tests.hunting.{other}" for other in JUDGING}
+    others = {module for module in imported if module.partition(".")[0] not in sys.stdlib_module_names}
+    assert others <= own | {"numpy", "numpy.typing", "mpe2"}, others
+
+
+def test_enumerating_and_sampling_do_not_contradict_each_other():
+    """Where cells are listed one by one, no sampled state fails unless a listed one does."""
+    seen = 0
+    for seed in range(60):
+        case = questions.drawn(seed).case
+        if not places.enumerable(case) or case.semantics == "real":
+            continue
+        rng = np.random.default_rng(seed)
+        for goal in case.goals:
+            listed = places.cells(case, goal)
+            if listed is not None and len(listed) and judge.violating(case, listed, goal, rng)[0] is None:
+                assert judge.violating(case, places.sampled(case, goal, rng), goal, rng)[0] is None
+                seen += 1
+    assert seen > 5
+
+
+def test_episodes_in_numpy_are_those_of_mpe2():
+    for seed in range(8):
+        case = episodes.drawn(seed).case
+        states = places.sampled(case, case.goals[0], np.random.default_rng(seed))[:3]
+        states[:, [name[-2] == "v" for name in case.names]] = 0.0
+        steps = case.claim["steps"]
+        course = playing.simulated(case.profile, case.at(states, case.goals[0]), case.goals[0], steps)
+        for row, state in enumerate(states.tolist()):
+            exact = playing.played(case.profile, places.described(state, case.names), case.goals[0], steps)
+            for name in case.names:
+                if case.profile.world["contact_force"]:
+                    assert np.abs(course[name][:, row] - exact[name][:, 0]).max() < 1e-9
+                else:
+                    assert (course[name][:, row] == exact[name][:, 0]).all(), name
+
+
+def answered(cvc5, text):
+    """What cvc5 says to a question in SMT-LIB."""
+    solver = cvc5.Solver()
+    parser = cvc5.InputParser(solver)
+    parser.setStringInput(cvc5.InputLanguage.SMT_LIB_2_6, text, "question")
+    said = []
+    while not (command := parser.nextCommand()).isNull():
+        said.append(command.invoke(solver, parser.getSymbolManager()).strip())
+    return said[-1]
+
+
+@pytest.mark.slow
+def test_another_solver_decides_alike():
+    """cvc5 reads the exported questions and answers as Z3 does, all goals together."""
+    cvc5 = pytest.importorskip("cvc5")
+    count, verdicts = 0, set()
+    for seed in range(10 * OUTSIDE):
+        question = questions.drawn(seed).question
+        if question.claim.kind is Kind.LEAVES or (verdict := decide(question).verdict) is Verdict.UNKNOWN:
+            continue
+        answers = [answered(cvc5, text) for text in question_files([question]).values()]
+        assert set(answers) <= {"sat", "unsat"}
+        assert ("sat" in answers) == (verdict is Verdict.VIOLATED), seed
+        count += len(answers)
+        verdicts.add(verdict)
+        if count >= OUTSIDE:
+            break
+    assert count >= OUTSIDE and {Verdict.PROVED, Verdict.VIOLATED} <= verdicts
