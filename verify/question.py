@@ -16,13 +16,15 @@ import numpy as np
 from codegen import ir
 from codegen.ir import AgentPolicy, PolicyProfile
 from verify.claims.catalogue import Claim
-from verify.claims.decisions import DecisionClaim, formula
+from verify.claims.decisions import DecisionClaim, OwnFormula, formula
 from verify.claims.episodes import EpisodeClaim
-from verify.claims.formula import Formula, for_goal
+from verify.claims.formula import Formula, agents, conjuncts, for_goal
 from verify.claims.region import MACHINE, Region, everywhere
 from verify.claims.verifiable import verifiable
 
 CONTROL_SEED = 0
+MAX_TOGETHER = 3  # agents of a claim that is never divided
+SECOND_UNITS, ASIDE_UNITS = 20_000_000, 4_000_000
 About = TypeVar("About", bound=Claim, covariant=True)
 Asked = TypeVar("Asked", bound=Claim)
 
@@ -35,6 +37,16 @@ class Budgets:
     max_nodes: int = 4_000_000  # search nodes a goal; half a second compiled, a minute or two in Python
     max_cells: int = 50_000  # listed where a claim fails, over all goals
     max_zones: int = 5_000_000  # visited for a claim about episodes; about a million a second
+
+    @property
+    def second(self) -> int:
+        """Solver units for a second opinion, where zones have a verdict: a minute of a large question by default."""
+        return min(self.solver_units, max(SECOND_UNITS, self.solver_units // 10))
+
+    @property
+    def aside(self) -> int:
+        """Solver units for a query that tells more of a verdict: such as where else the claim fails."""
+        return min(self.solver_units, max(ASIDE_UNITS, self.solver_units // 50))
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,6 +78,19 @@ class Question(Generic[About]):
     def goals(self) -> tuple[str | None, ...]:
         """The goals that are asked about one by one; None alone where the world has none."""
         return self.region.goal_cases
+
+    @cached_property
+    def parts(self: "Question[DecisionClaim]") -> "tuple[Question[DecisionClaim], ...]":
+        """Questions that are answered one by one instead: about fewer agents each, where a claim about many is a
+        conjunction of claims about several; else this one. What is about one agent needs no dividing.
+        """
+        parts, everybody = conjuncts(self.formula), agents(self.formula)
+        largest = max(len(agents(part)) for part in parts)
+        if len(everybody) <= MAX_TOGETHER or not 1 < largest < len(everybody):
+            return (self,)
+        claim = self.claim
+        own = [OwnFormula(claim.team, claim.margin, claim.radius, eps=claim.eps, statement=part) for part in parts]
+        return tuple(self.about(part) for part in own)
 
     @cached_property
     def team(self) -> tuple[AgentPolicy, ...]:

@@ -25,12 +25,13 @@ from verify.checker import decisions
 from verify.checker.reading import RejectedError, region_formula
 from verify.checker.thresholds import NO_ERROR
 from verify.claims.decisions import BUILT_IN, KAPPA, PLAIN, STEADY, DecisionClaim, checked, ensure_steady, formula
-from verify.claims.formula import Formula, agents, coordinates, for_goal, holds
+from verify.claims.formula import Formula, agents, conjuncts, coordinates, for_goal, holds
 from verify.claims.formula_json import formula_document, read_formula, read_number
 from verify.claims.region import SEMANTICS, Region, Semantics, check_range, goal_of, goal_text
 from verify.claims.verifiable import verifiable
 
 FORM = "maviper-certificate-1"
+PARTED = "maviper-certificate-2"  # its proofs are those of the conjuncts, one after the other
 MAX_BYTES = 1 << 30
 LINE = 96  # characters of a proof on a line
 NAMED = ("name", "team", "margin", "radius", "kappa", "landmarks")  # of a property, what a certificate states
@@ -53,6 +54,7 @@ class Certificate:
     proofs: Mapping[str | None, bytes]  # goal (None without goals) -> proof
     eps: Fraction = NO_ERROR  # by how much each measured feature may be off
     region_said: str = field(default="", compare=False)  # what a file that was read calls its region; says nothing
+    form: str = FORM  # by which the proofs are to be read
 
     @property
     def size(self) -> int:
@@ -116,8 +118,9 @@ def accepted(certificate: Certificate, profile: PolicyProfile) -> int:
     for goal in goals:
         proof = numbers(certificate.proofs[goal])
         try:
-            asked = for_goal(certificate.formula, goal)
-            closed += decisions.check(profile, asked, region, goal, semantics, proof)
+            parts = conjuncts(certificate.formula) if certificate.form == PARTED else (certificate.formula,)
+            asked = [for_goal(part, goal) for part in parts]
+            closed += decisions.check_all(profile, asked, region, goal, semantics, proof)
         except RejectedError as error:
             raise RejectedError(f"goal {goal or 'none'}: {error}") from None
     return closed
@@ -168,7 +171,7 @@ class CertificateJson(msgspec.Struct, forbid_unknown_fields=True):
 def to_json(certificate: Certificate) -> str:
     """The text of a certificate; equal certificates give equal bytes."""
     body = {
-        "certificate": FORM,
+        "certificate": certificate.form,
         "profile": certificate.profile,
         "property": None if certificate.claim is None else _property_document(certificate.claim),
         "semantics": certificate.semantics,
@@ -209,7 +212,7 @@ def from_json(text: str | bytes, where: str = "certificate") -> Certificate:
     """The certificate in a text. InputError when it is damaged, of another version, or edited."""
     with undamaged(where):
         raw = msgspec.json.decode(text, type=CertificateJson)
-        ensure_whole(raw, FORM, where)
+        ensure_whole(raw, raw.certificate if raw.certificate == PARTED else FORM, where)
         return _certificate(raw)
 
 
@@ -229,6 +232,7 @@ def _certificate(raw: CertificateJson) -> Certificate:
         proofs={goal_of(goal): read_proof(lines, f"$.proofs.{goal}") for goal, lines in raw.proofs.items()},
         eps=eps,
         region_said=str(raw.region["name"]),
+        form=raw.certificate,
     )
 
 

@@ -41,6 +41,28 @@ def check(
     profile: PolicyProfile, claim: Formula, region: Region, goal: str | None, semantics: Semantics, proof: Iterator[int]
 ) -> int:
     """The number of branches closed; RejectedError when `proof` does not show the claim for this goal."""
+    return check_all(profile, (claim,), region, goal, semantics, proof)
+
+
+def check_all(
+    profile: PolicyProfile,
+    claims: Sequence[Formula],
+    region: Region,
+    goal: str | None,
+    semantics: Semantics,
+    proof: Iterator[int],
+) -> int:
+    """As `check`, of claims that all hold: `proof` is that of each, one after the other."""
+    closed = sum(_closed(profile, claim, region, goal, semantics, proof) for claim in claims)
+    if next(proof, None) is not None:
+        raise RejectedError("the proof continues after its last branch")
+    return closed
+
+
+def _closed(
+    profile: PolicyProfile, claim: Formula, region: Region, goal: str | None, semantics: Semantics, proof: Iterator[int]
+) -> int:
+    """The number of branches that the beginning of `proof` closes, which is the claim's own proof."""
     team = [policy for policy in profile.agents if policy.agent in agents(claim)]
     reading = Reading([policy.agent for policy in team], goal)
     start = reading.flat(region_formula(region), True)
@@ -57,8 +79,6 @@ def check(
         closed += Denial(denied, trees, known).close(start, edges, proof)
     except (StopIteration, IndexError):
         raise RejectedError("the proof ends early, or names a bound that its branch does not have") from None
-    if next(proof, None) is not None:
-        raise RejectedError("the proof continues after its last branch")
     return closed
 
 

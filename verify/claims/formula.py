@@ -184,6 +184,16 @@ def agents(formula: Formula) -> frozenset[str]:
     return agents(formula.part) if isinstance(formula, Not) else frozenset()
 
 
+def conjuncts(formula: Formula) -> tuple[Formula, ...]:
+    """Formulas that all hold exactly where the formula does: its conjuncts, those about the same agents in one."""
+    if not isinstance(formula, And):
+        return (formula,)
+    about: dict[frozenset[str], list[Formula]] = {}
+    for part in formula.parts:
+        about.setdefault(agents(part), []).append(part)
+    return tuple(parts[0] if len(parts) == 1 else And(tuple(parts)) for parts in about.values())
+
+
 def coordinates(formula: Formula) -> frozenset[str]:
     """The coordinates that the formula speaks of."""
     if isinstance(formula, Linear):

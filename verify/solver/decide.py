@@ -7,6 +7,7 @@ Does not: confirm counterexamples or compare engines.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import product
 
 from verify.claims.formula import TRUE
 from verify.claims.region import Verdict
@@ -24,6 +25,7 @@ class Decision:
     goal: str | None = None
     answer: Answer | None = None
     reason: str = ""
+    part: DecisionQuestion | None = None  # of the question, that the answer is about
 
 
 def decide(question: DecisionQuestion, goals: Sequence[str | None] | None = None) -> Decision:
@@ -35,11 +37,11 @@ def decide(question: DecisionQuestion, goals: Sequence[str | None] | None = None
     if nothing:
         return Decision(Verdict.VACUOUS, spent, reason=nothing)
     open_reasons: list[str] = []
-    for goal in question.goals if goals is None else goals:
-        answer = ask(query(question, goal), question.budgets.solver_units)
+    for goal, part in product(question.goals if goals is None else goals, question.parts):
+        answer = ask(query(part, goal), question.budgets.solver_units)
         spent += answer.resources
         if answer.holds:
-            return Decision(Verdict.VIOLATED, spent, goal, answer)
+            return Decision(Verdict.VIOLATED, spent, goal, answer, part=part)
         if answer.holds is None:
             open_reasons.append(f"goal {goal or 'none'}: {answer.reason} after {answer.resources} resource units")
     if open_reasons:

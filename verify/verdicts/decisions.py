@@ -86,17 +86,18 @@ def verify(
     if claim.kind is Kind.LEAVES:
         return _alive(question, visited)
     zoned, (verdict, reason, spent, state, second) = _judged(question)
+    beside = question.spending(solver_units=question.budgets.aside)
     counterexample = explanation = None
     if state is not None:
-        counterexample = explain(question, state, replays)
-        explanation = explained(question, counterexample)
-    measured = measure(question, SAMPLE_SEED)
+        counterexample = explain(beside, state, replays)
+        explanation = explained(beside, counterexample)
+    measured = measure(beside, SAMPLE_SEED)
     if verdict is Verdict.PROVED and measured.violating.hits:
-        _ensure_none_violates(question)
+        _ensure_none_violates(beside)
     steady = verdict is Verdict.PROVED and claim.eps and zoned.certificate is not None
     control = Verdict.SKIPPED
     if verdict in (Verdict.PROVED, Verdict.VIOLATED):
-        control = decide(question.control).verdict
+        control = decide(beside.control).verdict
     return Result(
         claim=claim,
         region=question.region,
@@ -112,7 +113,7 @@ def verify(
         solver=solve.solver_name(),
         visited=visited,
         semantics=question.semantics,
-        largest=room(question) if verdict is Verdict.PROVED else None,
+        largest=room(beside) if verdict is Verdict.PROVED else None,
         steady_up_to=largest_eps(question) if steady else None,
         engines=(zoned.opinion, second),
         certificate=zoned.certificate if verdict is Verdict.PROVED else None,
@@ -183,14 +184,18 @@ def _alive(question: DecisionQuestion, visited: Visited | None) -> Result:
 def _settled(question: DecisionQuestion, zoned: Zoned) -> tuple[Verdict, str, int, State | None, Opinion]:
     """Verdict, reason, resources, for VIOLATED a confirmed point (goal after goal until one is), and Z3's opinion."""
     goals, only_real = list(question.goals), False
-    decision = decide(question, goals)
+    decided = zoned.opinion.verdict in (Verdict.PROVED, Verdict.VIOLATED)
+    units = question.budgets.second if decided else question.budgets.solver_units
+    decision = decide(question.spending(solver_units=units), goals)
     spent = decision.resources
     second = Opinion(solve.solver_name(), decision.verdict, spent, "resource units")
     if decision.verdict is not agreeing(zoned, second):
         answer = None if zoned.state is None else Answer(True, dict(zoned.state), 0)
-        decision = Decision(zoned.opinion.verdict, 0, zoned.goal, answer)
+        decision = Decision(zoned.opinion.verdict, 0, zoned.goal, answer, part=zoned.part)
     while decision.answer is not None:
-        state, extra = confirmed(question, decision.goal, decision.answer)
+        asked = decision.part or question
+        asked = asked.spending(solver_units=question.budgets.aside)
+        state, extra = confirmed(asked, decision.goal, decision.answer)
         spent += extra
         if state is None and zoned.state is not None and zoned.goal == decision.goal:
             state = near(question, decision.goal, zoned.state)

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from codegen.policy_json import content_hash
-from verify.checker.certificates import Certificate, accepted
+from verify.checker.certificates import FORM, PARTED, Certificate, accepted
 from verify.checker.reading import RejectedError
 from verify.claims.region import Verdict
 from verify.question import DecisionQuestion
@@ -38,6 +38,7 @@ class Zoned:
     opinion: Opinion
     goal: str | None = None
     state: Mapping[str, Fraction] | None = None
+    part: DecisionQuestion | None = None  # of the question, that fails in the state
     certificate: Certificate | None = None
     branches: int = 0  # that the certificate's proofs close
     beyond: str = ""  # why the question is beyond zones
@@ -52,7 +53,7 @@ def by_zones(question: DecisionQuestion) -> Zoned:
         return Zoned(Opinion(ENGINE, Verdict.SKIPPED, 0, "search nodes"), beyond=str(error))
     opinion = Opinion(ENGINE, found.verdict, found.nodes, "search nodes")
     if found.verdict is not Verdict.PROVED:
-        return Zoned(opinion, found.goal, found.state)
+        return Zoned(opinion, found.goal, found.state, found.part)
     named = claim if claim.says_all else None
     made = Certificate(
         content_hash(profile),
@@ -63,6 +64,7 @@ def by_zones(question: DecisionQuestion) -> Zoned:
         found.inhabitant,
         found.proofs,
         eps=claim.eps,
+        form=FORM if question.parts == (question,) else PARTED,
     )
     try:
         return Zoned(opinion, certificate=made, branches=accepted(made, profile))

@@ -11,6 +11,7 @@ from copy import copy
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cache
+from itertools import product
 from typing import TypeAlias
 
 from verify.claims.formula import Formula, agents
@@ -50,6 +51,7 @@ class Outcome:
     # a point of the region, so that it is not empty
     inhabitant: Mapping[str, Fraction] = field(default_factory=dict[str, Fraction])
     reason: str = ""
+    part: DecisionQuestion | None = None  # of the question, that fails at the point
 
 
 @dataclass(frozen=True)
@@ -69,7 +71,8 @@ class Tests:
 
 
 def decide(question: DecisionQuestion) -> Outcome:
-    """Whether the claim holds in every point of the region, for each goal, within `max_nodes` search nodes a goal.
+    """Whether the claim holds in every point of the region, for each goal, within `max_nodes` search nodes a goal (and
+    part, where a claim is answered in parts: its proof is theirs, one after the other).
 
     Where the claim has an `eps`: though each measured feature of each agent is off by up to that much, each by an error
     of its own. BeyondZonesError when the question is not about difference bounds; InputError when a feature has no
@@ -77,8 +80,8 @@ def decide(question: DecisionQuestion) -> Outcome:
     """
     tests, budget = Tests.of(question), question.budgets.max_nodes
     spent, proofs, inhabitant, reasons = 0, dict[str | None, bytes](), dict[str, Fraction](), list[str]()
-    for goal in question.goals:
-        query = ZoneQuery(question, goal, tests)
+    for goal, part in product(question.goals, question.parts):
+        query = ZoneQuery(part, goal, tests)
         try:
             inhabitant = inhabitant or query.inhabitant()
             if not inhabitant:
@@ -90,10 +93,10 @@ def decide(question: DecisionQuestion) -> Outcome:
             continue
         spent += query.nodes
         if state is not None:
-            return Outcome(Verdict.VIOLATED, spent, goal, state)
-        proofs[goal] = proof
+            return Outcome(Verdict.VIOLATED, spent, goal, state, part=part)
+        proofs[goal] = proofs.get(goal, b"") + proof
     if reasons:
-        return Outcome(Verdict.UNKNOWN, spent, reason="; ".join(reasons))
+        return Outcome(Verdict.UNKNOWN, spent, reason="; ".join(dict.fromkeys(reasons)))
     return Outcome(Verdict.PROVED, spent, proofs=proofs, inhabitant=inhabitant)
 
 

@@ -1,0 +1,81 @@
+"""Claims about many agents that are conjunctions of claims about few: asked one by one, proved by one certificate."""
+
+from dataclasses import replace
+from itertools import combinations
+
+import pytest
+
+from codegen import ir
+from codegen.check import ensure
+from maviper.worlds import find
+from tests.teams import LEFT, STAY, UP, tree
+from verify.checker.certificates import FORM, PARTED, accepted, from_json, to_json
+from verify.checker.reading import RejectedError
+from verify.claims.decisions import OwnFormula
+from verify.claims.formula import TRUE, Acts, And, Not, Or, agents, conjuncts
+from verify.claims.region import Verdict
+from verify.question import from_start
+from verify.solver.decide import decide
+from verify.verdicts.opinions import by_zones
+from verify.zones import engine
+
+COUNT = 5
+
+
+@pytest.fixture(scope="module")
+def crowd():
+    """Agents that go left or stay by their first feature; the last one also goes up."""
+    world = find(f"cooperative-navigation,agents={COUNT}")
+    trees = [tree((0, 0.25, 1, 2), LEFT, STAY)] * (COUNT - 1) + [tree((0, 0.25, 1, 2), LEFT, UP)]
+    parts = zip(world.agents, world.features, world.actions, trees, strict=True)
+    policies = [
+        ir.AgentPolicy(name, world.team_of(name), features, actions, own) for name, features, actions, own in parts
+    ]
+    return ensure(ir.PolicyProfile(world.spec, tuple(policies), ir.Provenance("", "", 0, "", "")))
+
+
+def never_both(profile, action):
+    names = [policy.agent for policy in profile.agents]
+    pairs = [Or((Not(Acts(a, action)), Not(Acts(b, action)))) for a, b in combinations(names, 2)]
+    return from_start(profile, OwnFormula(profile.agents[0].team, statement=And(tuple(pairs))))
+
+
+def test_a_proof_in_parts_is_accepted_and_no_part_may_be_missing(crowd):
+    question = never_both(crowd, UP)
+    assert len(question.parts) == COUNT * (COUNT - 1) // 2
+    found = by_zones(question)
+    made = found.certificate
+    assert found.opinion.verdict is Verdict.PROVED and made is not None and made.form == PARTED
+    read = from_json(to_json(made))
+    assert read == made and accepted(read, crowd) == found.branches
+    whole = made.proofs[None]
+    for wrong in (whole[:-1], whole + b"\0", whole[len(whole) // 2 :], b""):
+        with pytest.raises(RejectedError):
+            accepted(replace(made, proofs={None: wrong}), crowd)
+    with pytest.raises(RejectedError):
+        accepted(replace(made, form=FORM), crowd)
+
+
+@pytest.mark.solver
+@pytest.mark.parametrize("action", [STAY, LEFT, UP])
+def test_parts_give_the_verdict_of_the_whole(crowd, action, monkeypatch):
+    question = never_both(crowd, action)
+    found, second = engine.decide(question), decide(question)
+    monkeypatch.setattr(type(question), "parts", property(lambda self: (self,)))
+    whole = never_both(crowd, action)
+    assert found.verdict is second.verdict is engine.decide(whole).verdict is decide(whole).verdict
+    assert found.verdict is (Verdict.PROVED if action == UP else Verdict.VIOLATED)
+
+
+def test_conjuncts_hold_together_exactly_where_the_formula_does(crowd):
+    question = never_both(crowd, UP)
+    parts = conjuncts(question.formula)
+    assert {agents(part) for part in parts} == {frozenset(pair) for pair in combinations(agents(question.formula), 2)}
+    joined = conjuncts(And((Acts("a", 1), Acts("b", 1), Acts("a", 2), TRUE)))
+    assert joined == (And((Acts("a", 1), Acts("a", 2))), Acts("b", 1), TRUE)
+    assert conjuncts(Or((Acts("a", 1), Acts("b", 1)))) == (Or((Acts("a", 1), Acts("b", 1))),)
+
+
+def test_claims_about_few_agents_are_asked_as_they_are(crowd, profile):
+    for asked in (never_both(profile, UP), never_both(crowd, UP).about(OwnFormula("agents", statement=Acts("a", 1)))):
+        assert asked.parts == (asked,)
