@@ -17,18 +17,26 @@
  *
  * A split goes left iff x[feature] <= threshold, both float32, thresholds exact. NaN compares false and so goes right;
  * infinities follow <=. Check untrusted input with ..._finite first.
- * From a world state an observation is made as the reference environment makes it: added in double, then rounded to float.
+ *
+ * Subnormal numbers count. A thread that takes them for zero (FTZ, DAZ) decides what lies next to zero otherwise; gcc sets
+ * this at the start of a program that is linked with -ffast-math or -funsafe-math-optimizations, whatever compiled this
+ * file. The style `ordered` has an ..._act that decides as stated there too.
+ * From a world state an observation is made as the reference environment makes it: added in double, then rounded to float,
+ * to nearest each time; so it does on machines that calculate with more digits (FLT_EVAL_METHOD), too.
  */
 #ifndef PHYSICAL_DECEPTION_E2C19636B2F8DD8E_H
 #define PHYSICAL_DECEPTION_E2C19636B2F8DD8E_H
 
 #include <float.h>
 
-#if defined(__FAST_MATH__) || (defined(__FINITE_MATH_ONLY__) && (__FINITE_MATH_ONLY__ > 0))
-#error "compile without -ffast-math and -ffinite-math-only: it changes what comparisons with NaN and tiny numbers mean"
+#if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__) || (defined(__FINITE_MATH_ONLY__) && (__FINITE_MATH_ONLY__ > 0))
+#error "compile without -ffast-math, -funsafe-math-optimizations and -ffinite-math-only: they change NaN and tiny numbers"
 #endif
 #if (FLT_RADIX != 2) || (FLT_MANT_DIG != 24) || (FLT_MAX_EXP != 128) || (DBL_MANT_DIG != 53)
 #error "float must be IEEE binary32 and double binary64"
+#endif
+#if (LDBL_MANT_DIG < 64) && (FLT_EVAL_METHOD != 0) && (FLT_EVAL_METHOD != 1) && (FLT_EVAL_METHOD != 16)
+#error "sums of doubles are rounded in an unknown way here: compile for SSE2 (-msse2 -mfpmath=sse, /arch:SSE2)"
 #endif
 
 #define PHYSICAL_DECEPTION_PROFILE "e2c19636b2f8dd8ec02a0f1ec0629ac6c52587a957e945df343916bd5199ce70"
@@ -54,6 +62,65 @@ enum {
     PHYSICAL_DECEPTION_W_AGENT_1_VY = 17,
     PHYSICAL_DECEPTION_N_COORDINATES = 18
 };
+
+/* 1 where doubles are added in double; x87 keeps more digits until they are stored */
+static inline int physical_deception_direct(void)
+{
+    return ((FLT_EVAL_METHOD == 0) || (FLT_EVAL_METHOD == 1) || (FLT_EVAL_METHOD == 16)) ? 1 : 0;
+}
+
+/* a + b, rounded once to double, where more digits are kept. Storing the sum rounds it a second time, which is wrong
+   where the first rounding ended halfway between two doubles: there, what that one cut off decides. */
+static inline double physical_deception_wide_sum(double a, double b)
+{
+    const long double x = (long double)a;
+    const long double y = (long double)b;
+    const long double whole = x + y;
+    const long double part = whole - x;
+    const long double cut = (x - (whole - part)) + (y - part); /* a + b is exactly whole + cut */
+    long double scale = 1.0L;
+    if ((whole > 0x1p1000L) || (whole < -0x1p1000L)) {
+        scale = 0.5L; /* so that no store overflows before the last */
+    }
+    const long double scaled = whole * scale;
+    volatile double stored = (double)scaled;
+    const long double rest = scaled - (long double)stored;
+    const long double other = scaled + rest;
+    const volatile double beside = (double)other;
+    if (((cut > 0.0L) && (rest > 0.0L)) || ((cut < 0.0L) && (rest < 0.0L))) {
+        if (((long double)beside >= other) && ((long double)beside <= other)) { /* halfway: `beside` is as near */
+            stored = beside;
+        }
+    }
+    if (scale < 1.0L) {
+        stored = stored * 2.0;
+    }
+    return stored;
+}
+
+static inline double physical_deception_sum(double a, double b)
+{
+    double total = a + b;
+    if (physical_deception_direct() == 0) {
+        total = physical_deception_wide_sum(a, b);
+    }
+    return total;
+}
+
+static inline float physical_deception_wide_single(double value)
+{
+    const volatile float stored = (float)value;
+    return stored;
+}
+
+static inline float physical_deception_single(double value)
+{
+    float nearest = (float)value;
+    if (physical_deception_direct() == 0) {
+        nearest = physical_deception_wide_single(value);
+    }
+    return nearest;
+}
 
 /* adversary_0, team adversaries: 12 leaves, at most 4 comparisons; tables of 91 bytes where they are used; 32 bytes of stack for ..._act_world */
 
@@ -237,14 +304,14 @@ static inline void physical_deception_adversary_0_act_columns(const float *const
 static inline int physical_deception_adversary_0_act_world(const double *w)
 {
     float x[PHYSICAL_DECEPTION_ADVERSARY_0_N_FEATURES];
-    x[0] = (float)(w[PHYSICAL_DECEPTION_W_LANDMARK_0_X] - w[PHYSICAL_DECEPTION_W_ADVERSARY_0_X]);
-    x[1] = (float)(w[PHYSICAL_DECEPTION_W_LANDMARK_0_Y] - w[PHYSICAL_DECEPTION_W_ADVERSARY_0_Y]);
-    x[2] = (float)(w[PHYSICAL_DECEPTION_W_LANDMARK_1_X] - w[PHYSICAL_DECEPTION_W_ADVERSARY_0_X]);
-    x[3] = (float)(w[PHYSICAL_DECEPTION_W_LANDMARK_1_Y] - w[PHYSICAL_DECEPTION_W_ADVERSARY_0_Y]);
-    x[4] = (float)(w[PHYSICAL_DECEPTION_W_AGENT_0_X] - w[PHYSICAL_DECEPTION_W_ADVERSARY_0_X]);
-    x[5] = (float)(w[PHYSICAL_DECEPTION_W_AGENT_0_Y] - w[PHYSICAL_DECEPTION_W_ADVERSARY_0_Y]);
-    x[6] = (float)(w[PHYSICAL_DECEPTION_W_AGENT_1_X] - w[PHYSICAL_DECEPTION_W_ADVERSARY_0_X]);
-    x[7] = (float)(w[PHYSICAL_DECEPTION_W_AGENT_1_Y] - w[PHYSICAL_DECEPTION_W_ADVERSARY_0_Y]);
+    x[0] = physical_deception_single(physical_deception_sum(w[PHYSICAL_DECEPTION_W_LANDMARK_0_X], -w[PHYSICAL_DECEPTION_W_ADVERSARY_0_X]));
+    x[1] = physical_deception_single(physical_deception_sum(w[PHYSICAL_DECEPTION_W_LANDMARK_0_Y], -w[PHYSICAL_DECEPTION_W_ADVERSARY_0_Y]));
+    x[2] = physical_deception_single(physical_deception_sum(w[PHYSICAL_DECEPTION_W_LANDMARK_1_X], -w[PHYSICAL_DECEPTION_W_ADVERSARY_0_X]));
+    x[3] = physical_deception_single(physical_deception_sum(w[PHYSICAL_DECEPTION_W_LANDMARK_1_Y], -w[PHYSICAL_DECEPTION_W_ADVERSARY_0_Y]));
+    x[4] = physical_deception_single(physical_deception_sum(w[PHYSICAL_DECEPTION_W_AGENT_0_X], -w[PHYSICAL_DECEPTION_W_ADVERSARY_0_X]));
+    x[5] = physical_deception_single(physical_deception_sum(w[PHYSICAL_DECEPTION_W_AGENT_0_Y], -w[PHYSICAL_DECEPTION_W_ADVERSARY_0_Y]));
+    x[6] = physical_deception_single(physical_deception_sum(w[PHYSICAL_DECEPTION_W_AGENT_1_X], -w[PHYSICAL_DECEPTION_W_ADVERSARY_0_X]));
+    x[7] = physical_deception_single(physical_deception_sum(w[PHYSICAL_DECEPTION_W_AGENT_1_Y], -w[PHYSICAL_DECEPTION_W_ADVERSARY_0_Y]));
     return physical_deception_adversary_0_act(x);
 }
 
@@ -454,16 +521,16 @@ static inline void physical_deception_agent_0_act_columns(const float *const *x,
 static inline int physical_deception_agent_0_act_world(const double *w)
 {
     float x[PHYSICAL_DECEPTION_AGENT_0_N_FEATURES];
-    x[0] = (float)(w[PHYSICAL_DECEPTION_W_GOAL_X] - w[PHYSICAL_DECEPTION_W_AGENT_0_X]);
-    x[1] = (float)(w[PHYSICAL_DECEPTION_W_GOAL_Y] - w[PHYSICAL_DECEPTION_W_AGENT_0_Y]);
-    x[2] = (float)(w[PHYSICAL_DECEPTION_W_LANDMARK_0_X] - w[PHYSICAL_DECEPTION_W_AGENT_0_X]);
-    x[3] = (float)(w[PHYSICAL_DECEPTION_W_LANDMARK_0_Y] - w[PHYSICAL_DECEPTION_W_AGENT_0_Y]);
-    x[4] = (float)(w[PHYSICAL_DECEPTION_W_LANDMARK_1_X] - w[PHYSICAL_DECEPTION_W_AGENT_0_X]);
-    x[5] = (float)(w[PHYSICAL_DECEPTION_W_LANDMARK_1_Y] - w[PHYSICAL_DECEPTION_W_AGENT_0_Y]);
-    x[6] = (float)(w[PHYSICAL_DECEPTION_W_ADVERSARY_0_X] - w[PHYSICAL_DECEPTION_W_AGENT_0_X]);
-    x[7] = (float)(w[PHYSICAL_DECEPTION_W_ADVERSARY_0_Y] - w[PHYSICAL_DECEPTION_W_AGENT_0_Y]);
-    x[8] = (float)(w[PHYSICAL_DECEPTION_W_AGENT_1_X] - w[PHYSICAL_DECEPTION_W_AGENT_0_X]);
-    x[9] = (float)(w[PHYSICAL_DECEPTION_W_AGENT_1_Y] - w[PHYSICAL_DECEPTION_W_AGENT_0_Y]);
+    x[0] = physical_deception_single(physical_deception_sum(w[PHYSICAL_DECEPTION_W_GOAL_X], -w[PHYSICAL_DECEPTION_W_AGENT_0_X]));
+    x[1] = physical_deception_single(physical_deception_sum(w[PHYSICAL_DECEPTION_W_GOAL_Y], -w[PHYSICAL_DECEPTION_W_AGENT_0_Y]));
+    x[2] = physical_deception_single(physical_deception_sum(w[PHYSICAL_DECEPTION_W_LANDMARK_0_X], -w[PHYSICAL_DECEPTION_W_AGENT_0_X]));
+    x[3] = physical_deception_single(physical_deception_sum(w[PHYSICAL_DECEPTION_W_LANDMARK_0_Y], -w[PHYSICAL_DECEPTION_W_AGENT_0_Y]));
+    x[4] = physical_deception_single(physical_deception_sum(w[PHYSICAL_DECEPTION_W_LANDMARK_1_X], -w[PHYSICAL_DECEPTION_W_AGENT_0_X]));
+    x[5] = physical_deception_single(physical_deception_sum(w[PHYSICAL_DECEPTION_W_LANDMARK_1_Y], -w[PHYSICAL_DECEPTION_W_AGENT_0_Y]));
+    x[6] = physical_deception_single(physical_deception_sum(w[PHYSICAL_DECEPTION_W_ADVERSARY_0_X], -w[PHYSICAL_DECEPTION_W_AGENT_0_X]));
+    x[7] = physical_deception_single(physical_deception_sum(w[PHYSICAL_DECEPTION_W_ADVERSARY_0_Y], -w[PHYSICAL_DECEPTION_W_AGENT_0_Y]));
+    x[8] = physical_deception_single(physical_deception_sum(w[PHYSICAL_DECEPTION_W_AGENT_1_X], -w[PHYSICAL_DECEPTION_W_AGENT_0_X]));
+    x[9] = physical_deception_single(physical_deception_sum(w[PHYSICAL_DECEPTION_W_AGENT_1_Y], -w[PHYSICAL_DECEPTION_W_AGENT_0_Y]));
     return physical_deception_agent_0_act(x);
 }
 
@@ -688,16 +755,16 @@ static inline void physical_deception_agent_1_act_columns(const float *const *x,
 static inline int physical_deception_agent_1_act_world(const double *w)
 {
     float x[PHYSICAL_DECEPTION_AGENT_1_N_FEATURES];
-    x[0] = (float)(w[PHYSICAL_DECEPTION_W_GOAL_X] - w[PHYSICAL_DECEPTION_W_AGENT_1_X]);
-    x[1] = (float)(w[PHYSICAL_DECEPTION_W_GOAL_Y] - w[PHYSICAL_DECEPTION_W_AGENT_1_Y]);
-    x[2] = (float)(w[PHYSICAL_DECEPTION_W_LANDMARK_0_X] - w[PHYSICAL_DECEPTION_W_AGENT_1_X]);
-    x[3] = (float)(w[PHYSICAL_DECEPTION_W_LANDMARK_0_Y] - w[PHYSICAL_DECEPTION_W_AGENT_1_Y]);
-    x[4] = (float)(w[PHYSICAL_DECEPTION_W_LANDMARK_1_X] - w[PHYSICAL_DECEPTION_W_AGENT_1_X]);
-    x[5] = (float)(w[PHYSICAL_DECEPTION_W_LANDMARK_1_Y] - w[PHYSICAL_DECEPTION_W_AGENT_1_Y]);
-    x[6] = (float)(w[PHYSICAL_DECEPTION_W_ADVERSARY_0_X] - w[PHYSICAL_DECEPTION_W_AGENT_1_X]);
-    x[7] = (float)(w[PHYSICAL_DECEPTION_W_ADVERSARY_0_Y] - w[PHYSICAL_DECEPTION_W_AGENT_1_Y]);
-    x[8] = (float)(w[PHYSICAL_DECEPTION_W_AGENT_0_X] - w[PHYSICAL_DECEPTION_W_AGENT_1_X]);
-    x[9] = (float)(w[PHYSICAL_DECEPTION_W_AGENT_0_Y] - w[PHYSICAL_DECEPTION_W_AGENT_1_Y]);
+    x[0] = physical_deception_single(physical_deception_sum(w[PHYSICAL_DECEPTION_W_GOAL_X], -w[PHYSICAL_DECEPTION_W_AGENT_1_X]));
+    x[1] = physical_deception_single(physical_deception_sum(w[PHYSICAL_DECEPTION_W_GOAL_Y], -w[PHYSICAL_DECEPTION_W_AGENT_1_Y]));
+    x[2] = physical_deception_single(physical_deception_sum(w[PHYSICAL_DECEPTION_W_LANDMARK_0_X], -w[PHYSICAL_DECEPTION_W_AGENT_1_X]));
+    x[3] = physical_deception_single(physical_deception_sum(w[PHYSICAL_DECEPTION_W_LANDMARK_0_Y], -w[PHYSICAL_DECEPTION_W_AGENT_1_Y]));
+    x[4] = physical_deception_single(physical_deception_sum(w[PHYSICAL_DECEPTION_W_LANDMARK_1_X], -w[PHYSICAL_DECEPTION_W_AGENT_1_X]));
+    x[5] = physical_deception_single(physical_deception_sum(w[PHYSICAL_DECEPTION_W_LANDMARK_1_Y], -w[PHYSICAL_DECEPTION_W_AGENT_1_Y]));
+    x[6] = physical_deception_single(physical_deception_sum(w[PHYSICAL_DECEPTION_W_ADVERSARY_0_X], -w[PHYSICAL_DECEPTION_W_AGENT_1_X]));
+    x[7] = physical_deception_single(physical_deception_sum(w[PHYSICAL_DECEPTION_W_ADVERSARY_0_Y], -w[PHYSICAL_DECEPTION_W_AGENT_1_Y]));
+    x[8] = physical_deception_single(physical_deception_sum(w[PHYSICAL_DECEPTION_W_AGENT_0_X], -w[PHYSICAL_DECEPTION_W_AGENT_1_X]));
+    x[9] = physical_deception_single(physical_deception_sum(w[PHYSICAL_DECEPTION_W_AGENT_0_Y], -w[PHYSICAL_DECEPTION_W_AGENT_1_Y]));
     return physical_deception_agent_1_act(x);
 }
 
