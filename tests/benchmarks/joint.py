@@ -407,6 +407,20 @@ def watched(what, steps, cells):
             print(f"\r{what} {number + 1} of {len(cells)}", end="\n" if number + 1 == len(cells) else "", flush=True)
 
 
+def say_rest(found, pilot, cells):
+    """What the cells that are not there will take, by those of the same world, protocol and rung, the pilot's too."""
+    spent, rest, unknown = {}, 0.0, 0
+    for (label, _, protocol, _, rung, _), seconds in (found.seconds | pilot.seconds).items():
+        spent.setdefault((label, protocol, rung), []).append(seconds)
+    for cell in cells:
+        if cell not in found.values:
+            known = spent.get((cell[0], cell[2], cell[4]))
+            rest, unknown = rest + (np.mean(known) if known else 0.0), unknown + (not known)
+    print(
+        f"the others take about {rest / 3600:.1f} core-hours" + (f", but for {unknown} of a new kind" * bool(unknown))
+    )
+
+
 def report(plan, plan_hash, options, form, experts, cells, protocols, games):
     """Tables of the cells that are there; what they took and what the rest will."""
     found = Found(plan, plan_hash, options.cells, cells)
@@ -423,6 +437,8 @@ def report(plan, plan_hash, options, form, experts, cells, protocols, games):
         spent.setdefault((label, protocol, depth, rung), []).append(seconds)
     for (label, protocol, depth, rung), seconds in sorted(spent.items()):
         print(f"  {label} {protocol} depth {depth} {rung:<18}{np.mean(seconds):8.1f} CPU seconds a cell")
+    pilot = Found(plan, plan_hash, options.cells, cells_of(plan, experts, PILOT, protocols))
+    say_rest(found, pilot, cells)
     if options.json:
         figures = [
             {"name": f"{' '.join(map(str, cell))}", "value": value, "better": "higher"}
