@@ -39,17 +39,18 @@ class Asked:
         return max(agent.depth for agent in self.case.team)
 
 
-def team_of(rng: np.random.Generator, profile: ir.PolicyProfile, team: str, eps: Fraction, radius: Fraction) -> Any:
+def team_of(rng: np.random.Generator, profile: ir.PolicyProfile, claim: Mapping[str, Any]) -> Any:
     """(profile, twin): a team with trees of some kind, and the team before a last change."""
-    policies, marks = profile.team(team), [mark.name for mark in profile.world.landmarks]
-    low, high = float(eps) + 0.001, float(radius - eps) - 0.001
+    policies, marks = profile.team(claim["team"]), [mark.name for mark in profile.world.landmarks]
+    eps, radius = claim["eps"], claim["radius"]
+    low, high = float(claim["margin"] + eps) + 0.001, float(radius - eps) - 0.001
     room = (low, high) if low < high else (0.01, 0.05)
     if rng.random() < 0.04:  # a test at the radius itself, which machine arithmetic rounds
         room = (float(radius), float(radius))
     kind, trees = rng.random(), dict[str, ir.Tree]()
-    if kind < 0.2:
+    if kind < 0.14:
         trees = {one.agent: teams.grown(teams.wild(rng, one, int(rng.integers(3, 6)))) for one in policies}
-    elif kind < 0.4 and len(policies) == 2 and profile.world.goals:
+    elif kind < 0.34 and len(policies) == 2 and profile.world.goals:
         nodes = teams.switching(rng, policies, marks, room)
         trees = {one.agent: teams.grown(node) for one, node in zip(policies, nodes, strict=True)}
     else:
@@ -58,7 +59,7 @@ def team_of(rng: np.random.Generator, profile: ir.PolicyProfile, team: str, eps:
             extra = int(rng.choice([0, 1, 1, 2]))
             trees[one.agent] = teams.grown(teams.role(rng, one, marks[order[number]], extra, room))
     whole = teams.with_trees(profile, trees)
-    if kind < 0.2 or rng.random() < 0.65:
+    if kind < 0.14 or rng.random() < 0.78:
         return whole, whole
     one = policies[int(rng.integers(len(policies)))]
     wrong = teams.changed(rng, trees[one.agent], len(one.actions))
@@ -74,7 +75,7 @@ def drawn(seed: int) -> Asked:
     team = teams.TEAMS[world.split(",")[0]]
     claim = claims.drawn(rng, profile, team)
     semantics = REAL if rng.random() < 0.12 else MACHINE
-    made, twin = team_of(rng, profile, team, claim["eps"], claim["radius"] or Fraction(1, 10))
+    made, twin = team_of(rng, profile, claim)
     if rng.random() < (0.3 if semantics == REAL else 0.02) and (found := regions.sliver(rng, made, team)):
         region, agent, action = found
         claim |= {"name": "formula", "of": "", "eps": Fraction(0), "assume": None, "landmarks": (), "mixed": False}
