@@ -8,6 +8,8 @@ Does not: find claims by name (catalogue.py), read files (files.py) or decide.
 from collections.abc import Mapping
 from dataclasses import KW_ONLY, dataclass, field
 from fractions import Fraction
+from functools import cache
+from itertools import combinations
 from typing import ClassVar, Literal
 
 from codegen.errors import InputError
@@ -167,17 +169,19 @@ class NoDouble(DecisionClaim):
         """What is claimed where the assumption holds. InputError for a team of one."""
         team, landmarks = profile.team(self.team), _landmarks(profile)
 
-        def only(policy: AgentPolicy, landmark: str) -> Formula:
+        @cache  # each is part of a claim about every other agent
+        def not_only(agent: int, landmark: str) -> Formula:
+            policy = team[agent]
             others = (negated(closing(policy, other, self.margin)) for other in landmarks if other != landmark)
-            return conjunction(closing(policy, landmark, self.margin), *others)
+            return negated(conjunction(closing(policy, landmark, self.margin), *others))
 
         if len(team) < 2:
             raise InputError(
                 "no_double is about teams of two or more", f"team {self.team}", "it says nothing about a single agent"
             )
-        pairs = [(a, b) for index, a in enumerate(team) for b in team[index + 1 :]]
+        pairs = combinations(range(len(team)), 2)
         return conjunction(
-            *(negated(conjunction(only(a, landmark), only(b, landmark))) for a, b in pairs for landmark in landmarks)
+            *(disjunction(not_only(a, landmark), not_only(b, landmark)) for a, b in pairs for landmark in landmarks)
         )
 
 

@@ -45,6 +45,7 @@ from verify.states.state import (
 
 SLACKS = tuple(Fraction(1, 2**power) for power in (3, 4, 5, 7, 10, 20, 40))
 SPACED_SLACKS = 3  # so many of the slacks are first tried with all entities SPACE apart, which reads better
+MAX_SPACED = 100  # pairs of entities; to keep more of them apart takes a solver minutes
 SPACE = Fraction(1, 5)
 MAX_REFEREED = 50  # sampled violations that the referee looks at, at most
 MAX_PLACES = 12  # decimal places that shrinking tries before it keeps all digits
@@ -114,10 +115,16 @@ def confirmed(question: DecisionQuestion, goal: str | None, answer: Answer) -> t
 
 
 def _candidates(question: DecisionQuestion, goal: str | None, answer: Answer) -> Iterator[tuple[State | None, int]]:
-    """Points that may violate the claim, with the resource units that each took."""
+    """Points that may violate the claim, with the resource units that each took; no more than a query's for all
+    stronger questions together.
+    """
+    left = question.budgets.solver_units
     for stronger, slack in _stronger(question):
-        inner = ask(query(stronger, goal, slack), question.budgets.solver_units)
+        inner = ask(query(stronger, goal, slack), left)
         yield _nearest(question, inner, goal), inner.resources
+        left -= inner.resources
+        if left <= 0:
+            break
     yield _nearest(question, answer, goal), 0
     if question.semantics == REAL and answer.model is not None:
         yield from _failing_in_both(question, goal)
@@ -188,7 +195,8 @@ def _stronger(question: DecisionQuestion) -> Iterator[tuple[DecisionQuestion, Fr
     entities = [entity.name for entity in world.agents + world.landmarks]
     pairs = tuple((a, b, SPACE) for index, a in enumerate(entities) for b in entities[index + 1 :])
     spaced = question.within(replace(region, apart=region.apart + pairs))
-    yield from ((spaced, slack) for slack in SLACKS[:SPACED_SLACKS])
+    if len(pairs) <= MAX_SPACED:
+        yield from ((spaced, slack) for slack in SLACKS[:SPACED_SLACKS])
     yield from ((question, slack) for slack in SLACKS)
 
 
