@@ -85,7 +85,7 @@ class Question(Generic[About]):
         conjunction of claims about several; else this one. What is about one agent needs no dividing.
         """
         parts, everybody = conjuncts(self.formula), agents(self.formula)
-        largest = max(len(agents(part)) for part in parts)
+        largest = max((len(agents(part)) for part in parts), default=0)  # nothing to fail: no parts
         if len(everybody) <= MAX_TOGETHER or not 1 < largest < len(everybody):
             return (self,)
         claim = self.claim

@@ -67,28 +67,17 @@ def verify(
       [apart]
       "landmark_0 - landmark_1" = 0.2
     """
-    from codegen.errors import InputError
     from maviper.cli.results import exit_code, say_results
-    from maviper.files import runs
     from maviper.files.profiles import load
     from maviper.verification.ask import VerifyOptions, questions
-    from maviper.verification.places import ensure_free
     from maviper.verification.run import verified
     from verify.progress import listening
 
     console, asking = console_of(context), VerifyOptions(**options).checked()
     loaded = load(profile)
     found = questions(loaded, profile.name, asking)
-    if output is not None and asking.cells is not None:
-        ensure_free(output, found, asking)
-    for folder in (output, asking.smt):
-        if folder is not None:
-            runs.folder(folder)
-    if asking.smt is not None:
-        _write_queries(asking.smt, loaded, found, asking, console)
+    _folders(output, loaded, found, asking, console)
     if asking.verdict_only:
-        if output is not None:
-            raise InputError("--verdict-only writes no report", "-o", "leave one of them out")
         return _verdicts(found, as_json)
     with console.following("deciding") as listener, listening(listener):
         done = verified(loaded, found, asking, lambda result: say_results(loaded, [result], console))
@@ -102,6 +91,29 @@ def verify(
         console.line("interrupted", f"{len(done.results)} of {len(found)} claims were decided")
         raise KeyboardInterrupt
     return exit_code([result.verdict for result in done.results])
+
+
+def _folders(
+    output: Path | None,
+    profile: "PolicyProfile",
+    asked: "Sequence[Asked]",
+    options: "VerifyOptions",
+    console: "Console",
+) -> None:
+    """Folders for what will be written, before anything is decided; the queries to the solver at once."""
+    from codegen.errors import InputError
+    from maviper.files import runs
+    from maviper.verification.places import ensure_free
+
+    if output is not None and options.verdict_only:
+        raise InputError("--verdict-only writes no report", "-o", "leave one of them out")
+    if output is not None and options.cells is not None:
+        ensure_free(output, asked, options)
+    for folder in (output, options.smt):
+        if folder is not None:
+            runs.folder(folder)
+    if options.smt is not None:
+        _write_queries(options.smt, profile, asked, options, console)
 
 
 def _verdicts(asked: "Sequence[Asked]", as_json: bool) -> int:

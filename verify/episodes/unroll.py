@@ -24,11 +24,10 @@ from typing import NamedTuple
 import numpy as np
 
 from codegen import ir
-from codegen.errors import InputError
 from codegen.floats import deciding_double
 from codegen.ir import AgentPolicy, Bool, Float64, PolicyProfile, WorldSpec
-from verify.episodes.contacts import Body, Contacts, colliders, contacts_of, farthest, fastest, known, neglected
-from verify.episodes.zones import AXES, GRID_SLACK, LIMIT, SCALE, SLACK, ZERO, Int8, Int64, Zones, constrained
+from verify.episodes.contacts import Body, Contacts, colliders, contacts_of, known
+from verify.episodes.zones import AXES, GRID_SLACK, LIMIT, SCALE, ZERO, Int8, Int64, Zones, constrained
 from verify.progress import tell
 from verify.zones.tables import BeyondZonesError
 
@@ -219,27 +218,6 @@ def _line(function: str, threshold: float) -> tuple[float, bool] | bool:
 def _grid(value: float) -> int:
     """A number in 1 / SCALE, rounded up; beyond LIMIT, where no position is, LIMIT."""
     return -int(-Fraction(min(max(value, -LIMIT), LIMIT)) * SCALE // 1)
-
-
-def ensure_exact(world: WorldSpec, steps: int, largest: Fraction, push: float) -> None:
-    """InputError unless the relaxation of tests covers all rounding, and numbers keep below LIMIT.
-
-    `largest`: the region's largest coordinate; `push`: the most that an action adds to a velocity on an axis.
-    """
-    reach, speed, place = 0.0, 0.0, 0.0
-    for _ in range(steps):
-        place += speed * world.dt
-        speed = speed * (1 - world.damping) + push
-        reach = max(reach, speed)
-    size = float(largest) + place
-    apart = steps * (2.0**-45 + 2.0**-53 * size + 3 * steps * world.dt * 2.0**-53 * reach) + neglected(world, steps)
-    most = max(size + farthest(world, steps), reach + fastest(world, steps))
-    if not (2 * apart + 2.0**-50 * size <= SLACK and most <= LIMIT / 8):
-        raise InputError(
-            f"rounding over {steps} steps from positions up to {float(largest):g} may exceed what the proof allows for",
-            "--steps",
-            "ask for fewer steps or a smaller region",
-        )
 
 
 # --- following the zones

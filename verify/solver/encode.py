@@ -6,14 +6,8 @@ Does not: share the arithmetic of thresholds with codegen or with any other engi
 
 A sum of more than two coordinates rounds after each addition. Its exact sum plus an unknown of bounded size stands for
 it, so that what is proved is proved; an answer is a candidate, which the referee judges.
-
-Machine rounding: a difference d of two float64 positions is observed as fl32(fl64(d)). Rounding is monotone, so
-"fl32(fl64(d)) <= t" is a half line of d. Its end is where the second rounding ties, then where the first one does; a
-tie belongs to it iff the lower neighbour has an even significand. Replacing the threshold by that end makes the
-question over the reals the machine's own question.
 """
 
-import struct
 from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 from functools import lru_cache, partial
@@ -28,62 +22,12 @@ from codegen.ir import AgentPolicy, FeatureSpec, PolicyProfile
 from verify.claims.formula import TRUE, And, Formula, Linear, Or, agents, for_goal, given, negated, normal, tightened
 from verify.claims.region import MACHINE, REAL, Region
 from verify.question import DecisionQuestion
+from verify.solver.halflines import HalfLine, half_line, last_double
 from verify.states.state import error_name, measurable
 
 MAX_KNOWN = 1 << 15  # tests that are kept for the next query: the other goals', the control's
 UNDERFLOW = Fraction(1, 2**1000)  # more than all products with a weight can lose
 ROUNDED_ONCE = 2  # a sum of so many coordinates rounds once before it becomes a float32
-
-
-class HalfLine(NamedTuple):
-    """All d with d <= end, or d < end when `strict`."""
-
-    end: Fraction
-    strict: bool
-
-
-class _Format(NamedTuple):
-    code: str  # struct codes of the float and of the integer with the same bits
-    bits: str
-    overflow: Fraction  # what the next value after the largest finite one would be
-
-
-_SINGLE = _Format("<f", "<i", Fraction(2) ** 128)
-_DOUBLE = _Format("<d", "<q", Fraction(2) ** 1024)
-
-
-def _rank(value: float, form: _Format) -> int:
-    """Position of a float in the order of its format: 0 for 0.0, neighbours differ by one."""
-    (bits,) = struct.unpack(form.bits, struct.pack(form.code, value))
-    return bits if bits >= 0 else -(bits & (2 ** (8 * struct.calcsize(form.code) - 1) - 1))
-
-
-def _value(rank: int, form: _Format) -> Fraction:
-    """The float at a position, exactly; one past the largest finite float stands for the value that would follow."""
-    (value,) = struct.unpack(form.code, struct.pack(form.bits, abs(rank)))
-    if value in (float("inf"), float("-inf")):
-        return form.overflow if rank > 0 else -form.overflow
-    return Fraction(value) if rank >= 0 else -Fraction(value)
-
-
-def _rounded_at_most(rank: int, form: _Format) -> HalfLine:
-    """All real numbers that round to a float not above the one at `rank`, ties to even."""
-    middle = (_value(rank, form) + _value(rank + 1, form)) / 2
-    return HalfLine(middle, strict=rank % 2 != 0)
-
-
-@lru_cache(maxsize=MAX_KNOWN)
-def half_line(threshold: float) -> HalfLine:
-    """The differences d with fl32(fl64(d)) <= `threshold` (a float32)."""
-    single = _rounded_at_most(_rank(threshold, _SINGLE), _SINGLE)
-    # midpoints of neighbouring float32 values are float64 values
-    rank = _rank(float(single.end), _DOUBLE) - (1 if single.strict else 0)
-    return _rounded_at_most(rank, _DOUBLE)
-
-
-def last_double(threshold: float) -> HalfLine:
-    """The float64 values z with fl32(z) <= `threshold`: for a feature that is one coordinate, rounded once."""
-    return _rounded_at_most(_rank(threshold, _SINGLE), _SINGLE)
 
 
 class Query(NamedTuple):

@@ -122,7 +122,7 @@ def test_commands_without_runs_are_run_again(capsys, monkeypatch, tmp_path):
         assert told(capsys, *extract(place)) == exits.RESUME
     (tmp_path / "profile.json").write_text(dumps(team(small_profile(), towards(0, 0), towards(1, 1))))
     for name, stops, arguments in (
-        ("verify", "maviper.verification.run.verify_claims", [tmp_path / "profile.json", "-o", place]),
+        ("verify", "maviper.verification.run.one_by_one", [tmp_path / "profile.json", "-o", place]),
         ("repair", "maviper.verification.repair.repair", [tmp_path / "profile.json", "-o", place]),
         ("compile", "maviper.compilation.run.compile_profile", [tmp_path / "profile.json", "-o", place]),
         ("show", "maviper.evaluation.show.rules", [tmp_path / "profile.json"]),
@@ -185,7 +185,7 @@ def closed():
     os.close(writer)
 
 
-WRITTEN = [["verify", PROVED], ["show", PROVED], ["guide"], ["--help"], ["verify", "--list"], ["worlds", "list"]]
+WRITTEN = [["verify", "-v", PROVED], ["show", PROVED], ["guide"], ["--help"], ["verify", "--list"], ["worlds", "list"]]
 COMMANDS = [[name, "--help"] for names in main.NAMES.values() for name in names]
 
 
@@ -208,5 +208,5 @@ def test_a_full_standard_error_gives_no_verdict(full):
 
 @pytest.mark.parametrize("stream", ["stdout", "stderr"])
 def test_a_closed_pipe_gives_no_verdict_and_no_words(stream, closed):
-    code, said = ended({stream: closed}, ["verify", PROVED])
+    code, said = ended({stream: closed}, ["verify", "-v", PROVED])
     assert code == ExitCode.MISSING and "error" not in said
