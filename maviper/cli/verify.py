@@ -129,7 +129,8 @@ def _verdicts(asked: "Sequence[Asked]", as_json: bool) -> int:
         told = {"verdict": verdict.value, "property": one.claim.shown, "team": one.claim.team}
         found.append(told | {"region": one.region.name, "reason": reason})
         if not as_json:
-            of = f"{one.claim.shown} of the {one.claim.team}, region {one.region.name or 'given'}"
+            named = one.claim.label or f"{one.claim.name} of the {one.claim.team}"
+            of = f"{named}, region {one.region.name or 'given'}"
             say(f"{verdict.value:<11} {of}" + (f": {reason}" if reason else ""))
     if as_json:
         click.echo(json.dumps({"results": found}, indent=2))

@@ -28,7 +28,7 @@ from maviper.experts.finding import NONE, find_expert
 from maviper.extraction.algorithms import extract
 from maviper.extraction.settings import Settings
 
-EXPERTS = "cooperative-navigation@clone,cooperative-navigation@reward,cooperative-navigation@fixed-roles"
+EXPERTS = "cooperative-navigation@clone,cooperative-navigation,cooperative-navigation@fixed-roles"
 GROUPS = "none,differences,ahead,ahead+differences,coasting,coasting+differences"
 COARSE = {"iterations": 3, "rollouts": 200, "refinement": 20_000}
 FULL = {"iterations": 8, "rollouts": 400}

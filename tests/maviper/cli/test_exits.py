@@ -185,7 +185,14 @@ def closed():
     os.close(writer)
 
 
-WRITTEN = [["verify", "-v", PROVED], ["show", PROVED], ["guide"], ["--help"], ["verify", "--list"], ["worlds", "list"]]
+WRITTEN = [
+    ["verify", "--json", PROVED],
+    ["show", PROVED],
+    ["guide"],
+    ["--help"],
+    ["verify", "--list"],
+    ["worlds", "list"],
+]
 COMMANDS = [[name, "--help"] for names in main.NAMES.values() for name in names]
 
 
@@ -208,5 +215,5 @@ def test_a_full_standard_error_gives_no_verdict(full):
 
 @pytest.mark.parametrize("stream", ["stdout", "stderr"])
 def test_a_closed_pipe_gives_no_verdict_and_no_words(stream, closed):
-    code, said = ended({stream: closed}, ["verify", "-v", PROVED])
+    code, said = ended({stream: closed}, ["verify", "--json", PROVED])
     assert code == ExitCode.MISSING and "error" not in said

