@@ -18,6 +18,7 @@ pytestmark = pytest.mark.solver
 
 JUDGING = ("reading", "meaning", "places", "judge", "playing")
 SLICE = {"decisions": 300, "episodes": 60}  # about a minute in all
+LEAST = {"decisions": 0.3, "episodes": 0.2}  # of each verdict: a third in the long run, a few of sixty by chance
 FOUND_WITHIN = 2_000  # questions
 OUTSIDE = 200  # questions for another solver
 
@@ -30,7 +31,8 @@ def test_a_slice_finds_nothing_wrong(kind, capsys):
         print()
         record.show()
     assert record.counts["asked"] == SLICE[kind] and record.wrong == []
-    assert record.share("proved, not vacuous") >= 0.3 and record.share("verdict VIOLATED") >= 0.3
+    least = LEAST[kind]
+    assert record.share("proved, not vacuous") >= least and record.share("verdict VIOLATED") >= least
     assert record.median_depth >= 4
 
 

@@ -16,6 +16,7 @@ from verify.counterexamples import search
 from verify.episodes import certificates as making
 from verify.episodes import unroll
 from verify.question import DecisionQuestion
+from verify.states import shares
 from verify.verdicts import decisions as judging
 
 
@@ -53,7 +54,7 @@ def _nobody(patch: Any) -> None:
 
 def _real(patch: Any) -> None:
     """States that violate a claim in real arithmetic are sought by it, but judged and simplified by the machine's."""
-    violates, violating, shortfall, confirmed = search.violates, search.violating, search.shortfall, search.confirmed
+    violates, violating, shortfall, confirmed = search.violates, shares.violating, search.shortfall, search.confirmed
 
     def float_states_only(question: DecisionQuestion, *given: Any) -> Any:
         try:
@@ -62,7 +63,8 @@ def _real(patch: Any) -> None:
             return None, 0
 
     patch.setattr(search, "violates", lambda question, state: violates(question.by(MACHINE), state))
-    patch.setattr(search, "violating", lambda question, states: violating(question.by(MACHINE), states))
+    patch.setattr(search, "drawn", shares.drawn.__wrapped__)  # nothing that was drawn without the fault
+    patch.setattr(shares, "violating", lambda question, states: violating(question.by(MACHINE), states))
     patch.setattr(search, "shortfall", lambda question, state: shortfall(question.by(MACHINE), state))
     patch.setattr(search, "_failing_in_both", lambda *given: [])
     patch.setattr(search, "_settled", lambda question, goal, model: (None, 0))

@@ -51,7 +51,7 @@ class Outcome:
     # a point of the region, so that it is not empty
     inhabitant: Mapping[str, Fraction] = field(default_factory=dict[str, Fraction])
     reason: str = ""
-    part: DecisionQuestion | None = None  # of the question, that fails at the point
+    part: DecisionQuestion | None = field(default=None, compare=False)  # of the question, that fails at the point
 
 
 @dataclass(frozen=True)

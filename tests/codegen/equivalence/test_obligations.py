@@ -79,7 +79,7 @@ def test_an_answer_is_an_observation_that_shows_the_fault(style, profile):
 def test_an_answer_about_doubles_shows_the_fault(profile):
     profile = with_trees({"agent_0": tree((0, 0.1, 1, 2), 1, 2)}, profile)
     (module,) = emit(profile, ["python"]).values()
-    changed = re.sub(r"(?<=\)\) <= )0\.1\d+(?=:)", repr(float(np.float32(0.1))), module)
+    changed = re.sub(r"(?<=\)\) <= )0\.1000\d+(?=:)", repr(float(np.float32(0.1))), module)
     asked = {each.agent: each for each in obligations.about_python(changed, profile, lower(profile))}["agent_0"]
     from verify.solver.solve import ask_bits
 

@@ -40,7 +40,7 @@ from verify.repair import search
 from verify.solver import leaves
 from verify.solver.decide import decide
 from verify.states.episodes import at_rest, playable
-from verify.states.state import violates
+from verify.states.state import State, violates
 from verify.verdicts import decisions, episodes
 
 pytestmark = pytest.mark.solver
@@ -75,7 +75,7 @@ def test_no_formula_of_a_users_and_no_repair_is_about_nobody():
         lambda: checked(PAIR, own),
         lambda: decisions.verify(Question(PAIR, own, everywhere(PAIR)), {}),
         lambda: search.repair(Question(PAIR, DistinctTargets("nobody"), everywhere(PAIR))),
-        lambda: violates(from_start(PAIR, own), None),
+        lambda: violates(from_start(PAIR, own), State({}, None)),
     ):
         with pytest.raises(UnknownNameError, match="unknown team 'nobody'"):
             ask()
