@@ -9,6 +9,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+MAX_DIGITS = 18  # that a float has
 Z95 = 1.959963984540054  # two-sided 95 % quantile of the normal distribution
 
 
@@ -50,8 +51,10 @@ class Share:
 
 
 def percent(value: float, whole: float = 1) -> str:
-    """A part of `whole` in words."""
-    return f"{100 * value / whole:.3g} %"
+    """A part of `whole` in words: with three digits, and with as many more as keep what is less than all from 100 %."""
+    found = 100 * value / whole
+    rounded = (f"{found:.{digits}g}" for digits in range(3, MAX_DIGITS))
+    return f"{next((text for text in rounded if text != '100' or value >= whole), found)} %"
 
 
 def sampled(share: Mapping[str, float], of: str = "", what: str = "state") -> str:

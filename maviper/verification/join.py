@@ -207,6 +207,7 @@ def question_files(questions: Sequence[Question[Claim]]) -> dict[str, str]:
                     region=called(question.profile, question.region) or "given",
                     goal=goal,
                     semantics=question.semantics,
+                    exact=made.exact,
                     text=smt_lib(made),
                 )
     return files

@@ -26,6 +26,7 @@ from verify.states.real import written_all
 from verify.states.state import State, exact_point, inside, leaves_at, nearest, violates
 
 ONLY_REAL = "a real-valued world state fails in other leaves; no float64 state near it was found that does"
+ONLY_ROUNDED = "rounding within sums may make it fail in other leaves; no float64 state was found in which it does"
 
 
 class Unique(Enum):
@@ -42,7 +43,7 @@ class Uniqueness:
 
     answer: Unique
     goals: tuple[str | None, ...] = ()  # ONLY: those for which the claim can fail there (None without goals)
-    open_goals: tuple[str | None, ...] = ()  # ONLY: goals for which the budget ended before this was known
+    open_goals: tuple[str | None, ...] = ()  # ONLY: goals for which this was not settled
     other: State | None = None  # OTHERS: a world state that fails in other leaves
     leaves: tuple[tuple[str, int], ...] = ()  # OTHERS: agent -> its leaf there
     reason: str = ""  # OPEN
@@ -103,7 +104,7 @@ def unique(question: DecisionQuestion, state: State) -> Uniqueness:
         if exact.holds is None:
             reasons.append(f"goal {goal or 'none'}: {exact.reason} after {exact.resources} resource units")
         if exact.holds:
-            reasons.append(ONLY_REAL)
+            reasons.append(ONLY_REAL if search.exact else ONLY_ROUNDED)
     if reasons:
         return Uniqueness(Unique.OPEN, reason="; ".join(dict.fromkeys(reasons)), resources=search.spent)
     return search.only(state.goal)
@@ -116,8 +117,10 @@ class _Search:
     question: DecisionQuestion
     leaves: Mapping[str, int]
     spent: int = 0
+    exact: bool = True  # as of all its queries
 
     def _ask(self, query: Query) -> Answer:
+        self.exact = self.exact and query.exact
         answer = ask(query, self.question.budgets.solver_units)
         self.spent += answer.resources
         return answer
@@ -163,6 +166,7 @@ class _Search:
         for other in self.question.goals:
             if other != goal:
                 answer = self._ask(there(self.question, other, self.leaves))
-                found += [other] if answer.holds else []
-                missing += [other] if answer.holds is None else []
+                certain = answer.holds is False or (answer.holds and self.exact)
+                found += [other] if answer.holds and certain else []
+                missing += [] if certain else [other]
         return Uniqueness(Unique.ONLY, goals=tuple(found), open_goals=tuple(missing), resources=self.spent)

@@ -356,7 +356,7 @@ def _extent(facts: Mapping[str, Any]) -> str:
     parts: list[str] = []
     if facts["of_start"] is not None:
         whole = "it" if facts["region_name"] == START else "the start region"
-        parts.append(f"{percent(facts['of_start']['share'])} of {whole}")
+        parts.append(shares.extent_words(facts["of_start"], whole))
     if facts.get("visited"):
         parts.append(f"{percent(facts['visited']['inside'], facts['visited']['states'])} of the states met")
     return f" ({', '.join(parts)})" if parts else ""

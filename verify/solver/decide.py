@@ -26,6 +26,7 @@ class Decision:
     answer: Answer | None = None
     reason: str = ""
     part: DecisionQuestion | None = None  # of the question, that the answer is about
+    exact: bool = True  # as of the query: else the answer may be no violation
 
 
 def decide(question: DecisionQuestion, goals: Sequence[str | None] | None = None) -> Decision:
@@ -38,10 +39,11 @@ def decide(question: DecisionQuestion, goals: Sequence[str | None] | None = None
         return Decision(Verdict.VACUOUS, spent, reason=nothing)
     open_reasons: list[str] = []
     for goal, part in product(question.goals if goals is None else goals, question.parts):
-        answer = ask(query(part, goal), question.budgets.solver_units)
+        asked = query(part, goal)
+        answer = ask(asked, question.budgets.solver_units)
         spent += answer.resources
         if answer.holds:
-            return Decision(Verdict.VIOLATED, spent, goal, answer, part=part)
+            return Decision(Verdict.VIOLATED, spent, goal, answer, part=part, exact=asked.exact)
         if answer.holds is None:
             open_reasons.append(f"goal {goal or 'none'}: {answer.reason} after {answer.resources} resource units")
     if open_reasons:

@@ -36,6 +36,7 @@ class Query(NamedTuple):
     goal: str | None
     variables: dict[str, z3.ArithRef]
     constraints: list[z3.BoolRef]
+    exact: bool = True  # whether every answer is one; else rounding may keep the state from doing what was asked
 
 
 def number(value: Fraction) -> z3.ArithRef:
@@ -84,7 +85,7 @@ def _failing(
 def in_both(question: DecisionQuestion, goal: str | None, slack: Fraction = Fraction(0)) -> Query:
     """As `query`, in which the claim fails in real arithmetic and in the deployed one."""
     real, machine = (query(question.by(semantics), goal, slack) for semantics in (REAL, MACHINE))
-    return Query(goal, real.variables | machine.variables, [*real.constraints, *machine.constraints])
+    return Query(goal, real.variables | machine.variables, [*real.constraints, *machine.constraints], machine.exact)
 
 
 def region_only(region: Region, assume: Formula = TRUE, goal: str | None = None) -> Query:
@@ -167,7 +168,8 @@ class _Encoder:
 
     def query(self, *facts: z3.BoolRef) -> Query:
         """That these facts hold in some world state of the region, errors within their bounds."""
-        return Query(self._goal, self.variables, [*_region(self._region, self.at), *self.noise, *facts])
+        bounds = [*_region(self._region, self.at), *self.noise]
+        return Query(self._goal, self.variables, [*bounds, *facts], exact=not self._roundings)
 
     def encoded(self, claim: Formula) -> z3.BoolRef:
         """The formula. Where it speaks of one agent's actions only, it follows that agent's tree."""

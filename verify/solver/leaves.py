@@ -24,6 +24,8 @@ from verify.states.shares import SAMPLE_SEED, SAMPLES
 from verify.states.state import State, exact_point, inside, leaf_at, nearest, reached, sample, state_at
 
 SLACKS = tuple(Fraction(1, 2**power) for power in (4, 7, 10, 20, 40))  # room inside the leaf's cell, for a witness
+ONLY_REAL = "only a real-valued world state was found to reach it"
+ONLY_ROUNDED = "rounding within sums may take a world state there; no float64 state was found that reaches it"
 MAX_TRIED = 5  # sampled states of a leaf that are looked at exactly
 
 
@@ -103,7 +105,7 @@ def _asked(question: DecisionQuestion, policy: AgentPolicy, leaf: int) -> tuple[
             if not _reaches(question, policy, leaf, state):
                 raise AssertionError(f"the referee does not confirm that {state} reaches leaf {leaf}")
             return Verdict.PROVED, state, "", spent + more
-        reasons.append("only a real-valued world state was found to reach it")
+        reasons.append(ONLY_REAL if asked().exact else ONLY_ROUNDED)
     if reasons:
         return Verdict.UNKNOWN, None, "; ".join(reasons), spent
     return Verdict.VIOLATED, None, "", spent

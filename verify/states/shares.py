@@ -8,7 +8,7 @@ Does not: prove anything; the solver's verdict stands on its own.
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import lru_cache
 from itertools import product
@@ -16,7 +16,7 @@ from itertools import product
 import numpy as np
 
 from codegen.errors import InputError
-from codegen.intervals import Share
+from codegen.intervals import Share, percent
 from codegen.ir import AgentPolicy, Bool, Float64, Int32, PolicyProfile
 from verify.claims.decisions import DecisionClaim, engaged
 from verify.claims.formula import TRUE, And, Batch, Formula, agents, disjunction, given
@@ -66,7 +66,8 @@ def measure(question: DecisionQuestion, seed: int, count: int = SAMPLES) -> Shar
 def of_start(profile: PolicyProfile, region: Region) -> dict[str, float | bool] | None:
     """The region's share of the start region, by volume, as plain data. None where there is no start region.
 
-    Exact for a box; else the share of its box, times the sampled share of the box that keeps differences and distances.
+    Exact for a box; else the share of what its box has in common with the start region, times the sampled share of that
+    which keeps differences and distances.
     """
     try:
         start = everywhere(profile)
@@ -75,14 +76,22 @@ def of_start(profile: PolicyProfile, region: Region) -> dict[str, float | bool] 
     share = Fraction(1)
     if start.goals:
         share *= Fraction(len(set(region.goals) & set(start.goals)), len(start.goals))
+    common = dict(region.box)
     for name, whole in start.box.items():
-        share *= _overlap(region.box.get(name, whole), whole)
-    if not region.differences and not region.apart:
+        mine = region.box.get(name, whole)
+        share *= _overlap(mine, whole)
+        common[name] = max(mine[0], whole[0]), min(mine[1], whole[1])
+    if not share or not (region.differences or region.apart):
         return {"share": float(share), "low": float(share), "high": float(share), "exact": True}
-    within, _ = sample(region, profile.world, SAMPLES, SAMPLE_SEED)
+    within, _ = sample(replace(region, box=common), profile.world, SAMPLES, SAMPLE_SEED)
     kept = Share(len(within), SAMPLES)
     found = zip(("share", "low", "high"), (kept.value, *kept.interval), strict=True)
     return {**{name: round(float(share) * part, 12) for name, part in found}, "exact": False}
+
+
+def extent_words(share: Mapping[str, float | bool], whole: str) -> str:
+    """The document of `of_start` in words."""
+    return f"{'' if share['exact'] else 'about '}{percent(share['share'])} of {whole}"
 
 
 def _overlap(mine: Interval, whole: Interval) -> Fraction:

@@ -27,6 +27,9 @@ from verify.states.state import State
 from verify.verdicts.margins import Margin, room
 from verify.verdicts.opinions import Opinion, Zoned, agreeing, by_zones, largest_eps
 
+ONLY_REAL = "a real-valued world state violates the claim; no float64 state near it was found that does"
+ONLY_ROUNDED = "rounding within sums may make the claim fail; no float64 state was found in which it does"
+
 
 @dataclass(frozen=True)
 class Visited:
@@ -97,7 +100,7 @@ def verify(
     steady = verdict is Verdict.PROVED and claim.eps and zoned.certificate is not None
     control = Verdict.SKIPPED
     if verdict in (Verdict.PROVED, Verdict.VIOLATED):
-        control = decide(beside.control).verdict
+        control = _shuffled(beside.control)
     return Result(
         claim=claim,
         region=question.region,
@@ -143,6 +146,15 @@ def _judged(question: DecisionQuestion) -> tuple[Zoned, tuple[Verdict, str, int,
     return zoned, settled
 
 
+def _shuffled(control: DecisionQuestion) -> Verdict:
+    """The verdict on the control; UNKNOWN where rounding within sums alone may make its state a violation."""
+    found = decide(control)
+    if found.answer is None or found.exact:
+        return found.verdict
+    state, _ = confirmed(found.part or control, found.goal, found.answer)
+    return Verdict.UNKNOWN if state is None else found.verdict
+
+
 def _ensure_none_violates(question: DecisionQuestion) -> None:
     """AssertionError for a sampled violation of a proved claim, if the referee confirms one: float64 sampling may
     misjudge a state on a boundary.
@@ -183,7 +195,7 @@ def _alive(question: DecisionQuestion, visited: Visited | None) -> Result:
 
 def _settled(question: DecisionQuestion, zoned: Zoned) -> tuple[Verdict, str, int, State | None, Opinion]:
     """Verdict, reason, resources, for VIOLATED a confirmed point (goal after goal until one is), and Z3's opinion."""
-    goals, only_real = list(question.goals), False
+    goals, only_real = list(question.goals), ""
     decided = zoned.opinion.verdict in (Verdict.PROVED, Verdict.VIOLATED)
     units = question.budgets.second if decided else question.budgets.solver_units
     decision = decide(question.spending(solver_units=units), goals)
@@ -201,11 +213,10 @@ def _settled(question: DecisionQuestion, zoned: Zoned) -> tuple[Verdict, str, in
             state = near(question, decision.goal, zoned.state)
         if state is not None:
             return Verdict.VIOLATED, "", spent, state, second
-        only_real = True
+        only_real = ONLY_REAL if decision.exact else ONLY_ROUNDED
         goals = goals[goals.index(decision.goal) + 1 :]
         decision = decide(question, goals)
         spent += decision.resources
     if only_real and decision.verdict in (Verdict.PROVED, Verdict.UNKNOWN):
-        reason = "a real-valued world state violates the claim; no float64 state near it was found that does"
-        return Verdict.UNKNOWN, reason, spent, None, second
+        return Verdict.UNKNOWN, only_real, spent, None, second
     return decision.verdict, decision.reason, spent, None, second

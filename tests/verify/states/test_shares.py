@@ -1,5 +1,6 @@
 """Shares of a region: the conflict share against trying every joint action, and teams with too many of these."""
 
+from dataclasses import replace
 from fractions import Fraction
 from itertools import product
 
@@ -7,6 +8,7 @@ import numpy as np
 import pytest
 
 from codegen.errors import InputError
+from codegen.intervals import percent
 from maviper.worlds import find
 from tests.verify.zone_cases import navigation
 from verify.claims.catalogue import find_property
@@ -17,7 +19,7 @@ from verify.claims.matching import matched, matchings, preventable
 from verify.claims.region import everywhere
 from verify.question import Question, from_start
 from verify.states import shares
-from verify.states.shares import SAMPLE_SEED, conflicts
+from verify.states.shares import SAMPLE_SEED, conflicts, extent_words, of_start
 from verify.states.state import sample
 
 POINTS = 60
@@ -82,6 +84,28 @@ def test_preventable_is_what_trying_all_choices_finds():
         allowed = np.logical_and.reduce([one for one, _ in joint])
         wanted |= allowed & ~matched(np.stack([related for _, related in joint], axis=1))
     assert (preventable(choices, 3) == wanted).all() and 0 < wanted.sum() < 400
+
+
+def test_the_share_of_the_start_region_counts_only_what_lies_in_it(profile):
+    start = everywhere(profile)
+    wide = {name: (3 * low, 3 * high) for name, (low, high) in start.box.items()}
+    near = replace(start, box=wide, differences=(("agent_0.x", "agent_1.x", (Fraction(-1), Fraction(1))),))
+    found = of_start(profile, near)
+    assert not found["exact"] and found["low"] < 0.75 < found["high"]  # of a square of side 2, less two triangles
+    outside = replace(near, box=wide | {"agent_0.x": (Fraction(2), Fraction(3))})
+    assert of_start(profile, outside) == {"share": 0.0, "low": 0.0, "high": 0.0, "exact": True}
+
+
+def test_less_than_all_is_never_called_100_percent(profile):
+    start = everywhere(profile)
+    smaller = replace(start, box=start.box | {"agent_0.x": (Fraction(-1), Fraction(9998, 10_000))})
+    assert percent(of_start(profile, smaller)["share"]) == "99.99 %"
+    assert [percent(share) for share in (0, 0.123456, 0.9994, 0.9996, 1 - 1e-9, 1)] == [
+        "0 %", "12.3 %", "99.9 %", "99.96 %", "99.9999999 %", "100 %",
+    ]  # fmt: skip
+    assert percent(9_999, 10_000) == "99.99 %" and percent(7, 7) == "100 %"
+    kept = of_start(profile, replace(start, apart=(("agent_0", "agent_1", Fraction(1, 10_000)),)))
+    assert kept["share"] == 1 and extent_words(kept, "it") == "about 100 % of it"
 
 
 def test_more_agents_than_matchings_can_be_listed_for_are_refused():

@@ -8,11 +8,14 @@ import pytest
 
 from codegen import ir
 from codegen.errors import InputError
+from maviper.verification.join import question_files
 from maviper.worlds import find
-from tests.faults import pinned_states, sums_wrong
+from tests.faults import EDGE, SUM, pinned_states, sums_wrong
 from tests.teams import DOWN, LEFT, RIGHT, STAY, UP, tree
 from verify.checker.reading import Reading, RejectedError
 from verify.claims.catalogue import find_episode_claim, find_property
+from verify.claims.decisions import AliveLeaves, OwnFormula
+from verify.claims.formula import Acts, Not
 from verify.claims.region import REAL, Region, Semantics, Verdict, start_region
 from verify.episodes import composition
 from verify.extent.found import BEYOND, where
@@ -86,6 +89,42 @@ def test_what_rounding_does_is_never_proved_away(profile):
     """States in which the exact sum lies on one side of a test and the float64 sum on the other."""
     assert not sums_wrong(profile)
     assert len(list(pinned_states())) >= 5
+
+
+def rounded(profile, *leaves):
+    """The question, at one state, whether agent_0 never goes up, where rounding alone takes it to the second leaf."""
+    state = next(pinned_states())
+    meaning, before = ir.Meaning(tuple(zip((1, -1, 1, -1), SUM, strict=True))), profile.policy("agent_0")
+    place = len(before.features)
+    features = (*before.features, ir.FeatureSpec("sum", "length", -9.0, 9.0, meaning))
+    policy = replace(before, features=features, tree=tree((place, EDGE, 1, 2), leaves[0], (0, 9.0, 3, 4), *leaves[1:]))
+    agents = tuple(policy if one is before else one for one in profile.agents)
+    box = {name: (Fraction(value), Fraction(value)) for name, value in state.position.items()}
+    region = replace(start_region(profile.world), box=box, goals=(state.goal,))
+    claim = OwnFormula("defenders", statement=Not(Acts("agent_0", UP)))
+    return Question(replace(profile, agents=agents), claim, region), state
+
+
+def test_what_rounding_only_may_do_is_called_no_violation(profile):
+    question, state = rounded(profile, UP, STAY, STAY)
+    assert not violates(question, state) and not violates(question.by(REAL), state)
+    for asked in (question, rounded(profile, STAY, STAY, UP)[0]):
+        found = verify(asked, {})
+        assert "real-valued world state violates" not in found.reason
+    opposite = rounded(profile, STAY, UP, STAY)[0]
+    assert verify(opposite, {}).verdict is Verdict.VIOLATED
+    leaves = verify(question.about(AliveLeaves("defenders")), {})
+    assert "rounding within sums may take" in leaves.reason and "real-valued" not in leaves.reason
+    texts = question_files([question, from_start(roles(), find_property("distinct_targets", roles()))]).values()
+    assert all("rounding within sums may" in text and "real-valued" not in text for text in texts)
+
+
+def test_a_control_is_violated_only_where_its_own_state_is_confirmed(profile):
+    """Shuffled, the leaf that the state reaches is good, and the one that it cannot be kept from is bad."""
+    question, state = rounded(profile, STAY, UP, UP)
+    assert violates(question, state) and not violates(question.control, state)
+    found = verify(question, {})
+    assert (found.verdict, found.control) == (Verdict.VIOLATED, Verdict.UNKNOWN)
 
 
 def test_zones_repair_and_where_refuse():
