@@ -39,6 +39,7 @@ LEARNED = {  # networks that learned by reward alone
     "predator-prey": ("predator_prey", (0,), 0),
     "predator-prey,observation=mpe2": ("predator_prey_mpe2", (0,), 0),
 }
+MADDPG = {"physical-deception": ("physical_deception.maddpg", (0,), 0)}  # by the paper's algorithm, reward alone
 CLONE = "clone"
 
 
@@ -56,7 +57,7 @@ def file_of(stem: str, seed: int) -> str:
     return f"{stem}.{seed}.safetensors"
 
 
-SHIPPED = {**_named(LEARNED), **_named(CLONES, CLONE)}
+SHIPPED = {**_named(LEARNED), **_named(MADDPG, "maddpg"), **_named(CLONES, CLONE)}
 
 
 def encode(tensors: Mapping[str, Float32], card: Mapping[str, Any]) -> bytes:
