@@ -34,7 +34,14 @@ if TYPE_CHECKING:
 @asked
 @option("-o", "--output", type=PATH, default=None, section=RESULTS, help="Folder for the report and the certificates.")
 @option("--json", "as_json", is_flag=True, section=RESULTS, help="Print the report as JSON.")
-@option("-v", "--verbose", "full", is_flag=True, section=RESULTS, help="Print the whole report as well.")
+@option(
+    "-v",
+    "--verbose",
+    "full",
+    is_flag=True,
+    section=RESULTS,
+    help="Print the whole report, and the traceback of an error.",
+)
 @option("--verdict-only", is_flag=True, section=RESULTS, help="Print the verdicts alone, in less time.")
 @option("--smt", type=PATH, default=None, section=RESULTS, help="Folder for the queries to Z3, as SMT-LIB.")
 @click.pass_context
