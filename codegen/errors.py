@@ -16,6 +16,7 @@ Does not: cover our own bugs (those stay ordinary exceptions and end in exit cod
 import difflib
 from collections.abc import Iterable
 from enum import IntEnum
+from unicodedata import category
 
 
 class ExitCode(IntEnum):
@@ -93,6 +94,11 @@ def visible(text: str) -> str:
     if text.isprintable():
         return text
     return "".join(each if each.isprintable() or each == "\t" else _escaped(each) for each in text)
+
+
+def steers(text: str) -> bool:
+    """Whether a text holds a control or format character, or the end of a line."""
+    return not text.isprintable() and not STEERING.isdisjoint(map(category, text))
 
 
 def _escaped(letter: str) -> str:

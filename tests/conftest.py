@@ -46,8 +46,21 @@ def expert():
 
 
 @pytest.fixture(scope="session")
+def clone():
+    """A network that imitated the script: fixed roles, which small trees learn, and unlearn, at once."""
+    from maviper.experts import store
+
+    return store.load("physical-deception@clone")[0]
+
+
+@pytest.fixture(scope="session")
 def profile(world, expert) -> ir.PolicyProfile:
     """A real profile, extracted quickly: few iterations, depth 3."""
+    return extracted_quickly(world, expert)
+
+
+def extracted_quickly(world, expert) -> ir.PolicyProfile:
+    """Few iterations, depth 3."""
     from maviper.extraction.algorithms import extract
     from maviper.extraction.settings import Settings
 

@@ -7,19 +7,15 @@ from codegen import policy_json
 from codegen.agreement import selfcheck
 from codegen.targets import emit
 from tests import faults
+from tests.conftest import extracted_quickly
 
 pytestmark = [pytest.mark.compile, pytest.mark.solver]
 
 
 @pytest.fixture(scope="module")
-def profile(world):
+def profile(world, clone):
     """Trees that test many features: of the script's clone, as those of the shipped expert are smaller."""
-    from maviper.experts import store
-    from maviper.extraction.algorithms import extract
-    from maviper.extraction.settings import Settings
-
-    settings = Settings(max_depth=3, iterations=4, rollouts=30, selection_episodes=30)
-    return extract(world, store.load("physical-deception@clone")[0], settings)
+    return extracted_quickly(world, clone)
 
 
 @pytest.mark.parametrize("fault", faults.ALL, ids=lambda fault: fault.name)

@@ -27,7 +27,8 @@ def present():
 
 
 def test_all_files_follow_from_the_extracted_profile(golden):
-    files = handout.handout(handout.toured(load(FOLDER / handout.EXTRACTED / runs.PROFILE_FILE)))
+    profile = load(FOLDER / handout.EXTRACTED / runs.PROFILE_FILE)
+    files = handout.handout(handout.toured(handout.violated(profile), handout.mended(profile)))
     assert set(files) == set(present())
     golden("generated/physical_deception", files)
 

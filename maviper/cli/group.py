@@ -8,11 +8,10 @@ Does not: know any command.
 import inspect
 from collections.abc import Mapping, Sequence
 from typing import Any
-from unicodedata import category
 
 import click
 
-from codegen.errors import STEERING, shown, suggestion
+from codegen.errors import shown, steers, suggestion
 
 MAX_COLUMN = 30  # of names beside their texts; a longer name stands on a line of its own
 
@@ -44,7 +43,7 @@ class Verb(click.Command):
         holds what nobody sees, such as the end of a line, is refused: errors, reports and commands show it.
         """
         for word in args:
-            if not STEERING.isdisjoint(map(category, word)):
+            if steers(word):
                 ctx.fail(f"an argument holds an invisible character: {shown(word)}")
         end = args.index("--") if "--" in args else len(args)
         return super().parse_args(ctx, [self._today(ctx, word) for word in args[:end]] + args[end:])

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from codegen import ir
 from codegen.errors import ExitCode
-from maviper.compilation.compile import Compiled, compile_profile
+from maviper.compilation.compile import Compiled
 from maviper.console import Console
 from maviper.evaluation.comparison import sizes
 from maviper.evaluation.held_out import EVALUATION_EPISODES, measured_of
@@ -43,7 +43,7 @@ def run(folder: Path, console: Console, seed: int | None) -> int:
     with console.busy("repairing", "the leaves from which the claim can fail"):
         repair = handout.mended(profile)
     with console.busy("compiling", "the trees, and replaying the code"):
-        made = handout.Toured(before, repair, compile_profile(repair.after or profile))
+        made = handout.toured(before, repair)
     for name, text in handout.handout(made).items():
         runs.write(folder / name, text)
     _say_repair(repair, world, folder, console)
@@ -58,9 +58,8 @@ def run(folder: Path, console: Console, seed: int | None) -> int:
 
 def _extracted(seed: int, console: Console) -> tuple[ir.PolicyProfile, World]:
     expert, world = store.load(WORLD)
-    sizes_of = {"max_depth": MAX_DEPTH, "iterations": ITERATIONS, "rollouts": ROLLOUTS}
-    sizes_of |= {"selection_episodes": SELECTION_EPISODES, "refinement": REFINEMENT}
-    settings = Settings.of(sizes_of | {"seed": seed})
+    asked = {"max_depth": MAX_DEPTH, "iterations": ITERATIONS, "rollouts": ROLLOUTS, "seed": seed}
+    settings = Settings.of({**asked, "selection_episodes": SELECTION_EPISODES, "refinement": REFINEMENT})
     console.line("expert", f"{expert.card['algorithm'].upper()}, which learned by {how_learned(expert.card)}")
     profile = extract_live(Found(WORLD, expert, world, settings), Console(console.quiet, lines=False))
     ours, theirs = _success(profile, world)
@@ -116,8 +115,9 @@ def _unexpected(made: handout.Toured, world: World) -> list[str]:
     found: list[str] = []
     if [result.verdict for result in made.before.results] != [Verdict.VIOLATED]:
         found.append("the extracted trees were expected to be VIOLATED")
-    if [result.verdict for result in made.repair.results] != [Verdict.PROVED]:
-        found.append("the repaired trees were expected to be PROVED")
+    proved = [(result.verdict, result.control) for result in made.repair.results]
+    if proved != [(Verdict.PROVED, Verdict.VIOLATED)]:
+        found.append("the repaired trees were expected to be PROVED, and their shuffled control to be VIOLATED")
     ours, theirs = _success(made.profile, world)
     if ours < LEAST_RATIO * theirs:
         found.append(f"the {DEFENDERS}' trees reach {ours / theirs:.2f} of the expert, {LEAST_RATIO:.2f} was expected")

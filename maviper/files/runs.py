@@ -13,11 +13,10 @@ import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
-from unicodedata import category
 
 import msgspec
 
-from codegen.errors import STEERING, InputError, shown
+from codegen.errors import InputError, shown, steers
 
 CONFIG_FILE = "config.json"
 MAX_CONFIG_BYTES = 2**20
@@ -51,7 +50,7 @@ def write(path: Path, content: str | bytes) -> Path:
 
 def seen(path: Path) -> Path:
     """The path, unless it holds what nobody sees, such as the end of a line: errors, reports and commands show it."""
-    if not STEERING.isdisjoint(map(category, str(path))):
+    if steers(str(path)):
         raise InputError("the name of a file holds an invisible character", shown(path), "rename it")
     return path
 

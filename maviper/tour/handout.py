@@ -50,10 +50,9 @@ def mended(profile: ir.PolicyProfile) -> Repaired:
     return repaired(profile, RepairOptions(max_depth=MAX_DEPTH, episodes=EPISODES))
 
 
-def toured(profile: ir.PolicyProfile) -> Toured:
-    """All stages after the extraction."""
-    before, repair = violated(profile), mended(profile)
-    return Toured(before, repair, compile_profile(repair.after or profile))
+def toured(before: run.Verified, repair: Repaired) -> Toured:
+    """The stages with their code."""
+    return Toured(before, repair, compile_profile(repair.after or before.profile))
 
 
 def handout(made: Toured) -> dict[str, str | bytes]:

@@ -308,13 +308,11 @@ def test_what_is_no_number_of_right_predictions(asked):
 
 
 @pytest.mark.parametrize("splits", [EXACT, HISTOGRAM])
-def test_no_right_prediction_needed_is_the_ablation_without_prediction(splits, world):
-    from maviper.experts import store
-
-    expert = store.load("physical-deception@clone")[0]  # so small a run of the other grows the same trees either way
+def test_no_right_prediction_needed_is_the_ablation_without_prediction(splits, world, clone):
+    """Of the clone: so small a run of the shipped expert grows the same trees either way."""
 
     def thresholds(algorithm, **more):
-        found = extract(world, expert, small(algorithm, preset="paper", splits=splits, **more))
+        found = extract(world, clone, small(algorithm, preset="paper", splits=splits, **more))
         return [policy.grown.threshold.tolist() for policy in found.agents]
 
     usual = thresholds("maviper")
