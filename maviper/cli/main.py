@@ -19,7 +19,7 @@ from maviper.cli.properties import properties
 from maviper.cli.repair import repair
 from maviper.cli.replay import replay
 from maviper.cli.schema import schema
-from maviper.cli.show import show
+from maviper.cli.show import play, show
 from maviper.cli.train import train
 from maviper.cli.verify import verify
 from maviper.cli.worlds import worlds
@@ -27,7 +27,7 @@ from maviper.cli.worlds import worlds
 CHAPTERS = {
     "Start here": (demo, guide),
     "Worlds and experts": (worlds, train),
-    "Extract": (extract, evaluate, show),
+    "Extract": (extract, evaluate, show, play),
     "Compile": (compile_verb, schema),
     "Verify": (verify, properties, check, replay, repair),
 }

@@ -11,6 +11,7 @@ from codegen.errors import UnknownNameError
 
 TOPICS = (
     "tour",
+    "playing",
     "games",
     "experts",
     "extraction",

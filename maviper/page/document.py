@@ -1,0 +1,262 @@
+"""What the page that plays a profile knows: its world, trees, claims and states, as plain data.
+
+Does: writes them so that a browser needs nothing else; claims as formulas with exact numbers.
+Assumes: a checked profile; `templates/play/engine.js` reads the data.
+Does not: write HTML, decide or play.
+"""
+
+import base64
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from codegen import ir
+from codegen.errors import InputError
+from codegen.floats import deciding_double, rational_literal
+from codegen.policy_json import content_hash
+from maviper.experts.network import ACTOR, LAYERS, VALUE, NetworkExpert
+from verify.claims.catalogue import NAMES, Claim, find_claim
+from verify.claims.decisions import DecisionClaim, formula
+from verify.claims.episodes import EpisodeClaim, KeepsApart
+from verify.claims.formula import TRUE
+from verify.claims.formula_json import formula_document
+from verify.claims.region import Kind, teams
+from verify.states.state import measurable
+
+
+@dataclass(frozen=True)
+class Shown:
+    """A claim on the page. `verdict`: in words, with the region that it is about; "" where nobody asked."""
+
+    claim: Claim
+    verdict: str = ""
+
+
+@dataclass(frozen=True)
+class Stored:
+    """A world state behind a button: coordinates by name; `claim`: the place of the claim that fails there."""
+
+    label: str
+    claim: int
+    position: Mapping[str, float]
+    goal: str | None
+
+
+@dataclass(frozen=True)
+class Contents:
+    """What a page shows beside the profile. `visits`: agent -> decisions at each node; `expert`: of all agents."""
+
+    claims: tuple[Shown, ...] = ()
+    states: tuple[Stored, ...] = ()
+    visits: Mapping[str, Sequence[int]] = field(default_factory=dict[str, Sequence[int]])
+    expert: NetworkExpert | None = None
+
+
+def usual_claims(profile: ir.PolicyProfile) -> tuple[Shown, ...]:
+    """The built-in claims that can be made about a profile without saying more; where there are none, that each team
+    keeps apart from the others.
+    """
+    found: list[Claim] = []
+    for name in NAMES:
+        try:
+            claim = find_claim(name, profile)
+            _claim(profile, Shown(claim))
+        except InputError:  # it needs another team, or a parameter
+            continue
+        found.append(claim)
+    for team in () if found else teams(profile):
+        others = tuple(policy.agent for policy in profile.agents if policy.team != team)
+        if others and profile.world.contact_force:
+            found.append(find_claim(KeepsApart.title, profile, team, others=others))
+    return tuple(map(Shown, found))
+
+
+def document(profile: ir.PolicyProfile, contents: Contents) -> dict[str, Any]:
+    """The data of a page."""
+    experts = None if contents.expert is None else [_network(contents.expert, one.agent) for one in profile.agents]
+    return {
+        "profile": content_hash(profile),
+        "tool": profile.provenance.tool,
+        "world": _world(profile.world),
+        "agents": [_agent(policy, contents.visits.get(policy.agent)) for policy in profile.agents],
+        "claims": [_claim(profile, shown) for shown in contents.claims],
+        "states": [
+            {"label": state.label, "claim": state.claim, "position": dict(state.position), "goal": state.goal}
+            for state in contents.states
+        ],
+        "experts": experts,
+    }
+
+
+def _world(world: ir.WorldSpec) -> dict[str, Any]:
+    def entity(one: ir.EntitySpec) -> dict[str, Any]:
+        return {
+            "name": one.name,
+            "size": one.size,
+            "force": one.force,
+            "maxSpeed": one.max_speed,
+            "collides": one.collides,
+            "start": one.start,
+        }
+
+    return {
+        "name": world.name,
+        "reference": world.reference,
+        "agents": [entity(one) for one in world.agents],
+        "landmarks": [entity(one) for one in world.landmarks],
+        "goals": list(world.goals),
+        "dt": world.dt,
+        "damping": world.damping,
+        "low": world.start_low,
+        "high": world.start_high,
+        "steps": world.episode_steps,
+        "contactForce": world.contact_force,
+        "contactMargin": world.contact_margin,
+    }
+
+
+# --- trees
+
+
+def _agent(policy: ir.AgentPolicy, visits: Sequence[int] | None) -> dict[str, Any]:
+    tree = policy.tree
+    return {
+        "name": policy.agent,
+        "team": policy.team,
+        "features": [_feature(feature) for feature in policy.features],
+        "actions": [{"name": action.name, "effect": action.effect} for action in policy.actions],
+        "tree": {
+            "feature": tree.feature.tolist(),
+            "threshold": tree.threshold.astype(float).tolist(),
+            "left": tree.left.tolist(),
+            "right": tree.right.tolist(),
+            "action": tree.action.tolist(),
+            "visits": None if visits is None else list(visits),
+        },
+    }
+
+
+def _feature(feature: ir.FeatureSpec) -> dict[str, Any]:
+    meaning = feature.meaning
+    return {
+        "name": feature.name,
+        "unit": feature.unit,
+        "low": feature.low,
+        "high": feature.high,
+        "terms": None if meaning is None else [[weight, name] for weight, name in meaning.terms],
+        "function": "" if meaning is None else meaning.function,
+        "measured": meaning is not None and measurable(meaning),
+    }
+
+
+@dataclass(frozen=True, order=True)
+class Cut:
+    """Where a test divides what a feature measures before it is rounded: left at most `at`, or below it."""
+
+    at: Fraction
+    closed: bool
+
+
+def cut_of(meaning: ir.Meaning, threshold: np.float32) -> Cut | bool:
+    """Where a test of a measured feature divides its sums; True or False where all go left, or none does."""
+    if not meaning.function:
+        last = deciding_double(threshold)  # the sum is rounded to double, then to float32
+        above = math.nextafter(last, math.inf)
+        return Cut((Fraction(last) + Fraction(above)) / 2, _even(last))
+    lowest = -1 if meaning.function == "sign" else 0
+    if threshold < lowest:
+        return False
+    return True if threshold >= 1 else Cut(Fraction(0), bool(threshold >= 0))
+
+
+def _even(number: float) -> bool:
+    """Whether ties round to it."""
+    return int(np.float64(number).view(np.uint64)) % 2 == 0
+
+
+def _cuts(policy: ir.AgentPolicy) -> list[dict[str, Any] | bool | None]:
+    """For each node the cut of its test, with its place among those of the same feature; of tests of what is not
+    measured, and of leaves, None.
+    """
+    tree, found = policy.tree, dict[int, Cut | bool]()
+    for node in ir.splits(tree):
+        meaning = policy.features[int(tree.feature[node])].meaning
+        if meaning is not None and measurable(meaning):
+            found[node] = cut_of(meaning, tree.threshold[node])
+    order: dict[int, list[Cut]] = {}
+    for feature in range(len(policy.features)):
+        cuts = {cut for node, cut in found.items() if tree.feature[node] == feature and isinstance(cut, Cut)}
+        order[feature] = sorted(cuts)
+    return [_placed(found.get(node), order.get(int(tree.feature[node]), [])) for node in range(len(tree.feature))]
+
+
+def _placed(cut: Cut | bool | None, order: Sequence[Cut]) -> dict[str, Any] | bool | None:
+    if not isinstance(cut, Cut):
+        return cut
+    return {"at": rational_literal(cut.at), "closed": cut.closed, "rank": order.index(cut)}
+
+
+# --- claims
+
+
+def _claim(profile: ir.PolicyProfile, shown: Shown) -> dict[str, Any]:
+    claim = shown.claim
+    found: dict[str, Any] = {
+        "name": claim.name,
+        "title": f"{claim.shown} of the {claim.team}",
+        "team": claim.team,
+        "sentence": claim.sentence,
+        "verdict": shown.verdict,
+        "formula": None,
+        "eps": None,
+        "cuts": None,
+        "episode": None,
+    }
+    if claim.kind is Kind.EPISODES:
+        return found | {"episode": _episode(profile, claim)}
+    return found | _decisions(profile, claim)
+
+
+def _decisions(profile: ir.PolicyProfile, claim: DecisionClaim) -> dict[str, Any]:
+    stated = formula(profile, claim)
+    if stated == TRUE:  # about leaves, so of no world state
+        return {}
+    if not claim.eps:
+        return {"formula": formula_document(stated)}
+    cuts = {policy.agent: _cuts(policy) for policy in profile.team(claim.team)}
+    return {"formula": formula_document(stated), "eps": rational_literal(claim.eps), "cuts": cuts}
+
+
+def _episode(profile: ir.PolicyProfile, claim: EpisodeClaim) -> dict[str, Any]:
+    agents = [policy.agent for policy in profile.agents]
+    entities = [one.name for one in profile.world.agents + profile.world.landmarks]
+    return {
+        "team": [agents.index(policy.agent) for policy in profile.team(claim.team)],
+        "marks": [entities.index(name) for name in claim.marks(profile)],
+        "pairs": claim.way(profile),
+        "steps": claim.steps,
+        "radius": rational_literal(Fraction(claim.radius)),
+        "always": claim.always,
+        "apart": claim.apart,
+    }
+
+
+# --- experts
+
+
+def _network(expert: NetworkExpert, agent: str) -> list[dict[str, Any]]:
+    """The layers that decide: float32 weights [inputs, outputs], row by row, little-endian, in base64."""
+    net = ACTOR if expert.centralized else VALUE
+    layers = [
+        (expert.tensors[f"{agent}.{net}.{layer}.weight"], expert.tensors[f"{agent}.{net}.{layer}.bias"])
+        for layer in LAYERS
+    ]
+    return [{"weight": _packed(weight), "bias": _packed(bias)} for weight, bias in layers]
+
+
+def _packed(numbers: ir.Float32) -> str:
+    return base64.b64encode(np.ascontiguousarray(numbers, "<f4").tobytes()).decode()

@@ -1,0 +1,615 @@
+/* The page: draws a state, the trees that decide in it and where a claim fails, and lets a reader change the state. */
+(() => {
+  "use strict";
+  const data = JSON.parse(document.getElementById("data").textContent);
+  const game = Engine.prepared(data);
+  const { world, agents, entities } = game;
+  const get = (id) => document.getElementById(id);
+  const placed = entities.length > 0 && game.observed.every((terms) => terms !== null);
+  const judges = data.claims.map((claim) => (placed ? Engine.judge(game, claim) : null));
+  const COLOURS = ["#c9ced6", "#8ecdf0", "#f2b84b", "#dfa5c8", "#6cc7a4", "#e8e07a", "#d98c6b", "#9aa9e8"];
+  const CELLS = 120; // of the coloured ground, on each axis
+  const SHOWN = 64; // leaves that a tree shows before it folds
+  const HALF = 60; // of the scene's view box
+  const reach = 1.25 * Math.max(1e-9, ...[world.low, world.high, ...entities.flatMap((one) => one.start || [])].map(Math.abs));
+  const SVG = "http://www.w3.org/2000/svg";
+
+  // --- what is shown
+
+  let start = null; // the state that the episode starts in
+  let states = [];
+  let taken = [];
+  let time = 0;
+  let chosen = agents.findIndex((agent) => agent.team === (data.claims[0] || {}).team);
+  if (chosen < 0) chosen = 0;
+  let claim = 0;
+  let steering = false;
+  let playing = null;
+  let hovered = null; // {agent, node}
+  let seen = agents.map((agent) => agent.features.map((feature) => (feature.low + feature.high) / 2)); // without a world
+  const opened = agents.map(() => new Set()); // folded nodes that the reader opened
+
+  const now = () => states[time];
+
+  function restart(state) {
+    start = state;
+    states = [state];
+    taken = [];
+    time = 0;
+    pause();
+    show();
+  }
+
+  /** The state of a file or of the address: coordinates by name. */
+  function stateOf(position, goal) {
+    const at = (one, axis) => Number(position[`${one.name}.${axis}`] || 0);
+    const landmark = world.landmarks.findIndex((one) => one.name === goal);
+    return {
+      position: entities.map((one) => [at(one, "x"), at(one, "y")]),
+      velocity: world.agents.map((one) => [at(one, "vx"), at(one, "vy")]),
+      goal: world.goals.length ? Math.max(0, landmark) : null,
+    };
+  }
+
+  function randomState() {
+    const between = ([low, high]) => low + Math.random() * (high - low);
+    const goals = world.goals.map((name) => world.landmarks.findIndex((one) => one.name === name));
+    return {
+      position: entities.map((one) => [0, 1].map(() => between(one.start || [world.low, world.high]))),
+      velocity: world.agents.map(() => [0, 0]),
+      goal: goals.length ? goals[Math.floor(Math.random() * goals.length)] : null,
+    };
+  }
+
+  // --- the address holds the state
+
+  function remember() {
+    const { position, velocity, goal } = now();
+    const text = JSON.stringify({ position, velocity, goal, claim, agent: chosen });
+    history.replaceState(null, "", `#${encodeURIComponent(text)}`);
+  }
+
+  function remembered() {
+    try {
+      const { position, velocity, goal, claim: which, agent } = JSON.parse(decodeURIComponent(location.hash.slice(1)));
+      const points = (some, n) => some.length === n && some.every((p) => p.length === 2 && p.every(Number.isFinite));
+      const sound = points(position, entities.length) && points(velocity, world.agents.length);
+      const aimed = world.goals.length ? world.goals.includes((world.landmarks[goal] || {}).name) : goal === null;
+      if (!sound || !aimed) return null;
+      if (data.claims[which]) claim = which;
+      if (agents[agent]) chosen = agent;
+      return { position, velocity, goal };
+    } catch {
+      return null;
+    }
+  }
+
+  // --- the episode
+
+  function decided(at) {
+    const found = Engine.actions(game, at);
+    if (Policy) {
+      agents.forEach((agent, number) => {
+        const coded = Policy.ACT[agent.name](Engine.observe(game, number, at));
+        if (coded !== found[number]) throw new Error(`${agent.name}: code and tree decide differently`);
+      });
+    }
+    return found;
+  }
+
+  /** One step on; `own`: the action of the steered agent. */
+  function advance(own) {
+    if (time < states.length - 1 && own === undefined) {
+      time += 1;
+    } else {
+      states.length = time + 1;
+      taken.length = time;
+      const found = decided(Engine.coordinates(game, now()));
+      if (own !== undefined) found[chosen] = own;
+      taken.push(found);
+      states.push(Engine.step(game, now(), found));
+      time += 1;
+    }
+    show();
+  }
+
+  function pause() {
+    clearInterval(playing);
+    playing = null;
+    get("run").textContent = "Play";
+  }
+
+  function run() {
+    if (playing !== null) return pause();
+    if (time >= world.steps) time = 0;
+    get("run").textContent = "Pause";
+    playing = setInterval(() => (time >= world.steps ? pause() : advance()), 1000 * Math.max(world.dt, 0.05) * 1.5);
+  }
+
+  // --- the arena
+
+  const toView = ([x, y]) => [(x / reach) * HALF, (-y / reach) * HALF];
+  const element = (name, attributes, parent) => {
+    const made = document.createElementNS(SVG, name);
+    for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
+    if (parent) parent.append(made);
+    return made;
+  };
+  const glyph = (action) => {
+    const [x, y] = action.effect || [0, 0];
+    if (!action.effect) return action.name.slice(0, 2);
+    return x < 0 ? "\u2190" : x > 0 ? "\u2192" : y < 0 ? "\u2193" : y > 0 ? "\u2191" : "\u00b7";
+  };
+
+  let drawing = 0; // the latest ground that was asked for
+
+  /** Colours the ground by the chosen agent's action there, hatched where the claim fails; coarse first, then fine. */
+  function drawGround() {
+    const asked = ++drawing;
+    const canvas = get("ground");
+    const pen = canvas.getContext("2d");
+    const mover = hovered ? hovered.agent : chosen;
+    const judge = (hovered ? null : judges[claim]) || null;
+    const slow = judge !== null && Boolean(data.claims[claim].episode);
+    let row = 0;
+    const cells = slow ? CELLS / 4 : CELLS;
+    const size = canvas.width / cells;
+    const base = now();
+    const part = () => {
+      if (asked !== drawing) return;
+      const end = performance.now() + 12;
+      for (; row < cells && performance.now() < end; row++) {
+        for (let column = 0; column < cells; column++) drawCell(pen, base, mover, judge, row, column, cells, size);
+      }
+      if (row < cells) requestAnimationFrame(part);
+      else drawGlyphs(pen, base, mover);
+    };
+    part();
+  }
+
+  const placeOf = (row, column, cells) => [
+    ((column + 0.5) / cells) * 2 * reach - reach,
+    reach - ((row + 0.5) / cells) * 2 * reach,
+  ];
+
+  function movedTo(base, mover, point) {
+    return { ...base, position: base.position.map((p, i) => (i === mover ? point : p)) };
+  }
+
+  function drawCell(pen, base, mover, judge, row, column, cells, size) {
+    const state = movedTo(base, mover, placeOf(row, column, cells));
+    const at = Engine.coordinates(game, state);
+    const observed = Engine.observe(game, mover, at);
+    const { tree } = agents[mover];
+    const path = Engine.path(tree, observed);
+    pen.globalAlpha = 1;
+    pen.fillStyle = COLOURS[tree.action[path[path.length - 1]] % COLOURS.length];
+    if (hovered) {
+      const { node } = hovered;
+      const inside = tree.feature[node] < 0 ? path.includes(node) : observed[tree.feature[node]] <= tree.threshold[node];
+      pen.globalAlpha = inside ? 1 : 0.25;
+      pen.clearRect(column * size, row * size, size, size);
+    }
+    pen.fillRect(column * size, row * size, Math.ceil(size), Math.ceil(size));
+    if (judge === null || judge(state)) return;
+    pen.save();
+    pen.beginPath();
+    pen.rect(column * size, row * size, Math.ceil(size), Math.ceil(size));
+    pen.clip();
+    pen.strokeStyle = "#8f1d15";
+    pen.lineWidth = 3;
+    const x = column * size;
+    const y = row * size;
+    for (let d = Math.floor((x + y) / 12) * 12; d <= x + y + 2 * size + 12; d += 12) {
+      pen.beginPath();
+      pen.moveTo(d - y + 4, y - 4);
+      pen.lineTo(d - y - size - 4, y + size + 4);
+      pen.stroke();
+    }
+    pen.restore();
+  }
+
+  /** Actions as signs too, so that nothing depends on colour alone. */
+  function drawGlyphs(pen, base, mover) {
+    const coarse = 10;
+    pen.globalAlpha = 0.55;
+    pen.fillStyle = "#17212e";
+    pen.font = "18px system-ui, sans-serif";
+    pen.textAlign = "center";
+    pen.textBaseline = "middle";
+    const size = get("ground").width / coarse;
+    for (let row = 0; row < coarse; row++) {
+      for (let column = 0; column < coarse; column++) {
+        const state = movedTo(base, mover, placeOf(row, column, coarse));
+        const { tree, actions } = agents[mover];
+        const path = Engine.path(tree, Engine.observe(game, mover, Engine.coordinates(game, state)));
+        pen.fillText(glyph(actions[tree.action[path[path.length - 1]]]), (column + 0.5) * size, (row + 0.5) * size);
+      }
+    }
+    pen.globalAlpha = 1;
+  }
+
+  function drawScene(chosenActions) {
+    const scene = get("scene");
+    const focused = document.activeElement && document.activeElement.dataset ? document.activeElement.dataset.entity : undefined;
+    scene.replaceChildren();
+    world.agents.forEach((entity, i) => {
+      const points = states.slice(0, time + 1).map((state) => toView(state.position[i]).join(","));
+      element("polyline", { class: "track", points: points.join(" "), stroke: teamColour(i) }, scene);
+    });
+    entities.forEach((entity, i) => drawEntity(scene, entity, i, chosenActions));
+    if (focused !== undefined) scene.querySelector(`[data-entity="${focused}"]`).focus();
+  }
+
+  const teams = [...new Set(agents.map((agent) => agent.team))];
+  const teamColour = (i) => ["#c2410c", "#1d4ed8", "#6d28d9", "#0f766e"][teams.indexOf(agents[i].team) % 4];
+
+  function drawEntity(scene, entity, i, chosenActions) {
+    const [x, y] = toView(now().position[i]);
+    const agent = i < agents.length;
+    const goal = !agent && now().goal === i - agents.length;
+    const size = Math.max(2.2, (entity.size / reach) * HALF);
+    const title = `${entity.name}${goal ? ", the goal" : ""} at ${now().position[i].map((c) => c.toFixed(3)).join(", ")}`;
+    const group = element("g", { class: `entity${agent && i === chosen ? " chosen" : ""}`, tabindex: 0, role: "button", "data-entity": i, "aria-label": title }, scene);
+    if (agent) element("circle", { class: "ring", cx: x, cy: y, r: size, fill: teamColour(i) }, group);
+    else element("rect", { class: "ring", x: x - size, y: y - size, width: 2 * size, height: 2 * size, fill: goal ? "#19693a" : "#55606f" }, group);
+    if (agent) {
+      const heading = (action, length, kind) => {
+        const [ex, ey] = agents[i].actions[action].effect || [0, 0];
+        if (ex || ey) element("line", { class: kind, x1: x, y1: y, x2: x + ex * length, y2: y - ey * length }, scene);
+      };
+      heading(chosenActions[i], size + 5, "heading");
+    }
+    const label = element("text", { x, y: y - size - 1.5 }, scene);
+    label.textContent = `${entity.name}${goal ? " \u2605" : ""}`;
+    label.setAttribute("text-anchor", x < -40 ? "start" : x > 40 ? "end" : "middle");
+    element("title", {}, group).textContent = title;
+  }
+
+  // --- moving things
+
+  function moved(i, point) {
+    const state = now();
+    const clamped = point.map((c) => Math.max(-reach, Math.min(reach, c)));
+    restart({ ...state, position: state.position.map((p, j) => (j === i ? clamped : p)) });
+  }
+
+  function pointOf(event) {
+    const box = get("arena").getBoundingClientRect();
+    return [((event.clientX - box.left) / box.width) * 2 * reach - reach, reach - ((event.clientY - box.top) / box.height) * 2 * reach];
+  }
+
+  function aim(i) {
+    const landmark = i - agents.length;
+    if (landmark < 0 || !world.goals.includes(world.landmarks[landmark].name)) return;
+    restart({ ...now(), goal: landmark });
+  }
+
+  function watchArena() {
+    let dragged = null;
+    const arena = get("arena");
+    const entityOf = (event) => (event.target.closest ? event.target.closest("[data-entity]") : null);
+    arena.addEventListener("pointerdown", (event) => {
+      const found = entityOf(event);
+      if (!found) return;
+      dragged = Number(found.dataset.entity);
+      if (dragged < agents.length) chosen = dragged;
+      arena.setPointerCapture(event.pointerId);
+    });
+    arena.addEventListener("pointermove", (event) => dragged !== null && moved(dragged, pointOf(event)));
+    const drop = (event) => {
+      if (dragged !== null) {
+        show();
+        arena.releasePointerCapture(event.pointerId);
+      }
+      dragged = null;
+    };
+    arena.addEventListener("pointerup", drop);
+    arena.addEventListener("pointercancel", drop);
+    arena.addEventListener("dblclick", (event) => {
+      const point = pointOf(event);
+      const gaps = world.landmarks.map((_, j) => Math.hypot(...now().position[agents.length + j].map((c, k) => c - point[k])));
+      const nearest = gaps.indexOf(Math.min(...gaps));
+      if (gaps[nearest] < 0.15 * reach) aim(agents.length + nearest);
+    });
+    document.addEventListener("keydown", onKey);
+  }
+
+  const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowDown: [0, -1], ArrowUp: [0, 1] };
+
+  function onKey(event) {
+    const arrow = ARROWS[event.key];
+    const inForm = event.target.closest && event.target.closest("select, input");
+    if (inForm) return;
+    const entity = event.target.dataset ? event.target.dataset.entity : undefined;
+    if (steering && (arrow || event.key === " ")) {
+      const wanted = arrow || [0, 0];
+      const own = agents[chosen].actions.findIndex(({ effect }) => effect && effect[0] === wanted[0] && effect[1] === wanted[1]);
+      if (own >= 0) {
+        event.preventDefault();
+        advance(own);
+      }
+    } else if (entity !== undefined && arrow) {
+      event.preventDefault();
+      const by = (event.shiftKey ? 0.01 : 0.05) * reach;
+      moved(Number(entity), now().position[entity].map((c, axis) => c + by * arrow[axis]));
+    } else if (entity !== undefined && (event.key === "g" || event.key === "G")) {
+      aim(Number(entity));
+    }
+  }
+
+  // --- the claim
+
+  function drawClaim() {
+    const badge = get("badge");
+    const asked = data.claims[claim];
+    if (!asked) return;
+    const judge = judges[claim];
+    get("sentence").textContent = `${asked.sentence}${asked.verdict ? ` \u2014 ${asked.verdict}` : ""}`;
+    if (judge === null) {
+      badge.className = "badge other";
+      badge.textContent = "about no single state";
+      return;
+    }
+    const holds = judge(asked.episode ? start : now());
+    badge.className = `badge ${holds ? "holds" : "fails"}`;
+    badge.textContent = asked.episode
+      ? holds ? "\u2713 holds from this start" : "\u2717 FAILS from this start"
+      : holds ? "\u2713 holds here" : "\u2717 FAILS here";
+  }
+
+  // --- the trees
+
+  function layout(number, live) {
+    const { tree } = agents[number];
+    const shown = new Set([0, ...live]);
+    const waiting = [0];
+    let ends = 1;
+    for (let i = 0; i < waiting.length; i++) {
+      const node = waiting[i];
+      if (tree.feature[node] < 0) continue;
+      if (ends >= SHOWN && !shown.has(tree.left[node]) && !shown.has(tree.right[node]) && !opened[number].has(node)) continue;
+      ends += 1;
+      for (const child of [tree.left[node], tree.right[node]]) {
+        shown.add(child);
+        waiting.push(child);
+      }
+    }
+    const isEnd = (node) => tree.feature[node] < 0 || !shown.has(tree.left[node]);
+    const places = new Map();
+    let next = 0;
+    let deepest = 0;
+    const order = [[0, 0]];
+    const drawn = [];
+    while (order.length) {
+      const [node, level] = order.pop();
+      drawn.push([node, level]);
+      deepest = Math.max(deepest, level);
+      if (!isEnd(node)) order.push([tree.right[node], level + 1], [tree.left[node], level + 1]);
+      else places.set(node, 66 * next++ + 40);
+    }
+    for (const [node] of [...drawn].reverse()) {
+      if (!places.has(node)) places.set(node, (places.get(tree.left[node]) + places.get(tree.right[node])) / 2);
+    }
+    return { drawn, places, isEnd, width: 66 * next + 20, height: 58 * deepest + 44, ends: next };
+  }
+
+  const leavesBelow = agents.map(({ tree }) => {
+    const found = new Array(tree.feature.length).fill(1);
+    for (let node = tree.feature.length - 1; node >= 0; node--) {
+      if (tree.feature[node] >= 0) found[node] = found[tree.left[node]] + found[tree.right[node]];
+    }
+    return found;
+  });
+  const visits = agents.map(({ tree }) => {
+    if (!tree.visits) return null;
+    const found = [...tree.visits];
+    for (let node = tree.feature.length - 1; node >= 0; node--) {
+      if (tree.feature[node] >= 0) found[node] = found[tree.left[node]] + found[tree.right[node]];
+    }
+    return found;
+  });
+  const brief = (x) => String(Number(x.toPrecision(3)));
+
+  function drawTree(number, observed) {
+    const agent = agents[number];
+    const { tree } = agent;
+    const box = get(`tree-${number}`);
+    const live = Engine.path(tree, observed);
+    const leaf = live[live.length - 1];
+    const { drawn, places, isEnd, width, height, ends } = layout(number, live);
+    const svg = element("svg", { viewBox: `0 0 ${width} ${height}`, role: "img", "aria-label": `tree of ${agent.name}` });
+    const y = new Map(drawn.map(([node, level]) => [node, 20 + 58 * level]));
+    const onPath = new Set(live);
+    for (const [node] of drawn) {
+      if (isEnd(node)) continue;
+      for (const child of [tree.left[node], tree.right[node]]) {
+        const share = visits[number] ? visits[number][child] / Math.max(1, visits[number][0]) : 0;
+        element("path", {
+          class: onPath.has(child) ? "live" : "",
+          d: `M${places.get(node)},${y.get(node)} L${places.get(child)},${y.get(child)}`,
+          "stroke-width": onPath.has(child) ? Math.max(3, 1 + 9 * share) : 1 + 9 * share,
+        }, svg);
+      }
+    }
+    for (const [node] of drawn) drawNode(svg, number, node, places.get(node), y.get(node), onPath.has(node), isEnd(node), observed);
+    svg.style.minWidth = `${40 * ends}px`;
+    box.replaceChildren(svg);
+    box.scrollLeft = (places.get(leaf) / width) * box.scrollWidth - box.clientWidth / 2;
+    const action = agent.actions[tree.action[leaf]];
+    const margins = live.slice(0, -1).map((node) => [Math.abs(observed[tree.feature[node]] - tree.threshold[node]), node]);
+    const [least, at] = margins.length ? margins.reduce((a, b) => (b[0] < a[0] ? b : a)) : [null, 0];
+    const told = least === null ? "" : `; nearest test: ${agent.features[tree.feature[at]].name}, ${brief(least)} away`;
+    get(`says-${number}`).textContent = `${glyph(action)} ${action.name}, leaf ${leaf}${told}${expertSays(number, observed, action)}`;
+  }
+
+  function drawNode(svg, number, node, x, y, live, end, observed) {
+    const { tree, features, actions } = agents[number];
+    const split = tree.feature[node] >= 0;
+    const folded = split && end;
+    const group = element("g", { class: `${live ? "live " : ""}${folded ? "folded" : split ? "" : "leaf"}` }, svg);
+    const wide = split ? 62 : 50;
+    const rect = element("rect", { x: x - wide / 2, y: y - 14, width: wide, height: 28, rx: split ? 4 : 13 }, group);
+    const lines = folded ? ["\u25b8", `${leavesBelow[number][node]} leaves`]
+      : split ? [features[tree.feature[node]].name, `\u2264 ${brief(tree.threshold[node])}`]
+      : [`${glyph(actions[tree.action[node]])} ${actions[tree.action[node]].name}`];
+    if (!split) rect.setAttribute("style", `fill:${COLOURS[tree.action[node] % COLOURS.length]}`);
+    lines.forEach((line, i) => {
+      const text = element("text", { x, y: y + (lines.length === 1 ? 4 : -2 + 12 * i) }, group);
+      text.textContent = line;
+      if (line.length > 10) {
+        text.setAttribute("textLength", wide - 6);
+        text.setAttribute("lengthAdjust", "spacingAndGlyphs");
+      }
+    });
+    const count = visits[number] ? `, ${((100 * visits[number][node]) / Math.max(1, visits[number][0])).toFixed(1)} % of decisions` : "";
+    const value = split ? `${features[tree.feature[node]].name} is ${brief(observed[tree.feature[node]])}; left if at most ${tree.threshold[node]}` : `leaf ${node}`;
+    element("title", {}, group).textContent = value + count;
+    group.addEventListener("pointerenter", () => hover({ agent: number, node }));
+    group.addEventListener("pointerleave", () => hover(null));
+    if (folded) group.addEventListener("click", () => (opened[number].add(node), show()));
+  }
+
+  function hover(what) {
+    if (!placed) return;
+    hovered = what;
+    drawGround();
+  }
+
+  function expertSays(number, observed, action) {
+    const net = (data.experts || [])[number];
+    if (!net) return "";
+    const expert = agents[number].actions[Network.act(net, observed)];
+    return expert === action ? "; its expert too" : `; its expert: ${glyph(expert)} ${expert.name}`;
+  }
+
+  // --- all together
+
+  let observedNow = [];
+
+  function show() {
+    if (placed) {
+      const at = Engine.coordinates(game, now());
+      observedNow = agents.map((_, number) => Engine.observe(game, number, at));
+      drawScene(decided(at));
+      drawClaim();
+      drawGround();
+      drawTime();
+      remember();
+    } else {
+      observedNow = seen;
+    }
+    agents.forEach((_, number) => get(`more-${number}`).open && drawTree(number, observedNow[number]));
+    get("agent").value = chosen;
+    get("claim").value = claim;
+    get("steer").setAttribute("aria-pressed", steering);
+    drawLegend();
+  }
+
+  function drawTime() {
+    get("scrub").max = Math.max(world.steps, states.length - 1);
+    get("scrub").value = time;
+    get("time").textContent = `step ${time}`;
+  }
+
+  function drawLegend() {
+    const parts = agents[chosen].actions.map((action, number) => {
+      const item = document.createElement("span");
+      const swatch = document.createElement("span");
+      swatch.className = "swatch";
+      swatch.style.background = COLOURS[number % COLOURS.length];
+      swatch.textContent = glyph(action);
+      item.append(swatch, ` ${action.name}`);
+      return item;
+    });
+    get("legend").replaceChildren(...parts);
+  }
+
+  function scrub(to) {
+    pause();
+    while (states.length - 1 < to) {
+      time = states.length - 1;
+      const found = decided(Engine.coordinates(game, now()));
+      taken.push(found);
+      states.push(Engine.step(game, now(), found));
+    }
+    time = to;
+    show();
+  }
+
+  function drawSliders() {
+    agents.forEach((agent, number) => {
+      const box = document.createElement("details");
+      box.open = number === 0;
+      box.append(Object.assign(document.createElement("summary"), { textContent: `What ${agent.name} observes` }));
+      agent.features.forEach((feature, f) => {
+        const label = document.createElement("label");
+        const slider = Object.assign(document.createElement("input"), { type: "range", min: feature.low, max: feature.high, step: "any", value: seen[number][f] });
+        const value = document.createElement("output");
+        const tell = () => (value.textContent = brief(seen[number][f]));
+        slider.addEventListener("input", () => {
+          seen[number][f] = Math.fround(Number(slider.value));
+          tell();
+          show();
+        });
+        tell();
+        label.append(feature.name, slider, value);
+        box.append(label);
+      });
+      get("sliders").append(box);
+    });
+  }
+
+  function option(select, value, text) {
+    select.append(Object.assign(document.createElement("option"), { value, textContent: text }));
+  }
+
+  function begin() {
+    document.querySelector("main").hidden = false;
+    get("still").remove();
+    agents.forEach((agent, number) => {
+      option(get("agent"), number, agent.name);
+      const box = document.createElement("details");
+      box.id = `more-${number}`;
+      box.open = agents.length <= 6 || number === chosen;
+      const summary = document.createElement("summary");
+      const name = Object.assign(document.createElement("strong"), { textContent: agent.name });
+      const says = Object.assign(document.createElement("span"), { id: `says-${number}`, className: "soft" });
+      summary.append(name, ` ${agent.team} `, says);
+      const tree = Object.assign(document.createElement("div"), { id: `tree-${number}`, className: "tree" });
+      box.append(summary, tree);
+      box.addEventListener("toggle", () => show());
+      get("trees").append(box);
+    });
+    data.claims.forEach((one, number) => option(get("claim"), number, one.title));
+    data.states.forEach((state) => {
+      const button = Object.assign(document.createElement("button"), { textContent: state.label });
+      button.addEventListener("click", () => {
+        claim = state.claim;
+        restart(stateOf(state.position, state.goal));
+      });
+      get("states").append(button);
+    });
+    get("verdict").hidden = !data.claims.length || !placed;
+    get("claim").addEventListener("change", (event) => ((claim = Number(event.target.value)), show()));
+    get("agent").addEventListener("change", (event) => ((chosen = Number(event.target.value)), show()));
+    get("steer").addEventListener("click", () => ((steering = !steering), show()));
+    get("run").addEventListener("click", run);
+    get("step").addEventListener("click", () => (pause(), advance()));
+    get("back").addEventListener("click", () => ((time = 0), pause(), show()));
+    get("random").addEventListener("click", () => restart(randomState()));
+    get("scrub").addEventListener("input", (event) => scrub(Number(event.target.value)));
+    if (placed) {
+      watchArena();
+      restart(remembered() || (data.states[0] ? stateOf(data.states[0].position, data.states[0].goal) : randomState()));
+    } else {
+      for (const id of ["arena", "play", "look", "states", "help", "sentence"]) get(id).style.display = "none";
+      drawSliders();
+      show();
+    }
+  }
+
+  // for tests, and for readers with a console
+  window.maviper = { game, judges, Engine, state: () => now(), restart, advance, scrub };
+  begin();
+})();

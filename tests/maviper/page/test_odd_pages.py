@@ -1,0 +1,120 @@
+"""Pages of odd profiles: names that look like markup, features without a meaning, many agents, large trees."""
+
+import dataclasses
+import re
+
+import numpy as np
+import pytest
+
+from codegen import ir
+from codegen.check import ensure
+from maviper.page.document import Contents, Shown, usual_claims
+from maviper.page.page import MAX_RULES, contents_of, page
+from tests.maviper.page.browsers import in_chromium, in_node
+from tests.maviper.page.test_page import committed
+
+SHOWN = """
+  const count = (what) => document.querySelectorAll(what).length;
+  return {
+    main: !document.querySelector("main").hidden,
+    arena: document.getElementById("arena").style.display,
+    trees: count(".tree svg"),
+    open: count("#trees details[open]"),
+    wide: document.documentElement.scrollWidth - document.documentElement.clientWidth,
+    sliders: count("#sliders input"),
+  };
+"""
+
+
+def complete_tree(depth, n_features, n_actions):
+    """A tree with a split at every place: thresholds in order, so that all leaves are reached."""
+    rng = np.random.default_rng(depth)
+    parts = {name: [] for name in ("feature", "threshold", "left", "right", "action")}
+
+    def add(level, low, high):
+        node = len(parts["feature"])
+        middle = (low + high) / 2
+        split = level < depth
+        values = (0 if split else -1, middle if split else 0.0, -1, -1, -1 if split else int(rng.integers(n_actions)))
+        for name, value in zip(parts, values, strict=True):
+            parts[name].append(value)
+        if split:
+            parts["left"][node] = add(level + 1, low, middle)
+            parts["right"][node] = add(level + 1, middle, high)
+        return node
+
+    add(0, -1.0, 1.0)
+    kinds = {"threshold": np.float32}
+    return ir.Tree(**{name: np.array(values, kinds.get(name, np.int32)) for name, values in parts.items()})
+
+
+def with_trees(profile, depth):
+    policies = tuple(
+        dataclasses.replace(one, tree=complete_tree(depth, len(one.features), len(one.actions)), grown=None)
+        for one in profile.agents
+    )
+    return dataclasses.replace(profile, agents=policies)
+
+
+def without_meaning(profile):
+    policies = tuple(
+        dataclasses.replace(one, features=tuple(dataclasses.replace(each, meaning=None) for each in one.features))
+        for one in profile.agents
+    )
+    return dataclasses.replace(profile, agents=policies)
+
+
+def test_texts_do_not_become_markup(tmp_path):
+    profile = committed("physical_deception")
+    text = "</script><script>alert(1)</script><!--"
+    hostile = dataclasses.replace(
+        profile,
+        world=dataclasses.replace(profile.world, reference=text),
+        provenance=dataclasses.replace(profile.provenance, tool=text),
+    )
+    claim = dataclasses.replace(usual_claims(profile)[0].claim, label=text)
+    html = page(hostile, Contents((Shown(claim, text),)))
+    assert "<script>alert" not in html and html.count("<script") == page(profile, Contents()).count("<script")
+    told = """
+      const scripts = document.querySelectorAll("script").length;
+      return [document.getElementById("claim").textContent, game.data.tool, scripts];
+    """
+    found = in_chromium(html, told, [], tmp_path)
+    assert found == [f"{text} of the defenders", text, 6]  # two of them the test's
+
+
+def test_a_profile_without_meanings_shows_trees_and_sliders(tmp_path):
+    profile = without_meaning(committed("physical_deception"))
+    html = page(profile, contents_of(profile))
+    found = in_chromium(html, SHOWN, [], tmp_path)
+    assert found["main"] and found["arena"] == "none" and found["trees"] == 3
+    assert found["sliders"] == sum(len(one.features) for one in profile.agents)
+
+
+def test_a_large_tree_folds_and_its_code_is_left_out(tmp_path):
+    profile = with_trees(committed("physical_deception"), 12)
+    html = page(ensure(profile), Contents(usual_claims(profile)))
+    assert "const Policy = null;" in html and "4,096" not in html
+    assert re.search(rf"{4096 - MAX_RULES} more leaves", html)
+    drawn = "return document.querySelectorAll('#tree-1 g.leaf, #tree-1 g.folded').length;"
+    assert 64 <= in_chromium(html, drawn, [], tmp_path) <= 64 + 12
+    script = "const at = Engine.coordinates(game, given); return Engine.actions(game, at).length;"
+    state = {"position": [[0.1, 0.2]] * 5, "velocity": [[0, 0]] * 3, "goal": 0}
+    assert in_node(html, script, state, tmp_path) == 3
+
+
+@pytest.mark.parametrize("name", ["physical_deception", "proved_navigation", "verdicts/predator_prey"])
+def test_nothing_is_wider_than_a_small_page(name, tmp_path):
+    profile = committed(name)
+    found = in_chromium(page(profile, contents_of(profile)), SHOWN, [], tmp_path, width=400)
+    assert found["wide"] == 0 and found["trees"] == len(profile.agents)
+
+
+def test_many_agents_show_the_tree_of_one(tmp_path):
+    from maviper.worlds import built_in
+    from tests.hunting.teams import bare
+
+    world = built_in("cooperative-navigation,agents=20")
+    profile = bare(world.name)
+    found = in_chromium(page(profile, Contents(usual_claims(profile))), SHOWN, [], tmp_path)
+    assert found["open"] == 1 and found["trees"] == 1

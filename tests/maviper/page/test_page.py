@@ -1,0 +1,306 @@
+"""The page decides, plays and judges as the simulator does and as the judge of the hunt says, which shares nothing with
+the verifier.
+"""
+
+import itertools
+import json
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from codegen import policy_json
+from maviper.episodes.play import play, tree_policies
+from maviper.page.document import Contents, Shown, document, usual_claims
+from maviper.page.page import contents_of, page
+from maviper.worlds.matching import matching_world
+from tests.hunting import meaning, places, questions
+from tests.hunting.reading import MACHINE, acting, fractions, measured
+from tests.maviper.page.browsers import RUNNERS
+from verify.claims.catalogue import find_claim
+from verify.claims.region import Kind
+
+GENERATED = Path(__file__).parents[3] / "generated"
+POLICIES = ("physical_deception", "proved_defenders", "proved_navigation", "verdicts/predator_prey")
+STATE = """
+  const stateIn = (game) => (at, goal) => ({
+    position: game.entities.map((one) => [at[`${one.name}.x`], at[`${one.name}.y`]]),
+    velocity: game.world.agents.map((one) => [at[`${one.name}.vx`] || 0, at[`${one.name}.vy`] || 0]),
+    goal: game.world.goals.length ? game.world.landmarks.findIndex((one) => one.name === goal) : null,
+  });
+"""
+JUDGED = (
+    STATE + "const stateOf = stateIn(game); return given.map(([at, goal, claim]) => judges[claim](stateOf(at, goal)));"
+)
+# questions about other profiles than the page's: one browser for all
+ASKED = (
+    STATE
+    + """
+  return given.map(([other, states]) => {
+    const game = Engine.prepared(other);
+    const judge = Engine.judge(game, other.claims[0]);
+    return states.map(([at, goal]) => judge(stateIn(game)(at, goal)));
+  });
+"""
+)
+PLAYED = (
+    STATE
+    + """
+  const stateOf = stateIn(game);
+  return given.map(([at, goal]) => Engine.episode(game, stateOf(at, goal), game.world.steps, (t, at) => {
+    const found = Engine.actions(game, at);
+    game.agents.forEach((agent, i) => {
+      if (Policy.ACT[agent.name](Engine.observe(game, i, at)) !== found[i]) throw new Error(agent.name);
+    });
+    return found;
+  }).actions);
+"""
+)
+
+
+@pytest.fixture(params=RUNNERS)
+def run(request, tmp_path):
+    return lambda html, script, given: RUNNERS[request.param](html, script, given, tmp_path)
+
+
+def committed(name):
+    return policy_json.loads((GENERATED / name / "profile.json").read_text(encoding="utf-8"))
+
+
+# --- claims about decisions
+
+
+def plain_questions(count):
+    """Drawn questions about decisions in the deployed arithmetic, without errors of features."""
+    drawn = (questions.drawn(seed) for seed in itertools.count())
+    kinds = (Kind.DECISIONS,)
+    fitting = (one for one in drawn if one.case.semantics == MACHINE and not one.case.eps)
+    return itertools.islice((one for one in fitting if one.question.claim.kind in kinds), count)
+
+
+def judged_states(asked, seed):
+    """(state, goal, whether the claim holds there, exactly) at and beside the edges of tests, claims and region."""
+    case = asked.case
+    for goal in case.goals:
+        states = places.sampled(case, goal, np.random.default_rng(seed))
+        if not len(states):
+            continue
+        exact, scale = places.scaled(states, case.denominator)
+        actions = acting(case.team, case.at(states, goal), MACHINE)
+        holds = meaning.holds(
+            case.claim, meaning.Scene(case.profile, case.at(exact, goal), goal, actions, scale)
+        ).surely
+        for row, good in zip(states.tolist(), holds.tolist(), strict=True):
+            yield places.described(row, case.names), goal, good
+
+
+@pytest.mark.parametrize("part", range(2))
+def test_the_badge_says_what_an_independent_judge_says(part, run):
+    asked = list(plain_questions(60))[part::2]
+    told, expected = badges(asked, run)
+    for one, said, right in zip(asked, told, expected, strict=True):
+        assert said == right, (one.seed, one.source)
+    said = list(itertools.chain.from_iterable(told))
+    assert len(said) > 10_000 and 100 < said.count(False) < 0.9 * len(said)
+    assert len({one.question.claim.name for one in asked}) >= 3
+
+
+def badges(asked, run, changed=lambda html: html):
+    """What the page says in the states of each question, and what the judge does."""
+    states = [list(judged_states(one, seed)) for seed, one in enumerate(asked)]
+    given = [
+        (document(one.question.profile, Contents((Shown(one.question.claim),))), [(at, goal) for at, goal, _ in some])
+        for one, some in zip(asked, states, strict=True)
+    ]
+    told = run(changed(page(asked[0].question.profile, Contents())), ASKED, given)
+    return told, [[good for *_, good in some] for some in states]
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong"),
+    [
+        ("compare(at) <= 0", "compare(at) < 0"),
+        ("const doubt = (terms.length + 8) * Number.EPSILON", "const doubt = -1"),
+        ("return Math.fround(total)", "return total * (1 + 1e-7)"),
+    ],
+)
+def test_a_page_that_rounds_at_a_boundary_is_found_out(right, wrong, tmp_path):
+    def changed(html):
+        assert right in html
+        return html.replace(right, wrong)
+
+    told, expected = badges(list(plain_questions(60)), lambda *given: RUNNERS["node"](*given, tmp_path), changed)
+    assert told != expected
+
+
+# --- claims with errors of features
+
+
+def reachable(agent, at, eps):
+    """The actions that errors can cause in each state: each float32 number between the extremes can be observed."""
+    count = len(next(iter(at.values())))
+    sides = {sign: np.zeros((len(agent.features), count), np.float32) for sign in (-1, 1)}
+    for number, feature in enumerate(agent.features):
+        for sign, seen in sides.items():
+            error = fractions([sign * eps] * count) if feature.measurable else None
+            seen[number] = measured(feature, at, MACHINE, error)
+    found = [set() for _ in range(count)]
+    waiting = [(0, {})]
+    while waiting:
+        node, bounds = waiting.pop()
+        feature = agent.feature[node]
+        if feature >= 0:
+            low, high = bounds.get(feature, (-np.inf, np.inf))
+            cut = agent.threshold[node]
+            waiting.append((agent.left[node], {**bounds, feature: (low, min(high, cut))}))
+            waiting.append((agent.right[node], {**bounds, feature: (max(low, cut), high)}))
+            continue
+        for row in range(count):
+            met = (
+                sides[1][f, row] > low and sides[-1][f, row] <= high and low < high for f, (low, high) in bounds.items()
+            )
+            if all(met):
+                found[row].add(int(agent.action[node]))
+    return found
+
+
+def test_steady_holds_where_no_error_makes_the_claim_fail(run):
+    drawn = (questions.drawn(seed) for seed in itertools.count())
+    asked = [one for one in itertools.islice(drawn, 400) if one.case.semantics == MACHINE and one.case.eps][:25]
+    given, expected = [], []
+    for number, one in enumerate(asked):
+        states, right = steady_states(one.case, np.random.default_rng(number))
+        given.append((document(one.question.profile, Contents((Shown(one.question.claim),))), states))
+        expected.append(right)
+    assert run(page(asked[0].question.profile, Contents()), ASKED, given) == expected
+    said = list(itertools.chain.from_iterable(expected))
+    assert len(said) > 500 and 20 < said.count(False) < 0.95 * len(said)
+
+
+def steady_states(case, rng):
+    """Some states at edges, and whether the claim holds in each, whatever errors there are."""
+    goal = case.goals[0]
+    states = places.sampled(case, goal, rng)[::9]
+    if not len(states):
+        return [], []
+    ways = [reachable(agent, case.at(states, goal), case.eps) for agent in case.team]
+    holds = [holds_for_all(case, states[row : row + 1], goal, [way[row] for way in ways]) for row in range(len(states))]
+    return [(places.described(row, case.names), goal) for row in states.tolist()], holds
+
+
+def holds_for_all(case, state, goal, ways):
+    exact, scale = places.scaled(state, case.denominator)
+    for joint in itertools.product(*ways):
+        actions = {agent.name: np.array([action]) for agent, action in zip(case.team, joint, strict=True)}
+        scene = meaning.Scene(case.profile, case.at(exact, goal), goal, actions, scale)
+        if not meaning.holds(case.claim, scene).surely[0]:
+            return False
+    return True
+
+
+# --- episodes
+
+
+def starts(world, count):
+    """(coordinates by name, goal's name) of random starts, as the environment's reset draws them."""
+    states = world.start_from_seeds(range(count))
+    names = world.spec.coordinates()
+    marks = [mark.name for mark in world.spec.landmarks]
+    for row, goal in zip(world.coordinates(states).tolist(), states.goal.tolist(), strict=True):
+        yield dict(zip(names, row, strict=True)), marks[goal] if world.spec.goals else None
+
+
+@pytest.mark.parametrize("name", POLICIES)
+def test_episodes_are_the_simulators_action_for_action(name, run):
+    profile = committed(name)
+    world = matching_world(profile)
+    trees = [tree_policies(profile.agents)] * len(profile.agents)
+    ours = play(world, trees, world.start_from_seeds(range(200))).actions
+    told = np.array(run(page(profile, Contents()), PLAYED, list(starts(world, 200))))
+    assert (told == ours.transpose(1, 0, 2)).all()
+
+
+@pytest.mark.parametrize("name", POLICIES)
+@pytest.mark.parametrize("title", ["reaches", "covers", "keeps_apart"])
+def test_episode_claims_are_judged_by_the_episode(name, title, run):
+    profile = committed(name)
+    team = {"physical": "defenders", "proved_d": "defenders", "proved_n": "agents", "verdicts": "prey"}[name[:8]]
+    others = {"others": ("adversary_0",)} if title == "keeps_apart" and team != "agents" else {}
+    wide = Fraction(2) if team == "prey" else Fraction(2, 5)  # prey do not go to obstacles
+    radius = {"reaches": Fraction(1, 5), "covers": wide, "keeps_apart": Fraction(3, 20)}[title]
+    claim = find_claim(title, profile, team, radius=radius, **others)
+    world = matching_world(profile)
+    given = list(starts(world, 400))
+    told = run(page(profile, Contents((Shown(claim),))), JUDGED, [(*start, 0) for start in given])
+    assert told == expected_of(profile, world, claim, 400)
+    assert 0 < sum(told) < 400
+
+
+def expected_of(profile, world, claim, count):
+    """Whether the claim holds in each episode, by the simulator's distances; none is at the radius itself."""
+    trees = [tree_policies(profile.agents)] * len(profile.agents)
+    episodes = play(world, trees, world.start_from_seeds(range(count)))
+    places_of = np.array([state.position for state in episodes.states])  # [steps + 1, batch, entities, 2]
+    names = [one.name for one in profile.world.agents + profile.world.landmarks]
+    team = [names.index(policy.agent) for policy in profile.team(claim.team)]
+    marks = [names.index(name) for name in claim.marks(profile)]
+    gaps = np.abs(places_of[:, :, team, None] - places_of[:, :, None, marks]).max(axis=-1)
+    radius = float(claim.radius)
+    if claim.name == "keeps_apart":
+        same = np.array([[a == b for b in marks] for a in team])
+        return ((gaps >= radius) | same).all(axis=(0, 2, 3)).tolist()
+    near = (gaps <= radius).any(axis=0) if claim.name == "reaches" else gaps[-1] <= radius
+    if claim.name == "reaches":
+        return np.logical_and.reduce([near[:, i, i] for i in range(len(team))]).tolist()
+    ways = itertools.permutations(range(len(marks)), len(team))
+    return np.logical_or.reduce(
+        [np.logical_and.reduce([near[:, i, k] for i, k in enumerate(way)]) for way in ways]
+    ).tolist()
+
+
+# --- what is committed
+
+
+def counterexamples():
+    for file in sorted(GENERATED.glob("verdicts/*/counterexample-*.json")):
+        yield pytest.param(file, id=f"{file.parent.name}-{file.stem}")
+
+
+@pytest.mark.parametrize("file", [*counterexamples()])
+def test_committed_counterexamples_fail_on_the_page(file, run):
+    stored = json.loads(file.read_text(encoding="utf-8"))
+    profile = policy_json.loads((file.parent / "profile.json").read_text(encoding="utf-8"))
+    if stored.get("errors"):
+        pytest.skip("the state fails by the errors that the file names")
+    html = page(profile, Contents(usual_claims(profile)))
+    if "formula" in stored:
+        stated = stored["formula"]
+        script = (
+            STATE
+            + """
+          const [[at, goal, formula]] = given;
+          return Engine.judge(game, { formula, eps: null, episode: null })(stateIn(game)(at, goal));
+        """
+        )
+        assert run(html, script, [(stored["position"], stored["goal"], stated)]) is False
+        return
+    claim = find_claim(stored["claim"], profile, stored["team"], **parameters_of(stored))
+    html = page(profile, Contents((Shown(claim),)))
+    assert run(html, JUDGED, [(stored["position"], stored["goal"], 0)]) == [False]
+
+
+def parameters_of(stored):
+    given = dict(stored["parameters"])
+    return {**given, "radius": Fraction(str(given["radius"])), "steps": int(given["steps"])}
+
+
+@pytest.mark.parametrize("name", POLICIES)
+def test_a_page_shows_a_claim_and_is_small_and_needs_no_network(name):
+    profile = committed(name)
+    html = page(profile, contents_of(profile))
+    assert usual_claims(profile)
+    assert len(html.encode()) < 300_000
+    assert page(profile, contents_of(profile)) == html
+    for outside in ("http://", "https://", "import(", "fetch(", "XMLHttpRequest", "src="):
+        assert outside not in html.replace("http://www.w3.org/2000/svg", ""), outside
