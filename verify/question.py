@@ -9,6 +9,7 @@ Does not: decide.
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
+from itertools import product
 from typing import Generic, TypeVar
 
 import numpy as np
@@ -92,6 +93,11 @@ class Question(Generic[About]):
         own = [OwnFormula(claim.team, claim.margin, claim.radius, eps=claim.eps, statement=part) for part in parts]
         return tuple(self.about(part) for part in own)
 
+    @property
+    def cases(self: "Question[DecisionClaim]") -> "list[Case]":
+        """What is answered one by one: each part for each goal."""
+        return list(product(self.goals, self.parts))
+
     @cached_property
     def team(self) -> tuple[AgentPolicy, ...]:
         """The policies of the team that the claim is about; InputError where it cannot be asked about them."""
@@ -136,6 +142,7 @@ class Question(Generic[About]):
 
 
 DecisionQuestion = Question[DecisionClaim]
+Case = tuple[str | None, DecisionQuestion]  # a goal (None without goals), and a part of a question
 EpisodeQuestion = Question[EpisodeClaim]
 
 

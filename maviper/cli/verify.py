@@ -60,7 +60,8 @@ def verify(
 
     If a claim is violated, --where lists every failing cell: one leaf per agent, and bounds on positions. It also gives
     the exact share of the region that these cells cover, and the largest region found in which the claim is proved
-    although it could fail. With -o, this region is written as a file that --region reads.
+    although it could fail. With -o, this region is written as a file that --region reads. For
+    reaches and covers, --where gives the share of starts from which they fail.
 
     \b
     A region file states exact bounds. Positions that it omits have the bounds of
@@ -88,8 +89,6 @@ def verify(
         return _verdicts(found, as_json)
     with console.following("deciding") as listener, listening(listener):
         done = verified(loaded, found, asking, lambda result: say_results(loaded, [result], console))
-    for name in done.not_located:
-        console.line("where", f"not available for {name}, which is about episodes")
     if output is not None:
         _write(output, profile, done, console)
     if as_json or full or context.obj["verbose"]:

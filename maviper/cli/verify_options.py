@@ -105,7 +105,12 @@ PARAMETER_OPTIONS = (
     ),
 )
 LIMIT_OPTIONS = (
-    option("--where", is_flag=True, section=EXTENT, help="Find where claims about single decisions hold and fail."),
+    option(
+        "--where",
+        is_flag=True,
+        section=EXTENT,
+        help="Find where claims hold and fail (reaches, covers: the share of starts that fail).",
+    ),
     option(
         "--max-cells", default=None, type=int, section=EXTENT, help="Limit on failing cells to find (default: 50000)."
     ),

@@ -170,9 +170,9 @@ def _check_episodes(claims: Sequence[Claim], options: VerifyOptions) -> None:
         if options.solver_units is not None:
             what = "none of these properties is decided by the solver"
             raise InputError(what, "--solver-units", "to limit claims about episodes, use --max-zones")
-        if options.where:
-            what = f"--where is for claims about single decisions; {' and '.join(EPISODE_CLAIMS)} are about episodes"
-            raise InputError(what, "--where", "leave it out, or ask about a smaller --region")
+        if options.max_cells is not None:
+            what = f"--max-cells limits claims about single decisions; {', '.join(EPISODE_CLAIMS)} are about episodes"
+            raise InputError(what, "--max-cells", "to limit claims about episodes, use --max-zones")
         if options.smt is not None:
             what = "none of these properties gives a query to the solver"
             raise InputError(what, "--smt", f"{', '.join(EPISODE_CLAIMS)} are decided by zones")

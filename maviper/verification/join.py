@@ -7,6 +7,7 @@ Does not: decide verdicts.
 
 import hashlib
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import replace
 from functools import partial
 from typing import Any, overload
@@ -30,6 +31,7 @@ from verify.claims.decisions import DecisionClaim
 from verify.claims.formula import Formula
 from verify.claims.region import MACHINE, Kind, Region, Verdict, called
 from verify.extent.found import where as located
+from verify.extent.starts import start_share
 from verify.question import DecisionQuestion, Question
 from verify.reports import report
 from verify.solver.encode import Query, query, reaching
@@ -54,7 +56,7 @@ def verify_claims(questions: Sequence[Question[Claim]], where: bool = ...) -> li
 def verify_claims(questions: Sequence[Question[Claim]], where: bool = False) -> list[Any]:
     """A result for each question; all are about one profile. Those about episodes are of the deployed arithmetic.
 
-    `where`: also where claims about single decisions hold.
+    `where`: also where claims about single decisions hold, and from how many starts those about episodes fail.
     """
     return list(one_by_one(questions, where))
 
@@ -74,7 +76,9 @@ def one_by_one(questions: Sequence[Question[Claim]], where: bool = False) -> Ite
             claim = question.claim
             if claim.kind is Kind.EPISODES:
                 replays, asked = rollouts(made, world), question.about(claim).by(MACHINE)
-                yield closed_loop.verify_episodes(asked, replays, skipped)
+                episode_result = closed_loop.verify_episodes(asked, replays, skipped)
+                starts = start_share(asked, episode_result.verdict) if where else None
+                yield replace(episode_result, starts=starts)
                 continue
             decisions = _replays(made, profile.team(claim.team), world)
 
@@ -94,13 +98,15 @@ def one_by_one(questions: Sequence[Question[Claim]], where: bool = False) -> Ite
 def verdicts(questions: Sequence[Question[Claim]]) -> Iterator[tuple[Verdict, str]]:
     """The verdict on each question and its reason: those of `verify_claims`, without what a report says beside them."""
     profile = ensure(questions[0].profile)
-    for question in questions:
-        claim = question.claim
-        if claim.kind is not Kind.EPISODES:
-            yield engine.verdict(question.about(claim))
-            continue
-        with _for_replays(profile) as made:
-            yield closed_loop.verdict(question.about(claim).by(MACHINE), rollouts(made, matching_places(profile)))
+    episodes = any(question.claim.kind is Kind.EPISODES for question in questions)
+    with _for_replays(profile) if episodes else nullcontext() as made:
+        replays = {} if made is None else rollouts(made, matching_places(profile))
+        for question in questions:
+            claim = question.claim
+            if claim.kind is Kind.EPISODES:
+                yield closed_loop.verdict(question.about(claim).by(MACHINE), replays)
+            else:
+                yield engine.verdict(question.about(claim))
 
 
 def _for_replays(profile: ir.PolicyProfile) -> Build:

@@ -24,9 +24,10 @@ FOUND = "# Found by maviper verify --where:"  # what the file of a region found 
 
 def repeated(asked: Asked, wanted: int | None) -> str:
     """The command line that repeats a question."""
-    if wanted is None or asked.claim.kind is Kind.EPISODES:
+    if wanted is None:
         return asked.command
-    return f"{asked.command} --where" + (f" --max-cells {wanted}" if wanted != Budgets().max_cells else "")
+    limited = asked.claim.kind is not Kind.EPISODES and wanted != Budgets().max_cells
+    return f"{asked.command} --where" + (f" --max-cells {wanted}" if limited else "")
 
 
 def where_files(profile: PolicyProfile, results: Sequence[Result | EpisodeResult]) -> dict[str, str]:

@@ -19,7 +19,6 @@ from maviper.verification.counterexamples import counterexample_files
 from maviper.verification.failing_states import states_files
 from maviper.verification.join import one_by_one, report_files
 from maviper.verification.places import repeated, where_files
-from verify.claims.region import Kind
 from verify.reports import report
 from verify.verdicts.decisions import Result
 from verify.verdicts.episodes import EpisodeResult
@@ -35,12 +34,6 @@ class Verified:
     asked: tuple[Asked, ...]
     results: tuple[Result | EpisodeResult, ...]
     cells: int | None = None  # that --where looked for at most
-
-    @property
-    def not_located(self) -> list[str]:
-        """The claims for which `where` was asked in vain."""
-        episodes = [one.claim.shown for one in self.asked if one.claim.kind is Kind.EPISODES]
-        return episodes if self.cells is not None else []
 
     @cached_property
     def reports(self) -> dict[str, str]:

@@ -82,6 +82,11 @@ class EpisodeClaim(AnyClaim):
         """Words for the entities named; None: for any."""
         raise NotImplementedError
 
+    @property
+    def arrival(self) -> "Arrival | None":
+        """The claim itself, if it is one to arrive."""
+        return None
+
     def marks(self, profile: PolicyProfile) -> list[str]:
         """The entities from which distances are measured."""
         raise NotImplementedError
@@ -120,6 +125,11 @@ class Arrival(EpisodeClaim):
     nobody_named = "any matching"
 
     landmarks: tuple[str, ...] = ()  # one for each agent of the team; empty: any matching will do
+
+    @property
+    def arrival(self) -> "Arrival":
+        """The claim itself."""
+        return self
 
     def marks(self, profile: PolicyProfile) -> list[str]:
         """The landmarks."""

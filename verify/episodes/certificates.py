@@ -43,12 +43,13 @@ def made(question: EpisodeQuestion, proved: Sequence[Part], most: int | None = N
     allowed = MAX_ANSWERS * question.budgets.max_zones // Budgets().max_zones
     most = max(MAX_ANSWERS, allowed) if most is None else most
     start, opened = _inhabitant(profile, region), ""
-    if not isinstance(claim, Arrival):
+    arrival = claim.arrival
+    if arrival is None:
         raise NoCertificateError(uncertifiable(claim.name))
     for form, reading in READINGS.items():
         try:
-            parts = _closed(reading, question.about(claim), proved, most)
-            return EpisodeCertificate(content_hash(profile), claim, region, start, parts, form=form)
+            parts = _closed(reading, question.about(arrival), proved, most)
+            return EpisodeCertificate(content_hash(profile), arrival, region, start, parts, form=form)
         except OpenBranchError as error:
             opened = str(error)
         except RejectedError as error:

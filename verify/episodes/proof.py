@@ -53,8 +53,8 @@ class Prover:
 
     def __init__(self, episode: Episode, limit: int = MAX_ANSWERS) -> None:
         self._episode, self._limit, self.looked = episode, limit, 0
-        used = sorted(_used(episode))
-        self._nodes = [[0, *(node for node in used if episode.names[node].endswith(axis))] for axis in (".x", ".y")]
+        asked = sorted(used(episode))
+        self._nodes = [[0, *(node for node in asked if episode.names[node].endswith(axis))] for axis in (".x", ".y")]
         self._at = {node: (axis, place) for axis, nodes in enumerate(self._nodes) for place, node in enumerate(nodes)}
 
     def run(self) -> bytes:
@@ -173,7 +173,7 @@ def _walk(found: Several, answer: int) -> bytes:
     return b"".join(told)
 
 
-def _used(episode: Episode) -> set[int]:
+def used(episode: Episode) -> set[int]:
     """Nodes of which a question after the region's box speaks."""
     found: set[int] = set()
     seen: set[int] = set()

@@ -84,7 +84,8 @@ def _matrices(one: Failing, names: Sequence[str]) -> Float64:
     """One goal's zones over the nodes of a group, [zones, nodes, nodes]."""
     sizes = one.problem.sizes
     starts = np.cumsum([0, *(size * size for size in sizes)])
-    cells = np.array([[cell / one.problem.scale for cell in cells] for _, cells in one.zones])
+    lengths = {cell: cell / one.problem.scale for cell in {cell for _, cells in one.zones for cell in cells}}
+    cells = np.array([[lengths[cell] for cell in cells] for _, cells in one.zones])
     cells = cells.reshape(len(one.zones), int(starts[-1]))
 
     def cell(a: str, b: str) -> Float64:

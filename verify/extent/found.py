@@ -90,9 +90,8 @@ def where(question: DecisionQuestion, verdict: Verdict, name: str = "") -> Where
 
 def _ending(question: DecisionQuestion, failing: Sequence[Failing]) -> str:
     """Why a search for zones ended before it had all."""
-    budgets = question.budgets
-    spent = next((one.nodes for one in failing if not one.complete and one.nodes > budgets.max_nodes), 0)
-    return f"the search ended after {spent - 1} nodes" if spent else f"there are more than {budgets.max_cells}"
+    spent = next((one.limit for one in failing if not one.complete and one.nodes > one.limit), 0)
+    return f"the search ended after {spent} nodes" if spent else f"there are more than {question.budgets.max_cells}"
 
 
 def _part(question: DecisionQuestion, part: Region) -> Part:

@@ -9,7 +9,7 @@ Does not: confirm points: a zone is of real states, and one narrower than a floa
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from math import factorial, prod
+from math import factorial, lcm, prod
 
 from verify.claims.decisions import OwnFormula
 from verify.claims.formula import negated
@@ -20,6 +20,8 @@ from verify.zones.engine import Tests, ZoneQuery
 from verify.zones.search import Branch
 from verify.zones.tables import EPSILON, Problem
 from verify.zones.volume import DEFAULT_FACES, FacesError, Volumes
+
+USUAL_BITS = 256  # of bounds in units; with more, fewer faces are visited
 
 
 @dataclass(frozen=True)
@@ -32,6 +34,7 @@ class Failing:
     zones: tuple[Branch, ...]
     complete: bool  # whether these are all
     nodes: int  # search nodes
+    limit: int  # of search nodes
 
     def bounds(self, zone: Branch) -> dict[tuple[str, str], tuple[Fraction, bool]]:
         """(a, b) -> (most of a - b, whether it stays below); "" stands for zero. Only within components."""
@@ -52,16 +55,18 @@ class Failing:
 
 @dataclass(frozen=True)
 class ExactShare:
-    """Volumes of the zones, of the region (of states that meet the assumption) and of each zone, summed over goals."""
+    """Volumes of the region (of its states that meet the assumption) and of each zone, summed over goals, in one unit.
 
-    violating: Fraction
-    region: Fraction
-    zones: tuple[tuple[Fraction, ...], ...]  # goal by goal, in the order of the zones
+    They are integers: to reduce a fraction for each zone may take minutes, where bounds have hundreds of digits.
+    """
+
+    region: int
+    zones: tuple[tuple[int, ...], ...]  # goal by goal, in the order of the zones
 
     @property
     def value(self) -> Fraction:
         """The share of the region in which the claim fails, goals being equally likely."""
-        return self.violating / self.region
+        return Fraction(sum(volume for own in self.zones for volume in own), self.region)
 
 
 def violations(question: DecisionQuestion) -> list[Failing]:
@@ -84,7 +89,7 @@ def violations(question: DecisionQuestion) -> list[Failing]:
 def _failing(question: DecisionQuestion, goal: str | None, tests: Tests, most: int) -> Failing:
     query = ZoneQuery(question, goal, tests, apart=True)
     zones, complete = query.violations(most)
-    return Failing(goal, tuple(query.agents), query.problem, tuple(zones), complete, query.nodes)
+    return Failing(goal, tuple(query.agents), query.problem, tuple(zones), complete, query.nodes, query.limit)
 
 
 def exact_share(question: DecisionQuestion, found: Sequence[Failing], faces: int = DEFAULT_FACES) -> ExactShare | str:
@@ -92,15 +97,23 @@ def exact_share(question: DecisionQuestion, found: Sequence[Failing], faces: int
 
     Or why there is none: more than `faces` faces, or a region without volume.
     """
-    volumes, fixed = Volumes(faces), fixed_coordinates(question.region)
+    volumes, fixed = Volumes(_affordable(faces, found)), fixed_coordinates(question.region)
     try:
         whole = _whole(question, volumes, fixed)
-        each = tuple(_volumes(one, volumes, fixed) for one in found)
+        each = [_volumes(one, volumes, fixed) for one in found]
     except FacesError:
-        return f"it takes more than {faces} faces"
+        return f"it takes more than {volumes.budget} faces"
     if not whole:
         return "the region has no volume"
-    return ExactShare(sum((volume for own in each for volume in own), Fraction(0)), whole, each)
+    unit = lcm(whole.denominator, *(unit for _, unit in each))
+    zones = tuple(tuple(volume * (unit // own) for volume in volumes) for volumes, own in each)
+    return ExactShare(whole.numerator * (unit // whole.denominator), zones)
+
+
+def _affordable(faces: int, found: Sequence[Failing]) -> int:
+    """A budget of faces that takes as long whatever the digits of the bounds."""
+    longest = max((one.problem.scale.bit_length() for one in found), default=0)
+    return max(1, faces * USUAL_BITS // max(USUAL_BITS, longest))
 
 
 def exact_part(question: DecisionQuestion, part: Region, faces: int = DEFAULT_FACES) -> Fraction | None:
@@ -124,19 +137,24 @@ def _whole(question: DecisionQuestion, volumes: Volumes, fixed: Mapping[str, str
         found = _failing(meeting, goal, Tests.of(meeting), meeting.budgets.max_cells)
         if not found.complete:
             raise FacesError
-        total += sum(_volumes(found, volumes, fixed))
+        parts, unit = _volumes(found, volumes, fixed)
+        total += Fraction(sum(parts), unit)
     return total
 
 
-def _volumes(found: Failing, volumes: Volumes, fixed: Mapping[str, str]) -> tuple[Fraction, ...]:
-    """The volume of each zone, in the coordinates that are not fixed."""
+def _volumes(found: Failing, volumes: Volumes, fixed: Mapping[str, str]) -> tuple[list[int], int]:
+    """The volume of each zone, in the coordinates that are not fixed, and how many of its units one is."""
     free = [[0] for _ in found.problem.sizes]
     for name, (component, node) in found.problem.places.items():
         if name not in fixed:
             free[component].append(node)
     dimensions = [len(nodes) - 1 for nodes in free]
     unit = prod((found.problem.scale // EPSILON) ** d * factorial(d) for d in dimensions)
-    return tuple(Fraction(_numerator(zone, found.problem.sizes, free, volumes), unit) for zone in found.zones)
+    parts: list[int] = []
+    for number, zone in enumerate(found.zones):
+        tell(number, len(found.zones), "volumes of failing cells added up")
+        parts.append(_numerator(zone, found.problem.sizes, free, volumes))
+    return parts, unit
 
 
 def _numerator(zone: Branch, sizes: Sequence[int], free: Sequence[Sequence[int]], volumes: Volumes) -> int:

@@ -5,11 +5,15 @@ Assumes: results of `closed_loop.verify_episodes`.
 Does not: contain times, paths or facts about the machine.
 """
 
+from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Context, Decimal
+from fractions import Fraction
 from typing import Any
 
 from codegen.ir import PolicyProfile
 from verify.claims.catalogue import COINCIDING, sentence
 from verify.claims.region import MACHINE, Verdict, called, goal_text, plain
+from verify.extent.starts import StartShare
+from verify.extent.sure import ANSWERS, FACES
 from verify.verdicts.episodes import EpisodeResult
 
 MEANINGS = {
@@ -28,6 +32,11 @@ CONTACTS = (
     "zone gives.",
     f"Claims about episodes are {COINCIDING}; a region can keep starts apart.",
 )
+SPENT = {
+    ANSWERS: "{:,} answers were looked at, and a larger --max-zones looks at more",
+    FACES: "volumes take too many faces",
+}
+DIGITS = 12  # of shares in report.json
 SIZE, EDGE = 300.0, 0.25  # side of the picture; margin, length units
 
 
@@ -68,7 +77,43 @@ def result_facts(profile: PolicyProfile, result: EpisodeResult, command: str) ->
         "uncertified": result.uncertified,
         "counterexample": None if result.state is None else _counterexample(profile, result),
         "command": command,
+    } | ({} if result.starts is None else {"starts": _starts(result.starts)})
+
+
+def _starts(found: StartShare) -> dict[str, Any]:
+    """How many starts fail, with the bounds rounded outwards."""
+    return {
+        "least": None if found.reason else _written(found.least, ROUND_FLOOR, DIGITS),
+        "most": None if found.reason else _written(found.most, ROUND_CEILING, DIGITS),
+        "exact": found.exact,
+        "answers": found.answers,
+        "budget": found.budget,
+        "says": _says(found),
     }
+
+
+def _says(found: StartShare) -> str:
+    """The share of starts that fail, in words."""
+    if found.reason:
+        return f"the share of starts that fail is not known: {found.reason}"
+    least, most = _percent(found.least, ROUND_FLOOR), _percent(found.most, ROUND_CEILING)
+    if not found.exact:
+        return f"between {least} and {most} of starts fail: {SPENT[found.spent].format(found.answers)}"
+    if found.least == found.most:
+        return f"exactly {_percent(found.least, ROUND_HALF_EVEN, 6)} of starts fail"
+    near = _percent(found.most - found.least, ROUND_CEILING)
+    return f"exactly {_percent(found.least, ROUND_HALF_EVEN, 6)} of starts fail; {near} are within roundings of an edge"
+
+
+def _percent(share: Fraction, rounding: str, digits: int = 3) -> str:
+    return f"{_written(100 * share, rounding, digits)} %"
+
+
+def _written(number: Fraction, rounding: str, digits: int) -> str:
+    """A number as a decimal, with so many significant digits."""
+    context = Context(prec=digits, rounding=rounding)
+    found = context.divide(Decimal(number.numerator), Decimal(number.denominator))
+    return f"{found.normalize(context):f}"
 
 
 def _certificate(result: EpisodeResult) -> dict[str, Any]:

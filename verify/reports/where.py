@@ -27,7 +27,8 @@ from verify.zones.search import Branch
 FORM = "maviper-zones-1"
 FIRST = 1_000  # zones that are written of those that are not all: the others would say no more
 SHOWN = 3  # combinations of leaves that are put into words
-Ranked: TypeAlias = tuple[Failing, Branch, Fraction | None]  # a zone with its goal's data and its share, if known
+LONGEST = 1 << 13  # bits of a volume beyond which shares of cells are written rounded: reducing each takes too long
+Ranked: TypeAlias = tuple[Failing, Branch, int | None]  # a zone with its goal's data and its volume, if known
 Bounds = Mapping[tuple[str, str], tuple[Fraction, bool]]  # (a, b) -> most of a - b, whether it stays below
 
 
@@ -56,33 +57,32 @@ def _exact(share: Fraction) -> dict[str, Any]:
 
 
 def _ranked(found: Where) -> list[Ranked]:
-    """All zones with their shares, the largest first; in the order of the search where shares are equal or unknown."""
+    """All zones with their volumes, the largest first; in the order of the search where these are equal or unknown."""
     rows: list[Ranked] = []
     for place, failing in enumerate(found.failing):
         for number, zone in enumerate(failing.zones):
-            share = None if found.share is None else found.share.zones[place][number] / found.share.region
-            rows.append((failing, zone, share))
+            rows.append((failing, zone, None if found.share is None else found.share.zones[place][number]))
     return sorted(rows, key=lambda row: -(row[2] or 0))
 
 
 def _leaves(profile: PolicyProfile, found: Where) -> dict[str, list[dict[str, Any]]]:
     """Agent -> the leaves that it is in somewhere where the claim fails: action, zones, share of the region."""
     counts: dict[str, dict[int, int]] = {}
-    shares: dict[str, dict[int, Fraction]] = {}
-    for failing, zone, share in _ranked(found):
+    volumes: dict[str, dict[int, int]] = {}
+    for failing, zone, volume in _ranked(found):
         for agent, leaf in zip(failing.agents, zone[0], strict=True):
-            own, sums = counts.setdefault(agent, {}), shares.setdefault(agent, {})
+            own, sums = counts.setdefault(agent, {}), volumes.setdefault(agent, {})
             own[leaf] = own.get(leaf, 0) + 1
-            sums[leaf] = sums.get(leaf, Fraction(0)) + (share or 0)
+            sums[leaf] = sums.get(leaf, 0) + (volume or 0)
     return {
         agent: [
             {
                 "leaf": leaf,
                 "action": _action(profile.policy(agent), leaf),
                 "zones": counts[agent][leaf],
-                "share": None if found.share is None else float(shares[agent][leaf]),
+                "share": None if found.share is None else volumes[agent][leaf] / found.share.region,
             }
-            for leaf in sorted(counts[agent], key=lambda leaf: (-shares[agent][leaf], leaf))
+            for leaf in sorted(counts[agent], key=lambda leaf: (-volumes[agent][leaf], leaf))
         ]
         for agent in counts
     }
@@ -98,7 +98,7 @@ def _most(profile: PolicyProfile, result: Result) -> list[dict[str, Any]]:
     together: dict[tuple[tuple[str, int], ...], list[Ranked]] = {}  # a claim may speak of other agents for each goal
     for row in _ranked(result.where):
         together.setdefault(tuple(zip(row[0].agents, row[1][0], strict=True)), []).append(row)
-    sums = {leaves: sum((row[2] or Fraction(0) for row in rows), Fraction(0)) for leaves, rows in together.items()}
+    sums = {leaves: sum(row[2] or 0 for row in rows) for leaves, rows in together.items()}
     facts: list[dict[str, Any]] = []
     for leaves in sorted(together, key=lambda leaves: (-sums[leaves], -len(together[leaves]), leaves))[:SHOWN]:
         failing, zone, _ = together[leaves][0]
@@ -106,7 +106,7 @@ def _most(profile: PolicyProfile, result: Result) -> list[dict[str, Any]]:
             {"agent": agent, "leaf": leaf, "action": _action(profile.policy(agent), leaf)} for agent, leaf in leaves
         ]
         words = [_words(*ends) for ends in _needed(failing, zone, result.region)]
-        share = None if result.where.share is None else float(sums[leaves])
+        share = None if result.where.share is None else sums[leaves] / result.where.share.region
         count = len(together[leaves])
         goal = goal_text(failing.goal)
         facts.append({"agents": agents, "zones": count, "share": share, "goal": goal, "words": words})
@@ -217,13 +217,24 @@ def zones_json(profile: PolicyProfile, result: Result) -> str:
         "complete": found.complete,
         "share": None if found.share is None else rational_literal(found.share.value),
         "found": found.count,
-        "violating": [_zone(profile, result.region, *one) for one in ranked[: None if found.complete else FIRST]],
+        "violating": [
+            _zone(profile, result.region, failing, zone, _share(volume, found))
+            for failing, zone, volume in ranked[: None if found.complete else FIRST]
+        ],
     }
     return layout(facts) + "\n"
 
 
+def _share(volume: int | None, found: Where) -> str | float | None:
+    """A zone's share of the region: exact, or a double where it has too many digits for that."""
+    if volume is None or found.share is None:
+        return None
+    whole = found.share.region
+    return rational_literal(Fraction(volume, whole)) if whole.bit_length() <= LONGEST else volume / whole
+
+
 def _zone(
-    profile: PolicyProfile, region: Region, failing: Failing, zone: Branch, share: Fraction | None
+    profile: PolicyProfile, region: Region, failing: Failing, zone: Branch, share: str | float | None
 ) -> dict[str, Any]:
     bounds = failing.bounds(zone)
     names: Sequence[str] = list(failing.problem.places)
@@ -243,7 +254,7 @@ def _zone(
         "actions": {
             agent: _action(profile.policy(agent), leaf) for agent, leaf in zip(failing.agents, zone[0], strict=True)
         },
-        "share": None if share is None else rational_literal(share),
+        "share": share,
         "box": box,
         "difference": differences,
     }

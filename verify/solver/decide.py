@@ -7,11 +7,10 @@ Does not: confirm counterexamples or compare engines.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import product
 
 from verify.claims.formula import TRUE
 from verify.claims.region import Verdict
-from verify.question import DecisionQuestion
+from verify.question import Case, DecisionQuestion
 from verify.solver.encode import query, region_only
 from verify.solver.solve import Answer, ask
 
@@ -29,8 +28,8 @@ class Decision:
     exact: bool = True  # as of the query: else the answer may be no violation
 
 
-def decide(question: DecisionQuestion, goals: Sequence[str | None] | None = None) -> Decision:
-    """The bare decision, by Z3. `goals`: only these of the region's goals. InputError where the team cannot be asked
+def decide(question: DecisionQuestion, cases: Sequence[Case] | None = None) -> Decision:
+    """The bare decision, by Z3. `cases`: only these of the question's. InputError where the team cannot be asked
     about.
     """
     _ = question.team
@@ -38,7 +37,7 @@ def decide(question: DecisionQuestion, goals: Sequence[str | None] | None = None
     if nothing:
         return Decision(Verdict.VACUOUS, spent, reason=nothing)
     open_reasons: list[str] = []
-    for goal, part in product(question.goals if goals is None else goals, question.parts):
+    for goal, part in question.cases if cases is None else cases:
         asked = query(part, goal)
         answer = ask(asked, question.budgets.solver_units)
         spent += answer.resources

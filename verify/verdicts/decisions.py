@@ -194,11 +194,11 @@ def _alive(question: DecisionQuestion, visited: Visited | None) -> Result:
 
 
 def _settled(question: DecisionQuestion, zoned: Zoned) -> tuple[Verdict, str, int, State | None, Opinion]:
-    """Verdict, reason, resources, for VIOLATED a confirmed point (goal after goal until one is), and Z3's opinion."""
-    goals, only_real = list(question.goals), ""
+    """Verdict, reason, resources, for VIOLATED a confirmed point (case after case until one is), and Z3's opinion."""
+    cases, only_real = question.cases, ""
     decided = zoned.opinion.verdict in (Verdict.PROVED, Verdict.VIOLATED)
     units = question.budgets.second if decided else question.budgets.solver_units
-    decision = decide(question.spending(solver_units=units), goals)
+    decision = decide(question.spending(solver_units=units), cases)
     spent = decision.resources
     second = Opinion(solve.solver_name(), decision.verdict, spent, "resource units")
     if decision.verdict is not agreeing(zoned, second):
@@ -214,8 +214,9 @@ def _settled(question: DecisionQuestion, zoned: Zoned) -> tuple[Verdict, str, in
         if state is not None:
             return Verdict.VIOLATED, "", spent, state, second
         only_real = ONLY_REAL if decision.exact else ONLY_ROUNDED
-        goals = goals[goals.index(decision.goal) + 1 :]
-        decision = decide(question, goals)
+        place = next(k for k, (goal, part) in enumerate(cases) if goal == decision.goal and part.claim == asked.claim)
+        cases = cases[place + 1 :]
+        decision = decide(question, cases)
         spent += decision.resources
     if only_real and decision.verdict in (Verdict.PROVED, Verdict.UNKNOWN):
         return Verdict.UNKNOWN, only_real, spent, None, second

@@ -34,6 +34,7 @@ from verify.episodes.certificates import LeftOpenError, NoCertificateError
 from verify.episodes.composition import Decision, decide
 from verify.episodes.contacts import MAX_DRIFT
 from verify.episodes.zones import SCALE, points_of, starts
+from verify.extent.starts import StartShare
 from verify.question import EpisodeQuestion
 from verify.states.episodes import (
     Episode,
@@ -96,6 +97,7 @@ class EpisodeResult:
     certificate: EpisodeCertificate | None = None  # of a proof; the checker accepted it
     branches: int = 0  # that the certificate closes
     uncertified: str = ""  # why a proof has no certificate, and so one reading only
+    starts: StartShare | None = None  # how many of the region's fail, when that was asked
 
     @property
     def kind(self) -> Literal[Kind.EPISODES]:

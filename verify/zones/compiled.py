@@ -19,6 +19,7 @@ except ImportError:
     _zones = None
 AVAILABLE = _zones is not None and sys.byteorder == "little" and array("i").itemsize == 4
 WIDTHS = (128, 256)  # bits
+SLOWER = 100  # so many times, without the extension
 Packed: TypeAlias = Callable[[tuple[int, ...]], "bytes | None"]
 
 
@@ -32,6 +33,11 @@ def search(problem: Problem, region: Flat, budget: int) -> "Search | CompiledSea
 def width(problem: Problem) -> int | None:
     """The bits that hold every sum of the problem's weights; None when there are not enough."""
     return next((bits for bits in WIDTHS if 4 * problem.infinite < 1 << (bits - 1)), None)
+
+
+def affordable(problem: Problem, budget: int) -> int:
+    """The search nodes that a budget allows: fewer where numbers are too long for the extension, whoever searches."""
+    return budget if width(problem) is not None else max(1, budget // SLOWER)
 
 
 class _Walk(NamedTuple):

@@ -11,13 +11,12 @@ from copy import copy
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cache
-from itertools import product
 from typing import TypeAlias
 
 from verify.claims.formula import Formula, agents
 from verify.claims.region import Verdict
 from verify.question import DecisionQuestion
-from verify.zones.compiled import CompiledSearch, search
+from verify.zones.compiled import CompiledSearch, affordable, search
 from verify.zones.disjoint import disjoint
 from verify.zones.search import Branch, BudgetError, Resolve, Search
 from verify.zones.tables import (
@@ -78,9 +77,9 @@ def decide(question: DecisionQuestion) -> Outcome:
     of its own. BeyondZonesError when the question is not about difference bounds; InputError when a feature has no
     meaning or speaks of a coordinate that the region does not bound.
     """
-    tests, budget = Tests.of(question), question.budgets.max_nodes
+    tests = Tests.of(question)
     spent, proofs, inhabitant, reasons = 0, dict[str | None, bytes](), dict[str, Fraction](), list[str]()
-    for goal, part in product(question.goals, question.parts):
+    for goal, part in question.cases:
         query = ZoneQuery(part, goal, tests)
         try:
             inhabitant = inhabitant or query.inhabitant()
@@ -88,8 +87,8 @@ def decide(question: DecisionQuestion) -> Outcome:
                 return Outcome(Verdict.VACUOUS, spent + query.nodes, reason="the region holds no world state")
             proof, state = query.answer()
         except BudgetError:
-            spent += budget
-            reasons.append(f"goal {goal or 'none'}: not decided within {budget} search nodes")
+            spent += query.limit
+            reasons.append(f"goal {goal or 'none'}: not decided within {query.limit} search nodes")
             continue
         spent += query.nodes
         if state is not None:
@@ -111,12 +110,12 @@ class ZoneQuery:
         ]
         self._disjoint = disjoint(self._table) if apart else _as_it_is
         self.problem = problem(self._table)
-        self._box, self._budget = tuple(question.region.box), question.budgets.max_nodes
+        self._box, self.limit = tuple(question.region.box), affordable(self.problem, question.budgets.max_nodes)
         self._search = self._searching()
 
     def _searching(self) -> "Search | CompiledSearch":
         # a region that is plainly false has no point, and the search is not asked
-        return search(self.problem, self._disjoint(self._table.region) or Flat((), ()), self._budget)
+        return search(self.problem, self._disjoint(self._table.region) or Flat((), ()), self.limit)
 
     def weighed(self, problem: Problem) -> "ZoneQuery":
         """The same question with other numbers for its bounds."""

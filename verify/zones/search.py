@@ -15,6 +15,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple, TypeAlias
 
+from verify.progress import tell
 from verify.zones.tables import TRUE, Flat, Problem, ZoneTree
 
 Zone: TypeAlias = list[tuple[list[int], list[int]]]  # per component: bounds and first steps, [size * size]
@@ -22,6 +23,7 @@ Resolve: TypeAlias = Callable[[tuple[int, ...]], Flat | None]
 Branch: TypeAlias = tuple[tuple[int, ...], list[int]]  # each agent's leaf, cells of the closed matrices in their order
 
 
+TOLD = 64  # after so many nodes the search says how far it is
 MAX_PARTS = 62  # parts of one agent that lemmas are tried for
 
 
@@ -131,6 +133,8 @@ class Search:
             self.nodes += 1
             if self.nodes > self.budget:
                 raise BudgetError
+            if not self.nodes % TOLD:
+                tell(self.nodes, self.budget, "search nodes of zones")
             agent, node, known, leaves = frame.agent, frame.node, frame.known, frame.leaves
             denial = resolve(known) if agent >= 0 and resolve is not None else TRUE
             if denial is None:

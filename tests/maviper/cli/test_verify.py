@@ -7,6 +7,7 @@ import pytest
 from codegen.errors import ExitCode
 from codegen.policy_json import dumps
 from maviper.cli.main import run as command
+from maviper.verification import join
 from verify.verdicts import decisions
 
 TWO = ("--property", "distinct_targets", "--property", "no_double")
@@ -29,6 +30,18 @@ def test_verdicts_alone_are_those_of_the_report(capsys, profile_file):
     assert command(["verify", profile_file, *TWO, "--verdict-only"]) == code
     lines = capsys.readouterr().out.splitlines()
     assert [line.split()[0] for line in lines] == [one["verdict"] for one in full]
+
+
+def test_verdicts_alone_make_the_header_once(capsys, monkeypatch, profile_file):
+    """And not at all where no claim is about episodes."""
+    made = []
+    header = join.build
+    monkeypatch.setattr(join, "build", lambda *asked: made.append(asked) or header(*asked))
+    episodes = ("--property", "reaches", "--property", "covers", "--steps", "2")
+    for asked, count in (((*episodes, *TWO), 1), (TWO, 0)):
+        made.clear()
+        command(["verify", profile_file, *asked, "--verdict-only"])
+        assert capsys.readouterr().out.count("\n") == asked.count("--property") and len(made) == count
 
 
 @pytest.mark.parametrize("other", [("--where",), ("-o", "report")])

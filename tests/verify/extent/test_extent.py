@@ -27,11 +27,13 @@ from verify.extent import found as where
 from verify.extent import violations
 from verify.extent.carving import GRID, obstacles
 from verify.extent.largest import largest
+from verify.progress import listening
 from verify.question import Budgets, Question
 from verify.reports import where as where_report
 from verify.solver.decide import decide
 from verify.states import shares
 from verify.verdicts import decisions
+from verify.zones.compiled import SLOWER
 
 pytestmark = pytest.mark.solver
 CLAIM = DistinctTargets("defenders")
@@ -203,6 +205,25 @@ def test_distances_of_a_region_are_made_disjoint(profile):
     assert low <= share.value <= high
     impossible = replace(everywhere(same), apart=(("agent_0", "agent_1", Fraction(2)),))
     assert sampled_and_exact(same, claim, impossible, 5)[1] == "the region has no volume"
+
+
+def test_bounds_of_hundreds_of_digits(profile):
+    """Long denominators, each of its own: the share is that of the rounded bounds, told at every stage."""
+    same = team(profile, towards(0, 0), towards(0, 1))
+    claim, start = find_property("distinct_targets", same), everywhere(same)
+    names = [name for name in start.box if name[-2] == "."]
+    lowest = {name: -Fraction(10**196 + 2 * k, 10**196 + 2 * k + 7) for k, name in enumerate(names)}
+    region = replace(start, box=start.box | {name: (low, Fraction(1)) for name, low in lowest.items()})
+    question, told = Question(same, claim, region, budgets=Budgets(max_cells=60)), list[str]()
+    with listening(lambda done, most, words: told.append(words)):
+        found = violations.violations(question)
+        share = violations.exact_share(question, found)
+    assert found[0].limit == Budgets().max_nodes // SLOWER and found[0].problem.scale.bit_length() > 256
+    assert {"search nodes of zones", "volumes of failing cells added up"} <= set(told)
+    plain = Question(same, claim, start, budgets=Budgets(max_cells=60))
+    usual = violations.exact_share(plain, violations.violations(plain))
+    assert abs(share.value - usual.value) < Fraction(1, 10**100) and share.value != usual.value
+    assert violations.exact_share(question, found, 100) == "it takes more than 3 faces"
 
 
 def test_the_budget_of_faces_has_its_reason(profile):

@@ -85,7 +85,8 @@ def test_the_exported_question_is_the_very_question(profile):
                 assert text == smt_lib(query_of(Question(one, claim, region), goal)) and text.count("(check-sat)") == 1
                 solver = z3.Solver(ctx=z3.Context())
                 solver.from_string(text)
-                violated = decide(Question(one, claim, region), goals=[goal]).verdict is Verdict.VIOLATED
+                question = Question(one, claim, region)
+                violated = decide(question, cases=[(goal, question)]).verdict is Verdict.VIOLATED
                 assert (str(solver.check()) == "sat") == violated, (name, goal)
 
 

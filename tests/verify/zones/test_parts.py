@@ -1,6 +1,7 @@
 """Claims about many agents that are conjunctions of claims about few: asked one by one, proved by one certificate."""
 
 from dataclasses import replace
+from fractions import Fraction
 from itertools import combinations
 
 import pytest
@@ -12,10 +13,11 @@ from tests.teams import LEFT, STAY, UP, tree
 from verify.checker.certificates import FORM, PARTED, accepted, from_json, to_json
 from verify.checker.reading import RejectedError
 from verify.claims.decisions import OwnFormula
-from verify.claims.formula import TRUE, Acts, And, Not, Or, agents, conjuncts
+from verify.claims.formula import TRUE, Acts, And, Linear, Not, Or, agents, conjuncts
 from verify.claims.region import Verdict
 from verify.question import from_start
 from verify.solver.decide import decide
+from verify.verdicts.decisions import verify
 from verify.verdicts.opinions import by_zones
 from verify.zones import engine
 
@@ -54,6 +56,25 @@ def test_a_proof_in_parts_is_accepted_and_no_part_may_be_missing(crowd):
             accepted(replace(made, proofs={None: wrong}), crowd)
     with pytest.raises(RejectedError):
         accepted(replace(made, form=FORM), crowd)
+
+
+@pytest.mark.solver
+def test_a_part_that_fails_between_floats_does_not_end_the_others(crowd):
+    """The first pair fails only where no float64 lies, the second one in many states, though not near those."""
+    one, third = Fraction(1), Fraction(1, 3)
+    first, second, third_agent, fourth = [policy.agent for policy in crowd.agents[:4]]
+    beside = Linear(((-one, f"{first}.x"),), -third - Fraction(1, 2**70))
+    sliver = Or((Not(Acts(first, LEFT)), Not(Acts(second, LEFT)), Linear(((one, f"{first}.x"),), third), beside))
+    edge = Linear(((one, f"{third_agent}.x"),), Fraction(9, 10))
+    often = Or((Not(Acts(third_agent, LEFT)), Not(Acts(fourth, LEFT)), edge))
+    question = from_start(crowd, OwnFormula(crowd.agents[0].team, statement=And((sliver, often))))
+    assert len(question.parts) == 2 and decide(question).part.claim == question.parts[0].claim
+    found = verify(question, {})
+    assert found.verdict is Verdict.VIOLATED
+    position = found.counterexample.state.position
+    assert position[f"{third_agent}.x"] > Fraction(9, 10) and isinstance(position[f"{first}.x"], float)
+    alone = from_start(crowd, OwnFormula(crowd.agents[0].team, statement=sliver))
+    assert verify(alone, {}).verdict is Verdict.UNKNOWN
 
 
 @pytest.mark.solver

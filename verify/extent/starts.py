@@ -1,0 +1,171 @@
+"""How much of a region's starts a claim about episodes fails from: bounds of the share, by volume.
+
+Does: follows the team's agents one after the other, or together where any matching will do; where that takes too much,
+  bounds the share by what each agent does alone.
+Assumes: a world without contacts; `reaches` or `covers`, over starts at rest, goals equally likely.
+Does not: sample starts to count them; give one number where only bounds are known.
+
+Starts nearer to an edge of a cell than roundings reach are counted on neither side (sure.py), so the bounds hold for
+the deployed arithmetic. Where no budget ends, nothing else lies between them.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from math import prod
+
+from codegen import ir
+from verify.checker.episode_reading import Matching, RejectedError, matchings
+from verify.claims.episodes import Arrival
+from verify.claims.region import Verdict
+from verify.episodes.unroll import read_by
+from verify.extent.sure import Following, Measured, NoShareError, Sure
+from verify.question import EpisodeQuestion, Question
+from verify.states.episodes import at_rest, matched, play
+from verify.states.shares import SAMPLE_SEED
+from verify.states.state import sample
+from verify.zones.volume import DEFAULT_FACES
+
+SAMPLES = 2_000  # that say which matching to try first
+NOT_APART = "it is counted for reaches and covers only"
+NOBODY = "the region holds no start at rest"
+Share = tuple[Fraction, Fraction]  # least, most
+
+
+@dataclass(frozen=True)
+class StartShare:
+    """Bounds of the share of starts that fail; or `reason`, why there are none."""
+
+    least: Fraction = Fraction(0)
+    most: Fraction = Fraction(1)
+    exact: bool = False  # nothing but starts within roundings of an edge lies between them
+    answers: int = 0  # looked at
+    budget: int = 0
+    spent: str = ""  # which budget ended: of ANSWERS, of FACES
+    reason: str = ""
+
+
+def start_share(question: EpisodeQuestion, verdict: Verdict, faces: int = DEFAULT_FACES) -> StartShare:
+    """The share of starts from which a claim with that verdict fails. `faces`: of volumes, for each search."""
+    claim = question.claim.arrival
+    if verdict is Verdict.PROVED:
+        return StartShare(most=Fraction(0), exact=True)
+    if verdict is Verdict.VACUOUS or claim is None:
+        return StartShare(reason=NOBODY if verdict is Verdict.VACUOUS else NOT_APART)
+    try:
+        return _Share(question.about(claim), faces).share()
+    except (RejectedError, NoShareError) as error:
+        return StartShare(reason=str(error))
+
+
+class _Share:
+    """The share of one question."""
+
+    def __init__(self, question: Question[Arrival], faces: int) -> None:
+        self._question, self._faces, self._left = question, faces, 0
+        self._ways = self._ordered(matchings(question.profile, question.claim))
+        self._answers, self._spent = 0, ""
+
+    def share(self) -> StartShare:
+        """The mean over goals; one search stands for all where nobody who is followed reads the goal."""
+        profile, budget = self._question.profile, self._question.budgets.max_zones
+        team = [agent for agent, _ in self._ways[0]]
+        read = any(ir.GOAL in read_by(profile.policy(agent)) for agent in self._acting(team))
+        asked = self._question.goals if read else (None,)
+        found: list[Share] = []
+        for goal in asked:
+            self._left = budget // len(asked)
+            found.append(self._of_way(goal, self._ways[0]) if len(self._ways) == 1 else self._of_any(goal))
+        least, most = (sum(ends, Fraction(0)) / len(asked) for ends in zip(*found, strict=True))
+        return StartShare(least, most, not self._spent, self._answers, budget, self._spent)
+
+    def _of_any(self, goal: str | None) -> Share:
+        """The team fails where it fails every matching, and where one of its agents is at no landmark; what it does
+        together is followed with the answers that this leaves.
+        """
+        before, most = self._spent, self._of_way(goal, self._ways[0])[1]
+        self._spent = before
+        marks = dict.fromkeys(mark for way in self._ways for _, mark in way)
+        nowhere = [self._measured(goal, [[((agent, mark),) for mark in marks]]).fails for agent, _ in self._ways[0]]
+        whole = self._deciding(goal, [self._ways])
+        return max(whole.fails, *nowhere), min(1 - whole.holds, most)
+
+    def _of_way(self, goal: str | None, way: Matching) -> Share:
+        """The team fails a matching where an agent fails its own landmark; groups that share nothing do so
+        independently.
+        """
+        found = [self._of_group(goal, group) for group in self._independent(goal, way)]
+        least, most = (1 - prod((1 - ends[end] for ends in found), start=Fraction(1)) for end in range(2))
+        return least, most
+
+    def _of_group(self, goal: str | None, pairs: Matching) -> Share:
+        alone = [self._measured(goal, [[(pair,)]]) for pair in pairs] if len(pairs) > 1 else []
+        # each agent arrives at a time of its own, so they are followed in turn
+        whole = self._deciding(goal, [[(pair,)] for pair in pairs])
+        least, most = max(whole.fails, *(one.fails for one in alone), Fraction(0)), 1 - whole.holds
+        return least, min(most, sum((1 - one.holds for one in alone), Fraction(0))) if alone else most
+
+    def _deciding(self, goal: str | None, passes: Sequence[Sequence[Matching]]) -> Measured:
+        """As `_measured`; where its budget ends, the share is known between bounds only."""
+        found = self._measured(goal, passes)
+        self._spent = self._spent or found.spent
+        return found
+
+    def _measured(self, goal: str | None, passes: Sequence[Sequence[Matching]]) -> Measured:
+        """The shares of starts that fail and hold, when `passes` of agents are followed, one after the other. Each
+        search may take half of the answers that are left.
+        """
+        question, made = self._question, list[Sure]()
+        for allowed in passes:
+            acting = self._acting(agent for way in allowed for agent, _ in way)
+            made.append(Sure(question.profile, question.claim, question.region, goal, acting, allowed))
+        found = Following(made, self._left // 2, self._faces).measured()
+        self._left -= found.looked
+        self._answers += found.looked
+        return found
+
+    def _acting(self, agents: Iterable[str]) -> list[str]:
+        """The agents with those whom they read, and so on, in the profile's order."""
+        profile, found, waiting = self._question.profile, set[str](), list(agents)
+        everybody = [policy.agent for policy in profile.agents]
+        while waiting:
+            agent = waiting.pop()
+            found.add(agent)
+            waiting += (read_by(profile.policy(agent)) & set(everybody)) - found
+        return [agent for agent in everybody if agent in found]
+
+    def _independent(self, goal: str | None, way: Matching) -> list[Matching]:
+        """The pairs in groups of which the starts that matter have no coordinate in common, and no bound joins them."""
+        region = self._question.region
+        links = [{name.rpartition(".")[0] for name in pair[:2]} for pair in region.differences]
+        links += [set(pair[:2]) for pair in region.apart]
+        groups: list[tuple[set[str], Matching]] = []
+        for pair in way:
+            acting = self._acting(pair[:1])
+            read = frozenset[str]().union(*(read_by(self._question.profile.policy(agent)) for agent in acting))
+            mine = {*acting, pair[1], *(read - {ir.GOAL}), *([goal] if goal and ir.GOAL in read else [])}
+            own = {entity for entity in mine if not self._fixed(entity)}
+            while any(link & own and not link <= own for link in links):
+                own = own.union(*(link for link in links if link & own))
+            meeting = [group for group in groups if group[0] & own]
+            groups = [group for group in groups if not group[0] & own]
+            pairs = tuple(other for _, others in meeting for other in others)
+            groups.append((own.union(*(entities for entities, _ in meeting)), (*pairs, pair)))
+        return [pairs for _, pairs in groups]
+
+    def _fixed(self, entity: str) -> bool:
+        return all(low == high for low, high in (self._question.region.box[f"{entity}.{axis}"] for axis in "xy"))
+
+    def _ordered(self, ways: list[Matching]) -> list[Matching]:
+        """The matchings, those first that most sampled episodes end in."""
+        if len(ways) == 1:
+            return ways
+        question = self._question
+        coordinates, _ = sample(at_rest(question.region), question.profile.world, SAMPLES, SAMPLE_SEED)
+        episode, _ = play(question.profile, coordinates, question.claim.steps)
+
+        def often(way: Matching) -> int:
+            named = replace(question.claim, landmarks=tuple(mark for _, mark in way))
+            return int(matched(question.profile, named, episode).sum())
+
+        return sorted(ways, key=often, reverse=True)

@@ -1,0 +1,242 @@
+"""How much of a region's starts surely fail, and surely hold: the cells of whole episodes, measured exactly.
+
+Does: follows agents from all starts of a region at once, in cells that have no point in common, and adds up the volumes
+  of those in which every start fails, or holds, whatever is rounded.
+Assumes: the checker's reading of trees and moves (checker/episode_reading.py); who acts reads nobody who does not.
+Does not: follow starts nearer to an edge than roundings reach, or go on beyond its budgets: such starts are in neither
+  sum.
+
+A cell is as in episodes/proof.py: for each axis a closed matrix of exact bounds. Each answer to a test that has moved
+is allowed SLACK less than it says, where proofs allow it SLACK more: the deployed arithmetic gives it for sure. Answers
+so narrowed exclude one another, hence so do the cells. Cells without volume are dropped.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import NamedTuple, TypeAlias
+
+from codegen.ir import PolicyProfile
+from verify.checker.episode_reading import ARRIVED, CLAIM, REGION, Matching, Node, Now, PartedEpisode, Place, Side
+from verify.checker.reading import LONGEST
+from verify.claims.episodes import Arrival
+from verify.claims.region import Region
+from verify.episodes.proof import used
+from verify.episodes.zones import MAX_STARTS
+from verify.progress import tell
+from verify.zones.volume import FacesError, Volumes
+
+Matrix: TypeAlias = list[list[int]]
+Cell: TypeAlias = tuple[Matrix, Matrix]
+ANSWERS, FACES = "answers", "faces"
+FLAT = "the region has no volume"
+Answers: TypeAlias = "int | list[tuple[Side, Answers]] | None"  # one for all, the sides that are possible, or none
+
+
+class Sure(PartedEpisode):
+    """The reading of one part of a claim, which also says what is sure of an answer. Only the `acting` agents move."""
+
+    def __init__(
+        self, profile: PolicyProfile, claim: Arrival, region: Region, goal: str | None, acting: Sequence[str],
+        allowed: Sequence[Matching],
+    ) -> None:  # fmt: skip
+        """As Episode. All trees are read whoever acts, so that all readings of a question have the same unit."""
+        everybody = [policy.agent for policy in profile.agents]
+        super().__init__(profile, claim, region, goal, everybody, allowed)
+        places = [everybody.index(agent) for agent in acting]
+        self._movers = [self._movers[place] for place in places]
+        self._pushes = [self._pushes[place] for place in places]
+        self.trees = [self.trees[place] for place in places]
+        self.start = self.start._replace(speeds=((0.0, 0.0),) * len(places))
+
+    def limits(self, side: Side, now: Now) -> tuple[int, int, int, int]:
+        """(upper, lower, most, room): an answer is possible up to most + room, and sure up to most - room."""
+        upper, lower, most, slack, _ = side
+        most += now.shift[lower] - now.shift[upper]
+        room = abs(slack) if now.moved[upper] or now.moved[lower] else 0
+        return (upper if upper < self.nodes else 0), (lower if lower < self.nodes else 0), most, room
+
+    def first(self) -> Place:
+        """What is asked first of the starts of the region."""
+        found = self.onward(REGION, 0, (), self.start)
+        assert found is not None
+        return found
+
+    def _later(self, now: Now, chosen: Sequence[int]) -> Now:
+        """As it is; but a speed that nothing has ever changed is exactly 0."""
+        later = super()._later(now, chosen)
+        for place, mover in enumerate(self._movers):
+            pushes = self._pushes[place][chosen[place]] if chosen else (0.0, 0.0)
+            for axis, old, push in zip("xy", now.speeds[place], pushes, strict=True):
+                number = self._number[f"{mover.name}.v{axis}"]
+                later.moved[number] = now.moved[number] or bool(old or push)
+        return later
+
+
+@dataclass(frozen=True)
+class Measured:
+    """Shares of the starts, by volume; what is in neither is not known."""
+
+    fails: Fraction
+    holds: Fraction
+    looked: int  # answers
+    spent: str = ""  # the budget that ended: of ANSWERS, of FACES
+
+
+class NoShareError(Exception):
+    """Why a region's starts have no shares."""
+
+
+class _SpentError(Exception):
+    """The budget of answers has ended."""
+
+
+class _Task(NamedTuple):
+    """A cell on its way: in which pass, and at which question."""
+
+    cell: Cell
+    number: int
+    place: Place
+
+
+class Following:
+    """Agents followed in passes, one after the other: who fails in one pass fails, who holds in all of them holds."""
+
+    def __init__(self, passes: Sequence[Sure], limit: int, faces: int) -> None:
+        """`limit`: of answers looked at; `faces`: as of `Volumes`. NoShareError for a region in too many parts."""
+        self._passes, self._limit, self.looked, self._volumes = passes, limit, 0, Volumes(faces)
+        assert len({one.unit for one in passes}) == 1
+        names, nodes = passes[0].names, sorted(set[int]().union(*(used(one) for one in passes)))
+        own = [[0, *(node for node in nodes if names[node].endswith(axis))] for axis in (".x", ".y")]
+        self._at = {node: (axis, place) for axis, nodes in enumerate(own) for place, node in enumerate(nodes)}
+        self._known: dict[tuple[int, ...], int] = {}
+        self._fixed = [[[True] * len(nodes) for _ in nodes] for nodes in own]  # pairs at a constant distance
+        self._starts = self._started([len(nodes) for nodes in own])
+        # the nodes that are at no constant distance from one before them
+        self._free = [[p for p, row in enumerate(fixed) if not any(row[:p])] for fixed in self._fixed]
+
+    def measured(self) -> Measured:
+        """The shares of the region's starts. NoShareError for a region without volume."""
+        sums, whole, spent = [0, 0], 0, ""
+        try:
+            whole = sum(map(self._volume, self._starts))
+            if not whole:
+                raise NoShareError(FLAT)
+            for answer, cell in self._ends():
+                sums[answer] += self._volume(cell)
+        except _SpentError:
+            spent = ANSWERS
+        except FacesError:
+            spent = FACES
+        fails, holds = (Fraction(part, whole or 1) for part in sums)
+        return Measured(fails, holds, self.looked, spent)
+
+    def _started(self, sizes: Sequence[int]) -> list[Cell]:
+        """The starts of the region as cells that have no point in common."""
+        episode = self._passes[0]
+        first, second = ([[0 if p == q else episode.far for q in range(n)] for p in range(n)] for n in sizes)
+        found, node = list[Cell]([(first, second)]), episode.region
+        while not isinstance(node, int) and len(node) == 1:  # bounds come before choices
+            found = [cut for cell in found for cut in self._parts(cell, node)]
+            node = node[0].child
+        if found:
+            self._fixed = [[[a + b == 0 for a, b in zip(row, column, strict=True)]
+                            for row, column in zip(matrix, zip(*matrix, strict=True), strict=True)]
+                           for matrix in found[0]]  # fmt: skip
+        while not isinstance(node, int):
+            found = [cut for cell in found for cut in self._parts(cell, node)]
+            node = node[0].child
+            if len(found) > MAX_STARTS:
+                raise NoShareError(f"the region falls into more than {MAX_STARTS} parts")
+        return found
+
+    def _parts(self, cell: Cell, node: Sequence[Side]) -> Iterator[Cell]:
+        """The parts of a cell that the choices of a region leave: of each what none of the earlier ones has."""
+        left: Cell | None = cell
+        for side in node:
+            upper, lower, most, _ = self._passes[0].limits(side, self._passes[0].start)
+            part = left and self._cut(left, upper, lower, most)
+            if part is not None:
+                yield part
+            left = left and self._cut(left, lower, upper, -most - 1)
+
+    def _ends(self) -> Iterator[tuple[int, Cell]]:
+        """The cells in which every start fails (AWAY), or holds (ARRIVED)."""
+        work = [_Task(cell, 0, self._passes[0].first()) for cell in self._starts]
+        while work:
+            tell(self.looked, self._limit, "answers looked at for the share of starts that fail")
+            if self.looked > self._limit:
+                raise _SpentError
+            cell, number, (stage, node, chosen, now) = work.pop()
+            episode = self._passes[number]
+            for part, answer in self._answered(cell, self._look(cell, node, now, episode), now, episode):
+                ended = stage == CLAIM and (answer == ARRIVED or now.step == episode.steps)
+                if not ended:
+                    following = episode.onward(stage, answer, chosen, now)
+                    assert following is not None
+                    work.append(_Task(part, number, following))
+                elif answer == ARRIVED and number + 1 < len(self._passes):
+                    work.append(_Task(part, number + 1, self._passes[number + 1].first()))
+                else:
+                    yield answer, part
+
+    def _look(self, cell: Cell, node: Node, now: Now, episode: Sure) -> Answers:
+        """The answers below a question that are possible for some start, whatever is rounded."""
+        if isinstance(node, int):
+            return node
+        found: list[tuple[Side, Answers]] = []
+        for side in node:
+            upper, lower, most, room = episode.limits(side, now)
+            cut = self._cut(cell, upper, lower, most + room)
+            below = None if cut is None else self._look(cut, side.child, now, episode)
+            if below is not None:
+                found.append((side, below))
+        answers = {below if isinstance(below, int) else None for _, below in found}
+        only = answers.pop() if len(answers) == 1 else None
+        return only if only is not None else found or None
+
+    def _answered(self, cell: Cell, found: Answers, now: Now, episode: Sure) -> Iterator[tuple[Cell, int]]:
+        """The parts of a cell that give one answer for sure."""
+        if isinstance(found, int):
+            yield cell, found
+            return
+        for side, below in found or ():
+            upper, lower, most, room = episode.limits(side, now)
+            cut = self._cut(cell, upper, lower, most - room)
+            if cut is not None:
+                yield from self._answered(cut, below, now, episode)
+
+    def _cut(self, cell: Cell, upper: int, lower: int, most: int) -> Cell | None:
+        """The part of a cell with upper - lower <= most; None where that has no volume. Coordinates that no question
+        speaks of bound nothing.
+        """
+        self.looked += 1
+        if upper == lower:
+            return cell if most >= 0 else None
+        if (upper and upper not in self._at) or (lower and lower not in self._at):
+            return cell
+        axis = self._at[upper or lower][0]
+        p, q = self._at[upper][1], self._at[lower][1]
+        matrix = cell[axis]
+        if most >= matrix[p][q]:
+            return cell
+        thickness = most + matrix[q][p]
+        if thickness < 0 or (not thickness and not self._fixed[axis][p][q]):
+            return None
+        onward = [most + far for far in matrix[q]]
+        cut = [
+            row if row[p] + most >= row[q] else [min(a, row[p] + b) for a, b in zip(row, onward, strict=True)]
+            for row in matrix
+        ]
+        return (cut, cell[1]) if axis == 0 else (cell[0], cut)
+
+    def _volume(self, cell: Cell) -> int:
+        """The volume in the coordinates that are not fixed, times a constant."""
+        total = 1
+        for matrix, free in zip(cell, self._free, strict=True):
+            # without strictness, as bounds are LONGEST apart
+            cells = tuple(-(-matrix[p][q] // LONGEST) for p in free for q in free)
+            if cells not in self._known:
+                self._known[cells] = self._volumes.measure(cells, len(free))
+            total *= self._known[cells]
+        return total
