@@ -14,7 +14,7 @@ from typing import Any, overload
 import numpy as np
 
 from codegen import ir
-from codegen.agreement.build import Build, build
+from codegen.agreement.build import Build, ReplayBuild
 from codegen.check import ensure
 from codegen.errors import shown
 from codegen.lowering.render import render
@@ -64,7 +64,7 @@ def one_by_one(questions: Sequence[Question[Claim]], where: bool = False) -> Ite
     profile = ensure(questions[0].profile)
     assert all(question.profile is profile for question in questions)
     world = matching_places(profile)
-    made = _for_replays(profile)
+    made = ReplayBuild.of(profile)
     skipped = [] if made.compilable else ["compiled C: no compiler found"]
     skipped += [] if world else [f"{shown(profile.world.reference)}: {NO_WORLD}"]
     single = any(question.claim.kind is not Kind.EPISODES for question in questions)
@@ -99,13 +99,8 @@ def verdicts(questions: Sequence[Question[Claim]]) -> Iterator[tuple[Verdict, st
         if claim.kind is not Kind.EPISODES:
             yield engine.verdict(question.about(claim))
             continue
-        with _for_replays(profile) as made:
+        with ReplayBuild.of(profile) as made:
             yield closed_loop.verdict(question.about(claim).by(MACHINE), rollouts(made, matching_places(profile)))
-
-
-def _for_replays(profile: ir.PolicyProfile) -> Build:
-    """The header, for a few decisions; that optimised code agrees is what `maviper compile` proves."""
-    return replace(build(profile, ["c"]), optimised=False)
 
 
 def region_file(number: int, claim: Claim) -> str:
@@ -116,7 +111,7 @@ def region_file(number: int, claim: Claim) -> str:
 def replayed(profile: ir.PolicyProfile, claim: Formula, team: str, state: State, semantics: str) -> Acted:
     """A team's actions in a world state, by everything that can replay it here."""
     world, policies = matching_places(profile), profile.team(team)
-    with _for_replays(profile) as made:
+    with ReplayBuild.of(profile) as made:
         return acted(profile, claim, team, state, _replays(made, policies, world), semantics)
 
 
@@ -125,7 +120,7 @@ def replayed_course(profile: ir.PolicyProfile, state: State, steps: int) -> tupl
 
     DisagreementError when one of them takes another course.
     """
-    with _for_replays(profile) as made:
+    with ReplayBuild.of(profile) as made:
         players = rollouts(made, matching_places(profile))
         return agreed(profile, state, steps, players), tuple(players)
 
