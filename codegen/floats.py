@@ -17,6 +17,7 @@ from codegen.errors import InputError
 
 PIECE_DIGITS = 4_000
 PIECE = 10**PIECE_DIGITS
+MANTISSA, LEAST_EXPONENT = 24, -125  # of a float32, as `math.frexp` counts
 NO_NUMBERS = "cmMSUV"  # numpy's kinds: complex, times, texts, records
 
 
@@ -72,19 +73,19 @@ def round_down(threshold: Any) -> Any:
     return np.where(near.astype(np.float64) <= threshold, near, neighbour(near, -math.inf))[()]
 
 
-def deciding_double(threshold: np.float32) -> float:
-    """The largest float64 that rounds to a float32 not above `threshold`.
+def deciding_double(threshold: np.float32 | float) -> float:
+    """The largest float64 that rounds to a float32 not above `threshold`, which is a finite float32.
 
     A double d compared with it decides as float32(d) does against the threshold itself, and so does every float32.
     It is the midpoint to the next float32 where that tie rounds down (even mantissa), else the double before it.
     """
     t = float(threshold)
-    above = np.float32(neighbour(threshold, math.inf))
-    # past the largest float32 the next value of the unbounded format is 2**128
-    middle = t + ((2.0**128 if np.isinf(above) else float(above)) - t) / 2.0
-    with np.errstate(over="ignore"):
-        ties_down = float(np.float32(middle)) <= t
-    return middle if ties_down else math.nextafter(middle, -math.inf)
+    fraction, exponent = math.frexp(t)
+    least = exponent <= LEAST_EXPONENT or not t  # the spacing of subnormal numbers, and of those just above
+    closer = fraction == -0.5 and not least  # above a negative power of two the floats lie twice as close
+    spacing = math.ldexp(1.0, (LEAST_EXPONENT if least else exponent) - MANTISSA - closer)
+    middle = t + spacing / 2
+    return middle if t / spacing % 2 == 0 else math.nextafter(middle, -math.inf)
 
 
 def hex_literal(threshold: np.float32) -> str:

@@ -11,7 +11,7 @@ the float32 itself, exactly, in hexadecimal. They must agree.
 import hashlib
 import json
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from functools import lru_cache
 from typing import Any, cast
 
@@ -211,25 +211,33 @@ def _agent(policy: AgentPolicy) -> dict[str, Any]:
         "team": policy.team,
         "features": features,
         "actions": actions,
-        "tree": [_node(policy, node) for node in range(len(policy.tree.feature))],
+        "tree": _nodes(policy),
         "grown": None
         if grown is None
         else {name: getattr(grown, name).tolist() for name in GrownJson.__struct_fields__},
     }
 
 
-def _node(policy: AgentPolicy, node: int) -> dict[str, Any]:
+def _nodes(policy: AgentPolicy) -> list[dict[str, Any]]:
     tree = policy.tree
-    if tree.feature[node] == NO_FEATURE:
-        return {"action": policy.actions[int(tree.action[node])].name}
-    threshold = tree.threshold[node]
-    return {
-        "feature": policy.features[int(tree.feature[node])].name,
-        "threshold": deciding_double(threshold),
-        "float32": short_hex(float(threshold)),
-        "left": int(tree.left[node]),
-        "right": int(tree.right[node]),
-    }
+    names = [feature.name for feature in policy.features]
+    leaves = [{"action": action.name} for action in policy.actions]
+    splits: Iterator[tuple[int, float]] = zip(tree.feature.tolist(), tree.threshold.tolist(), strict=True)
+    ends: Iterator[tuple[int, int, int]] = zip(
+        tree.left.tolist(), tree.right.tolist(), tree.action.tolist(), strict=True
+    )
+    return [
+        dict(leaves[action])
+        if feature == NO_FEATURE
+        else {
+            "feature": names[feature],
+            "threshold": deciding_double(threshold),
+            "float32": short_hex(threshold),
+            "left": left,
+            "right": right,
+        }
+        for (feature, threshold), (left, right, action) in zip(splits, ends, strict=True)
+    ]
 
 
 # --- decoding

@@ -58,6 +58,25 @@ class Build:
             library.close()
 
 
+class ReplayBuild(Build):
+    """The header alone, for a few decisions: written and compiled when the first one is asked for, not optimised."""
+
+    @classmethod
+    def of(cls, profile: PolicyProfile) -> "ReplayBuild":
+        """The build of a profile that has no file yet. Errors as `build`."""
+        return cls(profile, lower(profile), {}, optimised=False)
+
+    @property
+    def compilable(self) -> bool:
+        """Whether there is a compiler."""
+        return self.compiler is not None
+
+    @cached_property
+    def library(self) -> CompiledC:
+        """The header, written and compiled when it is first asked for. Only where it is `compilable`."""
+        return Build(self.profile, self.model, written(self.model, self.profile, ["c"]), self.optimised).library
+
+
 def build(
     profile: PolicyProfile, targets: Iterable[str] = USUAL, prefix: str | None = None, style: str = AUTO
 ) -> Build:

@@ -15,7 +15,7 @@ from typing import Any, overload
 import numpy as np
 
 from codegen import ir
-from codegen.agreement.build import Build, build
+from codegen.agreement.build import Build, ReplayBuild
 from codegen.check import ensure
 from codegen.errors import shown
 from codegen.lowering.render import render
@@ -66,7 +66,7 @@ def one_by_one(questions: Sequence[Question[Claim]], where: bool = False) -> Ite
     profile = ensure(questions[0].profile)
     assert all(question.profile is profile for question in questions)
     world = matching_places(profile)
-    made = _for_replays(profile)
+    made = ReplayBuild.of(profile)
     skipped = [] if made.compilable else ["compiled C: no compiler found"]
     skipped += [] if world else [f"{shown(profile.world.reference)}: {NO_WORLD}"]
     single = any(question.claim.kind is not Kind.EPISODES for question in questions)
@@ -99,7 +99,7 @@ def verdicts(questions: Sequence[Question[Claim]]) -> Iterator[tuple[Verdict, st
     """The verdict on each question and its reason: those of `verify_claims`, without what a report says beside them."""
     profile = ensure(questions[0].profile)
     episodes = any(question.claim.kind is Kind.EPISODES for question in questions)
-    with _for_replays(profile) if episodes else nullcontext() as made:
+    with ReplayBuild.of(profile) if episodes else nullcontext() as made:
         replays = {} if made is None else rollouts(made, matching_places(profile))
         for question in questions:
             claim = question.claim
@@ -107,11 +107,6 @@ def verdicts(questions: Sequence[Question[Claim]]) -> Iterator[tuple[Verdict, st
                 yield closed_loop.verdict(question.about(claim).by(MACHINE), replays)
             else:
                 yield engine.verdict(question.about(claim))
-
-
-def _for_replays(profile: ir.PolicyProfile) -> Build:
-    """The header, for a few decisions; that optimised code agrees is what `maviper compile` proves."""
-    return replace(build(profile, ["c"]), optimised=False)
 
 
 def region_file(number: int, claim: Claim) -> str:
@@ -122,7 +117,7 @@ def region_file(number: int, claim: Claim) -> str:
 def replayed(profile: ir.PolicyProfile, claim: Formula, team: str, state: State, semantics: str) -> Acted:
     """A team's actions in a world state, by everything that can replay it here."""
     world, policies = matching_places(profile), profile.team(team)
-    with _for_replays(profile) as made:
+    with ReplayBuild.of(profile) as made:
         return acted(profile, claim, team, state, _replays(made, policies, world), semantics)
 
 
@@ -131,7 +126,7 @@ def replayed_course(profile: ir.PolicyProfile, state: State, steps: int) -> tupl
 
     DisagreementError when one of them takes another course.
     """
-    with _for_replays(profile) as made:
+    with ReplayBuild.of(profile) as made:
         players = rollouts(made, matching_places(profile))
         return agreed(profile, state, steps, players), tuple(players)
 

@@ -308,7 +308,15 @@ def interleaved(profile, region, rounds):
 
 def forget():
     """Clears what is kept between questions, so that every way starts as in a process of its own."""
-    for kept in (encode.half_line, encode._compared, thresholds.rounded_once, thresholds.rounded_twice, content_hash):
+    for kept in (
+        encode.half_line,
+        encode._compared,
+        thresholds.rounded_once,
+        thresholds.rounded_twice,
+        content_hash,
+        thresholds.sides,
+        formula,
+    ):
         kept.cache_clear()
 
 

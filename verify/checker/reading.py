@@ -55,12 +55,13 @@ class Reading:
     def __init__(self, order: Sequence[str], goal: str | None) -> None:
         self.goal = goal
         self.order = {agent: place for place, agent in enumerate(order)}
-        self.bounds: dict[tuple[str, str, Fraction, bool], int] = {}  # upper - lower <= most, or below it when strict
+        # upper - lower <= most, or below it when strict: (upper, lower, most as a ratio, strict)
+        self.bounds: dict[tuple[str, str, tuple[int, int], bool], int] = {}
         self.parts: list[dict[tuple[Formula, bool], int]] = [{} for _ in order]
         # what was read before, by identity, which is quick to compare; a formula is kept so that its id stays its own
         self._atoms: dict[tuple[int, bool], tuple[Linear, Flat]] = {}
         self._speaking: dict[tuple[int, bool], tuple[Formula, tuple[int, int] | None]] = {}
-        self._denied: dict[tuple[int, int], list[Flat]] = {}
+        self._denied: dict[tuple[int, int, int | None], Flat] = {}
 
     def flat(self, f: Formula, wanted: bool, known: Sequence[Known] = (), inner: bool = False) -> Flat:
         """The formula, or its denial unless `wanted`, given what is known; `inner`: inside a part."""
@@ -73,7 +74,12 @@ class Reading:
         part = None if inner else self._part(f, wanted)
         if part is not None:
             place, bit = part
-            return None if known[place][1] >> bit & 1 else self.flat(f, wanted, known, True)
+            action, holds = known[place]
+            if holds >> bit & 1:
+                return None
+            if (place, bit, action) not in self._denied:
+                self._denied[place, bit, action] = self.flat(f, wanted, known, True)
+            return self._denied[place, bit, action]
         if isinstance(f, Acts):
             action = known[self.order[f.agent]][0]
             return OPEN if action is None else NOTHING if (action == f.action) == wanted else None
@@ -99,10 +105,8 @@ class Reading:
 
     def denied(self, place: int, action: int, mask: int) -> list[Flat]:
         """The denials of an agent's parts in the set `mask`, given its action."""
-        if (place, action) not in self._denied:
-            known = [(action, 0)] * len(self.order)
-            self._denied[place, action] = [self.flat(f, wanted, known, True) for f, wanted in self.parts[place]]
-        return [flat for k, flat in enumerate(self._denied[place, action]) if mask >> k & 1]
+        known = [(action, 0)] * len(self.order)
+        return [self.flat(f, wanted, known) for (f, wanted), bit in self.parts[place].items() if mask >> bit & 1]
 
     def tree(self, policy: AgentPolicy, semantics: Semantics) -> SearchTree:
         """What each node of an agent's tree says.
@@ -137,8 +141,8 @@ class Reading:
 
     def edges(self) -> list[Edge]:
         """The bounds by number, as (upper, lower, LONGEST times the bound in a common unit, less 1 if strict)."""
-        scale = lcm(*(most.denominator for _, _, most, _ in self.bounds)) * LONGEST
-        return [(upper, lower, int(most * scale) - strict) for upper, lower, most, strict in self.bounds]
+        scale = lcm(*{under for _, _, (_, under), _ in self.bounds}) * LONGEST
+        return [(upper, lower, over * (scale // under) - strict) for upper, lower, (over, under), strict in self.bounds]
 
     def _bound(self, atom: Linear, wanted: bool) -> Flat:
         most, strict = (atom.bound, atom.strict) if wanted else (-atom.bound, not atom.strict)
@@ -157,5 +161,7 @@ class Reading:
             return NOTHING if most > 0 or (most == 0 and not strict) else None
         if len(ends) < len(kept) or len(sizes) > 1:
             raise RejectedError(f"{atom} bounds neither a coordinate nor a difference of two")
-        key = ends.get(True, ""), ends.get(False, ""), most / Fraction(*sizes.pop()), strict
+        size = sizes.pop()
+        most = most if size == (1, 1) else most / Fraction(*size)
+        key = ends.get(True, ""), ends.get(False, ""), most.as_integer_ratio(), strict
         return (self.bounds.setdefault(key, len(self.bounds)),), ()

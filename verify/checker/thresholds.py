@@ -78,6 +78,7 @@ def rounded_twice(threshold: float) -> End:
     return _up_to(*(_below(n, e, DOUBLE) if tie.strict else (n, e)), DOUBLE)
 
 
+@lru_cache(maxsize=1 << 15)  # the same for every goal, and for engine and checker
 def sides(
     feature: FeatureSpec, threshold: float, semantics: str = MACHINE, eps: Fraction = NO_ERROR
 ) -> tuple[Formula, Formula]:
@@ -93,7 +94,7 @@ def sides(
     meaning = feature.meaning
     if meaning is None or (semantics == MACHINE and len(meaning.terms) > AT_ONCE):
         raise InputError(f"feature {feature.name} is not a coordinate or a difference of two", str(meaning))
-    terms = tuple((Fraction(weight), name) for weight, name in meaning.terms)
+    terms = _exact(meaning.terms)
     if not terms:
         return _always(threshold >= 0)
     if meaning.function:
@@ -102,6 +103,11 @@ def sides(
         return _cut(terms, Fraction(threshold), False, eps)
     end = rounded_once(threshold) if len(terms) == 1 and not eps else rounded_twice(threshold)
     return _cut(terms, end.value(), end.strict, eps)
+
+
+@lru_cache(maxsize=1 << 10)
+def _exact(terms: tuple[tuple[float, str], ...]) -> tuple[tuple[Fraction, str], ...]:
+    return tuple((Fraction(weight), name) for weight, name in terms)
 
 
 def _always(left: bool) -> tuple[Formula, Formula]:
@@ -113,7 +119,8 @@ def _cut(
 ) -> tuple[Linear, Linear]:
     """At most the end (below it when strict), and the opposite; each up to `eps` further."""
     opposite = tuple((-weight, name) for weight, name in terms)
-    return Linear(terms, end + eps, strict), Linear(opposite, eps - end, not strict)
+    to, beyond = (end + eps, eps - end) if eps else (end, -end)
+    return Linear(terms, to, strict), Linear(opposite, beyond, not strict)
 
 
 def _of_function(

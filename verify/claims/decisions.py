@@ -8,7 +8,7 @@ Does not: find claims by name (catalogue.py), read files (files.py) or decide.
 from collections.abc import Mapping
 from dataclasses import KW_ONLY, dataclass, field
 from fractions import Fraction
-from functools import cache
+from functools import cache, lru_cache
 from itertools import combinations
 from typing import ClassVar, Literal
 
@@ -302,6 +302,7 @@ PLAIN = tuple(kind.of for kind in _PLAIN)  # what can be steady
 PROPERTIES = (*PLAIN, STEADY, AliveLeaves.of)
 
 
+@lru_cache(maxsize=16)  # questions that differ in their budgets, and the checker, ask for the same one
 def formula(profile: PolicyProfile, claim: DecisionClaim) -> Formula:
     """The claim as a formula: true in the world states, with the team's chosen actions, in which it holds or where
     its assumption fails. UnknownNameError where its team has no agents: what is said of all of nobody is true.

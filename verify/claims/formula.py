@@ -26,6 +26,10 @@ class Linear:
     bound: Fraction
     strict: bool = False
 
+    def __hash__(self) -> int:
+        # names and a numerator tell atoms apart; to hash a fraction takes a modular inverse
+        return hash((*[name for _, name in self.terms], self.bound.numerator, self.strict))
+
 
 @dataclass(frozen=True)
 class Acts:
@@ -70,10 +74,14 @@ _NONE: frozenset[str] = frozenset()
 
 def below(terms: Mapping[str, Fraction | int], bound: Fraction | int, strict: bool = False) -> Formula:
     """The atom `sum <= bound`; TRUE or FALSE where no term is left."""
-    kept = tuple((Fraction(weight), name) for name, weight in terms.items() if weight)
+    kept = tuple((_exact(weight), name) for name, weight in terms.items() if weight)
     if kept:
-        return Linear(kept, Fraction(bound), strict)
+        return Linear(kept, _exact(bound), strict)
     return TRUE if bound > 0 or (bound == 0 and not strict) else FALSE
+
+
+def _exact(number: Fraction | int) -> Fraction:
+    return number if isinstance(number, Fraction) else Fraction(number)
 
 
 def conjunction(*parts: Formula) -> Formula:

@@ -148,10 +148,11 @@ class CompiledSearch:
     def _place(self, flat: Flat | None) -> int:
         if flat is None:
             return -1
-        if flat not in self._places:
-            self._places[flat] = len(self._pool)
+        place = self._places.get(flat)
+        if place is None:
+            place = self._places[flat] = len(self._pool)
             self._pool += self._pack(flat)
-        return self._places[flat]
+        return place
 
     def _pack(self, flat: Flat) -> list[int]:
         packed = [len(flat.edges), *flat.edges, len(flat.ors)]

@@ -263,13 +263,16 @@ def state(asked: Problem, numbers: Sequence[int], names: Sequence[str]) -> dict[
             if where == component:
                 _tighten(bounds, size, a, b, asked.weights[number])
         zones.append(bounds)
+    highest = [bounds[:: asked.sizes[component]] for component, bounds in enumerate(zones)]
+    lowest = [bounds[: asked.sizes[component]] for component, bounds in enumerate(zones)]  # with the opposite sign
     found: dict[str, Fraction] = {}
     for name in names:
         component, node = asked.places[name]
-        bounds, size = zones[component], asked.sizes[component]
-        middle = (bounds[node * size] - bounds[node]) // 2
-        _tighten(bounds, size, node, 0, middle)
-        _tighten(bounds, size, 0, node, -middle)
+        bounds, size, high, low = zones[component], asked.sizes[component], highest[component], lowest[component]
+        middle = (high[node] - low[node]) // 2
+        to, past = bounds[node::size], bounds[node * size : node * size + size]
+        highest[component] = [min(most, gap + middle) for most, gap in zip(high, to, strict=True)]
+        lowest[component] = [min(most, gap - middle) for most, gap in zip(low, past, strict=True)]
         found[name] = Fraction(middle, asked.scale)
     return found
 
@@ -281,5 +284,6 @@ def _tighten(bounds: list[int], size: int, a: int, b: int, weight: int) -> None:
     after = bounds[b * size : b * size + size]
     for i in range(size):
         here = bounds[i * size + a] + weight
-        for j in range(size):
-            bounds[i * size + j] = min(bounds[i * size + j], here + after[j])
+        if here < bounds[i * size + b]:  # else by the triangle over b no bound of this row gets smaller
+            row = bounds[i * size : i * size + size]
+            bounds[i * size : i * size + size] = [min(most, here + gap) for most, gap in zip(row, after, strict=True)]

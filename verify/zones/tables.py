@@ -7,7 +7,7 @@ Does not: search; share more than checker/thresholds.py with the checker, which 
   (checker/README.md).
 """
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from math import lcm
@@ -20,6 +20,7 @@ from verify.claims.formula import Acts, And, Formula, Linear, Not, Or, agents
 from verify.claims.region import Region
 
 EPSILON = 1 << 12  # a strict bound is one unit lower, all others are this many units apart: cycles are shorter
+_OF_GOAL = f"{GOAL}."
 ORIGIN = ""  # the node that stands for zero
 Edges: TypeAlias = tuple[int, ...]
 
@@ -35,6 +36,9 @@ class Bound(NamedTuple):
     lower: str
     most: Fraction
     strict: bool
+
+    def __hash__(self) -> int:
+        return hash((self.upper, self.lower, self.most.numerator, self.strict))  # to hash a fraction takes long
 
 
 class Flat(NamedTuple):
@@ -89,6 +93,7 @@ class Table:
         self.policies = [policy for policy in profile.agents if policy.agent in speaking]
         self._order = {policy.agent: place for place, policy in enumerate(self.policies)}
         self._parts: dict[tuple[Formula, bool], _Part] = {}
+        self._denied: dict[tuple[int, int, int | None], Flat | None] = {}  # agent, bit, action
         self._denial = self._numbered(claim, False)
         self.parts: list[list[_Node]] = [[] for _ in self.policies]  # per agent, denied
         for part in self._parts.values():
@@ -117,8 +122,7 @@ class Table:
         """Coordinate -> weight, the goal's coordinates by the name of the landmark that it is."""
         weights: dict[str, Fraction] = {}
         for weight, name in atom.terms:
-            of_goal = self._goal is not None and name.startswith(f"{GOAL}.")
-            real = f"{self._goal}.{name.removeprefix(f'{GOAL}.')}" if of_goal else name
+            real = f"{self._goal}.{name[len(_OF_GOAL) :]}" if self._goal and name.startswith(_OF_GOAL) else name
             weights[real] = weights[real] + weight if real in weights else weight
         return weights
 
@@ -131,12 +135,25 @@ class Table:
 
     def denial(self, known: Sequence[Known]) -> Flat | None:
         """The claim's denial given what is known of each agent: None when it cannot hold."""
-        return _flat(self._denial, known)
+        return self._flat(self._denial, known)
 
-    def denied_part(self, agent: int, bit: int, action: int) -> Flat | None:
+    def denied_part(self, agent: int, bit: int, action: int | None) -> Flat | None:
         """That the agent's part does not hold, though it takes the action."""
-        nothing = [Known(None, 0)] * len(self.policies)
-        return _flat(self.parts[agent][bit], [*nothing[:agent], Known(action, 0), *nothing[agent + 1 :]])
+        key = agent, bit, action
+        if key not in self._denied:
+            self._denied[key] = self._flat(self.parts[agent][bit], [Known(action, 0)] * len(self.policies))
+        return self._denied[key]
+
+    def _flat(self, node: _Node, known: Sequence[Known]) -> Flat | None:
+        if isinstance(node, _Edge):
+            return node.flat
+        if isinstance(node, _Part):
+            action, holds = known[node.agent]
+            return None if holds >> node.bit & 1 else self.denied_part(node.agent, node.bit, action)
+        if isinstance(node, _Acts):
+            action = known[node.agent].action
+            return OPEN if action is None else TRUE if (action == node.action) == node.wanted else None
+        return _joined(node.everyone, (self._flat(part, known) for part in node.parts))
 
     def _region(self, region: Region) -> Flat | None:
         one = Fraction(1)
@@ -185,24 +202,16 @@ def _denied_atom(atom: Linear) -> Linear:
     return Linear(tuple((-weight, name) for weight, name in atom.terms), -atom.bound, not atom.strict)
 
 
-def _flat(node: _Node, known: Sequence[Known]) -> Flat | None:
-    if isinstance(node, _Edge):
-        return node.flat
-    if isinstance(node, _Acts):
-        action = known[node.agent].action
-        return OPEN if action is None else TRUE if (action == node.action) == node.wanted else None
-    if isinstance(node, _Part):
-        return None if known[node.agent].holds >> node.bit & 1 else _flat(node.denied, known)
-    return _joined(node.everyone, [_flat(part, known) for part in node.parts])
-
-
-def _joined(everyone: bool, parts: Sequence[Flat | None]) -> Flat | None:
+def _joined(everyone: bool, parts: Iterable[Flat | None]) -> Flat | None:
     """All of the parts (edges and choices in their order), or a choice between those that are not false."""
     if everyone:
-        if any(part is None for part in parts):
-            return None
-        edges = tuple(edge for part in parts if part for edge in part.edges)
-        return Flat(edges, tuple(choice for part in parts if part for choice in part.ors))
+        edges, ors = list[int](), list[tuple[Flat, ...]]()
+        for part in parts:
+            if part is None:
+                return None
+            edges += part.edges
+            ors += part.ors
+        return Flat(tuple(edges), tuple(ors))
     possible = tuple(part for part in parts if part is not None)
     if TRUE in possible:
         return TRUE
@@ -325,7 +334,7 @@ def problem(table: Table) -> Problem:
             name = roots[name]
         return name
 
-    for upper, lower, *_ in table.numbers:
+    for upper, lower in dict.fromkeys((bound.upper, bound.lower) for bound in table.numbers):
         if upper and lower:
             roots[root(upper)] = root(lower)
         else:

@@ -66,6 +66,18 @@ def test_a_verify_compiles_for_its_first_replay_only(profile, counted):
     assert counted == {"lowered": 2, "libraries": 1}
 
 
+@pytest.mark.solver
+def test_a_proof_needs_no_header(profile, monkeypatch):
+    apart = team(profile, towards(0, 1), towards(1, 1))
+
+    def refuse(*_):
+        raise AssertionError("a header was written")
+
+    monkeypatch.setitem(TARGETS, "c", refuse)
+    (proved,) = verify_claims([Question(apart, find_property("distinct_targets", apart), everywhere(apart))])
+    assert proved.verdict is Verdict.PROVED
+
+
 @pytest.mark.compile
 def test_the_library_is_removed_with_its_build(profile):
     with build(profile, ["c"]) as made:
