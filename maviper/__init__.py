@@ -105,13 +105,15 @@ def train(
     device: str = "cpu",
     jobs: int = 1,
     resume: bool = False,
+    against: Sequence[str] = (),
 ) -> dict[str, Any]:
     """Trains an expert for a world into the run folder `output`; returns its card, with what was measured.
 
     `algorithm`: mappo, maddpg or vdn (default: the recipe's); `recipe`: default or paper; `steps`: joint steps of the
     environment; `settings`: others of the algorithm, by name; `seeds`: as many, from `seed` on, of which the best is
-    kept, `jobs` at a time; `resume`: goes on with the run in the folder. The card says `stopped` where training ended
-    early. MissingToolError without torch; InputError for a name or number that cannot be used.
+    kept, `jobs` at a time; `resume`: goes on with the run in the folder; `against`: experts that the learner also
+    meets. The card says `stopped` where training ended early. MissingToolError without torch; InputError for a name or
+    number that cannot be used.
     """
     from pathlib import Path
 
@@ -119,7 +121,7 @@ def train(
     from maviper.experts.training.run import TrainOptions, trained
 
     others = tuple(f"{name}={value}" for name, value in (settings or {}).items())
-    asked = TrainOptions(algorithm, recipe, steps, others, seed, seeds, device, jobs, resume)
+    asked = TrainOptions(algorithm, recipe, steps, others, seed, seeds, device, jobs, resume, tuple(against))
     return trained(world, Path(output), asked, Console(quiet=True))
 
 

@@ -31,6 +31,7 @@ WHAT, HOW = "What is trained", "How it runs"
 @option(
     "--set", "settings", multiple=True, metavar="NAME=VALUE", section=WHAT, help="Another setting of the algorithm."
 )
+@option("--against", multiple=True, metavar="EXPERT", section=WHAT, help="Also meet this expert (mappo); repeatable.")
 @option("--seed", default=0, show_default=True, section=WHAT, help="The random seed.")
 @option("--seeds", default=1, show_default=True, section=WHAT, help="Train this many seeds; keep the best.")
 @option("--device", default="cpu", show_default=True, section=HOW, help="A torch device, such as cpu or cuda.")

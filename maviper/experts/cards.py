@@ -28,6 +28,7 @@ def config(world: World, request: Request, chosen: Any, rule: str) -> dict[str, 
     command += [f"--recipe {request.recipe}"] if request.recipe != DEFAULT else []
     for name, value in sorted(request.overrides.items()):
         command.append(f"--{name} {value}" if name in ("seed", "steps") else f"--set {name}={value}")
+    command += [f"--against {name}" for name in request.against]
     return {
         "world": world.name,
         "reference": world.spec.reference,

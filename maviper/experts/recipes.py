@@ -70,6 +70,7 @@ class Request:
     recipe: str = DEFAULT
     overrides: Mapping[str, Any] = field(default_factory=dict)
     device: str = "cpu"
+    against: tuple[str, ...] = ()  # experts that the learner meets
 
     def checked(self) -> "Request":
         """The request with its algorithm; UnknownNameError for a recipe or algorithm that there is not."""
@@ -82,6 +83,8 @@ class Request:
             raise InputError(f"the paper has no recipe for {algorithm}", "--recipe paper", "leave --algorithm out")
         if self.recipe == CLONE and algorithm != "mappo":
             raise InputError(f"{algorithm} cannot imitate", "--recipe clone", "leave --algorithm out")
+        if self.against and algorithm != "mappo":
+            raise InputError(f"{algorithm} meets no experts", "--against", "leave it out, or train with mappo")
         return replace(self, algorithm=algorithm)
 
 

@@ -1,7 +1,7 @@
-"""Experts with something changed around them: in a world that shows agents more, or without a critic.
+"""Experts with something changed around them: in a world that shows agents more or other things, or without a critic.
 
 Does: passes an expert the features that it knows; gives every action the same worth.
-Assumes: a world that differs from the expert's by further features alone.
+Assumes: a world of the same states as the expert's.
 Does not: change what the expert does.
 """
 
@@ -75,6 +75,21 @@ class Narrowed(Wrapped):
 
     def _known(self, observations: Sequence[Float32]) -> list[Float32]:
         return [seen[:, : len(mine)] for seen, mine in zip(observations, self.world.features, strict=True)]
+
+
+@dataclass(frozen=True)
+class Observing(Wrapped):
+    """An expert of `world` in a world of the same states that shows something else: it observes for itself."""
+
+    world: World
+
+    def act(self, agents: Sequence[int], observations: Sequence[Float32], state: Any) -> Int:
+        """As `Controller.act`. `observations` are not looked at."""
+        return super().act(agents, self.world.observe(state), state)
+
+    def q(self, agent: int, observations: Sequence[Float32], state: Any, joint: Int, given: Int) -> Float64:
+        """As `Expert.q`."""
+        return super().q(agent, self.world.observe(state), state, joint, given)
 
 
 @dataclass(frozen=True)

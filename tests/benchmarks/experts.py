@@ -1,13 +1,19 @@
 """How good the shipped experts are, beside the targets: 1,000 episodes that nothing else uses, worse ends of intervals.
 
     python tests/benchmarks/experts.py [--all] [--json]
+    python tests/benchmarks/experts.py --curve [WORLD ...] [--seed 0] [--json]
 
 --all: every shipped seed, not only the default ones. Training times are those of the cards; they belong to the machine
-that the card names.
+that the card names. --curve trains with the default recipe, cut to so many steps as take about two minutes, and
+measures the actors against the fixed panel (panel.py) as they are after so many seconds of the processor, measurements
+not counted: training runs on one core, so these are the seconds on a machine that does nothing else. It says when the
+expert is usable: when it first reaches what is called so here for all teams.
 """
 
 import argparse
 import json
+import sys
+import time
 from importlib import resources
 
 import numpy as np
@@ -15,6 +21,7 @@ import numpy as np
 from maviper.episodes import measures
 from maviper.experts import store
 from maviper.experts.scripted import scripted
+from maviper.worlds import find
 from maviper.worlds.predator_prey import PREDATORS
 
 SEEDS = range(9_100_000, 9_101_000)
@@ -30,6 +37,16 @@ TARGETS = {
 }
 RATIO_TARGETS = {"predators": (1.25, 1.5), "prey": (0.80, 0.60)}
 TIME_TARGETS = (15 * 60, 3 * 60)
+# world -> joint steps of a training of about two minutes, and what is usable: team -> primary measure on the panel
+QUICK = {
+    "physical-deception": (1_536_000, {"defenders": 0.98, "adversaries": 0.55}),
+    "cooperative-navigation": (4_096_000, {"agents": 0.85}),
+    "predator-prey": (4_096_000, {"predators": 0.5, "prey": 2.5}),
+    "predator-prey,observation=mpe2": (4_096_000, {"predators": 1.25, "prey": 3.0}),
+}
+MARKS = (5, 10, 20, 30, 45, 60, 80, 100, 120)  # seconds of the processor
+CURVE_EPISODES = 1_000
+USABLE_TARGETS = (120, 20)
 
 
 def card_of(name):
@@ -73,13 +90,62 @@ def touches(name, world, expert):
         yield figure(text, high if lower else low, *RATIO_TARGETS[team], "lower" if lower else "higher")
 
 
+def curve(name, seed):
+    """[(seconds, steps, team -> value on the panel)] of a short training."""
+    from maviper.experts.recipes import Request
+    from maviper.experts.training import mappo, train
+    from tests.benchmarks import panel
+
+    world, members = panel.panel(name)
+    chosen = train.settings_of(world, Request("mappo", overrides={"steps": QUICK[name][0], "seed": seed}))
+    trainer, spent, found = mappo.Mappo(world, chosen, "cpu"), 0.0, []
+    while trainer.steps < chosen.steps:
+        begun = time.process_time()
+        trainer.advance()
+        spent += time.process_time() - begun
+        passed = sum(mark <= spent for mark in MARKS)
+        if passed > len(found) or trainer.steps >= chosen.steps:
+            subject = {"learner": store.built(world, trainer.tensors(), {"world": name})}
+            reached = panel.judged(world, subject, members, CURVE_EPISODES)
+            values = {team: float(np.mean(list(reached[team, "learner"].values()))) for team in world.teams}
+            found += [(spent, trainer.steps, values)] * max(1, passed - len(found))
+    return found
+
+
+def usable_after(name, found):
+    """Seconds until every team first is at its usable value; infinite where that does not happen."""
+    from tests.benchmarks import panel
+
+    world, wanted = find(name), QUICK[name][1]
+    for seconds, _, values in found:
+        lower = {team: (panel.navigation(world) or world.primary(team)).lower_is_better for team in world.teams}
+        if all(values[team] <= wanted[team] if lower[team] else values[team] >= wanted[team] for team in world.teams):
+            return seconds
+    return float("inf")
+
+
+def curves(names, seed):
+    for name in names or QUICK:
+        found = curve(name, seed)
+        for seconds, steps, values in found:
+            shown = ", ".join(f"{team} {value:.3f}" for team, value in values.items())
+            print(f"{name}: after {seconds:.0f} s, {steps:,} steps: {shown}", file=sys.stderr)
+        wanted = ", ".join(f"{team} {value:g}" for team, value in QUICK[name][1].items())
+        text = f"{name}: seconds until usable on the panel ({wanted})"
+        yield figure(text, usable_after(name, found), *USABLE_TARGETS, "lower")
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("worlds", nargs="*")
     parser.add_argument("--all", action="store_true")
+    parser.add_argument("--curve", action="store_true")
+    parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--json", action="store_true")
     options = parser.parse_args()
     names = [name for name in store.SHIPPED if options.all or "@" not in name]
-    figures = [found for name in names for found in of_expert(name)]
+    own = (found for name in names for found in of_expert(name))
+    figures = list(curves(options.worlds, options.seed) if options.curve else own)
     if options.json:
         print(json.dumps({"figures": figures}))
         return

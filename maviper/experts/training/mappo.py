@@ -5,7 +5,7 @@ Assumes: the extra `maviper[train]`; discrete actions.
 Does not: give a critic of joint actions (critic.py fits one to the frozen policy), write files.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -15,12 +15,13 @@ from torch import Tensor
 
 from codegen.errors import InputError
 from codegen.ir import Float32
+from maviper.episodes.play import Controller
 from maviper.experts.cards import IMITATION, REWARD, VALUES
 from maviper.experts.network import ACTOR
 from maviper.experts.scripted import scripted
 from maviper.experts.training.imitation import Imitation
 from maviper.experts.training.nets import Adam, Nets, averaged
-from maviper.experts.training.opponents import Opponents, Past, Script, sampled
+from maviper.experts.training.opponents import Finished, Opponents, Past, Script, sampled
 from maviper.experts.training.trainer import Trainer
 from maviper.worlds import World
 
@@ -47,6 +48,7 @@ class Settings:
     critic_shaping: float = 1.0  # share of it in the reward that the critic is fitted to; 0: the environment's alone
     past: float = 0.0  # share of games in which each team meets opponents as they were earlier in this training
     scripted: float = 0.0  # share of games in which each team meets the world's scripted opponents
+    against: float = 0.25  # share of games in which each team meets experts, where some are named
     gradient_norm: float = 0.5
     checkpoint_steps: int = 102_400
     seed: int = 0
@@ -60,6 +62,13 @@ class Played(NamedTuple):
     rewards: Any
     alive: Any  # who acted
     goes_on: Any  # ... and whose episode did not end by itself with that step
+
+
+class Meeting(NamedTuple):
+    """Opponents, and what they play."""
+
+    opponents: Opponents
+    theirs: Any  # [n_agents, games]
 
 
 class Mappo(Trainer):
@@ -82,8 +91,13 @@ class Mappo(Trainer):
         if settings.imitate_steps:
             self.imitation = Imitation(world, joint, self.actor, scripted(world), self.generator)
             self.optimisers["imitation"] = Adam((self.actor,), settings.imitate_rate, norm=5.0)
-        self.opponents = self._opponents()
-        self.mine = self._assigned()  # [n_agents, games]: who is played by the network where
+        self.meetings: list[Meeting] = []
+        self.mine = np.ones((joint.n_agents, self.most_games), dtype=bool)  # who is played by the network where
+        self.most_met = 0  # games of each team
+        if settings.scripted:
+            self._meet(Script(world), settings.scripted)
+        if settings.past:
+            self._meet(Past(joint, self.actor, self.rng), settings.past)
 
     def _fans(self) -> list[int]:
         """The inputs of each network: one for each agent, or for each team that shares one."""
@@ -100,21 +114,22 @@ class Mappo(Trainer):
         """What values read, [n_agents, batch, n_obs]; alike for all who share a network."""
         return self.joint.own_first(joint) if self.settings.shared else self.joint.shared(joint)
 
-    def _opponents(self) -> Opponents | None:
-        if self.settings.scripted and self.settings.past:
-            raise InputError("a team meets scripts or its past, not both", "--set scripted, past", "leave one out")
-        if self.settings.scripted:
-            return Script(self.world)
-        return Past(self.joint, self.actor, self.rng) if self.settings.past else None
+    def meet(self, experts: Sequence[Controller]) -> None:
+        """As `Trainer.meet`."""
+        self._meet(Finished(self.world, experts, self.rng), self.settings.against)
 
-    def _assigned(self) -> Any:
-        """Which agent is the learner's in which game: for each team, a share of games is against the opponents."""
-        mine = np.ones((self.joint.n_agents, self.most_games), dtype=bool)
-        count = int(self.most_games * max(self.settings.scripted, self.settings.past))
-        for place, team in enumerate(self.world.teams):
+    def _meet(self, opponents: Opponents, share: float) -> None:
+        """Gives the opponents a share of games for each team: whoever is not of that team is theirs there."""
+        theirs, count = np.zeros_like(self.mine), int(self.most_games * share)
+        for team in self.world.teams:
             others = [agent for agent in range(self.joint.n_agents) if agent not in self.world.members(team)]
-            mine[others, place * count : (place + 1) * count] = False
-        return mine
+            theirs[others, self.most_met : self.most_met + count] = True
+            self.most_met += count
+        if self.most_met > self.most_games:
+            which = "--set scripted, past, against"
+            raise InputError("teams meet opponents in more games than there are", which, "give smaller shares")
+        self.mine &= ~theirs
+        self.meetings.append(Meeting(opponents, theirs))
 
     @property
     def teaches(self) -> str:
@@ -147,8 +162,8 @@ class Mappo(Trainer):
 
     def _collect(self) -> Played:
         world = self.world
-        if self.opponents is not None:
-            self.opponents.begin(self.progress)
+        for meeting in self.meetings:
+            meeting.opponents.begin(self.progress)
         state = world.start(self.games, self.rng)
         seen, acted, rewards, alive, goes_on = [], [], [], [world.alive(state)], []
         for _ in range(world.spec.episode_steps):
@@ -157,9 +172,9 @@ class Mappo(Trainer):
             with torch.no_grad():
                 logits = self.actor(self.joint.views(seen[-1])) + self.joint.forbidden
             chosen = sampled(logits, self.rng)
-            if self.opponents is not None:
-                others = self.opponents.act(seen[-1], observations, state)
-                chosen = np.where(self.mine[:, : len(state)], chosen, others)
+            for opponents, theirs in self.meetings:
+                others = opponents.act(seen[-1], observations, state)
+                chosen = np.where(theirs[:, : len(state)], others, chosen)
             state = world.step(state, chosen.T)
             acted.append(chosen.T)
             rewards.append(self.rewards(state))
@@ -248,11 +263,12 @@ class Mappo(Trainer):
         """As `Trainer.memory`."""
         if self.steps < self.settings.imitate_steps:
             return self.imitation.state()
-        return {} if self.opponents is None else self.opponents.memory()
+        return {name: value for meeting in self.meetings for name, value in meeting.opponents.memory().items()}
 
     def remember(self, memory: Mapping[str, Tensor]) -> None:
         """As `Trainer.remember`."""
         if memory and self.steps < self.settings.imitate_steps:
             self.imitation.restore(memory)
-        elif memory and self.opponents is not None:
-            self.opponents.remember(memory)
+        elif memory:
+            for meeting in self.meetings:
+                meeting.opponents.remember(memory)

@@ -51,8 +51,8 @@ class Nets:
         """The same with other weights than its own."""
         owned = parameters if self.owner is None else [parameter[self.owner] for parameter in parameters]
         w1, b1, w2, b2, w3, b3 = owned
-        x = torch.relu(torch.baddbmm(b1, x, w1))
-        x = torch.relu(torch.baddbmm(b2, x, w2))
+        x = torch.relu_(torch.baddbmm(b1, x, w1))
+        x = torch.relu_(torch.baddbmm(b2, x, w2))
         return torch.baddbmm(b3, x, w3)
 
     def copy_from(self, other: "Nets", share: float) -> None:
@@ -129,7 +129,7 @@ class Joint:
 
     def views(self, joint: Tensor) -> Tensor:
         """[batch, n_obs + 1] -> [n_agents, batch, widest]."""
-        return joint[:, self.view].transpose(0, 1)
+        return _columns(joint, self.view)
 
     def shared(self, joint: Tensor) -> Tensor:
         """[batch, n_obs + 1] -> [n_agents, batch, n_obs]: everybody's critic sees everything."""
@@ -137,7 +137,7 @@ class Joint:
 
     def own_first(self, joint: Tensor) -> Tensor:
         """As `shared`, but each agent's own observation comes first, then its team-mates', then the others'."""
-        return joint[:, self.order].transpose(0, 1)
+        return _columns(joint, self.order)
 
     def one_hot(self, acted: Tensor) -> Tensor:
         """[batch, n_agents] -> [batch, n_agents, n_actions]."""
@@ -159,6 +159,11 @@ class Joint:
     def named_actors(self, actor: Nets, net: str = "actor") -> dict[str, Float32]:
         """Actors, or value networks, in the shapes of `network.NetworkExpert`."""
         return actor.named(self.agents, net, self.widths, self.choices)
+
+
+def _columns(joint: Tensor, chosen: Tensor) -> Tensor:
+    """[batch, n] -> [n_agents, batch, width], of columns [n_agents, width]. Indexing by a table is ten times slower."""
+    return joint.index_select(1, chosen.flatten()).unflatten(1, chosen.shape).transpose(0, 1)
 
 
 class Adam:

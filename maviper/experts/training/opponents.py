@@ -1,6 +1,7 @@
-"""Opponents that are not learned from: a training's own earlier actors, or the world's script.
+"""Opponents that are not learned from: a training's own earlier actors, finished experts, or the world's script.
 
-Does: keeps an actor every twentieth of a training, plays a batch of games as one of them; plays as a script.
+Does: keeps an actor every twentieth of a training, plays a batch of games as one of them; plays as an expert that
+  learned by reward alone; plays as a script.
 Assumes: the extra `maviper[train]`; asked for every step of a batch in order.
 Does not: learn, or choose who plays where.
 """
@@ -12,9 +13,13 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from codegen.errors import InputError
 from codegen.ir import Float32
+from maviper.episodes.play import Controller
+from maviper.experts import cards, store
 from maviper.experts.scripted import scripted
 from maviper.experts.training.nets import Joint, Nets
+from maviper.experts.wrapped import Observing
 from maviper.worlds import World
 
 VERSIONS = 20  # kept in a whole training, at equal distances
@@ -68,6 +73,49 @@ class Past:
         """As `Opponents.remember`."""
         stacked = [memory[str(k)].to(self.joint.device) for k in range(len(memory))]
         self.versions = [list(parameters) for parameters in zip(*stacked, strict=True)]
+
+
+class Finished:
+    """Finished experts, one of them for each batch."""
+
+    def __init__(self, world: World, experts: Sequence[Controller], rng: np.random.Generator) -> None:
+        self.experts, self.agents, self.rng = experts, range(len(world.agents)), rng
+        self.drawn = experts[0]
+
+    def begin(self, progress: float) -> None:
+        """As `Opponents.begin`."""
+        self.drawn = self.experts[int(self.rng.integers(len(self.experts)))]
+
+    def act(self, seen: Tensor, observations: Sequence[Float32], state: Any) -> Any:
+        """As `Opponents.act`: greedy."""
+        return self.drawn.act(self.agents, observations, state).T
+
+    def memory(self) -> dict[str, Tensor]:
+        """As `Opponents.memory`: nothing."""
+        return {}
+
+    def remember(self, memory: Mapping[str, Tensor]) -> None:
+        """As `Opponents.remember`: nothing."""
+
+
+def by_reward_alone(world: World, names: Sequence[str]) -> dict[str, store.NetworkExpert]:
+    """The named experts, shipped ones or files, each for all agents of `world`.
+
+    InputError for an expert of another game, and for one that learned from a script, or does not say how it learned.
+    """
+    return {name: _by_reward_alone(world, name) for name in names}
+
+
+def _by_reward_alone(world: World, name: str) -> Any:
+    expert, played = store.load(name)
+    same = ("agents", "landmarks", "episode_steps")
+    if any(getattr(played.spec, each) != getattr(world.spec, each) for each in same) or played.teams != world.teams:
+        raise InputError("the expert plays another game", f"--against {name}: {played.name}, not {world.name}")
+    learned = cards.learned(expert.card)
+    if not learned or learned[cards.IMITATION] or expert.card["settings"].get("scripted"):
+        advice = "choose an expert that learned by reward alone"
+        raise InputError("the expert learned from a script, or does not say how", f"--against {name}", advice)
+    return expert if played.name == world.name else Observing(expert, played)
 
 
 class Script:

@@ -39,6 +39,7 @@ class TrainOptions:
     device: str = "cpu"
     jobs: int = 1  # seeds trained at the same time
     resume: bool = False
+    against: tuple[str, ...] = ()  # experts that the learner meets
 
 
 def trained(name: str, folder: Path, options: TrainOptions, console: Console) -> dict[str, Any]:
@@ -49,7 +50,7 @@ def trained(name: str, folder: Path, options: TrainOptions, console: Console) ->
     overrides: dict[str, Any] = {"seed": options.seed}
     overrides |= {} if options.steps is None else {"steps": options.steps}
     overrides |= dict(_setting(text) for text in options.settings)
-    request = Request(options.algorithm, options.recipe, overrides, options.device).checked()
+    request = Request(options.algorithm, options.recipe, overrides, options.device, options.against).checked()
     world = find(name)
     seeds = range(options.seed, options.seed + options.seeds)
     ensure_counts(options.seeds, options.jobs)

@@ -38,6 +38,7 @@ EXPERT_FILE, CARD_FILE, CURVE_FILE = "expert.safetensors", "card.json", "learnin
 METRICS_FILE, STATE_FILE, CHECKPOINTS = "metrics.jsonl", "state.safetensors", "checkpoints"
 STATE_FORMAT = "maviper-training-3"
 MAX_STATE_BYTES = 2**33
+SAME = ("world", "algorithm", "recipe", "against")  # in a resumed run's config
 CHOOSING, CRITIC = "choosing", "critic"  # stages after the training
 
 
@@ -80,11 +81,15 @@ def train(
     request = request.checked()
     trainer_of, chosen = _trainer(request.algorithm), settings_of(world, request)
     _check_device(request.device)
-    config = cards.config(world, request, chosen, _rule(world))
+    experts = _against(world, request)
+    met = {name: expert.hash for name, expert in experts.items()}
+    config = {**cards.config(world, request, chosen, _rule(world)), "against": met}
     done = _prepared(folder, config, resume)
     if done is not None:
         return done
     trainer = trainer_of.trainer(world, chosen, request.device)
+    if experts:
+        trainer.meet(list(experts.values()))
     run = _Run(folder, config, trainer, on_step)
     run.restore()
     fault = run.finish_training(on_checkpoint)
@@ -125,6 +130,12 @@ def _trainer(algorithm: str) -> _Algorithm:
     }[algorithm]
 
 
+def _against(world: World, request: Request) -> Mapping[str, Any]:
+    from maviper.experts.training import opponents
+
+    return opponents.by_reward_alone(world, request.against)
+
+
 def _check_device(device: str) -> None:
     import torch  # pyright: ignore[reportMissingImports]
 
@@ -163,7 +174,7 @@ def _rule(world: World) -> str:
 def _prepared(folder: Path, config: Mapping[str, Any], resume: bool) -> dict[str, Any] | None:
     """Makes sure that the folder is this run's; the card when the run is done already."""
     place = folder / CARD_FILE
-    if not runs.claim(folder, config, ("world", "algorithm", "recipe"), resume) or not place.exists():
+    if not runs.claim(folder, config, SAME, resume) or not place.exists():
         return None
     try:
         return json.loads(runs.read(place, runs.MAX_CONFIG_BYTES))

@@ -7,7 +7,7 @@ Does not: know an algorithm or touch files.
 
 import json
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,6 +15,7 @@ import torch
 from torch import Tensor
 
 from codegen.ir import Float32
+from maviper.episodes.play import Controller
 from maviper.experts.cards import REWARD
 from maviper.experts.training.nets import Adam, Joint, Nets, Running
 from maviper.worlds import World
@@ -82,6 +83,10 @@ class Trainer(ABC):
     @abstractmethod
     def tensors(self) -> dict[str, Float32]:
         """The expert so far, in the names and shapes of `network.NetworkExpert`."""
+
+    def meet(self, experts: Sequence[Controller]) -> None:
+        """Plays some games against these experts, which are not learned from."""
+        raise NotImplementedError
 
     def rewards(self, state: Any) -> Any:
         """What the learner is paid on entering `state`, [batch, n_agents]."""

@@ -75,6 +75,7 @@ def test_every_algorithm_trains_every_game(name, algorithm, tmp_path):
         ("physical-deception", "mappo", {}),
         ("physical-deception", "mappo", {"imitate_steps": 9_600, "value_steps": 3_200}),
         ("predator-prey,prey=1", "mappo", {"past": 0.25}),
+        ("predator-prey", "mappo", {"past": 0.25, "against": 0.125}),
         ("physical-deception", "maddpg", {}),
         ("physical-deception", "vdn", {}),
     ],
@@ -82,7 +83,8 @@ def test_every_algorithm_trains_every_game(name, algorithm, tmp_path):
 def test_a_resumed_run_gives_the_same_bytes(name, algorithm, more, tmp_path):
     """Stopped in the middle of a checkpoint's interval, right after it, and in the middle of writing."""
     world = find(name)
-    asked = request_of(algorithm, **more)
+    met = ("predator-prey", "predator-prey,observation=mpe2") if "against" in more else ()
+    asked = replace(request_of(algorithm, **more), against=met)
     train(world, tmp_path / "whole", asked)
     for stop in (1, 2):
 
@@ -213,8 +215,59 @@ def test_imitation_and_scripted_opponents(tmp_path):
         assert not trainer.mine[2:, :32].any() and not trainer.mine[:2, 32:64].any() and trainer.mine[:, 64:].all()
         seen, acted, *_ = trainer._collect()
         assert acted.shape == (25, 128, 4) and len(seen) == 26
-    with pytest.raises(InputError, match="not both"):
-        Mappo(world, Settings(**TINY, past=0.25, scripted=0.25), "cpu")
+    with pytest.raises(InputError, match="more games than there are"):
+        Mappo(world, Settings(**TINY, past=0.25, scripted=0.3), "cpu")
+
+
+@pytest.mark.train
+def test_experts_are_met_in_their_share_of_games_and_are_not_learned_from(monkeypatch):
+    """Each team meets them in a quarter of the games, on top of its own past; one that sees more sees for itself."""
+    from maviper.experts.training import opponents
+    from maviper.experts.training.mappo import Mappo, Settings
+
+    world, names = find("predator-prey"), ("predator-prey", "predator-prey,observation=mpe2")
+    trainer = Mappo(world, Settings(**TINY, past=0.25, against=0.25), "cpu")
+    trainer.meet(list(opponents.by_reward_alone(world, names).values()))
+    assert trainer.mine.sum(axis=1).tolist() == [64] * 4
+    assert not trainer.mine[2:, 64:96].any() and not trainer.mine[:2, 96:].any()
+    _, met = trainer.meetings
+    for index, name in enumerate(names):
+        monkeypatch.setattr(trainer, "rng", np.random.default_rng(5))
+        monkeypatch.setattr(met.opponents, "begin", lambda progress: None)
+        met.opponents.drawn = met.opponents.experts[index]
+        played = trainer._collect()
+        expert, theirs = store.load(name)
+        state = world.start(128, np.random.default_rng(5))
+        for acted in played.acted:
+            wanted = expert.act(range(4), theirs.observe(state), state)
+            assert (acted == wanted)[met.theirs.T].all() and (acted != wanted)[trainer.mine.T].any()
+            state = world.step(state, acted)
+
+
+@pytest.mark.train
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("predator-prey@clone", "learned from a script"),
+        ("predator-prey,observation=mpe2@clone-1", "learned from a script"),
+        ("physical-deception", "another game"),
+        ("predator-pray", "predator-prey"),
+    ],
+)
+def test_only_what_learned_by_reward_alone_is_met(name, said, tmp_path):
+    with pytest.raises((InputError, UnknownNameError), match=said):
+        train(find("predator-prey"), tmp_path, replace(request_of("mappo"), against=(name,)))
+
+
+@pytest.mark.train
+def test_the_card_names_the_experts_that_were_met(tmp_path):
+    name = "predator-prey,observation=mpe2@0"
+    card = train(find("predator-prey"), tmp_path / "a", replace(request_of("mappo"), against=(name,)))
+    assert card["against"] == {name: store.load(name)[0].hash} and card["command"].endswith(f" --against {name}")
+    with pytest.raises(InputError, match="against differ"):
+        train(find("predator-prey"), tmp_path / "a", request_of("mappo"), resume=True)
+    with pytest.raises(InputError, match="meets no experts"):
+        train(find("predator-prey"), tmp_path / "b", replace(request_of("vdn"), against=(name,)))
 
 
 @pytest.mark.train
@@ -225,15 +278,16 @@ def test_earlier_actors_are_kept_as_they_were_and_played_as(monkeypatch):
     first = [parameter.detach().clone() for parameter in trainer.actor.parameters]
     for _ in range(4):
         trainer.advance()
-    kept = trainer.opponents.versions
+    (past,) = trainer.meetings
+    kept = past.opponents.versions
     assert len(kept) == 4  # fewer steps than versions: each batch begins with one
     assert all((a == b).all() for a, b in zip(kept[0], first, strict=True))
     assert any((a != b).any() for a, b in zip(kept[1], kept[0], strict=True))
     sure = [torch_zeros(parameter) for parameter in first]
     sure[-1][..., 3] = 1e6  # the last bias: an actor that always takes action 3
-    trainer.opponents.versions = [sure]
-    monkeypatch.setattr(trainer.opponents, "begin", lambda progress: None)
-    trainer.opponents.drawn = 0
+    past.opponents.versions = [sure]
+    monkeypatch.setattr(past.opponents, "begin", lambda progress: None)
+    past.opponents.drawn = 0
     acted = trainer._collect().acted
     assert (acted[:, ~trainer.mine.T] == 3).all() and (acted[:, trainer.mine.T] != 3).any()
 
