@@ -5,8 +5,9 @@ Assumes: arguments and results can be sent to a process; a cluster's workers hav
 Does not: leave a process behind.
 """
 
+import logging
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from concurrent.futures import CancelledError
 from typing import Any
 
 from codegen.errors import InputError, MissingToolError
@@ -30,16 +31,21 @@ def side_by_side(function: Callable[..., Any], arguments: Sequence[Sequence[Any]
 
 
 def as_they_come(function: Callable[..., Any], arguments: Iterable[Sequence[Any]], jobs: int) -> Iterator[Any]:
-    """As `side_by_side`, in the order in which calls end. Of `arguments`, only a few are taken ahead."""
+    """As `side_by_side`, in the order in which calls end. Of `arguments`, only a few are taken ahead.
+
+    MissingToolError where a process was killed, as a machine does that runs out of memory.
+    """
     if jobs == 1:
         yield from (function(*each) for each in arguments)
         return
-    from joblib import Parallel, delayed
     from joblib.externals.loky import get_reusable_executor
+    from joblib.externals.loky.process_executor import TerminatedWorkerError
 
     try:
-        parallel = Parallel(n_jobs=jobs, return_as="generator_unordered", batch_size=1)
-        yield from parallel(delayed(function)(*each) for each in arguments)  # pyright: ignore[reportOptionalIterable]
+        yield from _ended(function, arguments, n_jobs=jobs)
+    except TerminatedWorkerError:
+        advice = "is there memory for so many? what is finished is kept: run the command again"
+        raise MissingToolError("a process that worked for this one was killed", f"--jobs {jobs}", advice) from None
     finally:
         get_reusable_executor().shutdown(wait=True)
 
@@ -50,17 +56,39 @@ def on_dask(function: Callable[..., Any], arguments: Iterable[Sequence[Any]], sc
     `scheduler`: its address; None: as Dask is configured (DASK_SCHEDULER_ADDRESS). MissingToolError without Dask, or
     when no scheduler answers, has no worker, or goes away.
     """
-    from joblib import Parallel, delayed, parallel_config
+    from joblib import parallel_config
 
-    with _client(scheduler) as client, parallel_config(backend="dask", client=client):
-        parallel = Parallel(return_as="generator_unordered", batch_size=1)
-        yield from parallel(delayed(function)(*each) for each in arguments)  # pyright: ignore[reportOptionalIterable]
+    client = _client(scheduler)
+    from distributed import KilledWorker  # pyright: ignore[reportMissingImports]
 
-
-@contextmanager
-def _client(scheduler: str | None) -> Iterator[Any]:
+    address = client.scheduler.address
+    log = logging.getLogger("distributed")
+    before = log.level
+    log.setLevel(logging.CRITICAL)  # what goes wrong is told below, in one line
     try:
-        import dask  # pyright: ignore[reportMissingImports]
+        with client, parallel_config(backend="dask", client=client):
+            yield from _ended(function, arguments)
+    except (CancelledError, OSError) as error:  # the latter is also a TimeoutError, of the first worker
+        what = "no worker came" if isinstance(error, TimeoutError) else "the connection to the Dask scheduler is lost"
+        raise MissingToolError(what, address, "what is finished is kept: run the command again") from None
+    except KilledWorker as error:
+        advice = "is there memory for it? what is finished is kept: run the command again"
+        raise MissingToolError(f"one call after another ended a Dask worker: {error.task}", address, advice) from None
+    finally:
+        log.setLevel(before)
+
+
+def _ended(function: Callable[..., Any], arguments: Iterable[Sequence[Any]], **how: Any) -> Iterator[Any]:
+    """The results, as they come."""
+    from joblib import Parallel, delayed
+
+    parallel = Parallel(return_as="generator_unordered", batch_size=1, **how)  # pyright: ignore[reportArgumentType]
+    yield from parallel(delayed(function)(*each) for each in arguments)  # pyright: ignore[reportOptionalIterable]
+
+
+def _client(scheduler: str | None) -> Any:
+    try:
+        import dask.config  # pyright: ignore[reportMissingImports]
         from distributed import Client  # pyright: ignore[reportMissingImports]
     except ImportError:
         raise MissingToolError("Dask is not installed", "--backend dask", "pip install 'maviper[scale]'") from None
@@ -69,9 +97,7 @@ def _client(scheduler: str | None) -> Iterator[Any]:
         advice = "give --scheduler ADDRESS, or set DASK_SCHEDULER_ADDRESS"
         raise InputError("which Dask scheduler is not said", "--backend dask", advice)
     try:
-        client = Client(address, timeout=CONNECT_SECONDS, set_as_default=False)
-    except (OSError, ValueError) as error:
+        return Client(address, timeout=CONNECT_SECONDS, set_as_default=False)
+    except (OSError, ValueError):
         advice = "start one with `dask scheduler`, or check the address"
-        raise MissingToolError(f"no Dask scheduler answers: {error}".split("\n")[0], address, advice) from None
-    with client:
-        yield client
+        raise MissingToolError("no Dask scheduler answers", address, advice) from None

@@ -46,9 +46,18 @@ def of_profile(
     }
     found: dict[str, Any] = {"trees": trees, "training": dict(profile.provenance.training)}
     found["importances"] = _importances(world, expert, profile)
-    found["curve"] = [{"episodes": each.done * episodes, **each.line} for each in curve]
+    found["curve"] = _curve(curve, episodes)
     if cell.game in CLAIMED:
         found[CLAIM] = _violating(profile, CLAIMED[cell.game])
+    return found
+
+
+def _curve(curve: Sequence[Progress], episodes: int) -> list[dict[str, Any]]:
+    """Every round, with the rollout episodes up to it; `part` counts agents that are extracted one after the other."""
+    found: list[dict[str, Any]] = []
+    for each in curve:
+        part = found[-1]["part"] + (each.done == 1) if found else 0
+        found.append({"part": part, "episodes": each.done * episodes, **each.line})
     return found
 
 
@@ -80,7 +89,7 @@ def _importances(world: World, expert: Expert, profile: PolicyProfile) -> dict[s
         told = importances(policy, seen[place])
         names = [feature.name for feature in policy.features]
         found[policy.agent] = {
-            "decrease": dict(zip(names, map(float, told.decrease), strict=True)),
+            "impurity": dict(zip(names, map(float, told.decrease), strict=True)),
             "tested": dict(zip(names, map(float, told.tested), strict=True)),
         }
     return found

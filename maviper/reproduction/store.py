@@ -87,6 +87,9 @@ class Store:
     def write(self, made: Made) -> None:
         """Keeps a cell, and gives its claim back."""
         place = self.cells / made.id
+        for old in place.glob("*"):  # of a try that failed, say
+            if old.name not in made.files and not old.name.startswith(CLAIM):
+                old.unlink(missing_ok=True)
         for name, data in made.files.items():
             runs.write(place / name, data)
         runs.write(place / CELL_FILE, runs.as_json(asdict(made.document)))
