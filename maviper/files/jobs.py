@@ -62,7 +62,7 @@ def on_dask(function: Callable[..., Any], arguments: Iterable[Sequence[Any]], sc
     from distributed import KilledWorker  # pyright: ignore[reportMissingImports]
 
     address = client.scheduler.address
-    log = logging.getLogger("distributed")
+    log = logging.getLogger("distributed.client")
     before = log.level
     log.setLevel(logging.CRITICAL)  # what goes wrong is told below, in one line
     try:

@@ -81,6 +81,8 @@ def folder(path: Path) -> Path:
     try:
         seen(path).mkdir(parents=True, exist_ok=True)
     except OSError as error:
+        if error.errno in NO_ROOM:
+            raise unwritten(path, error) from None
         raise InputError(
             "cannot make the output folder", f"{path}: {error.strerror}", "choose another with -o"
         ) from None

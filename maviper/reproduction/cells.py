@@ -98,6 +98,7 @@ class Task:
     expert_hash: str
     register: str  # hash of the claims that were written before
     of: Mapping[str, str] = field(default_factory=dict)  # algorithm -> id of the cell whose profile it needs
+    effort: Mapping[str, int] = field(default_factory=dict)  # what is spent on responders
 
     @cached_property
     def identity(self) -> dict[str, Any]:
@@ -110,7 +111,15 @@ class Task:
         about = {"algorithm": self.cell.algorithm, "leaves": self.cell.leaves, "seed": self.cell.seed}
         episodes = [self.cell.episodes.start, self.cell.episodes.stop]
         made_by = {"tool": tool(), "register": self.register, "format": FORMAT}
-        return {**same, **about, "settings": settings, "of": dict(self.of), "episodes": episodes, **made_by}
+        return {
+            **same,
+            **about,
+            "settings": settings,
+            "of": dict(self.of),
+            **dict(self.effort),
+            "episodes": episodes,
+            **made_by,
+        }
 
     @cached_property
     def id(self) -> str:

@@ -28,6 +28,7 @@ from maviper.reproduction.cells import (
     CROSSPLAY,
     DONE,
     EXPERT,
+    EXPLOITABILITY,
     EXTRACTION,
     FAILED,
     FORMAT,
@@ -38,6 +39,7 @@ from maviper.reproduction.cells import (
     settings_of,
     tool,
 )
+from maviper.reproduction.responding import Asked, exploited
 from maviper.worlds import Measure, World
 
 EPISODES_FILE, FACTS_FILE, ERROR_FILE = "episodes.csv", "facts.json", "error.txt"
@@ -88,7 +90,9 @@ def _files(task: Task, profiles: Mapping[str, PolicyProfile]) -> Files:
     if task.cell.kind == CROSSPLAY:
         lineups = crossplay(world, expert, profiles)
         return {EPISODES_FILE: played(world, task.cell, lineups), FACTS_FILE: runs.as_json({})}
-    raise InputError(f"nobody makes cells of the kind {task.cell.kind} yet", task.cell.said)
+    assert task.cell.kind == EXPLOITABILITY, task.cell
+    lines, told = exploited(Asked(task.cell, world, expert, profiles, task.effort))
+    return {EPISODES_FILE: HEAD + "".join(lines), FACTS_FILE: runs.as_json(told)}
 
 
 # --- line-ups

@@ -5,9 +5,8 @@ Assumes: options that were read from text (run.py).
 Does not: make cells, or look at what is finished.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from importlib.util import find_spec
 from itertools import product
 from pathlib import Path
 
@@ -28,6 +27,7 @@ from maviper.extraction.settings import EXACT, HISTOGRAM, PAPER, PRESETS, RELEAS
 from maviper.files import runs
 from maviper.files.kinds import EXPERT as EXPERT_FILE
 from maviper.files.kinds import kind_of
+from maviper.reproduction import responding
 from maviper.reproduction.cells import CROSSPLAY, EXPERT, EXPLOITABILITY, EXTRACTION, Cell, Source, Task
 from maviper.reproduction.costs import estimate
 
@@ -178,12 +178,9 @@ def planned(asked: Asked, register: str) -> Plan:
 
 
 def _tasks(asked: Asked, one: Known, register: str, left_out: list[tuple[str, str]]) -> list[Task]:
-    def task(cell: Cell, **of: str) -> Task:
-        return Task(cell, one.source, one.hash, register, of)
-
-    made = [task(cell) for cell in _extractions(asked, one, left_out)]
-    expert = task(Cell(EXPERT, one.game, one.label))
-    return [expert, *made, *_crossplays(made, task), *_exploitability(asked, one, left_out)]
+    cells = [Cell(EXPERT, one.game, one.label), *_extractions(asked, one, left_out)]
+    made = [Task(cell, one.source, one.hash, register) for cell in cells]
+    return [*made, *_crossplays(made), *_answers(asked, made, left_out)]
 
 
 def _extractions(asked: Asked, one: Known, left_out: list[tuple[str, str]]) -> list[Cell]:
@@ -222,22 +219,38 @@ def _main(asked: Asked, game: str, depths: Sequence[int]) -> list[tuple[str, str
     return [each for each in pairs if each[:2] not in lacking]
 
 
-def _crossplays(made: Sequence[Task], task: Callable[..., Task]) -> list[Task]:
+def _crossplays(made: Sequence[Task]) -> list[Task]:
     """The paper's algorithms and the expert against one another, wherever two of them or more were extracted alike."""
-    alike: dict[Cell, dict[str, str]] = {}
+    alike: dict[Cell, dict[str, Task]] = {}
     for each in made:
         cell = each.cell
         wanted = cell.algorithm in COMPARED and cell.depth == MAIN_DEPTH and not cell.leaves
         if wanted and cell.splits == HISTOGRAM and cell.game.partition(",")[0] in MIXED:
-            alike.setdefault(replace(cell, kind=CROSSPLAY, algorithm=""), {})[cell.algorithm] = each.id
-    return [task(cell, **of) for cell, of in alike.items() if len(of) > 1]
+            alike.setdefault(replace(cell, kind=CROSSPLAY, algorithm=""), {})[cell.algorithm] = each
+    several = [(cell, of) for cell, of in alike.items() if len(of) > 1]
+    return [
+        replace(next(iter(of.values())), cell=cell, of={name: task.id for name, task in of.items()})
+        for cell, of in several
+    ]
 
 
-def _exploitability(asked: Asked, one: Known, left_out: list[tuple[str, str]]) -> list[Task]:
-    """None yet: the responders are not there."""
-    if asked.tier != QUICK and one.game == DECEPTION and find_spec("maviper.evaluation.exploitability") is None:
-        left_out.append((EXPLOITABILITY, "this version has no responders"))
-    return []
+def _answers(asked: Asked, made: Sequence[Task], left_out: list[tuple[str, str]]) -> list[Task]:
+    """Deception's profiles of depth 4, each answered by everybody of its seed, and by whom the tier trains."""
+    alike = [each for each in _crossplays(made) if each.cell.game == DECEPTION and each.cell.preset == PAPER]
+    if not alike:
+        return []
+    effort = {QUICK: responding.UNTRAINED, FULL: responding.MORE}.get(asked.tier, responding.USUAL)
+    if responding.lacking():
+        left_out.append((EXPLOITABILITY, responding.lacking()))
+        return []
+    if effort["steps"] and responding.untrained():
+        left_out.append(("networks that respond", responding.untrained()))
+        effort = {**effort, "steps": 0}
+    return [
+        replace(task, cell=replace(task.cell, kind=EXPLOITABILITY, algorithm=name), effort=effort)
+        for task in alike
+        for name in task.of
+    ]
 
 
 # --- shards
