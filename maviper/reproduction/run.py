@@ -17,13 +17,13 @@ from codegen.errors import ExitCode, InputError, UnknownNameError
 from maviper.console import Console, LiveLine
 from maviper.files import jobs as processes
 from maviper.files.seeds import ensure_counts
-from maviper.reproduction import plan as plans
-from maviper.reproduction import table
-from maviper.reproduction.cells import DONE, KINDS, Made, Task
-from maviper.reproduction.costs import estimate
-from maviper.reproduction.making import made
-from maviper.reproduction.plan import Asked, Plan
-from maviper.reproduction.store import Store
+from maviper.reproduction.cells import plan as plans
+from maviper.reproduction.cells import table
+from maviper.reproduction.cells.cell import DONE, KINDS, Made, Task
+from maviper.reproduction.cells.costs import estimate
+from maviper.reproduction.cells.making import made
+from maviper.reproduction.cells.plan import Asked, Plan
+from maviper.reproduction.cells.store import Store
 
 LOCAL, DASK = "local", "dask"
 BACKENDS = (LOCAL, DASK)

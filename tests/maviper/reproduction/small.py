@@ -2,8 +2,8 @@
 
 from maviper.console import Console
 from maviper.reproduction import run
-from maviper.reproduction.cells import DONE, FORMAT, Document, Made
-from maviper.reproduction.making import EPISODES_FILE, FACTS_FILE, HEAD
+from maviper.reproduction.cells.cell import DONE, FORMAT, Document, Made
+from maviper.reproduction.cells.making import EPISODES_FILE, FACTS_FILE, HEAD
 from maviper.reproduction.run import ReproduceOptions
 
 QUIET = Console(quiet=True)

@@ -16,9 +16,11 @@ import maviper
 from codegen.errors import ExitCode, InputError, MissingToolError, UnknownNameError
 from maviper.cli import main
 from maviper.files import jobs
-from maviper.reproduction import cells, making, run
-from maviper.reproduction.cells import CROSSPLAY, FAILED
-from maviper.reproduction.plan import Asked, planned
+from maviper.reproduction import run
+from maviper.reproduction.cells import cell as cells
+from maviper.reproduction.cells import making
+from maviper.reproduction.cells.cell import CROSSPLAY, FAILED
+from maviper.reproduction.cells.plan import Asked, planned
 from maviper.reproduction.run import ReproduceOptions
 from tests.maviper.reproduction.small import REAL, cheap, contents, reproduced
 
@@ -146,7 +148,7 @@ def test_shards_make_the_same_folder_as_one_run(tmp_path, calls):
 
 
 def test_a_cell_of_another_process_is_waited_for(tmp_path, calls, monkeypatch):
-    from maviper.reproduction.store import Store
+    from maviper.reproduction.cells.store import Store
 
     monkeypatch.setattr(run, "POLL", 0.05)
     task = planned(ReproduceOptions(**GAME).asked, run._register()).tasks[1]

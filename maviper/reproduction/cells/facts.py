@@ -17,7 +17,7 @@ from maviper.episodes import measures
 from maviper.episodes.play import play, points
 from maviper.experts.expert import Expert
 from maviper.extraction.selection.progress import Progress
-from maviper.reproduction.cells import Cell
+from maviper.reproduction.cells.cell import Cell
 from maviper.verification.ask import VerifyOptions, questions
 from maviper.worlds import World
 from verify.extent.violations import exact_share, violations

@@ -15,9 +15,9 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 
 from maviper.files import runs
-from maviper.reproduction.cells import DONE, FAILED, KINDS, Cell, Document, tool
-from maviper.reproduction.making import EPISODES_FILE, FACTS_FILE, HEAD
-from maviper.reproduction.store import Store
+from maviper.reproduction.cells.cell import DONE, FAILED, KINDS, Cell, Document, tool
+from maviper.reproduction.cells.making import EPISODES_FILE, FACTS_FILE, HEAD
+from maviper.reproduction.cells.store import Store
 
 TABLE_FILE, EPISODES_FOLDER, FACTS_FOLDER = "cells.csv", "episodes", "facts"
 MAX_EPISODES_BYTES = 2**28

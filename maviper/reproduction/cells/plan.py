@@ -27,9 +27,9 @@ from maviper.extraction.settings import EXACT, HISTOGRAM, PAPER, PRESETS, RELEAS
 from maviper.files import runs
 from maviper.files.kinds import EXPERT as EXPERT_FILE
 from maviper.files.kinds import kind_of
-from maviper.reproduction import responding
-from maviper.reproduction.cells import CROSSPLAY, EXPERT, EXPLOITABILITY, EXTRACTION, Cell, Source, Task
-from maviper.reproduction.costs import estimate
+from maviper.reproduction.cells import responding
+from maviper.reproduction.cells.cell import CROSSPLAY, EXPERT, EXPLOITABILITY, EXTRACTION, Cell, Source, Task
+from maviper.reproduction.cells.costs import estimate
 
 DECEPTION, NAVIGATION, PREY = "physical-deception", "cooperative-navigation", "predator-prey"
 GAMES = (DECEPTION, NAVIGATION, PREY)

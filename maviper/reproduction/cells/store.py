@@ -23,7 +23,7 @@ from pathlib import Path
 import msgspec
 
 from maviper.files import runs
-from maviper.reproduction.cells import DONE, Document, Made
+from maviper.reproduction.cells.cell import DONE, Document, Made
 
 CELLS, CELL_FILE, CLAIM = "cells", "cell.json", "claim-"
 MAX_CELL_BYTES, MAX_PROFILE_BYTES = 2**22, 2**26

@@ -11,7 +11,7 @@ from importlib import resources
 
 import numpy as np
 
-from maviper.reproduction.cells import Cell
+from maviper.reproduction.cells.cell import Cell
 
 FILE = "costs.toml"
 UNKNOWN = 30.0  # CPU seconds of what was never measured
@@ -29,7 +29,7 @@ def key_of(cell: Cell, *, exactly: bool = True) -> str:
 @cache
 def measured() -> Costs:
     """The table."""
-    return tomllib.loads((resources.files("maviper.reproduction") / FILE).read_text(encoding="utf-8"))
+    return tomllib.loads((resources.files("maviper.reproduction.cells") / FILE).read_text(encoding="utf-8"))
 
 
 def estimate(cell: Cell) -> float:

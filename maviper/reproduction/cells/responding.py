@@ -17,7 +17,7 @@ from codegen.ir import PolicyProfile
 from maviper.episodes.play import Controller
 from maviper.episodes.trees import among
 from maviper.experts.expert import Expert
-from maviper.reproduction.cells import ID_LETTERS, Cell
+from maviper.reproduction.cells.cell import ID_LETTERS, Cell
 from maviper.worlds import Measure, World
 from maviper.worlds.world import RETURN
 

@@ -7,9 +7,9 @@ import pytest
 
 from codegen.errors import InputError, UnknownNameError
 from maviper.experts import store
-from maviper.reproduction import plan as plans
-from maviper.reproduction.cells import CROSSPLAY, EXPERT, EXTRACTION
-from maviper.reproduction.plan import Asked, planned, shard
+from maviper.reproduction.cells import plan as plans
+from maviper.reproduction.cells.cell import CROSSPLAY, EXPERT, EXTRACTION
+from maviper.reproduction.cells.plan import Asked, planned, shard
 from maviper.worlds import find
 
 

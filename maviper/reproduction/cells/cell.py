@@ -1,4 +1,4 @@
-"""Cells: the units of a reproduction, each with an identity that names its folder.
+"""The cell: the unit of a reproduction, with an identity that names its folder.
 
 Does: says what a cell is, which settings it stands for, what makes two cells the same; the form of its files.
 Assumes: what an identity holds decides every byte that a cell gives, on machines of one kind.

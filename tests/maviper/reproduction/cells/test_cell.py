@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import pytest
 
-from maviper.reproduction import cells
-from maviper.reproduction.cells import EXPERT, EXTRACTION, Cell, Source, Task, settings_of
+from maviper.reproduction.cells import cell as cells
+from maviper.reproduction.cells.cell import EXPERT, EXTRACTION, Cell, Source, Task, settings_of
 from maviper.worlds import find
 
 SOURCE = Source("physical-deception", world="physical-deception")

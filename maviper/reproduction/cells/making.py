@@ -23,8 +23,8 @@ from maviper.extraction.extraction import Running
 from maviper.extraction.outcome import profile_of
 from maviper.extraction.selection.progress import Progress
 from maviper.files import runs
-from maviper.reproduction import facts
-from maviper.reproduction.cells import (
+from maviper.reproduction.cells import facts
+from maviper.reproduction.cells.cell import (
     CROSSPLAY,
     DONE,
     EXPERT,
@@ -39,7 +39,7 @@ from maviper.reproduction.cells import (
     settings_of,
     tool,
 )
-from maviper.reproduction.responding import Asked, exploited
+from maviper.reproduction.cells.responding import Asked, exploited
 from maviper.worlds import Measure, World
 
 EPISODES_FILE, FACTS_FILE, ERROR_FILE = "episodes.csv", "facts.json", "error.txt"
