@@ -28,9 +28,9 @@ def numbers(context: click.Context, parameter: click.Parameter, value: str | Non
 @click.command(
     cls=Verb,
     example="maviper reproduce --quick -o reproduction\nmaviper reproduce --plan -o reproduction\n"
-    "maviper reproduce --games physical-deception --depths 4 --seeds 5 --jobs 2 -o reproduction",
+    "maviper reproduce --games physical-deception --depths 4 --jobs 2 -o mine",
 )
-@option("--quick", is_flag=True, section=WHAT, help="Physical deception, depth 4, one seed: about two minutes.")
+@option("--quick", is_flag=True, section=WHAT, help="Physical deception, depth 4, one seed: a minute.")
 @option("--full", is_flag=True, section=WHAT, help="More: the ladder, preset released, leaf budgets, further experts.")
 @option(
     "--experts",

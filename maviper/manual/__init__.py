@@ -14,6 +14,7 @@ TOPICS = (
     "games",
     "experts",
     "extraction",
+    "reproduce",
     "claims",
     "verdicts",
     "repair",
