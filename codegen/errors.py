@@ -10,7 +10,7 @@ Does not: cover our own bugs (those stay ordinary exceptions and end in exit cod
     |   `-- UnknownNameError     a name that does not exist, with the closest match
     |-- RefusedError          1  a certificate does not show what it claims
     |-- DisagreementError     4  generated code decides differently from the profile
-    `-- MissingToolError      5  a compiler or an optional package is missing
+    `-- MissingToolError      5  a compiler, an optional package or room for the output is missing
 """
 
 import difflib
@@ -75,7 +75,7 @@ class DisagreementError(MaviperError):
 
 
 class MissingToolError(MaviperError):
-    """A compiler or an optional package that the command needs is not installed."""
+    """A compiler or an optional package that the command needs is not installed, or there is no room to write."""
 
     exit_code = ExitCode.MISSING
 

@@ -433,7 +433,7 @@ def small_disk(tmp_path):
 @pytest.mark.compile
 def test_a_full_disk_is_said_and_leaves_whole_files(document, place, small_disk, capsys):
     (place / "profile.json").write_text(json.dumps(document))
-    assert run("compile", place / "profile.json", "-o", small_disk) == ExitCode.INPUT
+    assert run("compile", place / "profile.json", "-o", small_disk) == ExitCode.MISSING
     assert "No space left" in capsys.readouterr().err
     whole(small_disk)
 

@@ -18,6 +18,7 @@ from maviper.cli.guide import guide
 from maviper.cli.properties import properties
 from maviper.cli.repair import repair
 from maviper.cli.replay import replay
+from maviper.cli.reproduce import reproduce
 from maviper.cli.schema import schema
 from maviper.cli.show import play, show
 from maviper.cli.train import train
@@ -27,7 +28,7 @@ from maviper.cli.worlds import worlds
 CHAPTERS = {
     "Start here": (demo, guide),
     "Worlds and experts": (worlds, train),
-    "Extract": (extract, evaluate, show, play),
+    "Extract": (extract, evaluate, show, play, reproduce),
     "Compile": (compile_verb, schema),
     "Verify": (verify, properties, check, replay, repair),
 }

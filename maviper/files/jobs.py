@@ -1,12 +1,18 @@
-"""Work side by side in processes.
+"""Work side by side in processes, of this machine or of a Dask cluster.
 
-Does: calls a function for each of several arguments, in as many processes as asked, results in order.
-Assumes: arguments and results can be sent to a process.
+Does: calls a function for each of several arguments, in as many processes as asked, results in order or as they come.
+Assumes: arguments and results can be sent to a process; a cluster's workers have this package too.
 Does not: leave a process behind.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+import logging
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import CancelledError
 from typing import Any
+
+from codegen.errors import InputError, MissingToolError
+
+CONNECT_SECONDS = 10  # for a scheduler to answer, and for its first worker
 
 
 def side_by_side(function: Callable[..., Any], arguments: Sequence[Sequence[Any]], jobs: int) -> Iterator[Any]:
@@ -22,3 +28,76 @@ def side_by_side(function: Callable[..., Any], arguments: Sequence[Sequence[Any]
         yield from parallel(delayed(function)(*each) for each in arguments)  # pyright: ignore[reportOptionalIterable]
     finally:
         get_reusable_executor().shutdown(wait=True)
+
+
+def as_they_come(function: Callable[..., Any], arguments: Iterable[Sequence[Any]], jobs: int) -> Iterator[Any]:
+    """As `side_by_side`, in the order in which calls end. Of `arguments`, only a few are taken ahead.
+
+    MissingToolError where a process was killed, as a machine does that runs out of memory.
+    """
+    if jobs == 1:
+        yield from (function(*each) for each in arguments)
+        return
+    from joblib.externals.loky import get_reusable_executor
+    from joblib.externals.loky.process_executor import TerminatedWorkerError
+
+    try:
+        yield from _ended(function, arguments, n_jobs=jobs)
+    except TerminatedWorkerError:
+        advice = "is there memory for so many? what is finished is kept: run the command again"
+        raise MissingToolError("a process that worked for this one was killed", f"--jobs {jobs}", advice) from None
+    finally:
+        get_reusable_executor().shutdown(wait=True)
+
+
+def on_dask(function: Callable[..., Any], arguments: Iterable[Sequence[Any]], scheduler: str | None) -> Iterator[Any]:
+    """As `as_they_come`, on the workers of a Dask cluster, which does the work of lost workers again.
+
+    `scheduler`: its address; None: as Dask is configured (DASK_SCHEDULER_ADDRESS). MissingToolError without Dask, or
+    when no scheduler answers, has no worker, or goes away.
+    """
+    from joblib import parallel_config
+
+    client = _client(scheduler)
+    from distributed import KilledWorker  # pyright: ignore[reportMissingImports]
+
+    address = client.scheduler.address
+    log = logging.getLogger("distributed.client")
+    before = log.level
+    log.setLevel(logging.CRITICAL)  # what goes wrong is told below, in one line
+    try:
+        with client, parallel_config(backend="dask", client=client):
+            yield from _ended(function, arguments)
+    except (CancelledError, OSError) as error:  # the latter is also a TimeoutError, of the first worker
+        what = "no worker came" if isinstance(error, TimeoutError) else "the connection to the Dask scheduler is lost"
+        raise MissingToolError(what, address, "what is finished is kept: run the command again") from None
+    except KilledWorker as error:
+        advice = "is there memory for it? what is finished is kept: run the command again"
+        raise MissingToolError(f"one call after another ended a Dask worker: {error.task}", address, advice) from None
+    finally:
+        log.setLevel(before)
+
+
+def _ended(function: Callable[..., Any], arguments: Iterable[Sequence[Any]], **how: Any) -> Iterator[Any]:
+    """The results, as they come."""
+    from joblib import Parallel, delayed
+
+    parallel = Parallel(return_as="generator_unordered", batch_size=1, **how)  # pyright: ignore[reportArgumentType]
+    yield from parallel(delayed(function)(*each) for each in arguments)  # pyright: ignore[reportOptionalIterable]
+
+
+def _client(scheduler: str | None) -> Any:
+    try:
+        import dask.config  # pyright: ignore[reportMissingImports]
+        from distributed import Client  # pyright: ignore[reportMissingImports]
+    except ImportError:
+        raise MissingToolError("Dask is not installed", "--backend dask", "pip install 'maviper[scale]'") from None
+    address = scheduler or dask.config.get("scheduler-address", None)
+    if not address:
+        advice = "give --scheduler ADDRESS, or set DASK_SCHEDULER_ADDRESS"
+        raise InputError("which Dask scheduler is not said", "--backend dask", advice)
+    try:
+        return Client(address, timeout=CONNECT_SECONDS, set_as_default=False)
+    except (OSError, ValueError):
+        advice = "start one with `dask scheduler`, or check the address"
+        raise MissingToolError("no Dask scheduler answers", address, advice) from None

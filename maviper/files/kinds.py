@@ -33,6 +33,7 @@ STATES = Kind("a file of states", "`maviper extract --counterexamples` takes it"
 ZONES = Kind("a list of failing cells", "no command takes it; it is for you to read")
 REPORT = Kind("a report", "no command takes it; it is for you to read")
 CONFIG = Kind("the configuration of a run", "`maviper extract --resume` takes its folder")
+CELL = Kind("a cell of a reproduction", "`maviper reproduce -o` takes the folder of all cells")
 PROPERTIES = Kind("a property file", "`maviper verify --properties` takes it")
 REGION = Kind("a region file", "`--region` takes it")
 
@@ -45,6 +46,7 @@ NAMED = {
     "zones": ZONES,
     "verification": REPORT,
     "extraction": CONFIG,
+    "cell": CELL,
 }
 IN_HEADERS = {b'"maviper-expert-': EXPERT, b'"maviper-training-': TRAINING}
 _SAYS = re.compile(rb'"(?:certificate|counterexample|states|zones|report|format)"\s*:\s*"maviper-([a-z-]+)-')

@@ -7,6 +7,7 @@ Does not: know what is in the files.
 """
 
 import contextlib
+import errno
 import itertools
 import json
 import os
@@ -16,10 +17,11 @@ from typing import Any, TypeVar
 
 import msgspec
 
-from codegen.errors import InputError, shown, steers
+from codegen.errors import InputError, MaviperError, MissingToolError, shown, steers
 
 CONFIG_FILE = "config.json"
 MAX_CONFIG_BYTES = 2**20
+NO_ROOM = (errno.ENOSPC, errno.EDQUOT)
 Form = TypeVar("Form")
 _serial = itertools.count()
 
@@ -39,13 +41,19 @@ def write(path: Path, content: str | bytes) -> Path:
             os.fsync(file.fileno())
         scratch.replace(path)
     except OSError as error:
-        raise InputError(
-            f"cannot write {path.name}", f"{path}: {error.strerror}", "choose another folder with -o"
-        ) from None
+        raise unwritten(path, error) from None
     finally:
         with contextlib.suppress(OSError):
             scratch.unlink()
     return path
+
+
+def unwritten(path: Path, error: OSError) -> MaviperError:
+    """What a user is told of a file that cannot be written: MissingToolError where there is no room for it."""
+    what, where = f"cannot write {path.name}", f"{path}: {error.strerror}"
+    if error.errno in NO_ROOM:
+        return MissingToolError(what, where, "make room, then run the command again")
+    return InputError(what, where, "choose another folder with -o")
 
 
 def seen(path: Path) -> Path:
@@ -73,6 +81,8 @@ def folder(path: Path) -> Path:
     try:
         seen(path).mkdir(parents=True, exist_ok=True)
     except OSError as error:
+        if error.errno in NO_ROOM:
+            raise unwritten(path, error) from None
         raise InputError(
             "cannot make the output folder", f"{path}: {error.strerror}", "choose another with -o"
         ) from None

@@ -15,6 +15,7 @@ TOPICS = (
     "games",
     "experts",
     "extraction",
+    "reproduce",
     "claims",
     "verdicts",
     "repair",

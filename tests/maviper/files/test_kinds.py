@@ -61,7 +61,7 @@ def test_the_wrong_kind_is_answered_in_three_lines(tmp_path, monkeypatch, capsys
 
 def test_what_the_manual_lists_is_known():
     forms = re.findall(r"`(maviper-[a-z-]+-\d)`", TABLE.read_text())
-    members = {"states": "states", "zones": "zones", "verification": "report"}
+    members = {"states": "states", "zones": "zones", "verification": "report", "cell": "format"}
     for form in forms:
         stem = form[len("maviper-") : -2]
         member = members.get(stem, stem.rpartition("-")[2])

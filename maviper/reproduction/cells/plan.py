@@ -1,0 +1,273 @@
+"""The plan of a reproduction: which cells there are, for what is asked.
+
+Does: finds experts; lists the cells of each tier, with what cannot be made and why; deals them out to shards.
+Assumes: options that were read from text (run.py).
+Does not: make cells, or look at what is finished.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+from pathlib import Path
+
+from codegen.errors import InputError, UnknownNameError
+from maviper.experts import store
+from maviper.experts.finding import find_expert
+from maviper.extraction.bundles import (
+    ALGORITHMS,
+    FITTED_Q,
+    IMITATION,
+    IVIPER,
+    IVIPER_RESAMPLING,
+    MAVIPER,
+    NO_PREDICTION,
+    RUNGS,
+)
+from maviper.extraction.settings import EXACT, HISTOGRAM, PAPER, PRESETS, RELEASED
+from maviper.files import runs
+from maviper.files.kinds import EXPERT as EXPERT_FILE
+from maviper.files.kinds import kind_of
+from maviper.reproduction.cells import responding
+from maviper.reproduction.cells.cell import CROSSPLAY, EXPERT, EXPLOITABILITY, EXTRACTION, Cell, Source, Task
+from maviper.reproduction.cells.costs import estimate
+
+DECEPTION, NAVIGATION, PREY = "physical-deception", "cooperative-navigation", "predator-prey"
+GAMES = (DECEPTION, NAVIGATION, PREY)
+MIXED = (DECEPTION, PREY)  # games with opponents
+MAPPO, MADDPG = "mappo", "maddpg"
+QUICK, USUAL, FULL = "quick", "default", "full"
+COMPARED = (MAVIPER, IVIPER, IMITATION, FITTED_Q)  # everywhere, as in the paper
+ABLATIONS = (NO_PREDICTION, IVIPER_RESAMPLING)  # in deception at depth 4, as in the paper
+LADDER = tuple(name for name in RUNGS if name not in ALGORITHMS and name not in ("averaged-weights", "vote-N-1"))
+DEPTHS, MAIN_DEPTH, SEEDS = (2, 4, 6), 4, 10
+LEAF_BUDGETS = (4, 8, 16, 32)  # of each tree
+RGMDT = "rgmdt"
+NO_CARD = " (no card)"
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What is asked for; None: as the tier says."""
+
+    tier: str = USUAL
+    experts: tuple[str, ...] = (MAPPO,)
+    games: tuple[str, ...] | None = None
+    depths: tuple[int, ...] | None = None
+    algorithms: tuple[str, ...] | None = None
+    presets: tuple[str, ...] = (PAPER,)
+    seeds: int | None = None
+
+    def checked(self) -> "Asked":
+        """The same; UnknownNameError or InputError for what there is not."""
+        for kind, names, known in (
+            ("game", self.games or (), GAMES),
+            ("algorithm", self.algorithms or (), KNOWN),
+            ("preset", self.presets, tuple(PRESETS)),
+        ):
+            for name in names:
+                if name not in known:
+                    raise UnknownNameError(kind, name, known, f"--{kind}s")
+        return self
+
+
+KNOWN = (*ALGORITHMS, *LADDER, RGMDT)
+
+
+@dataclass(frozen=True)
+class Known:
+    """An expert that was found: its label in every table, the game, where it lies, its hash."""
+
+    label: str
+    game: str
+    source: Source
+    hash: str
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Tasks in the order in which they are made, and what is left out, each with its reason."""
+
+    tasks: tuple[Task, ...]
+    left_out: tuple[tuple[str, str], ...]
+
+    @property
+    def ids(self) -> frozenset[str]:
+        """The ids of all cells."""
+        return frozenset(task.id for task in self.tasks)
+
+
+# --- experts
+
+
+def experts_of(asked: Asked) -> tuple[list[Known], list[tuple[str, str]]]:
+    """The experts that there are, and those that are missing, with what to do about it."""
+    games = asked.games or (GAMES if asked.tier != QUICK else (DECEPTION,))
+    found: list[Known] = []
+    missing: list[tuple[str, str]] = []
+    for text in asked.experts:
+        if text in (MAPPO, MADDPG):
+            for game in games:
+                name = game if text == MAPPO else f"{game}@{MADDPG}"
+                if name in store.SHIPPED:
+                    found.append(_known(text, name))
+                else:
+                    train = f"maviper train {game} --algorithm {text} -o RUN"
+                    missing.append((f"{text} for {game}", f"none is shipped; `{train}`, then --experts {text}=RUN"))
+            continue
+        label, _, where = text.rpartition("=") if "=" in text and not Path(text).exists() else ("", "", text)
+        one = _known(label or Path(where).name, where)
+        if one.game.partition(",")[0] in games:
+            found.append(one)
+        else:
+            missing.append((one.label, f"it plays {one.game}, which is not asked for"))
+    if not found:
+        reasons = "; ".join(f"{what}: {why}" for what, why in missing)
+        raise InputError("there is no expert to reproduce with", "--experts", reasons)
+    return _told_apart(found), missing
+
+
+def further(found: Sequence[Known]) -> list[Known]:
+    """The other training seeds of shipped experts that learned by reward, each under a label of its own."""
+    games = [one.game for one in found if one.label == MAPPO]
+    best = {one.hash for one in found}
+    names = [name for game in games for name in store.SHIPPED if name.startswith(f"{game}@") and name[-1:].isdigit()]
+    plain = [name for name in names if name.partition("@")[2].isdigit()]
+    seeds = [_known(f"{MAPPO}-{name.partition('@')[2]}", name) for name in plain]
+    return [one for one in seeds if one.hash not in best]
+
+
+def _known(label: str, text: str) -> Known:
+    expert, world = find_expert(text)
+    place, data = Path(text), b""
+    if text not in store.SHIPPED and ":" not in text and place.exists():
+        data = runs.read(place / "expert.safetensors" if place.is_dir() else place, store.MAX_BYTES)
+    if data and kind_of(data) is not EXPERT_FILE:
+        raise InputError("not an expert's file", text, "name an expert as for `maviper extract`")
+    if world.spec.name not in GAMES:
+        raise InputError("the expert plays none of the paper's games", f"{text}: {world.name}", f"{', '.join(GAMES)}")
+    label = label if expert.card else label + NO_CARD
+    return Known(label, world.name, Source(text if not data else place.name, data, world.name), expert.hash or text)
+
+
+def _told_apart(found: Iterable[Known]) -> list[Known]:
+    """Experts of one label and one game get numbers."""
+    seen: dict[tuple[str, str], int] = {}
+    told: list[Known] = []
+    for one in found:
+        number = seen[one.label, one.game] = seen.get((one.label, one.game), 0) + 1
+        told.append(one if number == 1 else replace(one, label=f"{one.label}-{number}"))
+    return told
+
+
+# --- cells
+
+
+def planned(asked: Asked, register: str) -> Plan:
+    """All cells for what is asked, those that others need first."""
+    found, left_out = experts_of(asked)
+    tasks: dict[str, Task] = {}
+    for one in found:
+        for task in _tasks(asked, one, register, left_out):
+            tasks.setdefault(task.id, task)
+    if asked.tier == FULL:
+        narrow = replace(asked, tier=USUAL, depths=(MAIN_DEPTH,), algorithms=asked.algorithms or COMPARED)
+        for one in further(found):
+            for task in _tasks(narrow, one, register, left_out):
+                tasks.setdefault(task.id, task)
+    return Plan(tuple(tasks.values()), tuple(dict.fromkeys(left_out)))
+
+
+def _tasks(asked: Asked, one: Known, register: str, left_out: list[tuple[str, str]]) -> list[Task]:
+    cells = [Cell(EXPERT, one.game, one.label), *_extractions(asked, one, left_out)]
+    made = [Task(cell, one.source, one.hash, register) for cell in cells]
+    return [*made, *_crossplays(made), *_answers(asked, made, left_out)]
+
+
+def _extractions(asked: Asked, one: Known, left_out: list[tuple[str, str]]) -> list[Cell]:
+    """Seed by seed, so that an interrupted run has whole seeds."""
+    quick, full = asked.tier == QUICK, asked.tier == FULL
+    game = one.game.partition(",")[0]
+    seeds = range(asked.seeds if asked.seeds is not None else 1 if quick else SEEDS)
+    depths = asked.depths or ((MAIN_DEPTH,) if quick else DEPTHS)
+    grid = {(preset, name, depth, 0, HISTOGRAM) for preset, name, depth in _main(asked, game, depths)}
+    if not asked.algorithms and not quick and MAIN_DEPTH in depths:
+        grid |= {(PAPER, name, MAIN_DEPTH, 0, HISTOGRAM) for name in LADDER if full and game != PREY}
+        grid |= {(RELEASED, name, MAIN_DEPTH, 0, EXACT) for name in (MAVIPER, IVIPER, IMITATION) if full}
+    if full and not asked.algorithms:
+        budgeted = product(COMPARED, LEAF_BUDGETS)  # a tree of depth d has at most 2**d leaves
+        grid |= {(PAPER, name, leaves.bit_length() - 1, 0, HISTOGRAM) for name, leaves in budgeted}
+    cells = [
+        Cell(EXTRACTION, one.game, one.label, preset, name, depth, leaves, splits, seed)
+        for seed, (preset, name, depth, leaves, splits) in product(seeds, sorted(grid))
+    ]
+    if not quick and not asked.algorithms and MAIN_DEPTH in depths:  # every threshold, beside histograms
+        cells.append(Cell(EXTRACTION, one.game, one.label, PAPER, MAVIPER, MAIN_DEPTH, 0, EXACT, 0))
+    if RGMDT not in ALGORITHMS and (full or RGMDT in (asked.algorithms or ())):
+        left_out.append((RGMDT, "this version has no such algorithm"))
+    return [cell for cell in cells if cell.algorithm in (*ALGORITHMS, *LADDER)]
+
+
+def _main(asked: Asked, game: str, depths: Sequence[int]) -> list[tuple[str, str, int]]:
+    """Preset, algorithm and depth of the main comparison; what a preset does not have is left out silently."""
+    if asked.algorithms:
+        chosen = list(product(asked.algorithms, depths))
+    else:
+        chosen = list(product(COMPARED, depths))
+        chosen += [(name, MAIN_DEPTH) for name in ABLATIONS if game == DECEPTION and MAIN_DEPTH in depths]
+    lacking = {(RELEASED, name) for name in (FITTED_Q, RGMDT, *LADDER)}
+    pairs = [(preset, name, depth) for preset in asked.presets for name, depth in chosen]
+    return [each for each in pairs if each[:2] not in lacking]
+
+
+def _crossplays(made: Sequence[Task]) -> list[Task]:
+    """The paper's algorithms and the expert against one another, wherever two of them or more were extracted alike."""
+    alike: dict[Cell, dict[str, Task]] = {}
+    for each in made:
+        cell = each.cell
+        wanted = cell.algorithm in COMPARED and cell.depth == MAIN_DEPTH and not cell.leaves
+        if wanted and cell.splits == HISTOGRAM and cell.game.partition(",")[0] in MIXED:
+            alike.setdefault(replace(cell, kind=CROSSPLAY, algorithm=""), {})[cell.algorithm] = each
+    several = [(cell, of) for cell, of in alike.items() if len(of) > 1]
+    return [
+        replace(next(iter(of.values())), cell=cell, of={name: task.id for name, task in of.items()})
+        for cell, of in several
+    ]
+
+
+def _answers(asked: Asked, made: Sequence[Task], left_out: list[tuple[str, str]]) -> list[Task]:
+    """Deception's profiles of depth 4, each answered by everybody of its seed, and by whom the tier trains."""
+    alike = [each for each in _crossplays(made) if each.cell.game == DECEPTION and each.cell.preset == PAPER]
+    if not alike:
+        return []
+    effort = {QUICK: responding.UNTRAINED, FULL: responding.MORE}.get(asked.tier, responding.USUAL)
+    if responding.lacking():
+        left_out.append((EXPLOITABILITY, responding.lacking()))
+        return []
+    if effort["steps"] and responding.untrained():
+        left_out.append(("networks that respond", responding.untrained()))
+        effort = {**effort, "steps": 0}
+    return [
+        replace(task, cell=replace(task.cell, kind=EXPLOITABILITY, algorithm=name), effort=effort)
+        for task in alike
+        for name in task.of
+    ]
+
+
+# --- shards
+
+
+def shard(plan: Plan, number: int, of: int) -> Plan:
+    """Part `number`, from 1, of `of` parts of about the same cost. Cells that need one another stay together, so that
+    no part waits for another one.
+    """
+    groups: dict[tuple[str | int, ...], list[Task]] = {}
+    for task in plan.tasks:
+        cell = task.cell
+        groups.setdefault((cell.game, cell.expert, cell.preset, cell.depth, cell.seed), []).append(task)
+    costs = {key: sum(estimate(task.cell) for task in tasks) for key, tasks in groups.items()}
+    loads, mine = [0.0] * of, set[str]()
+    for key in sorted(groups, key=lambda key: (-costs[key], list(groups).index(key))):
+        lightest = loads.index(min(loads))
+        loads[lightest] += costs[key]
+        mine |= {task.id for task in groups[key]} if lightest == number - 1 else set()
+    return replace(plan, tasks=tuple(task for task in plan.tasks if task.id in mine))

@@ -1,0 +1,170 @@
+"""The folder of a reproduction: finished cells, and claims on those that are being made.
+
+Does: reads and writes cells; lets one process at a time make a cell, and others take over where it died.
+Assumes: a folder that all processes see, whose file system creates files exclusively and renames atomically.
+Does not: make cells (making.py).
+
+A claim is the file `claim-K` in the cell's folder. It is created exclusively, and touched every BEAT seconds while its
+process lives. It is stale once it was not touched for STALE seconds by the file system's own clock, or when its process
+was one of this machine and is gone. Whoever takes a stale claim over creates claim-(K+1), so that only one of several
+can. A finished cell has cell.json, which is written last; a cell that two processes made nevertheless, because one
+slept longer than STALE, is the same bytes twice.
+"""
+
+import contextlib
+import os
+import socket
+import tempfile
+import threading
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict
+from pathlib import Path
+
+import msgspec
+
+from maviper.files import runs
+from maviper.reproduction.cells.cell import DONE, Document, Made
+
+CELLS, CELL_FILE, CLAIM = "cells", "cell.json", "claim-"
+MAX_CELL_BYTES, MAX_PROFILE_BYTES = 2**22, 2**26
+BEAT, STALE = 15.0, 120.0  # seconds
+
+
+class Store:
+    """The cells in a folder. Claims are held, and kept fresh, between `with` and its end."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder, self.cells = folder, folder / CELLS
+        self._held: dict[str, Path] = {}
+        self._lock, self._over = threading.Lock(), threading.Event()
+        self._beating: threading.Thread | None = None
+
+    def __enter__(self) -> "Store":
+        self._over.clear()
+        self._beating = threading.Thread(target=self._beat, daemon=True)
+        self._beating.start()
+        return self
+
+    def __exit__(self, *caught: object) -> None:
+        self._over.set()
+        assert self._beating is not None
+        self._beating.join()
+        for id_ in list(self._held):
+            self.release(id_)
+
+    def _beat(self) -> None:
+        while not self._over.wait(BEAT):
+            with self._lock:
+                for place in self._held.values():
+                    with contextlib.suppress(OSError):  # taken away by hand, say; the cell is then made twice
+                        os.utime(place)
+
+    # --- what is there
+
+    def document(self, id_: str) -> Document | None:
+        """The cell.json of a cell that was made or failed; None where there is none, or none that can be read."""
+        try:
+            return msgspec.json.decode(runs.read(self.cells / id_ / CELL_FILE, MAX_CELL_BYTES), type=Document)
+        except (runs.InputError, msgspec.MsgspecError, UnicodeDecodeError):
+            return None
+
+    def documents(self) -> Iterator[tuple[str, Document]]:
+        """Every cell that can be read, in the order of names."""
+        for place in sorted(self.cells.glob("*/" + CELL_FILE)):
+            found = self.document(place.parent.name)
+            if found is not None:
+                yield place.parent.name, found
+
+    def done(self, id_: str) -> bool:
+        """Whether a cell is finished."""
+        found = self.document(id_)
+        return found is not None and found.outcome == DONE
+
+    def profile(self, id_: str) -> bytes:
+        """The profile of a finished extraction."""
+        return runs.read(self.cells / id_ / runs.PROFILE_FILE, MAX_PROFILE_BYTES)
+
+    def write(self, made: Made) -> None:
+        """Keeps a cell, and gives its claim back."""
+        place = self.cells / made.id
+        for old in place.glob("*"):  # of a try that failed, say
+            if old.name not in made.files and not old.name.startswith(CLAIM):
+                old.unlink(missing_ok=True)
+        for name, data in made.files.items():
+            runs.write(place / name, data)
+        runs.write(place / CELL_FILE, runs.as_json(asdict(made.document)))
+        self.release(made.id)
+
+    # --- claims
+
+    def claim(self, id_: str) -> bool:
+        """Whether this process may make the cell now: nobody has finished it, and nobody alive is making it."""
+        place = runs.folder(self.cells / id_)
+        last = max((_number(each) for each in place.glob(CLAIM + "*")), default=-1)
+        if self.done(id_) or (last >= 0 and not _stale(place / f"{CLAIM}{last}")):
+            return False
+        mine = place / f"{CLAIM}{last + 1}"
+        with self._lock:
+            try:
+                with mine.open("x", encoding="utf-8") as file:
+                    file.write(f"{_machine()} {os.getpid()}\n")
+            except FileExistsError:
+                return False
+            except OSError as error:
+                raise runs.unwritten(mine, error) from None
+            self._held[id_] = mine
+        if self.done(id_):  # it was finished between the look and the claim
+            self.release(id_)
+            return False
+        return True
+
+    def release(self, id_: str) -> None:
+        """Gives a claim back, with those that it took over."""
+        with self._lock:
+            mine = self._held.pop(id_, None)
+            if mine is None:
+                return
+            for place in mine.parent.glob(CLAIM + "*"):
+                if _number(place) <= _number(mine):
+                    place.unlink(missing_ok=True)
+
+    @property
+    def held(self) -> Mapping[str, Path]:
+        """The claims of this process."""
+        return dict(self._held)
+
+
+def _number(place: Path) -> int:
+    text = place.name.removeprefix(CLAIM)
+    return int(text) if text.isdigit() else -1
+
+
+def _machine() -> str:
+    """What tells machines apart whose processes have numbers of their own."""
+    with contextlib.suppress(OSError):
+        boot = Path("/proc/sys/kernel/random/boot_id").read_text(encoding="ascii").strip()
+        return f"{socket.gethostname()}/{boot}/{Path('/proc/self/ns/pid').readlink()}".replace(" ", "-")
+    return socket.gethostname().replace(" ", "-")
+
+
+def _stale(place: Path) -> bool:
+    try:
+        owner, _, process = place.read_text(encoding="utf-8").strip().rpartition(" ")
+        if owner == _machine() and process.isdigit() and os.name == "posix" and _gone(int(process)):
+            return True
+        with tempfile.TemporaryFile(dir=place.parent) as fresh:  # its time is the file system's own
+            return os.fstat(fresh.fileno()).st_mtime - place.stat().st_mtime > STALE
+    except FileNotFoundError:  # given back meanwhile
+        return False
+    except OSError as error:
+        raise runs.unwritten(place, error) from None
+
+
+def _gone(process: int) -> bool:
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return True
+    except PermissionError:
+        return False
+    return False

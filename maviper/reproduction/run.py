@@ -1,0 +1,239 @@
+"""A reproduction by name: plan, make what is missing, write table and report.
+
+Does: joins plan, cells, processes and console; goes on where an earlier call or another process stands.
+Assumes: options as a user gives them.
+Does not: know what a cell is made of, or judge claims.
+"""
+
+import re
+import time
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+from importlib.util import find_spec
+from pathlib import Path
+
+from codegen.errors import ExitCode, InputError, UnknownNameError
+from maviper.console import Console, LiveLine
+from maviper.files import jobs as processes
+from maviper.files.seeds import ensure_counts
+from maviper.reproduction.cells import plan as plans
+from maviper.reproduction.cells import table
+from maviper.reproduction.cells.cell import DONE, KINDS, Made, Task
+from maviper.reproduction.cells.costs import estimate
+from maviper.reproduction.cells.making import made
+from maviper.reproduction.cells.plan import Asked, Plan
+from maviper.reproduction.cells.store import Store
+
+LOCAL, DASK = "local", "dask"
+BACKENDS = (LOCAL, DASK)
+POLL = 1.0  # seconds between looks at cells that another process is making
+MAX_SHARDS = 10_000
+_SHARD = re.compile(r"(?P<number>\d{1,5})/(?P<of>\d{1,5})")
+
+
+@dataclass(frozen=True)
+class ReproduceOptions:
+    """What a reproduction is asked for; None: the tier's."""
+
+    quick: bool = False
+    full: bool = False
+    experts: tuple[str, ...] = (plans.MAPPO,)
+    games: tuple[str, ...] | None = None
+    depths: tuple[int, ...] | None = None
+    algorithms: tuple[str, ...] | None = None
+    presets: tuple[str, ...] = (plans.PAPER,)
+    seeds: int | None = None
+    shard: str | None = None  # "2/8"
+    jobs: int = 1
+    backend: str = LOCAL
+    scheduler: str | None = None  # Dask's; None: as DASK_SCHEDULER_ADDRESS says
+    plan: bool = False  # say it, and make nothing
+    report_only: bool = False
+
+    def checked(self) -> "ReproduceOptions":
+        """The same; InputError or UnknownNameError for what cannot be used."""
+        if self.quick and self.full:
+            raise InputError("--quick and --full exclude each other", "--quick, --full", "give one of them")
+        ensure_counts(1 if self.seeds is None else self.seeds, self.jobs)
+        if self.backend not in BACKENDS:
+            raise UnknownNameError("backend", self.backend, BACKENDS, "--backend")
+        if self.backend == DASK and self.jobs != 1:
+            raise InputError("with Dask the workers say how many jobs there are", "--jobs", "leave --jobs out")
+        for depth in self.depths or ():
+            if not 1 <= depth <= 64:
+                raise InputError(f"a depth must be from 1 to 64, not {depth}", "--depths")
+        _ = self.asked.checked(), self.part
+        return self
+
+    @property
+    def asked(self) -> Asked:
+        """What decides which cells there are."""
+        tier = plans.QUICK if self.quick else plans.FULL if self.full else plans.USUAL
+        return Asked(tier, self.experts, self.games, self.depths, self.algorithms, self.presets, self.seeds)
+
+    @property
+    def part(self) -> tuple[int, int]:
+        """The number of the shard, from 1, and how many there are."""
+        if self.shard is None:
+            return 1, 1
+        found = _SHARD.fullmatch(self.shard)
+        number, of = (int(found["number"]), int(found["of"])) if found else (0, 0)
+        if not 1 <= number <= of <= MAX_SHARDS:
+            raise InputError(f"'{self.shard[:20]}' is no shard", "--shard", "write --shard 2/8, from 1/8 to 8/8")
+        return number, of
+
+
+@dataclass
+class Reproduced:
+    """What a call did: its plan, what was made, what failed, and the lines of the report."""
+
+    plan: Plan
+    made: int = 0  # by this call
+    failed: dict[str, str] = field(default_factory=dict)  # cell, in words -> message
+    lines: list[str] = field(default_factory=list)
+
+    @property
+    def code(self) -> ExitCode:
+        """As an exit code."""
+        return ExitCode.VIOLATED if self.failed else ExitCode.DONE
+
+
+def reproduced(folder: Path, options: ReproduceOptions, console: Console) -> Reproduced:
+    """Makes the cells that are missing, then writes the table and the report."""
+    options = options.checked()
+    register = _register()
+    plan = plans.planned(options.asked, register)
+    for what, why in plan.left_out:
+        console.line("left out", f"{what}: {why}")
+    mine = plans.shard(plan, *options.part)
+    store, done = Store(folder), Reproduced(mine)
+    if options.plan:
+        done.lines = said(mine, store)
+        return done
+    if not options.report_only:
+        with store:
+            _make(store, options, done, console)
+    _written(store, plan, register, done, console)
+    return done
+
+
+def _register() -> str:
+    """The hash of the claims, which were written before any cell was made."""
+    if find_spec("maviper.reproduction.register") is None:
+        return ""
+    from maviper.reproduction import register  # pyright: ignore[reportAttributeAccessIssue]
+
+    return str(register.read().sha256)
+
+
+# --- making
+
+
+def _make(store: Store, options: ReproduceOptions, done: Reproduced, console: Console) -> None:
+    """All cells, those that need others after these. What another process makes is waited for."""
+    tasks = done.plan.tasks
+    finished = sum(store.done(task.id) for task in tasks)
+    if finished:
+        console.line("found", f"{finished} of {len(tasks)} cells are finished")
+    with console.live("cells", len(tasks)) as live:
+        shown = _Shown(live, console, finished)
+        for stage in (
+            [task for task in tasks if not task.of],
+            [task for task in tasks if task.of],
+        ):
+            waiting = False
+            while left := [task for task in stage if not store.done(task.id) and task.cell.said not in done.failed]:
+                ready = [task for task in left if all(store.done(id_) for id_ in task.of.values())]
+                if not ready:
+                    needed = "a cell that it needs has failed"
+                    done.failed |= {task.cell.said: needed for task in left}
+                    break
+                before = done.made + len(done.failed)
+                for result in _results(store, ready, options):
+                    store.write(result)
+                    shown.one(result, done)
+                if done.made + len(done.failed) == before:
+                    if not waiting:
+                        console.line("waiting", f"for {len(ready)} cells that another process is making")
+                    waiting = True
+                    time.sleep(POLL)
+
+
+def _results(store: Store, tasks: Sequence[Task], options: ReproduceOptions) -> Iterator[Made]:
+    """The cells that this process could claim, as they come; the most expensive first, so that none is late."""
+
+    def claimed() -> Iterable[tuple[Task, dict[str, bytes]]]:
+        for task in sorted(tasks, key=lambda task: -estimate(task.cell)):
+            if store.claim(task.id):
+                yield task, {name: store.profile(id_) for name, id_ in task.of.items()}
+
+    if options.backend == DASK:
+        return processes.on_dask(made, claimed(), options.scheduler)
+    return processes.as_they_come(made, claimed(), options.jobs)
+
+
+@dataclass
+class _Shown:
+    """What a person sees of it."""
+
+    live: LiveLine
+    console: Console
+    finished: int
+
+    def one(self, result: Made, done: Reproduced) -> None:
+        """One more cell."""
+        document = result.document
+        self.finished += 1
+        if document.outcome == DONE:
+            done.made += 1
+        else:
+            done.failed[document.cell.said] = document.message
+            self.console.line("failed", f"{document.cell.said}: {document.message}")
+        self.live.update(self.finished, document.cell.said)
+
+
+# --- what is told
+
+
+def _written(store: Store, plan: Plan, register: str, done: Reproduced, console: Console) -> None:
+    found = table.kept(store, plan.ids, register)
+    if found.other:
+        console.line("ignored", f"{found.other} cells of another version of maviper or of its claims")
+    if found.doubled:
+        console.line("ignored", f"{found.doubled} cells that stand for the same as others, by another expert, say")
+    if not found.cells:
+        raise InputError("there are no finished cells", str(store.folder), "run it without --report-only")
+    place = table.write(store, found.cells)
+    console.line("wrote", f"{place}  {len(found.cells)} cells, {done.made} of them made now")
+    if find_spec("maviper.reproduction.report") is not None:
+        from maviper.reproduction import report  # pyright: ignore[reportAttributeAccessIssue]
+
+        done.lines = list(report.written(store.folder))
+    if done.failed:
+        done.lines.append(f"{len(done.failed)} cells failed; run it again to try them again")
+
+
+def said(plan: Plan, store: Store) -> list[str]:
+    """The plan for people: a line for cells that differ by depth and seed only, then the sum."""
+    counts, seconds = Counter[str](), Counter[str]()
+    finished, left = 0, 0.0
+    for task in plan.tasks:
+        cell, cost = task.cell, estimate(task.cell)
+        words = [cell.kind, cell.game, cell.expert, cell.preset, cell.algorithm, cell.splits]
+        row = " ".join(word for word in words if word)
+        counts[row] += 1
+        seconds[row] += cost  # pyright: ignore[reportArgumentType]
+        here = store.done(task.id)
+        finished += here
+        left += 0.0 if here else cost
+    ordered = sorted(counts, key=lambda row: KINDS.index(row.partition(" ")[0]))
+    lines = [f"{'cells':>6}  {'CPU s':>7}  what"]
+    lines += [f"{counts[row]:>6}  {seconds[row]:>7.0f}  {row}" for row in ordered]
+    total = f"{len(plan.tasks)} cells, {finished} of them finished; {left:.0f} CPU s are left"
+    return [*lines, f"{total} ({_hours(left)} on one core, {_hours(left / 2)} on two)"]
+
+
+def _hours(seconds: float) -> str:
+    minutes = round(seconds / 60)
+    return f"{minutes // 60} h {minutes % 60:02d} min" if minutes >= 60 else f"{minutes} min"

@@ -1,0 +1,126 @@
+"""Which cells there are, what is left out and why, and how shards divide them."""
+
+from collections import Counter
+from pathlib import Path
+
+import pytest
+
+from codegen.errors import InputError, UnknownNameError
+from maviper.experts import store
+from maviper.reproduction.cells import plan as plans
+from maviper.reproduction.cells.cell import CROSSPLAY, EXPERT, EXPLOITABILITY, EXTRACTION
+from maviper.reproduction.cells.plan import Asked, planned, shard
+from maviper.worlds import find
+
+
+def cells(**asked):
+    return [task.cell for task in planned(Asked(**asked).checked(), "").tasks]
+
+
+def test_quick_is_one_seed_of_deception_with_every_algorithm():
+    found = cells(tier="quick")
+    assert {cell.game for cell in found} == {"physical-deception"} and {cell.seed for cell in found} == {0}
+    names = {cell.algorithm for cell in found if cell.kind == EXTRACTION}
+    assert names == {*plans.COMPARED, *plans.ABLATIONS} and {c.depth for c in found if c.kind == EXTRACTION} == {4}
+    counts = Counter(cell.kind for cell in found if cell.kind != EXPLOITABILITY)
+    assert counts == {EXPERT: 1, EXTRACTION: 6, CROSSPLAY: 1}
+
+
+def test_the_default_is_the_papers_protocol():
+    found = cells()
+    main = [cell for cell in found if cell.kind == EXTRACTION and cell.algorithm in plans.COMPARED]
+    main = [cell for cell in main if cell.splits == "histogram"]
+    assert len(main) == 3 * 3 * 4 * 10 and {cell.preset for cell in main} == {"paper"}
+    ablations = {(c.game, c.depth) for c in found if c.algorithm in plans.ABLATIONS}
+    assert ablations == {("physical-deception", 4)}
+    exact = [cell for cell in found if cell.splits == "exact"]
+    assert len(exact) == 3 and {cell.game for cell in exact} == set(plans.GAMES)
+    table_1 = [cell for cell in found if cell.kind == CROSSPLAY]
+    assert len(table_1) == 2 * 10 and {cell.depth for cell in table_1} == {4}
+
+
+def test_full_adds_the_ladder_released_leaf_budgets_and_further_experts():
+    usual, full = set(cells(seeds=1)), set(cells(tier="full", seeds=1))
+    assert usual <= full
+    more = full - usual
+    assert {"joint-rollouts", "joint-selection", "vote-N"} <= {cell.algorithm for cell in more}
+    assert "released" in {cell.preset for cell in more} and {3, 5} <= {cell.depth for cell in more}
+    assert {cell.expert for cell in more} > {"mappo", "mappo-0"}
+    assert not [cell for cell in full if (cell.preset, cell.algorithm) == ("released", "fitted-q")]
+
+
+def test_cells_of_several_profiles_need_the_extractions_of_its_own_seed():
+    tasks = planned(Asked(games=("physical-deception",), seeds=2), "").tasks
+    known = {task.id: task.cell for task in tasks}
+    for task in tasks:
+        assert (task.cell.kind in (CROSSPLAY, EXPLOITABILITY)) == bool(task.of)
+        for name, id_ in task.of.items():
+            assert (known[id_].algorithm, known[id_].seed) == (name, task.cell.seed)
+
+
+def test_missing_experts_are_told_with_the_command_that_trains_one():
+    plan = planned(Asked(experts=("maddpg",), seeds=1), "")
+    assert {task.cell.game for task in plan.tasks} == {"physical-deception"}
+    told = dict(plan.left_out)
+    assert "maviper train cooperative-navigation --algorithm maddpg" in told["maddpg for cooperative-navigation"]
+    with pytest.raises(InputError, match="no expert"):
+        planned(Asked(experts=("maddpg",), games=("predator-prey",)), "")
+
+
+def test_families_are_other_cells():
+    assert {cell.expert for cell in cells(tier="quick", experts=("mappo", "maddpg"))} == {"mappo", "maddpg"}
+
+
+def test_an_expert_in_a_file_travels_as_bytes_and_is_the_shipped_one(tmp_path):
+    file = Path(store.__file__).parent / "shipped" / "physical_deception.2.safetensors"
+    mine = tmp_path / "mine.safetensors"
+    mine.write_bytes(file.read_bytes())
+    shipped, own = (planned(Asked("quick", (text,)), "").tasks for text in ("mappo", f"label={mine}"))
+    assert [task.id for task in own] == [task.id for task in shipped]
+    assert {task.cell.expert for task in own} == {"label"}
+    mine.unlink()
+    assert own[0].source.read()[0].hash == own[0].expert_hash
+
+
+def test_experts_of_one_name_are_told_apart_and_one_without_a_card_says_so(tmp_path, monkeypatch):
+    texts = ("same=physical-deception@0", "same=physical-deception@1")
+    assert {cell.expert for cell in cells(tier="quick", experts=texts)} == {"same", "same-2"}
+    expert, world = store.load("physical-deception")
+
+    class Bare:
+        card, hash, agents = {}, "", expert.agents
+
+    monkeypatch.setattr(plans, "find_expert", lambda text: (Bare(), world))
+    assert {cell.expert for cell in cells(tier="quick", experts=("my:expert",))} == {"my:expert (no card)"}
+
+
+@pytest.mark.parametrize(
+    ("asked", "said"),
+    [
+        ({"games": ("physical-decption",)}, "physical-deception"),
+        ({"algorithms": ("mavper",)}, "maviper"),
+        ({"presets": ("papr",)}, "paper"),
+    ],
+)
+def test_unknown_names_are_suggested(asked, said):
+    with pytest.raises(UnknownNameError, match=said):
+        Asked(**asked).checked()
+
+
+def test_an_expert_of_another_game_is_refused():
+    with pytest.raises(InputError, match="none of the paper's games"):
+        planned(Asked(experts=("coordination",)), "")
+
+
+@pytest.mark.parametrize("of", [1, 2, 7])
+def test_shards_divide_the_cells_and_wait_for_nobody(of):
+    plan = planned(Asked(seeds=3), "")
+    parts = [shard(plan, number, of) for number in range(1, of + 1)]
+    assert Counter(task.id for part in parts for task in part.tasks) == Counter(task.id for task in plan.tasks)
+    for part in parts:
+        assert all(id_ in part.ids for task in part.tasks for id_ in task.of.values())
+        assert len(part.tasks) > len(plan.tasks) / of / 2
+
+
+def test_every_game_of_the_plan_is_a_world():
+    assert [find(game).spec.name for game in plans.GAMES] == list(plans.GAMES)

@@ -1,0 +1,42 @@
+"""Reproductions small enough for a test: cells that cost nothing, and one that is real."""
+
+from maviper.console import Console
+from maviper.reproduction import run
+from maviper.reproduction.cells.cell import DONE, FORMAT, Document, Made
+from maviper.reproduction.cells.making import EPISODES_FILE, FACTS_FILE, HEAD
+from maviper.reproduction.run import ReproduceOptions
+
+QUIET = Console(quiet=True)
+REAL = {"games": ("physical-deception",), "depths": (1,), "algorithms": ("maviper-iviper-resampling",), "seeds": 1}
+
+
+def cheap(calls=None):
+    """What stands for `made`: two episodes of one measure, and a note of every call."""
+
+    def made(task, profiles):
+        if calls is not None:
+            calls.append(task.cell.said)
+        assert set(profiles) == set(task.of)
+        first = task.cell.episodes.start
+        rows = f"all,defenders return,{first},0.5\nall,defenders return,{first + 1},1.5\n"
+        files = {EPISODES_FILE: HEAD + rows, FACTS_FILE: "{}\n", "profile.json": "{}"}
+        document = Document(FORMAT, task.cell, task.identity, DONE, "", ["agents D"], 0.25)
+        return Made(task.id, document, {name: text.encode() for name, text in files.items()})
+
+    return made
+
+
+def reproduced(folder, **options):
+    return run.reproduced(folder, ReproduceOptions(**options), QUIET)
+
+
+def contents(folder):
+    """Every file below a folder, what it costs aside."""
+    found = {}
+    for path in sorted(folder.rglob("*")):
+        name = path.relative_to(folder).as_posix()
+        if path.is_file() and path.name not in ("cell.json", "cells.csv"):
+            found[name] = path.read_bytes()
+        elif path.name == "cells.csv":
+            found[name] = [line.rpartition(",")[0] for line in path.read_text().splitlines()]
+    return found
