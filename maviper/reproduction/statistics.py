@@ -1,13 +1,13 @@
 """Numbers over seeds and episodes with what they are known by: intervals, p-values, Holm's correction, visible effects.
 
 Does: the bootstrap over seeds and episodes, t intervals and tests from its standard error, two one-sided tests.
-Assumes: the same episodes for all seeds and for all that is compared (common random numbers), so that draws are shared.
+Assumes: what is compared was played in the same episodes (common random numbers), so that draws are shared.
 Does not: know claims, games or files.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import lru_cache
 
 import numpy as np
 from scipy import stats
@@ -68,7 +68,7 @@ class Term:
 
     weight: float
     ours: Float64  # [seeds, episodes]
-    theirs: Float64 | None = None  # [seeds, episodes], or [1, episodes] for all seeds
+    theirs: Float64 | None = None  # [seeds, episodes], the same episodes
     inverse: bool = False
 
     def by_seed(self, weights: Float64) -> Float64:
@@ -81,31 +81,32 @@ class Term:
             return theirs / ours if self.inverse else ours / theirs
 
 
-def estimate(terms: Sequence[Term]) -> Estimate:
-    """The sum of terms that share their seeds and episodes.
+def estimate(terms: Sequence[Term], crossed: bool = False) -> Estimate:
+    """The sum of terms that share their seeds and episodes, its standard error by the bootstrap.
 
-    The bootstrap draws seeds and, independently, episodes, both with replacement; one draw serves all terms. The
-    standard error is enlarged by sqrt(n / (n - 1)), which the bootstrap of n seeds lacks, and the degrees of freedom
-    are n - 1. A single seed leaves the episodes alone.
+    A draw of seeds, with replacement, serves all terms. A seed brings its own episodes, so that both are drawn at once;
+    `crossed`: all seeds played the same episodes, which are then drawn beside the seeds. A single seed leaves the
+    episodes alone. The standard error is enlarged by sqrt(n / (n - 1)), which the bootstrap of n lacks; n - 1 are the
+    degrees of freedom.
     """
     seeds, episodes = terms[0].ours.shape
-    rows, weights = draws(seeds, episodes)
-    whole = np.full((1, episodes), 1 / episodes)
-    value = sum(term.weight * float(term.by_seed(whole).mean()) for term in terms)
-    drawn = sum(term.weight * np.take_along_axis(term.by_seed(weights), rows, axis=1).mean(axis=1) for term in terms)
-    drawn = np.asarray(drawn)[np.isfinite(drawn)]
+    rows, drawn_episodes = draws(seeds, episodes)
+    even = np.full((1, episodes), 1 / episodes)
+    weights = drawn_episodes if crossed or seeds == 1 else even
+    value = sum(term.weight * float(term.by_seed(even).mean()) for term in terms)
+    numbers = sum(term.weight * term.by_seed(weights) for term in terms)
+    drawn = np.take_along_axis(np.broadcast_to(np.asarray(numbers), rows.shape), rows, axis=1).mean(axis=1)
     count = seeds if seeds > 1 else episodes
-    if count < 2 or len(drawn) < DRAWS or not np.isfinite(value):
+    if count < 2 or not np.isfinite(drawn).all() or not np.isfinite(value):
         return Estimate(value, float("nan"), 0)
     return Estimate(value, float(drawn.std(ddof=1)) * (count / (count - 1)) ** 0.5, count - 1)
 
 
-@cache
+@lru_cache(maxsize=16)
 def draws(seeds: int, episodes: int) -> tuple[np.ndarray, Float64]:
     """The seeds drawn [DRAWS, seeds], and the weights of the episodes [DRAWS, episodes]."""
     rng = np.random.default_rng([DRAW_SEED, seeds, episodes])
     rows = rng.integers(0, seeds, (DRAWS, seeds))
-    # one sample of the episodes, sorted, says how often each was drawn
     counts = np.stack([np.bincount(rng.integers(0, episodes, episodes), minlength=episodes) for _ in range(DRAWS)])
     return rows, counts / episodes
 

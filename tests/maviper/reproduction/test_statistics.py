@@ -26,8 +26,28 @@ def covered(make, truth, times=400):
 def test_intervals_of_a_mean_cover_it(between):
     """Whether seeds or episodes make the spread: 95 % of the intervals hold the mean, or somewhat more."""
     rng = np.random.default_rng(5)
-    share = covered(lambda: estimate([Term(1.0, simulated(rng, between=between))]), 0.7)
+    share = covered(lambda: estimate([Term(1.0, simulated(rng, between=between))], crossed=True), 0.7)
     assert 0.93 <= share <= 0.995
+
+
+@pytest.mark.parametrize("between", [0.0, 0.5])
+def test_intervals_cover_where_each_seed_has_episodes_of_its_own(between):
+    rng = np.random.default_rng(4)
+
+    def own():
+        rows = [simulated(rng, seeds=1, between=between) for _ in range(10)]
+        return estimate([Term(1.0, np.concatenate(rows))])
+
+    assert 0.93 <= covered(own, 0.7) <= 0.97
+
+
+def test_with_episodes_of_their_own_seeds_are_compared_as_by_the_paired_t_test():
+    rng = np.random.default_rng(3)
+    one, other = rng.normal(0.1, 1, size=(10, 50)), rng.normal(size=(10, 50))
+    found = estimate([Term(1.0, one), Term(-1.0, other)])
+    wanted = stats.ttest_rel(one.mean(axis=1), other.mean(axis=1))
+    assert found.p_differs() == pytest.approx(wanted.pvalue, abs=0.02)
+    assert found.interval() == pytest.approx(tuple(wanted.confidence_interval()), abs=0.02)
 
 
 def test_intervals_of_a_ratio_to_the_expert_cover_it():
@@ -36,7 +56,7 @@ def test_intervals_of_a_ratio_to_the_expert_cover_it():
 
     def ratio():
         both = simulated(rng, seeds=11, between=0.02, mean=0.0)
-        return estimate([Term(1.0, 1.4 + both[1:], 2.0 + both[:1])])
+        return estimate([Term(1.0, 1.4 + both[1:], 2.0 + np.repeat(both[:1], 10, axis=0))], crossed=True)
 
     assert 0.93 <= covered(ratio, 0.7) <= 0.995
 
@@ -45,16 +65,18 @@ def test_common_episodes_make_differences_precise():
     rng = np.random.default_rng(7)
     hard = rng.normal(size=(1, 200))
     one, other = (hard + 0.02 * rng.normal(size=(10, 200)) + shift for shift in (0.5, 0.6))
-    paired = estimate([Term(1.0, other), Term(-1.0, one)])
+    paired = estimate([Term(1.0, other), Term(-1.0, one)], crossed=True)
     assert paired.value == pytest.approx(0.1, abs=0.01) and paired.error < 0.005
-    assert estimate([Term(1.0, one)]).error > 0.05
+    assert estimate([Term(1.0, one)], crossed=True).error > 0.05
 
 
 def test_what_is_false_is_rarely_found():
     """No difference: at most about one in twenty is called one."""
     rng = np.random.default_rng(8)
     found = [
-        estimate([Term(1.0, simulated(rng, episodes=30)), Term(-1.0, simulated(rng, episodes=30))]).p_differs()
+        estimate(
+            [Term(1.0, simulated(rng, episodes=30)), Term(-1.0, simulated(rng, episodes=30))], crossed=True
+        ).p_differs()
         for _ in range(400)
     ]
     assert np.mean(np.array(found) <= 0.05) <= 0.075
@@ -97,7 +119,7 @@ def test_one_seed_leaves_the_episodes_and_one_number_leaves_nothing():
 
 
 def test_a_ratio_to_nothing_is_no_number():
-    found = estimate([Term(1.0, np.ones((5, 4)), np.zeros((1, 4)))])
+    found = estimate([Term(1.0, np.ones((5, 4)), np.zeros((5, 4)))])
     assert not np.isfinite(found.value) and found.p_differs() == 1 and found.interval() == (-np.inf, np.inf)
 
 
