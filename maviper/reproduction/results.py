@@ -108,22 +108,30 @@ def _row(line: Mapping[str, str]) -> Row:
     texts = {name: line[name] for name in ("kind", "game", "expert", "preset", "algorithm", "splits", "cell")}
     if texts["kind"] not in KINDS:
         raise ValueError(f"kind {texts['kind']!r}")
+    texts["game"] = texts["game"].partition(",")[0]  # without options
     numbers = {name: int(line[name] or 0) for name in ("depth", "leaves", "seed")}
     return Row(**texts, **numbers, cpu_seconds=float(line["cpu_seconds"] or 0))
 
 
 def _episodes(path: Path) -> dict[tuple[str, str], Values]:
-    found: dict[tuple[str, str], dict[int, float]] = {}
-    for line in _table(path, MAX_EPISODE_BYTES, EPISODE_COLUMNS):
-        try:
-            of_lineup = found.setdefault((line["lineup"], line["measure"]), {})
-            of_lineup[int(line["episode"])] = float(line["value"])
-        except ValueError as error:
-            raise InputError("a row of the episodes holds no number", f"{path}: {error}", AGAIN) from None
-    return {
-        key: (np.array(sorted(rows), dtype=np.float64), np.array([rows[seed] for seed in sorted(rows)]))
-        for key, rows in found.items()
-    }
+    """Everything that a cell's companion holds; plain lists, since there are millions of rows."""
+    lines = csv.reader(io.StringIO(runs.read(path, MAX_EPISODE_BYTES).decode("utf-8", "replace"), newline=""))
+    if next(lines, None) != list(EPISODE_COLUMNS):
+        raise InputError("the table lacks columns", f"{path}: {', '.join(EPISODE_COLUMNS)}", AGAIN)
+    found: dict[tuple[str, str], tuple[list[float], list[float]]] = {}
+    try:
+        for lineup, measure, episode, value in lines:
+            seeds, values = found.setdefault((lineup, measure), ([], []))
+            seeds.append(int(episode))
+            values.append(float(value))
+    except ValueError as error:
+        raise InputError("a row of the episodes is damaged", f"{path}: line {lines.line_num}: {error}", AGAIN) from None
+    return {key: _sorted(np.array(seeds, dtype=np.float64), np.array(values)) for key, (seeds, values) in found.items()}
+
+
+def _sorted(seeds: Float64, values: Float64) -> Values:
+    order = np.argsort(seeds, kind="stable")
+    return seeds[order], values[order]
 
 
 def _table(path: Path, limit: int, columns: Iterable[str]) -> Iterable[dict[str, str]]:

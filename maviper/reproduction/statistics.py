@@ -5,7 +5,7 @@ Assumes: what is compared was played in the same episodes (common random numbers
 Does not: know claims, games or files.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -62,23 +62,34 @@ class Estimate:
         return float((stats.t.ppf(1 - alpha / 2, self.freedom) + stats.t.ppf(power, self.freedom)) * self.error)
 
 
+VALUE, RATIO, INVERSE, REWARD, PAPER = "value", "ratio", "inverse", "reward", "paper"
+MODES: Mapping[str, Callable[[Float64, Float64, Float64], Float64]] = {
+    VALUE: lambda ours, theirs, size: ours,
+    RATIO: lambda ours, theirs, size: ours / theirs,
+    INVERSE: lambda ours, theirs, size: theirs / ours,
+    REWARD: lambda ours, theirs, size: 1 + (ours - theirs) / size,
+    PAPER: lambda ours, theirs, size: abs(abs(theirs) - abs(ours)) / theirs,
+}
+
+
 @dataclass(frozen=True)
 class Term:
-    """A weighted mean over seeds, part of a number. With `theirs` it is one of ratios, their inverses if `inverse`."""
+    """A weighted mean over seeds, part of a number.
+
+    `mode`: a seed's own number. `value`: the mean of ours; `ratio`: of ours over theirs, or its `inverse`; `reward`:
+    one and our gain over the mean size of their returns; `paper`: the paper's ||A|-|B||/A, theirs being A.
+    """
 
     weight: float
     ours: Float64  # [seeds, episodes]
     theirs: Float64 | None = None  # [seeds, episodes], the same episodes
-    inverse: bool = False
+    mode: str = VALUE
 
     def by_seed(self, weights: Float64) -> Float64:
         """Each seed's number, [draws, seeds]. `weights` [draws, episodes]: of the episodes, each row's sum being 1."""
-        ours = weights @ self.ours.T
-        if self.theirs is None:
-            return ours
-        theirs = weights @ self.theirs.T
+        theirs = self.ours if self.theirs is None else self.theirs
         with np.errstate(divide="ignore", invalid="ignore"):
-            return theirs / ours if self.inverse else ours / theirs
+            return MODES[self.mode](weights @ self.ours.T, weights @ theirs.T, weights @ np.abs(theirs).T)
 
 
 def estimate(terms: Sequence[Term], crossed: bool = False) -> Estimate:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from maviper.reproduction.statistics import Estimate, Term, estimate, holm, of_differences
+from maviper.reproduction.statistics import PAPER, RATIO, REWARD, Estimate, Term, estimate, holm, of_differences
 
 
 def simulated(rng, seeds=10, episodes=60, between=0.05, common=0.3, noise=0.3, mean=0.7):
@@ -17,7 +17,7 @@ def simulated(rng, seeds=10, episodes=60, between=0.05, common=0.3, noise=0.3, m
     )
 
 
-def covered(make, truth, times=400):
+def covered(make, truth, times=300):
     inside = [low <= truth <= high for low, high in (make().interval() for _ in range(times))]
     return float(np.mean(inside))
 
@@ -56,7 +56,7 @@ def test_intervals_of_a_ratio_to_the_expert_cover_it():
 
     def ratio():
         both = simulated(rng, seeds=11, between=0.02, mean=0.0)
-        return estimate([Term(1.0, 1.4 + both[1:], 2.0 + np.repeat(both[:1], 10, axis=0))], crossed=True)
+        return estimate([Term(1.0, 1.4 + both[1:], 2.0 + np.repeat(both[:1], 10, axis=0), RATIO)], crossed=True)
 
     assert 0.93 <= covered(ratio, 0.7) <= 0.995
 
@@ -77,7 +77,7 @@ def test_what_is_false_is_rarely_found():
         estimate(
             [Term(1.0, simulated(rng, episodes=30)), Term(-1.0, simulated(rng, episodes=30))], crossed=True
         ).p_differs()
-        for _ in range(400)
+        for _ in range(300)
     ]
     assert np.mean(np.array(found) <= 0.05) <= 0.075
 
@@ -119,7 +119,7 @@ def test_one_seed_leaves_the_episodes_and_one_number_leaves_nothing():
 
 
 def test_a_ratio_to_nothing_is_no_number():
-    found = estimate([Term(1.0, np.ones((5, 4)), np.zeros((5, 4)))])
+    found = estimate([Term(1.0, np.ones((5, 4)), np.zeros((5, 4)), RATIO)])
     assert not np.isfinite(found.value) and found.p_differs() == 1 and found.interval() == (-np.inf, np.inf)
 
 
@@ -127,3 +127,11 @@ def test_equal_numbers_are_certain():
     found = estimate([Term(1.0, np.full((5, 4), 0.5))])
     assert found.p_above(0.4) == 0 and found.p_above(0.6) == 1 and found.p_equal(0.02) == 1
     assert found.interval() == pytest.approx((0.5, 0.5))
+
+
+def test_ratios_of_rewards():
+    """The paper's formula hides the sign of the difference; ours says half the expert's loss as 1.5."""
+    ours, theirs = np.full((5, 4), -1.0), np.full((5, 4), -2.0)
+    assert estimate([Term(1.0, ours, theirs, REWARD)]).value == 1.5
+    assert estimate([Term(1.0, ours, theirs, PAPER)]).value == -0.5
+    assert estimate([Term(1.0, -ours, theirs, PAPER)]).value == -0.5
