@@ -20,7 +20,7 @@ from maviper.files import runs
 
 COLUMNS = ("cell", "kind", "game", "expert", "preset", "algorithm", "depth", "leaves", "splits", "seed", "lineup")
 COLUMNS += ("measure", "higher_is_better", "episodes", "mean", "cpu_seconds")
-CELLS_FILE, EPISODES, FACTS = "cells.csv", "episodes", "facts"
+CELLS_FILE, CELLS, EPISODES, FACTS = "cells.csv", "cells", "episodes", "facts"
 EPISODE_COLUMNS = ("lineup", "measure", "episode", "value")
 EXPERT, EXTRACTION, CROSSPLAY, EXPLOITABILITY = "expert", "extraction", "crossplay", "exploitability"
 KINDS = (EXPERT, EXTRACTION, CROSSPLAY, EXPLOITABILITY)
