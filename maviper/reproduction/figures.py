@@ -83,7 +83,7 @@ class Point:
     def told(self) -> str:
         """In words."""
         low, high = self.ends or (math.nan, math.nan)
-        return f"{self.value:.3f} [{low:.3f}, {high:.3f}]" if self.ends else f"{self.value:.3f}"
+        return f"{self.value:z.3f} [{low:z.3f}, {high:z.3f}]" if self.ends else f"{self.value:z.3f}"
 
 
 def lines(title: str, x_label: str, series: dict[str, list[Point]], reference: float | None = 1.0) -> str:

@@ -142,6 +142,7 @@ class Book:
 
     def __init__(self, results: Results) -> None:
         self.results = results
+        self.finder = Finder(results)
         self.numbers: dict[str, Number] = {}
 
     def number(self, name: str, parts: Parts) -> Number:
@@ -182,14 +183,17 @@ class Finder:
 
     def __init__(self, results: Results) -> None:
         self.results = results
+        self._alike: dict[tuple[str | int, ...], list[Row]] = {}
+        for row in results.rows:
+            algorithm = "" if row.kind == CROSSPLAY else row.algorithm
+            key = row.kind, row.game, row.expert, row.preset, row.depth, row.leaves, algorithm
+            self._alike.setdefault(key, []).append(row)
 
     def rows(self, place: Place, algorithm: str, kind: str = EXTRACTION) -> dict[int, Row]:
         """Seed -> cell."""
-        wanted = {"kind": kind, "game": place.game, "expert": place.expert, "preset": place.preset}
-        wanted |= {"depth": place.depth, "leaves": place.leaves}
-        if kind != CROSSPLAY:
-            wanted["algorithm"] = algorithm
-        found = self.results.cells(**wanted)
+        algorithm = "" if kind == CROSSPLAY else algorithm
+        key = kind, place.game, place.expert, place.preset, place.depth, place.leaves, algorithm
+        found = self._alike.get(key, [])
         splits = place.splits or _commonest([row.splits for row in found])
         return {row.seed: row for row in found if row.splits == splits}
 
@@ -202,7 +206,7 @@ class Finder:
 
     def expert(self, place: Place) -> str:
         """The cell of the expert itself. KeyError where there is none."""
-        found = self.results.cells(kind=EXPERT, game=place.game, expert=place.expert)
+        found = self._alike.get((EXPERT, place.game, place.expert, "", 0, 0, ""), [])
         if not found:
             raise KeyError("no cell of the expert")
         return found[0].cell

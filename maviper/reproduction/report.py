@@ -6,6 +6,7 @@ Assumes: nothing but the table, its companions and the register; equal tables gi
 Does not: play, or contain times, paths or facts about the machine.
 """
 
+import json
 import math
 from collections.abc import Sequence
 from pathlib import Path
@@ -15,7 +16,7 @@ from codegen.lowering.render import render
 from maviper.files import runs
 from maviper.reproduction import further, register, results, sections, verdicts
 from maviper.reproduction.figures import named
-from maviper.reproduction.recipes import Book, Finder
+from maviper.reproduction.recipes import Book
 from maviper.reproduction.register import Register
 from maviper.reproduction.results import EXPERT, Results
 from maviper.reproduction.sections import Context, Section
@@ -35,17 +36,23 @@ def written(folder: Path) -> list[str]:
     book = Book(table)
     experts = _experts(table)
     judged = [verdict for expert in experts for verdict in verdicts.judged(book, known, expert)]
-    parts = _sections(Context(book, known, Finder(table), GAMES, experts))
+    parts = _sections(Context(book, known, book.finder, GAMES, experts))
     facts = _facts(table, known, experts)
     lines = summary(judged, facts)
     _figures(folder / FIGURES, parts)
     runs.write(folder / CLAIMS, runs.as_json(verdicts.document(judged, known)))
-    runs.write(folder / NUMBERS, runs.as_json({name: book.numbers[name].document for name in sorted(book.numbers)}))
+    runs.write(folder / NUMBERS, _numbers(book))
     runs.write(folder / SCRIPT, render("reproduction/recompute.py.j2", seed=DRAW_SEED, draws=DRAWS))
     runs.write(folder / SUMMARY, "\n".join(lines) + "\n")
     page = {"facts": facts, "verdicts": [_shown(verdict) for verdict in judged], "counts": _counts(judged)}
     runs.write(folder / PAGE, render("reproduction/report.html.j2", sections=parts, several=len(experts) > 1, **page))
     return lines
+
+
+def _numbers(book: Book) -> str:
+    """Every number with what it is made of, a line each."""
+    lines = (f"{json.dumps(name)}: {json.dumps(book.numbers[name].document)}" for name in sorted(book.numbers))
+    return "{\n" + ",\n".join(lines) + "\n}\n"
 
 
 def _experts(table: Results) -> list[str]:

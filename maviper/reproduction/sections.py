@@ -106,9 +106,9 @@ def shown(number: Number | None, digits: int = 3) -> str:
     if number is None or not point.finite:
         return NONE
     if not point.ends:
-        return f"{point.value:.{digits}f}"
+        return f"{point.value:z.{digits}f}"
     low, high = point.ends
-    return f"{point.value:.{digits}f} [{low:.{digits}f}, {high:.{digits}f}]"
+    return f"{point.value:z.{digits}f} [{low:z.{digits}f}, {high:z.{digits}f}]"
 
 
 def point_of(number: Number | None, x: float = 0.0) -> Point:
@@ -236,7 +236,7 @@ def _average(context: Context, expert: str) -> list[Table]:
         numbers = [_against(context, place, algorithm, []) for algorithm in told["algorithms"]]
         if any(numbers):
             paper = [f"{mean:g} ({spread:g})" for mean, spread in zip(row["mean"], row["deviation"], strict=True)]
-            cells = [f"{shown(number)} | {text}" for number, text in zip(numbers, paper, strict=True)]
+            cells = [f"{shown(number, 2)} | {text}" for number, text in zip(numbers, paper, strict=True)]
             rows.append([row["game"], measure, *cells])
     head = ["game", "measure", *map(named, told["algorithms"])]
     return [Table(f"{told['title']}, expert {expert}", head, rows, told["note"])] if rows else []

@@ -84,7 +84,7 @@ def judged(book: Book, known: Register, expert: str) -> list[Verdict]:
 
 def _comparisons(book: Book, claim: Claim, expert: str) -> Iterator[Comparison]:
     """Everything that a claim says, one by one, also where cells are missing."""
-    finder = Finder(book.results)
+    finder = book.finder
     for place, first, second in product(_places(claim, expert), claim.first, claim.second or [""]):
         versus = f"{first} less {second}" if second else first
         label = f"{versus}, {' '.join([place.measure or place.game, *claim.wanted('lineup')])}, depth {place.depth}"
@@ -225,7 +225,8 @@ def _reason(verdict: Verdict, word: str, known: Register) -> str:
     if word == AGREES:
         return ""
     if word == DIFFERS:
-        return "; ".join(f"{each.label}: {each.word}" for each in run if each.word not in (OPEN, *SUPPORTS[claim.test]))
+        against = [each for each in run if each.word not in (OPEN, *SUPPORTS[claim.test])]
+        return f"{len(against)} of {len(run)} comparisons are against it, {against[0].label}: {against[0].word}"
     told = [f"{lacking} of {len(verdict.comparisons)} comparisons not run: {option(claim)}"] if lacking else []
     least = min(each.number.seeds for each in run if each.number is not None)
     if least < known.least_seeds:
@@ -268,7 +269,7 @@ def _weak(book: Book, known: Register, verdict: Verdict) -> Iterator[str]:
 
 def expert_number(book: Book, place: Place) -> Number:
     """What the expert reaches against itself, in all episodes that it played. KeyError where it was not played."""
-    finder = Finder(book.results)
+    finder = book.finder
     return book.number(f"expert/{place.game}/{place.expert}/{place.measure}", [Part(1.0, finder.experts(place, [0]))])
 
 
