@@ -6,9 +6,10 @@ from scipy import stats
 
 from maviper.experts.finding import find_expert
 from maviper.extraction.bundles import RUNGS
+from maviper.reproduction.statistics import holm
 from maviper.worlds import find
 from tests.benchmarks import joint
-from tests.benchmarks.paired import BETTER, NOT_DECIDED, WORSE, Paired, detectable, holm, verdicts
+from tests.benchmarks.paired import BETTER, NOT_DECIDED, WORSE, Paired, detectable, verdicts
 
 
 def around(mean, deviation, seeds=10):

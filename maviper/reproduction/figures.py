@@ -1,0 +1,220 @@
+"""Figures of the report: lines over depth, dots with intervals, and heat maps, laid out for SVG templates.
+
+Does: scales, ticks, marks and labels; one colour and one shape for each algorithm, so that colour alone says nothing.
+Assumes: few series of few points; finite numbers (others are left out).
+Does not: know where numbers come from.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from codegen.lowering.render import render
+
+WIDTH, LEFT, RIGHT, TOP, PLOT = 400, 44, 388, 30, 190
+ROW, SIDE = 24, 30
+LEGEND_COLUMNS, LEGEND_ROW = 2, 18
+APART = 7.0  # between the series at one x, so that intervals can be told apart
+MOST_TICKS = 6
+
+
+@dataclass(frozen=True)
+class Mark:
+    """How an algorithm looks: Okabe and Ito's colours, lighter on a dark page, and a shape around the origin."""
+
+    index: int
+    light: str
+    dark: str
+    shape: str
+
+
+_LOOKS = {
+    "maviper": ("#0072b2", "#5ab4f0", "M-4,-4h8v8h-8z"),
+    "iviper": ("#d55e00", "#ff9d52", "M0,-5l5,9h-10z"),
+    "imitation": ("#00805f", "#3fcfa3", "M-4.5,0a4.5,4.5 0 1 0 9,0a4.5,4.5 0 1 0 -9,0z"),
+    "fitted-q": ("#a8508a", "#e69ac8", "M0,-6l6,6l-6,6l-6,-6z"),
+    "maviper-no-prediction": ("#8a6d00", "#e6c84a", "M-5,-3l3,-3l2,3l2,-3l3,3l-3,3l3,3l-3,3l-2,-3l-2,3l-3,-3l3,-3z"),
+    "maviper-iviper-resampling": ("#2b7fa6", "#8fd0f0", "M0,5l5,-9h-10z"),
+    "expert": ("#444f5a", "#c3ccd4", "M-1.5,-6h3v4.5h4.5v3h-4.5v4.5h-3v-4.5h-4.5v-3h4.5z"),
+    "": ("#6b4aa0", "#c2a7f0", "M-6,-2h12v4h-12z"),
+}
+MARKS = {name: Mark(index, *look) for index, (name, look) in enumerate(_LOOKS.items())}
+NAMES = {
+    "maviper": "MAVIPER",
+    "iviper": "IVIPER",
+    "imitation": "Imitation DT",
+    "fitted-q": "Fitted Q",
+    "expert": "expert",
+}
+NAMES |= {"maviper-no-prediction": "no prediction", "maviper-iviper-resampling": "IVIPER resampling", "viper": "VIPER"}
+NAMES |= {"rgmdt": "RGMDT, after the description"}
+
+
+def named(algorithm: str) -> str:
+    """An algorithm's name for people."""
+    return NAMES.get(algorithm, algorithm)
+
+
+def mark(algorithm: str) -> Mark:
+    """How an algorithm looks in every figure."""
+    return MARKS.get(algorithm, MARKS[""])
+
+
+@dataclass(frozen=True)
+class Point:
+    """A number with its interval; of a line at `x`, of dots without."""
+
+    value: float
+    low: float
+    high: float
+    x: float = 0.0
+
+    @property
+    def finite(self) -> bool:
+        """Whether it can be drawn."""
+        return math.isfinite(self.value)
+
+    @property
+    def ends(self) -> tuple[float, ...]:
+        """The ends of its interval, where it has one."""
+        return (self.low, self.high) if math.isfinite(self.low) and math.isfinite(self.high) else ()
+
+    @property
+    def told(self) -> str:
+        """In words."""
+        low, high = self.ends or (math.nan, math.nan)
+        return f"{self.value:z.3f} [{low:z.3f}, {high:z.3f}]" if self.ends else f"{self.value:z.3f}"
+
+
+def lines(title: str, x_label: str, series: dict[str, list[Point]], reference: float | None = 1.0) -> str:
+    """Series by algorithm over a few values of x; a dashed line at `reference`, where the expert is."""
+    shown = {name: [point for point in points if point.finite] for name, points in series.items()}
+    shown = {name: points for name, points in shown.items() if points}
+    xs = sorted({point.x for points in shown.values() for point in points})
+    bottom = TOP + PLOT
+    low, high, steps = _scale([*_reach(shown), *([] if reference is None else [reference])])
+    rows = -(-len(shown) // LEGEND_COLUMNS)
+
+    def down(value: float) -> float:
+        return round(bottom - PLOT * (min(max(value, low), high) - low) / (high - low), 2)
+
+    drawn = []
+    for place, (name, points) in enumerate(shown.items()):
+        apart = APART * (place - (len(shown) - 1) / 2) if len(xs) <= MOST_TICKS else 0.0
+        at = [round(_across(point.x, xs) + apart, 2) for point in points]
+        ends = [[down(end) for end in point.ends] or [None, None] for point in points]
+        placed = [
+            {"x": x, "y": down(point.value), "low": end[0], "high": end[1], "told": f"{named(name)}: {point.told}"}
+            for x, point, end in zip(at, points, ends, strict=True)
+        ]
+        path = "M" + " L".join(f"{each['x']},{each['y']}" for each in placed)
+        drawn.append({"mark": mark(name), "points": placed, "path": path})
+    legend = [
+        {"mark": mark(name), "text": named(name), "x": 16 + (k % 2) * 190, "y": bottom + 56 + LEGEND_ROW * (k // 2)}
+        for k, name in enumerate(shown)
+    ]
+    figure = {
+        "title": title,
+        "x_label": x_label,
+        "width": WIDTH,
+        "height": bottom + 48 + LEGEND_ROW * rows,
+        "left": LEFT,
+        "right": RIGHT,
+        "top": TOP,
+        "bottom": bottom,
+        "y_ticks": [{"at": down(step), "text": f"{step:g}"} for step in steps],
+        "x_ticks": [{"at": round(_across(x, xs), 2), "text": f"{x:g}"} for x in _some(xs)],
+        "reference": None if reference is None else down(reference),
+        "series": drawn,
+        "legend": legend,
+    }
+    return render("reproduction/lines.svg.j2", figure=figure, marks=tuple(MARKS.values()))
+
+
+def dots(title: str, x_label: str, rows: Sequence[tuple[str, str, Point]]) -> str:
+    """A row for each number: label, algorithm, the number with its interval."""
+    shown = [(label, name, point) for label, name, point in rows if point.finite]
+    low, high, steps = _scale(_reach({str(k): [point] for k, (_, _, point) in enumerate(shown)}))
+    left = 150
+
+    def right(value: float) -> float:
+        return round(left + (RIGHT - left) * (min(max(value, low), high) - low) / (high - low), 2)
+
+    placed = []
+    for k, (label, name, point) in enumerate(shown):
+        ends = [right(end) for end in point.ends] or [None, None]
+        where = {"x": right(point.value), "y": TOP + ROW * k + ROW // 2, "low": ends[0], "high": ends[1]}
+        placed.append({**where, "label": label, "mark": mark(name), "told": f"{label}: {point.told}"})
+    bottom = TOP + ROW * len(shown)
+    ticks = [{"at": right(step), "text": f"{step:g}"} for step in steps]
+    box = {"width": WIDTH, "height": bottom + 40, "left": left, "right": RIGHT, "top": TOP, "bottom": bottom}
+    figure = {**box, "title": title, "x_label": x_label, "rows": placed, "x_ticks": ticks}
+    return render("reproduction/dots.svg.j2", figure=figure, marks=tuple(MARKS.values()))
+
+
+def heat(title: str, rows: Sequence[str], columns: Sequence[str], values: Sequence[Sequence[float]]) -> str:
+    """A map of numbers from 0 to 1, each written into its cell. `values`: [rows][columns]."""
+    top, left = TOP + 78, 84
+    cells = [
+        {
+            "x": left + SIDE * place,
+            "y": top + SIDE * line,
+            "opacity": round(0.85 * min(max(value, 0.0), 1.0), 3),
+            "strong": value > 0.6,
+            "text": f"{value:.2f}".removeprefix("0"),
+            "told": f"{rows[line]}, {columns[place]}: {value:.3f}",
+        }
+        for line, numbers in enumerate(values)
+        for place, value in enumerate(numbers)
+    ]
+    figure = {
+        "title": title,
+        "width": max(WIDTH, left + SIDE * len(columns) + 40),
+        "height": top + SIDE * len(rows) + 12,
+        "side": SIDE,
+        "cells": cells,
+        "columns": [{"x": left + SIDE * k + 18, "y": top - 6, "text": name} for k, name in enumerate(columns)],
+        "rows": [{"x": left - 8, "y": top + SIDE * k + 19, "text": name} for k, name in enumerate(rows)],
+    }
+    return render("reproduction/heat.svg.j2", figure=figure, marks=tuple(MARKS.values()))
+
+
+# --- scales
+
+
+def _reach(series: dict[str, list[Point]]) -> list[float]:
+    """All that a scale should show; intervals no further than twice the range of the numbers themselves."""
+    values = [point.value for points in series.values() for point in points]
+    if not values:
+        return [0.0, 1.0]
+    room = max(max(values) - min(values), 0.2 * max(map(abs, values)), 1e-9)
+    ends = [end for points in series.values() for point in points for end in point.ends]
+    return [*values, *(min(max(end, min(values) - room), max(values) + room) for end in ends)]
+
+
+def _scale(values: Sequence[float]) -> tuple[float, float, list[float]]:
+    """The ends of an axis that holds 0 and all values, and its ticks."""
+    low, high = min(0.0, *values), max(0.0, *values)
+    step = _step((high - low) or 1.0)
+    first, last = math.floor(low / step + 1e-9), math.ceil(high / step - 1e-9)
+    last = max(last, first + 1)
+    return first * step, last * step, [round(k * step, 10) for k in range(first, last + 1)]
+
+
+def _step(reach: float) -> float:
+    """A round number that divides a range into a few parts."""
+    size = 10.0 ** math.floor(math.log10(reach / MOST_TICKS))
+    return next(size * part for part in (1, 2, 5, 10) if reach / (size * part) <= MOST_TICKS)
+
+
+def _across(x: float, xs: Sequence[float]) -> float:
+    """Few values of x lie evenly, many to scale."""
+    if len(xs) == 1:
+        return (LEFT + RIGHT) / 2
+    if len(xs) <= MOST_TICKS:
+        return LEFT + 40 + (RIGHT - LEFT - 80) * xs.index(x) / (len(xs) - 1)
+    return LEFT + 10 + (RIGHT - LEFT - 20) * (x - xs[0]) / (xs[-1] - xs[0])
+
+
+def _some(xs: Sequence[float]) -> Sequence[float]:
+    return xs if len(xs) <= MOST_TICKS else [xs[0], xs[-1]]

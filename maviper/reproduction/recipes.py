@@ -1,0 +1,336 @@
+"""Recipes: of which cells, line-ups and measures a number of the report is made, and how.
+
+Does: finds the cells of a comparison; writes ratios, robustness, exploitability and attention as weighted terms.
+Assumes: the line-ups that cells are played with; algorithms that are compared share their seeds and so their episodes.
+Does not: judge a number (verdicts.py), or show it.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from codegen.ir import Float64
+from maviper.reproduction import register
+from maviper.reproduction.results import CROSSPLAY, EXPERT, EXPLOITABILITY, EXTRACTION, Results, Row
+from maviper.reproduction.statistics import INVERSE, RATIO, REWARD, VALUE, Estimate, Term, estimate
+from maviper.worlds import World, find
+from maviper.worlds.world import RETURN
+
+OPPONENTS = ("maviper", "iviper", "imitation", "fitted-q", "expert")
+CHOSEN_ON, OWN = ":chosen-on", "own opponents"  # what line-ups of exploitability end with
+Path_ = tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Source:
+    """Values of one line-up for each seed; or, of each seed's facts, the weighted sum of those at some paths."""
+
+    places: tuple[tuple[str, str], ...]  # (cell, line-up) of each seed
+    measure: str = ""
+    facts: tuple[tuple[float, Path_], ...] = ()
+    absolute: bool = False  # of the sum of facts
+
+    def rows(self, results: Results) -> list[tuple[Float64, Float64]]:
+        """Each seed's episodes and values. KeyError where a cell lacks them."""
+        if not self.facts:
+            return [results.values(cell)[lineup, self.measure] for cell, lineup in self.places]
+        sums = [sum(weight * fact(results.facts(cell), path) for weight, path in self.facts) for cell, _ in self.places]
+        return [(np.zeros(1), np.array([abs(each) if self.absolute else each])) for each in sums]
+
+    @property
+    def document(self) -> dict[str, Any]:
+        """As plain data."""
+        return {"places": self.places, "measure": self.measure, "facts": self.facts, "absolute": self.absolute}
+
+
+def fact(facts: Mapping[str, Any], path: Path_) -> float:
+    """A number in the facts of a cell. KeyError where there is none."""
+    found: Any = facts
+    for name in path:
+        found = found[name]
+    if not isinstance(found, int | float):
+        raise KeyError(path)
+    return float(found)
+
+
+@dataclass(frozen=True)
+class Part:
+    """One term of a number, before its values are read. `mode`: as of `Term`."""
+
+    weight: float
+    ours: Source
+    theirs: Source | None = None
+    mode: str = VALUE
+
+    @property
+    def document(self) -> dict[str, Any]:
+        """As plain data."""
+        theirs = None if self.theirs is None else self.theirs.document
+        return {"weight": self.weight, "mode": self.mode, "ours": self.ours.document, "theirs": theirs}
+
+
+Parts = Sequence[Part]
+
+
+def times(weight: float, parts: Parts) -> list[Part]:
+    """The parts, each with a factor."""
+    return [replace(part, weight=weight * part.weight) for part in parts]
+
+
+def less(ours: Parts, theirs: Parts) -> list[Part]:
+    """The difference of two numbers."""
+    return [*ours, *times(-1.0, theirs)]
+
+
+def estimated(results: Results, parts: Parts) -> tuple[Estimate, int, int]:
+    """What parts amount to, with the numbers of seeds and of episodes for each. KeyError where a cell lacks values."""
+    rows = [part.ours.rows(results) for part in parts]
+    common = [np.array(sorted(set.intersection(*(set(of[k][0]) for of in rows)))) for k in range(len(rows[0]))]
+    length = min(map(len, common))
+    if not length:
+        raise KeyError("no common episodes")
+    common = [each[:length] for each in common]
+    terms = []
+    for part, ours in zip(parts, rows, strict=True):
+        theirs = None if part.theirs is None else _at(part.theirs.rows(results), common)
+        terms.append(Term(part.weight, _at(ours, common), theirs, part.mode))
+    crossed = len(common) > 1 and all(np.array_equal(common[0], each) for each in common)
+    return estimate(terms, crossed), len(common), length
+
+
+def _at(rows: Sequence[tuple[Float64, Float64]], episodes: Sequence[Float64]) -> Float64:
+    """The values in the episodes wanted of each seed, [seeds, episodes]."""
+    found = []
+    for (seeds, values), wanted in zip(rows, episodes, strict=True):
+        places = np.searchsorted(seeds, wanted)
+        if places.max() >= len(seeds) or not np.array_equal(seeds[places], wanted):
+            raise KeyError("an expert's episodes are missing")
+        found.append(values[places])
+    return np.stack(found)
+
+
+@dataclass(frozen=True)
+class Number:
+    """A number of the report, with what it is made of."""
+
+    id: str
+    parts: Parts
+    estimate: Estimate
+    seeds: int
+    episodes: int  # of each seed
+
+    @property
+    def value(self) -> float:
+        """The number itself."""
+        return self.estimate.value
+
+    @property
+    def document(self) -> dict[str, Any]:
+        """As plain data; None for what is not finite."""
+        low, high = self.estimate.interval()
+        found = {"value": self.value, "low": low, "high": high, "error": self.estimate.error}
+        told = {name: float(value) if np.isfinite(value) else None for name, value in found.items()}
+        counts = {"freedom": self.estimate.freedom, "seeds": self.seeds, "episodes": self.episodes}
+        return {**told, **counts, "parts": [part.document for part in self.parts]}
+
+
+class Book:
+    """All numbers of a report, each under its id, so that somebody else can compute them again."""
+
+    def __init__(self, results: Results) -> None:
+        self.results = results
+        self.finder = Finder(results)
+        self.numbers: dict[str, Number] = {}
+
+    def number(self, name: str, parts: Parts) -> Number:
+        """The number under its name. KeyError where a cell lacks what it is made of."""
+        if name not in self.numbers:
+            self.numbers[name] = Number(name, parts, *estimated(self.results, parts))
+        return self.numbers[name]
+
+
+# --- where a number is found
+
+
+@dataclass(frozen=True)
+class Place:
+    """Cells of one comparison, up to algorithm and seed. `splits` "": those that most cells have."""
+
+    game: str
+    expert: str
+    preset: str = "paper"
+    depth: int = 4
+    measure: str = ""
+    leaves: int = 0
+    splits: str = ""
+
+    @property
+    def team(self) -> str:
+        """The team that the measure is of."""
+        return self.measure.partition(" ")[0]
+
+    @cached_property
+    def world(self) -> World:
+        """The game."""
+        return find(self.game)
+
+
+class Finder:
+    """Finds the cells of numbers in a table."""
+
+    def __init__(self, results: Results) -> None:
+        self.results = results
+        self._alike: dict[tuple[str | int, ...], list[Row]] = {}
+        for row in results.rows:
+            algorithm = "" if row.kind == CROSSPLAY else row.algorithm
+            key = row.kind, row.game, row.expert, row.preset, row.depth, row.leaves, algorithm
+            self._alike.setdefault(key, []).append(row)
+
+    def rows(self, place: Place, algorithm: str, kind: str = EXTRACTION) -> dict[int, Row]:
+        """Seed -> cell."""
+        algorithm = "" if kind == CROSSPLAY else algorithm
+        key = kind, place.game, place.expert, place.preset, place.depth, place.leaves, algorithm
+        found = self._alike.get(key, [])
+        splits = place.splits or _commonest([row.splits for row in found])
+        return {row.seed: row for row in found if row.splits == splits}
+
+    def seeds(self, place: Place, algorithms: Iterable[str], kind: str = EXTRACTION) -> list[int]:
+        """The seeds that all of some algorithms have; KeyError where there is none."""
+        common = set.intersection(*(set(self.rows(place, each, kind)) for each in algorithms))
+        if not common:
+            raise KeyError("no cells")
+        return sorted(common)
+
+    def expert(self, place: Place) -> str:
+        """The cell of the expert itself. KeyError where there is none."""
+        found = self._alike.get((EXPERT, place.game, place.expert, "", 0, 0, ""), [])
+        if not found:
+            raise KeyError("no cell of the expert")
+        return found[0].cell
+
+    def sources(
+        self, place: Place, algorithm: str, lineup: str, seeds: Sequence[int], kind: str = EXTRACTION
+    ) -> Source:
+        """A line-up's values in each seed."""
+        rows = self.rows(place, algorithm, kind)
+        return Source(tuple((rows[seed].cell, lineup) for seed in seeds), place.measure)
+
+    def experts(self, place: Place, seeds: Sequence[int]) -> Source:
+        """The expert's values beside each seed's."""
+        return Source(((self.expert(place), EXPERT),) * len(seeds), place.measure)
+
+    # --- statistics
+
+    def absolute(self, place: Place, algorithm: str, lineups: Sequence[str], seeds: Sequence[int]) -> list[Part]:
+        """The mean over line-ups of the measure itself."""
+        return [Part(1 / len(lineups), self.sources(place, algorithm, lineup, seeds)) for lineup in lineups]
+
+    def ratio(
+        self, place: Place, algorithm: str, lineups: Sequence[str], seeds: Sequence[int], mode: str = ""
+    ) -> list[Part]:
+        """The mean over line-ups of the performance ratio to the expert."""
+        mode = mode or self.mode(place.measure)
+        theirs = self.experts(place, seeds)
+        parts = self.absolute(place, algorithm, lineups, seeds)
+        return [replace(part, theirs=theirs, mode=mode) for part in parts]
+
+    def mode(self, measure: str) -> str:
+        """How a measure is divided by the expert's."""
+        if measure.endswith(f" {RETURN}"):
+            return REWARD
+        return RATIO if self.results.higher[measure] else INVERSE
+
+    def lineups(self, place: Place, statistic: str) -> list[str]:
+        """The line-ups of the individual or the joint performance of the measure's team."""
+        if statistic == register.JOINT:
+            return [f"joint:{place.team}"]
+        return [f"individual:{agent}" for agent in place.world.teams[place.team]]
+
+    def performance(self, place: Place, algorithm: str, statistic: str, seeds: Sequence[int]) -> list[Part]:
+        """The individual or joint performance ratio, or the first less the second."""
+        if statistic == register.LESS_JOINT:
+            both = [self.performance(place, algorithm, each, seeds) for each in (register.INDIVIDUAL, register.JOINT)]
+            return less(*both)
+        return self.ratio(place, algorithm, self.lineups(place, statistic), seeds)
+
+    def against(self, place: Place, algorithm: str, opponents: Sequence[str], seeds: Sequence[int]) -> list[Part]:
+        """The mean over opponents of the measure itself."""
+        lineups = [f"{place.team}:{algorithm}-vs-{other}" for other in opponents]
+        sources = [self.sources(place, "", lineup, seeds, CROSSPLAY) for lineup in lineups]
+        return [Part(1 / len(opponents), source) for source in sources]
+
+    def robustness(self, place: Place, algorithm: str, opponents: Sequence[str], seeds: Sequence[int]) -> list[Part]:
+        """As `against`, as a fraction of what the expert reaches against itself; negative where lower is better."""
+        sign = 1.0 if self.results.higher[place.measure] else -1.0
+        theirs = self.experts(place, seeds)
+        parts = self.against(place, algorithm, opponents, seeds)
+        return [replace(part, weight=sign * part.weight, theirs=theirs, mode=RATIO) for part in parts]
+
+    def opponents(self, place: Place, seeds: Sequence[int]) -> list[str]:
+        """Whom a crossplay cell has a team play against. KeyError where nobody."""
+        known = self.results.values(self.rows(place, "", CROSSPLAY)[seeds[0]].cell)
+        found = [each for each in OPPONENTS if (f"{place.team}:expert-vs-{each}", place.measure) in known]
+        if not found:
+            raise KeyError("no opponents")
+        return found
+
+    def exploitability(self, place: Place, algorithm: str, team: str, seeds: Sequence[int]) -> list[Part]:
+        """What the chosen responder gains over the team's own opponents, on the episodes that are reported."""
+        cells = [row.cell for seed, row in self.rows(place, algorithm, EXPLOITABILITY).items() if seed in seeds]
+        chosen = [self.responder(cell, team) for cell in cells]
+        measure = self.worth(cells[0], team)
+        theirs = tuple((cell, f"{team}:{OWN}") for cell in cells)
+        ours = tuple((cell, f"{team}:{name}") for cell, name in zip(cells, chosen, strict=True))
+        return [Part(1.0, Source(ours, measure)), Part(-1.0, Source(theirs, measure))]
+
+    def worth(self, cell: str, team: str) -> str:
+        """What responders to a team are judged by: the one measure of its line-ups that is no return."""
+        names = {measure for lineup, measure in self.results.values(cell) if lineup.startswith(f"{team}:")}
+        names = {name for name in names if not name.endswith(RETURN)}
+        if not names:
+            raise KeyError("no responders")
+        return min(names)
+
+    def responder(self, cell: str, team: str) -> str:
+        """The responder that is best on the episodes to choose on, of those that are also reported."""
+        values, measure = self.results.values(cell), self.worth(cell, team)
+        start, tried = f"{team}:", {}
+        for lineup, of in values:
+            name = lineup.removeprefix(start).removesuffix(CHOSEN_ON)
+            if of == measure and lineup.startswith(start) and lineup.endswith(CHOSEN_ON):
+                reported = (start + name, measure) in values
+                tried |= {name: float(values[lineup, measure][1].mean())} if reported else {}
+        if not tried:
+            raise KeyError("no responder")
+        return max(sorted(tried), key=tried.__getitem__)
+
+    def attention(self, place: Place, algorithm: str, statistic: str, seeds: Sequence[int]) -> list[Part]:
+        """Where defenders look: how far apart their preferences between the targets are, from 0 to 1; or the share
+        of their importance that the goal's features have.
+        """
+        rows = self.rows(place, algorithm)
+        places = tuple((rows[seed].cell, "") for seed in seeds)
+        told = self.results.facts(places[0][0])["importances"]
+        defenders = [agent for agent in place.world.teams["defenders"] if agent in told]
+        facts: list[tuple[float, Path_]] = []
+        for number, agent in enumerate(defenders):
+            for feature in told[agent][IMPURITY]:
+                path, entity = ("importances", agent, IMPURITY, feature), feature.rpartition("_")[0]
+                if statistic == register.TO_THE_GOAL and entity == "goal":
+                    facts.append((1 / len(defenders), path))
+                elif statistic == register.APART and entity in TARGETS and number < len(TARGETS):
+                    facts.append((0.5 * TARGETS[entity] * (-1) ** number, path))
+        if not facts:
+            raise KeyError("no importances")
+        return [Part(1.0, Source(places, facts=tuple(facts), absolute=statistic == register.APART))]
+
+
+IMPURITY = "impurity"
+TARGETS = {"landmark_0": 1, "landmark_1": -1}  # a defender's preference is its importance on the first less the second
+
+
+def _commonest(texts: Sequence[str]) -> str:
+    return max(sorted(set(texts)), key=texts.count) if texts else ""

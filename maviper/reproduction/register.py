@@ -1,0 +1,170 @@
+"""The register of claims: what the paper says, in our words, and by which number and test each claim is decided.
+
+Does: reads `claims.toml`, which is part of the package, checks it, and gives its hash.
+Assumes: the file is written before any cell is played; every cell keeps the hash.
+Does not: decide a claim (verdicts.py), or read results.
+"""
+
+import hashlib
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+import msgspec
+
+from codegen.errors import InputError, UnknownNameError, shown
+from maviper.extraction.bundles import ALGORITHMS, RUNGS
+from maviper.files import runs
+from maviper.reproduction.results import COLUMNS
+
+FILE = Path(__file__).with_name("claims.toml")
+MAX_BYTES = 2**20
+FORMAT = "maviper-claims-1"
+RGMDT = "rgmdt"
+GREATER, EQUAL, ABOVE, BELOW, SOME_ABOVE, NUMBER = "greater", "equal", "above", "below", "some above", "number"
+TESTS = (GREATER, EQUAL, ABOVE, BELOW, SOME_ABOVE, NUMBER)
+COMPARING, BOUNDED = (GREATER, EQUAL), (ABOVE, BELOW, SOME_ABOVE)
+INDIVIDUAL, JOINT, LESS_JOINT = "individual", "joint", "individual less joint"
+ROBUSTNESS, EACH, SHARE_EACH = "robustness", "robustness by opponent", "share by opponent"
+APART, TO_THE_GOAL, EXPLOITABILITY = "attention apart", "attention to the goal", "exploitability"
+STATISTICS = (INDIVIDUAL, JOINT, LESS_JOINT, ROBUSTNESS, EACH, SHARE_EACH, APART, TO_THE_GOAL, EXPLOITABILITY)
+PLAYED = (INDIVIDUAL, JOINT, LESS_JOINT, ROBUSTNESS, EACH, SHARE_EACH)  # which a measure is needed for
+CHOICES = ("game", "preset", "depth", "leaves", "splits", "seed", "lineup", "measure", "expert")  # of cells
+
+
+class Published(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
+    """What the paper says: a number as it stands there, where, and the effect in the claim's own unit."""
+
+    place: str
+    number: str = ""
+    effect: float | None = None
+
+
+class Claim(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
+    """One claim of the paper. `cells`: column of `cells.csv` -> the values that it is about."""
+
+    id: str
+    place: str
+    says: str
+    family: str
+    statistic: str
+    test: str
+    first: list[str]
+    cells: dict[str, int | str | list[int | str]]
+    second: list[str] = []
+    bound: float | None = None
+    main: bool = False
+    published: Published | None = None
+    reason: str = ""  # why a published number is not compared
+
+    def wanted(self, column: str) -> list[Any]:
+        """The values of a column, as a list; [] where it is left open."""
+        value = self.cells.get(column, [])
+        return list(value) if isinstance(value, list) else [value]
+
+
+class PaperExpert(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
+    """What the paper's expert reaches in a measure."""
+
+    value: float
+    place: str
+
+
+class _File(msgspec.Struct, forbid_unknown_fields=True):
+    format: str
+    alpha: float
+    margin: float
+    power: float
+    least_seeds: int
+    least_experts: int
+    weak_expert: float
+    final_effect: float
+    claim: list[Claim]
+    experts: dict[str, PaperExpert]
+    tables: dict[str, dict[str, Any]]
+
+
+@dataclass(frozen=True)
+class Register:
+    """The claims with what decides them; `sha256` of the file."""
+
+    claims: tuple[Claim, ...]
+    experts: Mapping[str, PaperExpert]  # measure -> the paper's expert
+    tables: Mapping[str, Mapping[str, Any]]  # the paper's Tables 1, 3 and 4
+    alpha: float
+    margin: float
+    power: float
+    least_seeds: int
+    least_experts: int
+    weak_expert: float
+    final_effect: float
+    sha256: str
+
+    @property
+    def families(self) -> list[str]:
+        """Their names, in the order of the claims."""
+        return list(dict.fromkeys(claim.family for claim in self.claims))
+
+
+@lru_cache(maxsize=4)
+def read(path: Path = FILE) -> Register:
+    """The register in a file. InputError with all faults where it is not one."""
+    data = runs.read(path, MAX_BYTES)
+    try:
+        content = msgspec.toml.decode(data, type=_File)
+    except (msgspec.ValidationError, msgspec.DecodeError, UnicodeDecodeError) as error:
+        raise InputError("the register of claims is damaged", f"{path}: {shown(error)}", "see claims.toml") from None
+    if content.format != FORMAT:
+        raise InputError(f"the register's format is not {FORMAT}", f"{path}: {shown(content.format)}")
+    _check(content.claim, path)
+    rest = {name: getattr(content, name) for name in _File.__struct_fields__ if name not in ("format", "claim")}
+    rest |= {"experts": MappingProxyType(content.experts), "tables": MappingProxyType(content.tables)}
+    return Register(tuple(content.claim), sha256=hashlib.sha256(data).hexdigest(), **rest)
+
+
+def _check(claims: Iterable[Claim], path: Path) -> None:
+    """InputError with every fault of every claim; UnknownNameError where one alone is a misspelt name."""
+    faults: list[str] = []
+    names: set[str] = set()
+    for claim in claims:
+        faults += [f"{claim.id}: {fault}" for fault in faults_of(claim)]
+        faults += [f"{claim.id}: the id stands twice"] * (claim.id in names)
+        names.add(claim.id)
+    if faults:
+        raise InputError("the register of claims has faults", f"{path}: {'; '.join(faults)}", "see claims.toml")
+
+
+def faults_of(claim: Claim) -> list[str]:
+    """What is wrong with a claim, in words."""
+    known: list[tuple[str, Iterable[str], Iterable[str]]] = [
+        ("statistic", [claim.statistic], STATISTICS),
+        ("test", [claim.test], TESTS),
+        ("algorithm", [*claim.first, *claim.second], (*ALGORITHMS, *RUNGS, RGMDT)),
+        ("column", claim.cells, COLUMNS),
+    ]
+    found = [_unknown(what, name, names) for what, given, names in known for name in given if name not in list(names)]
+    columns = [column for column in claim.cells if column in COLUMNS and column not in CHOICES]
+    found += [f"the column {column} does not choose cells" for column in columns]
+    return found + [text for wrong, text in _RULES if wrong(claim)]
+
+
+def _unknown(what: str, name: str, names: Iterable[str]) -> str:
+    return str(UnknownNameError(what, name, list(names), "claims.toml")).split("\n")[0]
+
+
+_RULES: tuple[tuple[Callable[[Claim], bool], str], ...] = (
+    (lambda claim: not claim.first, "`first` names no algorithm"),
+    (lambda claim: (claim.test in COMPARING) != bool(claim.second), "`second` stands for what is compared with"),
+    (lambda claim: (claim.test in BOUNDED) != (claim.bound is not None), "`bound` stands with above and below alone"),
+    (lambda claim: (claim.test == NUMBER) != bool(claim.reason), "`reason` says why a number is not compared"),
+    (lambda claim: claim.statistic in PLAYED and not claim.wanted("measure"), "`cells` names no measure"),
+    (lambda claim: claim.statistic == EXPLOITABILITY and not claim.wanted("lineup"), "`cells` names no line-up"),
+    (lambda claim: not claim.wanted("game"), "`cells` names no game"),
+    (
+        lambda claim: claim.main and (claim.published is None or claim.published.effect is None),
+        "a main claim has no effect",
+    ),
+)

@@ -1,0 +1,167 @@
+"""The report of a reproduction: one page, its figures, the verdicts as data and as text, and how to compute it again.
+
+Does: reads the table of a folder and writes report.html, figures/*.svg, claims.json, numbers.json, summary.txt and
+  recompute.py there.
+Assumes: nothing but the table, its companions and the register; equal tables give equal bytes.
+Does not: play, or contain times, paths or facts about the machine.
+"""
+
+import json
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from codegen.lowering.render import render
+from maviper.files import runs
+from maviper.reproduction import further, register, results, sections, verdicts
+from maviper.reproduction.figures import named
+from maviper.reproduction.recipes import Book
+from maviper.reproduction.register import Register
+from maviper.reproduction.results import EXPERT, Results
+from maviper.reproduction.sections import Context, Section
+from maviper.reproduction.statistics import DRAW_SEED, DRAWS
+from maviper.reproduction.verdicts import Verdict
+
+PAGE, SUMMARY, CLAIMS, NUMBERS, SCRIPT = "report.html", "summary.txt", "claims.json", "numbers.json", "recompute.py"
+FIGURES = "figures"
+GAMES = tuple(sections.MEASURES)
+SIGNS = dict(zip(verdicts.WORDS, ("✓", "✗", "?", "–"), strict=True))  # so that no meaning rests on colour
+WIDTH = 150  # of a line of the summary
+
+
+def written(folder: Path) -> list[str]:
+    """Writes the report of a folder's table into it; the lines for the terminal. InputError for a damaged table."""
+    table, known = results.read(folder), register.read()
+    book = Book(table)
+    experts = _experts(table)
+    judged = [verdict for expert in experts for verdict in verdicts.judged(book, known, expert)]
+    parts = _sections(Context(book, known, book.finder, GAMES, experts))
+    facts = _facts(table, known, experts)
+    lines = summary(judged, facts)
+    _figures(folder / FIGURES, parts)
+    runs.write(folder / CLAIMS, runs.as_json(verdicts.document(judged, known)))
+    runs.write(folder / NUMBERS, _numbers(book))
+    runs.write(folder / SCRIPT, render("reproduction/recompute.py.j2", seed=DRAW_SEED, draws=DRAWS))
+    runs.write(folder / SUMMARY, "\n".join(lines) + "\n")
+    page = {"facts": facts, "verdicts": [_shown(verdict) for verdict in judged], "counts": _counts(judged)}
+    runs.write(folder / PAGE, render("reproduction/report.html.j2", sections=parts, several=len(experts) > 1, **page))
+    return lines
+
+
+def _numbers(book: Book) -> str:
+    """Every number with what it is made of, a line each."""
+    lines = (f"{json.dumps(name)}: {json.dumps(book.numbers[name].document)}" for name in sorted(book.numbers))
+    return "{\n" + ",\n".join(lines) + "\n}\n"
+
+
+def _experts(table: Results) -> list[str]:
+    """Labels, those of most cells first."""
+    labels = [row.expert for row in table.rows]
+    return sorted(set(labels), key=lambda label: (-labels.count(label), label))
+
+
+def _sections(context: Context) -> list[Section]:
+    first = [sections.performance(context, statistic) for statistic in (register.INDIVIDUAL, register.JOINT)]
+    return [*first, *(make(context) for make in (sections.robustness, sections.ablation)), *_rest(context)]
+
+
+def _rest(context: Context) -> list[Section]:
+    return [*(make(context) for make in further.ALL), sections.rewards(context)]
+
+
+def _facts(table: Results, known: Register, experts: Sequence[str]) -> dict[str, Any]:
+    """What was run, in words."""
+    spent = sum(row.cpu_seconds for row in table.rows)
+    kinds = {kind: len(table.cells(kind=kind)) for kind in results.KINDS}
+    games = table.known("game")
+    cells = ", ".join(f"{count} {kind}" for kind, count in kinds.items() if count)
+    episodes = {
+        len(table.values(row.cell)[lineup][0]) for row in table.cells(kind=EXPERT) for lineup in _any(table, row)
+    }
+    return {
+        "experts": ", ".join(experts) or "none",
+        "games": ", ".join(games) or "none",
+        "algorithms": ", ".join(named(name) for name in table.known("algorithm") if name) or "none",
+        "presets": ", ".join(name for name in table.known("preset") if name) or "none",
+        "depths": ", ".join(str(depth) for depth in table.known("depth") if depth) or "none",
+        "seeds": len(table.known("seed")),
+        "cells": cells or "none",
+        "expert's episodes": ", ".join(map(str, sorted(episodes))) or "none",
+        "CPU hours": f"{spent / 3600:.2f}",
+        "register": known.sha256,
+        "rules": f"alpha {known.alpha:g}, margin {known.margin:g}, power {known.power:g}, Holm within a family",
+    }
+
+
+def _any(table: Results, row: results.Row) -> list[tuple[str, str]]:
+    return list(table.values(row.cell))[:1]
+
+
+def _figures(folder: Path, parts: Sequence[Section]) -> None:
+    """Every picture as a file; those of an earlier report that this one has not are removed."""
+    pictures = {f"{figure.name}.svg": figure.svg for part in parts for figure in part.figures}
+    runs.folder(folder)
+    for old in folder.glob("*.svg"):
+        if old.name not in pictures:
+            old.unlink()
+    for name, text in pictures.items():
+        runs.write(folder / name, text)
+
+
+# --- verdicts, for people
+
+
+def _counts(judged: Sequence[Verdict]) -> str:
+    """How many claims have which verdict."""
+    words = [verdict.word for verdict in judged]
+    return ", ".join(f"{words.count(word)} {word}" for word in verdicts.WORDS)
+
+
+def _shown(verdict: Verdict) -> dict[str, Any]:
+    """A verdict as the page shows it."""
+    claim, paper = verdict.claim, verdict.claim.published
+    rows = []
+    for each in verdict.comparisons:
+        shown = sections.shown(each.number)
+        rows.append([each.label, shown, _state(each)])
+    published = "" if paper is None else f"{paper.number} ({paper.place})" if paper.number else paper.place
+    return {
+        "id": claim.id,
+        "sign": SIGNS[verdict.word],
+        "word": verdict.word,
+        "class": verdict.word.lower().replace(" ", "-"),
+        "says": claim.says,
+        "place": claim.place,
+        "main": claim.main,
+        "family": claim.family,
+        "expert": verdict.expert,
+        "reason": verdict.reason,
+        "notes": list(verdict.notes),
+        "published": published,
+        "rows": rows,
+    }
+
+
+def _state(comparison: verdicts.Comparison) -> str:
+    if comparison.number is None:
+        return "not run"
+    if comparison.word != verdicts.OPEN or not math.isfinite(comparison.visible):
+        return comparison.word
+    return f"{comparison.word}; {comparison.visible:.3g} could have been seen"
+
+
+def summary(judged: Sequence[Verdict], facts: dict[str, Any]) -> list[str]:
+    """A line for each claim, the main ones marked, after what was run."""
+    lines = [f"{len(judged)} claims: {_counts(judged)}"]
+    lines += [
+        f"experts {facts['experts']}; games {facts['games']}; seeds {facts['seeds']}; {facts['CPU hours']} CPU hours"
+    ]
+    experts = {verdict.expert for verdict in judged}
+    for verdict in judged:
+        claim = verdict.claim
+        name = claim.id if len(experts) == 1 else f"{claim.id} ({verdict.expert})"
+        notes = "; ".join([text for text in (verdict.reason, *verdict.notes) if text])
+        line = f"{SIGNS[verdict.word]} {verdict.word:<14} {'*' if claim.main else ' '} {name}: {notes or claim.says}"
+        lines.append(line if len(line) <= WIDTH else line[: WIDTH - 1] + "…")
+    return [*lines, f"* main comparison; the whole: {PAGE}, {CLAIMS}"]

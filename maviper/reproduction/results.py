@@ -1,0 +1,146 @@
+"""The table of a reproduction, read: cells, their values in each episode, and their facts.
+
+Does: reads `cells.csv`, `episodes/HASH.csv` and `facts/HASH.json` of a folder; selects cells; checks what it reads.
+Assumes: the files are those of one run, written by this version; episodes are named by their held-out seeds.
+Does not: compute any number of the report, or know the paper.
+"""
+
+import csv
+import io
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from codegen.errors import InputError
+from codegen.ir import Float64
+from maviper.files import runs
+
+COLUMNS = ("cell", "kind", "game", "expert", "preset", "algorithm", "depth", "leaves", "splits", "seed", "lineup")
+COLUMNS += ("measure", "higher_is_better", "episodes", "mean", "cpu_seconds")
+CELLS_FILE, CELLS, EPISODES, FACTS = "cells.csv", "cells", "episodes", "facts"
+EPISODE_COLUMNS = ("lineup", "measure", "episode", "value")
+EXPERT, EXTRACTION, CROSSPLAY, EXPLOITABILITY = "expert", "extraction", "crossplay", "exploitability"
+KINDS = (EXPERT, EXTRACTION, CROSSPLAY, EXPLOITABILITY)
+MAX_TABLE_BYTES, MAX_EPISODE_BYTES, MAX_FACTS_BYTES = 2**28, 2**28, 2**24
+AGAIN = "run maviper reproduce again in this folder"
+
+
+@dataclass(frozen=True, order=True)
+class Row:
+    """A cell as `cells.csv` names it."""
+
+    kind: str
+    game: str
+    expert: str
+    preset: str
+    algorithm: str
+    depth: int
+    leaves: int  # 0: no budget
+    splits: str
+    seed: int
+    cell: str
+    cpu_seconds: float = field(compare=False)
+
+
+Values = tuple[Float64, Float64]  # episodes' seeds, and the value in each
+
+
+@dataclass(frozen=True)
+class Results:
+    """What a folder holds. `higher`: measure -> whether higher is better."""
+
+    folder: Path
+    rows: tuple[Row, ...]
+    higher: Mapping[str, bool]
+    _values: dict[str, dict[tuple[str, str], Values]] = field(default_factory=dict)
+    _facts: dict[str, dict[str, Any]] = field(default_factory=dict)
+
+    def cells(self, **wanted: Any) -> list[Row]:
+        """The cells whose columns are as wanted; a list, tuple or set stands for any of its values."""
+        found = []
+        for row in self.rows:
+            if all(_fits(getattr(row, column), value) for column, value in wanted.items()):
+                found.append(row)
+        return found
+
+    def known(self, column: str, **wanted: Any) -> list[Any]:
+        """The values of a column in the cells that are as wanted, sorted."""
+        return sorted({getattr(row, column) for row in self.cells(**wanted)})
+
+    def values(self, cell: str) -> dict[tuple[str, str], Values]:
+        """(line-up, measure) -> the values in each episode of a cell."""
+        if cell not in self._values:
+            self._values[cell] = _episodes(self.folder / EPISODES / f"{cell}.csv")
+        return self._values[cell]
+
+    def facts(self, cell: str) -> dict[str, Any]:
+        """What is known of a cell besides its episodes; {} where nothing is."""
+        if cell not in self._facts:
+            path = self.folder / FACTS / f"{cell}.json"
+            what = "the facts of a cell are no JSON object"
+            read = runs.decoded(path, MAX_FACTS_BYTES, dict[str, Any], what, AGAIN) if path.exists() else {}
+            self._facts[cell] = read
+        return self._facts[cell]
+
+
+def _fits(value: Any, wanted: Any) -> bool:
+    return value in wanted if isinstance(wanted, list | tuple | set) else value == wanted
+
+
+def read(folder: Path) -> Results:
+    """The table of a folder. InputError where it is not one."""
+    rows: dict[str, Row] = {}
+    higher: dict[str, bool] = {}
+    path = folder / CELLS_FILE
+    for line in _table(path, MAX_TABLE_BYTES, COLUMNS):
+        try:
+            rows[line["cell"]] = _row(line)
+        except ValueError as error:
+            raise InputError("a row of the table is no cell", f"{path}: {error}", AGAIN) from None
+        higher[line["measure"]] = line["higher_is_better"].lower() in ("1", "true")
+    return Results(folder, tuple(sorted(rows.values())), higher)
+
+
+def _row(line: Mapping[str, str]) -> Row:
+    texts = {name: line[name] for name in ("kind", "game", "expert", "preset", "algorithm", "splits", "cell")}
+    if texts["kind"] not in KINDS:
+        raise ValueError(f"kind {texts['kind']!r}")
+    texts["game"] = texts["game"].partition(",")[0]  # without options
+    numbers = {name: int(line[name] or 0) for name in ("depth", "leaves", "seed")}
+    return Row(**texts, **numbers, cpu_seconds=float(line["cpu_seconds"] or 0))
+
+
+def _episodes(path: Path) -> dict[tuple[str, str], Values]:
+    """Everything that a cell's companion holds; plain lists, since there are millions of rows."""
+    lines = csv.reader(io.StringIO(runs.read(path, MAX_EPISODE_BYTES).decode("utf-8", "replace"), newline=""))
+    if next(lines, None) != list(EPISODE_COLUMNS):
+        raise InputError("the table lacks columns", f"{path}: {', '.join(EPISODE_COLUMNS)}", AGAIN)
+    found: dict[tuple[str, str], tuple[list[float], list[float]]] = {}
+    try:
+        for lineup, measure, episode, value in lines:
+            seeds, values = found.setdefault((lineup, measure), ([], []))
+            seeds.append(int(episode))
+            values.append(float(value))
+    except ValueError as error:
+        raise InputError("a row of the episodes is damaged", f"{path}: line {lines.line_num}: {error}", AGAIN) from None
+    return {key: _sorted(np.array(seeds, dtype=np.float64), np.array(values)) for key, (seeds, values) in found.items()}
+
+
+def _sorted(seeds: Float64, values: Float64) -> Values:
+    order = np.argsort(seeds, kind="stable")
+    return seeds[order], values[order]
+
+
+def _table(path: Path, limit: int, columns: Iterable[str]) -> Iterable[dict[str, str]]:
+    """The rows of a CSV file with at least those columns."""
+    reader = csv.DictReader(io.StringIO(runs.read(path, limit).decode("utf-8", "replace"), newline=""))
+    missing = [column for column in columns if column not in (reader.fieldnames or ())]
+    if missing:
+        raise InputError("the table lacks columns", f"{path}: {', '.join(missing)}", AGAIN)
+    for row in reader:
+        if None in row.values():
+            raise InputError("a row of the table is cut off", f"{path}: line {reader.line_num}", AGAIN)
+        yield row

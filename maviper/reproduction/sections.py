@@ -1,0 +1,308 @@
+"""What a part of the report is made of, and the comparisons of performance: ratios, rewards, tables, ablations.
+
+Does: turns numbers into figures and tables whose cells are text; says "not run" where cells are missing.
+Assumes: numbers come from recipes alone, so that all of them can be computed again.
+Does not: judge claims, or write files.
+"""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import product
+
+from maviper.reproduction import figures, register
+from maviper.reproduction.figures import Point, named
+from maviper.reproduction.recipes import Book, Finder, Number, Part, Place
+from maviper.reproduction.register import Register
+from maviper.reproduction.results import CROSSPLAY, EXTRACTION
+from maviper.reproduction.statistics import PAPER
+from maviper.worlds.particle import SUCCESS
+from maviper.worlds.world import RETURN
+
+COMPARED = ("maviper", "iviper", "imitation", "fitted-q")
+ABLATED = ("maviper", "maviper-no-prediction", "maviper-iviper-resampling", "iviper")
+LADDER = ("iviper", "joint-rollouts", "joint-selection", "maviper-no-prediction", "maviper", "vote-N")
+MAIN_DEPTH = 4
+NONE = "–"
+MEASURES = {
+    "physical-deception": tuple(f"{team} {name}" for name in SUCCESS for team in ("defenders", "adversaries")),
+    "cooperative-navigation": ("agents D", "agents success r=0.316", "agents success r=0.1"),
+    "predator-prey": ("predators touches", "prey touches"),
+}
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A picture of its own, `name`.svg."""
+
+    name: str
+    svg: str
+
+
+@dataclass(frozen=True)
+class Table:
+    """Rows of text under a head."""
+
+    title: str
+    head: Sequence[str]
+    rows: Sequence[Sequence[str]]
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class Section:
+    """A part of the report. `missing`: what was not run, and how to run it."""
+
+    name: str
+    title: str
+    lead: str
+    figures: Sequence[Figure] = ()
+    tables: Sequence[Table] = ()
+    missing: Sequence[str] = ()
+
+
+@dataclass(frozen=True)
+class Context:
+    """What sections are made from. `experts`: labels in the order of the report."""
+
+    book: Book
+    known: Register
+    finder: Finder
+    games: Sequence[str]
+    experts: Sequence[str]
+
+    def found(self, name: str, parts: Callable[[], Sequence[Part]]) -> Number | None:
+        """A number, or None where its cells are missing."""
+        try:
+            return self.book.number(name, parts())
+        except KeyError:
+            return None
+
+    def places(self) -> Iterator[tuple[str, str]]:
+        """Game and expert, of which there are cells."""
+        for game, expert in product(self.games, self.experts):
+            if self.book.results.cells(game=game, expert=expert):
+                yield game, expert
+
+
+@dataclass
+class Collected:
+    """Figures, tables and what is missing, while a section is made."""
+
+    figures: list[Figure] = field(default_factory=list)
+    tables: list[Table] = field(default_factory=list)
+    missing: list[str] = field(default_factory=list)
+
+    def section(self, name: str, title: str, lead: str, otherwise: str = "") -> Section:
+        """The section. `otherwise`: how to run it where nothing was found."""
+        missing = self.missing
+        if not self.figures and not self.tables and not missing:
+            missing = [f"not run: {otherwise}"]
+        return Section(name, title, lead, self.figures, self.tables, list(dict.fromkeys(missing)))
+
+
+def shown(number: Number | None, digits: int = 3) -> str:
+    """A number with its interval, as text."""
+    point = point_of(number)
+    if number is None or not point.finite:
+        return NONE
+    if not point.ends:
+        return f"{point.value:z.{digits}f}"
+    low, high = point.ends
+    return f"{point.value:z.{digits}f} [{low:z.{digits}f}, {high:z.{digits}f}]"
+
+
+def point_of(number: Number | None, x: float = 0.0) -> Point:
+    """A number as a figure shows it."""
+    if number is None:
+        return Point(float("nan"), float("nan"), float("nan"), x)
+    return Point(number.value, *number.estimate.interval(), x)
+
+
+def key(place: Place, *rest: str) -> str:
+    """The name of a number."""
+    where = [place.game, place.expert, place.preset, f"depth-{place.depth}"]
+    where += [f"leaves-{place.leaves}"] * bool(place.leaves) + [place.splits] * bool(place.splits)
+    return "/".join([*rest, *where, *([place.measure] if place.measure else [])])
+
+
+def short(*words: str) -> str:
+    """The name of a file."""
+    return "-".join("".join(c if c.isalnum() else "-" for c in word).strip("-") for word in words)
+
+
+# --- ratios against depth
+
+
+def performance(context: Context, statistic: str) -> Section:
+    """The individual or joint performance ratio against depth, with the absolute values beside it."""
+    one = "One tree, all other agents are experts; the mean over the team's agents."
+    team = "All agents of a team are trees, their opponents are experts."
+    lead = f"{one if statistic == register.INDIVIDUAL else team} A ratio of 1 is the expert's performance. "
+    lead += "Where lower is better it is the inverse."
+    made = Collected()
+    for game, expert in context.places():
+        _ratios(context, made, statistic, Place(game, expert), MEASURES.get(game, ()), reward=False)
+    return made.section(statistic, f"{statistic.capitalize()} performance", lead, "maviper reproduce -o FOLDER")
+
+
+def rewards(context: Context) -> Section:
+    """The ratios by reward, with the paper's formula beside ours."""
+    lead = (
+        "Ours is one plus the gain over the mean size of the expert's return, so that more is better and nothing is "
+        "divided by 0. The paper's ||A|-|B||/A hides which of the two is larger; A is the expert."
+    )
+    made = Collected()
+    for statistic, (game, expert) in product((register.INDIVIDUAL, register.JOINT), context.places()):
+        place = Place(game, expert)
+        measures = [f"{team} {RETURN}" for team in place.world.teams]
+        _ratios(context, made, statistic, place, measures, reward=True)
+    return made.section("reward", "Performance by reward", lead, "maviper reproduce -o FOLDER")
+
+
+def _ratios(
+    context: Context, made: Collected, statistic: str, place: Place, measures: Sequence[str], reward: bool
+) -> None:
+    """A figure for each measure and one table for the game."""
+    rows: list[list[str]] = []
+    for measure in measures:
+        series: dict[str, list[Point]] = {}
+        depths = context.book.results.known("depth", kind=EXTRACTION, game=place.game, leaves=0, preset="paper")
+        for depth, algorithm in product(depths, COMPARED):
+            here = Place(place.game, place.expert, depth=depth, measure=measure)
+            ratio, row = _row(context, statistic, here, algorithm, reward)
+            if ratio is not None:
+                series.setdefault(algorithm, []).append(point_of(ratio, depth))
+                rows.append([measure, str(depth), named(algorithm), *row])
+        if any(point.finite for points in series.values() for point in points):
+            name = short(statistic, place.game, place.expert, measure)
+            title = f"{measure}, {statistic}, {place.expert}"
+            made.figures.append(Figure(name, figures.lines(title, "maximum depth", series)))
+    head = ["measure", "depth", "algorithm", "ratio", *(["paper's formula"] if reward else []), "trees", "expert"]
+    if rows:
+        made.tables.append(Table(f"{place.game}, {statistic}, expert {place.expert}", head, rows))
+    else:
+        made.missing.append(f"{place.game} with {place.expert}, not run: maviper reproduce --games {place.game}")
+
+
+def _row(
+    context: Context, statistic: str, place: Place, algorithm: str, reward: bool
+) -> tuple[Number | None, list[str]]:
+    """The ratio of one algorithm, and the cells of its row."""
+    finder = context.finder
+    try:
+        seeds = finder.seeds(place, [algorithm])
+        lineups = finder.lineups(place, statistic)
+        ratio = context.book.number(key(place, statistic, algorithm), finder.ratio(place, algorithm, lineups, seeds))
+        absolute = context.book.number(
+            key(place, f"{statistic} value", algorithm), finder.absolute(place, algorithm, lineups, seeds)
+        )
+        expert = context.book.number(key(place, "expert beside", algorithm), [Part(1.0, finder.experts(place, seeds))])
+        formula = [
+            shown(
+                context.book.number(
+                    key(place, f"{statistic} formula", algorithm), finder.ratio(place, algorithm, lineups, seeds, PAPER)
+                )
+            )
+        ]
+    except KeyError:
+        return None, []
+    return ratio, [shown(ratio), *(formula if reward else []), shown(absolute), shown(expert)]
+
+
+# --- robustness
+
+
+def robustness(context: Context) -> Section:
+    """Tables 1, 3 and 4, ours and the published number in the same cell."""
+    lead = (
+        "Each cell: ours with its interval, then the paper's number. Teams of trees of depth 4 against the teams of "
+        "all others; the expert is the paper's MADDPG."
+    )
+    made = Collected()
+    for expert in context.experts:
+        made.tables += _average(context, expert)
+        for game in ("predator-prey", "physical-deception"):
+            made.tables += _opponents(context, game, expert)
+    return made.section("robustness", "Robustness: Tables 1, 3 and 4", lead, "maviper reproduce -o FOLDER --depths 4")
+
+
+def _average(context: Context, expert: str) -> list[Table]:
+    """Table 1: means over all opponents."""
+    told = context.known.tables["average"]
+    rows = []
+    for row in told["rows"]:
+        measure = context.known.tables[row["game"]][row["side"]]["measure"]
+        place = Place(row["game"], expert, depth=MAIN_DEPTH, measure=measure)
+        numbers = [_against(context, place, algorithm, []) for algorithm in told["algorithms"]]
+        if any(numbers):
+            paper = [f"{mean:g} ({spread:g})" for mean, spread in zip(row["mean"], row["deviation"], strict=True)]
+            cells = [f"{shown(number, 2)} | {text}" for number, text in zip(numbers, paper, strict=True)]
+            rows.append([row["game"], measure, *cells])
+    head = ["game", "measure", *map(named, told["algorithms"])]
+    return [Table(f"{told['title']}, expert {expert}", head, rows, told["note"])] if rows else []
+
+
+def _against(context: Context, place: Place, algorithm: str, opponents: list[str]) -> Number | None:
+    """The mean measure of a team over opponents; [] stands for all that there are."""
+
+    def parts() -> list[Part]:
+        seeds = context.finder.seeds(place, [""], CROSSPLAY)
+        against = opponents or context.finder.opponents(place, seeds)
+        return context.finder.against(place, algorithm, against, seeds)
+
+    return context.found(key(place, "against", "-".join(opponents) or "all", algorithm), parts)
+
+
+def _opponents(context: Context, game: str, expert: str) -> list[Table]:
+    """Table 3 or 4, one table for each side that the paper prints."""
+    told, tables = context.known.tables[game], []
+    algorithms = context.known.tables["opponents"]["algorithms"]
+    for side in ("attackers", "defenders"):
+        printed = told.get("attack" if side == "attackers" else "defence", told["attack"])
+        place = Place(game, expert, depth=MAIN_DEPTH, measure=told[side]["measure"])
+        rows = []
+        for line, one in enumerate(algorithms):
+            cells = []
+            for column, other in enumerate(algorithms):
+                ours, theirs = (one, other) if side == "attackers" else (other, one)
+                number = _against(context, place, ours, [theirs])
+                cells.append(NONE if number is None else f"{shown(number, 2)} | {printed[line][column]:g}")
+            rows.append([f"{told['attackers']['team']}: {named(one)}", *cells])
+        head = [f"{place.measure}, by", *(f"{told['defenders']['team']}: {named(name)}" for name in algorithms)]
+        if any(cell != NONE for row in rows for cell in row[1:]):
+            tables.append(Table(f"{told['title']}; {place.measure}; expert {expert}", head, rows))
+    return tables
+
+
+# --- ablations
+
+
+def ablation(context: Context) -> Section:
+    """The paper's two ablations, and the ladder from IVIPER to MAVIPER of which each rung is one difference."""
+    lead = "Ratios at depth 4. The paper's ablations are of deception's defenders; the ladder changes one thing a rung."
+    made = Collected()
+    for game, expert in context.places():
+        measure = MEASURES.get(game, ("",))[0]
+        place = Place(game, expert, depth=MAIN_DEPTH, measure=measure)
+        for (title, names, own), statistic in product(_STUDIES, (register.JOINT, register.INDIVIDUAL)):
+            rows = {name: _row(context, statistic, place, name, reward=False) for name in names}
+            there = {name: both for name, both in rows.items() if both[0] is not None}
+            if own & there.keys():
+                _compared(made, f"{title}, {statistic}, {measure}, {expert}", place, there)
+    if not any("ladder" in each.title for each in made.tables):
+        made.missing.append("ladder, not run: maviper reproduce -o FOLDER --full")
+    return made.section("ablation", "Ablations and ladder", lead, "maviper reproduce -o FOLDER --depths 4")
+
+
+def _compared(made: Collected, title: str, place: Place, rows: Mapping[str, tuple[Number | None, list[str]]]) -> None:
+    """Dots and a table of algorithms side by side."""
+    dots = [(named(name), name, point_of(ratio)) for name, (ratio, _) in rows.items()]
+    made.figures.append(Figure(short(title, place.game), figures.dots(title, "ratio to the expert", dots)))
+    texts = [[named(name), *row] for name, (_, row) in rows.items()]
+    made.tables.append(Table(f"{title}, depth {place.depth}", ["algorithm", "ratio", "trees", "expert"], texts))
+
+
+_STUDIES = (  # title, algorithms, and those without which there is nothing to show
+    ("ablation", ABLATED, {"maviper-no-prediction", "maviper-iviper-resampling"}),
+    ("ladder", LADDER, {"joint-rollouts", "joint-selection", "vote-N"}),
+)

@@ -1,0 +1,139 @@
+"""Numbers over seeds and episodes with what they are known by: intervals, p-values, Holm's correction, visible effects.
+
+Does: the bootstrap over seeds and episodes, t intervals and tests from its standard error, two one-sided tests.
+Assumes: what is compared was played in the same episodes (common random numbers), so that draws are shared.
+Does not: know claims, games or files.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from scipy import stats
+
+from codegen.ir import Float64
+
+DRAWS = 2_000
+DRAW_SEED = 17
+TINY = 1e-12  # a smaller standard error is rounding: all draws are the same
+LEVEL = 0.95
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A number with its standard error, from which all else follows by Student's t."""
+
+    value: float
+    error: float
+    freedom: int  # degrees of freedom; 0: nothing is known of the spread
+
+    def interval(self, level: float = LEVEL) -> tuple[float, float]:
+        """The two-sided interval of that level; infinite without degrees of freedom."""
+        if not self.freedom:
+            return -np.inf, np.inf
+        half = float(stats.t.ppf((1 + level) / 2, self.freedom)) * self.error
+        return self.value - half, self.value + half
+
+    def p_above(self, bound: float) -> float:
+        """The one-sided p-value of the number lying above a bound."""
+        if not self.freedom or not np.isfinite(self.value):
+            return 1.0
+        if self.error < TINY:
+            return float(self.value <= bound)
+        return float(stats.t.sf((self.value - bound) / self.error, self.freedom))
+
+    def p_below(self, bound: float) -> float:
+        """The one-sided p-value of the number lying below a bound."""
+        return Estimate(-self.value, self.error, self.freedom).p_above(-bound)
+
+    def p_differs(self) -> float:
+        """The two-sided p-value of the number not being 0."""
+        return min(1.0, 2 * min(self.p_above(0.0), self.p_below(0.0)))
+
+    def p_equal(self, margin: float) -> float:
+        """The p-value of the number lying within the margin around 0: two one-sided tests (Schuirmann, 1987)."""
+        return max(self.p_above(-margin), self.p_below(margin))
+
+    def detectable(self, alpha: float, power: float) -> float:
+        """The smallest true effect that a two-sided test finds with that power; infinite if none."""
+        if not self.freedom:
+            return np.inf
+        return float((stats.t.ppf(1 - alpha / 2, self.freedom) + stats.t.ppf(power, self.freedom)) * self.error)
+
+
+VALUE, RATIO, INVERSE, REWARD, PAPER = "value", "ratio", "inverse", "reward", "paper"
+MODES: Mapping[str, Callable[[Float64, Float64, Float64], Float64]] = {
+    VALUE: lambda ours, theirs, size: ours,
+    RATIO: lambda ours, theirs, size: ours / theirs,
+    INVERSE: lambda ours, theirs, size: theirs / ours,
+    REWARD: lambda ours, theirs, size: 1 + (ours - theirs) / size,
+    PAPER: lambda ours, theirs, size: abs(abs(theirs) - abs(ours)) / theirs,
+}
+
+
+@dataclass(frozen=True)
+class Term:
+    """A weighted mean over seeds, part of a number.
+
+    `mode`: a seed's own number. `value`: the mean of ours; `ratio`: of ours over theirs, or its `inverse`; `reward`:
+    one and our gain over the mean size of their returns; `paper`: the paper's ||A|-|B||/A, theirs being A.
+    """
+
+    weight: float
+    ours: Float64  # [seeds, episodes]
+    theirs: Float64 | None = None  # [seeds, episodes], the same episodes
+    mode: str = VALUE
+
+    def by_seed(self, weights: Float64) -> Float64:
+        """Each seed's number, [draws, seeds]. `weights` [draws, episodes]: of the episodes, each row's sum being 1."""
+        theirs = self.ours if self.theirs is None else self.theirs
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return MODES[self.mode](weights @ self.ours.T, weights @ theirs.T, weights @ np.abs(theirs).T)
+
+
+def estimate(terms: Sequence[Term], crossed: bool = False) -> Estimate:
+    """The sum of terms that share their seeds and episodes, its standard error by the bootstrap.
+
+    A draw of seeds, with replacement, serves all terms. A seed brings its own episodes, so that both are drawn at once;
+    `crossed`: all seeds played the same episodes, which are then drawn beside the seeds. A single seed leaves the
+    episodes alone. The standard error is enlarged by sqrt(n / (n - 1)), which the bootstrap of n lacks; n - 1 are the
+    degrees of freedom.
+    """
+    seeds, episodes = terms[0].ours.shape
+    rows, drawn_episodes = draws(seeds, episodes)
+    even = np.full((1, episodes), 1 / episodes)
+    weights = drawn_episodes if crossed or seeds == 1 else even
+    value = sum(term.weight * float(term.by_seed(even).mean()) for term in terms)
+    numbers = sum(term.weight * term.by_seed(weights) for term in terms)
+    drawn = np.take_along_axis(np.broadcast_to(np.asarray(numbers), rows.shape), rows, axis=1).mean(axis=1)
+    count = seeds if seeds > 1 else episodes
+    if count < 2 or not np.isfinite(drawn).all() or not np.isfinite(value):
+        return Estimate(value, float("nan"), 0)
+    return Estimate(value, float(drawn.std(ddof=1)) * (count / (count - 1)) ** 0.5, count - 1)
+
+
+@lru_cache(maxsize=16)
+def draws(seeds: int, episodes: int) -> tuple[np.ndarray, Float64]:
+    """The seeds drawn [DRAWS, seeds], and the weights of the episodes [DRAWS, episodes]."""
+    rng = np.random.default_rng([DRAW_SEED, seeds, episodes])
+    rows = rng.integers(0, seeds, (DRAWS, seeds))
+    counts = np.stack([np.bincount(rng.integers(0, episodes, episodes), minlength=episodes) for _ in range(DRAWS)])
+    return rows, counts / episodes
+
+
+def of_differences(differences: Sequence[float]) -> Estimate:
+    """The mean of paired differences, one a seed, as the paired t test has it."""
+    count = len(differences)
+    deviation = float(np.std(differences, ddof=1)) if count > 1 else 0.0
+    return Estimate(float(np.mean(differences)), deviation / count**0.5, count - 1)
+
+
+def holm(p_values: Sequence[float]) -> list[float]:
+    """Holm's adjusted p-values (1979), in the order given."""
+    order = np.argsort(p_values, kind="stable")
+    adjusted, least = np.zeros(len(order)), 0.0
+    for rank, place in enumerate(order):
+        least = max(least, min(1.0, (len(order) - rank) * p_values[place]))
+        adjusted[place] = least
+    return adjusted.tolist()

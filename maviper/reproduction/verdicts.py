@@ -1,0 +1,301 @@
+"""Verdicts on the paper's claims: AGREES, DIFFERS, NOT DECIDED with the effect that could be seen, NOT COMPARABLE.
+
+Does: makes the comparisons of each claim, corrects them within their family, and says what follows for the claim.
+Assumes: the register was written before the cells were played. Experts are judged apart, never pooled.
+Does not: choose which comparisons there are, or show verdicts.
+"""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+from typing import Any
+
+from maviper.reproduction import register
+from maviper.reproduction.recipes import Book, Finder, Number, Part, Place, less, times
+from maviper.reproduction.register import Claim, Register
+from maviper.reproduction.results import CROSSPLAY, EXTRACTION
+from maviper.reproduction.results import EXPLOITABILITY as EXPLOITING
+from maviper.reproduction.statistics import holm
+from maviper.worlds import find
+from maviper.worlds.world import RETURN
+
+AGREES, DIFFERS, NOT_DECIDED, NOT_COMPARABLE = "AGREES", "DIFFERS", "NOT DECIDED", "NOT COMPARABLE"
+WORDS = (AGREES, DIFFERS, NOT_DECIDED, NOT_COMPARABLE)
+BETTER, WORSE, ALIKE, ABOVE, BELOW, OPEN = "better", "worse", "equal", "above", "below", "not decided"
+SUPPORTS = {
+    register.GREATER: (BETTER,),
+    register.EQUAL: (ALIKE,),
+    register.ABOVE: (ABOVE,),
+    register.SOME_ABOVE: (ABOVE,),
+    register.BELOW: (BELOW,),
+}
+KIND_OF = {register.EXPLOITABILITY: EXPLOITING, register.ROBUSTNESS: CROSSPLAY}
+KIND_OF |= {register.EACH: CROSSPLAY, register.SHARE_EACH: CROSSPLAY}
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """One number of a claim: a difference, better when positive, or a value with a bound. `number` None: not run."""
+
+    claim: Claim
+    label: str
+    number: Number | None
+    p: Mapping[str, float]  # what is tested -> p-value
+    adjusted: Mapping[str, float]  # the same, by Holm in the claim's family
+    word: str = OPEN
+    visible: float = math.inf  # the smallest effect that could have been seen
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What is known of a claim with one expert."""
+
+    claim: Claim
+    expert: str
+    word: str
+    reason: str
+    comparisons: tuple[Comparison, ...]
+    notes: tuple[str, ...] = ()  # what a reader must know beside it, such as a weak expert
+
+    @property
+    def run(self) -> tuple[Comparison, ...]:
+        """The comparisons whose cells are there."""
+        return tuple(each for each in self.comparisons if each.number is not None)
+
+    @property
+    def visible(self) -> float:
+        """The smallest effect that could have been seen in all that is not decided."""
+        return max((each.visible for each in self.run if each.word == OPEN), default=math.inf)
+
+
+def judged(book: Book, known: Register, expert: str) -> list[Verdict]:
+    """The verdicts on all claims, with an expert of that label."""
+    found = {claim.id: list(_comparisons(book, claim, expert)) for claim in known.claims}
+    for family in known.families:
+        claims = [claim.id for claim in known.claims if claim.family == family]
+        members = iter(_decided([each for claim in claims for each in found[claim]], known))
+        found |= {claim: [next(members) for _ in found[claim]] for claim in claims}
+    return [_verdict(book, known, claim, expert, found[claim.id]) for claim in known.claims]
+
+
+# --- comparisons
+
+
+def _comparisons(book: Book, claim: Claim, expert: str) -> Iterator[Comparison]:
+    """Everything that a claim says, one by one, also where cells are missing."""
+    finder = book.finder
+    for place, first, second in product(_places(claim, expert), claim.first, claim.second or [""]):
+        versus = f"{first} less {second}" if second else first
+        label = f"{versus}, {' '.join([place.measure or place.game, *claim.wanted('lineup')])}, depth {place.depth}"
+        try:
+            numbers = _numbers(finder, claim, place, first, second)
+        except KeyError:
+            numbers = {"": []}
+        for opponent, parts in numbers.items():
+            told = f"{label}, against {opponent}" if opponent else label
+            yield _comparison(book, claim, told, f"claim/{claim.id}/{expert}/{told}", parts)
+
+
+def _comparison(book: Book, claim: Claim, label: str, name: str, parts: Sequence[Part]) -> Comparison:
+    try:
+        number = book.number(name, parts) if parts else None
+    except KeyError:
+        number = None
+    if number is None or claim.test == register.NUMBER:
+        return Comparison(claim, label, number, {}, {})
+    found = number.estimate
+    if claim.test in register.COMPARING:
+        return Comparison(claim, label, number, {"differs": found.p_differs()}, {})
+    bound = claim.bound or 0.0
+    return Comparison(claim, label, number, {"above": found.p_above(bound), "below": found.p_below(bound)}, {})
+
+
+def _places(claim: Claim, expert: str) -> Iterator[Place]:
+    """The cells that a claim is about, up to algorithm and seed."""
+    measures = claim.wanted("measure") or [""]
+    presets, leaves = claim.wanted("preset") or ["paper"], claim.wanted("leaves") or [0]
+    for game, measure in product(claim.wanted("game"), measures):
+        world = find(game)
+        labels = {each.label for each in world.measures} | {f"{team} {RETURN}" for team in world.teams}
+        if measure and measure not in labels:
+            continue
+        for depth, preset, budget in product(claim.wanted("depth") or [4], presets, leaves):
+            yield Place(game, expert, preset, depth, measure, budget, *claim.wanted("splits")[:1])
+
+
+def _numbers(finder: Finder, claim: Claim, place: Place, first: str, second: str) -> dict[str, list[Part]]:
+    """Opponent, or "", -> the parts of the number. KeyError where there are no cells."""
+    kind = KIND_OF.get(claim.statistic, EXTRACTION)
+    seeds = finder.seeds(place, [each for each in (first, second) if each], kind)
+
+    def of(algorithm: str, opponents: Sequence[str]) -> list[Part]:
+        return _statistic(finder, claim, place, algorithm, seeds, opponents)
+
+    opponents = finder.opponents(place, seeds) if kind == CROSSPLAY else []
+    apart = claim.statistic == register.EACH or (kind == CROSSPLAY and claim.test in register.BOUNDED)
+    groups = {each: [each] for each in opponents} if apart else {"": opponents}
+    return {
+        name: less(of(first, group), of(second, group)) if second else of(first, group)
+        for name, group in groups.items()
+    }
+
+
+def _statistic(
+    finder: Finder, claim: Claim, place: Place, algorithm: str, seeds: Sequence[int], opponents: Sequence[str]
+) -> list[Part]:
+    """The parts of a claim's number for one algorithm; greater is better where it is compared."""
+    if claim.statistic in (register.ROBUSTNESS, register.EACH):
+        return finder.robustness(place, algorithm, opponents, seeds)
+    if claim.statistic == register.SHARE_EACH:
+        return finder.against(place, algorithm, opponents, seeds)
+    if claim.statistic in (register.APART, register.TO_THE_GOAL):
+        return finder.attention(place, algorithm, claim.statistic, seeds)
+    if claim.statistic == register.EXPLOITABILITY:
+        gained = finder.exploitability(place, algorithm, claim.wanted("lineup")[0], seeds)
+        return times(-1.0, gained) if claim.test in register.COMPARING else gained
+    return finder.performance(place, algorithm, claim.statistic, seeds)
+
+
+# --- decisions
+
+
+def _decided(family: Sequence[Comparison], known: Register) -> list[Comparison]:
+    """The comparisons of a family, each with its adjusted p-values, its word and the effect that could be seen."""
+    tested = [replace(each, p=_tests(each, known.margin)) for each in family]
+    adjusted: list[dict[str, float]] = [{} for _ in tested]
+    sizes: dict[str, int] = {}
+    for test in sorted({name for each in tested for name in each.p}):
+        places = [place for place, each in enumerate(tested) if test in each.p]
+        for place, value in zip(places, holm([tested[place].p[test] for place in places]), strict=True):
+            adjusted[place][test] = value
+        sizes[test] = len(places)
+    found = []
+    for each, values in zip(tested, adjusted, strict=True):
+        if each.number is None or not values:
+            found.append(each)
+            continue
+        most = max(sizes[test] for test in values)
+        visible = each.number.estimate.detectable(known.alpha / most, known.power)
+        found.append(replace(each, adjusted=values, word=_word(each, values, known), visible=visible))
+    return found
+
+
+def _tests(comparison: Comparison, margin: float) -> dict[str, float]:
+    if comparison.number is None or "differs" not in comparison.p:
+        return dict(comparison.p)
+    return {**comparison.p, "equal": comparison.number.estimate.p_equal(margin)}
+
+
+def _word(comparison: Comparison, adjusted: Mapping[str, float], known: Register) -> str:
+    """What a comparison shows; too few seeds show nothing."""
+    assert comparison.number is not None
+    if comparison.number.seeds < known.least_seeds:
+        return OPEN
+    if adjusted.get("equal", 1.0) <= known.alpha:
+        return ALIKE
+    if adjusted.get("differs", 1.0) <= known.alpha:
+        return BETTER if comparison.number.value > 0 else WORSE
+    return next((word for word in (ABOVE, BELOW) if adjusted.get(word, 1.0) <= known.alpha), OPEN)
+
+
+def _verdict(book: Book, known: Register, claim: Claim, expert: str, found: Sequence[Comparison]) -> Verdict:
+    verdict = Verdict(claim, expert, NOT_DECIDED, "", tuple(found))
+    word = NOT_COMPARABLE if claim.test == register.NUMBER else _of_claim(claim, [each.word for each in found])
+    return replace(verdict, word=word, reason=_reason(verdict, word, known), notes=tuple(_weak(book, known, verdict)))
+
+
+def _of_claim(claim: Claim, words: Sequence[str]) -> str:
+    supports = [word in SUPPORTS[claim.test] for word in words]
+    against = [word != OPEN and not yes for word, yes in zip(words, supports, strict=True)]
+    if claim.test == register.SOME_ABOVE:
+        supports, against = [any(supports)], [all(against)]
+    if any(against):
+        return DIFFERS
+    return AGREES if supports and all(supports) else NOT_DECIDED
+
+
+def _reason(verdict: Verdict, word: str, known: Register) -> str:
+    """What stands beside the word; for AGREES nothing needs to."""
+    claim, run, lacking = verdict.claim, verdict.run, len(verdict.comparisons) - len(verdict.run)
+    if word == NOT_COMPARABLE:
+        return claim.reason
+    if not run:
+        return f"not run: {option(claim)}"
+    if word == AGREES:
+        return ""
+    if word == DIFFERS:
+        against = [each for each in run if each.word not in (OPEN, *SUPPORTS[claim.test])]
+        return f"{len(against)} of {len(run)} comparisons are against it, {against[0].label}: {against[0].word}"
+    told = [f"{lacking} of {len(verdict.comparisons)} comparisons not run: {option(claim)}"] if lacking else []
+    least = min(each.number.seeds for each in run if each.number is not None)
+    if least < known.least_seeds:
+        return "; ".join([*told, f"{least} of at least {known.least_seeds} seeds"])
+    if any(each.word == OPEN for each in run):
+        told.append(f"an effect of {verdict.visible:.3g} could have been seen{_final(verdict, known)}")
+    return "; ".join(told)
+
+
+def _final(verdict: Verdict, known: Register) -> str:
+    """For a main claim, whether that is the last word."""
+    paper = verdict.claim.published
+    if not verdict.claim.main or paper is None or paper.effect is None:
+        return ""
+    enough = verdict.visible <= known.final_effect * paper.effect
+    return f", {'at most' if enough else 'more than'} half of the paper's {paper.effect:g}: {_FINAL[enough]}"
+
+
+_FINAL = {True: "final", False: "not final, more seeds are needed"}
+
+
+def option(claim: Claim) -> str:
+    """The command that plays the cells of a claim."""
+    games, depths = claim.wanted("game"), [str(depth) for depth in claim.wanted("depth")]
+    return f"maviper reproduce -o FOLDER --games {','.join(games)} --depths {','.join(depths)}"
+
+
+def _weak(book: Book, known: Register, verdict: Verdict) -> Iterator[str]:
+    """The expert, where it is far below the paper's in a measure of the claim."""
+    for place in _places(verdict.claim, verdict.expert):
+        paper = known.experts.get(place.measure)
+        if paper is None or not verdict.run:
+            continue
+        number = expert_number(book, place)
+        worth = number.value / paper.value if book.results.higher[place.measure] else paper.value / number.value
+        if worth < known.weak_expert:
+            yield f"weak expert: {place.measure} {number.value:.3g}, the paper's {paper.value:g}"
+        return
+
+
+def expert_number(book: Book, place: Place) -> Number:
+    """What the expert reaches against itself, in all episodes that it played. KeyError where it was not played."""
+    finder = book.finder
+    return book.number(f"expert/{place.game}/{place.expert}/{place.measure}", [Part(1.0, finder.experts(place, [0]))])
+
+
+# --- files
+
+
+def document(verdicts: Sequence[Verdict], known: Register) -> dict[str, Any]:
+    """All verdicts as plain data, as in claims.json."""
+    rules = {name: getattr(known, name) for name in ("alpha", "margin", "power", "least_seeds")}
+    return {"register": known.sha256, **rules, "claims": [_plain(verdict) for verdict in verdicts]}
+
+
+def _plain(verdict: Verdict) -> dict[str, Any]:
+    claim = verdict.claim
+    names = ("id", "place", "says", "family", "statistic", "test", "main", "bound")
+    paper = {} if claim.published is None else {"number": claim.published.number, "place": claim.published.place}
+    told = {name: getattr(claim, name) for name in names} | {"published": paper, "expert": verdict.expert}
+    said = {"verdict": verdict.word, "reason": verdict.reason, "notes": list(verdict.notes)}
+    return {**told, **said, "comparisons": [_plain_comparison(each) for each in verdict.comparisons]}
+
+
+def _plain_comparison(comparison: Comparison) -> dict[str, Any]:
+    found: dict[str, Any] = {"label": comparison.label, "word": comparison.word, "number": None}
+    if comparison.number is None:
+        return found | {"word": "not run"}
+    number = {name: value for name, value in comparison.number.document.items() if name != "parts"}
+    visible = comparison.visible if math.isfinite(comparison.visible) else None
+    tests = {"p": dict(comparison.p), "adjusted": dict(comparison.adjusted), "visible": visible}
+    return found | {"number": comparison.number.id, **number, **tests}

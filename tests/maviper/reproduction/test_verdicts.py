@@ -1,0 +1,116 @@
+"""Verdicts on tables with known effects: an order is found, equality is found, and noise decides nothing."""
+
+import pytest
+
+from maviper.reproduction import register, results, verdicts
+from maviper.reproduction.recipes import Book
+from maviper.reproduction.verdicts import AGREES, DIFFERS, NOT_COMPARABLE, NOT_DECIDED
+from tests.maviper.reproduction import tables
+from tests.maviper.reproduction.tables import ABLATIONS, DECEPTION, FOUR, ORDERED
+
+SAME = dict.fromkeys((*FOUR, *ABLATIONS), 0.8)
+TURNED = dict(zip(ORDERED, reversed(ORDERED.values()), strict=True))
+
+
+def judge(folder, expert="mappo"):
+    found = verdicts.judged(Book(results.read(folder)), register.read(), expert)
+    return {verdict.claim.id: verdict for verdict in found}
+
+
+@pytest.fixture(scope="module")
+def ordered(tmp_path_factory):
+    return judge(tables.whole(tmp_path_factory.mktemp("ordered")))
+
+
+def test_a_true_order_is_found(ordered):
+    """MAVIPER .85, IVIPER .6, imitation .4 and fitted Q .05 of the expert in every game."""
+    words = {name: verdict.word for name, verdict in ordered.items()}
+    orders = {name for name, verdict in ordered.items() if verdict.claim.test == register.GREATER}
+    not_so = {"reward-individual-imitation", "exploitability-adversary"}
+    assert {name for name in orders if words[name] == AGREES} == orders - not_so
+    assert {words[name] for name in not_so} == {DIFFERS}
+    assert len([word for word in words.values() if word in (AGREES, DIFFERS)]) >= 30
+
+
+def test_claims_of_equality_differ_where_there_is_an_order(ordered):
+    equal = [verdict for verdict in ordered.values() if verdict.claim.test == register.EQUAL]
+    assert len(equal) >= 6 and {verdict.word for verdict in equal} == {DIFFERS}
+    assert "better" in ordered["joint-navigation-imitation"].reason
+
+
+def test_bounds(ordered):
+    assert ordered["individual-floor-maviper"].word == AGREES  # .925 of the expert alone
+    assert ordered["individual-floor-iviper"].word == AGREES  # .8
+    assert ordered["individual-heights"].word == AGREES
+    assert ordered["robust-adversary-guesses"].word == DIFFERS  # MAVIPER's adversaries reach .765
+    assert "10 of 20 comparisons are against it, maviper" in ordered["robust-adversary-guesses"].reason
+
+
+def test_attention(ordered):
+    assert ordered["features-apart"].word == AGREES and ordered["features-goal"].word == AGREES
+    assert ordered["features-apart"].run[0].number.value == 1
+
+
+def test_equality_is_a_finding(tmp_path):
+    found = judge(tables.whole(tmp_path, (DECEPTION,), strength=SAME, noise=0.005))
+    assert found["individual-adversary"].word == found["robust-adversary"].word == AGREES
+    assert found["joint-defenders"].word == found["ablation-joint"].word == DIFFERS
+    assert "equal" in found["joint-defenders"].reason
+
+
+def test_what_noise_hides_is_not_decided_and_the_visible_effect_is_said(tmp_path):
+    found = judge(tables.whole(tmp_path, (DECEPTION,), strength=SAME, noise=0.3))
+    verdict = found["joint-defenders"]
+    assert verdict.word == NOT_DECIDED and "could have been seen" in verdict.reason
+    assert 0.02 < verdict.visible < 2
+    assert ("final" in verdict.reason) and ("not final" in verdict.reason) == (verdict.visible > 0.488 / 2)
+
+
+def test_the_opposite_order_differs(tmp_path):
+    found = judge(tables.whole(tmp_path, (DECEPTION,), strength=TURNED))
+    assert found["joint-defenders"].word == found["robust-defenders"].word == DIFFERS
+    assert "worse" in found["joint-defenders"].reason
+
+
+def test_few_seeds_decide_nothing(tmp_path):
+    found = judge(tables.whole(tmp_path, (DECEPTION,), seeds=1))
+    decided = {name for name, verdict in found.items() if verdict.word not in (NOT_DECIDED, NOT_COMPARABLE)}
+    assert not decided and "1 of at least 5 seeds" in found["joint-defenders"].reason
+
+
+def test_seeds_that_share_their_episodes_are_judged_too(tmp_path):
+    assert judge(tables.whole(tmp_path, (DECEPTION,), shared=True))["joint-defenders"].word == AGREES
+
+
+def test_a_claim_whose_cells_are_missing_names_the_command(tmp_path):
+    found = judge(tables.whole(tmp_path, (DECEPTION,), depths=(4,)))
+    assert found["joint-navigation"].reason == (
+        "not run: maviper reproduce -o FOLDER --games cooperative-navigation --depths 2,4,6"
+    )
+    joint = found["joint-defenders"]
+    assert joint.word == NOT_DECIDED and joint.reason.startswith("6 of 9 comparisons not run: maviper reproduce")
+    assert found["robust-defenders"].word == AGREES
+
+
+def test_absolute_numbers_are_not_compared(ordered):
+    found = [verdict for verdict in ordered.values() if verdict.word == NOT_COMPARABLE]
+    assert {verdict.claim.test for verdict in found} == {register.NUMBER}
+    assert all(verdict.reason and verdict.run for verdict in found)
+
+
+def test_a_weak_expert_is_said_beside_the_verdict(tmp_path):
+    folder = tables.whole(tmp_path, (DECEPTION,), depths=(4,))
+    assert not judge(folder)["joint-defenders"].notes
+    for path in (folder / "episodes").glob("*.csv"):
+        lines = path.read_text().splitlines()
+        weak = [f"{head},{float(value) / 2!r}" for head, _, value in (line.rpartition(",") for line in lines[1:])]
+        path.write_text("\n".join([lines[0], *weak]) + "\n")
+    (note,) = judge(folder)["joint-defenders"].notes
+    assert note.startswith("weak expert: defenders success r=0.316 0.45") and note.endswith("the paper's 0.9")
+
+
+def test_experts_are_judged_apart(tmp_path):
+    folder = tables.whole(tmp_path, (DECEPTION,), depths=(4,), experts=("mappo", "maddpg"))
+    one, other = judge(folder), judge(folder, "maddpg")
+    first, second = (each["robust-defenders"].run[0].number for each in (one, other))
+    assert first.seeds == second.seeds == 6 and first.value != second.value
