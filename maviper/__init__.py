@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
     from codegen.ir import PolicyProfile
     from maviper.compilation.compile import Compiled
+    from maviper.evaluation.exploitability import Exploitability
     from maviper.evaluation.run import Evaluation
     from maviper.verification.certificates import Checked
     from maviper.verification.counterexamples import Replayed
@@ -34,6 +35,7 @@ __all__ = [
     "check",
     "compile",
     "evaluate",
+    "exploit",
     "extract",
     "from_onnx",
     "from_sklearn",
@@ -199,6 +201,30 @@ def evaluate(
 
     mixed = tuple(f"{name}={other}" for name, other in (replaced or {}).items())
     return evaluated(request(str(subject), EvaluateOptions(mixed, tuple(against), expert, world, team, episodes)))
+
+
+def exploit(
+    subject: str | Path,
+    team: str,
+    *,
+    against: Iterable[str] = (),
+    expert: str | None = None,
+    networks: Path | None = None,
+    steps: int = 1_024_000,
+    refinement_episodes: int = 100_000,
+    world: str | None = None,
+    episodes: int = 1_000,
+    seed: int = 0,
+) -> Exploitability:
+    """A lower bound on what the opponents of `team` gain by answering its policies; options as of `maviper exploit`.
+
+    InputError for what cannot be used, MissingToolError where `networks` names a folder and torch is missing.
+    """
+    from maviper.console import Console
+    from maviper.extraction.exploiting import ExploitOptions, exploited
+
+    asked = ExploitOptions(tuple(against), expert, world, networks, steps, refinement_episodes, episodes, seed)
+    return exploited(str(subject), team, asked, Console(quiet=True))
 
 
 def compile(
