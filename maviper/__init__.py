@@ -147,6 +147,7 @@ def extract(
     weights: str | None = None,
     least_right: str | None = None,
     selection_by: str | None = None,
+    max_leaves: int | None = None,
     explore: float = 0.0,
     critic: str = "learned",
     world: str | None = None,
@@ -164,8 +165,8 @@ def extract(
     instead of the other counts. `measure`: what teams are judged by. `rollouts_by` (agent, team, all, experts),
     `weights` (own, averaged, equal), `least_right` (N, N-1, a number or a share of a team of N) and `selection_by`
     (agent, team, all): as the algorithm's name says, unless given. `explore`: fitted-q's share of uniform actions.
-    `counterexamples`: files of `maviper verify -o`, or their folder, to learn from. InputError for a name or number
-    that cannot be used.
+    `max_leaves`: rgmdt's. `counterexamples`: files of `maviper verify -o`, or their folder, to learn from. InputError
+    for a name or number that cannot be used.
     """
     from pathlib import Path
 
@@ -176,7 +177,9 @@ def extract(
     trees = (algorithm, preset, max_depth, agent, splits, features)
     episodes = (max_episodes, iterations, rollouts, patience, selection, selection_episodes, refinement_episodes)
     parts = (rollouts_by, weights, least_right, selection_by)
-    asked = ExtractOptions(*trees, *episodes, measure, *parts, explore, critic, world, paths, seed, seeds, jobs, resume)
+    asked = ExtractOptions(
+        *trees, *episodes, measure, *parts, max_leaves, explore, critic, world, paths, seed, seeds, jobs, resume
+    )
     return extracted(str(expert), None if output is None else Path(output), asked, Console(quiet=True))
 
 
