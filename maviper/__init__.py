@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
     from codegen.ir import PolicyProfile
     from maviper.compilation.compile import Compiled
+    from maviper.evaluation.exploitability import Exploitability
     from maviper.evaluation.run import Evaluation
     from maviper.reproduction.run import Reproduced
     from maviper.verification.certificates import Checked
@@ -35,6 +36,7 @@ __all__ = [
     "check",
     "compile",
     "evaluate",
+    "exploit",
     "extract",
     "from_onnx",
     "from_sklearn",
@@ -149,6 +151,7 @@ def extract(
     weights: str | None = None,
     least_right: str | None = None,
     selection_by: str | None = None,
+    max_leaves: int | None = None,
     explore: float = 0.0,
     critic: str = "learned",
     world: str | None = None,
@@ -166,8 +169,8 @@ def extract(
     instead of the other counts. `measure`: what teams are judged by. `rollouts_by` (agent, team, all, experts),
     `weights` (own, averaged, equal), `least_right` (N, N-1, a number or a share of a team of N) and `selection_by`
     (agent, team, all): as the algorithm's name says, unless given. `explore`: fitted-q's share of uniform actions.
-    `counterexamples`: files of `maviper verify -o`, or their folder, to learn from. InputError for a name or number
-    that cannot be used.
+    `max_leaves`: rgmdt's. `counterexamples`: files of `maviper verify -o`, or their folder, to learn from. InputError
+    for a name or number that cannot be used.
     """
     from pathlib import Path
 
@@ -178,7 +181,9 @@ def extract(
     trees = (algorithm, preset, max_depth, agent, splits, features)
     episodes = (max_episodes, iterations, rollouts, patience, selection, selection_episodes, refinement_episodes)
     parts = (rollouts_by, weights, least_right, selection_by)
-    asked = ExtractOptions(*trees, *episodes, measure, *parts, explore, critic, world, paths, seed, seeds, jobs, resume)
+    asked = ExtractOptions(
+        *trees, *episodes, measure, *parts, max_leaves, explore, critic, world, paths, seed, seeds, jobs, resume
+    )
     return extracted(str(expert), None if output is None else Path(output), asked, Console(quiet=True))
 
 
@@ -203,6 +208,30 @@ def evaluate(
 
     mixed = tuple(f"{name}={other}" for name, other in (replaced or {}).items())
     return evaluated(request(str(subject), EvaluateOptions(mixed, tuple(against), expert, world, team, episodes)))
+
+
+def exploit(
+    subject: str | Path,
+    team: str,
+    *,
+    against: Iterable[str] = (),
+    expert: str | None = None,
+    networks: Path | None = None,
+    steps: int = 1_024_000,
+    refinement_episodes: int = 100_000,
+    world: str | None = None,
+    episodes: int = 1_000,
+    seed: int = 0,
+) -> Exploitability:
+    """A lower bound on what the opponents of `team` gain by answering its policies; options as of `maviper exploit`.
+
+    InputError for what cannot be used, MissingToolError where `networks` names a folder and torch is missing.
+    """
+    from maviper.console import Console
+    from maviper.extraction.exploiting import ExploitOptions, exploited
+
+    asked = ExploitOptions(tuple(against), expert, world, networks, steps, refinement_episodes, episodes, seed)
+    return exploited(str(subject), team, asked, Console(quiet=True))
 
 
 def compile(

@@ -15,7 +15,7 @@ from maviper.cli.group import Verb
 from maviper.cli.options import PATH, console_of, option, output
 
 # named here again, so that --help imports nothing; a test compares them with the ones that there are
-ALGORITHMS = "maviper, maviper-no-prediction, maviper-iviper-resampling, iviper, viper, imitation, fitted-q"
+ALGORITHMS = "maviper, maviper-no-prediction, maviper-iviper-resampling, iviper, viper, imitation, fitted-q, rgmdt"
 FEATURES = "velocity, goal, differences, signs, ahead, coasting (several with +)"
 WHAT, EPISODES, LEARNS, HOW = "What is extracted", "Episodes", "What it learns from", "How it runs"
 PARTS = "What the algorithm's name sets"
@@ -35,7 +35,7 @@ RENAMED = {"--budget": "--max-episodes", "--refinement": "--refinement-episodes"
     show_default=True,
     metavar="NAME",
     section=WHAT,
-    help=f"One of {ALGORITHMS}.",
+    help=f"One of {ALGORITHMS} (after the description).",
 )
 @option(
     "--preset",
@@ -46,6 +46,7 @@ RENAMED = {"--budget": "--max-episodes", "--refinement": "--refinement-episodes"
     help="default; paper: exactly as published; released: as in the authors' code.",
 )
 @option("--max-depth", default=4, show_default=True, section=WHAT, help="Splits on the longest path.")
+@option("--max-leaves", type=int, default=None, section=WHAT, help="rgmdt: leaves of each tree, 2 or more.")
 @option("--agent", default=None, metavar="NAME", section=WHAT, help="The agent to extract, for viper.")
 @option("--splits", default=None, metavar="NAME", section=WHAT, help="exact or histogram (default: the preset's).")
 @option(

@@ -12,6 +12,7 @@ from maviper.cli.check import check
 from maviper.cli.compile import compile_verb
 from maviper.cli.demo import demo
 from maviper.cli.evaluate import evaluate
+from maviper.cli.exploit import exploit
 from maviper.cli.extract import extract
 from maviper.cli.group import Verbs
 from maviper.cli.guide import guide
@@ -28,7 +29,8 @@ from maviper.cli.worlds import worlds
 CHAPTERS = {
     "Start here": (demo, guide),
     "Worlds and experts": (worlds, train),
-    "Extract": (extract, evaluate, show, play, reproduce),
+    "Extract": (extract, show, play),
+    "Measure": (evaluate, exploit, reproduce),
     "Compile": (compile_verb, schema),
     "Verify": (verify, properties, check, replay, repair),
 }

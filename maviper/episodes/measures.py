@@ -18,12 +18,13 @@ from maviper.episodes.play import Controller, Episodes, rollout
 from maviper.worlds import Measure, World
 from maviper.worlds.world import RETURN
 
-# Episode seeds. The first three have fixed lengths; extraction seeds shift the others by 100,000
+# Episode seeds. Those below a billion have fixed lengths; extraction seeds shift the others by 100,000
 # each, up to 2**32 of them, so those lie far apart. No purpose meets another's episodes.
 CHECKPOINT_SEEDS = 1_000_000
 FINALIST_SEEDS = 2_000_000
 MEASUREMENT_SEEDS = 3_000_000
 ON_POLICY_SEEDS = 4_000_000
+RESPONSE_SEEDS = 5_000_000
 ROLLOUT_SEEDS = 1_000_000_000_000_000
 SELECTION_SEEDS = 2_000_000_000_000_000
 REFINEMENT_SEEDS = 3_000_000_000_000_000
@@ -74,6 +75,11 @@ def quotient(measure: Measure, ours: Number, theirs: Number, size: Number | None
     if measure.lower_is_better:
         return theirs / ours
     return 1 + (ours - theirs) / (abs(theirs) if size is None else size)
+
+
+def score(measure: Measure, values: Float64) -> Float64:
+    """A measure's values with the sign that makes higher better."""
+    return -values if measure.lower_is_better else values
 
 
 def values(world: World, controllers: Sequence[Controller], seeds: Sequence[int]) -> dict[Measure, Float64]:

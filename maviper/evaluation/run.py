@@ -75,8 +75,7 @@ def evaluate(
     """
     world, subject, opponents = contest.world, contest.subject, contest.opponents
     expert, trees = contest.expert, contest.trees
-    if not 1 <= episodes <= MAX_EPISODES:
-        raise InputError(f"the number of episodes must be from 1 to {MAX_EPISODES}, not {episodes}", "--episodes")
+    ensure_episodes(episodes)
     for team in teams:
         if team not in world.teams:
             raise UnknownNameError("team", team, world.teams, "--team")
@@ -99,6 +98,12 @@ def evaluate(
     against = {name: tuple(row for each in found for row in standings(stage, each)) for name, found in casts.items()}
     facts = tree_facts(placed, seen[key(own)], seen[key(experts)] if experts else None) if placed else {}
     return Evaluation(world.name, episodes, against, facts)
+
+
+def ensure_episodes(episodes: int) -> None:
+    """InputError for a number of held-out episodes out of range."""
+    if not 1 <= episodes <= MAX_EPISODES:
+        raise InputError(f"the number of episodes must be from 1 to {MAX_EPISODES}, not {episodes}", "--episodes")
 
 
 def _wanted(expert: Controller, episodes: Episodes) -> Int:

@@ -18,6 +18,7 @@ from maviper.experts.judging import Judged
 from maviper.experts.recipes import DEFAULT, Request, schedule
 from maviper.worlds import Measure, World
 
+BEGINS_WITH = "begins_with"  # the hash of the expert whose actors a training starts from
 PACKAGES = ("maviper", "mpe2", "numpy", "torch")
 
 
@@ -29,7 +30,8 @@ def config(world: World, request: Request, chosen: Any, rule: str) -> dict[str, 
     for name, value in sorted(request.overrides.items()):
         command.append(f"--{name} {value}" if name in ("seed", "steps") else f"--set {name}={value}")
     command += [f"--against {name}" for name in request.against]
-    return {
+    begun = {} if request.begin is None else {BEGINS_WITH: request.begin.hash}
+    return begun | {
         "world": world.name,
         "reference": world.spec.reference,
         "algorithm": request.algorithm,

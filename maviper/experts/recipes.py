@@ -10,6 +10,7 @@ from dataclasses import asdict, dataclass, field, fields, replace
 from typing import Any
 
 from codegen.errors import InputError, UnknownNameError
+from maviper.experts.network import NetworkExpert
 from maviper.worlds import World
 
 DEFAULT, CLONE, PAPER = "default", "clone", "paper"
@@ -71,6 +72,8 @@ class Request:
     overrides: Mapping[str, Any] = field(default_factory=dict)
     device: str = "cpu"
     against: tuple[str, ...] = ()  # experts that the learner meets
+    begin: NetworkExpert | None = None  # whose actors the training starts from; None: random ones
+    critic: bool = True  # whether actors that learned without a critic get one in the end
 
     def checked(self) -> "Request":
         """The request with its algorithm; UnknownNameError for a recipe or algorithm that there is not."""

@@ -13,8 +13,8 @@ from codegen.errors import InputError, UnknownNameError
 from codegen.ir import GrownTree
 from maviper.episodes.trees import agent_policies
 from maviper.experts.expert import Expert
-from maviper.extraction import dagger, fitted_q
-from maviper.extraction.bundles import AGENT, FITTED_Q, IMITATION, IVIPER, TEAM, VIPER, grouped
+from maviper.extraction import dagger, fitted_q, rgmdt
+from maviper.extraction.bundles import AGENT, FITTED_Q, IMITATION, IVIPER, RGMDT, TEAM, VIPER, grouped
 from maviper.extraction.examples import NO_EXAMPLES, Examples
 from maviper.extraction.extraction import QUIETLY, Extraction, Running, unseen
 from maviper.extraction.journal import NOTHING_KEPT, Journal
@@ -64,8 +64,9 @@ def _agent(world: World, settings: Settings) -> int:
 def check(world: World, settings: Settings, examples: Examples) -> None:
     """InputError where the algorithm cannot learn from examples, or the preset's weight is beyond computing."""
     released.check(world, settings)
-    if len(examples) and settings.algorithm == FITTED_Q:
-        what = "fitted-q learns from rewards, not from labelled states"
+    learns = {FITTED_Q: "rewards", RGMDT: "the expert's Q"}.get(settings.algorithm)
+    if len(examples) and learns:
+        what = f"{settings.algorithm} learns from {learns}, not from labelled states"
         raise InputError(what, "--counterexamples", "choose another --algorithm, or leave them out")
 
 
@@ -107,6 +108,8 @@ def _rounds(settings: Settings) -> Callable[[Extraction, list[int], Selection], 
     """What makes the iterates."""
     if settings.algorithm == FITTED_Q:
         return fitted_q.fitted_q
+    if settings.algorithm == RGMDT:
+        return rgmdt.rgmdt
     if settings.preset != RELEASED:
         return dagger.dagger
     return {IMITATION: released.imitation, IVIPER: released.viper, VIPER: released.viper}.get(

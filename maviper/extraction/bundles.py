@@ -12,6 +12,9 @@ from maviper.worlds import World
 MAVIPER, IVIPER, VIPER, IMITATION, FITTED_Q = "maviper", "iviper", "viper", "imitation", "fitted-q"
 NO_PREDICTION, IVIPER_RESAMPLING = "maviper-no-prediction", "maviper-iviper-resampling"
 ALGORITHMS = (MAVIPER, IVIPER, VIPER, IMITATION, FITTED_Q, NO_PREDICTION, IVIPER_RESAMPLING)
+RGMDT = "rgmdt"  # not of the paper; what is known of it is its description
+KNOWN = (*ALGORITHMS, RGMDT)
+DESCRIBED = {RGMDT: "after the description in arXiv 2410.16517"}
 JOINT = (MAVIPER, NO_PREDICTION, IVIPER_RESAMPLING)  # the trees of all agents come from the same episodes
 
 AGENT, TEAM, ALL = "agent", "team", "all"  # who plays, or is chosen, together
@@ -34,6 +37,7 @@ BUNDLES: dict[str, dict[str, str]] = {
     VIPER: _ALONE,
     IMITATION: _EXPERTS,
     FITTED_Q: _EXPERTS,
+    RGMDT: {"rollouts_by": ALL, "weights": EQUAL, "least_right": NO_VOTES},
 }
 PARTS = ("rollouts_by", "weights", "least_right", "selection_by")
 

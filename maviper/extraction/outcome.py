@@ -21,7 +21,7 @@ from maviper.evaluation import held_out
 from maviper.evaluation.held_out import evaluation
 from maviper.experts.expert import Expert
 from maviper.experts.wrapped import critic_of, reward_weighed_by
-from maviper.extraction.bundles import BUNDLES, NO_VOTES, PARTS
+from maviper.extraction.bundles import BUNDLES, DESCRIBED, NO_VOTES, PARTS
 from maviper.extraction.settings import RELEASED, Settings
 from maviper.files.profiles import version
 from maviper.worlds import Measure, World
@@ -74,7 +74,10 @@ def profile_of(
     training["critic"] = critic_of(expert)
     training["critic_reward"] = reward_weighed_by(expert, world)
     training["expert_algorithm"] = str(expert.card.get("algorithm", "unknown"))
-    unsaid = [name for name in ("agent", "measure", "critic_reward", "explore") if not training[name]]
+    if settings.algorithm in DESCRIBED:
+        training["source"] = DESCRIBED[settings.algorithm]
+    often_unsaid = ("agent", "measure", "critic_reward", "max_leaves", "explore")
+    unsaid = [name for name in often_unsaid if not training[name]]
     # an algorithm's name says the rest; of votes, the number is said too
     counted = settings.preset != RELEASED and BUNDLES[settings.algorithm]["least_right"] != NO_VOTES
     unsaid += [name for name in PARTS if name not in settings.changed and not (name == "least_right" and counted)]

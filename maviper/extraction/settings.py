@@ -17,17 +17,18 @@ from codegen.errors import InputError, UnknownNameError
 from maviper.episodes import measures
 from maviper.extraction.bundles import (
     AGENT,
-    ALGORITHMS,
     ALL,
     FITTED_Q,
     IMITATION,
     IVIPER,
     JOINT,
+    KNOWN,
     MAVIPER,
     NO_VOTES,
     PARTS,
     RACE,
     RETURN,
+    RGMDT,
     ROLLOUTS_BY,
     SELECTION_BY,
     UNIFORM,
@@ -62,6 +63,7 @@ PROTOCOL: dict[str, dict[str, Any]] = {
     IVIPER: {"iterations": 50},
     VIPER: {"iterations": 50},
     IMITATION: {"iterations": 20, "rollouts": 200, "patience": 20},
+    RGMDT: {"iterations": 10, "rollouts": 200, "patience": 10},
     FITTED_Q: {"iterations": 10, "rollouts": 1_200, "patience": 10},
 }
 VOTES = re.compile(r"N(?:-(?P<less>\d{1,3}))?|(?P<number>\d{1,3})|(?P<share>0?\.\d{1,9}|1\.0)")
@@ -103,6 +105,7 @@ class Settings:
     weights: str = ""  # others at expert actions, averaged over the others' actions, or every state alike
     least_right: str = ""  # right predictions that a point needs in joint growth: a number, or a share of the N
     selection_by: str = ""  # for whom one iterate is chosen
+    max_leaves: int = 0  # RGMDT's, of each tree; 0: as many as the depth allows
     explore: float = 0.0  # Fitted Q's: share of uniform actions while it collects
     measure: str = ""  # what teams are judged by; "": the preset's, or the world's first
     refinement: int = 0  # episodes per team
@@ -117,14 +120,15 @@ class Settings:
         `world` that plays few games at a time nothing is refined unless that is asked for.
         """
         algorithm, preset = given.get("algorithm", MAVIPER), given.get("preset", DEFAULT)
-        if algorithm not in ALGORITHMS:
-            raise UnknownNameError("algorithm", algorithm, ALGORITHMS, "--algorithm")
+        if algorithm not in KNOWN:
+            raise UnknownNameError("algorithm", algorithm, KNOWN, "--algorithm")
         if preset not in PRESETS:
             raise UnknownNameError("preset", preset, PRESETS, "--preset")
         said = {name: value for name, value in given.items() if value is not None}
         usual = {"preset": preset, **PROTOCOL.get(algorithm, {}), **PRESETS[preset]}
         usual |= papers(algorithm, world) if preset == PAPER else {}
-        usual |= {"refinement": 0} if world is not None and world.games is not None else {}
+        unrefined = (world is not None and world.games is not None) or said.get("max_leaves")
+        usual |= {"refinement": 0} if unrefined else {}
         if said.get("budget"):
             both = [option_of(name) for name in DEALT if name in said]
             if both:
@@ -145,6 +149,11 @@ class Settings:
         """The names of the settings that are not as the algorithm's name says, of settings that are filled."""
         usual = bundle(self.algorithm, self.selection)
         return [name for name in PARTS if getattr(self, name) != usual[name]]
+
+    @property
+    def leaves(self) -> int:
+        """How many leaves a tree may have."""
+        return self.max_leaves or 2 ** min(self.max_depth, MAX_NUMBER.bit_length())
 
     @property
     def together(self) -> str:
@@ -180,7 +189,7 @@ class Settings:
         runs, loops = (len(grouped(world, by, agents)) for by in (self.rollouts_by, self.together))
         alone = self.selection_by == AGENT  # then candidates are scored for each agent, otherwise for each team
         sides = len(agents) if alone else len(world.teams)
-        large = self.budget >= LARGE_BUDGET and world.games is None
+        large = self.budget >= LARGE_BUDGET and world.games is None and not self.max_leaves
         rollouts = min(MAX_ROLLOUTS, self.budget // 2)
         selection = rollouts if large else self.budget - rollouts
         iterations = max(1, round((rollouts / runs / EPISODES_AN_ITERATION) ** 0.5))
@@ -210,11 +219,11 @@ class Settings:
 
     def checked(self) -> "Settings":
         """The settings, `filled`; InputError or UnknownNameError when one cannot be used."""
-        self._check_names({"algorithm": ALGORITHMS, "preset": PRESETS, "selection": SELECTIONS})
+        self._check_names({"algorithm": KNOWN, "preset": PRESETS, "selection": SELECTIONS})
         return self.filled()._ensured()
 
     def _ensured(self) -> "Settings":
-        self._check_names({"algorithm": ALGORITHMS, "preset": PRESETS, "splits": SPLITS, "selection": SELECTIONS})
+        self._check_names({"algorithm": KNOWN, "preset": PRESETS, "splits": SPLITS, "selection": SELECTIONS})
         self._check_names({"rollouts_by": ROLLOUTS_BY, "weights": WEIGHTS, "selection_by": SELECTION_BY})
         for name in ("refinement", "budget"):
             if not 0 <= getattr(self, name) <= MAX_EPISODES:
@@ -229,6 +238,7 @@ class Settings:
         self._check_parts()
         if not 0 <= self.explore <= 1 or (self.explore and self.algorithm != FITTED_Q):
             raise InputError("explore is a share from 0 to 1, and fitted-q's", "--explore", "leave it out")
+        self._check_leaves()
         if self.preset == RELEASED and self.algorithm == FITTED_Q:
             what = "the released Fitted Q always stands still, because its look-ups never hit"
             raise InputError(what, "--preset released", "choose --preset paper")
@@ -246,6 +256,20 @@ class Settings:
             if getattr(self, name) not in values:
                 raise UnknownNameError(name.replace("_", " "), getattr(self, name), values, option_of(name))
 
+    def _check_leaves(self) -> None:
+        """Refuses what RGMDT has not, and a budget of leaves for others."""
+        if self.preset == RELEASED and self.algorithm == RGMDT:
+            what = "the authors' code has no RGMDT, which is built after its description"
+            raise InputError(what, "--preset released", "choose --preset paper or default")
+        if not self.max_leaves:
+            return
+        if self.algorithm != RGMDT or not 2 <= self.max_leaves <= MAX_NUMBER:
+            what = f"max_leaves is from 2 to {MAX_NUMBER}, and {RGMDT}'s"
+            raise InputError(what, "--max-leaves", "leave it out; --max-depth limits every tree")
+        if self.refinement:
+            what = "refinement keeps to a depth, but not to a number of leaves"
+            raise InputError(what, "--max-leaves, --refinement-episodes", "leave one of them out")
+
     def _check_parts(self) -> None:
         """Refuses what an algorithm or a preset does not have, and what means nothing together."""
         options = ", ".join(map(option_of, self.changed))
@@ -254,8 +278,9 @@ class Settings:
             raise InputError(what, options, "leave it out, or choose --preset paper or default")
         if options and self.algorithm == VIPER and self.changed != ["weights"]:
             raise InputError("viper extracts one agent, alone among experts", options, "choose --algorithm iviper")
-        if self.algorithm == FITTED_Q and set(self.changed) - {"selection_by"}:
-            what = "fitted-q learns from the rewards of expert episodes"
+        learns = {FITTED_Q: "from the rewards of expert episodes", RGMDT: "from the expert's Q, given all trees"}
+        if self.algorithm in learns and set(self.changed) - {"selection_by"}:
+            what = f"{self.algorithm} learns {learns[self.algorithm]}"
             raise InputError(what, options, "choose another --algorithm, or leave it out")
         if self.rollouts_by == AGENT and self.least_right != NO_VOTES:
             what = "team-mates cannot count each other's right predictions where each has data of its own"

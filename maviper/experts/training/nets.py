@@ -75,6 +75,12 @@ class Nets:
                 named[f"{agent}.{net}.{layer}.bias"] = bias[:last]
         return named
 
+    def soften(self, share: float) -> None:
+        """Scales the outputs by `share`, which leaves the greatest one where it is."""
+        with torch.no_grad():
+            for parameter in self.parameters[-2:]:
+                parameter.mul_(share)
+
     def load(self, tensors: Mapping[str, Float32], agents: Sequence[str], net: str) -> None:
         """Takes over weights in the names and shapes of `network.NetworkExpert`."""
         with torch.no_grad():

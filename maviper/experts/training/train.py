@@ -90,11 +90,13 @@ def train(
     trainer = trainer_of.trainer(world, chosen, request.device)
     if experts:
         trainer.meet(list(experts.values()))
+    if request.begin is not None:
+        trainer.begin(request.begin)
     run = _Run(folder, config, trainer, on_step)
     run.restore()
     fault = run.finish_training(on_checkpoint)
     closing = time.monotonic()
-    card, tensors = run.best(fault)
+    card, tensors = run.best(fault, request.critic)
     runs.write(folder / EXPERT_FILE, store.encode(tensors, card))
     runs.write(folder / CURVE_FILE, cards.learning_curve(world, run.lines))
     seconds = run.seconds + time.monotonic() - closing
@@ -174,7 +176,8 @@ def _rule(world: World) -> str:
 def _prepared(folder: Path, config: Mapping[str, Any], resume: bool) -> dict[str, Any] | None:
     """Makes sure that the folder is this run's; the card when the run is done already."""
     place = folder / CARD_FILE
-    if not runs.claim(folder, config, SAME, resume) or not place.exists():
+    same = (*SAME, *(name for name in (cards.BEGINS_WITH,) if name in config))
+    if not runs.claim(folder, config, same, resume) or not place.exists():
         return None
     try:
         return json.loads(runs.read(place, runs.MAX_CONFIG_BYTES))
@@ -298,8 +301,8 @@ class _Run:
             raise InputError("the training state is damaged, or belongs to another run", str(place), advice) from None
         self.lines = [line for line in read if line["steps"] <= self.trainer.steps]
 
-    def best(self, fault: str) -> tuple[dict[str, Any], dict[str, Float32]]:
-        """The winner among the finalists, with a critic, and its card."""
+    def best(self, fault: str, critic: bool = True) -> tuple[dict[str, Any], dict[str, Float32]]:
+        """The winner among the finalists, with a critic where one is asked for, and its card."""
         if not self.lines:
             raise InputError(f"the training {fault}", str(self.folder), "try a lower learning rate")
         episodes = _episodes(self.world)[1]
@@ -312,7 +315,7 @@ class _Run:
         judged = self._judge(tensors, measures.MEASUREMENT_SEEDS, episodes)
         self.on_step(Step(CHOOSING, len(finalists), len(finalists)))
         networks, played = self.trainer.networks, {"training": self.trainer.steps}
-        if networks == ACTOR:
+        if networks == ACTOR and critic:
             fitted, played[CRITIC] = self._critic(tensors)
             tensors, networks = {**tensors, **fitted}, ACTOR_CRITIC
         measured = {"episodes": episodes, "first_episode_seed": measures.MEASUREMENT_SEEDS, **cards.table(judged)}

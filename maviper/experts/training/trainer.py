@@ -14,14 +14,20 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from codegen.errors import InputError
 from codegen.ir import Float32
 from maviper.episodes.play import Controller
 from maviper.experts.cards import REWARD
+from maviper.experts.network import ACTOR, VALUE, NetworkExpert
+from maviper.experts.store import shapes
 from maviper.experts.training.nets import Adam, Joint, Nets, Running
 from maviper.worlds import World
 
 # from joint observations to actions, [batch, n_agents], and the share of uniform ones that shall replace them
 Choose = Callable[[Tensor], tuple[Any, float]]
+
+
+SOFTENED = 0.1  # of an expert's logits is what a training begins with: where they are sharp, it would try nothing else
 
 
 class Transition(NamedTuple):
@@ -49,6 +55,20 @@ class Trainer(ABC):
         self.nets: dict[str, Nets] = {}
         self.optimisers: dict[str, Adam] = {}
         self.steps = 0
+
+    def begin(self, expert: NetworkExpert) -> None:
+        """Starts from the expert's actors, or value networks. InputError where they do not fit this training's."""
+        agents, kind = self.world.agents, VALUE if self.networks == VALUE else ACTOR
+        wanted = shapes(self.world, self.settings.hidden, kind)
+        found = {name: expert.tensors[name].shape for name in wanted if name in expert.tensors}
+        if found != wanted or any(nets.owner is not None for nets in self.nets.values()):
+            advice = "choose an expert of the same agents, with networks of their own of the same size and kind"
+            raise InputError("the training cannot start from these networks", self.world.name, advice)
+        for name, nets in self.nets.items():
+            if name.partition(".")[0] == kind:  # a slow copy too
+                nets.load(expert.tensors, agents, kind)
+                if kind == ACTOR:
+                    nets.soften(SOFTENED)
 
     @property
     def progress(self) -> float:

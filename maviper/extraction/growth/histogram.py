@@ -27,15 +27,17 @@ class Bins:
     edges: tuple[Float64, ...]
 
     @staticmethod
-    def of(obs: Float32) -> "Bins":
-        """Bins for the observations [n, n_features]: midpoints between neighbouring distinct values."""
+    def of(obs: Float32, most: int = BINS) -> "Bins":
+        """Bins for the observations [n, n_features]: midpoints between neighbouring distinct values. `most`: how many
+        bins a feature may have.
+        """
         edges = []
         for column in np.ascontiguousarray(obs.T):
             values = np.unique(column).astype(np.float64)
             middle = (values[1:] + values[:-1]) / 2
-            if len(middle) > BINS - 1:
+            if len(middle) > most - 1:
                 ordered = np.sort(column)
-                wanted = ordered[np.linspace(0, len(ordered) - 1, BINS + 1).astype(np.int64)[1:-1]]
+                wanted = ordered[np.linspace(0, len(ordered) - 1, most + 1).astype(np.int64)[1:-1]]
                 places = np.unique(np.minimum(np.searchsorted(values, wanted), len(middle) - 1))
                 middle = middle[places]
             edges.append(middle)

@@ -76,8 +76,8 @@ def _weight(
     weights, n_own = np.zeros(len(labels)), len(world.actions[agent])
     for rows, playing in in_play(world.alive(state), agent, others):
         # a value network's Q_i does not depend on what others do
-        joint = _joint_actions(world, agent, playing if expert.centralized else [])
-        for part in _parts(rows, len(labels), max(1, ROWS_AT_ONCE // len(joint))):
+        joint = joint_actions(world, agent, playing if expert.centralized else [])
+        for part in parts(rows, len(labels), max(1, ROWS_AT_ONCE // len(joint))):
             q = expert.q(agent, [seen[part] for seen in observations], state[part], joint, labels[part])
             by_own = q.reshape(len(q), n_own, -1)  # the agent's own action varies slowest
             chosen = np.take_along_axis(by_own, labels[part][:, agent, None, None], axis=1)[:, 0]
@@ -85,7 +85,7 @@ def _weight(
     return weights
 
 
-def _parts(rows: slice | Int, count: int, at_once: int) -> Iterator[slice | Int]:
+def parts(rows: slice | Int, count: int, at_once: int) -> Iterator[slice | Int]:
     """Rows of `count`, all or those listed, `at_once` at a time."""
     whole = isinstance(rows, slice)
     for low in range(0, count if whole else len(rows), at_once):
@@ -93,7 +93,7 @@ def _parts(rows: slice | Int, count: int, at_once: int) -> Iterator[slice | Int]
         yield part if whole else rows[part]
 
 
-def _joint_actions(world: World, agent: int, others: list[int]) -> Int:
+def joint_actions(world: World, agent: int, others: list[int]) -> Int:
     """All actions of `agent` times joint actions of `others`, [n_joint, n_agents]; everybody else AS_GIVEN."""
     choices = [len(world.actions[other]) for other in others]
     if np.prod(choices, dtype=np.float64) <= MAX_JOINT:

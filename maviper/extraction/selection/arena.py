@@ -13,9 +13,10 @@ from typing import Any
 import numpy as np
 
 from codegen.ir import Float32, Float64, GrownTree
+from maviper.episodes.measures import score
 from maviper.episodes.play import Controller, Episodes, play
 from maviper.extraction.selection.stack import Stack
-from maviper.worlds import Measure, World
+from maviper.worlds import World
 from maviper.worlds.world import Int
 
 GAMES_AT_ONCE = 8_192  # bounds the memory
@@ -96,11 +97,6 @@ class Arena:
         team = _Stacked(stacks)
         everybody = range(len(self.world.agents))
         return play(self.world, [team if agent in stacks else self.expert for agent in everybody], start)
-
-
-def score(measure: Measure, values: Float64) -> Float64:
-    """A measure's values with the sign that makes higher better."""
-    return -values if measure.lower_is_better else values
 
 
 def halving(

@@ -12,14 +12,14 @@ import numpy as np
 
 from codegen.ir import Float64, GrownTree
 from maviper.episodes import measures
-from maviper.episodes.measures import Estimate
+from maviper.episodes.measures import Estimate, score
 from maviper.episodes.play import Controller
 from maviper.episodes.trees import agent_policies, among
 from maviper.extraction.bundles import RACE, RETURN, UNIFORM
 from maviper.extraction.extraction import Extraction
 from maviper.extraction.journal import Arrays
 from maviper.extraction.outcome import joint_ratio
-from maviper.extraction.selection.arena import Arena, halving, score
+from maviper.extraction.selection.arena import Arena, halving
 from maviper.worlds import Measure
 from maviper.worlds.world import Int
 

@@ -16,11 +16,11 @@ from codegen import ir
 from codegen.errors import InputError
 from codegen.ir import NO_FEATURE, Float32, Float64, GrownTree
 from maviper.episodes import measures
-from maviper.episodes.measures import estimate
+from maviper.episodes.measures import estimate, score
 from maviper.extraction.examples import NO_EXAMPLES, Examples
 from maviper.extraction.extraction import QUIETLY, Extraction, Running
 from maviper.extraction.journal import Arrays, packed, unpacked
-from maviper.extraction.selection.arena import Arena, Candidate, score
+from maviper.extraction.selection.arena import Arena, Candidate
 from maviper.extraction.selection.progress import REFINING, OnProgress, Progress, count_leaves
 from maviper.extraction.selection.stack import merged, reaching, with_leaf, with_new_split, with_split
 from maviper.extraction.settings import Settings

@@ -21,7 +21,7 @@ from maviper.extraction.dataset import Dataset
 from maviper.extraction.extraction import Extraction, Running
 from maviper.extraction.growth.grow import CartTree, grow_jointly
 from maviper.extraction.growth.histogram import BINS, Bins, HistogramTree, best_splits, projected
-from maviper.extraction.growth.weights import SAMPLED_JOINT, _joint_actions, iviper_weights, maviper_weights
+from maviper.extraction.growth.weights import SAMPLED_JOINT, iviper_weights, joint_actions, maviper_weights
 from maviper.extraction.journal import Journal, unpacked
 from maviper.extraction.released import released
 from maviper.extraction.selection.choices import KINDS, common
@@ -140,7 +140,7 @@ def test_the_released_weight_in_a_cooperative_game_has_nobody_to_average_over():
 
 def test_many_agents_are_sampled():
     world = find("cooperative-navigation,agents=24")
-    joint = _joint_actions(world, 3, [other for other in range(24) if other != 3])
+    joint = joint_actions(world, 3, [other for other in range(24) if other != 3])
     assert joint.shape == (5 * SAMPLED_JOINT, 24) and (joint >= 0).all()
     others = np.delete(joint, 3, axis=1).reshape(5, SAMPLED_JOINT, 23)
     assert (others == others[0]).all() and (joint[:, 3].reshape(5, -1) == np.arange(5)[:, None]).all()
