@@ -4,10 +4,10 @@ import json
 
 import pytest
 
+from codegen.agreement import build
 from codegen.errors import ExitCode
 from codegen.policy_json import dumps
 from maviper.cli.main import run as command
-from maviper.verification import join
 from verify.verdicts import decisions
 
 TWO = ("--property", "distinct_targets", "--property", "no_double")
@@ -35,8 +35,8 @@ def test_verdicts_alone_are_those_of_the_report(capsys, profile_file):
 def test_verdicts_alone_make_the_header_once(capsys, monkeypatch, profile_file):
     """And not at all where no claim is about episodes."""
     made = []
-    header = join.build
-    monkeypatch.setattr(join, "build", lambda *asked: made.append(asked) or header(*asked))
+    header = build.written
+    monkeypatch.setattr(build, "written", lambda *asked: made.append(asked) or header(*asked))
     episodes = ("--property", "reaches", "--property", "covers", "--steps", "2")
     for asked, count in (((*episodes, *TWO), 1), (TWO, 0)):
         made.clear()
