@@ -15,7 +15,7 @@ MAX_MODULE_LINES, MAX_FUNCTION_LINES, MAX_TEMPLATE_LINES = 400, 55, 150
 MANY_PARAMETERS, MAX_WITH_MANY = 7, 10  # so many functions may have seven or more, self and cls aside
 VERBS = Path("maviper/__init__.py")  # whose parameters are the options of a command, in words
 MAX_MODULES_IN_A_FOLDER, MAX_README_LINES = 15, 120
-MAX_KINDS_ASKED = 25  # places that ask whether a claim or result is about decisions, leaves or episodes
+MAX_KINDS_ASKED = 26  # places that ask whether a claim or result is about decisions, leaves or episodes
 
 
 def tool(*command):

@@ -75,7 +75,7 @@ def repair(context: click.Context, profile: Path, output: Path, **options: Any) 
     the leaf. All other leaves decide as before. Both engines must prove the property in the region.
 
     The command reports how many actions change, and the team's measures before and after, in the same episodes. It
-    writes the repaired profile, its certificate, the report and the costs (repair.json).
+    writes the repaired profile, its certificate, the report, a page that plays it and the costs (repair.json).
 
     \b
     Exits with 0 if the property is proved within --max-depth, with 1 if the
@@ -85,6 +85,8 @@ def repair(context: click.Context, profile: Path, output: Path, **options: Any) 
     from maviper.cli.results import exit_code, say_repair, say_results
     from maviper.files import runs
     from maviper.files.profiles import load
+    from maviper.page.page import FILE
+    from maviper.page.results import page_of
     from maviper.verification.repair import RepairOptions, repaired
     from verify.progress import listening
 
@@ -102,6 +104,7 @@ def repair(context: click.Context, profile: Path, output: Path, **options: Any) 
     say_results(found.after, found.results, console)
     for name, text in found.files.items():
         runs.write(output / name, text)
+    runs.write(output / FILE, page_of(found.after, found.results))
     console.line("wrote", f"{output / runs.PROFILE_FILE}  id {content_hash(found.after)[:16]}")
     for name in found.certificates:
         console.line("certificate", f"{output / name}; maviper check {output / name}")

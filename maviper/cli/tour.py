@@ -49,7 +49,7 @@ def run(folder: Path, console: Console, seed: int | None) -> int:
     _say_repair(repair, world, folder, console)
     _say_code(made.code, folder, console)
     console.line("report", str(folder / "report.html"))
-    console.line("next", f"maviper show {folder / runs.PROFILE_FILE} --agent agent_0")
+    console.line("next", f"maviper play {folder / runs.PROFILE_FILE}")
     unexpected = _unexpected(made, world)
     for reason in unexpected:
         console.line("unexpected", reason)

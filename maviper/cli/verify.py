@@ -162,10 +162,14 @@ def _write_queries(
 def _write(folder: Path, profile: Path, done: "Verified", console: "Console") -> None:
     """All files, and the command that reads each kind."""
     from maviper.files import runs
+    from maviper.page.page import FILE
+    from maviper.page.results import page_of
 
     for name, text in done.files.items():
         runs.write(folder / name, text)
+    runs.write(folder / FILE, page_of(done.profile, done.results))
     console.line("report", str(folder / "report.html"))
+    console.line("page", str(folder / FILE))
     for name in done.certificates:
         console.line("certificate", f"{folder / name}; maviper check {folder / name} --profile {profile}")
     for name in done.places:

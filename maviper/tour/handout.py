@@ -16,6 +16,8 @@ from codegen.lowering.render import render
 from codegen.policy_json import content_hash, dumps, layout
 from maviper.compilation.compile import Compiled, compile_profile
 from maviper.files import runs
+from maviper.page.page import FILE
+from maviper.page.results import page_of
 from maviper.verification import join, run
 from maviper.verification.ask import VerifyOptions, questions
 from maviper.verification.repair import Repaired, RepairOptions, repaired
@@ -61,6 +63,8 @@ def handout(made: Toured) -> dict[str, str | bytes]:
     files: dict[str, str | bytes] = {runs.PROFILE_FILE: dumps(profile), **made.repair.files, **made.code.files}
     before = made.before
     files |= {f"{EXTRACTED}/{name}": text for name, text in before.files.items() if name not in before.states}
+    files[f"{EXTRACTED}/{FILE}"] = page_of(before.profile, before.results)
+    files[FILE] = page_of(profile, made.repair.results or before.results)
     example = render("c/example.c.j2", model=model)
     files["example.c"] = example
     evaluation = dict(profile.provenance.evaluation)

@@ -1,0 +1,43 @@
+"""The page of a report: verdicts beside the claims, and a button for each counterexample.
+
+Does: turns results into what a page shows.
+Assumes: results of one profile, in the order of the report.
+Does not: decide.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from codegen import ir
+from maviper.page.document import Shown, Stored
+from maviper.page.page import contents_of, page
+from verify.claims.region import MACHINE, START, Kind, Verdict, called
+from verify.states.state import State
+from verify.verdicts.decisions import Result
+from verify.verdicts.episodes import EpisodeResult
+
+
+def page_of(profile: ir.PolicyProfile, results: Sequence[Result | EpisodeResult]) -> str:
+    """The page of a profile with these results."""
+    states = [_stored(number, result) for number, result in enumerate(results)]
+    shown = tuple(Shown(result.claim, _verdict(profile, result)) for result in results)
+    return page(profile, replace(contents_of(profile), claims=shown, states=tuple(filter(None, states))))
+
+
+def _verdict(profile: ir.PolicyProfile, result: Result | EpisodeResult) -> str:
+    name = called(profile, result.region)
+    region = "the start region" if name == START else f"the region {name}" if name else "a region of its own"
+    return f"{result.verdict.value} in {region}" + ("" if result.semantics == MACHINE else ", in real arithmetic")
+
+
+def _stored(number: int, result: Result | EpisodeResult) -> Stored | None:
+    """The counterexample as a button, of the deployed arithmetic: the page decides by no other."""
+    state = result.state if result.kind is Kind.EPISODES else _state(result)
+    if result.verdict is not Verdict.VIOLATED or state is None or result.semantics != MACHINE:
+        return None
+    position = {name: float(value) for name, value in state.position.items()}
+    return Stored(f"Counterexample: {result.claim.shown}", number, position, state.goal)
+
+
+def _state(result: Result) -> State | None:
+    return None if result.counterexample is None else result.counterexample.state
