@@ -7,6 +7,7 @@ Does not: hold any text of a target language.
 """
 
 import re
+from fractions import Fraction
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,8 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from codegen.errors import shown, visible
 from codegen.floats import smt_literal
 from codegen.intervals import percent, sampled
+
+MAX_SHOWN = 12  # characters of a number that is shown as it is
 
 
 @cache
@@ -32,7 +35,7 @@ def _environment() -> Environment:
         autoescape=lambda name: name is not None and name.endswith(".html.j2"),
     )
     filters = {"comment": comment, "float32": smt_literal, "percent": percent, "sampled": sampled, "shown": shown}
-    filters |= {"brief": brief, "visible": visible}
+    filters |= {"brief": brief, "rounded": rounded, "visible": visible}
     environment.filters.update(filters)  # pyright: ignore[reportUnknownMemberType]
     return environment
 
@@ -52,6 +55,14 @@ def render(template: str, **values: Any) -> str:
 def brief(number: float | str) -> str:
     """A number as lines show it: with six digits; a fraction that is no float64 number comes as a text, and stays."""
     return number if isinstance(number, str) else f"{number:g}"
+
+
+def rounded(exact: float | str) -> str:
+    """A number from its exact text, as a reader takes it in: itself where it is short, else with six digits and a sign
+    that says so.
+    """
+    text = str(exact)
+    return text if len(text) <= MAX_SHOWN else f"≈{float(Fraction(text.strip(chr(34)))):.6g}"
 
 
 def comment(value: object) -> str:
