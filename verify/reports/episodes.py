@@ -14,6 +14,7 @@ from verify.claims.catalogue import COINCIDING, sentence
 from verify.claims.region import MACHINE, Verdict, called, goal_text, plain
 from verify.extent.starts import StartShare
 from verify.extent.sure import ANSWERS, FACES
+from verify.states.episodes import Episode
 from verify.verdicts.episodes import EpisodeResult
 
 MEANINGS = {
@@ -147,11 +148,13 @@ def _counterexample(profile: PolicyProfile, result: EpisodeResult) -> dict[str, 
 
 
 def _picture(profile: PolicyProfile, result: EpisodeResult) -> dict[str, Any]:
-    """The team's courses and the landmarks with the squares that count as arrived, in picture coordinates."""
-    assert result.state is not None
+    """All agents' courses, and the landmarks with the squares that count as arrived, in picture coordinates."""
+    assert result.state is not None and result.episode is not None
     state = {name: float(value) for name, value in result.state.position.items()}
     marks = {entity.name: (state[f"{entity.name}.x"], state[f"{entity.name}.y"]) for entity in profile.world.landmarks}
-    places = [*marks.values(), *(place for way in result.ways for place in way.places)]
+    ways = {way.agent: way.places for way in result.ways}
+    ways |= {one: places for one, places in _courses(profile, result.episode).items() if one not in ways}
+    places = [*marks.values(), *(place for way in ways.values() for place in way)]
     reach = max(1.0, *(abs(value) for place in places for value in place)) + EDGE
     scale = SIZE / (2 * reach)
 
@@ -163,13 +166,27 @@ def _picture(profile: PolicyProfile, result: EpisodeResult) -> dict[str, Any]:
         {"name": name, "x": drawn(place)[0], "y": drawn(place)[1], "half": half, "goal": name == result.state.goal}
         for name, place in marks.items()
     ]
+    ours = [way.agent for way in result.ways]
     courses = [
         {
-            "name": way.agent,
-            "x": drawn(way.places[0])[0],
-            "y": drawn(way.places[0])[1],
-            "line": " ".join(f"{x},{y}" for x, y in map(drawn, way.places)),
+            "name": agent,
+            "ours": agent in ours,
+            "x": drawn(way[0])[0],
+            "y": drawn(way[0])[1],
+            "line": " ".join(f"{x},{y}" for x, y in map(drawn, way)),
         }
-        for way in result.ways
+        for agent, way in ways.items()
     ]
     return {"size": SIZE, "landmarks": landmarks, "courses": courses}
+
+
+def _courses(profile: PolicyProfile, episode: Episode) -> dict[str, list[tuple[float, float]]]:
+    """Agent -> its places, step by step."""
+    names = profile.world.coordinates()
+    return {
+        entity.name: [
+            (float(at[names.index(f"{entity.name}.x")]), float(at[names.index(f"{entity.name}.y")]))
+            for at in episode.coordinates
+        ]
+        for entity in profile.world.agents
+    }
