@@ -19,6 +19,7 @@ from verify.checker import episode_certificates
 from verify.checker.certificates import Certificate
 from verify.checker.episode_certificates import EpisodeCertificate
 from verify.checker.reading import RejectedError
+from verify.claims.catalogue import left_out
 from verify.claims.formula import agents
 from verify.claims.region import Parameter, Region, is_start, plain
 from verify.verdicts.decisions import Result
@@ -89,12 +90,14 @@ def _subject(found: Certificate, profile: PolicyProfile) -> str:
 def _episodes(found: EpisodeCertificate, profile: PolicyProfile) -> str:
     """What was proved of episodes, and whatever others do."""
     claim = found.claim
-    own = f" at {' '.join(claim.landmarks)}" if claim.landmarks else ""
+    own = f" {'from' if claim.apart else 'at'} {' '.join(claim.named)}" if claim.named else ""
     followed = sorted({" with ".join(part.followed) for part in found.parts})
     said = f"{claim.name} of the {claim.team}{own}, steps {claim.steps}, radius {_shown(claim.radius)}"
     opponents = any(profile.policy(agent).team != claim.team for part in found.parts for agent in part.followed)
     others = f"followed: {', '.join(followed)}, {whatever(opponents)}"
-    return f"{said}, from rest in {_place(found.region, profile)}, {found.semantics} arithmetic; {others}"
+    apart = left_out(profile.world)
+    about = f"{said}, from rest in {_place(found.region, profile)}, {found.semantics} arithmetic; {others}"
+    return about + (f"; {apart}" if apart else "")
 
 
 def _place(region: Region, profile: PolicyProfile) -> str:

@@ -28,15 +28,18 @@ from verify.checker.certificates import (
     region_from,
     undamaged,
 )
+from verify.checker.contact_reading import ContactEpisode
+from verify.checker.contacts import coincident
 from verify.checker.episode_reading import FARTHEST, Episode, Part, PartedEpisode, certifiable
 from verify.checker.reading import RejectedError, region_formula
-from verify.claims.episodes import Arrival
+from verify.claims.episodes import EpisodeClaim
 from verify.claims.formula import TRUE, holds
 from verify.claims.formula_json import read_number
 from verify.claims.region import MACHINE, Region, goal_of, goal_text
 
 FORM = "maviper-episode-certificate-1"
-READINGS = {FORM: Episode, "maviper-episode-certificate-2": PartedEpisode}  # of the forms, the first that closes all
+PUSHED = "maviper-episode-certificate-3"
+READINGS = {FORM: Episode, "maviper-episode-certificate-2": PartedEpisode, PUSHED: ContactEpisode}
 
 
 @dataclass(frozen=True)
@@ -44,7 +47,7 @@ class EpisodeCertificate:
     """A claim about the episodes of a profile from a region, with a proof for each of its parts."""
 
     profile: str  # content hash
-    claim: Arrival
+    claim: EpisodeClaim
     region: Region
     inhabitant: Mapping[str, Fraction]  # a start of the region, which shows that it is not empty
     parts: tuple[Part, ...]
@@ -56,6 +59,12 @@ class EpisodeCertificate:
     def size(self) -> int:
         """Bytes of all proofs."""
         return sum(len(part.proof) for part in self.parts)
+
+
+def forms(profile: PolicyProfile, claim: EpisodeClaim) -> list[str]:
+    """The forms that a certificate may have, the simplest first."""
+    pushed = claim.apart or any(agent.collides for agent in profile.world.agents)
+    return [form for form in READINGS if (form == PUSHED) == pushed]
 
 
 def accepted(certificate: EpisodeCertificate, profile: PolicyProfile) -> int:
@@ -82,16 +91,20 @@ def accepted(certificate: EpisodeCertificate, profile: PolicyProfile) -> int:
         raise RejectedError(f"proofs about episodes are for {MACHINE} arithmetic")
     if not holds(region_formula(region), start, {}):
         raise RejectedError("its inhabitant is not a start in the region, so the claim may be vacuous")
-    agents, landmarks = {each.agent for each in profile.agents}, {mark.name for mark in profile.world.landmarks}
+    if coincident(profile.world, start):
+        raise RejectedError("at its inhabitant two that push each other stand in one place, where claims say nothing")
+    agents, marks = {each.agent for each in profile.agents}, {mark.name for mark in profile.world.landmarks}
+    marks |= agents if certificate.claim.apart else set()
     for part in certificate.parts:
         if not {part.agent} <= agents | {""} or not {*part.followed} <= agents or not part.followed:
             raise RejectedError("a part is about agents that the profile does not have")
         if (
-            not {part.landmark} <= landmarks | {""}
+            not {part.landmark} <= marks | {""}
             or part.goal not in (None, *region.goals)
             or (bool(part.agent) != bool(part.landmark))
         ):
-            raise RejectedError("a part is about landmarks that the profile does not have")
+            whom = "others" if certificate.claim.apart else "landmarks"
+            raise RejectedError(f"a part is about {whom} that the profile does not have")
     proofs = [(part, numbers(part.proof)) for part in certificate.parts]
     return episodes.check(profile, certificate.claim, region, proofs, READINGS[certificate.form])
 
@@ -115,12 +128,13 @@ class EpisodeCertificateJson(msgspec.Struct, forbid_unknown_fields=True):
     team: str
     steps: int
     radius: str
-    landmarks: list[str]
     semantics: str
     region: dict[str, Any]
     inhabitant: dict[str, str]
     parts: list[PartJson]
     content_hash: str
+    landmarks: list[str] | msgspec.UnsetType = msgspec.UNSET  # of claims that an agent arrives
+    others: list[str] | msgspec.UnsetType = msgspec.UNSET  # of claims that it keeps apart
 
 
 def to_json(certificate: EpisodeCertificate) -> str:
@@ -133,7 +147,7 @@ def to_json(certificate: EpisodeCertificate) -> str:
         "team": claim.team,
         "steps": claim.steps,
         "radius": str(claim.radius),
-        "landmarks": list(claim.landmarks),
+        claim.whom: list(claim.named),
         "semantics": certificate.semantics,
         "region": {"name": certificate.region.name or certificate.region_said, **certificate.region.document()},
         "inhabitant": {name: rational_literal(value) for name, value in certificate.inhabitant.items()},
@@ -180,6 +194,10 @@ def from_json(text: str | bytes, where: str = "certificate") -> EpisodeCertifica
         )
 
 
-def _claim(raw: EpisodeCertificateJson) -> Arrival:
+def _claim(raw: EpisodeCertificateJson) -> EpisodeClaim:
     kind = certifiable(raw.property)
-    return kind(raw.team, raw.steps, read_number(raw.radius), tuple(raw.landmarks))
+    stated = {name: names for name in ("landmarks", "others") if (names := getattr(raw, name)) is not msgspec.UNSET}
+    if stated.keys() != {kind.whom}:
+        raise ValueError(f"$.{kind.whom}: {kind.title} states these, and no other names")
+    named: dict[str, Any] = {kind.whom: tuple(stated[kind.whom])}
+    return kind(raw.team, raw.steps, read_number(raw.radius), **named)

@@ -1,6 +1,7 @@
 """The checker's own reading of a claim about episodes: trees and distances as questions, moves as shifts of them.
 
-Does: states one part of a claim as questions about start positions, says what follows an answer, and how agents move.
+Does: states one part of a claim as questions about start positions, says what follows an answer, and how agents move
+  that nobody can push (contact_reading.py adds pushes).
 Assumes: nothing beyond reading.py and thresholds.py; belongs to what must be right for a certificate to mean something.
 Does not: serve the zone engine (episodes/unroll.py), which has its own reading, or close branches (episodes.py). Its
   step and its bound of roundings are second readings on purpose, and not those of codegen/dynamics.py either.
@@ -24,7 +25,7 @@ from typing import Any, NamedTuple, TypeAlias
 
 from codegen.ir import NO_FEATURE, EntitySpec, PolicyProfile, WorldSpec
 from verify.checker.reading import LONGEST, Flat, Reading, RejectedError, region_formula
-from verify.claims.episodes import Arrival, Covers, Reaches
+from verify.claims.episodes import EPISODE_CLAIMS, Arrival, EpisodeClaim, KeepsApart
 from verify.claims.formula import Linear, Or
 from verify.claims.region import Region, Semantics
 
@@ -34,7 +35,9 @@ REGION, CLAIM = -2, -1  # stages before the agents' trees, which are 0, 1, ...
 AWAY, ARRIVED = 0, 1  # answers of the stage CLAIM
 MAX_STEPS = 10_000
 MAX_PAIRS = 12  # of an agent and a landmark in one question: it has up to 2^MAX_PAIRS answers
-Matching: TypeAlias = tuple[tuple[str, str], ...]  # (agent, landmark)
+Matching: TypeAlias = tuple[tuple[str, str], ...]  # (agent, landmark), or whoever it is to keep apart from
+Interval: TypeAlias = tuple[int, int]  # least and greatest, in 1 / GRID
+Box: TypeAlias = tuple[Interval, Interval]  # of x and y
 
 
 class Side(NamedTuple):
@@ -47,7 +50,20 @@ class Side(NamedTuple):
     child: "Node"
 
 
-Node: TypeAlias = "tuple[Side, ...] | int"  # a question; or the end: an action, AWAY or ARRIVED
+@dataclass(frozen=True)
+class Gap:
+    """The question how far apart the starts of two are that may push each other: they may be told apart further."""
+
+    pair: int
+    starts: Box  # of the first's position less the second's, at the start
+
+    def within(self, axis: int, part: Interval) -> "Gap":
+        """The same question for other bounds along an axis."""
+        x, y = self.starts
+        return Gap(self.pair, (part, y) if axis == 0 else (x, part))
+
+
+Node: TypeAlias = "tuple[Side, ...] | Gap | int"  # a question; or the end: an action, AWAY or ARRIVED
 FREE = Side(0, 0, 0, 0, 0)  # an answer that asks nothing of the start
 
 
@@ -56,8 +72,10 @@ class Now(NamedTuple):
 
     step: int
     speeds: tuple[tuple[float, float], ...]  # [agents] the machine's own
-    shift: list[int]  # [coordinates] how far each has come
+    shift: list[int]  # [coordinates] how far each has come; at least so far, where pushes are known between bounds
     moved: list[bool]  # [coordinates] whether it may differ from the start, bit for bit, but for `shift`
+    most: Sequence[int] = ()  # [coordinates] how far each has come at most, where pushes are known between bounds
+    gaps: tuple[Box, ...] = ()  # [pairs] between what bounds those who may push each other started from one another
 
 
 Place: TypeAlias = tuple[int, Node, tuple[int, ...], Now]  # stage, question, the agents' last choices, state
@@ -67,22 +85,24 @@ class OpenBranchError(RejectedError):
     """A branch does not close, so the claim may fail."""
 
 
-def certifiable(name: str) -> type[Arrival]:
+def certifiable(name: str) -> type[EpisodeClaim]:
     """The class of a claim by its name. RejectedError for those that have no certificates."""
-    for kind in (Reaches, Covers):
-        if kind.title == name:
-            return kind
-    raise RejectedError(uncertifiable(name))
+    if name not in EPISODE_CLAIMS:
+        raise RejectedError(f"proofs of {ascii(name)[1:-1]} have no certificates about episodes")
+    return EPISODE_CLAIMS[name]
 
 
-def uncertifiable(name: str) -> str:
-    """That claims of a name have no certificates, in words."""
-    return f"proofs of {ascii(name)[1:-1]} have no certificates; only those of reaches and covers do"
-
-
-def matchings(profile: PolicyProfile, claim: Arrival) -> list[Matching]:
-    """Who may arrive where for the claim to hold: at the named landmarks, or one for each agent in any way."""
+def matchings(profile: PolicyProfile, claim: EpisodeClaim) -> list[Matching]:
+    """What fulfils a claim: who may arrive where, at the named landmarks, or one for each agent in any way; or the one
+    set of all pairs that keep apart.
+    """
     team = [policy.agent for policy in profile.team(claim.team)]
+    if isinstance(claim, KeepsApart):
+        claim.ensure(profile)
+        claim.check_ranges()
+        return [tuple(claim.pairs(profile))]
+    if not isinstance(claim, Arrival):
+        raise RejectedError(f"{claim.name} is not read")
     landmarks = [entity.name for entity in profile.world.landmarks]
     own = claim.landmarks
     if not team:
@@ -96,7 +116,8 @@ def matchings(profile: PolicyProfile, claim: Arrival) -> list[Matching]:
 
 @dataclass(frozen=True)
 class Part:
-    """What one proof shows: that an agent arrives at a landmark, or (both are "") that the team is matched.
+    """What one proof shows: that an agent arrives at a landmark, or keeps apart from another entity; or (both names are
+    "") that the team is matched, or all pairs keep apart.
 
     For one goal, or for all of them (goal is None); `followed` agents act by their trees, others as they like.
     """
@@ -117,7 +138,7 @@ class Episode:
     parting = False  # whether each part of a choice is an answer of its own; else a choice asks nothing
 
     def __init__(
-        self, profile: PolicyProfile, claim: Arrival, region: Region, goal: str | None, followed: Sequence[str],
+        self, profile: PolicyProfile, claim: EpisodeClaim, region: Region, goal: str | None, followed: Sequence[str],
         allowed: Sequence[Matching],
     ) -> None:  # fmt: skip
         world, entities = profile.world, {entity.name: entity for entity in profile.world.agents}
@@ -133,11 +154,11 @@ class Episode:
         self._policies = [profile.policy(agent) for agent in followed]
         self._movers = [entities[agent] for agent in followed]
         self._pushes = [
-            [_push(action.effect, mover, world) for action in policy.actions]
+            [pushed_by(action.effect, mover, world) for action in policy.actions]
             for mover, policy in zip(self._movers, self._policies, strict=True)
         ]
         strongest = max(abs(part) for pushes in self._pushes for push in pushes for part in push)
-        _ensure_exact(world, claim.steps, region, strongest)
+        self._ensure(profile, claim, region, strongest)
         self.answers = max(1 + ARRIVED, *(len(policy.actions) for policy in self._policies))
         tested = [p.features[int(f)].meaning for p in self._policies for f in p.tree.feature if f != NO_FEATURE]
         self._sees_speed = any(name in speeds for meaning in tested if meaning for _, name in meaning.terms)
@@ -146,6 +167,14 @@ class Episode:
         still = [0] * len(self.names)
         self.start = Now(0, ((0.0, 0.0),) * len(followed), still, [False] * len(still))
 
+    def _ensure(self, profile: PolicyProfile, claim: EpisodeClaim, region: Region, push: float) -> None:
+        """RejectedError unless this reading covers world and claim. `push`: the most that a step adds to a speed."""
+        if not isinstance(claim, Arrival):
+            raise RejectedError(f"{claim.name} has proofs of another form")
+        if any(entity.collides for entity in profile.world.agents):
+            raise RejectedError("agents of this world can push each other, so proofs have another form")
+        _ensure_exact(profile.world, claim.steps, ensure_stated(profile.world, claim.steps, region), push)
+
     def _read(self, region: Region, goal: str | None, radius: Fraction, allowed: Sequence[Matching]) -> None:
         """The questions. Bounds are whole multiples of a unit that fits all of them, times LONGEST (see reading.py)."""
         reading = Reading([], goal)
@@ -153,8 +182,6 @@ class Episode:
         parts = [part.parts if isinstance(part, Or) else (part,) for part in region_formula(region).parts]
         started = [[reading.flat(part, True) for part in group] for group in parts]
         pairs = tuple(dict.fromkeys(pair for own in allowed for pair in own))
-        if len(pairs) > MAX_PAIRS:
-            raise RejectedError(f"the claim is about more than {MAX_PAIRS} pairs of an agent and a landmark")
         near = {pair: [[reading.flat(f, True) for f in both] for both in _nearness(*pair, radius)] for pair in pairs}
         trees = [reading.tree(policy, Semantics()) for policy in self._policies]
         self._edges = reading.edges()
@@ -211,6 +238,8 @@ class Episode:
 
         Who is not beyond a line is within it, so of that answer `slack` is taken away.
         """
+        if len(pairs) > MAX_PAIRS:
+            raise RejectedError(f"the claim is about more than {MAX_PAIRS} pairs of an agent and a landmark")
 
         @cache
         def asked(done: frozenset[tuple[str, str]], left: int) -> Node:
@@ -233,27 +262,44 @@ class Episode:
         most += now.shift[lower] - now.shift[upper] + (slack if now.moved[upper] or now.moved[lower] else 0)
         return (upper if upper < self.nodes else 0), (lower if lower < self.nodes else 0), most
 
-    def onward(self, stage: int, answer: int, chosen: tuple[int, ...], now: Now) -> Place | None:
+    def cut(self, gap: Gap, number: int) -> tuple[Side, ...]:
+        """The two parts into which a number of a proof cuts a gap; RejectedError where nobody can be pushed."""
+        raise RejectedError(f"pair {gap.pair} is cut at {number}, but agents of this world cannot push each other")
+
+    def onward(self, stage: int, answer: Node, chosen: tuple[int, ...], now: Now) -> Place | None:
         """The next question after an answer; None when nothing is left to show. OpenBranchError when it may fail.
 
         Nobody has moved when agents choose for the second time, so then, if no speed is read, all choose as before;
         the last choice moves nobody before the end.
         """
-        if stage == CLAIM and answer == ARRIVED:
-            return None
-        if stage == CLAIM and now.step == self.steps:
-            raise OpenBranchError("a branch is left open at the last step: the claim may fail there")
-        if stage == CLAIM and now.step < self.steps - 1 and (now.step != 1 or self._sees_speed):
-            return 0, self.trees[0], (), now
-        if stage >= 0:
-            chosen = (*chosen, answer)
-            if len(chosen) < len(self.trees):
-                return len(chosen), self.trees[len(chosen)], chosen, now
-        if stage != REGION:
-            now = self._later(now, chosen)
+        assert isinstance(answer, int), answer
+        if stage == REGION:
+            return self._asked(chosen, now)
+        if stage == CLAIM:
+            if answer == ARRIVED:
+                return None
+            if now.step == self.steps:
+                raise OpenBranchError("a branch is left open at the last step: the claim may fail there")
+            return self._going_on(chosen, now)
+        chosen = (*chosen, answer)
+        if len(chosen) < len(self.trees):
+            return len(chosen), self.trees[len(chosen)], chosen, now
+        return self._chosen(chosen, now)
+
+    def _asked(self, chosen: tuple[int, ...], now: Now) -> Place | None:
+        """The claim, where it is asked now."""
         if self._always or now.step == self.steps:
             return CLAIM, self.claim, chosen, now
-        return self.onward(CLAIM, AWAY, chosen, now)
+        return self._going_on(chosen, now)
+
+    def _going_on(self, chosen: tuple[int, ...], now: Now) -> Place | None:
+        if now.step < self.steps - 1 and (now.step != 1 or self._sees_speed):
+            return 0, self.trees[0], (), now
+        return self._asked(chosen, self._later(now, chosen))
+
+    def _chosen(self, chosen: tuple[int, ...], now: Now) -> Place | None:
+        """What follows when all agents that are followed have chosen."""
+        return self._asked(chosen, self._later(now, chosen))
 
     def _later(self, now: Now, chosen: Sequence[int]) -> Now:
         """One step: positions move with the old velocity, then actions push; who has not chosen yet is not pushed."""
@@ -283,14 +329,15 @@ class PartedEpisode(Episode):
     parting = True
 
 
-def _push(effect: tuple[float, float] | None, mover: EntitySpec, world: WorldSpec) -> tuple[float, float]:
+def pushed_by(effect: tuple[float, float] | None, mover: EntitySpec, world: WorldSpec) -> tuple[float, float]:
+    """What an action adds to the velocity in a step."""
     if effect is None:
         raise RejectedError(f"the profile does not say how {mover.name}'s actions push")
     return effect[0] * mover.force * world.dt, effect[1] * mover.force * world.dt
 
 
 def _nearness(agent: str, landmark: str, radius: Fraction) -> list[tuple[Linear, Linear]]:
-    """(beyond, within) for each of the four sides of the square around a landmark."""
+    """(beyond, within) for each of the four sides of the square around a landmark; its edge is within."""
     found: list[tuple[Linear, Linear]] = []
     for axis in "xy":
         for sign in (1, -1):
@@ -300,14 +347,12 @@ def _nearness(agent: str, landmark: str, radius: Fraction) -> list[tuple[Linear,
     return found
 
 
-def _ensure_exact(world: WorldSpec, steps: int, region: Region, push: float) -> None:
-    """RejectedError unless agents move freely as the world's spec says, and SLACK covers all rounding.
-
-    `push`: the most that a step adds to the speed along an axis.
+def ensure_stated(world: WorldSpec, steps: int, region: Region) -> float:
+    """The region's largest coordinate. RejectedError unless the world's spec says how agents move, and the region
+    bounds where they start.
     """
-    free = world.dt > 0 and 0 <= world.damping <= 1 and not any(entity.collides for entity in world.agents)
-    if not free:
-        raise RejectedError("agents of this world can push each other, or its spec does not say how they move")
+    if not (world.dt > 0 and 0 <= world.damping <= 1):
+        raise RejectedError("the world's spec does not say how agents move")
     if not 0 <= steps <= MAX_STEPS:
         raise RejectedError(f"the claim's steps must be 0 to {MAX_STEPS}")
     if not {f"{entity.name}.{axis}" for entity in world.agents + world.landmarks for axis in "xy"} <= region.box.keys():
@@ -315,7 +360,12 @@ def _ensure_exact(world: WorldSpec, steps: int, region: Region, push: float) -> 
     largest = max(abs(bound) for bounds in region.box.values() for bound in bounds)
     if largest > FARTHEST:
         raise RejectedError(f"the region reaches beyond {FARTHEST}")
-    place = float(largest)
+    return float(largest)
+
+
+def _ensure_exact(world: WorldSpec, steps: int, largest: float, push: float) -> None:
+    """RejectedError unless SLACK covers all rounding. `push`: the most that a step adds to the speed along an axis."""
+    place = largest
     speed = fastest = 0.0
     for _ in range(steps):
         place += speed * world.dt

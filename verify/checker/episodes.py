@@ -10,9 +10,9 @@ from itertools import pairwise
 from typing import TypeAlias
 
 from codegen.ir import PolicyProfile
-from verify.checker.episode_reading import AWAY, CLAIM, REGION, Episode, Part, Place, Side, matchings
+from verify.checker.episode_reading import AWAY, CLAIM, REGION, Episode, Gap, Part, Place, Side, matchings
 from verify.checker.reading import LONGEST, RejectedError
-from verify.claims.episodes import Arrival
+from verify.claims.episodes import EpisodeClaim
 from verify.claims.region import Region
 
 GO_ON = 0  # the number of a branch below which the search goes on
@@ -26,7 +26,7 @@ Branch: TypeAlias = tuple[int, Side | None, Place, int]
 
 def check(
     profile: PolicyProfile,
-    claim: Arrival,
+    claim: EpisodeClaim,
     region: Region,
     parts: Iterable[tuple[Part, Iterator[int]]],
     reading: type[Episode] = Episode,
@@ -73,19 +73,24 @@ class Walk:
             if side is not None:
                 bounds.add(*episode.bound(side, now))
                 node, kept = side.child, kept + 1
-            code = GO_ON if side is None and isinstance(node, int) else next(proof)
+            code = GO_ON if side is None and not isinstance(node, tuple) else next(proof)
             if code > episode.answers:
                 self.ensure_empty(code - episode.answers - 1)
                 self.closed += 1
                 continue
-            if code != GO_ON:  # all starts are said to come to one answer: the search goes on with it, at last
+            if isinstance(node, Gap):
+                if code != GO_ON:
+                    raise RejectedError(f"branch {self.closed} is said to answer how far two are apart")
+                number = next(proof)
+                node = episode.cut(node, number) if number else node
+            elif code != GO_ON:  # all starts are said to come to one answer: the search goes on with it, at last
                 if only != EVERY:
                     raise RejectedError(f"branch {self.closed} is said to answer two questions at once")
                 only = code - 1
                 branches.append((kept, None, (stage, only, chosen, now), EVERY))
                 if (stage, only) == (CLAIM, AWAY):  # nothing need be shown: starts that have arrived may go on
                     continue
-            if not isinstance(node, int):
+            if isinstance(node, tuple):
                 branches += [(kept, side, place, only) for side in reversed(node) if side.child != only]
             elif only != EVERY:
                 raise RejectedError(f"branch {self.closed} has an answer other than the one given as the only one")

@@ -2,8 +2,7 @@
 
 Does: makes the certificate of a claim whose parts zones proved, in the first form that closes all branches.
 Assumes: a profile that was read and checked; parts of a claim that were proved by zones.
-Does not: cover worlds with contacts, or what only holds when others act as in the profile; state the form of proofs
-  (checker/README.md does).
+Does not: state the form of proofs (checker/README.md does).
 """
 
 from collections.abc import Mapping, Sequence
@@ -13,15 +12,15 @@ from fractions import Fraction
 
 from codegen.ir import PolicyProfile
 from codegen.policy_json import content_hash
-from verify.checker.episode_certificates import READINGS, EpisodeCertificate
-from verify.checker.episode_reading import Episode, Matching, OpenBranchError, Part, matchings, uncertifiable
+from verify.checker.contacts import coincident
+from verify.checker.episode_certificates import READINGS, EpisodeCertificate, forms
+from verify.checker.episode_reading import Episode, Matching, OpenBranchError, Part, matchings
 from verify.checker.reading import RejectedError, region_formula
-from verify.claims.episodes import Arrival
 from verify.claims.formula import holds
 from verify.claims.region import Region
 from verify.episodes.proof import MAX_ANSWERS, Prover, TooLongError
 from verify.episodes.zones import points_of, starts
-from verify.question import Budgets, EpisodeQuestion, Question
+from verify.question import Budgets, EpisodeQuestion
 from verify.states.shares import SAMPLE_SEED
 
 
@@ -43,13 +42,10 @@ def made(question: EpisodeQuestion, proved: Sequence[Part], most: int | None = N
     allowed = MAX_ANSWERS * question.budgets.max_zones // Budgets().max_zones
     most = max(MAX_ANSWERS, allowed) if most is None else most
     start, opened = _inhabitant(profile, region), ""
-    arrival = claim.arrival
-    if arrival is None:
-        raise NoCertificateError(uncertifiable(claim.name))
-    for form, reading in READINGS.items():
+    for form in forms(profile, claim):
         try:
-            parts = _closed(reading, question.about(arrival), proved, most)
-            return EpisodeCertificate(content_hash(profile), arrival, region, start, parts, form=form)
+            parts = _closed(READINGS[form], question, proved, most)
+            return EpisodeCertificate(content_hash(profile), claim, region, start, parts, form=form)
         except OpenBranchError as error:
             opened = str(error)
         except RejectedError as error:
@@ -59,7 +55,7 @@ def made(question: EpisodeQuestion, proved: Sequence[Part], most: int | None = N
 
 def _closed(
     reading: type[Episode],
-    question: Question[Arrival],
+    question: EpisodeQuestion,
     proved: Sequence[Part],
     most: int,
 ) -> tuple[Part, ...]:
@@ -84,7 +80,7 @@ def _own(part: Part, allowed: list[Matching]) -> list[Matching]:
     return [((part.agent, part.landmark),)] if part.agent else allowed
 
 
-def _needed(question: Question[Arrival], proved: Sequence[Part]) -> list[Part]:
+def _needed(question: EpisodeQuestion, proved: Sequence[Part]) -> list[Part]:
     """The parts that show the claim for all goals, each once."""
     found: dict[Part, None] = {}
     allowed = matchings(question.profile, question.claim)
@@ -101,11 +97,11 @@ def _needed(question: Question[Arrival], proved: Sequence[Part]) -> list[Part]:
 
 
 def _inhabitant(profile: PolicyProfile, region: Region) -> Mapping[str, Fraction]:
-    """A float64 start of the region, at rest."""
+    """A float64 start of the region, at rest, that claims are about."""
     still = {name: Fraction(0) for name in region.box}
     for found in points_of(starts(region, profile.world), SAMPLE_SEED):
         state = still | {name: Fraction(value) for name, value in found.items()}
-        if holds(region_formula(region), state, {}):
+        if holds(region_formula(region), state, {}) and not coincident(profile.world, state):
             return {name: state[name] for name in region.box}
     raise NoCertificateError("no float64 start of the region was found")
 

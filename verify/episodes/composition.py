@@ -244,9 +244,11 @@ class _Decider:
             self.given_up += search.given_up
         if ended and not kept:
             self.followed.append(agents)
-            agent = task.agents[0] if task.landmark else ""
+            agent, mark = (task.agents[0], task.landmark) if task.landmark else ("", "")
+            if len(task.apart) == 1:
+                agent, mark = task.apart[0]
             about = goal if any(ir.GOAL in read_by(self.profile.policy(one)) for one in agents) else None
-            self.shown[Part(agent, task.landmark, about, agents, b"")] = None
+            self.shown[Part(agent, mark, about, agents, b"")] = None
             return None
         who = " with ".join(agents)
         if not ended:

@@ -11,7 +11,21 @@ them the path of explicit bounds that gives it. Closing a branch is then looking
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple, TypeAlias
 
-from verify.checker.episode_reading import AWAY, CLAIM, REGION, Episode, Node, Now, Place, Side
+from verify.checker.contact_reading import CUT, ContactEpisode
+from verify.checker.episode_reading import (
+    AWAY,
+    CLAIM,
+    REGION,
+    Box,
+    Episode,
+    Gap,
+    Interval,
+    Node,
+    Now,
+    Place,
+    Side,
+)
+from verify.episodes.gaps import where
 from verify.progress import tell
 from verify.zones.search import varint
 
@@ -68,6 +82,9 @@ class Prover:
                 out += item
                 continue
             zone, place = item
+            if isinstance(place[1], Gap):
+                work += reversed(list(self._parted(zone, place, place[1])))
+                continue
             found = self._look(zone, place)
             code = b"" if isinstance(place[1], int) else None
             work += reversed(list(self._told(found, place, code)))
@@ -87,6 +104,7 @@ class Prover:
         stage, node, chosen, now = place
         if isinstance(node, int):
             return Only(node, b"", zone)
+        assert isinstance(node, tuple), node  # gaps are asked after the last tree
         found: list[tuple[Side, bytes | Only | Several]] = []
         for side in node:
             cut = self._cut(zone, side, now)
@@ -119,6 +137,37 @@ class Prover:
         following = self._episode.onward(stage, found.answer, chosen, now)
         if following is not None:
             yield found.zone, following
+
+    def _parted(self, zone: Zone, place: Place, gap: Gap) -> Iterator[bytes | tuple[Zone, Place]]:
+        """The number for a gap, and what follows: its parts, or the next question where it is left as it is."""
+        stage, _, chosen, now = place
+        episode = self._episode
+        assert isinstance(episode, ContactEpisode)
+        number = where(episode, gap, self._allowed(episode, zone, gap), now)
+        yield varint(number)
+        if not number:
+            following = episode.onward(stage, gap, chosen, now)
+            if following is not None:
+                yield zone, following
+            return
+        for side in episode.cut(gap, number):
+            cut = self._cut(zone, side, now)
+            if isinstance(cut, bytes):
+                yield cut
+            else:
+                yield GO_ON
+                yield cut, (stage, side.child, chosen, now)
+
+    def _allowed(self, episode: ContactEpisode, zone: Zone, gap: Gap) -> Box:
+        """Multiples of CUT just below and just above all that a zone allows a gap of starts to be."""
+        pair, unit = episode.contacts[gap.pair], CUT * episode.unit
+
+        def along(axis: int) -> Interval:
+            p, q = (self._at[episode.places[one][axis]][1] for one in (pair.first, pair.second))
+            most = zone[axis].most
+            return (-(most[q][p] // unit) - 1) * CUT, (most[p][q] // unit + 1) * CUT
+
+        return along(0), along(1)
 
     def _cut(self, zone: Zone, side: Side, now: Now) -> bytes | Zone:
         """The part of a zone that gives an answer, or the cycle that shows that there is none."""
@@ -180,7 +229,7 @@ def used(episode: Episode) -> set[int]:
     waiting: list[tuple[Node, bool]] = [(episode.region, True), *((asked, False) for asked in episode.questions)]
     while waiting:
         node, of_region = waiting.pop()
-        if isinstance(node, int) or id(node) in seen:
+        if not isinstance(node, tuple) or id(node) in seen:
             continue
         seen.add(id(node))
         for side in node:

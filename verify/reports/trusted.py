@@ -13,7 +13,14 @@ CHECKER = ("certificates", "decisions", "reading", "thresholds")
 DECISIONS = {"codegen": CODEGEN, "verify/checker": CHECKER, "verify/claims": CLAIMS}
 EPISODES = {
     "codegen": CODEGEN,
-    "verify/checker": (*CHECKER, "episode_certificates", "episode_reading", "episodes"),
+    "verify/checker": (
+        *CHECKER,
+        "contact_reading",
+        "contacts",
+        "episode_certificates",
+        "episode_reading",
+        "episodes",
+    ),
     "verify/claims": (*CLAIMS, "episodes"),
 }
 REFEREE = {

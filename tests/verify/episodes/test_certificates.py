@@ -502,13 +502,14 @@ def test_what_a_certificate_must_say(arrivers, proved):
     refused("bound all positions", region=replace(region, box=some), inhabitant=start)
 
 
-def test_worlds_with_contacts_have_no_certificate(arrivers, proved):
+def test_forms_without_contacts_are_refused_where_agents_collide(arrivers, proved):
     colliding = tuple(replace(entity, collides=True) for entity in arrivers.world.agents)
     touching = replace(arrivers, world=replace(arrivers.world, agents=colliding))
     with pytest.raises(RejectedError, match="can push each other"):
         accepted(replace(proved, profile=content_hash(touching)), touching)
-    with pytest.raises(NoCertificateError, match="can push each other"):
-        made(Question(touching, proved.claim, proved.region), proved.parts)
+    still = centred(touching, Fraction(1, 20), dict.fromkeys(ENTITIES, (0, 0)))
+    found = made(Question(touching, find_claim("reaches", touching, steps=0), still), proved.parts)
+    assert found.form != proved.form and accepted(found, touching) > 0
 
 
 def test_a_proof_that_is_too_long_is_told(arrivers, proved, monkeypatch):
