@@ -15,6 +15,7 @@ from maviper.cli.evaluate import evaluate
 from maviper.cli.extract import extract
 from maviper.cli.group import Verbs
 from maviper.cli.guide import guide
+from maviper.cli.importing import import_verb
 from maviper.cli.properties import properties
 from maviper.cli.repair import repair
 from maviper.cli.replay import replay
@@ -27,7 +28,7 @@ from maviper.cli.worlds import worlds
 CHAPTERS = {
     "Start here": (demo, guide),
     "Worlds and experts": (worlds, train),
-    "Extract": (extract, evaluate, show),
+    "Extract": (extract, import_verb, evaluate, show),
     "Compile": (compile_verb, schema),
     "Verify": (verify, properties, check, replay, repair),
 }

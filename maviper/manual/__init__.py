@@ -14,6 +14,7 @@ TOPICS = (
     "games",
     "experts",
     "extraction",
+    "importing",
     "claims",
     "verdicts",
     "repair",
