@@ -125,16 +125,17 @@ def rust_act(text: str, model: Model, rows: Mapping[str, Float32]) -> dict[str, 
 
 def onnx_act(model: bytes, agent: str, rows: Float32) -> Int32:
     """Decisions of a model in a batch. MissingToolError without onnxruntime."""
-    return _onnx_session(model).run(["action"], {"x": rows})[0]
+    return onnx_session(model).run(["action"], {"x": rows})[0]
 
 
 def onnx_act_singly(model: bytes, agent: str, rows: Float32) -> Int32:
     """Decisions of a model row by row, which a runtime makes in another way than those of a batch."""
-    session = _onnx_session(model)
+    session = onnx_session(model)
     return np.array([session.run(["action"], {"x": row[None]})[0][0] for row in rows], dtype=np.int32)
 
 
-def _onnx_session(model: bytes) -> Any:
+def onnx_session(model: bytes) -> Any:
+    """A session of onnxruntime, in one thread. MissingToolError without it."""
     try:
         runtime: Any = import_module("onnxruntime")
     except ImportError:

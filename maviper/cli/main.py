@@ -16,6 +16,7 @@ from maviper.cli.exploit import exploit
 from maviper.cli.extract import extract
 from maviper.cli.group import Verbs
 from maviper.cli.guide import guide
+from maviper.cli.importing import import_verb
 from maviper.cli.properties import properties
 from maviper.cli.repair import repair
 from maviper.cli.replay import replay
@@ -29,7 +30,7 @@ from maviper.cli.worlds import worlds
 CHAPTERS = {
     "Start here": (demo, guide),
     "Worlds and experts": (worlds, train),
-    "Extract": (extract, show, play),
+    "Extract": (extract, import_verb, show, play),
     "Measure": (evaluate, exploit, reproduce),
     "Compile": (compile_verb, schema),
     "Verify": (verify, properties, check, replay, repair),

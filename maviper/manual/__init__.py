@@ -16,6 +16,7 @@ TOPICS = (
     "experts",
     "extraction",
     "reproduce",
+    "importing",
     "claims",
     "verdicts",
     "repair",

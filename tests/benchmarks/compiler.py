@@ -23,9 +23,10 @@ from pathlib import Path
 import numpy as np
 import peers
 
-from codegen import importers, ir
+from codegen import ir
 from codegen.agreement import readback
 from codegen.check import ensure
+from codegen.importers import scikit
 from codegen.targets import emit
 
 FEATURES, ACTIONS, AGENTS = 18, 5, 4
@@ -130,7 +131,7 @@ def python_figures(rounds):
         x = rng.uniform(-1, 1, (40_000, FEATURES)).astype(np.float32)
         forest = peers.fitted(full_tree(depth, rng), x)
         classifier = forest.estimators_[0]
-        profile = importers.from_sklearn(classifier)
+        profile = scikit.from_sklearn(classifier)
         module = readback.load_python(next(iter(emit(profile, ["python"]).values())))
         ours, theirs = module["act_agent_0_batch"], classifier.tree_.predict
         ratio = float(np.median([seconds(ours, x) / seconds(theirs, x) for _ in range(5 * rounds)]))

@@ -19,8 +19,9 @@ from pathlib import Path
 import numpy as np
 from sklearn.ensemble import RandomForestClassifier
 
-from codegen import importers, ir
+from codegen import ir
 from codegen.agreement import probes
+from codegen.importers import scikit
 from codegen.targets import emit
 
 STYLES = ("nested", "ordered", "walk")
@@ -91,7 +92,7 @@ def entries(x):
 
 
 def ours(style, classifier):
-    files = emit(importers.from_sklearn(classifier), ["c"], prefix=style, style=style)
+    files = emit(scikit.from_sklearn(classifier), ["c"], prefix=style, style=style)
     text = f'#include "{style}.h"\n#define {style}_decide {style}_agent_0_act\n'
     return Way(style, files, text, "float", singles)
 
@@ -199,7 +200,7 @@ def built(ways, forest, compiler, folder):
 
 def asked(classifier):
     """{question: observations}: each that scikit-learn's own tree must be followed in."""
-    policy = importers.from_sklearn(classifier).agents[0]
+    policy = scikit.from_sklearn(classifier).agents[0]
     rng = np.random.default_rng(2)
     near = probes.boundary(policy.tree, policy.features, rng)
     beside = near + 0.49 * rng.uniform(-1, 1, near.shape) * np.spacing(np.abs(near)).astype(np.float64)

@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 
 from codegen.errors import InputError
-from codegen.importers import grown_from_sklearn
+from codegen.importers.scikit import grown_from_sklearn
 from codegen.ir import Bool, Float32, Float64, GrownTree
 from maviper.episodes import measures
 from maviper.episodes.play import Controller, tree_policies

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from sklearn.tree import DecisionTreeClassifier
 
-from codegen import importers
+from codegen.importers import scikit
 from codegen.targets import emit
 from tests.benchmarks.misra import checker, findings
 from tests.codegen.games import NAMES, random_profile
@@ -24,7 +24,7 @@ def uneven():
     """A classifier's tree, deep on one side only, whose table is not the complete one."""
     rng = np.random.default_rng(0)
     x = rng.normal(size=(400, 3)).astype(np.float32) ** 3
-    return importers.from_sklearn(DecisionTreeClassifier(random_state=0).fit(x, np.arange(400) % 4))
+    return scikit.from_sklearn(DecisionTreeClassifier(random_state=0).fit(x, np.arange(400) % 4))
 
 
 @pytest.mark.parametrize("style", ["nested", "ordered", "walk"])

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from codegen import importers, ir
+from codegen import ir
 from codegen.agreement import probes, readback, selfcheck
 from codegen.errors import MissingToolError
+from codegen.importers import onnx as importer
 from codegen.targets import emit
 from tests.codegen.games import NAMES, random_profile
 from tests.codegen.targets.test_targets import chain
@@ -74,7 +75,7 @@ def test_another_runtime_and_the_importer_decide_alike(profile):
         rng = np.random.default_rng(0)
         rows = probes.boundary(policy.tree, policy.features, rng)
         rows = np.concatenate([rows, probes.special(policy.features, rng)])
-        back = importers.from_onnx(model).agents[0]
+        back = importer.from_onnx(model).agents[0]
         assert len(back.features) == len(policy.features) and len(back.actions) == len(policy.actions)
         assert (ir.act(back, rows) == ir.act(policy, rows)).all()
         few = rows[:: max(1, len(rows) // 300)]

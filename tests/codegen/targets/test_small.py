@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from sklearn.tree import DecisionTreeClassifier
 
-from codegen import importers
 from codegen.agreement import vectors
 from codegen.agreement.build import build
 from codegen.agreement.compiled import STRICT
+from codegen.importers import scikit
 from codegen.targets import emit
 from tests import machines
 
@@ -31,7 +31,7 @@ def test_a_walk_fits_a_cortex_m4(depth, tmp_path):
     assert classifier.get_depth() == depth
     sizes = {}
     for style in ("nested", "ordered", "walk"):
-        (header,) = emit(importers.from_sklearn(classifier), ["c"], prefix="small", style=style).values()
+        (header,) = emit(scikit.from_sklearn(classifier), ["c"], prefix="small", style=style).values()
         (tmp_path / "small.h").write_text(header)
         source = (
             '#include "small.h"\nint act(const float *x);\nint act(const float *x) { return small_agent_0_act(x); }\n'

@@ -38,6 +38,8 @@ class OnnxTree(NamedTuple):
     labels: tuple[int | str, ...]
     n_features: int  # 0: the model does not say
     n_tested: int  # up to the last one that the tree tests
+    input: str  # the observation's name in the graph
+    output: str  # the name of an output that is the label
 
 
 def decision_tree(model: bytes) -> OnnxTree:
@@ -57,7 +59,7 @@ def decision_tree(model: bytes) -> OnnxTree:
         onnx.checker.check_model(loaded)
     except Exception as error:  # ValidationError, or what the parser of types raises
         raise InputError("not a valid ONNX model", str(error)[:200], "export it again") from None
-    node, n_features = _only_tree(onnx, loaded.graph)
+    node, n_features, output = _only_tree(onnx, loaded.graph)
     given = _attributes(onnx, node)
     labels = tuple(
         each.decode(errors="replace") if isinstance(each, bytes) else each for name in LABELS for each in given[name]
@@ -67,7 +69,7 @@ def decision_tree(model: bytes) -> OnnxTree:
     if 0 < n_features < n_tested:
         what = f"the tree tests feature {n_tested - 1}, the input has {n_features}"
         raise InputError(what, _shown(node), "export it again")
-    return OnnxTree(grown, labels, n_features, n_tested)
+    return OnnxTree(grown, labels, n_features, n_tested, loaded.graph.input[0].name, output)
 
 
 # --- the graph
@@ -102,8 +104,10 @@ def _ensure_understood(loaded: Any) -> None:
         )
 
 
-def _only_tree(onnx: Any, graph: Any) -> tuple[Any, int]:
-    """The tree's node and the input's width (0: not declared), where each value of the graph has a known origin."""
+def _only_tree(onnx: Any, graph: Any) -> tuple[Any, int, str]:
+    """The tree's node, the input's width (0: not declared) and an output that is the label, where each value of the
+    graph has a known origin.
+    """
     constant = {each.name for each in graph.initializer} | {each.values.name for each in graph.sparse_initializer}
     if len(graph.input) != 1:
         raise InputError(f"the model has {len(graph.input)} inputs, one is needed", "graph.input", ADVICE)
@@ -125,10 +129,11 @@ def _only_tree(onnx: Any, graph: Any) -> tuple[Any, int]:
     for name, origin in found.items():
         if origin not in (SCORES, *LABELS.values()):
             raise InputError(f"an output of the model is {origin}", repr(name), ADVICE)
-    if not {*LABELS.values()} & {*found.values()}:
+    label = next((name for name, origin in found.items() if origin in LABELS.values()), None)
+    if label is None:
         raise InputError("no output of the model is the tree's label", "graph.output", ADVICE)
     tree = next(node for node in graph.node if node.op_type == TREE)
-    return tree, shape[1].dim_value if tensor.HasField("shape") else 0
+    return tree, int(shape[1].dim_value) if tensor.HasField("shape") else 0, label
 
 
 def _outcome(onnx: Any, node: Any, origins: Sequence[str]) -> Sequence[str]:

@@ -6,9 +6,11 @@ from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import StandardScaler
 from sklearn.tree import DecisionTreeClassifier
 
-from codegen import importers, ir, policy_json
+from codegen import ir, policy_json
 from codegen.agreement import probes, selfcheck
 from codegen.errors import InputError
+from codegen.importers.names import cleaned
+from codegen.importers.scikit import from_sklearn
 from codegen.targets import emit
 
 
@@ -29,7 +31,7 @@ def boundary(policy):
 @pytest.mark.parametrize("seed", range(5))
 def test_a_classifier_decides_as_before(seed):
     classifier, _ = fitted(seed)
-    profile = importers.from_sklearn(classifier)
+    profile = from_sklearn(classifier)
     (policy,) = profile.agents
     rows = boundary(policy).astype(np.float32)
     rows = rows[np.isfinite(rows).all(axis=1)]
@@ -41,7 +43,7 @@ def test_a_classifier_decides_as_before(seed):
 
 @pytest.mark.compile
 def test_it_compiles_like_ours():
-    profile = importers.from_sklearn(fitted()[0], ["speed", "gap -1", "class", "class"], name="Überholen 2")
+    profile = from_sklearn(fitted()[0], ["speed", "gap -1", "class", "class"], name="Überholen 2")
     assert [feature.name for feature in profile.agents[0].features] == ["speed", "gap_minus_1", "class", "class_2"]
     selfcheck.check_files(profile, emit(profile), random=500).ensure()
 
@@ -49,24 +51,24 @@ def test_it_compiles_like_ours():
 def test_names_come_from_a_data_frame():
     classifier, _ = fitted()
     classifier.feature_names_in_ = np.array(["a", "b", "3rd", "-"])
-    assert [f.name for f in importers.from_sklearn(classifier).agents[0].features] == ["a", "b", "x_3rd", "x"]
+    assert [f.name for f in from_sklearn(classifier).agents[0].features] == ["a", "b", "x_3rd", "x"]
 
 
 def test_what_is_no_single_tree_is_refused():
     with pytest.raises(InputError, match="not a fitted"):
-        importers.from_sklearn(DecisionTreeClassifier())
+        from_sklearn(DecisionTreeClassifier())
     with pytest.raises(InputError, match="not a fitted"):
-        importers.from_sklearn(object())
+        from_sklearn(object())
     x, rng = np.zeros((4, 2)), np.random.default_rng(0)
     with pytest.raises(InputError, match="2 outputs"):
-        importers.from_sklearn(DecisionTreeClassifier().fit(x, rng.integers(2, size=(4, 2))))
+        from_sklearn(DecisionTreeClassifier().fit(x, rng.integers(2, size=(4, 2))))
     with pytest.raises(InputError, match="3 feature names for 4"):
-        importers.from_sklearn(fitted()[0], ["a", "b", "c"])
+        from_sklearn(fitted()[0], ["a", "b", "c"])
     for names in (["a"], [], list("abcd")):
         with pytest.raises(InputError, match=f"{len(names)} action names for 3 classes"):
-            importers.from_sklearn(fitted()[0], action_names=names)
+            from_sklearn(fitted()[0], action_names=names)
     with pytest.raises(InputError, match="not a fitted"):
-        importers.from_sklearn(make_pipeline(StandardScaler(), DecisionTreeClassifier()).fit(x, [0, 1, 0, 1]))
+        from_sklearn(make_pipeline(StandardScaler(), DecisionTreeClassifier()).fit(x, [0, 1, 0, 1]))
 
 
 class Contrary(DecisionTreeClassifier):
@@ -81,7 +83,7 @@ def test_a_classifier_that_predicts_in_another_way_is_refused():
     changed.predict = lambda rows: rows
     for classifier in (contrary, changed):
         with pytest.raises(InputError, match="does not predict as"):
-            importers.from_sklearn(classifier)
+            from_sklearn(classifier)
 
 
 def test_what_was_learned_from_missing_values_is_refused_where_it_shows():
@@ -93,7 +95,7 @@ def test_what_was_learned_from_missing_values_is_refused_where_it_shows():
     only = np.where(y, np.nan, 0.0)[:, None]  # a threshold of infinity: missing or not
     for classifier in (DecisionTreeClassifier().fit(x, y), DecisionTreeClassifier().fit(only, y)):
         with pytest.raises(InputError, match="fitted on missing values") as caught:
-            importers.from_sklearn(classifier)
+            from_sklearn(classifier)
         assert caught.value.where.startswith("node ")
 
 
@@ -114,7 +116,7 @@ def test_however_it_was_fitted(settings, labels):
     y = np.array(labels)[(x[:, 0] + 0.5 * rng.normal(size=400) > x[:, 1]).astype(int)]
     weights = rng.random(400) * (rng.random(400) > 0.3)
     classifier = DecisionTreeClassifier(max_depth=6, random_state=0, **settings).fit(x, y, sample_weight=weights)
-    (policy,) = importers.from_sklearn(classifier).agents
+    (policy,) = from_sklearn(classifier).agents
     rows = boundary(policy).astype(np.float32)
     rows = rows[np.isfinite(rows).all(axis=1)]
     assert (classifier.classes_[ir.act(policy, rows)] == classifier.predict(rows)).all()
@@ -123,7 +125,7 @@ def test_however_it_was_fitted(settings, labels):
 
 def named(labels, **given):
     x = np.arange(3.0 * len(labels))[:, None]
-    profile = importers.from_sklearn(DecisionTreeClassifier().fit(x, np.repeat(np.array(labels), 3)), **given)
+    profile = from_sklearn(DecisionTreeClassifier().fit(x, np.repeat(np.array(labels), 3)), **given)
     return [action.name for action in profile.agents[0].actions]
 
 
@@ -164,6 +166,6 @@ def test_labels_whose_names_collide_are_refused(labels):
 
 @pytest.mark.parametrize("given", [["if", "IF", "i f", "", "ß"], ["x" * 90, "x" * 91], ["1", "_1", "1", "-1"]])
 def test_cleaned_names_are_legal_and_different(given):
-    found = importers.cleaned(given, "x")
+    found = cleaned(given, "x")
     assert all(ir.NAME.fullmatch(name) for name in found)
     assert len({name.lower() for name in found}) == len(given)

@@ -11,10 +11,11 @@ from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import FunctionTransformer, MinMaxScaler, StandardScaler
 from sklearn.tree import DecisionTreeClassifier, DecisionTreeRegressor, ExtraTreeClassifier
 
-from codegen import importers, ir
+from codegen import ir
 from codegen.agreement import probes
 from codegen.errors import InputError
-from codegen.onnx_graph import decision_tree
+from codegen.importers.onnx import from_onnx
+from codegen.importers.onnx_graph import decision_tree
 from codegen.targets import emit
 from tests.strategies import with_trees
 from tests.teams import tree
@@ -40,7 +41,7 @@ def converted(model, kind="FloatTensorType", width=WIDTH, **options):
 def same(model, **names):
     """The imported profile, after its decisions were compared with the model's under onnxruntime."""
     content = model.SerializeToString()
-    profile = importers.from_onnx(content, **names)
+    profile = from_onnx(content, **names)
     (policy,) = profile.agents
     session = runtime.InferenceSession(content, providers=["CPUExecutionProvider"])
     kinds = {each.name: each.type for each in session.get_outputs()}
@@ -103,7 +104,7 @@ def test_a_step_that_changes_nothing_is_let_through():
 def test_a_step_before_the_tree_is_refused(step, named, y):
     model = converted(make_pipeline(step, DecisionTreeClassifier(max_depth=4)).fit(ROWS, y))
     with pytest.raises(InputError, match=f"not understood: '({named})'") as caught:
-        importers.from_onnx(model.SerializeToString())
+        from_onnx(model.SerializeToString())
     assert "operator" in caught.value.where
 
 
@@ -118,7 +119,7 @@ def test_a_step_before_the_tree_is_refused(step, named, y):
 )
 def test_other_estimators_and_inputs_are_refused(estimator, kind, said):
     with pytest.raises(InputError, match=said):
-        importers.from_onnx(converted(estimator.fit(ROWS, THREE), kind).SerializeToString())
+        from_onnx(converted(estimator.fit(ROWS, THREE), kind).SerializeToString())
 
 
 # --- graphs made here
@@ -274,7 +275,7 @@ def ensemble(**more):
 )  # fmt: skip
 def test_what_is_not_understood_is_refused(model, said):
     with pytest.raises(InputError, match=said):
-        importers.from_onnx(model.SerializeToString())
+        from_onnx(model.SerializeToString())
 
 
 def test_one_tree_of_xgboost_is_refused():
@@ -283,7 +284,7 @@ def test_one_tree_of_xgboost_is_refused():
         ({0: -0.4}, {0: 0.6}), nodes_modes=["BRANCH_LT", "LEAF", "LEAF"], base_values=[0.5], post_transform="LOGISTIC"
     )
     with pytest.raises(InputError, match="'base_values', which is not understood"):
-        importers.from_onnx(graph(one, made=["label", "scores"]).SerializeToString())
+        from_onnx(graph(one, made=["label", "scores"]).SerializeToString())
 
 
 def test_operators_of_a_models_own_are_refused():
@@ -293,29 +294,29 @@ def test_operators_of_a_models_own_are_refused():
         helper.make_function("ai.onnx.ml", "TreeEnsembleClassifier", ["a"], ["b"], body, [helper.make_opsetid("", 18)])
     )
     with pytest.raises(InputError, match="operators of its own"):
-        importers.from_onnx(model.SerializeToString())
+        from_onnx(model.SerializeToString())
 
 
 def test_hostile_names_are_shown_escaped():
     odd = helper.make_node("Neg\u200b\n", ["x"], ["label"], name="\x1b[31mred\r")
     with pytest.raises(InputError) as caught:
-        importers.from_onnx(graph(odd).SerializeToString())
+        from_onnx(graph(odd).SerializeToString())
     assert [part.isprintable() for part in str(caught.value).splitlines()] == [True] * 3
 
 
 def test_what_is_no_model_is_said(tmp_path):
     (tmp_path / "model.onnx").write_bytes(graph(stump()).SerializeToString())
     for path in (tmp_path / "model.onnx", str(tmp_path / "model.onnx")):
-        assert importers.from_onnx(path).agents[0].tree.threshold[0] == 0.5
+        assert from_onnx(path).agents[0].tree.threshold[0] == 0.5
     with pytest.raises(InputError, match="not an ONNX model"):
-        importers.from_onnx(b"hello")
+        from_onnx(b"hello")
     with pytest.raises(InputError, match="cannot read"):
-        importers.from_onnx(str(tmp_path / "nothing.onnx"))
+        from_onnx(str(tmp_path / "nothing.onnx"))
     with pytest.raises(InputError, match="has 0 nodes"):
-        importers.from_onnx(b"")
+        from_onnx(b"")
     twice = graph(stump(), node("Identity", "scores", "label"))
     with pytest.raises(InputError, match="not a valid ONNX model"):
-        importers.from_onnx(twice.SerializeToString())
+        from_onnx(twice.SerializeToString())
 
 
 @pytest.mark.parametrize("n_actions", [2, 3])

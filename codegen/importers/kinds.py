@@ -1,0 +1,48 @@
+"""The kinds of files that trees of others come in, how each is recognised, and who reads it.
+
+Does: names the kinds, and reads the trees of a file of any of them.
+Assumes: the bytes of a file, and its name.
+Does not: touch files, or open a pickle.
+"""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+from codegen.errors import InputError
+from codegen.importers import onnx, python_source
+from codegen.importers.origin import AGENT, Origin
+
+PICKLES = (".pkl", ".pickle", ".joblib", ".sav", ".skops")
+MAX_BYTES = 256 * 2**20
+
+
+class Kind(NamedTuple):
+    """A kind of file."""
+
+    called: str
+    endings: tuple[str, ...]  # of file names
+    begins: tuple[bytes, ...]  # what the content begins with, where that tells
+    read: Callable[[bytes, str], dict[str, Origin]]  # content and name -> tree by name
+
+
+def _onnx(content: bytes, where: str) -> dict[str, Origin]:
+    return {AGENT: onnx.origin_of(content)}
+
+
+KINDS = (
+    Kind(python_source.KIND, (".py",), (), python_source.from_python),
+    Kind(onnx.KIND, (".onnx",), (b"\x08",), _onnx),
+)
+
+
+def read(content: bytes, where: str) -> dict[str, Origin]:
+    """The trees in a file, by name; one alone is called agent_0. InputError for every other file."""
+    if content[:1] == b"\x80" or where.lower().endswith(PICKLES):
+        advice = "load it yourself, then call maviper.from_sklearn; or convert it to ONNX"
+        raise InputError("the file is a pickle, which runs code when it is opened", where, advice)
+    for kind in KINDS:
+        if where.lower().endswith(kind.endings) or (kind.begins and content.startswith(kind.begins)):
+            found = kind.read(content, where)
+            return found if len(found) > 1 else {AGENT: next(iter(found.values()))}
+    known = ", ".join(f"{kind.called} ({' '.join(kind.endings)})" for kind in KINDS)
+    raise InputError("not a file that trees can be read from", where, f"known: {known}")

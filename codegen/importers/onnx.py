@@ -1,0 +1,66 @@
+"""ONNX models that are one decision tree, as profiles.
+
+Does: reads a model (onnx_graph.py), and replays the tree under onnxruntime, or under the reference of ONNX without it.
+Assumes: the package onnx; float32 observations.
+Does not: take a model that is understood in part.
+"""
+
+from collections.abc import Callable, Sequence
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from codegen import ir
+from codegen.agreement.readback import onnx_session
+from codegen.errors import InputError, MissingToolError
+from codegen.importers.onnx_graph import decision_tree
+from codegen.importers.origin import AGENT, Names, Origin, profile_of
+from codegen.ir import Float32, Int32
+
+KIND = "ONNX"
+
+
+def from_onnx(
+    model: Path | str | bytes,
+    feature_names: Sequence[str] | None = None,
+    action_names: Sequence[str] | None = None,
+    name: str = "imported",
+) -> ir.PolicyProfile:
+    """A profile of one agent from an ONNX model (bytes, or a path) that is one TreeEnsembleClassifier of one tree.
+
+    It decides as the model does for every float32 observation. InputError for every other model: one with a node that
+    is not understood, whatever stands before or after the tree; another type of input; tests other than `<=` and `<`;
+    nodes that send NaN to the left; scores that are changed; leaves that runtimes read in different ways. Names as for
+    `from_sklearn`, labels in the model's order. MissingToolError without the package onnx.
+    """
+    try:
+        content = model if isinstance(model, bytes) else Path(model).read_bytes()
+    except OSError as error:
+        raise InputError("cannot read the file", f"{model}: {error.strerror}", "check the path") from None
+    return profile_of({AGENT: origin_of(content, feature_names)}, Names(feature_names, action_names, name))
+
+
+def origin_of(content: bytes, feature_names: Sequence[str] | None = None) -> Origin:
+    """The tree of a model. InputError as for `from_onnx`."""
+    found = decision_tree(content)
+    if not found.n_features and feature_names is None:
+        raise InputError("the model does not say how many features it takes", "its input", "give their names")
+    place = {label: index for index, label in enumerate(found.labels)}
+    run, replayed_by = _runner(content)
+
+    def act(rows: Float32) -> Int32:
+        (said,) = run([found.output], {found.input: rows})
+        return np.array([place[each] for each in said.tolist()], dtype=np.int32)
+
+    return Origin(KIND, found.grown, found.labels, act, replayed_by, n_features=found.n_features, nan=True)
+
+
+def _runner(content: bytes) -> tuple[Callable[..., Any], str]:
+    """What runs a model, and its name."""
+    try:
+        return onnx_session(content).run, "onnxruntime"
+    except MissingToolError:
+        reference: Any = import_module("onnx.reference")
+        return reference.ReferenceEvaluator(content).run, "the reference evaluator of ONNX"

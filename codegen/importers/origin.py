@@ -1,0 +1,104 @@
+"""A tree of others, read in full, and the profile that is made of one such tree for each agent.
+
+Does: says what every reader hands over; names features and actions; replays each tree before it returns a profile.
+Assumes: the reader understood all of its source; observations are float32.
+Does not: read any source.
+
+What is kept: the decision for every float32 observation without NaN; `Origin.nan` says whether also with NaN. Tests are
+kept as doubles in the grown tree, exactly as the origin compares; `lowering/deploy.py` rounds them down to float32,
+which changes no decision for a float32 observation.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from codegen import ir
+from codegen.check import MAX_LENGTH, ensure
+from codegen.errors import InputError
+from codegen.importers import names, replay
+from codegen.ir import Float32, GrownTree, Int32
+from codegen.lowering.deploy import deployed
+from codegen.lowering.render import comment
+
+AGENT, TEAM = "agent_0", "team"
+NAN_KEPT, NAN_RIGHT = "decided as in the origin", "goes right, whatever the origin does"
+
+
+@dataclass(frozen=True)
+class Origin:
+    """What an agent's tree comes from: its tests, its labels, and how it decides by itself."""
+
+    kind: str  # in words, such as "if/else Python"
+    grown: GrownTree  # a leaf's action is the place of its label
+    labels: tuple[Any, ...]  # of the actions, in their order
+    act: Callable[[Float32], Int32]  # rows [n, n_features] -> the places of the origin's own labels [n]
+    replayed_by: str  # who decides in `act`, in words
+    features: tuple[str, ...] = ()  # names; (): the origin gives none
+    n_features: int = 0  # 0: the origin does not say; then as many as are tested or named
+    nan: bool = False  # whether a NaN is decided as in the origin
+    finite: bool = False  # whether the origin takes finite numbers only
+
+
+@dataclass(frozen=True)
+class Names:
+    """Names that the user gives for every agent, instead of the origin's own."""
+
+    features: Sequence[str] | None = None
+    actions: Sequence[str] | None = None
+    world: str = "imported"
+
+
+def profile_of(origins: Mapping[str, Origin], given: Names) -> ir.PolicyProfile:
+    """A profile with an agent for each origin, replayed. InputError for names that do not fit; DisagreementError where
+    a tree decides otherwise than its origin.
+    """
+    agents = names.cleaned(list(origins), "agent")
+    policies = [_policy(agent, origin, given) for agent, origin in zip(agents, origins.values(), strict=True)]
+    facts: dict[str, float | int | str] = {"observations": "float32"}
+    for policy, origin in zip(policies, origins.values(), strict=True):
+        count = replay.replayed(policy, origin.act, nan=origin.nan, finite=origin.finite)
+        facts |= {f"{policy.agent} from": comment(origin.kind), f"{policy.agent} replayed": count}
+        facts[f"{policy.agent} replayed by"] = comment(origin.replayed_by)
+        facts[f"{policy.agent} NaN"] = NAN_KEPT if origin.nan else NAN_RIGHT
+    kinds = ", ".join(dict.fromkeys(origin.kind for origin in origins.values()))
+    provenance = ir.Provenance("imported", "none", 0, "", comment(kinds), facts)
+    return ensure(ir.PolicyProfile(_world(given.world, agents), tuple(policies), provenance))
+
+
+def _world(name: str, agents: Sequence[str]) -> ir.WorldSpec:
+    """A world that states nothing but its agents."""
+    return ir.WorldSpec(
+        name=names.cleaned([name], "imported")[0],
+        reference="",
+        agents=tuple(ir.EntitySpec(agent, size=0.0, force=0.0, max_speed=None, collides=False) for agent in agents),
+        landmarks=(),
+        goals=(),
+        dt=0.0,
+        damping=0.0,
+        start_low=-MAX_LENGTH,
+        start_high=MAX_LENGTH,
+        episode_steps=1,
+    )
+
+
+def _policy(agent: str, origin: Origin, given: Names) -> ir.AgentPolicy:
+    n_tested = int(origin.grown.feature.max()) + 1
+    called = given.features if given.features is not None else origin.features or None
+    width = origin.n_features or max(n_tested, len(called or ()), 1)
+    features = [f"x{index}" for index in range(width)] if called is None else list(called)
+    if len(features) != width:
+        raise InputError(f"{len(features)} feature names for {width} features", agent, "name each feature once")
+    if int(ir.depth(origin.grown).max()) > ir.MAX_DEPTH:
+        raise InputError(f"the tree is deeper than {ir.MAX_DEPTH} splits", agent, "simplify it first")
+    tree = deployed(origin.grown)
+    if not replay.representable(tree):
+        raise InputError("a threshold lies below every float32 number", agent, "rescale that feature")
+    return ir.AgentPolicy(
+        agent,
+        TEAM,
+        tuple(ir.FeatureSpec(each, "none", -MAX_LENGTH, MAX_LENGTH, None) for each in names.cleaned(features, "x")),
+        tuple(ir.ActionSpec(each, None) for each in names.action_names(origin.labels, given.actions)),
+        tree,
+        origin.grown,
+    )

@@ -1,0 +1,80 @@
+"""The command import.
+
+Does: has trees of other programs read and replayed, writes the profile, and says what was compared.
+Assumes: `maviper.files.importing` reads them.
+Does not: read or compare anything itself.
+"""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import click
+
+from codegen.errors import ExitCode
+from maviper.cli.group import Verb
+from maviper.cli.options import PATH, console_of, names, option, output
+
+WHAT, NAMES = "What is imported", "Names"
+
+
+def _agents(_context: click.Context, parameter: click.Parameter, value: str | None) -> dict[str, Path] | None:
+    """Reads agent=file,agent=file."""
+    if value is None:
+        return None
+    pairs = [part.strip().partition("=") for part in value.split(",")]
+    if any(not agent.strip() or not file for agent, _, file in pairs):
+        raise click.BadParameter("give agent=file, with commas in between", param=parameter)
+    found = {agent.strip(): Path(file) for agent, _, file in pairs}
+    if len(found) < len(pairs):
+        raise click.BadParameter("an agent appears twice", param=parameter)
+    return found
+
+
+@click.command("import", cls=Verb, example="maviper import policy.py -o profile.json")
+@click.argument("file", type=PATH, required=False)
+@option(
+    "--agents",
+    default=None,
+    metavar="NAME=FILE,...",
+    callback=_agents,
+    section=WHAT,
+    help="A team: one file for each agent, instead of FILE.",
+)
+@option("--features", default=None, metavar="NAMES", callback=names, section=NAMES, help="Names of the features.")
+@option("--actions", default=None, metavar="NAMES", callback=names, section=NAMES, help="Names of the actions.")
+@option("--world", default="imported", show_default=True, metavar="NAME", section=NAMES, help="Name of the world.")
+@output("The profile's file, a .json.")
+@click.pass_context
+def import_verb(context: click.Context, file: Path | None, output: Path, **options: Any) -> int:
+    """Import decision trees of other programs: exact, or refused.
+
+    FILE is if/else Python (one function an agent), or an ONNX model. Its kind is detected. Nothing in it is run.
+
+    The profile decides as FILE does for every float32 observation. It is written only after a replay: both must decide
+    the same at every threshold, at its neighbours, and at random observations. A file that is not understood in full
+    is refused. `maviper guide importing` says what can come in.
+    """
+    console = console_of(context)
+    console.line("importing", "" if file is None else str(file))
+    from codegen import policy_json
+    from maviper.files import runs
+    from maviper.files.importing import ImportOptions, imported
+
+    runs.target(output)
+    profile = imported(ImportOptions(file, **options))
+    for policy in profile.agents:
+        _say(policy, profile.provenance.training, console)
+    runs.write(output, policy_json.dumps(profile))
+    console.line("wrote", str(output))
+    return ExitCode.DONE
+
+
+def _say(policy: Any, facts: Mapping[str, Any], console: Any) -> None:
+    """What an agent's tree is, and what it was compared with."""
+    leaves = int((policy.tree.feature < 0).sum())
+    size = f"{leaves} leaves, {len(policy.features)} features, {len(policy.actions)} actions"
+    console.line(policy.agent, f"{facts[f'{policy.agent} from']}: {size}")
+    count, by = facts[f"{policy.agent} replayed"], facts[f"{policy.agent} replayed by"]
+    console.line("replayed", f"{count:,} observations, by {by}: no difference")
+    console.line("NaN", str(facts[f"{policy.agent} NaN"]))

@@ -1,0 +1,94 @@
+"""The table of the page importing: every row is tried, and the page has the rows that are tried."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from sklearn.pipeline import make_pipeline
+from sklearn.preprocessing import StandardScaler
+from sklearn.tree import DecisionTreeClassifier, DecisionTreeRegressor
+
+import maviper
+from codegen.errors import InputError
+from codegen.importers.kinds import KINDS
+
+ROOT = Path(__file__).parent.parent.parent
+PAGE = "maviper/manual/importing.md"
+HEADING = "## What can come in"
+COLUMNS = ("from", "what", "what happens")
+EXACT, REFUSED = "exact", "refused"
+X = np.random.default_rng(0).normal(size=(300, 3)).astype(np.float32)
+Y = (X[:, 0] > 0.1).astype(int) + (X[:, 1] > 0)
+SCIKIT = "scikit-learn object"
+
+
+def python(*lines):
+    return "policy.py", "def act(x):\n" + "".join(f"    {line}\n" for line in (*lines, "return 0"))
+
+
+def onnx(*steps):
+    from skl2onnx import convert_sklearn
+    from skl2onnx.common.data_types import FloatTensorType
+
+    pytest.importorskip("skl2onnx", reason="skl2onnx is not installed")
+    fitted = make_pipeline(*steps).fit(X, Y)
+    return "tree.onnx", convert_sklearn(fitted, initial_types=[("x", FloatTensorType([None, 3]))]).SerializeToString()
+
+
+CASES = [  # from, what, what happens, what it is: a file's name and content, or an object
+    ("if/else Python", "nested `if`, `elif`, `else`, `a if test else b`", EXACT,
+     lambda: python("if x[0] < 0.1:", "    if x[1] >= 2: return 1", "elif x[2] == 0: return 2")),
+    ("if/else Python", "`and`, `or`, `not`, chained comparisons", EXACT,
+     lambda: python("if 0.1 < x[0] <= 2 and not (x[1] > 1 or x[2] != 0): return 1")),
+    ("if/else Python", "variables, named numbers, features by name", EXACT,
+     lambda: ("policy.py", "A = 2\ndef act(x):\n    v = x['v']\n    return A if v > 0 else 1\n")),
+    ("if/else Python", "a comparison of two features, arithmetic", REFUSED,
+     lambda: python("if x[0] < x[1] + 1: return 1")),
+    ("if/else Python", "loops, calls, classes, other statements", REFUSED,
+     lambda: python("for i in range(3): return i")),
+    ("ONNX", "one decision tree classifier", EXACT, lambda: onnx(DecisionTreeClassifier(max_depth=3))),
+    ("ONNX", "a scaler before the tree", REFUSED, lambda: onnx(StandardScaler(), DecisionTreeClassifier(max_depth=3))),
+    (SCIKIT, "a `DecisionTreeClassifier`", EXACT, lambda: DecisionTreeClassifier(max_depth=3).fit(X, Y)),
+    (SCIKIT, "a `Pipeline`", REFUSED, lambda: make_pipeline(StandardScaler(), DecisionTreeClassifier()).fit(X, Y)),
+    (SCIKIT, "a regressor", REFUSED, lambda: DecisionTreeRegressor(max_depth=3).fit(X, Y)),
+    ("pickle", "anything: it runs code when it is opened", REFUSED, lambda: ("tree.pkl", b"\x80\x04N.")),
+]  # fmt: skip
+
+
+def table(rows):
+    """Rows as Markdown."""
+    widths = [max(len(row[column]) for row in [COLUMNS, *rows]) for column in range(3)]
+    lines = [[cell.ljust(width) for cell, width in zip(row, widths, strict=True)] for row in [COLUMNS, *rows]]
+    ruled = [["-" * width for width in widths]]
+    text = [f"| {' | '.join(line)} |" for line in lines]
+    return [text[0], f"|-{'-|-'.join(ruled[0])}-|", *text[1:]]
+
+
+def test_the_page_has_the_rows_that_are_tried(request):
+    text = (ROOT / PAGE).read_text()
+    found = re.search(rf"{HEADING}\n\n((?:\|.*\n)+)", text)
+    wanted = "\n".join(table([case[:3] for case in CASES])) + "\n"
+    if request.config.getoption("--update-golden"):
+        (ROOT / PAGE).write_text(text.replace(found[1], wanted))
+        return
+    assert found[1] == wanted
+
+
+def test_every_kind_has_an_exact_row_and_a_refused_one():
+    for kind in KINDS:
+        assert {case[2] for case in CASES if case[0] == kind.called} == {EXACT, REFUSED}, kind.called
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: f"{case[0]}: {case[1]}")
+def test_what_the_page_says_happens(case, tmp_path):
+    given = case[3]()
+    if isinstance(given, tuple):
+        name, content = given
+        (tmp_path / name).write_bytes(content.encode() if isinstance(content, str) else content)
+    try:
+        profile = maviper.from_file(tmp_path / name) if isinstance(given, tuple) else maviper.from_sklearn(given)
+    except InputError as error:
+        assert case[2] == REFUSED and error.next_step
+        return
+    assert case[2] == EXACT and profile.agents[0].actions
