@@ -12,6 +12,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from maviper.reproduction.verb import reproduce
+
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
     from fractions import Fraction
@@ -22,7 +24,6 @@ if TYPE_CHECKING:
     from maviper.compilation.compile import Compiled
     from maviper.evaluation.exploitability import Exploitability
     from maviper.evaluation.run import Evaluation
-    from maviper.reproduction.run import Reproduced
     from maviper.verification.certificates import Checked
     from maviper.verification.counterexamples import Replayed
     from maviper.verification.repair import Repaired
@@ -419,56 +420,3 @@ def repair(
     own = None if landmarks is None else tuple(landmarks)
     asked = RepairOptions(claim, team, str(region), ahead, near, own, max_depth, episodes)
     return repaired(ensure(profile), asked)
-
-
-def reproduce(
-    output: str | Path,
-    *,
-    quick: bool = False,
-    full: bool = False,
-    experts: Sequence[str] = ("mappo",),
-    games: Sequence[str] | None = None,
-    depths: Sequence[int] | None = None,
-    algorithms: Sequence[str] | None = None,
-    presets: Sequence[str] = ("paper",),
-    seeds: int | None = None,
-    shard: str | None = None,
-    jobs: int = 1,
-    backend: str = "local",
-    scheduler: str | None = None,
-    plan: bool = False,
-    report_only: bool = False,
-) -> Reproduced:
-    """The experiments of the MAVIPER paper, as cells in the folder `output`, with their table and report.
-
-    `quick`, `full`: less or more than by default; `experts`: mappo, maddpg, experts as `extract` takes them, or
-    NAME=EXPERT; `seeds`: extraction seeds; `shard`: "2/8" makes part 2 of 8; `jobs`: cells at the same time; `backend`:
-    local or dask, with the address of its `scheduler`; `plan`: makes nothing, `lines` are the plan; `report_only`:
-    makes nothing, writes what is finished. None: as quick, default or full says. `failed` of what is returned: cells
-    that failed, with their messages. Finished cells are not made again. InputError for what cannot be used.
-    """
-    from pathlib import Path
-
-    from maviper.console import Console
-    from maviper.reproduction.run import ReproduceOptions, reproduced
-
-    def some(names: Sequence[str] | None) -> tuple[str, ...] | None:
-        return None if names is None else tuple(names)
-
-    asked = ReproduceOptions(
-        quick=quick,
-        full=full,
-        experts=tuple(experts),
-        games=some(games),
-        depths=None if depths is None else tuple(depths),
-        algorithms=some(algorithms),
-        presets=tuple(presets),
-        seeds=seeds,
-        shard=shard,
-        jobs=jobs,
-        backend=backend,
-        scheduler=scheduler,
-        plan=plan,
-        report_only=report_only,
-    )
-    return reproduced(Path(output), asked, Console(quiet=True))

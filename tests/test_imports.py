@@ -16,7 +16,7 @@ ROOT = Path(__file__).parent.parent
 PACKAGES = ("codegen", "maviper", "verify")
 VERBS = ("maviper", "maviper.__main__", "maviper.cli")  # load what they do when they are called
 HEAVY = {"joblib", "matplotlib", "mpe2", "pettingzoo", "scipy", "sklearn", "torch", "z3"}
-EXTRAS = {"matplotlib", "onnx", "onnxruntime", "torch"}  # asked for where they are missing
+EXTRAS = {"dask", "distributed", "matplotlib", "onnx", "onnxruntime", "torch"}  # asked for where they are missing
 
 
 @cache

@@ -10,8 +10,10 @@ import time
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
+from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
 from codegen.errors import ExitCode, InputError, UnknownNameError
 from maviper.console import Console, LiveLine
@@ -99,15 +101,15 @@ class Reproduced:
         return ExitCode.VIOLATED if self.failed else ExitCode.DONE
 
 
-def reproduced(folder: Path, options: ReproduceOptions, console: Console) -> Reproduced:
-    """Makes the cells that are missing, then writes the table and the report."""
-    options = options.checked()
+def reproduced(folder: str | Path, options: ReproduceOptions, console: Console | None = None) -> Reproduced:
+    """Makes the cells that are missing, then writes the table and the report. `console`: None says nothing."""
+    options, console = options.checked(), console or Console(quiet=True)
     register = _register()
     plan = plans.planned(options.asked, register)
     for what, why in plan.left_out:
         console.line("left out", f"{what}: {why}")
     mine = plans.shard(plan, *options.part)
-    store, done = Store(folder), Reproduced(mine)
+    store, done = Store(Path(folder)), Reproduced(mine)
     if options.plan:
         done.lines = said(mine, store)
         return done
@@ -120,11 +122,14 @@ def reproduced(folder: Path, options: ReproduceOptions, console: Console) -> Rep
 
 def _register() -> str:
     """The hash of the claims, which were written before any cell was made."""
-    if find_spec("maviper.reproduction.register") is None:
-        return ""
-    from maviper.reproduction import register  # pyright: ignore[reportAttributeAccessIssue]
+    register = _piece("register")
+    return "" if register is None else str(register.read().sha256)
 
-    return str(register.read().sha256)
+
+def _piece(name: str) -> Any:
+    """A module of this package, or None in a version that has none of that name."""
+    full = f"{__package__}.{name}"
+    return import_module(full) if find_spec(full) else None
 
 
 # --- making
@@ -206,10 +211,8 @@ def _written(store: Store, plan: Plan, register: str, done: Reproduced, console:
         raise InputError("there are no finished cells", str(store.folder), "run it without --report-only")
     place = table.write(store, found.cells)
     console.line("wrote", f"{place}  {len(found.cells)} cells, {done.made} of them made now")
-    if find_spec("maviper.reproduction.report") is not None:
-        from maviper.reproduction import report  # pyright: ignore[reportAttributeAccessIssue]
-
-        done.lines = list(report.written(store.folder))
+    report = _piece("report")
+    done.lines = [] if report is None else list(report.written(store.folder))
     if done.failed:
         done.lines.append(f"{len(done.failed)} cells failed; run it again to try them again")
 

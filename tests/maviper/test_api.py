@@ -16,6 +16,7 @@ from maviper.compilation.run import CompileOptions
 from maviper.evaluation.run import EvaluateOptions
 from maviper.experts.training.run import TrainOptions
 from maviper.extraction.run import ExtractOptions
+from maviper.reproduction.run import ReproduceOptions
 from maviper.verification.ask import VerifyOptions, number
 from maviper.verification.repair import RepairOptions
 from verify.claims.region import Verdict
@@ -28,6 +29,7 @@ OPTIONS = {
     "evaluate": EvaluateOptions,
     "extract": ExtractOptions,
     "repair": RepairOptions,
+    "reproduce": ReproduceOptions,
     "train": TrainOptions,
     "verify": VerifyOptions,
 }
@@ -58,8 +60,9 @@ def test_verbs_commands_and_their_options_have_the_same_defaults(name):
     for key in asked.keys() & given.keys():
         if (name, key) != ("compile", "targets"):
             assert plain(given[key]) == plain(asked[key]), key
+    subject = ["x"] * any(each.param_type_name == "argument" for each in main.cli.commands[name].params)
     for key in asked.keys() - {"command"}:
-        context = main.cli.commands[name].make_context(name, ["x", *(["-o", "y"] if "output" in command else [])])
+        context = main.cli.commands[name].make_context(name, [*subject, *(["-o", "y"] if "output" in command else [])])
         assert plain(context.params[key]) == plain(asked[key]), key
 
 
@@ -67,7 +70,7 @@ def test_every_option_of_a_command_is_a_parameter():
     missing = {
         name: {each.name for each in main.cli.commands[name].params}
         - set(inspect.signature(getattr(maviper, name)).parameters)
-        for name in ("train", "extract", "evaluate", "compile", "verify", "repair", "check", "replay")
+        for name in ("train", "extract", "evaluate", "compile", "verify", "repair", "reproduce", "check", "replay")
     }
     printed = {"as_json", "output", "smt", "list", "full", "verdict_only"}  # of the command line alone
     renamed = {"name", "names", "file"}  # claim; of property files there is verify_file
