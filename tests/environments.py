@@ -55,6 +55,23 @@ class Line(ParallelEnv):
         return observations, rewards, ended, cut, infos
 
 
+class _Disturbing(Line):
+    """Everybody is shaken at every step, by the one generator that all copies in a process share."""
+
+    def reset(self, seed=None, options=None):
+        np.random.seed(seed)  # noqa: NPY002
+        return super().reset(seed, options)
+
+    def step(self, actions):
+        for agent in self.agents:
+            self.place[agent] += np.random.uniform(-1, 1)  # noqa: NPY002
+        return super().step(actions)
+
+
+def disturbing():
+    return _Disturbing()
+
+
 def spread(**options):
     from mpe2 import simple_spread_v3
 

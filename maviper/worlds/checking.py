@@ -209,7 +209,7 @@ def _play(env: Any, world: World, play: Player, fresh: Copy) -> Iterator[Finding
     said = "cut at our length" if ended is None else f"all agents done after step {ended}"
     yield Finding(Mark.OK, f"play: a random episode, {said}")
     yield from _sound(env, played)
-    same = (_bytes(a) == _bytes(b) for a, b in zip(played, _by_copy(fresh, SEED, actions), strict=True))
+    same = (a.bytes == b.bytes for a, b in zip(played, _by_copy(fresh, SEED, actions), strict=True))
     first = next((step for step, equal in enumerate(same) if not equal), None)
     if first is None:
         yield Finding(Mark.OK, "repeats: the same seed and actions give the same episode in a fresh copy")
@@ -233,11 +233,6 @@ def _by_world(world: PettingZooWorld, seed: int, actions: Sequence[list[int]]) -
         others = (part[0].tolist() for part in (each.rewards, each.done, each.terminated))
         found.append(Outcome([seen[0] for seen in each.observations], *others))
     return found
-
-
-def _bytes(outcome: Outcome) -> tuple[list[bytes], bytes, list[bool], list[bool]]:
-    vectors = [vector.tobytes() for vector in outcome.observations]
-    return vectors, np.array(outcome.rewards).tobytes(), outcome.done, outcome.terminated
 
 
 def _sound(env: Any, played: Sequence[Outcome]) -> Iterator[Finding]:

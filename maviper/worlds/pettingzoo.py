@@ -81,7 +81,8 @@ class EnvStates:
 class PettingZooWorld(World):
     """The environment that `function` returns; `text` is its name, `module:function,option=value`.
 
-    `games`: how many copies play at once; None: one a core, or 1 where other processes cannot import the function.
+    `games`: how many copies play at once, more than one each in a process of its own; None: one a core, or 1 where
+    other processes cannot import the function, in processes of their own where that is quicker.
     InputError when the environment cannot be played. `close` ends the copies; so does the end of the world.
     """
 
@@ -109,7 +110,8 @@ class PettingZooWorld(World):
         with suppress(Exception):  # it has said what it had to
             env.close()
         self.games = copies_at_once(function, self.source) if games is None else games
-        self._copies = Copies(self.source, partial(made, function, self.source), self.games)
+        apart = None if games is None else games > 1
+        self._copies = Copies(self.source, partial(made, function, self.source), self.games, apart)
         self._moment = PAST
         weakref.finalize(self, self._copies.close)
 

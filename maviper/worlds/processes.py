@@ -1,4 +1,4 @@
-"""A user's environment: found by `module:function`, made, and played in copies, each in a process of its own.
+"""A user's environment: found by `module:function`, made, and played in copies, here or each in a process of its own.
 
 Does: imports and calls the function; resets and steps the copies; turns what an environment raises into an InputError.
 Assumes: discrete actions and vector observations (`pettingzoo.faults` found nothing); all live agents act at once.
@@ -12,6 +12,7 @@ import os
 import re
 import signal
 import sys
+import time
 import traceback
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, redirect_stdout, suppress
@@ -31,6 +32,9 @@ from codegen.ir import Float32
 MAX_STEPS = "max_steps"  # the one option that is ours: how long an episode may be
 NUMBER = re.compile(r"-?[0-9]{1,18}")
 MAX_MESSAGE = 300  # characters of what an environment says when it raises
+PROBED = 10  # steps of an episode that is played alone, then beside another one
+# seconds, of machines that do other work too: to write and read a message, to wake a process that waits for one
+MESSAGE, WAKING = 1e-4, 1e-3
 GRACE = 2.0  # seconds in which a copy may end by itself
 
 
@@ -41,6 +45,12 @@ class Outcome(NamedTuple):
     rewards: list[float]
     done: list[bool]  # the agent's episode has ended
     terminated: list[bool]  # ... by itself; it was not just cut
+
+    @property
+    def bytes(self) -> tuple[list[bytes], bytes, list[bool], list[bool]]:
+        """All of it, to compare: NaN is like itself."""
+        vectors = [vector.tobytes() for vector in self.observations]
+        return vectors, np.array(self.rewards).tobytes(), self.done, self.terminated
 
 
 @dataclass(frozen=True)
@@ -187,6 +197,11 @@ class Copy:
         except (Exception, SystemExit) as error:
             raise fault(error, self.source, f"the environment's {verb}") from error
 
+    def close(self) -> None:
+        """Ends it, whatever it says to that: it did what we wanted of it."""
+        with suppress(Exception):
+            self.env.close()
+
     def _reset(self, seed: int) -> Outcome:
         observations, _ = self._parts(self.env.reset(seed=seed), "reset", "observations and infos")
         missing = [str(name) for name in self.names if name not in observations or name not in self.env.agents]
@@ -217,13 +232,13 @@ class Copy:
 
     def _outcome(self, acted: Sequence[Any], observations: Mapping[Any, Any], rewards: Mapping[Any, Any]) -> Outcome:
         live = self._live()
-        for index, (name, size) in enumerate(zip(self.names, self._sizes, strict=True)):
-            if name in observations and (name in acted or name in live):
-                with np.errstate(over="ignore"):  # a double beyond the format rounds to infinity
-                    self._seen[index] = np.array(observations[name], dtype=np.float32)
-                if self._seen[index].shape != (size,):
-                    found = f"{name} observes an array of shape {self._seen[index].shape}, its space says ({size},)"
-                    raise InputError(found, self.source.text, "return what observation_space says")
+        with np.errstate(over="ignore"):  # a double beyond the format rounds to infinity
+            for index, (name, size) in enumerate(zip(self.names, self._sizes, strict=True)):
+                if name in observations and (name in acted or name in live):
+                    self._seen[index] = seen = np.array(observations[name], dtype=np.float32)
+                    if seen.shape != (size,):
+                        found = f"{name} observes an array of shape {seen.shape}, its space says ({size},)"
+                        raise InputError(found, self.source.text, "return what observation_space says")
         gained = [float(rewards.get(name, 0.0)) if name in acted else 0.0 for name in self.names]
         done, ended = ([name in which for name in self.names] for which in (self._ended, self._ended - self._cut))
         return Outcome(list(self._seen), gained, done, ended)
@@ -236,18 +251,25 @@ class Copy:
 
 
 class Copies:
-    """Copies of one environment: one in this process (`at_once` 1), or each in its own, started when first asked."""
+    """Copies of one environment, made when first asked: in this process, or each in its own.
 
-    def __init__(self, source: Source, make: Callable[[], Any], at_once: int) -> None:
+    `apart`: each in its own; None: whichever is quicker, which never changes an outcome.
+    """
+
+    def __init__(self, source: Source, make: Callable[[], Any], at_once: int, apart: bool | None = None) -> None:
         self.source, self.make, self.at_once = source, make, at_once
-        self._here: Copy | None = None
+        self.apart = False if at_once == 1 else apart
+        self._here: list[Copy] = []
         self._processes: list[_Process] = []
 
     def ask(self, verb: str, arguments: Sequence[Any]) -> list[Outcome]:
         """One request to each of the first copies, all at once; InputError when one raises or ends."""
-        if self.at_once == 1:
-            self._here = self._here or Copy(self.make(), self.source)
-            return [self._here.ask(verb, argument) for argument in arguments]
+        if self.apart is None:
+            self.apart = not self._quicker_here()
+        if not self.apart:
+            while len(self._here) < len(arguments):
+                self._here.append(Copy(self.make(), self.source))
+            return [copy.ask(verb, argument) for copy, argument in zip(self._here, arguments, strict=False)]
         try:
             while len(self._processes) < len(arguments):
                 self._processes.append(_Process(self.source))
@@ -259,16 +281,48 @@ class Copies:
             self.close()
             raise
 
+    def _quicker_here(self) -> bool:
+        """Whether two copies in this process leave each other alone, and all of them play sooner here than apart."""
+        pair: list[Copy] = []
+        try:
+            pair += [Copy(self.make(), self.source) for _ in range(2)]
+            seconds, alike = _beside(*pair)
+        except InputError:  # let it come up in play
+            return False
+        finally:
+            for copy in pair:
+                copy.close()
+        return alike and self.at_once * seconds < seconds + self.at_once * MESSAGE + WAKING
+
     def close(self) -> None:
         """Ends all copies; the next request starts fresh ones."""
-        if self._here is not None:
-            with suppress(Exception):  # it did what we wanted of it
-                self._here.env.close()
-        processes, self._processes, self._here = self._processes, [], None
+        for copy in self._here:
+            copy.close()
+        processes, self._processes, self._here = self._processes, [], []
         for process in processes:
             process.dismiss()
         for process in processes:
             process.end()
+
+
+def _beside(one: Copy, other: Copy) -> tuple[float, bool]:
+    """How long a step of a copy takes at best, and whether an episode is the same while another copy plays between its
+    steps: copies that share a module's generator or simulator would disturb each other.
+    """
+    rng = np.random.default_rng(0)
+    sizes = [space(one.env, "action", name).n for name in one.names]
+    actions = rng.integers(sizes, size=(PROBED, len(sizes))).tolist()
+    alone, times = [one.ask("reset", 0)], []
+    for acted in actions:
+        started = time.perf_counter()
+        alone.append(one.ask("step", acted))
+        times.append(time.perf_counter() - started)
+    beside = [one.ask("reset", 0)]
+    other.ask("reset", 1)
+    for acted in actions:
+        beside.append(one.ask("step", acted))
+        other.ask("step", acted)
+    return min(times), [each.bytes for each in alone] == [each.bytes for each in beside]
 
 
 class _Process:

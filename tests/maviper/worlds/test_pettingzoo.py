@@ -293,6 +293,36 @@ def test_a_world_that_is_forgotten_ends_its_processes():
     assert not multiprocessing.active_children()
 
 
+def test_quick_copies_play_here_and_slow_ones_apart_with_the_same_outcomes(monkeypatch, here):
+    monkeypatch.setattr("maviper.worlds.processes.cores", lambda: 2)
+    actions = np.random.default_rng(3).integers(3, size=(8, 2, 2))
+    found = {}
+    for waking in (10.0, -10.0):  # seconds: so slow, and so fast, that either is the quicker way
+        monkeypatch.setattr("maviper.worlds.processes.WAKING", waking)
+        world = find("tests.environments:early")
+        states = played(world, world.start_from_seeds([4, 5]), actions)
+        assert bool(multiprocessing.active_children()) == (waking < 0) == world._copies.apart
+        found[waking] = [np.concatenate([*world.observe(state), world.rewards(state)], axis=1) for state in states]
+        world.close()
+        assert not multiprocessing.active_children()
+    assert all(a.tobytes() == b.tobytes() for a, b in zip(*found.values(), strict=True))
+
+
+def test_copies_that_would_disturb_each_other_play_apart(monkeypatch, here):
+    """They draw from numpy's one generator, so an episode follows from its seed only where it is alone."""
+    monkeypatch.setattr("maviper.worlds.processes.cores", lambda: 2)
+    monkeypatch.setattr("maviper.worlds.processes.WAKING", 10.0)
+    world = find("tests.environments:disturbing")
+    actions = np.ones((5, 2, 2), int)
+    together = played(world, world.start_from_seeds([4, 5]), actions)
+    assert world._copies.apart
+    alone = PettingZooWorld(world._function, world.name, games=1)
+    for row, seed in enumerate((4, 5)):
+        for mine, theirs in zip(played(alone, alone.start_from_seeds([seed]), actions[:, :1]), together, strict=True):
+            assert mine.observations[0][0].tobytes() == theirs.observations[0][row].tobytes()
+    world.close()
+
+
 def test_functions_that_other_processes_cannot_import_are_played_here(monkeypatch):
     from tests import environments
 
