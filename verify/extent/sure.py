@@ -17,7 +17,7 @@ from fractions import Fraction
 from typing import NamedTuple, TypeAlias
 
 from codegen.ir import PolicyProfile
-from verify.checker.episode_reading import ARRIVED, CLAIM, REGION, Matching, Node, Now, PartedEpisode, Place, Side
+from verify.checker.episode_reading import ARRIVED, CLAIM, REGION, Gap, Matching, Node, Now, PartedEpisode, Place, Side
 from verify.checker.reading import LONGEST
 from verify.claims.episodes import Arrival
 from verify.claims.region import Region
@@ -71,6 +71,12 @@ class Sure(PartedEpisode):
                 number = self._number[f"{mover.name}.v{axis}"]
                 later.moved[number] = now.moved[number] or bool(old or push)
         return later
+
+
+def _sides(node: tuple[Side, ...] | Gap) -> tuple[Side, ...]:
+    """The answers of a question; nobody is asked how far apart the starts of two are where none can push another."""
+    assert not isinstance(node, Gap), node
+    return node
 
 
 @dataclass(frozen=True)
@@ -136,16 +142,17 @@ class Following:
         episode = self._passes[0]
         first, second = ([[0 if p == q else episode.far for q in range(n)] for p in range(n)] for n in sizes)
         found, node = list[Cell]([(first, second)]), episode.region
-        while not isinstance(node, int) and len(node) == 1:  # bounds come before choices
-            found = [cut for cell in found for cut in self._parts(cell, node)]
-            node = node[0].child
+        while not isinstance(node, int) and len(sides := _sides(node)) == 1:  # bounds come before choices
+            found = [cut for cell in found for cut in self._parts(cell, sides)]
+            node = sides[0].child
         if found:
             self._fixed = [[[a + b == 0 for a, b in zip(row, column, strict=True)]
                             for row, column in zip(matrix, zip(*matrix, strict=True), strict=True)]
                            for matrix in found[0]]  # fmt: skip
         while not isinstance(node, int):
-            found = [cut for cell in found for cut in self._parts(cell, node)]
-            node = node[0].child
+            sides = _sides(node)
+            found = [cut for cell in found for cut in self._parts(cell, sides)]
+            node = sides[0].child
             if len(found) > MAX_STARTS:
                 raise NoShareError(f"the region falls into more than {MAX_STARTS} parts")
         return found
@@ -185,7 +192,7 @@ class Following:
         if isinstance(node, int):
             return node
         found: list[tuple[Side, Answers]] = []
-        for side in node:
+        for side in _sides(node):
             upper, lower, most, room = episode.limits(side, now)
             cut = self._cut(cell, upper, lower, most + room)
             below = None if cut is None else self._look(cut, side.child, now, episode)
