@@ -1,0 +1,69 @@
+"""`maviper.from_file`, `from_sklearn` and `from_onnx`, the verbs: profiles of trees that other programs made.
+
+Does: hands its parameters to the importers.
+Assumes: it is imported with the package, so that nothing heavy may come with it.
+Does not: read a file itself.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+    from pathlib import Path
+
+    from codegen.ir import PolicyProfile
+
+
+def from_file(
+    file: str | Path | Mapping[str, str | Path],
+    feature_names: Sequence[str] | None = None,
+    action_names: Sequence[str] | None = None,
+    name: str = "imported",
+) -> PolicyProfile:
+    """A profile of the trees in a file of another program, as `maviper import` makes it; nothing in the file is run.
+
+    `file`: if/else Python or ONNX, recognised by its name or content; or agent -> file, for a team. `feature_names`,
+    `action_names`: instead of the file's own, for every agent. InputError for a file that is not understood in full,
+    MissingToolError without a package that reading it needs.
+    """
+    from pathlib import Path
+
+    from maviper.files.importing import ImportOptions, imported
+
+    features, actions = (None if each is None else tuple(each) for each in (feature_names, action_names))
+    alone = Path(file) if isinstance(file, str | Path) else None
+    team = None if isinstance(file, str | Path) else {agent: Path(each) for agent, each in file.items()}
+    return imported(ImportOptions(alone, team, features, actions, name))
+
+
+def from_sklearn(
+    classifier: object,
+    feature_names: Sequence[str] | None = None,
+    action_names: Sequence[str] | None = None,
+    name: str = "imported",
+) -> PolicyProfile:
+    """A profile of one agent from a fitted scikit-learn DecisionTreeClassifier.
+
+    `feature_names`: default those it was fitted with, or x0, x1, ...; `action_names`: default its labels, in the order
+    of `classes_`. InputError for anything but a fitted classifier of one output.
+    """
+    from codegen.importers.scikit import from_sklearn as imported
+
+    return imported(classifier, feature_names, action_names, name)
+
+
+def from_onnx(
+    model: Path | str | bytes,
+    feature_names: Sequence[str] | None = None,
+    action_names: Sequence[str] | None = None,
+    name: str = "imported",
+) -> PolicyProfile:
+    """A profile of one agent from an ONNX model (bytes, or a path) that is one decision tree.
+
+    Names as for `from_sklearn`. InputError for a model with any other node; MissingToolError without the package onnx.
+    """
+    from codegen.importers.onnx import from_onnx as imported
+
+    return imported(model, feature_names, action_names, name)
