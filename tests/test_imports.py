@@ -14,7 +14,13 @@ import pytest
 
 ROOT = Path(__file__).parent.parent
 PACKAGES = ("codegen", "maviper", "verify")
-VERBS = ("maviper", "maviper.__main__", "maviper.cli")  # load what they do when they are called
+VERBS = (
+    "maviper",
+    "maviper.__main__",
+    "maviper.cli",
+    "maviper.files.verbs",
+    "maviper.reproduction.verb",
+)  # load what they do when they are called
 HEAVY = {"joblib", "matplotlib", "mpe2", "pettingzoo", "scipy", "sklearn", "torch", "z3"}
 EXTRAS = {"dask", "distributed", "matplotlib", "onnx", "onnxruntime", "torch"}  # asked for where they are missing
 
