@@ -27,6 +27,7 @@ from maviper.worlds.physical_deception import ADVERSARIES
 WORLDS = (
     "physical-deception",
     "physical-deception,velocity=1",
+    "physical-deception,shuffled=1",
     "cooperative-navigation",
     "predator-prey",
     "predator-prey,observation=mpe2",
