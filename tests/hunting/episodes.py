@@ -1,7 +1,8 @@
 """One question about episodes: drawn from its seed, asked of the verifier, every word of the answer judged.
 
-Does: teams that go somewhere or stand, small regions of starts, the claims reaches, covers and keeps_apart; verdicts,
-  counterexamples, explanations and forged certificates against the judge's episodes in mpe2.
+Does: teams that go somewhere or stand, small regions of starts, the claims reaches, covers and keeps_apart; worlds of
+  all kinds, or those in which agents push each other; verdicts, counterexamples, explanations and forged certificates
+  against the judge's episodes in mpe2.
 Assumes: the front door, with few sampled starts: so zones decide, and not samples.
 Does not: keep records (record.py).
 """
@@ -39,6 +40,12 @@ WORLDS = {
     "cooperative-navigation,agents=2": 1,
     "predator-prey": 1,
 }
+PUSHING = {
+    "cooperative-navigation,agents=2": 3,
+    "cooperative-navigation": 1,
+    "predator-prey": 1,
+    "predator-prey,predators=1,prey=1,obstacles=1": 3,
+}
 ZONES = 10_000
 SAMPLES = 300
 SIDES = (Fraction(1, 16), Fraction(1, 64), Fraction(1, 8), Fraction(0), Fraction(1, 2**30))
@@ -54,11 +61,11 @@ class Asked:
     question: EpisodeQuestion
 
 
-def drawn(seed: int) -> Asked:
-    """The question of a seed."""
+def drawn(seed: int, worlds: Mapping[str, int] = WORLDS) -> Asked:
+    """The question of a seed, in one of some worlds, by their weights."""
     rng = np.random.default_rng([seed, 7])
-    weights = np.array(list(WORLDS.values()), dtype=float)
-    world = str(rng.choice(list(WORLDS), p=weights / weights.sum()))
+    weights = np.array(list(worlds.values()), dtype=float)
+    world = str(rng.choice(list(worlds), p=weights / weights.sum()))
     profile, team = teams.bare(world), teams.TEAMS[world.split(",")[0]]
     goes = bool(rng.random() < 0.92)
     profile, meeting = _team(rng, profile, team, goes)
@@ -239,8 +246,9 @@ def _forged(asked: Asked, text: str, told: Told, rng: np.random.Generator) -> No
 
 
 def _case_of(document: Mapping[str, Any], case: Case) -> Case:
-    claim = {"name": document["property"], "team": document["team"], "steps": document["steps"], "others": ()}
-    claim |= {"radius": forging.number(document["radius"]), "landmarks": tuple(document["landmarks"])}
+    claim = {"name": document["property"], "team": document["team"], "steps": document["steps"]}
+    claim |= {"radius": forging.number(document["radius"])}
+    claim |= {names: tuple(document.get(names, ())) for names in ("landmarks", "others")}
     return Case(case.profile, claim, forging.region_of(document["region"]), document["semantics"])
 
 
@@ -263,13 +271,17 @@ def _parts(document: forging.Document, rng: np.random.Generator) -> None:
 
 def _stated(document: forging.Document, rng: np.random.Generator) -> None:
     """Another claim of the same proof."""
-    kind = int(rng.integers(5))
+    kind, apart = int(rng.integers(5)), document["property"] == "keeps_apart"
     if kind == 0:
         document["steps"] = max(0, document["steps"] + int(rng.choice([-3, -1, 1, 5])))
     elif kind == 1:
-        document["radius"] = str(forging.number(document["radius"]) / int(rng.integers(2, 6)))
+        factor = Fraction(1, int(rng.integers(2, 6)))
+        document["radius"] = str(forging.number(document["radius"]) * (1 / factor if apart else factor))
     elif kind == 2:
         document["property"] = "covers" if document["property"] == "reaches" else "reaches"
+        document.setdefault("landmarks", document.pop("others", []))
+    elif kind == 3 and apart:
+        document["others"] = [] if document["others"] else ["landmark_0"]
     elif kind == 3:
         document["landmarks"] = document["landmarks"][::-1]
     else:
@@ -291,4 +303,15 @@ def _placed(document: forging.Document, rng: np.random.Generator) -> None:
         part["followed"] = part["followed"][::-1] if len(part["followed"]) > 1 else ["adversary_0"]
 
 
-CHANGES = (_parts, _stated, _placed)
+def _named(document: forging.Document, rng: np.random.Generator) -> None:
+    """A part about another pair, or about all of them; another form of the same proof."""
+    part, kind = document["parts"][int(rng.integers(len(document["parts"])))], int(rng.integers(3))
+    if kind == 0:
+        part["agent"] = part["landmark"] = ""
+    elif kind == 1:
+        part["agent"], part["landmark"] = part["landmark"], part["agent"]
+    else:
+        document["certificate"] = document["certificate"][:-1] + str(rng.integers(1, 4))
+
+
+CHANGES = (_parts, _stated, _placed, _named)

@@ -85,7 +85,7 @@ class ContactEpisode(PartedEpisode):
         gaps = tuple(_less(boxes[pair.first], boxes[pair.second]) for pair in self.contacts)
         still = [0] * len(self.names)
         self.start = Now(0, (), still, [False] * len(still), still, gaps)
-        self._asking = [number for number in range(len(gaps)) if self.sorts(number)[0]]
+        self._asking = [number for number in range(len(gaps)) if set(self._paired(number)) != {None}]
         self._velocity = lru_cache(MAX_KNOWN)(self._pushed)  # most branches share their actions so far
         self._whatever = self._bounded()
 
@@ -97,11 +97,14 @@ class ContactEpisode(PartedEpisode):
             found.append(self._stepped(found[-1], everybody, pairs, self.start))
         return found
 
-    def sorts(self, number: int) -> tuple[bool, bool]:
-        """Whether some one of a pair acts by its tree, and whether some one may do anything."""
+    def strange(self, gap: Gap) -> bool:
+        """Whether one of a pair may do anything."""
+        return None in self._paired(gap.pair)
+
+    def _paired(self, number: int) -> list[int | None]:
+        """Of the agents in a pair their places among those followed."""
         pair = self.contacts[number]
-        places = [self._place[number] for number in (pair.first, pair.second) if number < len(self._agents)]
-        return any(place is not None for place in places), any(place is None for place in places)
+        return [self._place[one] for one in (pair.first, pair.second) if one < len(self._agents)]
 
     def apart(self, gap: Gap, now: Now) -> bool:
         """Whether two whose starts differ so are too far apart to push each other."""

@@ -12,6 +12,7 @@ from fractions import Fraction
 
 from codegen.ir import PolicyProfile
 from codegen.policy_json import content_hash
+from verify.checker.contact_reading import ContactEpisode
 from verify.checker.contacts import coincident
 from verify.checker.episode_certificates import READINGS, EpisodeCertificate, forms
 from verify.checker.episode_reading import Episode, Matching, OpenBranchError, Part, matchings
@@ -67,13 +68,27 @@ def _closed(
         own = _own(part, matchings(profile, claim))
         # a part that is too large keeps no other one from being searched: that may hold an open branch
         limit = max(left, most // len(needed))
-        prover = Prover(reading(profile, claim, region, part.goal, part.followed, own), limit)
-        with suppress(TooLongError):
-            parts.append(replace(part, proof=prover.run()))
-        left -= prover.looked
+        found, looked = _searched(reading(profile, claim, region, part.goal, part.followed, own), limit)
+        parts += [replace(part, proof=found)] if found is not None else []
+        left -= looked
     if len(parts) < len(needed):
         raise NoCertificateError(f"its proof takes more than {most:,} answers; a larger --max-zones allows more")
     return tuple(parts)
+
+
+def _searched(episode: Episode, limit: int) -> tuple[bytes | None, int]:
+    """A proof, None where it is too large, and how many answers were looked at. OpenBranchError.
+
+    Where agents push each other, starts are told apart by how they touch only if it does not close otherwise.
+    """
+    if isinstance(episode, ContactEpisode):
+        coarse = Prover(episode, limit, finely=False)
+        with suppress(OpenBranchError, TooLongError):
+            return coarse.run(), coarse.looked
+    prover = Prover(episode, limit)
+    with suppress(TooLongError):
+        return prover.run(), prover.looked
+    return None, prover.looked
 
 
 def _own(part: Part, allowed: list[Matching]) -> list[Matching]:

@@ -15,17 +15,18 @@ MAX_CELLS = 1 << 10  # of one gap; beyond it, it stays whole
 GAIN = GRID >> 14  # a bound that is nearer by less is not worth its bytes
 
 
-def where(episode: ContactEpisode, gap: Gap, allowed: Box, now: Now) -> int:
-    """Where to cut a gap, as a number of the proof; 0 for nowhere. `allowed`: what its zone lets it be."""
+def where(episode: ContactEpisode, gap: Gap, allowed: Box, now: Now, finely: bool) -> int:
+    """Where to cut a gap, as a number of the proof; 0 for nowhere. `allowed`: what its zone lets it be; `finely`: also
+    where some starts lie on either side.
+    """
     if episode.apart(gap, now):
         return 0
     tighter = list(_tighter(gap, allowed))
     enough = [(axis, at) for axis, at, trimmed in tighter if episode.apart(trimmed, now)]
     cuts = enough or [(axis, at) for axis, at, _ in tighter]
-    followed, anywhere = episode.sorts(gap.pair)
-    if not cuts and followed:
+    if not cuts and finely:
         cuts = list(_lines(episode, gap, now))
-    if not cuts and followed and not anywhere:  # who may do anything may soon be anywhere, so that cells say little
+    if not cuts and finely and not episode.strange(gap):  # who does anything may soon be anywhere: cells say little
         cuts = list(_middle(gap))
     return _number(*cuts[0]) if cuts else 0
 

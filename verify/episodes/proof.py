@@ -63,10 +63,10 @@ class Several(NamedTuple):
 
 
 class Prover:
-    """The search for one part, once."""
+    """The search for one part, once. `finely`: starts of those who may touch are told apart by how they do."""
 
-    def __init__(self, episode: Episode, limit: int = MAX_ANSWERS) -> None:
-        self._episode, self._limit, self.looked = episode, limit, 0
+    def __init__(self, episode: Episode, limit: int = MAX_ANSWERS, finely: bool = True) -> None:
+        self._episode, self._limit, self._finely, self.looked = episode, limit, finely, 0
         asked = sorted(used(episode))
         self._nodes = [[0, *(node for node in asked if episode.names[node].endswith(axis))] for axis in (".x", ".y")]
         self._at = {node: (axis, place) for axis, nodes in enumerate(self._nodes) for place, node in enumerate(nodes)}
@@ -143,7 +143,7 @@ class Prover:
         stage, _, chosen, now = place
         episode = self._episode
         assert isinstance(episode, ContactEpisode)
-        number = where(episode, gap, self._allowed(episode, zone, gap), now)
+        number = where(episode, gap, self._allowed(episode, zone, gap), now, self._finely)
         yield varint(number)
         if not number:
             following = episode.onward(stage, gap, chosen, now)

@@ -187,8 +187,8 @@ class _Judged:
 
 
 def _judged(question: EpisodeQuestion) -> _Judged:
-    """The verdict: one of the zones that a proof is, only where the second reading leaves no start open. Where there is
-    no second reading, or it gave up for size before it found an open branch, a proof has one reading, and says so.
+    """The verdict: one of the zones that a proof is, only where the second reading leaves no start open. Where it gave
+    up for size before it found an open branch, a proof has one reading, and says so.
     """
     decision, violating = _settled(question)
     if decision.verdict is not Verdict.PROVED:

@@ -164,11 +164,11 @@ class Late(ContactEpisode):
 
     def __init__(self, *given):
         super().__init__(*given)
-        self.contacts = tuple(pair._replace(reach=pair.reach - GRID // 20) for pair in self.contacts)
+        self.contacts = tuple(pair._replace(reach=pair.reach - GRID // 6) for pair in self.contacts)
 
 
 class Soft(ContactEpisode):
-    """A hundredth of the margin."""
+    """Forty times the margin, as if contacts were soft."""
 
     def __init__(self, *given):
         super().__init__(*given)

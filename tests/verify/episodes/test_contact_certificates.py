@@ -1,0 +1,332 @@
+"""Certificates of episodes with contacts and of keeps_apart: made for what zones prove; forged ones are refused."""
+
+from dataclasses import replace
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from codegen import ir
+from codegen.errors import InputError
+from codegen.policy_json import content_hash
+from tests.contacts import around
+from tests.strategies import with_trees
+from tests.teams import LEFT, RIGHT, STAY
+from tests.verify.checker import test_contact_reading as faults
+from tests.verify.episodes.test_contacts import HALF, HOMING, LANES, SPREAD, TAG, going
+from verify.checker import episodes
+from verify.checker.certificates import numbers
+from verify.checker.contact_reading import ContactEpisode
+from verify.checker.episode_certificates import PUSHED, accepted, from_json, to_json
+from verify.checker.episode_reading import OpenBranchError, Part
+from verify.checker.reading import RejectedError
+from verify.claims.catalogue import find_claim
+from verify.claims.region import Region, Verdict
+from verify.episodes.certificates import made
+from verify.episodes.composition import decide
+from verify.episodes.proof import Prover, TooLongError
+from verify.question import Question
+from verify.states.episodes import at_rest, fulfilled, play
+from verify.states.state import sample
+from verify.verdicts.episodes import verify_episodes
+
+pytestmark = pytest.mark.solver
+
+CHASE = f"{TAG},predators=1,prey=1,obstacles=1"
+PAIR = f"{SPREAD},agents=2"
+FACING = [(-0.5, 0), (0.5, 0), (0.4, 0), (-0.4, 0)]
+
+
+def fails_at(profile, claim, region, count=300):
+    coordinates, _ = sample(at_rest(region), profile.world, count, 3)
+    return int((~fulfilled(profile, claim, play(profile, coordinates, claim.steps)[0])).sum())
+
+
+def certified(profile, claim, region):
+    found = decide(Question(profile, claim, region))
+    assert found.verdict is Verdict.PROVED, found
+    return made(Question(profile, claim, region), found.parts)
+
+
+@pytest.fixture(scope="module")
+def cases():
+    """Claims that hold, some of them just so: (profile, certificate)."""
+    found = []
+    homing = around(HOMING, HALF, LANES)
+    for claim in (find_claim("reaches", HOMING, steps=11), find_claim("keeps_apart", HOMING, radius=Fraction(2, 5))):
+        found.append((HOMING, certified(HOMING, claim, homing)))
+    meeting = going(RIGHT, LEFT, name=PAIR)
+    near = around(meeting, Fraction(1, 100), FACING)
+    for claim in (
+        find_claim("keeps_apart", meeting, steps=8, radius=Fraction(1, 20)),
+        find_claim("reaches", meeting, steps=7, radius=Fraction(7, 20)),
+    ):
+        found.append((meeting, certified(meeting, claim, near)))
+    fleeing = going(RIGHT, RIGHT, name=CHASE)
+    chase = around(fleeing, Fraction(1, 20), [(-0.5, 0), (0.0, 0), (-0.5, -0.9)])
+    claim = find_claim("keeps_apart", fleeing, "prey", others=["adversary_0"], steps=10, radius=Fraction(3, 8))
+    found.append((fleeing, certified(fleeing, claim, chase)))
+    return found
+
+
+def test_what_is_proved_has_a_certificate(cases):
+    """Reaching, keeping apart, and prey: each comes back from its text and is accepted."""
+    for profile, certificate in cases:
+        text = to_json(certificate)
+        assert certificate.form == PUSHED and from_json(text) == certificate and to_json(from_json(text)) == text
+        assert accepted(certificate, profile) > 0
+        assert fails_at(profile, certificate.claim, certificate.region, 2_000) == 0
+    names = [certificate.claim.name for _, certificate in cases]
+    assert names == ["reaches", "keeps_apart", "keeps_apart", "reaches", "keeps_apart"]
+
+
+def test_a_verdict_shows_its_certificate(cases):
+    profile, certificate = cases[2]
+    result = verify_episodes(Question(profile, certificate.claim, certificate.region), {})
+    assert result.certificate == certificate and result.branches == accepted(certificate, profile)
+    assert not result.uncertified and "over-approximated" in result.contacts
+
+
+def test_opponents_as_in_the_profile_are_followed_in_the_proof():
+    profile = going(LEFT, STAY, name=CHASE)
+    region = around(profile, Fraction(1, 20), [(-0.5, 0), (0.5, 0), (0, -0.9)])
+    claim = find_claim("keeps_apart", profile, "prey", others=["adversary_0"])
+    certificate = certified(profile, claim, region)
+    assert [part.followed for part in certificate.parts] == [("adversary_0", "agent_0")]
+    alone = replace(certificate.parts[0], followed=("agent_0",))
+    with pytest.raises(RejectedError):
+        accepted(replace(certificate, parts=(alone,)), profile)
+
+
+# --- mutations
+
+
+def stands(certificate, profile):
+    """Whether a certificate of any content, its hashes made to fit, is accepted."""
+    certificate = replace(certificate, profile=content_hash(profile))
+    try:
+        return accepted(from_json(to_json(certificate)), profile) >= 0
+    except (RejectedError, InputError):
+        return False
+
+
+def other_world(rng, profile):
+    """Other contacts, sizes, forces, damping or time."""
+    world = profile.world
+    kind = int(rng.integers(4))
+    if kind == 0:
+        factor = float(rng.choice([0.0, 0.25, 0.5, 3.0]))
+        return replace(profile, world=replace(world, contact_force=world.contact_force * factor))
+    if kind == 1:
+        changes = [{"contact_margin": 0.02}, {"contact_margin": 1e-4}, {"damping": 0.1}, {"damping": 0.4}, {"dt": 0.12}]
+        return replace(profile, world=replace(world, **changes[int(rng.integers(len(changes)))]))
+    size = {"size": float(rng.choice([0.02, 0.3]))} if kind == 2 else {"force": float(rng.choice([1.0, 8.0]))}
+    return replace(profile, world=replace(world, agents=tuple(replace(one, **size) for one in world.agents)))
+
+
+def other_tree(rng, profile):
+    agents = [policy.agent for policy in profile.agents]
+    agent = agents[int(rng.integers(len(agents)))]
+    grown = profile.policy(agent).tree
+    place = int(rng.integers(len(grown.feature)))
+    if grown.feature[place] == ir.NO_FEATURE:
+        action = grown.action.copy()
+        action[place] = rng.integers(5)
+        return with_trees({agent: replace(grown, action=action)}, profile)
+    threshold = grown.threshold.copy()
+    threshold[place] += np.float32(rng.choice([-0.4, -0.05, 0.05, 0.4]))
+    return with_trees({agent: replace(grown, threshold=threshold)}, profile)
+
+
+def other_claim(rng, certificate):
+    claim = certificate.claim
+    if rng.random() < 0.5:
+        return replace(certificate, claim=replace(claim, steps=max(0, claim.steps + int(rng.choice([-2, -1, 1, 2])))))
+    factor = Fraction(int(rng.integers(21, 60)), 20) if claim.apart else Fraction(int(rng.integers(5, 20)), 20)
+    return replace(certificate, claim=replace(claim, radius=claim.radius * factor))
+
+
+def wider(rng, certificate):
+    region = certificate.region
+    name = str(rng.choice([name for name in region.box if not name.endswith(("vx", "vy"))]))
+    low, high = region.box[name]
+    ends = low - Fraction(int(rng.integers(4)), 10), high + Fraction(int(rng.integers(4)), 10)
+    return replace(certificate, region=Region({**region.box, name: ends}, region.goals))
+
+
+def other_names(rng, certificate):
+    """A part about another pair, other followed agents, or none of them; or another claim of the same proof."""
+    parts, claim = list(certificate.parts), certificate.claim
+    place, kind = int(rng.integers(len(parts))), int(rng.integers(5))
+    part = parts[place]
+    if kind == 0:
+        parts[place] = replace(part, followed=part.followed[:-1] or ("agent_1",))
+    elif kind == 1:
+        parts[place] = replace(part, followed=(*part.followed, "agent_0", "agent_1"))
+    elif kind == 2:
+        parts.remove(part)
+    elif kind == 3:
+        parts[place] = replace(part, agent="", landmark="")
+    elif claim.apart:
+        claim = replace(claim, others=("obstacle_0", "landmark_0", "agent_0")[int(rng.integers(3)) :][:1])
+    else:
+        claim = replace(claim, landmarks=claim.landmarks[::-1])
+    return replace(certificate, parts=tuple(parts), claim=claim)
+
+
+def other_proof(rng, certificate):
+    """Bytes of a proof that are others, more or fewer; the proof of another part; or none."""
+    parts = list(certificate.parts)
+    place, kind = int(rng.integers(len(parts))), int(rng.integers(5))
+    proof = bytearray(parts[place].proof)
+    at = int(rng.integers(len(proof)))
+    if kind == 0:
+        proof = bytearray(int(rng.integers(4)))
+    elif kind == 1:
+        proof = bytearray(parts[int(rng.integers(len(parts)))].proof)
+    else:
+        proof[at : at + int(rng.integers(1, 3))] = bytes(rng.integers(0, 12, rng.integers(3)).tolist())
+    parts[place] = replace(parts[place], proof=bytes(proof))
+    return replace(certificate, parts=tuple(parts))
+
+
+def mutated(rng, profile, certificate):
+    """(profile, certificate), one of them changed at random."""
+    kind = int(rng.integers(7))
+    if kind in (0, 1):
+        return (other_world if kind else other_tree)(rng, profile), certificate
+    change = (other_claim, wider, other_names, other_proof, other_proof)[kind - 2]
+    return profile, change(rng, certificate)
+
+
+def test_no_mutation_makes_a_false_claim_accepted(cases):
+    """300 mutations with hashes made to fit: what is accepted holds from all sampled starts."""
+    rng = np.random.default_rng(11)
+    wrong = kept = refused = 0
+    for _ in range(300):
+        profile, certificate = mutated(rng, *cases[rng.integers(len(cases))])
+        stood = stands(certificate, profile)
+        kept, refused = kept + stood, refused + (not stood)
+        try:
+            false = fails_at(profile, certificate.claim, certificate.region, 100) > 0
+        except (InputError, LookupError, ValueError):  # about what the profile does not have
+            assert not stood
+            continue
+        wrong += false
+        assert not (stood and false), (certificate.claim, certificate.region)
+    assert wrong > 40 and kept > 20 and refused > 150
+
+
+def test_each_changed_byte_of_a_proof_is_refused_or_as_good(cases):
+    """A proof says nothing but how branches are closed; that it can be refused shows that the checker reads it."""
+    profile, certificate = cases[2]
+    part, refused = certificate.parts[0], 0
+    for place in range(len(part.proof)):
+        proof = bytearray(part.proof)
+        proof[place] ^= 1
+        refused += not stands(replace(certificate, parts=(replace(part, proof=bytes(proof)),)), profile)
+    assert refused > 0.7 * len(part.proof)
+    for proof in (part.proof[:-1], part.proof + b"\0", b"", part.proof + part.proof):
+        assert not stands(replace(certificate, parts=(replace(part, proof=proof),)), profile)
+
+
+# --- provers with faults
+
+
+class Narrow(ContactEpisode):
+    """Takes the gaps of starts for narrower than the region says."""
+
+    def __init__(self, *given):
+        super().__init__(*given)
+        gaps = tuple(tuple(((low + high) // 2,) * 2 for low, high in gap) for gap in self.start.gaps)
+        self.start = self.start._replace(gaps=gaps)
+
+
+class Blind(ContactEpisode):
+    """Knows no contacts."""
+
+    def _forces(self, now, pairs):
+        return {}
+
+
+class Careless(ContactEpisode):
+    """Follows only one of the two parts of a cut."""
+
+    def cut(self, gap, number):
+        return super().cut(gap, number)[:1]
+
+
+class Generous(ContactEpisode):
+    """Takes those who are too near for apart enough."""
+
+    def onward(self, stage, answer, chosen, now):
+        return super().onward(stage, 1 if stage == -1 else answer, chosen, now)
+
+
+def asked():
+    """(profile, claim, region, followed): claims that mostly do not hold."""
+    meeting = going(RIGHT, LEFT, name=PAIR)
+    for half in (Fraction(1, 100), Fraction(1, 25)):
+        near = around(meeting, half, FACING)
+        for number in range(2, 10):
+            claim = find_claim("keeps_apart", meeting, steps=8, radius=Fraction(number, 20))
+            yield meeting, claim, near, ("agent_0", "agent_1")
+            claim = find_claim("reaches", meeting, steps=12, radius=Fraction(number, 20))
+            yield meeting, claim, near, ("agent_0", "agent_1")
+    lazy = going(RIGHT, STAY, name=CHASE)
+    for number in range(1, 9):
+        chase = around(lazy, Fraction(1, 50), [(-Fraction(number, 10), 0), (0, 0), (-0.5, -0.9)])
+        yield lazy, find_claim("keeps_apart", lazy, "prey", others=["adversary_0"], steps=10), chase, ("agent_0",)
+
+
+def forged(kind, profile, claim, region, followed):
+    """What a search by some reading gives; None where it gives nothing."""
+    pair = ("agent_0", claim.named[0]) if claim.named else ("agent_0", "agent_1")
+    try:
+        proof = Prover(kind(profile, claim, region, None, followed, [(pair,)]), 20_000).run()
+    except (OpenBranchError, TooLongError):
+        return None
+    return Part(*pair, None, followed, proof)
+
+
+@pytest.mark.parametrize(
+    "kind", [faults.Weak, faults.Pulling, faults.Late, faults.Rigid, faults.Tame, Narrow, Blind, Careless, Generous]
+)
+def test_faults_of_the_search_are_refused(kind):
+    """Each fault proves something that does not follow, and none of it is accepted."""
+    caught = 0
+    for profile, claim, region, followed in asked():
+        part = forged(kind, profile, claim, region, followed)
+        if part is None or forged(ContactEpisode, profile, claim, region, followed) is not None:
+            continue
+        caught += 1
+        own = [((part.agent, part.landmark),)]
+        reading = ContactEpisode(profile, claim, region, None, followed, own)
+        with pytest.raises(RejectedError):
+            episodes.close(reading, numbers(part.proof))
+    assert caught > 0
+
+
+def test_what_a_certificate_must_say(cases):
+    profile, certificate = cases[2]
+
+    def refused(said, **changes):
+        with pytest.raises((RejectedError, InputError), match=said):
+            accepted(replace(certificate, **changes), profile)
+
+    claim, part = certificate.claim, certificate.parts[0]
+    assert (part.agent, part.landmark) == ("agent_0", "agent_1")
+    refused("do not make up the claim", parts=())
+    refused("others that", parts=(replace(part, landmark="agent_7"),))
+    refused("says nothing", claim=replace(claim, radius=Fraction(0)))
+    refused("radius", claim=replace(claim, radius=Fraction(-1)))
+    refused("unknown entity", claim=replace(claim, others=("agent_7",)))
+    refused("another form", form="maviper-episode-certificate-2")
+    one_place = dict.fromkeys(certificate.inhabitant, Fraction(0))
+    anywhere = Region(
+        {name: (min(low, Fraction(0)), max(high, Fraction(0))) for name, (low, high) in certificate.region.box.items()},
+        (),
+    )
+    refused("stand in one place", inhabitant=one_place, region=anywhere)
+    text = to_json(certificate)
+    assert '"others": []' in text and '"landmarks"' not in text.replace('"landmark"', "")
