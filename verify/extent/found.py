@@ -22,7 +22,7 @@ from verify.zones.engine import BeyondZonesError
 BEYOND = (
     "an inequality of the claim bounds neither a coordinate nor a difference of two, so only a solver can decide it"
 )
-NOISY = "violating zones are known only for features without errors, and the claim allows errors"
+OVERLAPPING = "zones of different leaves overlap, in too many parts to count each state once"
 OF_LEAVES = "the claim is about leaves and not about world states"
 
 
@@ -68,8 +68,6 @@ def where(question: DecisionQuestion, verdict: Verdict, name: str = "") -> Where
         return Where(everywhere=True)
     if verdict is Verdict.VACUOUS:
         return Where("the claim is about no world state of the region")
-    if claim.eps:
-        return Where(NOISY)
     try:
         failing = tuple(violations(question))
     except BeyondZonesError:
@@ -80,6 +78,8 @@ def where(question: DecisionQuestion, verdict: Verdict, name: str = "") -> Where
         return replace(found, share_reason=reason, part_reason=reason)
     share = exact_share(question, failing)
     found = replace(found, share=share) if isinstance(share, ExactShare) else replace(found, share_reason=share)
+    if isinstance(share, ExactShare) and not share.exact:
+        found = replace(found, share_reason=OVERLAPPING)
     if not found.count:
         return replace(found, part_reason="no zone violates the claim over real positions")
     part = largest(question, failing, SAMPLE_SEED)
