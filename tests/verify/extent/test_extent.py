@@ -251,12 +251,12 @@ def test_zones_hold_exactly_the_states_that_some_errors_make_fail(profile):
         pair, claim = noisy(rng, profile)
         region = random_region(rng, pair)
         found = violations.violations(Question(pair, claim, region))
-        for state in grid_points(rng, region, 25):
+        for state in grid_points(rng, region, 30):
             for failing in found:
                 holding = sum(contains(failing.bounds(zone), state) for zone in failing.zones)
                 assert bool(holding) != stands(pair, claim, state, failing.goal)
                 seen, shared = seen + bool(holding), shared + (holding > 1)
-    assert seen > 60 and shared > 10
+    assert seen > 40 and shared > 5
 
 
 def test_states_in_several_zones_are_counted_once(profile, monkeypatch):
@@ -390,6 +390,26 @@ def test_cuts_remove_the_zones_that_they_say(profile):
         assert len(space.left(space.zones, direction, most)[0]) == kept
 
 
+def test_too_many_cells_leave_a_region_inside_a_smaller_one(profile):
+    """For two agents, and for three with velocities: no state of the region found fails, and both engines prove it."""
+    rng, found_for = np.random.default_rng(41), 0
+    trios = [navigation(rng, 2) for _ in range(6)]
+    same = team(profile, towards(0, 0), towards(0, 1))
+    for asked, claim in [(same, CLAIM), *trios]:
+        question = Question(asked, claim, start_region(asked.world), budgets=Budgets(max_cells=40))
+        found = where.where(question, Verdict.VIOLATED, name="region-1.toml")
+        if found.complete or found.part is None:
+            continue
+        found_for += 1
+        assert found.share is None and "more than 40" in found.share_reason and not found.part_reason
+        inner = question.within(found.part.region)
+        assert decide(inner).verdict is Verdict.PROVED and shares.measure(inner, 3, 5_000).conflict.hits > 0
+        for state in grid_points(rng, found.part.region, 60):
+            assert not any(fails_at(asked, claim, state, goal) for goal in everyone(found.part.region))
+        assert found.part.exact is None or 0 < found.part.exact < 1
+    assert found_for > 2
+
+
 # --- what there is to say
 
 
@@ -419,7 +439,7 @@ def test_a_budget_of_zones_that_ends_says_so(profile):
     claim, region = find_property("distinct_targets", same), everywhere(same)
     every = where.where(Question(same, claim, region), Verdict.VIOLATED)
     few = where.where(Question(same, claim, region, budgets=Budgets(max_cells=5)), Verdict.VIOLATED)
-    assert few.count == 5 and not few.complete and few.share is None and few.part is None
+    assert few.count == 5 and not few.complete and few.share is None and few.part is not None
     assert few.share_reason.startswith("not all violating zones are known")
     exactly = where.where(Question(same, claim, region, budgets=Budgets(max_cells=every.count)), Verdict.VIOLATED)
     assert exactly.complete and exactly.share == every.share
