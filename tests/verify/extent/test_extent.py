@@ -246,7 +246,7 @@ def test_the_budget_of_faces_has_its_reason(profile):
 
 def test_zones_hold_exactly_the_states_that_some_errors_make_fail(profile):
     """Every meaning, thresholds nearer than errors; regions with equalities, differences and distances."""
-    rng, seen, shared = np.random.default_rng(31), 0, 0
+    rng, seen = np.random.default_rng(31), 0
     for _ in range(25):
         pair, claim = noisy(rng, profile)
         region = random_region(rng, pair)
@@ -255,8 +255,8 @@ def test_zones_hold_exactly_the_states_that_some_errors_make_fail(profile):
             for failing in found:
                 holding = sum(contains(failing.bounds(zone), state) for zone in failing.zones)
                 assert bool(holding) != stands(pair, claim, state, failing.goal)
-                seen, shared = seen + bool(holding), shared + (holding > 1)
-    assert seen > 40 and shared > 5
+                seen += bool(holding)
+    assert seen > 40
 
 
 def test_states_in_several_zones_are_counted_once(profile, monkeypatch):
