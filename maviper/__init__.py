@@ -258,9 +258,10 @@ def verify(
     `margin` and `radius` are lengths of the world, `kappa` is a ratio, `eps` is in the features' units. `steps`: of an
     episode; `landmarks`: one for each agent of the team; `others`: from whom keeps_apart keeps the team; `of`: what
     steady is about. `semantics`: machine, or real for exact arithmetic. `where`: also where a claim about single
-    decisions holds and fails (`Result.where`, `Result.within`), in at most `max_cells` failing cells. `max_zones`
-    limits claims about episodes, `solver_units` each query to Z3. None: as `maviper properties list` says. InputError
-    for a name that there is not, or a parameter that the claim does not read.
+    decisions holds and fails (`Result.where`, `Result.within`), in at most `max_cells` failing cells, and from what
+    share of the starts one about episodes fails (`EpisodeResult.starts`). `max_zones` limits claims about episodes,
+    `solver_units` each query to Z3. None: as `maviper properties list` says. InputError for a name that there is not,
+    or a parameter that the claim does not read.
     """
     from maviper.verification.ask import VerifyOptions, number
     from maviper.verification.run import results

@@ -12,7 +12,7 @@ from fractions import Fraction
 from codegen.intervals import Share
 from verify.claims.formula import TRUE
 from verify.claims.region import Kind, Region, Verdict, everywhere
-from verify.extent.largest import largest
+from verify.extent.largest import candidates, largest
 from verify.extent.violations import ExactShare, Failing, exact_part, exact_share, violations
 from verify.question import DecisionQuestion
 from verify.states.shares import SAMPLE_SEED, SAMPLES
@@ -22,7 +22,7 @@ from verify.zones.engine import BeyondZonesError
 BEYOND = (
     "an inequality of the claim bounds neither a coordinate nor a difference of two, so only a solver can decide it"
 )
-NOISY = "violating zones are known only for features without errors, and the claim allows errors"
+OVERLAPPING = "zones of different leaves overlap, in too many parts to count each state once"
 OF_LEAVES = "the claim is about leaves and not about world states"
 
 
@@ -68,8 +68,6 @@ def where(question: DecisionQuestion, verdict: Verdict, name: str = "") -> Where
         return Where(everywhere=True)
     if verdict is Verdict.VACUOUS:
         return Where("the claim is about no world state of the region")
-    if claim.eps:
-        return Where(NOISY)
     try:
         failing = tuple(violations(question))
     except BeyondZonesError:
@@ -77,15 +75,33 @@ def where(question: DecisionQuestion, verdict: Verdict, name: str = "") -> Where
     found = Where(failing=failing)
     if not found.complete:
         reason = f"not all violating zones are known: {_ending(question, failing)}"
-        return replace(found, share_reason=reason, part_reason=reason)
+        return _beside(question, replace(found, share_reason=reason, part_reason=reason), name)
     share = exact_share(question, failing)
     found = replace(found, share=share) if isinstance(share, ExactShare) else replace(found, share_reason=share)
+    if isinstance(share, ExactShare) and not share.exact:
+        found = replace(found, share_reason=OVERLAPPING)
     if not found.count:
         return replace(found, part_reason="no zone violates the claim over real positions")
     part = largest(question, failing, SAMPLE_SEED)
     if isinstance(part, str):
         return replace(found, part_reason=part)
     return replace(found, part=_part(question, replace(part, name=name)))
+
+
+def _beside(question: DecisionQuestion, found: Where, name: str) -> Where:
+    """What is found though there are too many zones: a region inside a smaller one of which all zones are known."""
+    if any(one.nodes > one.limit for one in found.failing):
+        return found  # each smaller region might take as many nodes
+    for candidate in candidates(question, SAMPLE_SEED):
+        inner = question.within(candidate)
+        failing = violations(inner)
+        if all(one.complete for one in failing):
+            # without zones it holds in all of the candidate
+            part = largest(inner, failing, SAMPLE_SEED) if any(one.zones for one in failing) else candidate
+            if isinstance(part, str):
+                return replace(found, part_reason=f"{found.part_reason}; in a smaller region: {part}")
+            return replace(found, part=_part(question, replace(part, name=name)), part_reason="")
+    return found
 
 
 def _ending(question: DecisionQuestion, failing: Sequence[Failing]) -> str:

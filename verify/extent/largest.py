@@ -6,8 +6,8 @@ Assumes: all violating zones are known (violations.py), at least one.
 Does not: find the largest of all such regions: it is the best of a fixed number of tries.
 """
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from fractions import Fraction
 
 import numpy as np
@@ -26,6 +26,7 @@ from verify.zones import engine
 SEEDS = 12  # conflicting states that are started from, for each choice of goals
 DRAWN = 10_000  # states that guide the cuts
 ROUNDS = 40  # in which cuts are taken back and found anew
+NARROWED, SMALLER = 24, Fraction(3, 4)  # how often a region is narrowed, each time by so much
 CONFLICTING = 2.0  # what losing a conflicting state costs; another one costs 1
 
 
@@ -70,6 +71,28 @@ def largest(question: DecisionQuestion, failing: Sequence[Failing], seed: int) -
         if engine.decide(question.within(found)).verdict is Verdict.PROVED:
             return found
     return "no region that was tried could be proved"
+
+
+def candidates(question: DecisionQuestion, seed: int) -> Iterator[Region]:
+    """Smaller and smaller regions around a conflicting state that fulfils the claim; none where no sampled one does."""
+    states = _states(question, seed)
+    if states is None:
+        return
+    for goal, bad in states.violating.items():
+        for row in np.flatnonzero(states.conflicting[goal] & ~bad)[:1]:
+            for number in range(1, NARROWED):
+                yield _around(question.region, states.columns, int(row), SMALLER**number)
+            return
+
+
+def _around(region: Region, columns: Mapping[str, Float64], row: int, share: Fraction) -> Region:
+    """The part of a region within a share of its sides around a sampled state, its bounds on the grid."""
+    box: dict[str, Interval] = {}
+    for name, (low, high) in region.box.items():
+        middle, half = Fraction(float(columns[name][row])), (high - low) * share / 2
+        first, last = (Fraction(round(end * GRID), GRID) for end in (middle - half, middle + half))
+        box[name] = min(high, max(low, first)), max(low, min(high, last))
+    return replace(region, box=box)
 
 
 def _states(question: DecisionQuestion, seed: int) -> _States | None:

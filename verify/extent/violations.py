@@ -1,7 +1,7 @@
 """All zones in which a claim fails, and how much of the region they are, exactly.
 
-Does: asks the zone engine for every tuple of leaves and clause of the denied claim that some state meets, in zones that
-  have no point in common; adds up their volumes.
+Does: asks the zone engine for every tuple of leaves and clause of the denied claim that some state meets; adds up the
+  volumes of the zones, which have no point in common unless features may be off (union.py).
 Assumes: a claim about single decisions, over difference bounds; else BeyondZonesError.
 Does not: confirm points: a zone is of real states, and one narrower than a float may hold no float64 state.
 """
@@ -9,11 +9,13 @@ Does not: confirm points: a zone is of real states, and one narrower than a floa
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import partial
 from math import factorial, lcm, prod
 
 from verify.claims.decisions import OwnFormula
 from verify.claims.formula import negated
 from verify.claims.region import MACHINE, Region
+from verify.extent.union import DEFAULT_PARTS, union
 from verify.progress import tell
 from verify.question import Budgets, DecisionQuestion
 from verify.zones.engine import Tests, ZoneQuery
@@ -55,34 +57,46 @@ class Failing:
 
 @dataclass(frozen=True)
 class ExactShare:
-    """Volumes of the region (of its states that meet the assumption) and of each zone, summed over goals, in one unit.
+    """Volumes of the region (of its states that meet the assumption), of each zone, and of all zones together (`least`
+    and `most` differ where that takes too many parts), summed over goals, in one unit.
 
     They are integers: to reduce a fraction for each zone may take minutes, where bounds have hundreds of digits.
     """
 
     region: int
     zones: tuple[tuple[int, ...], ...]  # goal by goal, in the order of the zones
+    least: int
+    most: int
+
+    @property
+    def exact(self) -> bool:
+        """Whether the share is known, and not only its bounds."""
+        return self.least == self.most
 
     @property
     def value(self) -> Fraction:
-        """The share of the region in which the claim fails, goals being equally likely."""
-        return Fraction(sum(volume for own in self.zones for volume in own), self.region)
+        """The share of the region in which the claim fails, goals being equally likely; the least that it may be."""
+        return Fraction(self.least, self.region)
+
+    @property
+    def upper(self) -> Fraction:
+        """The most that the share may be."""
+        return Fraction(self.most, self.region)
 
 
 def violations(question: DecisionQuestion) -> list[Failing]:
-    """The violating zones, goal after goal, `max_cells` in all, with at most `max_nodes` search nodes a goal; of
-    features without errors, whatever the claim allows.
+    """The violating zones, goal after goal, `max_cells` in all, with at most `max_nodes` search nodes a goal.
 
-    BeyondZonesError when the question is not about difference bounds.
+    Where features may be off, a zone holds the states in which some errors lead the agents to its leaves, so zones of
+    other leaves may hold them too. BeyondZonesError when the question is not about difference bounds.
     """
     found: list[Failing] = []
-    plain = question.with_eps(Fraction(0))
-    tests = Tests.of(plain)
-    for goal in plain.goals:
+    tests = Tests.of(question)
+    for goal in question.goals:
         known = sum(len(one.zones) for one in found)
-        left = plain.budgets.max_cells - known
-        tell(known, plain.budgets.max_cells, "failing cells found")
-        found.append(_failing(plain, goal, tests, left))
+        left = question.budgets.max_cells - known
+        tell(known, question.budgets.max_cells, "failing cells found")
+        found.append(_failing(question, goal, tests, left))
     return found
 
 
@@ -101,13 +115,36 @@ def exact_share(question: DecisionQuestion, found: Sequence[Failing], faces: int
     try:
         whole = _whole(question, volumes, fixed)
         each = [_volumes(one, volumes, fixed) for one in found]
+        together = _together(question, found, [own for own, _ in each], volumes, fixed)
     except FacesError:
         return f"it takes more than {volumes.budget} faces"
     if not whole:
         return "the region has no volume"
-    unit = lcm(whole.denominator, *(unit for _, unit in each))
+    units = [unit for _, unit in each]
+    unit = lcm(whole.denominator, *units)
     zones = tuple(tuple(volume * (unit // own) for volume in volumes) for volumes, own in each)
-    return ExactShare(whole.numerator * (unit // whole.denominator), zones)
+    least, most = (sum(ends[k] * (unit // own) for ends, own in zip(together, units, strict=True)) for k in range(2))
+    return ExactShare(whole.numerator * (unit // whole.denominator), zones, least, most)
+
+
+def _together(
+    question: DecisionQuestion,
+    found: Sequence[Failing],
+    each: Sequence[Sequence[int]],
+    volumes: Volumes,
+    fixed: Mapping[str, str],
+) -> list[tuple[int, int]]:
+    """For each goal, between which bounds the volume of its zones together lies; without errors they never overlap."""
+    if not question.claim.eps:
+        return [(sum(own), sum(own)) for own in each]
+    bounds: list[tuple[int, int]] = []
+    left = DEFAULT_PARTS
+    for one, own in zip(found, each, strict=True):
+        measure = partial(_numerator, sizes=one.problem.sizes, free=_free(one, fixed), volumes=volumes)
+        least, most, parts = union(one.problem, one.zones, own, fixed, measure, left)
+        left -= parts
+        bounds.append((least, most))
+    return bounds
 
 
 def _affordable(faces: int, found: Sequence[Failing]) -> int:
@@ -144,10 +181,7 @@ def _whole(question: DecisionQuestion, volumes: Volumes, fixed: Mapping[str, str
 
 def _volumes(found: Failing, volumes: Volumes, fixed: Mapping[str, str]) -> tuple[list[int], int]:
     """The volume of each zone, in the coordinates that are not fixed, and how many of its units one is."""
-    free = [[0] for _ in found.problem.sizes]
-    for name, (component, node) in found.problem.places.items():
-        if name not in fixed:
-            free[component].append(node)
+    free = _free(found, fixed)
     dimensions = [len(nodes) - 1 for nodes in free]
     unit = prod((found.problem.scale // EPSILON) ** d * factorial(d) for d in dimensions)
     parts: list[int] = []
@@ -155,6 +189,15 @@ def _volumes(found: Failing, volumes: Volumes, fixed: Mapping[str, str]) -> tupl
         tell(number, len(found.zones), "volumes of failing cells added up")
         parts.append(_numerator(zone, found.problem.sizes, free, volumes))
     return parts, unit
+
+
+def _free(found: Failing, fixed: Mapping[str, str]) -> list[list[int]]:
+    """The nodes of each component that are not fixed, with the origin."""
+    free = [[0] for _ in found.problem.sizes]
+    for name, (component, node) in found.problem.places.items():
+        if name not in fixed:
+            free[component].append(node)
+    return free
 
 
 def _numerator(zone: Branch, sizes: Sequence[int], free: Sequence[Sequence[int]], volumes: Volumes) -> int:

@@ -28,6 +28,7 @@ FORM = "maviper-zones-1"
 FIRST = 1_000  # zones that are written of those that are not all: the others would say no more
 SHOWN = 3  # combinations of leaves that are put into words
 LONGEST = 1 << 13  # bits of a volume beyond which shares of cells are written rounded: reducing each takes too long
+OVERLAPPING = "each cell is where some errors lead to its leaves, so cells overlap and their shares count states again"
 Ranked: TypeAlias = tuple[Failing, Branch, int | None]  # a zone with its goal's data and its volume, if known
 Bounds = Mapping[tuple[str, str], tuple[Fraction, bool]]  # (a, b) -> most of a - b, whether it stays below
 
@@ -36,15 +37,18 @@ def where_facts(profile: PolicyProfile, result: Result) -> dict[str, Any]:
     """What `result.where` says, as plain data."""
     found = result.where
     assert found is not None
-    exact = None if found.share is None else _exact(found.share.value)
+    share = found.share
+    between = {} if share is None or share.exact else {"between": [float(share.value), float(share.upper)]}
     return {
         "reason": found.reason,
         "everywhere": found.everywhere,
         "zones": found.count,
         "goals": len(result.region.goals),
         "complete": found.complete,
-        "exact": exact,
+        "exact": _exact(share.value) if share is not None and share.exact else None,
         "exact_reason": found.share_reason,
+        **between,
+        **({"overlapping": OVERLAPPING} if result.claim.eps and found.count else {}),
         "leaves": _leaves(profile, found),
         "most": _most(profile, result),
         "region": None if found.part is None else _part(result),
@@ -215,7 +219,7 @@ def zones_json(profile: PolicyProfile, result: Result) -> str:
         "semantics": result.semantics,
         "region": result.region.document(),
         "complete": found.complete,
-        "share": None if found.share is None else rational_literal(found.share.value),
+        "share": rational_literal(found.share.value) if found.share is not None and found.share.exact else None,
         "found": found.count,
         "violating": [
             _zone(profile, result.region, failing, zone, _share(volume, found))
