@@ -7,7 +7,6 @@ Does not: confirm counterexamples or compare engines.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import product
 
 from verify.claims.formula import TRUE
 from verify.claims.region import Verdict
@@ -38,17 +37,28 @@ def decide(question: DecisionQuestion, goals: Sequence[str | None] | None = None
     if nothing:
         return Decision(Verdict.VACUOUS, spent, reason=nothing)
     open_reasons: list[str] = []
-    for goal, part in product(question.goals if goals is None else goals, question.parts):
-        asked = query(part, goal)
-        answer = ask(asked, question.budgets.solver_units)
-        spent += answer.resources
-        if answer.holds:
-            return Decision(Verdict.VIOLATED, spent, goal, answer, part=part, exact=asked.exact)
-        if answer.holds is None:
-            open_reasons.append(f"goal {goal or 'none'}: {answer.reason} after {answer.resources} resource units")
+    for goal in question.goals if goals is None else goals:
+        left = question.budgets.solver_units
+        for place, part in enumerate(question.parts):
+            asked = query(part, goal)
+            answer = ask(asked, left)
+            spent, left = spent + answer.resources, left - answer.resources
+            if answer.holds:
+                return Decision(Verdict.VIOLATED, spent, goal, answer, part=part, exact=asked.exact)
+            if answer.holds is None or (left <= 0 and place + 1 < len(question.parts)):
+                open_reasons.append(_open(question, goal, answer, place))
+            if left <= 0:
+                break
     if open_reasons:
         return Decision(Verdict.UNKNOWN, spent, reason="; ".join(open_reasons) + "; a larger --solver-units may answer")
     return Decision(Verdict.PROVED, spent)
+
+
+def _open(question: DecisionQuestion, goal: str | None, answer: Answer, place: int) -> str:
+    """Why there is no answer for a goal, whose parts share its budget."""
+    parts, spent = len(question.parts), question.budgets.solver_units if place else answer.resources
+    after = f" and {place} of {parts} parts" if parts > 1 else ""
+    return f"goal {goal or 'none'}: {answer.reason or 'the budget ended'} after {spent} resource units{after}"
 
 
 def about_nothing(question: DecisionQuestion) -> tuple[str, int]:
