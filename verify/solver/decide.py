@@ -5,6 +5,7 @@ Assumes: claims about single decisions.
 Does not: confirm counterexamples or compare engines.
 """
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -37,17 +38,30 @@ def decide(question: DecisionQuestion, cases: Sequence[Case] | None = None) -> D
     if nothing:
         return Decision(Verdict.VACUOUS, spent, reason=nothing)
     open_reasons: list[str] = []
-    for goal, part in question.cases if cases is None else cases:
+    asking = question.cases if cases is None else list(cases)
+    left, answered = dict.fromkeys(question.goals, question.budgets.solver_units), Counter[str | None]()
+    for place, (goal, part) in enumerate(asking):
+        if left[goal] <= 0:
+            continue
         asked = query(part, goal)
-        answer = ask(asked, question.budgets.solver_units)
-        spent += answer.resources
+        answer = ask(asked, left[goal])
+        spent, left[goal] = spent + answer.resources, left[goal] - answer.resources
         if answer.holds:
             return Decision(Verdict.VIOLATED, spent, goal, answer, part=part, exact=asked.exact)
-        if answer.holds is None:
-            open_reasons.append(f"goal {goal or 'none'}: {answer.reason} after {answer.resources} resource units")
+        cut_off = left[goal] <= 0 and any(later == goal for later, _ in asking[place + 1 :])
+        if answer.holds is None or cut_off:
+            open_reasons.append(_open(question, goal, answer, answered[goal]))
+        answered[goal] += 1
     if open_reasons:
         return Decision(Verdict.UNKNOWN, spent, reason="; ".join(open_reasons) + "; a larger --solver-units may answer")
     return Decision(Verdict.PROVED, spent)
+
+
+def _open(question: DecisionQuestion, goal: str | None, answer: Answer, place: int) -> str:
+    """Why there is no answer for a goal, whose parts share its budget."""
+    parts, spent = len(question.parts), question.budgets.solver_units if place else answer.resources
+    after = f" and {place} of {parts} parts" if parts > 1 else ""
+    return f"goal {goal or 'none'}: {answer.reason or 'the budget ended'} after {spent} resource units{after}"
 
 
 def about_nothing(question: DecisionQuestion) -> tuple[str, int]:

@@ -19,7 +19,7 @@ from codegen.errors import InputError
 from codegen.intervals import Share, percent
 from codegen.ir import AgentPolicy, Bool, Float64, Int32, PolicyProfile
 from verify.claims.decisions import DecisionClaim, engaged
-from verify.claims.formula import TRUE, And, Batch, Formula, agents, disjunction, given
+from verify.claims.formula import TRUE, And, Batch, Formula, Or, agents, disjunction, given
 from verify.claims.matching import preventable
 from verify.claims.predicates import closes
 from verify.claims.region import Interval, Region, everywhere
@@ -30,6 +30,7 @@ from verify.states.state import batch, chosen, sample
 SAMPLES = 100_000
 SAMPLE_SEED = 7
 MAX_JOINT_ACTIONS = 1_000
+MAX_HELD = 1_000  # answers about one agent that are kept: a hundred megabytes of them
 
 
 @dataclass(frozen=True)
@@ -130,9 +131,11 @@ def conflicts(question: DecisionQuestion, coordinates: Float64) -> Bool | None:
         agent: [states.holds(_willing(profile, policy, action, claim), {}) for action in range(len(policy.actions))]
         for agent, policy in team.items()
     }
+    held = _Held(states)
     found, moving = np.zeros(len(coordinates), dtype=bool), np.logical_and.reduce([*map(_any, willing.values())])
     for part in stated.parts if isinstance(stated, And) else (stated,):
-        acting = [agent for agent in team if agent in agents(part)]
+        speaking = agents(part)
+        acting = [agent for agent in team if agent in speaking]
         if math.prod(len(willing[agent]) for agent in acting) > MAX_JOINT_ACTIONS:
             if not claim.any_matching or claim.assume != TRUE:
                 return None
@@ -140,8 +143,50 @@ def conflicts(question: DecisionQuestion, coordinates: Float64) -> Bool | None:
         for joint in product(*(range(len(willing[agent])) for agent in acting)):
             chosen_by = dict(zip(acting, joint, strict=True))
             possible = np.logical_and.reduce([moving, *(willing[agent][chosen_by[agent]] for agent in acting)])
-            found |= possible & ~states.holds(given(part, chosen_by), {})
+            found |= possible & ~held(part, chosen_by)
     return found
+
+
+class _Held:
+    """Where formulas are true given joint actions: what speaks of one agent is evaluated once for each of its actions,
+    as claims about pairs of agents ask it again for every pair.
+    """
+
+    def __init__(self, states: Batch) -> None:
+        self._states = states
+        self._split: dict[int, list[tuple[Formula, str | None]]] = {}  # by identity; the claim keeps its parts
+        self._whole: dict[tuple[int, ...], Formula] = {}
+        self._known: dict[tuple[int, int], Bool] = {}
+
+    def __call__(self, part: Formula, actions: Mapping[str, int]) -> Bool:
+        """Where the part of a claim is true, [batch]."""
+        if id(part) not in self._split:
+            self._split[id(part)] = self._by_agent(part)
+        ways = [self._of_one(each, agent, actions) for each, agent in self._split[id(part)]]
+        return np.asarray((np.logical_and if isinstance(part, And) else np.logical_or).reduce(ways))
+
+    def _by_agent(self, part: Formula) -> list[tuple[Formula, str | None]]:
+        """The parts of a formula: what speaks of one agent alone together, with its name, and the others."""
+        if not isinstance(part, (And, Or)):
+            return [(part, None)]
+        own: dict[str | None, list[Formula]] = {}
+        for each in part.parts:
+            acting = agents(each)
+            own.setdefault(min(acting) if len(acting) == 1 else None, []).append(each)
+        return [
+            (self._whole.setdefault(tuple(map(id, of_one)), type(part)(tuple(of_one))), agent)
+            for agent, of_one in own.items()
+        ]
+
+    def _of_one(self, part: Formula, agent: str | None, actions: Mapping[str, int]) -> Bool:
+        if agent is None:
+            return self._states.holds(given(part, actions), {})
+        key = id(part), actions[agent]
+        if key not in self._known:
+            if len(self._known) == MAX_HELD:
+                self._known.clear()
+            self._known[key] = self._states.holds(given(part, actions), {})
+        return self._known[key]
 
 
 def _any(ways: Sequence[Bool]) -> Bool:

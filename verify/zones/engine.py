@@ -70,27 +70,29 @@ class Tests:
 
 
 def decide(question: DecisionQuestion) -> Outcome:
-    """Whether the claim holds in every point of the region, for each goal, within `max_nodes` search nodes a goal (and
-    part, where a claim is answered in parts: its proof is theirs, one after the other).
+    """Whether the claim holds in every point of the region, for each goal, within `max_nodes` search nodes a goal: all
+    parts together, where a claim is answered in parts (its proof is theirs, one after the other).
 
     Where the claim has an `eps`: though each measured feature of each agent is off by up to that much, each by an error
     of its own. BeyondZonesError when the question is not about difference bounds; InputError when a feature has no
     meaning or speaks of a coordinate that the region does not bound.
     """
-    tests = Tests.of(question)
+    tests, budget = Tests.of(question), question.budgets.max_nodes
     spent, proofs, inhabitant, reasons = 0, dict[str | None, bytes](), dict[str, Fraction](), list[str]()
+    left = dict.fromkeys(question.goals, budget)
     for goal, part in question.cases:
-        query = ZoneQuery(part, goal, tests)
+        query = ZoneQuery(part, goal, tests, budget=left[goal])
         try:
             inhabitant = inhabitant or query.inhabitant()
             if not inhabitant:
                 return Outcome(Verdict.VACUOUS, spent + query.nodes, reason="the region holds no world state")
             proof, state = query.answer()
         except BudgetError:
-            spent += query.limit
-            reasons.append(f"goal {goal or 'none'}: not decided within {query.limit} search nodes")
+            most = query.limit if query.limit < left[goal] else budget
+            spent, left[goal] = spent + query.limit, 0
+            reasons.append(f"goal {goal or 'none'}: not decided within {most} search nodes")
             continue
-        spent += query.nodes
+        spent, left[goal] = spent + query.nodes, left[goal] - query.nodes
         if state is not None:
             return Outcome(Verdict.VIOLATED, spent, goal, state, part=part)
         proofs[goal] = proofs.get(goal, b"") + proof
@@ -100,9 +102,14 @@ def decide(question: DecisionQuestion) -> Outcome:
 
 
 class ZoneQuery:
-    """One goal's question: its tables, and a search through them. `apart`: its branches have no point in common."""
+    """One goal's question: its tables, and a search through them. `apart`: its branches have no point in common.
 
-    def __init__(self, question: DecisionQuestion, goal: str | None, tests: Tests, apart: bool = False) -> None:
+    `budget`: search nodes, if not those of the question.
+    """
+
+    def __init__(
+        self, question: DecisionQuestion, goal: str | None, tests: Tests, apart: bool = False, budget: int | None = None
+    ) -> None:
         self._table = Table(question.profile, question.formula_for(goal), question.region, goal)
         self._trees = [
             zone_tree(self._table, policy, tests.splits[policy.agent], tests.barred.get(policy.agent, ()))
@@ -110,7 +117,8 @@ class ZoneQuery:
         ]
         self._disjoint = disjoint(self._table) if apart else _as_it_is
         self.problem = problem(self._table)
-        self._box, self.limit = tuple(question.region.box), affordable(self.problem, question.budgets.max_nodes)
+        self._box = tuple(question.region.box)
+        self.limit = affordable(self.problem, question.budgets.max_nodes if budget is None else budget)
         self._search = self._searching()
 
     def _searching(self) -> "Search | CompiledSearch":

@@ -88,6 +88,23 @@ def test_parts_give_the_verdict_of_the_whole(crowd, action, monkeypatch):
     assert found.verdict is (Verdict.PROVED if action == UP else Verdict.VIOLATED)
 
 
+def test_the_parts_of_a_goal_share_its_search_nodes(crowd):
+    question = never_both(crowd, UP)
+    needed = engine.decide(question).nodes
+    assert engine.decide(question.spending(max_nodes=needed)).verdict is Verdict.PROVED
+    found = engine.decide(question.spending(max_nodes=needed - 1))
+    assert found.verdict is Verdict.UNKNOWN and found.nodes == needed - 1
+
+
+@pytest.mark.solver
+def test_the_parts_of_a_goal_share_its_solver_units(crowd):
+    question = never_both(crowd, UP)
+    whole = decide(question)
+    found = decide(question.spending(solver_units=whole.resources // 2))
+    assert found.verdict is Verdict.UNKNOWN and found.resources < whole.resources
+    assert f"of {len(question.parts)} parts; a larger --solver-units may answer" in found.reason
+
+
 def test_conjuncts_hold_together_exactly_where_the_formula_does(crowd):
     question = never_both(crowd, UP)
     parts = conjuncts(question.formula)

@@ -1,0 +1,131 @@
+"""Whether large questions end: whole commands, with what they spend and whether they give a verdict or an UNKNOWN.
+
+    python tests/benchmarks/large.py [--json] [CASE ...]
+
+Teams of 8 and 12 agents, trees of depth 12 to 16, and 131,000 leaves; default options. A command gets two minutes of
+CPU time, process start included, and should stay below two gigabytes. Trees: fixed roles under fitted splits (held),
+and full trees with splits and actions at random (full).
+"""
+
+import argparse
+import json
+import os
+import resource
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+sys.path.insert(0, str(Path(__file__).parents[2]))  # for tests.*, also when run by this path
+
+import numpy as np
+
+from codegen.errors import ExitCode
+from codegen.ir import PolicyProfile
+from codegen.policy_json import dumps
+from tests.benchmarks.verifier import Game, below, held_roles, offset, towards
+
+LIMIT = 120  # seconds of CPU
+ANSWERS = {ExitCode.DONE: "PROVED", ExitCode.VIOLATED: "VIOLATED", ExitCode.INCONCLUSIVE: "UNKNOWN"}
+Made = Callable[[], PolicyProfile]
+
+
+class Ended(NamedTuple):
+    """How a command ended: its answer, or "" where it gave none; seconds of CPU, megabytes at most."""
+
+    answer: str
+    seconds: float
+    megabytes: float
+
+
+def held(count: int) -> PolicyProfile:
+    """A team with fixed roles under fitted splits, of depth 6 in all."""
+    game = Game(f"cooperative-navigation,agents={count}")
+    trees = {}
+    for k, agent in enumerate(game.world.agents):
+        above = game.fitted(agent, game.heading(agent, np.full(len(game.states), k)), 3)
+        trees[agent] = below(above, towards(*offset(game, agent, f"landmark_{k}")))
+    return game.profile(trees)
+
+
+def full(world: str, depth: int, team: str, seed: int = 0) -> PolicyProfile:
+    """Full trees over the features that measure positions, with splits and actions at random."""
+    game, rng = Game(world), np.random.default_rng(seed)
+    trees = {}
+    for agent, features in zip(game.world.agents, game.world.features, strict=True):
+        if game.world.team_of(agent) == team:
+            places = [place for place, feature in enumerate(features) if measures_positions(feature)]
+            trees[agent] = grown(rng, places, depth)
+    return game.profile(trees)
+
+
+def measures_positions(feature):
+    """Whether it is a coordinate or a sum of such, of positions alone."""
+    meaning = feature.meaning
+    return bool(meaning and not meaning.function) and all(name.endswith((".x", ".y")) for _, name in meaning.terms)
+
+
+def grown(rng, places, depth):
+    """A nested tree with all its leaves at that depth."""
+    if not depth:
+        return int(rng.integers(0, 5))
+    split = int(rng.choice(places)), np.float32(rng.uniform(-0.9, 0.9))
+    return *split, grown(rng, places, depth - 1), grown(rng, places, depth - 1)
+
+
+CASES: dict[str, tuple[Made, str]] = {
+    "8 agents, no_double": (lambda: held(8), "no_double"),
+    "8 agents, own_target": (lambda: held(8), "own_target"),
+    "12 agents, no_double": (lambda: held(12), "no_double"),
+    "12 agents, own_target": (lambda: held(12), "own_target"),
+    "12 agents, full trees, no_double": (lambda: full("cooperative-navigation,agents=12", 6, "agents"), "no_double"),
+    "8 agents, 33,000 leaves, no_double": (lambda: full("cooperative-navigation,agents=8", 12, "agents"), "no_double"),
+    "2 agents, depth 17, fixed roles": (lambda: held_roles(Game("physical-deception"), 14), "distinct_targets"),
+    "2 agents, 131,000 leaves": (lambda: full("physical-deception", 16, "defenders"), "distinct_targets"),
+}
+
+
+def ended(profile: PolicyProfile, claim: str, *more: str) -> Ended:
+    """One command, and how it ended."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "profile.json"
+        path.write_text(dumps(profile))
+        words = [sys.executable, "-m", "maviper", "verify", str(path), "--property", claim, *more]
+        command = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        resource.prlimit(command.pid, resource.RLIMIT_CPU, (LIMIT, LIMIT))
+        _, status, used = os.wait4(command.pid, 0)
+        command.returncode = os.waitstatus_to_exitcode(status)
+    return Ended(ANSWERS.get(command.returncode, ""), used.ru_utime + used.ru_stime, used.ru_maxrss / 1024)
+
+
+def main() -> None:
+    """The table, or its figures."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("cases", nargs="*", metavar="CASE", help=f"some of: {'; '.join(CASES)}")
+    parser.add_argument("--json", action="store_true")
+    options = parser.parse_args()
+    found = {}
+    for name in options.cases or CASES:
+        made, claim = CASES[name]
+        found[name] = one = ended(made(), claim)
+        if not options.json:
+            answer = one.answer or "NO ANSWER"
+            print(f"{name:36} {answer:9}  CPU {one.seconds:6.1f} s  {one.megabytes:6.0f} MB", flush=True)
+    figures = [
+        figure("large questions without an answer", sum(not one.answer for one in found.values()), 0, 0),
+        figure("large questions, most CPU, s", max(one.seconds for one in found.values()), LIMIT, 30),
+        figure("large questions, most memory, GB", max(one.megabytes for one in found.values()) / 1000, 2, 0.5),
+    ]
+    if options.json:
+        print(json.dumps({"figures": figures}))
+
+
+def figure(name: str, value: float, reach: float, stretch: float) -> dict[str, str | float]:
+    """A figure beside its targets; less is better."""
+    return {"name": name, "value": value, "reach": reach, "stretch": stretch, "better": "lower"}
+
+
+if __name__ == "__main__":
+    main()
