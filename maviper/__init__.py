@@ -70,7 +70,8 @@ def from_file(
 ) -> PolicyProfile:
     """A profile of the trees in a file of another program, as `maviper import` makes it; nothing in the file is run.
 
-    `file`: if/else Python or ONNX, recognised by its name or content; or agent -> file, for a team. `feature_names`,
+    `file`: if/else Python, ONNX, a single tree of XGBoost, LightGBM, treelite or dtControl, recognised by its name and
+    content; or agent -> file, for a team. `feature_names`,
     `action_names`: instead of the file's own, for every agent. InputError for a file that is not understood in full,
     MissingToolError without a package that reading it needs.
     """
