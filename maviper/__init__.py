@@ -91,7 +91,7 @@ def from_sklearn(
     action_names: Sequence[str] | None = None,
     name: str = "imported",
 ) -> PolicyProfile:
-    """A profile of one agent from a fitted scikit-learn DecisionTreeClassifier.
+    """A profile of one agent from a fitted scikit-learn DecisionTreeClassifier, or a Pipeline, search or forest of one.
 
     `feature_names`: default those it was fitted with, or x0, x1, ...; `action_names`: default its labels, in the order
     of `classes_`. InputError for anything but a fitted classifier of one output.

@@ -6,7 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from sklearn.decomposition import PCA
 from sklearn.ensemble import RandomForestClassifier
+from sklearn.feature_selection import SelectKBest
 from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import StandardScaler
 from sklearn.tree import DecisionTreeClassifier, DecisionTreeRegressor
@@ -90,7 +92,12 @@ CASES = [  # from, what, what happens, what it is: a file's name and content, or
     ("dtControl", "`default.json` with axis-aligned splits and one action a leaf", EXACT, lambda: dtcontrol("left")),
     ("dtControl", "leaves that permit several actions, sums, categories", REFUSED, lambda: dtcontrol("left", "up")),
     (SCIKIT, "a `DecisionTreeClassifier`", EXACT, lambda: DecisionTreeClassifier(max_depth=3).fit(X, Y)),
-    (SCIKIT, "a `Pipeline`", REFUSED, lambda: make_pipeline(StandardScaler(), DecisionTreeClassifier()).fit(X, Y)),
+    (SCIKIT, "a `GridSearchCV`, or a forest of one tree", EXACT,
+     lambda: RandomForestClassifier(1, max_depth=3).fit(X, Y)),
+    (SCIKIT, "a `Pipeline` of scalers, selectors and `Binarizer`", EXACT,
+     lambda: make_pipeline(StandardScaler(), SelectKBest(k=2), DecisionTreeClassifier(max_depth=3)).fit(X, Y)),
+    (SCIKIT, "a `Pipeline` with other steps, such as `PCA`", REFUSED,
+     lambda: make_pipeline(PCA(2), DecisionTreeClassifier(max_depth=3)).fit(X, Y)),
     (SCIKIT, "a regressor", REFUSED, lambda: DecisionTreeRegressor(max_depth=3).fit(X, Y)),
     ("pickle", "anything: it runs code when it is opened", REFUSED, lambda: ("tree.pkl", b"\x80\x04N.")),
 ]  # fmt: skip
