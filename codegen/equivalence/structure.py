@@ -20,6 +20,7 @@ from codegen import ir
 from codegen.ir import NO_FEATURE, ROOT, Tree
 from codegen.lowering.lower import Model
 
+NOT_PROVED = (AttributeError, LookupError, TypeError, ValueError)
 MEANT = re.compile(r'#(include <(float|stdint)\.h>|endif|error .*|define \w+_H|define \w+_PROFILE "[0-9a-f]{64}")')
 TYPES = "typedef int int32_t; typedef unsigned int uint32_t;\n"
 # what stands around the tables; {next} is the step to the child
@@ -49,14 +50,14 @@ def faults(header: str, profile: ir.PolicyProfile, model: Model) -> dict[str, li
     for policy, agent in zip(profile.agents, model.agents, strict=True):
         name = f"{model.prefix}_{agent.lower}"
         problems = _shapes(numbers, policy, name.upper())
-        for suffix, check in (("act", _act), ("act_columns", _columns)):
+        for suffix, check in (("act", act_faults), ("act_columns", _columns)):
             function = functions.get(f"{name}_{suffix}")
             if function is None:
                 problems.append(f"there is no function {name}_{suffix}")
                 continue
             try:
                 problems += [f"{suffix}: {each}" for each in check(function.body, policy.tree, numbers)]
-            except (AttributeError, LookupError, TypeError, ValueError) as error:
+            except NOT_PROVED as error:
                 problems.append(f"{suffix}: not of the form that is proved ({error})")
         found[policy.agent] = problems
     return found
@@ -103,8 +104,9 @@ def _shapes(numbers: Mapping[str, int], policy: ir.AgentPolicy, upper: str) -> l
     ]
 
 
-def _act(body: c_ast.Compound, tree: Tree, numbers: Mapping[str, int]) -> Iterator[str]:
-    items = [item for item in body.block_items or [] if not _is_void(item)]
+def act_faults(body: c_ast.Compound, tree: Tree, numbers: Mapping[str, int]) -> Iterator[str]:
+    """How an `..._act` differs from a tree; what is not of the form that is proved raises one of NOT_PROVED."""
+    items = [item for item in body.block_items or [] if not is_void(item)]
     if any(isinstance(item, c_ast.For) or _declares(item, "action") for item in items):
         yield from _walk(items, tree)
     else:
@@ -120,7 +122,7 @@ def _nested(items: list[Any], tree: Tree, numbers: Mapping[str, int]) -> Iterato
             if action != tree.action[node]:
                 yield f"leaf {node} takes action {action}, not {tree.action[node]}"
             continue
-        feature, threshold = _test(item.cond, numbers)
+        feature, threshold = tested(item.cond, numbers)
         yield from _differences(tree, node, feature, threshold)
         stack += [(item.iffalse.block_items, int(tree.right[node])), (item.iftrue.block_items, int(tree.left[node]))]
 
@@ -132,11 +134,11 @@ def _differences(tree: Tree, node: int, feature: int, threshold: np.float32) -> 
         yield f"node {node} has the threshold {float(threshold).hex()}, not {float(tree.threshold[node]).hex()}"
 
 
-def _test(condition: c_ast.BinaryOp, numbers: Mapping[str, int]) -> tuple[int, np.float32]:
+def tested(condition: c_ast.BinaryOp, numbers: Mapping[str, int]) -> tuple[int, np.float32]:
     """Feature and threshold of `x[F] <= t`, or of its form by bits: signed for t >= 0, unsigned and turned below."""
     left, right = condition.left, condition.right
     if condition.op == "<=" and isinstance(left, c_ast.ArrayRef):
-        return numbers[left.subscript.name], _number(right)
+        return numbers[left.subscript.name], number(right)
     turned = isinstance(left, c_ast.Cast)
     call = left.expr if turned else left
     if isinstance(left, c_ast.Cast) and left.to_type.type.type.names != ["uint32_t"]:
@@ -149,10 +151,10 @@ def _test(condition: c_ast.BinaryOp, numbers: Mapping[str, int]) -> tuple[int, n
     return numbers[call.args.exprs[0].subscript.name], np.uint32(bits).view(np.float32)
 
 
-def _number(item: Any) -> np.float32:
+def number(item: Any) -> np.float32:
     """A float constant, with its sign."""
     if isinstance(item, c_ast.UnaryOp) and item.op == "-":
-        return -_number(item.expr)
+        return -number(item.expr)
     if not isinstance(item, c_ast.Constant) or item.type != "float":
         raise ValueError("a threshold that is no float constant")
     return np.float32(float.fromhex(item.value.rstrip("f")))
@@ -165,17 +167,19 @@ def _declares(item: Any, name: str) -> bool:
     return isinstance(item, c_ast.Decl) and item.name == name
 
 
-def _is_table(item: Any) -> bool:
+def is_table(item: Any) -> bool:
+    """Whether a statement declares an array with its numbers."""
     return isinstance(item, c_ast.Decl) and isinstance(item.init, c_ast.InitList)
 
 
-def _is_void(item: Any) -> bool:
-    return isinstance(item, c_ast.Cast)  # (void)x;
+def is_void(item: Any) -> bool:
+    """Whether a statement is (void)x;"""
+    return isinstance(item, c_ast.Cast)
 
 
 def _walk(items: list[Any], tree: Tree) -> Iterator[str]:
-    tables = {item.name: item.init.exprs for item in items if _is_table(item)}
-    code = " ".join(_text(item) for item in items if not _is_table(item))
+    tables = {item.name: item.init.exprs for item in items if is_table(item)}
+    code = " ".join(_text(item) for item in items if not is_table(item))
     actions = [int(item.value) for item in tables["action"]]
     if "threshold" not in tables:
         if code != "return (int) action[0];":
@@ -183,7 +187,7 @@ def _walk(items: list[Any], tree: Tree) -> Iterator[str]:
         if tree.feature[ROOT] != NO_FEATURE or actions != [int(tree.action[ROOT])]:
             yield "the only action is another"
         return
-    thresholds = [_number(item) for item in tables["threshold"]]
+    thresholds = [number(item) for item in tables["threshold"]]
     features = [int(item.value) for item in tables["feature"]]
     complete = "child" not in tables
     n = len(thresholds)
@@ -242,7 +246,7 @@ def _columns(body: c_ast.Compound, tree: Tree, numbers: Mapping[str, int]) -> It
         node = int(name[1:])
         if select.cond.op != "<=" or _text(select.cond.left.subscript) != "first + row;":
             yield f"node {node} is compared in another way"
-        yield from _differences(tree, node, columns[select.cond.left.name.name], _number(select.cond.right))
+        yield from _differences(tree, node, columns[select.cond.left.name.name], number(select.cond.right))
         for side, child in ((select.iftrue, tree.left[node]), (select.iffalse, tree.right[node])):
             found = side.name if isinstance(side, c_ast.ID) else float(side.value.rstrip("f"))
             if found != (f"n{child}" if tree.feature[child] != NO_FEATURE else float(tree.action[child])):

@@ -5,11 +5,12 @@ Assumes: the bytes of a file, and its name.
 Does not: touch files, or open a pickle.
 """
 
+import re
 from collections.abc import Callable
 from typing import NamedTuple
 
 from codegen.errors import InputError
-from codegen.importers import onnx, python_source
+from codegen.importers import boosted, c_header, documents, onnx, python_source
 from codegen.importers.origin import AGENT, Origin
 
 PICKLES = (".pkl", ".pickle", ".joblib", ".sav", ".skops")
@@ -21,7 +22,7 @@ class Kind(NamedTuple):
 
     called: str
     endings: tuple[str, ...]  # of file names
-    begins: tuple[bytes, ...]  # what the content begins with, where that tells
+    says: re.Pattern[bytes] | None  # what tells it apart from others of these endings; None: nothing needs to
     read: Callable[[bytes, str], dict[str, Origin]]  # content and name -> tree by name
 
 
@@ -30,8 +31,13 @@ def _onnx(content: bytes, where: str) -> dict[str, Origin]:
 
 
 KINDS = (
-    Kind(python_source.KIND, (".py",), (), python_source.from_python),
-    Kind(onnx.KIND, (".onnx",), (b"\x08",), _onnx),
+    Kind(python_source.KIND, (".py",), None, python_source.from_python),
+    Kind(onnx.KIND, (".onnx",), None, _onnx),
+    Kind(c_header.KIND, (".h",), None, c_header.from_header),
+    Kind(boosted.XGBOOST, (".json",), re.compile(rb'"gradient_booster"\s*:'), boosted.from_xgboost),
+    Kind(documents.TREELITE, (".json",), re.compile(rb'"leaf_vector_shape"\s*:'), documents.from_treelite),
+    Kind(documents.DTCONTROL, (".json",), re.compile(rb'"actual_label"\s*:'), documents.from_dtcontrol),
+    Kind(boosted.LIGHTGBM, (".txt",), re.compile(rb"\Atree\r?\nversion="), boosted.from_lightgbm),
 )
 
 
@@ -41,7 +47,7 @@ def read(content: bytes, where: str) -> dict[str, Origin]:
         advice = "load it yourself, then call maviper.from_sklearn; or convert it to ONNX"
         raise InputError("the file is a pickle, which runs code when it is opened", where, advice)
     for kind in KINDS:
-        if where.lower().endswith(kind.endings) or (kind.begins and content.startswith(kind.begins)):
+        if where.lower().endswith(kind.endings) and (kind.says is None or kind.says.search(content)):
             found = kind.read(content, where)
             return found if len(found) > 1 else {AGENT: next(iter(found.values()))}
     known = ", ".join(f"{kind.called} ({' '.join(kind.endings)})" for kind in KINDS)

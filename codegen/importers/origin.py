@@ -17,7 +17,7 @@ from codegen import ir
 from codegen.check import MAX_LENGTH, ensure
 from codegen.errors import InputError
 from codegen.importers import names, replay
-from codegen.ir import Float32, GrownTree, Int32
+from codegen.ir import Bool, Float32, GrownTree, Int32
 from codegen.lowering.deploy import deployed
 from codegen.lowering.render import comment
 
@@ -38,6 +38,7 @@ class Origin:
     n_features: int = 0  # 0: the origin does not say; then as many as are tested or named
     nan: bool = False  # whether a NaN is decided as in the origin
     finite: bool = False  # whether the origin takes finite numbers only
+    takes: Callable[[Float32], Bool] | None = None  # which observations it takes, where not all finite ones
 
 
 @dataclass(frozen=True)
@@ -57,7 +58,8 @@ def profile_of(origins: Mapping[str, Origin], given: Names) -> ir.PolicyProfile:
     policies = [_policy(agent, origin, given) for agent, origin in zip(agents, origins.values(), strict=True)]
     facts: dict[str, float | int | str] = {"observations": "float32"}
     for policy, origin in zip(policies, origins.values(), strict=True):
-        count = replay.replayed(policy, origin.act, nan=origin.nan, finite=origin.finite)
+        rows = replay.observations(policy, nan=origin.nan, finite=origin.finite)
+        count = replay.replayed(policy, origin.act, rows if origin.takes is None else rows[origin.takes(rows)])
         facts |= {f"{policy.agent} from": comment(origin.kind), f"{policy.agent} replayed": count}
         facts[f"{policy.agent} replayed by"] = comment(origin.replayed_by)
         facts[f"{policy.agent} NaN"] = NAN_KEPT if origin.nan else NAN_RIGHT

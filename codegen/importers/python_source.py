@@ -18,9 +18,21 @@ import numpy as np
 
 from codegen.errors import InputError, shown
 from codegen.importers import python_meaning
-from codegen.importers.labels import labels_of
 from codegen.importers.origin import Origin
-from codegen.importers.rules import Condition, If, Joined, Not, Number, Return, Set, Statement, Value, compared, program
+from codegen.importers.rules import (
+    Condition,
+    If,
+    Joined,
+    Not,
+    Number,
+    Return,
+    Set,
+    Statement,
+    Value,
+    compared,
+    labels_of,
+    program,
+)
 from codegen.ir import Float32, Int32
 
 KIND, REPLAYED_BY = "if/else Python", "an interpreter of the file's syntax tree"

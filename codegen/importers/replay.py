@@ -84,11 +84,8 @@ def _mixed(tree: Tree, rows: Float32, rng: np.random.Generator) -> Float32:
     return rows
 
 
-def replayed(policy: AgentPolicy, act: Callable[[Float32], Int32], *, nan: bool, finite: bool) -> int:
-    """How many observations were compared. `nan`: also those with NaN; `finite`: only finite ones. DisagreementError
-    for the first one on which tree and origin differ.
-    """
-    rows = observations(policy, nan=nan, finite=finite)
+def replayed(policy: AgentPolicy, act: Callable[[Float32], Int32], rows: Float32) -> int:
+    """How many observations were compared. DisagreementError for the first one on which tree and origin differ."""
     ours, theirs = ir.act(policy, rows), np.asarray(act(rows))
     for place in np.flatnonzero(ours != theirs)[:1].tolist():
         numbers = ", ".join(f"{float(each)!r}" for each in rows[place][:20])

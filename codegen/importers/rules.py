@@ -8,11 +8,15 @@ Does not: read a language (python_source.py, c_source.py), or choose names.
 Every test becomes x <= t with t a double, exactly: x < c says x <= (the double before c); an integer that no double
 equals is rounded down first. Only NaN may be decided otherwise: it fails every comparison, and so passes to the right
 of a split, but x > c sends it where x <= c holds. `Program.nan` says whether no NaN meets such a test.
+
+Returned numbers become actions in ascending order, texts in the order in which the source names them. Of a list of
+numbers, one score for each action, the largest counts, and the first of equal ones, as numpy's argmax.
 """
 
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -235,3 +239,42 @@ def _simpler(condition: Condition, statement: If) -> tuple[Statement, ...]:
         return (If(first, inner, otherwise, line) if condition.every else If(first, then, inner, line),)
     holds = condition.every if isinstance(condition, Joined) else bool(condition)
     return then if holds else otherwise
+
+
+# --- what is returned
+
+
+@dataclass(frozen=True)
+class Labels:
+    """The labels of the actions, and the place of each value."""
+
+    labels: tuple[Any, ...]
+    places: Mapping[Value, int]
+
+    def place(self, value: Value) -> int:
+        """The place of a value, -1 for one that no leaf returns."""
+        return self.places.get(value, -1)
+
+
+def labels_of(values: Sequence[Value], order: Sequence[Value], called: Mapping[Value, str], where: str) -> Labels:
+    """The labels of a program's values. `order`: as the source names them; `called`: names for values.
+
+    InputError for values of several kinds, and for lists that are no scores.
+    """
+    kinds = {tuple if isinstance(each, tuple) else str if isinstance(each, str) else float for each in values}
+    if len(kinds) > 1:
+        raise InputError("numbers, texts and lists are returned side by side", where, "return one kind of label")
+    if kinds == {tuple}:
+        return _scores([each for each in values if isinstance(each, tuple)], where)
+    first = {value: place for place, value in reversed(list(enumerate(order)))}
+    # numbers are of one kind here, which the annotation cannot say
+    chosen: list[Any] = sorted(values, key=first.__getitem__) if kinds == {str} else sorted(values)  # pyright: ignore
+    return Labels(tuple(called.get(each, each) for each in chosen), {each: place for place, each in enumerate(chosen)})
+
+
+def _scores(lists: Sequence[tuple[Any, ...]], where: str) -> Labels:
+    lengths = {len(each) for each in lists}
+    if len(lengths) > 1 or min(lengths) <= 1:
+        what = f"lists of {' and '.join(map(str, sorted(lengths)))} numbers are returned"
+        raise InputError(what, where, "return one score for each of two or more actions, or a single number")
+    return Labels(tuple(range(lengths.pop())), {each: each.index(max(each)) for each in lists})

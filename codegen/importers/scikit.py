@@ -1,6 +1,7 @@
 """Fitted trees of scikit-learn as profiles.
 
-Does: reads a fitted DecisionTreeClassifier by its attributes, and replays the tree against its own `predict`.
+Does: reads a fitted DecisionTreeClassifier by its attributes, also as the end of a Pipeline, a search or a forest of
+  one; folds the steps before it into its thresholds (steps.py); replays the tree against the model's own `predict`.
 Assumes: classes are the actions; observations are float32.
 Does not: import scikit-learn, or open a file; scikit-learn's files are pickles, which run code.
 
@@ -17,8 +18,9 @@ import numpy as np
 
 from codegen import ir
 from codegen.errors import InputError
+from codegen.importers import steps
 from codegen.importers.origin import AGENT, Names, Origin, profile_of
-from codegen.ir import NO_ACTION, NO_CHILD, NO_FEATURE, Float32, GrownTree, Int32
+from codegen.ir import NO_ACTION, NO_CHILD, NO_FEATURE, Bool, Float32, GrownTree, Int32
 
 KIND, REPLAYED_BY = "scikit-learn", "its own predict"
 
@@ -29,7 +31,7 @@ def from_sklearn(
     action_names: Sequence[str] | None = None,
     name: str = "imported",
 ) -> ir.PolicyProfile:
-    """A profile of one agent from a fitted `sklearn.tree.DecisionTreeClassifier`.
+    """A profile of one agent from a fitted DecisionTreeClassifier, or a Pipeline, search or forest of one.
 
     `feature_names`: default those it was fitted with, or x0, x1, ...; `action_names`: default its labels, one a class
     in the order of `classes_`. Both are made legal as names.py says. InputError for what is not a fitted classifier
@@ -38,32 +40,77 @@ def from_sklearn(
     return profile_of({AGENT: origin_of(classifier)}, Names(feature_names, action_names, name))
 
 
-def origin_of(classifier: Any) -> Origin:
-    """The tree of a fitted classifier. InputError as for `from_sklearn`."""
-    tree = getattr(classifier, "tree_", None)
+def origin_of(model: Any) -> Origin:
+    """The tree of a fitted classifier, with the steps before it. InputError as for `from_sklearn`."""
+    found, before = _searched(model), list[tuple[str, Any]]()
+    if _of(found, "sklearn.pipeline.Pipeline"):
+        *before, (_, found) = found.steps
+        before = [each for each in before if each[1] is not None and each[1] != "passthrough"]
+    classifier = _searched(found)
+    single = classifier
+    if any(_of(classifier, f"sklearn.ensemble._forest.{kind}Classifier") for kind in ("ExtraTrees", "RandomForest")):
+        trees = getattr(classifier, "estimators_", ())
+        if len(trees) != 1:
+            raise InputError(f"the forest has {len(trees)} fitted trees, one is needed", "", "fit n_estimators=1")
+        single = trees[0]
+    tree = getattr(single, "tree_", None)
     if tree is None or not hasattr(classifier, "classes_"):
-        advice = "fit it first; from a pipeline, give the tree alone, if no earlier step changes the observation"
+        advice = "fit it first; give a classifier, a pipeline or search that ends in one, or a forest of one"
         raise InputError("not a fitted DecisionTreeClassifier", type(classifier).__name__, advice)
     if tree.n_outputs != 1:
         raise InputError(f"the classifier has {tree.n_outputs} outputs, one is needed", "", "fit one tree per agent")
-    _ensure_own(classifier, tree)
-    place = {label: index for index, label in enumerate(classifier.classes_.tolist())}
+    _ensure_own(single, tree)
+    if single is not classifier and "predict" in vars(classifier):
+        raise InputError("the forest does not predict as scikit-learn's does", "", "give the tree itself")
+    return _origin(model, before, classifier.classes_, tree)
+
+
+def _of(model: Any, kind: str) -> bool:
+    return f"{type(model).__module__}.{type(model).__qualname__}" == kind
+
+
+def _searched(model: Any) -> Any:
+    """The best estimator of a search for parameters; any other model itself."""
+    if type(model).__module__.startswith("sklearn.model_selection.") and "predict" not in vars(model):
+        if not hasattr(model, "best_estimator_"):
+            raise InputError("the search has no best estimator", type(model).__name__, "fit it, with refit=True")
+        return model.best_estimator_
+    return model
+
+
+def _origin(model: Any, before: Sequence[tuple[str, Any]], classes: Any, tree: Any) -> Origin:
+    place = {label: index for index, label in enumerate(classes.tolist())}
+    n_features = int(getattr(before[0][1], "n_features_in_", tree.n_features)) if before else int(tree.n_features)
+    grown = grown_from_sklearn(tree, tree.value[:, 0].argmax(axis=1))
+    source = steps.columns(before, n_features)
+
+    def transformed(rows: Float32) -> tuple[Float32, Bool]:
+        taken = np.ones(len(rows), dtype=np.bool_)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # arrays have no names, and its search for infinities adds everything up
+            for _, step in before:
+                after = np.asarray(step.transform(rows))
+                taken &= np.isfinite(after.astype(np.float32)).all(axis=1)
+                # what is too large is refused by the next step; here it only has to stay in order
+                rows = np.clip(after, -steps.LARGEST, steps.LARGEST)
+        return rows.astype(np.float32), taken
 
     def act(rows: Float32) -> Int32:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # arrays have no names, and its search for infinities adds everything up
-            said = classifier.predict(rows).tolist()
+            warnings.simplefilter("ignore")
+            said = model.predict(rows).tolist()
         return np.array([place[label] for label in said], dtype=np.int32)
 
     return Origin(
         kind=KIND,
-        grown=grown_from_sklearn(tree, tree.value[:, 0].argmax(axis=1)),
-        labels=tuple(classifier.classes_),
+        grown=steps.folded(grown, lambda rows: transformed(rows)[0], source, n_features) if before else grown,
+        labels=tuple(classes),
         act=act,
         replayed_by=REPLAYED_BY,
-        features=tuple(str(each) for each in getattr(classifier, "feature_names_in_", ())),
-        n_features=int(tree.n_features),
+        features=tuple(str(each) for each in getattr(model, "feature_names_in_", ())),
+        n_features=n_features,
         finite=True,
+        takes=(lambda rows: transformed(rows)[1]) if before else None,
     )
 
 

@@ -24,7 +24,8 @@ def from_file(
 ) -> PolicyProfile:
     """A profile of the trees in a file of another program, as `maviper import` makes it; nothing in the file is run.
 
-    `file`: if/else Python or ONNX, recognised by its name or content; or agent -> file, for a team. `feature_names`,
+    `file`: if/else Python, ONNX, a single tree of XGBoost, LightGBM, treelite or dtControl, recognised by its name and
+    content; or agent -> file, for a team. `feature_names`,
     `action_names`: instead of the file's own, for every agent. InputError for a file that is not understood in full,
     MissingToolError without a package that reading it needs.
     """
@@ -44,7 +45,7 @@ def from_sklearn(
     action_names: Sequence[str] | None = None,
     name: str = "imported",
 ) -> PolicyProfile:
-    """A profile of one agent from a fitted scikit-learn DecisionTreeClassifier.
+    """A profile of one agent from a fitted scikit-learn DecisionTreeClassifier, or a Pipeline, search or forest of one.
 
     `feature_names`: default those it was fitted with, or x0, x1, ...; `action_names`: default its labels, in the order
     of `classes_`. InputError for anything but a fitted classifier of one output.

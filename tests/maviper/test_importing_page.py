@@ -1,10 +1,14 @@
 """The table of the page importing: every row is tried, and the page has the rows that are tried."""
 
+import json
 import re
 from pathlib import Path
 
 import numpy as np
 import pytest
+from sklearn.decomposition import PCA
+from sklearn.ensemble import RandomForestClassifier
+from sklearn.feature_selection import SelectKBest
 from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import StandardScaler
 from sklearn.tree import DecisionTreeClassifier, DecisionTreeRegressor
@@ -14,6 +18,7 @@ from codegen.errors import InputError
 from codegen.importers.kinds import KINDS
 
 ROOT = Path(__file__).parent.parent.parent
+HEADER = ROOT / "generated/physical_deception/physical_deception.h"
 PAGE = "maviper/manual/importing.md"
 HEADING = "## What can come in"
 COLUMNS = ("from", "what", "what happens")
@@ -36,6 +41,32 @@ def onnx(*steps):
     return "tree.onnx", convert_sklearn(fitted, initial_types=[("x", FloatTensorType([None, 3]))]).SerializeToString()
 
 
+def xgboost(n_trees):
+    library = pytest.importorskip("xgboost", reason="xgboost is not installed")
+    model = library.XGBClassifier(n_estimators=n_trees, max_depth=2, n_jobs=1).fit(X, Y > 0)
+    return "tree.json", bytes(model.get_booster().save_raw("json"))
+
+
+def lightgbm(**settings):
+    library = pytest.importorskip("lightgbm", reason="lightgbm is not installed")
+    model = library.LGBMClassifier(n_estimators=1, n_jobs=1, verbose=-1, **settings)
+    return "tree.txt", model.fit(np.where(np.abs(X) < 0.3, 0.0, X), Y > 0).booster_.model_to_string()
+
+
+def treelite(n_trees):
+    library = pytest.importorskip("treelite", reason="treelite is not installed")
+    return "tree.json", library.sklearn.import_model(
+        RandomForestClassifier(n_trees, max_depth=2).fit(X, Y)
+    ).dump_as_json()
+
+
+def dtcontrol(*labels):
+    leaf = {"actual_label": list(labels), "children": [], "split": None}
+    sides = [leaf | {"edge_label": "true"}, leaf | {"actual_label": ["right"], "edge_label": "false"}]
+    split = {"lhs": {"coeff": 1, "var": "speed"}, "op": "<=", "rhs": 0.1}
+    return "default.json", json.dumps({"actual_label": None, "children": sides, "split": split})
+
+
 CASES = [  # from, what, what happens, what it is: a file's name and content, or an object
     ("if/else Python", "nested `if`, `elif`, `else`, `a if test else b`", EXACT,
      lambda: python("if x[0] < 0.1:", "    if x[1] >= 2: return 1", "elif x[2] == 0: return 2")),
@@ -49,8 +80,24 @@ CASES = [  # from, what, what happens, what it is: a file's name and content, or
      lambda: python("for i in range(3): return i")),
     ("ONNX", "one decision tree classifier", EXACT, lambda: onnx(DecisionTreeClassifier(max_depth=3))),
     ("ONNX", "a scaler before the tree", REFUSED, lambda: onnx(StandardScaler(), DecisionTreeClassifier(max_depth=3))),
+    ("our own C header", "every style, with all agents", EXACT, lambda: ("team.h", HEADER.read_text())),
+    ("our own C header", "any other C", REFUSED, lambda: ("team.h", "int act(const float *x) { return x[0] > 1; }")),
+    ("XGBoost", "one tree, two classes or a number for each leaf, as saved JSON", EXACT, lambda: xgboost(1)),
+    ("XGBoost", "several trees, categories, other objectives", REFUSED, lambda: xgboost(2)),
+    ("LightGBM", "one tree, two classes or a number for each leaf, as saved text", EXACT, lambda: lightgbm()),
+    ("LightGBM", "zeros as missing values, several trees, categories, linear leaves", REFUSED,
+     lambda: lightgbm(zero_as_missing=True)),
+    ("treelite", "one classification tree, as `dump_as_json` writes it", EXACT, lambda: treelite(1)),
+    ("treelite", "forests, categories, other links", REFUSED, lambda: treelite(2)),
+    ("dtControl", "`default.json` with axis-aligned splits and one action a leaf", EXACT, lambda: dtcontrol("left")),
+    ("dtControl", "leaves that permit several actions, sums, categories", REFUSED, lambda: dtcontrol("left", "up")),
     (SCIKIT, "a `DecisionTreeClassifier`", EXACT, lambda: DecisionTreeClassifier(max_depth=3).fit(X, Y)),
-    (SCIKIT, "a `Pipeline`", REFUSED, lambda: make_pipeline(StandardScaler(), DecisionTreeClassifier()).fit(X, Y)),
+    (SCIKIT, "a `GridSearchCV`, or a forest of one tree", EXACT,
+     lambda: RandomForestClassifier(1, max_depth=3).fit(X, Y)),
+    (SCIKIT, "a `Pipeline` of scalers, selectors and `Binarizer`", EXACT,
+     lambda: make_pipeline(StandardScaler(), SelectKBest(k=2), DecisionTreeClassifier(max_depth=3)).fit(X, Y)),
+    (SCIKIT, "a `Pipeline` with other steps, such as `PCA`", REFUSED,
+     lambda: make_pipeline(PCA(2), DecisionTreeClassifier(max_depth=3)).fit(X, Y)),
     (SCIKIT, "a regressor", REFUSED, lambda: DecisionTreeRegressor(max_depth=3).fit(X, Y)),
     ("pickle", "anything: it runs code when it is opened", REFUSED, lambda: ("tree.pkl", b"\x80\x04N.")),
 ]  # fmt: skip

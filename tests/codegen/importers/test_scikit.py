@@ -2,8 +2,23 @@
 
 import numpy as np
 import pytest
+from sklearn.base import clone
+from sklearn.decomposition import PCA
+from sklearn.ensemble import ExtraTreesClassifier, RandomForestClassifier
+from sklearn.feature_selection import SelectKBest, VarianceThreshold
+from sklearn.model_selection import GridSearchCV
 from sklearn.pipeline import make_pipeline
-from sklearn.preprocessing import StandardScaler
+from sklearn.preprocessing import (
+    Binarizer,
+    FunctionTransformer,
+    MaxAbsScaler,
+    MinMaxScaler,
+    Normalizer,
+    PolynomialFeatures,
+    QuantileTransformer,
+    RobustScaler,
+    StandardScaler,
+)
 from sklearn.tree import DecisionTreeClassifier
 
 from codegen import ir, policy_json
@@ -67,8 +82,6 @@ def test_what_is_no_single_tree_is_refused():
     for names in (["a"], [], list("abcd")):
         with pytest.raises(InputError, match=f"{len(names)} action names for 3 classes"):
             from_sklearn(fitted()[0], action_names=names)
-    with pytest.raises(InputError, match="not a fitted"):
-        from_sklearn(make_pipeline(StandardScaler(), DecisionTreeClassifier()).fit(x, [0, 1, 0, 1]))
 
 
 class Contrary(DecisionTreeClassifier):
@@ -169,3 +182,53 @@ def test_cleaned_names_are_legal_and_different(given):
     found = cleaned(given, "x")
     assert all(ir.NAME.fullmatch(name) for name in found)
     assert len({name.lower() for name in found}) == len(given)
+
+
+def same(model, x):
+    """The imported tree decides as the model at its thresholds; the replay of the import is not asked."""
+    (policy,) = from_sklearn(model).agents
+    rows = np.concatenate([boundary(policy).clip(-1e30, 1e30).astype(np.float32), x])
+    rows = rows[np.isfinite(rows).all(axis=1)]
+    names = [action.name for action in policy.actions]
+    assert [names[each] for each in ir.act(policy, rows)] == model.predict(rows).tolist()
+    return policy
+
+
+STEPS = [
+    [StandardScaler()], [StandardScaler(with_mean=False)], [StandardScaler(with_std=False)], [MinMaxScaler()],
+    [MinMaxScaler((-3, 7), clip=True)], [MaxAbsScaler()], [RobustScaler()], [Binarizer(threshold=0.3)],
+    [SelectKBest(k=2)], [VarianceThreshold(), StandardScaler()], ["passthrough", SelectKBest(k=3), MinMaxScaler()],
+    [StandardScaler(), Binarizer(), SelectKBest(k=2)],
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("before", STEPS, ids=str)
+@pytest.mark.parametrize("scale", [1.0, 1e-3, 3e4])
+def test_known_steps_are_folded_into_the_thresholds(before, scale):
+    _, x = fitted()
+    x, y = x * np.float32(scale) + np.float32(scale / 3), np.array(["go", "stay"])[(x[:, 0] > x[:, 1]).astype(int)]
+    same(clone(make_pipeline(*before, DecisionTreeClassifier(max_depth=5))).fit(x, y), x)
+
+
+@pytest.mark.parametrize(
+    "step",
+    [PCA(2), Normalizer(), PolynomialFeatures(2), QuantileTransformer(n_quantiles=9), FunctionTransformer(np.negative)],
+)
+def test_other_steps_are_refused_by_name(step):
+    _, x = fitted()
+    model = make_pipeline(StandardScaler(), step, DecisionTreeClassifier(max_depth=3)).fit(x, x[:, 0] > 0)
+    with pytest.raises(InputError, match=f"the step '{type(step).__name__.lower()}' before the tree"):
+        from_sklearn(model)
+
+
+def test_searches_and_forests_of_one_come_in():
+    _, x = fitted()
+    y = np.array(["go", "stay"])[(x[:, 0] > x[:, 1]).astype(int)]
+    pipeline = make_pipeline(StandardScaler(), DecisionTreeClassifier(max_depth=3))
+    same(GridSearchCV(pipeline, {"decisiontreeclassifier__max_depth": [2, 3]}, cv=2).fit(x, y), x)
+    same(RandomForestClassifier(1, max_depth=4, random_state=0).fit(x, y), x)
+    same(make_pipeline(MinMaxScaler(), ExtraTreesClassifier(1, max_depth=4, random_state=0)).fit(x, y), x)
+    with pytest.raises(InputError, match="the forest has 2 fitted trees"):
+        from_sklearn(RandomForestClassifier(2, max_depth=2).fit(x, y))
+    with pytest.raises(InputError, match="no best estimator"):
+        from_sklearn(GridSearchCV(pipeline, {}))

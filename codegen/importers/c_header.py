@@ -1,0 +1,117 @@
+"""The C header that this compiler writes, read back: the trees of all its agents.
+
+Does: reads each `PREFIX_AGENT_act` in any of its styles, with the names of features and actions.
+Assumes: what pycparser reads is what a compiler reads.
+Does not: read any other C, run a compiler, or know the profile that the header was made from.
+
+A tree is taken only if the function's syntax tree is then proved to be that tree (equivalence/structure.py). Names come
+back in lower case, as the header has no others.
+"""
+
+# pyright: basic
+# pycparser's nodes have no declared attributes
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from pycparser import CParser, c_ast
+from pycparser.c_parser import ParseError
+
+from codegen.equivalence import structure
+from codegen.errors import InputError, shown
+from codegen.importers.nodes import Leaf, Split, origin_of
+from codegen.importers.origin import Origin
+from codegen.lowering.deploy import deployed
+
+KIND, PROVED_BY = "our own C header", "a second reading of the file, and a proof of its structure"
+PREFIX = re.compile(r'^#define (\w+)_PROFILE "[0-9a-f]{64}"$', re.MULTILINE)
+ADVICE = "give a header that maviper compile wrote, as it is"
+
+
+def from_header(content: bytes, where: str) -> dict[str, Origin]:
+    """The trees of a header, by agent. InputError for everything that `maviper compile` does not write."""
+    text = content.decode(errors="replace")
+    prefix = PREFIX.search(text)
+    if prefix is None:
+        raise InputError("the header names no profile", where, ADVICE)
+    for odd in structure.odd_lines(text)[:1]:
+        raise InputError(f"a line is not ours: {shown(odd[:80])}", where, ADVICE)
+    try:
+        parsed = CParser().parse(structure.TYPES + structure.plain(text))
+        numbers = structure.enumerators(parsed)
+        enums = [node.type for node in parsed.ext if isinstance(getattr(node, "type", None), c_ast.Enum)]
+        names = [[each.name for each in enum.values.enumerators] for enum in enums]
+        bodies = {node.decl.name: node.body for node in parsed.ext if isinstance(node, c_ast.FuncDef)}
+        found: dict[str, Origin] = {}
+        for function, body in bodies.items():
+            agent = re.fullmatch(rf"{prefix[1].lower()}_(\w+)_act", function)
+            if agent and f"{prefix[1]}_{agent[1].upper()}_N_ACTIONS" in numbers:
+                found[agent[1]] = _agent(body, f"{prefix[1]}_{agent[1].upper()}", names, numbers, where)
+    except (ParseError, RecursionError, *structure.NOT_PROVED) as error:
+        raise InputError(f"not a header of ours: {shown(error)[:100]}", where, ADVICE) from None
+    if not found:
+        raise InputError("the header has no agent", where, ADVICE)
+    return found
+
+
+def _agent(
+    body: c_ast.Compound, upper: str, names: Sequence[Sequence[str]], numbers: Mapping[str, int], where: str
+) -> Origin:
+    features = next(each[:-1] for each in names if each[-1] == f"{upper}_N_FEATURES")
+    actions = next(each[:-1] for each in names if each[-1] == f"{upper}_N_ACTIONS")
+    items = [item for item in body.block_items or [] if not structure.is_void(item)]
+    tables = {item.name: item.init.exprs for item in items if structure.is_table(item)}
+    called = [each.removeprefix(f"{upper}_X_").lower() for each in features]
+    labels = [each.removeprefix(f"{upper}_").lower() for each in actions]
+    if tables:
+        origin = origin_of(KIND, 0, _Tables(tables, labels).read, called, len(called), where)
+    else:
+        origin = origin_of(KIND, items, lambda node: _nested(node, numbers, labels), called, len(called), where)
+    grown = _numbered(origin, labels)
+    for fault in structure.act_faults(body, deployed(grown.grown), numbers):
+        raise ValueError(fault)
+    return grown
+
+
+def _numbered(origin: Origin, labels: Sequence[str]) -> Origin:
+    """The origin with all actions of the header, in its order, also those that no leaf takes."""
+    place = np.array([labels.index(each) for each in origin.labels])
+    grown = origin.grown
+    action = np.where(grown.action < 0, grown.action, place[grown.action])
+    tree = type(grown)(grown.feature, grown.threshold, grown.left, grown.right, action)
+    return replace(
+        origin, grown=tree, labels=tuple(labels), act=lambda rows: place[origin.act(rows)], replayed_by=PROVED_BY
+    )
+
+
+def _nested(node: list[Any], numbers: Mapping[str, int], labels: Sequence[str]) -> Split | Leaf:
+    """A block of nested ifs: one statement."""
+    (item,) = [each for each in node if not structure.is_void(each)]
+    if isinstance(item, c_ast.Return):
+        return Leaf(labels[numbers[item.expr.name]])
+    feature, threshold = structure.tested(item.cond, numbers)
+    then, otherwise = item.iftrue.block_items, item.iffalse.block_items
+    return Split(feature, "<=", float(threshold), then, otherwise, nan=False)
+
+
+class _Tables:
+    """Tables that are walked: complete ones, whose leaves follow all splits, or with the places of children."""
+
+    def __init__(self, tables: Mapping[str, Any], labels: Sequence[str]) -> None:
+        self.labels = labels
+        self.actions = [int(each.value) for each in tables["action"]]
+        self.thresholds = [float(structure.number(each)) for each in tables.get("threshold", ())]
+        self.features = [int(each.value) for each in tables.get("feature", ())]
+        self.child = [int(each.value) for each in tables.get("child", ())]
+
+    def read(self, at: int) -> Split | Leaf:
+        """A split or leaf."""
+        n = len(self.thresholds)
+        if self.child and self.child[2 * at] == at:
+            return Leaf(self.labels[self.actions[at]])
+        if not self.child and at >= n:
+            return Leaf(self.labels[self.actions[at - n]])
+        pair = self.child[2 * at : 2 * at + 2] if self.child else (2 * at + 1, 2 * at + 2)
+        return Split(self.features[at], "<=", self.thresholds[at], *pair, nan=False)

@@ -1,0 +1,136 @@
+"""Trees that a file holds as data: nodes that refer to nodes, as one sound tree, and as they decide by themselves.
+
+Does: puts nodes into an order, with limits for circles and for what is shared; follows them for many observations.
+Assumes: a reader says what each node tests, and by which comparison.
+Does not: read a format (documents.py, boosted.py).
+
+The replay compares as the format says, `x < c` or another test, where the tree has `x <= t`. It is a second reading of
+the file; the library that wrote the file is asked in the tests.
+"""
+
+import json
+import operator
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple, TypeVar, cast
+
+import numpy as np
+
+from codegen.errors import InputError, shown
+from codegen.importers.origin import Origin
+from codegen.importers.rules import Value, at_most, below
+from codegen.ir import MAX_DEPTH, MAX_NODES, NO_ACTION, NO_CHILD, NO_FEATURE, ROOT, Float32, GrownTree, Int32
+
+REPLAYED_BY = "a second reading of the file"
+MAX_FEATURES = 1 << 20
+SIGNS: dict[str, Callable[[Any, Any], Any]] = {
+    "<=": operator.le, "<": operator.lt, ">": operator.gt, ">=": operator.ge,
+}  # fmt: skip
+Node = TypeVar("Node")
+
+
+class Split(NamedTuple):
+    """A test: where it holds, observations go to the node `then`."""
+
+    feature: int
+    sign: str  # one of SIGNS
+    number: float
+    then: Any
+    otherwise: Any
+    nan: bool  # whether a NaN goes to `then`
+
+
+class Leaf(NamedTuple):
+    """An end."""
+
+    label: Value
+
+
+def json_of(content: bytes, where: str) -> dict[str, Any]:
+    """A JSON object. InputError for everything else."""
+    try:
+        found: object = json.loads(content)
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"not JSON: {shown(error)[:200]}", where, "write the file again") from None
+    if not isinstance(found, dict):
+        raise InputError("not a JSON object", where, "write the file again")
+    return cast(dict[str, Any], found)
+
+
+def origin_of(
+    kind: str, root: Node, read: Callable[[Node], Split | Leaf], features: Sequence[str], n_features: int, where: str
+) -> Origin:
+    """The tree below `root`. `features`: names, or none; `n_features`: 0 where the file does not say.
+
+    Labels that are numbers are actions in ascending order, texts in the order of the leaves. InputError for circles,
+    too many or too deep nodes, thresholds that are no numbers, and features that there are not.
+    """
+    nodes, leaves = _ordered(root, read, where)
+    values = list(dict.fromkeys(leaf.label for leaf in leaves))
+    # all of one kind, which the annotation cannot say
+    labels: list[Any] = values if isinstance(values[0], str) else sorted(values)  # pyright: ignore
+    place = {label: index for index, label in enumerate(labels)}
+    rows = [[NO_FEATURE, 0.0, *each, place[leaf.label]] if isinstance(leaf, Leaf) else each for each, leaf in nodes]
+    grown = GrownTree(*np.array(rows, dtype=np.float64).T)
+    if n_features and int(grown.feature.max()) >= n_features:
+        what = f"the tree tests feature {int(grown.feature.max())}, there are {n_features}"
+        raise InputError(what, where, "write the file again")
+    kept = all(_keeps(found) for _, found in nodes if isinstance(found, Split))
+
+    def act(rows: Float32) -> Int32:
+        return np.array([place[label] for label in _followed(root, read, rows)], dtype=np.int32)
+
+    return Origin(kind, grown, tuple(labels), act, REPLAYED_BY, tuple(features), n_features, kept)
+
+
+def _keeps(split: Split) -> bool:
+    """Whether a NaN, which goes right, goes where the file sends it: left is where x <= t."""
+    return split.nan == (split.sign in (">", ">="))
+
+
+def _ordered(
+    root: Node, read: Callable[[Node], Split | Leaf], where: str
+) -> tuple[list[tuple[list[float], Split | Leaf]], list[Leaf]]:
+    """The nodes in preorder, each as a row of a grown tree and as it was read; and the leaves."""
+    found: list[tuple[list[float], Split | Leaf]] = []
+    leaves: list[Leaf] = []
+    open_: list[tuple[Node, int, int, int]] = [(root, NO_CHILD, 0, 0)]
+    while open_:
+        node, parent, column, depth = open_.pop()
+        if len(found) == MAX_NODES or depth > MAX_DEPTH:
+            what = f"the tree has more than {MAX_NODES} nodes, or is deeper than {MAX_DEPTH} splits"
+            raise InputError(what, where, "simplify it first; nodes must form a tree")
+        if parent != NO_CHILD:
+            found[parent][0][column] = len(found)
+        each = read(node)
+        if isinstance(each, Leaf):
+            leaves.append(each)
+            found.append(([NO_CHILD, NO_CHILD], each))
+            continue
+        if not 0 <= each.feature < MAX_FEATURES or not np.isfinite(each.number) or each.sign not in SIGNS:
+            what = f"a test is not understood: feature {each.feature} {shown(each.sign)} {each.number}"
+            raise InputError(what, where, "features are compared with finite numbers")
+        turned = each.sign in (">", ">=")
+        threshold = at_most(each.number) if each.sign in ("<=", ">") else below(each.number)
+        sides = (each.otherwise, each.then) if turned else (each.then, each.otherwise)
+        place = len(found)
+        found.append(([each.feature, threshold, NO_CHILD, NO_CHILD, NO_ACTION], each))
+        open_ += [(sides[1], place, 3, depth + 1), (sides[0], place, 2, depth + 1)]
+    return found, leaves
+
+
+def _followed(root: Node, read: Callable[[Node], Split | Leaf], rows: Float32) -> list[Value]:
+    """The label of each observation, by the file's own comparisons."""
+    doubles = rows.astype(np.float64)
+    labels: list[Value] = [ROOT] * len(rows)
+    open_: list[tuple[Node, np.ndarray]] = [(root, np.arange(len(rows)))]
+    while open_:
+        node, reached = open_.pop()
+        each = read(node)
+        if isinstance(each, Leaf):
+            for place in reached.tolist():
+                labels[place] = each.label
+        elif len(reached):
+            x = doubles[reached, each.feature]
+            holds = np.where(np.isnan(x), each.nan, SIGNS[each.sign](x, each.number))
+            open_ += [(each.then, reached[holds]), (each.otherwise, reached[~holds])]
+    return labels

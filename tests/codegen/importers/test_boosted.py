@@ -1,0 +1,91 @@
+"""XGBoost's and LightGBM's single trees: no difference from the library, with base score and link."""
+
+import json
+
+import numpy as np
+import pytest
+
+from codegen.errors import InputError
+from codegen.importers.boosted import from_lightgbm, from_xgboost
+from tests.codegen.importers.origins import asked, data, decided
+
+pytestmark = pytest.mark.interop
+SEEDS = pytest.mark.parametrize("seed", range(10))
+
+
+@pytest.fixture(scope="module")
+def xgboost():
+    return pytest.importorskip("xgboost", reason="xgboost is not installed")
+
+
+@pytest.fixture(scope="module")
+def lightgbm():
+    return pytest.importorskip("lightgbm", reason="lightgbm is not installed")
+
+
+def saved(model, tmp_path):
+    model.save_model(tmp_path / "tree.json")
+    return (tmp_path / "tree.json").read_bytes()
+
+
+@SEEDS
+def test_trees_of_xgboost(xgboost, seed, tmp_path):
+    x, y = data(seed, classes=2)
+    kind = xgboost.XGBClassifier if seed % 3 else xgboost.XGBRegressor
+    model = kind(n_estimators=1, max_depth=2 + seed % 5, n_jobs=1, base_score=[None, 0.3][seed % 2])
+    model.fit(x, y if not seed % 3 else y > 0)
+    origins = from_xgboost(saved(model, tmp_path), "tree.json")
+    policy, rows = asked(origins)
+    said = model.predict(rows)
+    assert decided(origins, policy, rows) == [float(each) for each in said]
+
+
+def test_other_models_of_xgboost_are_refused(xgboost, tmp_path):
+    x, y = data(0)
+    several = saved(xgboost.XGBClassifier(n_estimators=2, max_depth=2, n_jobs=1).fit(x, y > 0), tmp_path)
+    with pytest.raises(InputError, match="2 trees"):
+        from_xgboost(several, "tree.json")
+    counts = saved(xgboost.XGBRegressor(n_estimators=1, objective="count:poisson", n_jobs=1).fit(x, y), tmp_path)
+    with pytest.raises(InputError, match="objective is not understood: count:poisson"):
+        from_xgboost(counts, "tree.json")
+    one = json.loads(saved(xgboost.XGBClassifier(n_estimators=1, n_jobs=1).fit(x, y > 0), tmp_path))
+    (tree,) = one["learner"]["gradient_booster"]["model"]["trees"]
+    tree["split_type"][0] = 1
+    with pytest.raises(InputError, match="categories"):
+        from_xgboost(json.dumps(one).encode(), "tree.json")
+    with pytest.raises(InputError, match="not XGBoost's JSON"):
+        from_xgboost(b"{}", "tree.json")
+
+
+@SEEDS
+def test_trees_of_lightgbm(lightgbm, seed):
+    x, y = data(seed, classes=2)
+    kind = lightgbm.LGBMClassifier if seed % 3 else lightgbm.LGBMRegressor
+    model = kind(n_estimators=1, max_depth=2 + seed % 5, n_jobs=1, verbose=-1, min_child_samples=5)
+    model.fit(x.astype(np.float64), y if not seed % 3 else y > 0)
+    origins = from_lightgbm(model.booster_.model_to_string().encode(), "tree.txt")
+    policy, rows = asked(origins)
+    said = model.booster_.predict(rows.astype(np.float64))
+    said = (said > 0.5).astype(int) if seed % 3 else said
+    assert decided(origins, policy, rows) == said.tolist()
+
+
+def test_other_models_of_lightgbm_are_refused(lightgbm):
+    x, y = data(0)
+    settings = {"n_estimators": 1, "n_jobs": 1, "verbose": -1, "min_child_samples": 5}
+
+    def text(model, target):
+        return model.fit(np.where(np.abs(x) < 0.3, 0.0, x), target).booster_.model_to_string()
+
+    with pytest.raises(InputError, match="4 trees"):
+        from_lightgbm(text(lightgbm.LGBMClassifier(**settings), y).encode(), "tree.txt")
+    zeros = text(lightgbm.LGBMClassifier(**settings, zero_as_missing=True), y > 0)
+    with pytest.raises(InputError, match="takes zeros for missing values"):
+        from_lightgbm(zeros.encode(), "tree.txt")
+    counts = text(lightgbm.LGBMRegressor(**settings, objective="poisson"), y)
+    with pytest.raises(InputError, match="objective is not understood: poisson"):
+        from_lightgbm(counts.encode(), "tree.txt")
+    with pytest.raises(InputError, match="0 trees"):
+        from_lightgbm(b"tree\nversion=v4\n", "tree.txt")
+    with pytest.raises(InputError, match="not LightGBM's text"):
+        from_lightgbm(b"tree\nversion=v4\n\nTree=0\n", "tree.txt")

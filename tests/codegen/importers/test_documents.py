@@ -1,0 +1,177 @@
+"""dtControl's and treelite's JSON, and m2cgen's Python: no difference from the program that wrote the file."""
+
+import json
+
+import numpy as np
+import pytest
+from sklearn.ensemble import RandomForestClassifier
+from sklearn.tree import DecisionTreeClassifier, DecisionTreeRegressor
+
+from codegen.errors import InputError
+from codegen.importers.documents import from_dtcontrol, from_treelite
+from codegen.importers.python_source import from_python
+from tests.codegen.importers.origins import asked, data, decided
+
+pytestmark = pytest.mark.interop
+SEEDS = pytest.mark.parametrize("seed", range(20))
+
+
+@SEEDS
+def test_trees_through_m2cgens_python_decide_as_its_code(seed):
+    m2cgen = pytest.importorskip("m2cgen", reason="m2cgen is not installed")
+    x, y = data(seed, classes=3)
+    model = (DecisionTreeRegressor if seed % 4 == 0 else DecisionTreeClassifier)(
+        max_depth=2 + seed % 6, random_state=seed
+    )
+    text = m2cgen.export_to_python(model.fit(x, y))
+    origins = from_python(text.encode(), "tree.py")
+    policy, rows = asked(origins)
+    space = {}
+    exec(text, space)
+    said = [space["score"](row) for row in rows.astype(np.float64).tolist()]
+    assert decided(origins, policy, rows) == [int(np.argmax(each)) if isinstance(each, list) else each for each in said]
+
+
+@SEEDS
+def test_dtcontrols_own_files_decide_as_its_trees(seed):
+    pytest.importorskip("dtcontrol", reason="dtcontrol is not installed")
+    from dtcontrol.dataset.single_output_dataset import SingleOutputDataset
+    from dtcontrol.decision_tree.decision_tree import DecisionTree
+    from dtcontrol.decision_tree.impurity.entropy import Entropy
+    from dtcontrol.decision_tree.splitting.axis_aligned import AxisAlignedSplittingStrategy
+
+    rng = np.random.default_rng(seed)
+    dataset = SingleOutputDataset("controller.csv")  # filled here: its reader of files needs an old pandas
+    dataset.x = rng.normal(size=(25, 3)).round(2)
+    dataset.y = rng.integers(1, 5, size=(25, 1))
+    dataset.index_to_actual = {1: -0.5, 2: 0.0, 3: 0.5, 4: 1.25}
+    dataset.x_metadata |= {"variables": ["x_0", "x_1", "x_2"], "categorical": []}
+    dataset.y_metadata |= {"categorical": [], "category_names": {}}
+    tree = DecisionTree([AxisAlignedSplittingStrategy()], Entropy(), "tree")
+    tree.fit(dataset)
+    text = tree.toJSON(dataset.x_metadata, dataset.y_metadata)
+    origins = from_dtcontrol(text.encode(), "default.json")
+    policy, rows = asked(origins)
+    rows = np.random.default_rng(0).permutation(rows)[:500]
+    said = tree.root.predict(np.pad(rows.astype(np.float64), ((0, 0), (0, 3 - rows.shape[1]))))
+    assert [float(each) for each in decided(origins, policy, rows)] == [float(each) for each in said]
+
+
+@SEEDS
+def test_treelites_json_decides_as_treelite(seed):
+    treelite = pytest.importorskip("treelite", reason="treelite is not installed")
+    x, y = data(seed, classes=2 + seed % 2)
+    y = y if seed % 2 else y > 0
+    forest = RandomForestClassifier(1, bootstrap=False, max_depth=2 + seed % 6, random_state=seed).fit(x, y)
+    model = treelite.sklearn.import_model(forest)
+    origins = from_treelite(model.dump_as_json().encode(), "tree.json")
+    policy, rows = asked(origins)
+    said = treelite.gtil.predict(model, rows).reshape(len(rows), -1).argmax(axis=1)
+    assert decided(origins, policy, rows) == said.tolist()
+
+
+# --- by hand
+
+
+def leaf(*labels):
+    return {"actual_label": list(labels), "children": [], "split": None}
+
+
+def split(var, number, left, right, **more):
+    given = {"lhs": {"coeff": 1, "var": var}, "op": "<=", "rhs": number} | more
+    return {
+        "actual_label": None,
+        "children": [left | {"edge_label": "true"}, right | {"edge_label": "false"}],
+        "split": given,
+    }
+
+
+def dtcontrol(document):
+    return from_dtcontrol(json.dumps(document).encode(), "default.json")
+
+
+def test_names_and_labels_of_dtcontrol():
+    origins = dtcontrol(split("speed", 0.1, leaf("go left"), split("gap", 2, leaf("-1.5"), leaf("go left"))))
+    policy, rows = asked(origins)
+    assert [feature.name for feature in policy.features] == ["speed", "gap"]
+    assert [action.name for action in policy.actions] == ["go_left", "action_minus_1_5"] and len(rows)
+
+
+@pytest.mark.parametrize(
+    ("document", "said"),
+    [
+        (split(0, 1, leaf("a", "b"), leaf("c")), "a leaf permits 2 actions"),
+        (split(0, 1, leaf("a"), leaf()), "a leaf permits 0 actions"),
+        (split(0, 1, leaf("a"), leaf("b"), lhs=[{"coeff": 1, "var": 0}, {"intercept": 1}]), "not of one feature"),
+        (split(0, 1, leaf("a"), leaf("b"), lhs={"coeff": 2, "var": 0}), "not of one feature"),
+        (split(0, "", leaf("a"), leaf("b"), op="multi"), "not of one feature"),
+        (split(0, "no", leaf("a"), leaf("b")), "a node is not understood"),
+        (split(0, float("nan"), leaf("a"), leaf("b")), "a test is not understood"),
+        (split(-1, 1, leaf("a"), leaf("b")), "a test is not understood"),
+        (split(0, 1, leaf("a"), split("x", 1, leaf("a"), leaf("b"))), "features have names and numbers"),
+        ({"actual_label": None, "children": [], "split": {}}, "a node is not understood"),
+    ],
+)
+def test_other_trees_of_dtcontrol_are_refused(document, said):
+    with pytest.raises(InputError, match=said):
+        dtcontrol(document)
+
+
+def test_what_is_no_tree_is_refused():
+    for content in (b"{", b"[]", b"[" * 100_000, b"\xff", b'{"actual_label": 1}'):
+        with pytest.raises(InputError):
+            from_dtcontrol(content, "default.json")
+        with pytest.raises(InputError):
+            from_treelite(content, "tree.json")
+
+
+def treelite_model(nodes, **more):
+    given = {
+        "num_feature": 2, "task_type": "kMultiClf", "num_target": 1, "postprocessor": "softmax",
+        "base_scores": [0.0, 0.0], "trees": [{"nodes": nodes}],
+    }  # fmt: skip
+    return json.dumps(given | more).encode()
+
+
+def test_node(place, left, right, **more):
+    given = {
+        "node_id": place, "split_feature_id": 1, "default_left": False, "node_type": "numerical_test_node",
+        "comparison_op": "<", "threshold": 0.1, "left_child": left, "right_child": right,
+    }  # fmt: skip
+    return given | more
+
+
+LEAVES = [{"node_id": 1, "leaf_value": [1.0, 0.0]}, {"node_id": 2, "leaf_value": [0.0, 1.0]}]
+test_node.__test__ = False
+
+
+@pytest.mark.parametrize("sign", ["<", "<=", ">", ">="])
+@pytest.mark.parametrize("left", [True, False])
+def test_signs_and_sides_of_nan(sign, left):
+    (origin,) = from_treelite(
+        treelite_model([test_node(0, 1, 2, comparison_op=sign, default_left=left), *LEAVES]), "t"
+    ).values()
+    policy, rows = asked({"a": origin}, finite=False)
+    assert decided({"a": origin}, policy, rows) == [
+        int(not {"<": x < 0.1, "<=": x <= 0.1, ">": x > 0.1, ">=": x >= 0.1}[sign]) for x in rows[:, 1].astype(float)
+    ]
+    assert origin.nan == (left == (sign in (">", ">=")))
+
+
+@pytest.mark.parametrize(
+    ("nodes", "more", "said"),
+    [
+        ([test_node(0, 0, 0), *LEAVES], {}, "deeper than 64"),
+        ([test_node(0, 1, 5), *LEAVES], {}, "not treelite's JSON"),
+        ([test_node(0, 1, 2, node_type="categorical_test_node"), *LEAVES], {}, "a node is not understood"),
+        ([test_node(0, 1, 2, comparison_op="=="), *LEAVES], {}, "a test is not understood"),
+        ([test_node(0, 1, 2, split_feature_id=7), *LEAVES], {}, "tests feature 7, there are 2"),
+        ([test_node(0, 1, 2), *LEAVES], {"postprocessor": "exponential"}, "the link is not understood"),
+        ([test_node(0, 1, 2), *LEAVES], {"base_scores": [0.0, 1.0]}, "the link is not understood"),
+        ([test_node(0, 1, 2), *LEAVES], {"num_target": 2}, "2 targets"),
+        ([test_node(0, 1, 2), *LEAVES], {"trees": [1, 2]}, "2 trees"),
+    ],
+)
+def test_other_models_of_treelite_are_refused(nodes, more, said):
+    with pytest.raises(InputError, match=said):
+        from_treelite(treelite_model(nodes, **more), "tree.json")
