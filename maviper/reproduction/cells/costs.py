@@ -22,7 +22,7 @@ def key_of(cell: Cell, *, exactly: bool = True) -> str:
     """What cells that cost the same have in common, their depths aside."""
     words = [cell.kind, cell.game.partition(",")[0], cell.algorithm]
     if exactly:
-        words += [cell.preset, cell.splits]
+        words += [cell.preset, cell.splits, "leaves" if cell.leaves else ""]
     return " ".join(word for word in words if word)
 
 
