@@ -17,7 +17,7 @@ from maviper.experts import store
 from maviper.experts.expert import Expert
 from maviper.experts.finding import find_expert
 from maviper.extraction.bundles import BUNDLES, RUNGS
-from maviper.extraction.settings import Settings
+from maviper.extraction.settings import EXACT, Settings
 from maviper.files.profiles import version
 from maviper.worlds import World, find
 
@@ -50,6 +50,7 @@ class Cell:
         """The cell in a few words."""
         words = [self.kind, self.game, self.expert, self.preset, self.algorithm]
         words += [f"depth {self.depth}"] * bool(self.depth) + [f"leaves {self.leaves}"] * bool(self.leaves)
+        words += [f"{EXACT} splits"] * (self.splits == EXACT)
         return " ".join([word for word in words if word] + [f"seed {self.seed}"] * (self.kind != EXPERT))
 
     @property

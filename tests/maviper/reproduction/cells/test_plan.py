@@ -123,6 +123,11 @@ def test_an_expert_of_another_game_is_refused():
         planned(Asked(experts=("coordination",)), "")
 
 
+def test_every_cell_is_called_otherwise():
+    found = cells(tier="full", seeds=2)
+    assert len({cell.said for cell in found}) == len(found)
+
+
 @pytest.mark.parametrize("of", [1, 2, 7])
 def test_shards_divide_the_cells_and_wait_for_nobody(of):
     plan = planned(Asked(seeds=3), "")
