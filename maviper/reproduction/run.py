@@ -31,6 +31,7 @@ LOCAL, DASK = "local", "dask"
 BACKENDS = (LOCAL, DASK)
 POLL = 1.0  # seconds between looks at cells that another process is making
 MAX_SHARDS = 10_000
+MAX_SHOWN = 20  # failed cells, at the end
 _SHARD = re.compile(r"(?P<number>\d{1,5})/(?P<of>\d{1,5})")
 
 
@@ -213,8 +214,10 @@ def _written(store: Store, plan: Plan, register: str, done: Reproduced, console:
     console.line("wrote", f"{place}  {len(found.cells)} cells, {done.made} of them made now")
     report = _piece("report")
     done.lines = [] if report is None else list(report.written(store.folder))
+    shown = list(done.failed.items())[:MAX_SHOWN]
+    done.lines += [f"failed  {what}: {why}" for what, why in shown]
     if done.failed:
-        done.lines.append(f"{len(done.failed)} cells failed; run it again to try them again")
+        done.lines.append(f"{len(done.failed)} cells failed; run the command again to try them again")
 
 
 def said(plan: Plan, store: Store) -> list[str]:

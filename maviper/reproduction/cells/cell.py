@@ -16,8 +16,8 @@ from maviper.episodes import measures
 from maviper.experts import store
 from maviper.experts.expert import Expert
 from maviper.experts.finding import find_expert
-from maviper.extraction.bundles import ALGORITHMS, RUNGS
-from maviper.extraction.settings import Settings
+from maviper.extraction.bundles import BUNDLES, RUNGS
+from maviper.extraction.settings import EXACT, Settings
 from maviper.files.profiles import version
 from maviper.worlds import World, find
 
@@ -28,6 +28,7 @@ ID_LETTERS = 16
 EPISODES = 200  # of one seed, for every line-up
 BLOCKS = 10  # seed k plays block k of the held-out episodes; an expert's cell has all of them
 DONE, FAILED = "done", "failed"
+RGMDT = "rgmdt"
 
 
 @dataclass(frozen=True)
@@ -49,6 +50,7 @@ class Cell:
         """The cell in a few words."""
         words = [self.kind, self.game, self.expert, self.preset, self.algorithm]
         words += [f"depth {self.depth}"] * bool(self.depth) + [f"leaves {self.leaves}"] * bool(self.leaves)
+        words += [f"{EXACT} splits"] * (self.splits == EXACT)
         return " ".join([word for word in words if word] + [f"seed {self.seed}"] * (self.kind != EXPERT))
 
     @property
@@ -83,10 +85,11 @@ def _read(source: Source) -> tuple[Expert, World]:
 
 def settings_of(cell: Cell, world: World) -> Settings:
     """The settings of an extraction cell, resolved."""
-    rung = RUNGS[cell.algorithm] if cell.algorithm not in ALGORITHMS else {"algorithm": cell.algorithm}
+    rung = RUNGS[cell.algorithm] if cell.algorithm not in BUNDLES else {"algorithm": cell.algorithm}
     agent = {"agent": world.agents[0]} if cell.algorithm == "viper" else {}  # of the first; the others follow
     given = {"preset": cell.preset, "max_depth": cell.depth, "seed": cell.seed, "splits": cell.splits or None}
-    return Settings.of({**given, **rung, **agent}, world).checked().resolved(world)
+    budget = {"max_leaves": cell.leaves} if cell.algorithm == RGMDT else {}  # for others a depth does it
+    return Settings.of({**given, **rung, **agent, **budget}, world).checked().resolved(world)
 
 
 @dataclass(frozen=True)

@@ -11,10 +11,11 @@ from importlib import resources
 
 import numpy as np
 
-from maviper.reproduction.cells.cell import Cell
+from maviper.reproduction.cells.cell import RGMDT, Cell
 
 FILE = "costs.toml"
 UNKNOWN = 30.0  # CPU seconds of what was never measured
+PLAYED = 2.0  # of a profile that is there already
 Costs = dict[str, dict[str, float]]  # what -> depth, as text -> CPU seconds
 
 
@@ -22,7 +23,7 @@ def key_of(cell: Cell, *, exactly: bool = True) -> str:
     """What cells that cost the same have in common, their depths aside."""
     words = [cell.kind, cell.game.partition(",")[0], cell.algorithm]
     if exactly:
-        words += [cell.preset, cell.splits]
+        words += [cell.preset, cell.splits, "leaves" if cell.leaves else ""]
     return " ".join(word for word in words if word)
 
 
@@ -35,6 +36,8 @@ def measured() -> Costs:
 def estimate(cell: Cell) -> float:
     """CPU seconds of a cell."""
     known = measured().get(key_of(cell))
+    if known is None and cell.leaves and cell.algorithm != RGMDT:
+        return PLAYED
     if known is None:  # of another preset or other splits: better than nothing
         like = key_of(cell, exactly=False)
         known = next((rows for name, rows in sorted(measured().items()) if name.startswith(like)), {"0": UNKNOWN})

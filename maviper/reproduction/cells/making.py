@@ -86,7 +86,7 @@ def _files(task: Task, profiles: Mapping[str, PolicyProfile]) -> Files:
         rows = played(world, task.cell, {"expert": ([expert] * len(world.agents), tuple(world.teams))})
         return {EPISODES_FILE: rows, FACTS_FILE: runs.as_json(facts.of_expert(expert, world))}
     if task.cell.kind == EXTRACTION:
-        return _extracted(task.cell, world, expert)
+        return _extracted(task.cell, world, expert, profiles.get(task.cell.algorithm))
     if task.cell.kind == CROSSPLAY:
         lineups = crossplay(world, expert, profiles)
         return {EPISODES_FILE: played(world, task.cell, lineups), FACTS_FILE: runs.as_json({})}
@@ -148,9 +148,10 @@ def crossplay(world: World, expert: Expert, profiles: Mapping[str, PolicyProfile
 # --- extraction
 
 
-def _extracted(cell: Cell, world: World, expert: Expert) -> Files:
+def _extracted(cell: Cell, world: World, expert: Expert, profile: PolicyProfile | None) -> Files:
+    """An extraction, or what is there of it already under another name."""
     curve: list[Progress] = []
-    profile = _profile(cell, world, expert, Running(curve.append))
+    profile = profile or _profile(cell, world, expert, Running(curve.append))
     told = facts.of_profile(cell, world, expert, profile, curve)
     rows = played(world, cell, replacing(world, expert, profile))
     return {

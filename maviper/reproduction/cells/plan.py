@@ -15,6 +15,7 @@ from maviper.experts import store
 from maviper.experts.finding import find_expert
 from maviper.extraction.bundles import (
     ALGORITHMS,
+    BUNDLES,
     FITTED_Q,
     IMITATION,
     IVIPER,
@@ -28,7 +29,7 @@ from maviper.files import runs
 from maviper.files.kinds import EXPERT as EXPERT_FILE
 from maviper.files.kinds import kind_of
 from maviper.reproduction.cells import responding
-from maviper.reproduction.cells.cell import CROSSPLAY, EXPERT, EXPLOITABILITY, EXTRACTION, Cell, Source, Task
+from maviper.reproduction.cells.cell import CROSSPLAY, EXPERT, EXPLOITABILITY, EXTRACTION, RGMDT, Cell, Source, Task
 from maviper.reproduction.cells.costs import estimate
 
 DECEPTION, NAVIGATION, PREY = "physical-deception", "cooperative-navigation", "predator-prey"
@@ -41,7 +42,7 @@ ABLATIONS = (NO_PREDICTION, IVIPER_RESAMPLING)  # in deception at depth 4, as in
 LADDER = tuple(name for name in RUNGS if name not in ALGORITHMS and name not in ("averaged-weights", "vote-N-1"))
 DEPTHS, MAIN_DEPTH, SEEDS = (2, 4, 6), 4, 10
 LEAF_BUDGETS = (4, 8, 16, 32)  # of each tree
-RGMDT = "rgmdt"
+DEEPEST = 6  # for trees that have a budget of leaves instead
 NO_CARD = " (no card)"
 
 
@@ -173,14 +174,16 @@ def planned(asked: Asked, register: str) -> Plan:
         narrow = replace(asked, tier=USUAL, depths=(MAIN_DEPTH,), algorithms=asked.algorithms or COMPARED)
         for one in further(found):
             for task in _tasks(narrow, one, register, left_out):
-                tasks.setdefault(task.id, task)
+                if task.cell.kind != EXPLOITABILITY:
+                    tasks.setdefault(task.id, task)
     return Plan(tuple(tasks.values()), tuple(dict.fromkeys(left_out)))
 
 
 def _tasks(asked: Asked, one: Known, register: str, left_out: list[tuple[str, str]]) -> list[Task]:
     cells = [Cell(EXPERT, one.game, one.label), *_extractions(asked, one, left_out)]
     made = [Task(cell, one.source, one.hash, register) for cell in cells]
-    return [*made, *_crossplays(made), *_answers(asked, made, left_out)]
+    budgets = _budgets(made) if asked.tier == FULL and not asked.algorithms else []
+    return [*made, *budgets, *_crossplays(made), *_answers(asked, made, left_out)]
 
 
 def _extractions(asked: Asked, one: Known, left_out: list[tuple[str, str]]) -> list[Cell]:
@@ -194,17 +197,18 @@ def _extractions(asked: Asked, one: Known, left_out: list[tuple[str, str]]) -> l
         grid |= {(PAPER, name, MAIN_DEPTH, 0, HISTOGRAM) for name in LADDER if full and game != PREY}
         grid |= {(RELEASED, name, MAIN_DEPTH, 0, EXACT) for name in (MAVIPER, IVIPER, IMITATION) if full}
     if full and not asked.algorithms:
-        budgeted = product(COMPARED, LEAF_BUDGETS)  # a tree of depth d has at most 2**d leaves
-        grid |= {(PAPER, name, leaves.bit_length() - 1, 0, HISTOGRAM) for name, leaves in budgeted}
+        # a tree of depth d has at most 2**d leaves
+        grid |= {(PAPER, name, n.bit_length() - 1, 0, HISTOGRAM) for name, n in product(COMPARED, LEAF_BUDGETS)}
+        grid |= {(PAPER, RGMDT, DEEPEST, leaves, HISTOGRAM) for leaves in LEAF_BUDGETS if RGMDT in BUNDLES}
     cells = [
         Cell(EXTRACTION, one.game, one.label, preset, name, depth, leaves, splits, seed)
         for seed, (preset, name, depth, leaves, splits) in product(seeds, sorted(grid))
     ]
     if not quick and not asked.algorithms and MAIN_DEPTH in depths:  # every threshold, beside histograms
         cells.append(Cell(EXTRACTION, one.game, one.label, PAPER, MAVIPER, MAIN_DEPTH, 0, EXACT, 0))
-    if RGMDT not in ALGORITHMS and (full or RGMDT in (asked.algorithms or ())):
+    if RGMDT not in BUNDLES and (full or RGMDT in (asked.algorithms or ())):
         left_out.append((RGMDT, "this version has no such algorithm"))
-    return [cell for cell in cells if cell.algorithm in (*ALGORITHMS, *LADDER)]
+    return [cell for cell in cells if cell.algorithm in (*BUNDLES, *LADDER)]
 
 
 def _main(asked: Asked, game: str, depths: Sequence[int]) -> list[tuple[str, str, int]]:
@@ -217,6 +221,17 @@ def _main(asked: Asked, game: str, depths: Sequence[int]) -> list[tuple[str, str
     lacking = {(RELEASED, name) for name in (FITTED_Q, RGMDT, *LADDER)}
     pairs = [(preset, name, depth) for preset in asked.presets for name, depth in chosen]
     return [each for each in pairs if each[:2] not in lacking]
+
+
+def _budgets(made: Sequence[Task]) -> list[Task]:
+    """For each budget of leaves the trees of the depth that has at most so many, played again under that name."""
+    return [
+        replace(each, cell=replace(cell, leaves=2**cell.depth), of={cell.algorithm: each.id})
+        for each in made
+        for cell in [each.cell]
+        if cell.algorithm in COMPARED and cell.splits == HISTOGRAM and cell.preset == PAPER
+        if 2**cell.depth in LEAF_BUDGETS
+    ]
 
 
 def _crossplays(made: Sequence[Task]) -> list[Task]:

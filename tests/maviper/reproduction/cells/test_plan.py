@@ -1,6 +1,7 @@
 """Which cells there are, what is left out and why, and how shards divide them."""
 
 from collections import Counter
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -47,6 +48,16 @@ def test_full_adds_the_ladder_released_leaf_budgets_and_further_experts():
     assert "released" in {cell.preset for cell in more} and {3, 5} <= {cell.depth for cell in more}
     assert {cell.expert for cell in more} > {"mappo", "mappo-0"}
     assert not [cell for cell in full if (cell.preset, cell.algorithm) == ("released", "fitted-q")]
+
+
+def test_a_budget_of_leaves_is_a_depth_that_is_extracted_once():
+    tasks = planned(Asked("full", seeds=1, games=("physical-deception",)), "").tasks
+    known = {task.id: task.cell for task in tasks}
+    budgets = [task for task in tasks if task.cell.leaves and task.cell.algorithm != "rgmdt" and task.of]
+    assert {(task.cell.leaves, task.cell.depth) for task in budgets} == {(4, 2), (8, 3), (16, 4), (32, 5)}
+    for task in budgets:
+        (base,) = task.of.values()
+        assert known[base] == replace(task.cell, leaves=0)
 
 
 def test_cells_of_several_profiles_need_the_extractions_of_its_own_seed():
@@ -110,6 +121,11 @@ def test_unknown_names_are_suggested(asked, said):
 def test_an_expert_of_another_game_is_refused():
     with pytest.raises(InputError, match="none of the paper's games"):
         planned(Asked(experts=("coordination",)), "")
+
+
+def test_every_cell_is_called_otherwise():
+    found = cells(tier="full", seeds=2)
+    assert len({cell.said for cell in found}) == len(found)
 
 
 @pytest.mark.parametrize("of", [1, 2, 7])
