@@ -14,6 +14,7 @@ TOPICS = (
     "games",
     "experts",
     "extraction",
+    "pseudocode",
     "claims",
     "verdicts",
     "repair",

@@ -163,7 +163,8 @@ def _returns(context: Context, place: tuple[str, str]) -> str:
 def curves(context: Context) -> Section:
     """How the best iterate's score grows with the episodes played, first seed."""
     lead = (
-        "The score by which an extraction chooses, of its best iterate, against episodes played; first seed, depth 4."
+        "The score by which an extraction chooses, of its best iterate, against episodes played. First seed, "
+        "depth 4; the first agent's where agents are extracted one by one."
     )
     made = Collected()
     for game, expert in context.places():
@@ -171,7 +172,7 @@ def curves(context: Context) -> Section:
         for algorithm in COMPARED:
             rows = context.finder.rows(Place(game, expert, depth=MAIN_DEPTH), algorithm)
             steps = context.book.results.facts(rows[min(rows)].cell).get("curve", []) if rows else []
-            points = [_step(step) for step in steps]
+            points = [_step(step) for step in steps if not step.get("part")]
             series[algorithm] = [point for point in points if point is not None]
         if any(series.values()):
             picture = figures.lines(f"{game}, {expert}", "episodes", series, None)
