@@ -257,8 +257,8 @@ def violations(context: Context) -> Section:
 def released(context: Context) -> Section:
     """The authors' code beside the paper's text: which share of the published gap is an artefact."""
     lead = (
-        "Joint performance at depth 4. `paper` follows the text, `released` the authors' code with its accidents: its "
-        "IVIPER and imitation trees do nothing wherever no action has a majority."
+        "Joint performance at depth 4. Preset paper follows the text, released the authors' code with its accidents: "
+        "its IVIPER and imitation trees do nothing wherever no action has a majority."
     )
     made = Collected()
     for game, expert in context.places():
