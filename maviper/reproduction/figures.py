@@ -110,7 +110,7 @@ def lines(title: str, x_label: str, series: dict[str, list[Point]], reference: f
         path = "M" + " L".join(f"{each['x']},{each['y']}" for each in placed)
         drawn.append({"mark": mark(name), "points": placed, "path": path})
     legend = [
-        {"mark": mark(name), "text": named(name), "x": 16 + (k % 2) * 190, "y": bottom + 56 + LEGEND_ROW * (k // 2)}
+        {"mark": mark(name), "text": named(name), "x": 16 + (k % 2) * 190, "y": bottom + 52 + LEGEND_ROW * (k // 2)}
         for k, name in enumerate(shown)
     ]
     figure = {
@@ -172,6 +172,7 @@ def heat(title: str, rows: Sequence[str], columns: Sequence[str], values: Sequen
         "width": max(WIDTH, left + SIDE * len(columns) + 40),
         "height": top + SIDE * len(rows) + 12,
         "side": SIDE,
+        "half": SIDE // 2,
         "cells": cells,
         "columns": [{"x": left + SIDE * k + 18, "y": top - 6, "text": name} for k, name in enumerate(columns)],
         "rows": [{"x": left - 8, "y": top + SIDE * k + 19, "text": name} for k, name in enumerate(rows)],
