@@ -17,6 +17,7 @@ TOPICS = (
     "extraction",
     "reproduce",
     "importing",
+    "pseudocode",
     "claims",
     "verdicts",
     "repair",

@@ -15,7 +15,7 @@ WIDTH, LEFT, RIGHT, TOP, PLOT = 400, 44, 388, 30, 190
 ROW, SIDE = 24, 30
 LEGEND_COLUMNS, LEGEND_ROW = 2, 18
 APART = 7.0  # between the series at one x, so that intervals can be told apart
-MOST_TICKS = 6
+MAX_TICKS = 6
 
 
 @dataclass(frozen=True)
@@ -100,7 +100,7 @@ def lines(title: str, x_label: str, series: dict[str, list[Point]], reference: f
 
     drawn = []
     for place, (name, points) in enumerate(shown.items()):
-        apart = APART * (place - (len(shown) - 1) / 2) if len(xs) <= MOST_TICKS else 0.0
+        apart = APART * (place - (len(shown) - 1) / 2) if len(xs) <= MAX_TICKS else 0.0
         at = [round(_across(point.x, xs) + apart, 2) for point in points]
         ends = [[down(end) for end in point.ends] or [None, None] for point in points]
         placed = [
@@ -110,7 +110,7 @@ def lines(title: str, x_label: str, series: dict[str, list[Point]], reference: f
         path = "M" + " L".join(f"{each['x']},{each['y']}" for each in placed)
         drawn.append({"mark": mark(name), "points": placed, "path": path})
     legend = [
-        {"mark": mark(name), "text": named(name), "x": 16 + (k % 2) * 190, "y": bottom + 56 + LEGEND_ROW * (k // 2)}
+        {"mark": mark(name), "text": named(name), "x": 16 + (k % 2) * 190, "y": bottom + 52 + LEGEND_ROW * (k // 2)}
         for k, name in enumerate(shown)
     ]
     figure = {
@@ -172,6 +172,7 @@ def heat(title: str, rows: Sequence[str], columns: Sequence[str], values: Sequen
         "width": max(WIDTH, left + SIDE * len(columns) + 40),
         "height": top + SIDE * len(rows) + 12,
         "side": SIDE,
+        "half": SIDE // 2,
         "cells": cells,
         "columns": [{"x": left + SIDE * k + 18, "y": top - 6, "text": name} for k, name in enumerate(columns)],
         "rows": [{"x": left - 8, "y": top + SIDE * k + 19, "text": name} for k, name in enumerate(rows)],
@@ -203,18 +204,18 @@ def _scale(values: Sequence[float]) -> tuple[float, float, list[float]]:
 
 def _step(reach: float) -> float:
     """A round number that divides a range into a few parts."""
-    size = 10.0 ** math.floor(math.log10(reach / MOST_TICKS))
-    return next(size * part for part in (1, 2, 5, 10) if reach / (size * part) <= MOST_TICKS)
+    size = 10.0 ** math.floor(math.log10(reach / MAX_TICKS))
+    return next(size * part for part in (1, 2, 5, 10) if reach / (size * part) <= MAX_TICKS)
 
 
 def _across(x: float, xs: Sequence[float]) -> float:
     """Few values of x lie evenly, many to scale."""
     if len(xs) == 1:
         return (LEFT + RIGHT) / 2
-    if len(xs) <= MOST_TICKS:
+    if len(xs) <= MAX_TICKS:
         return LEFT + 40 + (RIGHT - LEFT - 80) * xs.index(x) / (len(xs) - 1)
     return LEFT + 10 + (RIGHT - LEFT - 20) * (x - xs[0]) / (xs[-1] - xs[0])
 
 
 def _some(xs: Sequence[float]) -> Sequence[float]:
-    return xs if len(xs) <= MOST_TICKS else [xs[0], xs[-1]]
+    return xs if len(xs) <= MAX_TICKS else [xs[0], xs[-1]]

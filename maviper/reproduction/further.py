@@ -163,7 +163,8 @@ def _returns(context: Context, place: tuple[str, str]) -> str:
 def curves(context: Context) -> Section:
     """How the best iterate's score grows with the episodes played, first seed."""
     lead = (
-        "The score by which an extraction chooses, of its best iterate, against episodes played; first seed, depth 4."
+        "The score by which an extraction chooses, of its best iterate, against episodes played. First seed, "
+        "depth 4; the first agent's where agents are extracted one by one."
     )
     made = Collected()
     for game, expert in context.places():
@@ -171,7 +172,7 @@ def curves(context: Context) -> Section:
         for algorithm in COMPARED:
             rows = context.finder.rows(Place(game, expert, depth=MAIN_DEPTH), algorithm)
             steps = context.book.results.facts(rows[min(rows)].cell).get("curve", []) if rows else []
-            points = [_step(step) for step in steps]
+            points = [_step(step) for step in steps if not step.get("part")]
             series[algorithm] = [point for point in points if point is not None]
         if any(series.values()):
             picture = figures.lines(f"{game}, {expert}", "episodes", series, None)
@@ -256,8 +257,8 @@ def violations(context: Context) -> Section:
 def released(context: Context) -> Section:
     """The authors' code beside the paper's text: which share of the published gap is an artefact."""
     lead = (
-        "Joint performance at depth 4. `paper` follows the text, `released` the authors' code with its accidents: its "
-        "IVIPER and imitation trees do nothing wherever no action has a majority."
+        "Joint performance at depth 4. Preset paper follows the text, released the authors' code with its accidents: "
+        "its IVIPER and imitation trees do nothing wherever no action has a majority."
     )
     made = Collected()
     for game, expert in context.places():

@@ -264,7 +264,7 @@ class Finder:
 
     def robustness(self, place: Place, algorithm: str, opponents: Sequence[str], seeds: Sequence[int]) -> list[Part]:
         """As `against`, as a fraction of what the expert reaches against itself; negative where lower is better."""
-        sign = 1.0 if self.results.higher[place.measure] else -1.0
+        sign = self.sign(place.measure)
         theirs = self.experts(place, seeds)
         parts = self.against(place, algorithm, opponents, seeds)
         return [replace(part, weight=sign * part.weight, theirs=theirs, mode=RATIO) for part in parts]
@@ -284,7 +284,12 @@ class Finder:
         measure = self.worth(cells[0], team)
         theirs = tuple((cell, f"{team}:{OWN}") for cell in cells)
         ours = tuple((cell, f"{team}:{name}") for cell, name in zip(cells, chosen, strict=True))
-        return [Part(1.0, Source(ours, measure)), Part(-1.0, Source(theirs, measure))]
+        sign = self.sign(measure)
+        return [Part(sign, Source(ours, measure)), Part(-sign, Source(theirs, measure))]
+
+    def sign(self, measure: str) -> float:
+        """1 where more is better."""
+        return 1.0 if self.results.higher[measure] else -1.0
 
     def worth(self, cell: str, team: str) -> str:
         """What responders to a team are judged by: the one measure of its line-ups that is no return."""
@@ -302,7 +307,7 @@ class Finder:
             name = lineup.removeprefix(start).removesuffix(CHOSEN_ON)
             if of == measure and lineup.startswith(start) and lineup.endswith(CHOSEN_ON):
                 reported = (start + name, measure) in values
-                tried |= {name: float(values[lineup, measure][1].mean())} if reported else {}
+                tried |= {name: self.sign(measure) * float(values[lineup, measure][1].mean())} if reported else {}
         if not tried:
             raise KeyError("no responder")
         return max(sorted(tried), key=tried.__getitem__)

@@ -79,7 +79,6 @@ class _File(msgspec.Struct, forbid_unknown_fields=True):
     margin: float
     power: float
     least_seeds: int
-    least_experts: int
     weak_expert: float
     final_effect: float
     claim: list[Claim]
@@ -98,7 +97,6 @@ class Register:
     margin: float
     power: float
     least_seeds: int
-    least_experts: int
     weak_expert: float
     final_effect: float
     sha256: str

@@ -26,7 +26,9 @@ from maviper.reproduction.verdicts import Verdict
 PAGE, SUMMARY, CLAIMS, NUMBERS, SCRIPT = "report.html", "summary.txt", "claims.json", "numbers.json", "recompute.py"
 FIGURES = "figures"
 GAMES = tuple(sections.MEASURES)
-SIGNS = dict(zip(verdicts.WORDS, ("✓", "✗", "?", "–"), strict=True))  # so that no meaning rests on colour
+SIGNS: dict[str, str] = dict(
+    zip(verdicts.WORDS, ("✓", "✗", "?", "–"), strict=True)
+)  # so that no meaning rests on colour
 WIDTH = 150  # of a line of the summary
 
 

@@ -105,12 +105,21 @@ def read(folder: Path) -> Results:
 
 
 def _row(line: Mapping[str, str]) -> Row:
-    texts = {name: line[name] for name in ("kind", "game", "expert", "preset", "algorithm", "splits", "cell")}
-    if texts["kind"] not in KINDS:
-        raise ValueError(f"kind {texts['kind']!r}")
-    texts["game"] = texts["game"].partition(",")[0]  # without options
-    numbers = {name: int(line[name] or 0) for name in ("depth", "leaves", "seed")}
-    return Row(**texts, **numbers, cpu_seconds=float(line["cpu_seconds"] or 0))
+    if line["kind"] not in KINDS:
+        raise ValueError(f"kind {line['kind']!r}")
+    return Row(
+        kind=line["kind"],
+        game=line["game"].partition(",")[0],  # without options
+        expert=line["expert"],
+        preset=line["preset"],
+        algorithm=line["algorithm"],
+        depth=int(line["depth"] or 0),
+        leaves=int(line["leaves"] or 0),
+        splits=line["splits"],
+        seed=int(line["seed"] or 0),
+        cell=line["cell"],
+        cpu_seconds=float(line["cpu_seconds"] or 0),
+    )
 
 
 def _episodes(path: Path) -> dict[tuple[str, str], Values]:

@@ -88,8 +88,7 @@ class Term:
     def by_seed(self, weights: Float64) -> Float64:
         """Each seed's number, [draws, seeds]. `weights` [draws, episodes]: of the episodes, each row's sum being 1."""
         theirs = self.ours if self.theirs is None else self.theirs
-        with np.errstate(divide="ignore", invalid="ignore"):
-            return MODES[self.mode](weights @ self.ours.T, weights @ theirs.T, weights @ np.abs(theirs).T)
+        return MODES[self.mode](weights @ self.ours.T, weights @ theirs.T, weights @ np.abs(theirs).T)
 
 
 def estimate(terms: Sequence[Term], crossed: bool = False) -> Estimate:
@@ -104,9 +103,10 @@ def estimate(terms: Sequence[Term], crossed: bool = False) -> Estimate:
     rows, drawn_episodes = draws(seeds, episodes)
     even = np.full((1, episodes), 1 / episodes)
     weights = drawn_episodes if crossed or seeds == 1 else even
-    value = sum(term.weight * float(term.by_seed(even).mean()) for term in terms)
-    numbers = sum(term.weight * term.by_seed(weights) for term in terms)
-    drawn = np.take_along_axis(np.broadcast_to(np.asarray(numbers), rows.shape), rows, axis=1).mean(axis=1)
+    with np.errstate(divide="ignore", invalid="ignore"):  # a ratio to nothing is no number
+        value = sum(term.weight * float(term.by_seed(even).mean()) for term in terms)
+        numbers = sum(term.weight * term.by_seed(weights) for term in terms)
+        drawn = np.take_along_axis(np.broadcast_to(np.asarray(numbers), rows.shape), rows, axis=1).mean(axis=1)
     count = seeds if seeds > 1 else episodes
     if count < 2 or not np.isfinite(drawn).all() or not np.isfinite(value):
         return Estimate(value, float("nan"), 0)

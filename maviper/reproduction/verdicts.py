@@ -256,15 +256,18 @@ def option(claim: Claim) -> str:
 
 def _weak(book: Book, known: Register, verdict: Verdict) -> Iterator[str]:
     """The expert, where it is far below the paper's in a measure of the claim."""
-    for place in _places(verdict.claim, verdict.expert):
-        paper = known.experts.get(place.measure)
+    measured = {place.measure: place for place in _places(verdict.claim, verdict.expert)}
+    for measure, place in measured.items():
+        paper = known.experts.get(measure)
         if paper is None or not verdict.run:
             continue
-        number = expert_number(book, place)
-        worth = number.value / paper.value if book.results.higher[place.measure] else paper.value / number.value
-        if worth < known.weak_expert:
-            yield f"weak expert: {place.measure} {number.value:.3g}, the paper's {paper.value:g}"
-        return
+        try:
+            ours = expert_number(book, place).value
+        except KeyError:
+            continue
+        most, least = (paper.value, ours) if book.results.higher[measure] else (ours, paper.value)
+        if least < known.weak_expert * most:
+            yield f"weak expert: {measure} {ours:.3g}, the paper's {paper.value:g}"
 
 
 def expert_number(book: Book, place: Place) -> Number:

@@ -149,7 +149,11 @@ def looks(features, place, algorithm):
 
 def whole(folder, games=GAMES, depths=(2, 4, 6), experts=("mappo",), **rest):
     """Everything that the default tier plays."""
-    maker = Maker(folder, **rest)
+    return filled(Maker(folder, **rest), games, depths, experts)
+
+
+def filled(maker, games, depths, experts):
+    """The same by a maker of one's own; its folder."""
     for label, game in product(experts, games):
         maker.expert(game, label)
         for algorithm, depth, seed in product(FOUR, depths, range(maker.seeds)):
@@ -163,5 +167,4 @@ def whole(folder, games=GAMES, depths=(2, 4, 6), experts=("mappo",), **rest):
                 for algorithm in FOUR:
                     maker.exploitability(algorithm, seed, label)
         maker.extraction(game, "maviper", 4, 0, label, splits="exact")
-    maker.write()
-    return folder
+    return maker.write()

@@ -49,7 +49,7 @@ def test_numbers_lie_where_the_axis_says():
     text = figures.lines("t", "depth", {"maviper": [Point(0.5, 0.25, 0.75, 2)]}, reference=1.0)
     root = ET.fromstring(text)
     ticks = {
-        each.text: float(each.get("y")) - 4
+        each.text: float(each.get("y"))
         for each in root.iter(f"{SVG}text")
         if each.get("text-anchor") == "end" and each.text[0].isdigit()
     }

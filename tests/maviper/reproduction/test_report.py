@@ -6,6 +6,7 @@ import shutil
 import subprocess
 import sys
 import xml.etree.ElementTree as ET
+from pathlib import Path
 
 import pytest
 
@@ -15,6 +16,7 @@ from maviper.reproduction.results import COLUMNS, read
 from tests.maviper.reproduction import tables
 from tests.maviper.reproduction.tables import DECEPTION, NAVIGATION, Maker
 
+PROFILE = Path(__file__).parents[3] / "generated" / "physical_deception" / "profile.json"
 PARTS = ("individual", "joint", "robustness", "ablation", "features", "trees", "exploitability", "curves", "leaves")
 PARTS += ("violations", "released", "splits", "reward")
 
@@ -135,6 +137,36 @@ def test_what_was_changed_is_found(folder, tmp_path):
     path.write_text("".join([lines[0], f"{head},{float(value) + 0.5}\n", *lines[2:]]))
     found = recomputed(again)
     assert found.returncode == 1 and "joint/maviper/physical-deception" in found.stdout
+
+
+def test_trees_are_drawn_where_their_profile_is(tmp_path):
+    maker = Maker(tmp_path, seeds=1)
+    maker.expert(NAVIGATION)
+    cell = maker.extraction(NAVIGATION, "maviper", 2, 0)
+    maker.write()
+    place = tmp_path / "cells" / cell
+    place.mkdir(parents=True)
+    shutil.copy(PROFILE, place / "profile.json")
+    report.written(tmp_path)
+    assert part(tmp_path, "trees").count("<svg") == 3
+    (place / "profile.json").write_text("{}")
+    report.written(tmp_path)
+    assert "<svg" not in part(tmp_path, "trees") and 'class="missing"' in part(tmp_path, "trees")
+
+
+def test_a_ratio_to_nothing_is_no_number(tmp_path):
+    """An expert that never succeeds at the small radius: the values stay, the ratios are left out."""
+    maker = Maker(tmp_path, strength=dict.fromkeys(tables.FOUR, 0.5), seeds=5)
+    real = maker.values
+    maker.values = lambda measure, *rest: (
+        0.0 * real(measure, *rest) if "r=0.1" in measure.name else real(measure, *rest)
+    )
+    tables.filled(maker, (DECEPTION,), (4,), ("mappo",))
+    report.written(tmp_path)
+    assert "defenders-success-r-0-1" not in " ".join(path.name for path in (tmp_path / "figures").glob("joint-*"))
+    assert "<td>defenders success r=0.1</td><td>4</td><td>MAVIPER</td><td>–</td>" in part(tmp_path, "joint")
+    found = recomputed(tmp_path)
+    assert found.returncode == 0 and not found.stderr, found.stdout + found.stderr
 
 
 def test_labels_are_text_wherever_they_stand(tmp_path):

@@ -121,6 +121,9 @@ def test_one_seed_leaves_the_episodes_and_one_number_leaves_nothing():
 def test_a_ratio_to_nothing_is_no_number():
     found = estimate([Term(1.0, np.ones((5, 4)), np.zeros((5, 4)), RATIO)])
     assert not np.isfinite(found.value) and found.p_differs() == 1 and found.interval() == (-np.inf, np.inf)
+    nothing = Term(1.0, np.zeros((5, 4)), np.zeros((5, 4)), RATIO)
+    both = estimate([nothing, Term(-1.0, np.ones((5, 4)), np.zeros((5, 4)), RATIO)])
+    assert not np.isfinite(both.value) and both.p_above(0) == both.p_equal(1.0) == 1
 
 
 def test_equal_numbers_are_certain():
