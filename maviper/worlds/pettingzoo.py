@@ -155,7 +155,7 @@ class PettingZooWorld(World):
         others = zip(*((outcome.rewards, outcome.done, outcome.terminated) for outcome in outcomes), strict=True)
         rewards, done, terminated = map(np.array, others)
         self._moment = next(_moments)
-        return EnvStates(tuple(map(np.stack, observations)), rewards, done, terminated, self._moment)
+        return EnvStates(tuple(map(np.array, observations)), rewards, done, terminated, self._moment)
 
     def observe(self, state: EnvStates) -> tuple[Float32, ...]:
         """Each agent's observation, [batch, n_features] float32."""
