@@ -33,7 +33,6 @@ from maviper.worlds.processes import (
     MAX_STEPS,
     Copies,
     Copy,
-    Outcome,
     Source,
     copies_at_once,
     fault,
@@ -43,7 +42,7 @@ from maviper.worlds.processes import (
     space,
 )
 from maviper.worlds.seeds import TRAINING, folded
-from maviper.worlds.world import RETURN, Int, Measure, World, motionless
+from maviper.worlds.world import RETURN, Int, Measure, Outcome, World, motionless
 
 DEFAULT_STEPS = 25  # where nobody knows how long an episode is
 PROBE_STEPS = 1_000  # of the episode that is played to find out

@@ -21,13 +21,14 @@ from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection
 from pathlib import Path
 from types import ModuleType
-from typing import Any, NamedTuple
+from typing import Any
 from warnings import catch_warnings, simplefilter
 
 import numpy as np
 
 from codegen.errors import InputError, UnknownNameError
 from codegen.ir import Float32
+from maviper.worlds.world import Outcome
 
 MAX_STEPS = "max_steps"  # the one option that is ours: how long an episode may be
 NUMBER = re.compile(r"-?[0-9]{1,18}")
@@ -37,21 +38,6 @@ PROBED = 10  # steps of an episode that is played alone, then beside another one
 # seconds, of machines that do other work too: to write and read a message, to wake a process that waits for one
 MESSAGE, WAKING = 1e-4, 1e-3
 GRACE = 2.0  # seconds in which a copy may end by itself
-
-
-class Outcome(NamedTuple):
-    """What a step or a reset gave, agent by agent."""
-
-    observations: list[Float32]  # each [n_features]
-    rewards: list[float]
-    done: list[bool]  # the agent's episode has ended
-    terminated: list[bool]  # ... by itself; it was not just cut
-
-    @property
-    def bytes(self) -> tuple[list[bytes], bytes, list[bool], list[bool]]:
-        """All of it, to compare: NaN is like itself."""
-        vectors = [vector.tobytes() for vector in self.observations]
-        return vectors, np.array(self.rewards).tobytes(), self.done, self.terminated
 
 
 @dataclass(frozen=True)
