@@ -21,7 +21,6 @@ from maviper.worlds.pettingzoo import PROBE_STEPS, PettingZooWorld, attribute, f
 from maviper.worlds.processes import (
     MAX_STEPS,
     Copy,
-    Outcome,
     Source,
     fault,
     imported,
@@ -31,6 +30,7 @@ from maviper.worlds.processes import (
     space,
 )
 from maviper.worlds.seeds import folded
+from maviper.worlds.world import Outcome
 
 SEED = folded(2_000_000_000_000_000)  # as large as those of an extraction
 COMPARED = 10  # episode seeds whose first observations are compared with the reference's

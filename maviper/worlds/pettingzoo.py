@@ -33,7 +33,6 @@ from maviper.worlds.processes import (
     MAX_STEPS,
     Copies,
     Copy,
-    Outcome,
     Source,
     copies_at_once,
     fault,
@@ -43,7 +42,7 @@ from maviper.worlds.processes import (
     space,
 )
 from maviper.worlds.seeds import TRAINING, folded
-from maviper.worlds.world import RETURN, Int, Measure, World, motionless
+from maviper.worlds.world import RETURN, Int, Measure, Outcome, World, motionless
 
 DEFAULT_STEPS = 25  # where nobody knows how long an episode is
 PROBE_STEPS = 1_000  # of the episode that is played to find out
@@ -155,7 +154,7 @@ class PettingZooWorld(World):
         others = zip(*((outcome.rewards, outcome.done, outcome.terminated) for outcome in outcomes), strict=True)
         rewards, done, terminated = map(np.array, others)
         self._moment = next(_moments)
-        return EnvStates(tuple(map(np.stack, observations)), rewards, done, terminated, self._moment)
+        return EnvStates(tuple(map(np.array, observations)), rewards, done, terminated, self._moment)
 
     def observe(self, state: EnvStates) -> tuple[Float32, ...]:
         """Each agent's observation, [batch, n_features] float32."""

@@ -21,36 +21,23 @@ from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection
 from pathlib import Path
 from types import ModuleType
-from typing import Any, NamedTuple
+from typing import Any
 from warnings import catch_warnings, simplefilter
 
 import numpy as np
 
 from codegen.errors import InputError, UnknownNameError
 from codegen.ir import Float32
+from maviper.worlds.world import Outcome
 
 MAX_STEPS = "max_steps"  # the one option that is ours: how long an episode may be
 NUMBER = re.compile(r"-?[0-9]{1,18}")
 MAX_MESSAGE = 300  # characters of what an environment says when it raises
+BESIDE = "beside"  # the request that `_beside` answers
 PROBED = 10  # steps of an episode that is played alone, then beside another one
 # seconds, of machines that do other work too: to write and read a message, to wake a process that waits for one
 MESSAGE, WAKING = 1e-4, 1e-3
 GRACE = 2.0  # seconds in which a copy may end by itself
-
-
-class Outcome(NamedTuple):
-    """What a step or a reset gave, agent by agent."""
-
-    observations: list[Float32]  # each [n_features]
-    rewards: list[float]
-    done: list[bool]  # the agent's episode has ended
-    terminated: list[bool]  # ... by itself; it was not just cut
-
-    @property
-    def bytes(self) -> tuple[list[bytes], bytes, list[bool], list[bool]]:
-        """All of it, to compare: NaN is like itself."""
-        vectors = [vector.tobytes() for vector in self.observations]
-        return vectors, np.array(self.rewards).tobytes(), self.done, self.terminated
 
 
 @dataclass(frozen=True)
@@ -282,16 +269,18 @@ class Copies:
             raise
 
     def _quicker_here(self) -> bool:
-        """Whether two copies in this process leave each other alone, and all of them play sooner here than apart."""
-        pair: list[Copy] = []
+        """Whether two copies in one process leave each other alone, and all of them play sooner here than apart. It is
+        tried in another process, which an environment may end.
+        """
+        trial = _Process(self.source)
         try:
-            pair += [Copy(self.make(), self.source) for _ in range(2)]
-            seconds, alike = _beside(*pair)
+            trial.send(BESIDE, None)
+            seconds, alike = trial.outcome()
         except InputError:  # let it come up in play
             return False
         finally:
-            for copy in pair:
-                copy.close()
+            trial.dismiss()
+            trial.end()
         return alike and self.at_once * seconds < seconds + self.at_once * MESSAGE + WAKING
 
     def close(self) -> None:
@@ -341,7 +330,7 @@ class _Process:
         with suppress(OSError):  # `outcome` says that it has ended
             self.pipe.send((verb, argument))
 
-    def outcome(self) -> Outcome:
+    def outcome(self) -> Any:
         try:
             raised, answer = self.pipe.recv()
         except (EOFError, OSError):
@@ -387,7 +376,9 @@ def serve(pipe: Connection, text: str, folder: str) -> None:
         while (request := pipe.recv()) is not None:
             try:
                 copy = copy or Copy(made(imported(source), source), source)
-                answer: tuple[bool, Any] = (False, copy.ask(*request))
+                beside = request[0] == BESIDE
+                found = _beside(copy, Copy(made(imported(source), source), source)) if beside else copy.ask(*request)
+                answer: tuple[bool, Any] = (False, found)
             except InputError as error:
                 answer = (True, (error.what, error.where, error.next_step))
             pipe.send(answer)

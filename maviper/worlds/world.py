@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass
 from inspect import signature
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -38,6 +38,21 @@ class Measure:
     def label(self) -> str:
         """The measure's name with its team's, as in tables and files."""
         return f"{self.team} {self.name}"
+
+
+class Outcome(NamedTuple):
+    """What a step or a reset of one game gave, agent by agent."""
+
+    observations: list[Float32]  # each [n_features]
+    rewards: list[float]
+    done: list[bool]  # the agent's episode has ended
+    terminated: list[bool]  # ... by itself; it was not just cut
+
+    @property
+    def bytes(self) -> tuple[list[bytes], bytes, list[bool], list[bool]]:
+        """All of it, to compare: NaN is like itself."""
+        vectors = [vector.tobytes() for vector in self.observations]
+        return vectors, np.array(self.rewards).tobytes(), self.done, self.terminated
 
 
 def world_name(spec: WorldSpec) -> str:

@@ -22,6 +22,7 @@ from maviper.worlds.processes import imported, parsed
 
 REACH, STRETCH = 0.5, 0.8
 EXAMPLE = Path(__file__).parents[2] / "generated" / "foraging"
+EMPTY = ("line",)  # an environment that computes next to nothing: what is left is the door's own time, without a target
 ENVIRONMENTS = {"line": "tests.environments:short,length=25", "spread": "tests.environments:spread"}
 FORAGING = {"foraging": "foraging:make"}
 
@@ -88,7 +89,8 @@ def main():
     figures = []
     for name, text in (ENVIRONMENTS | (FORAGING if known else {})).items():
         ours, theirs, ratio = measured(text, asked.rounds, asked.episodes)
-        figures.append({"name": f"door {name}", "value": round(ratio, 3), "reach": REACH, "stretch": STRETCH})
+        target = {} if name in EMPTY else {"reach": REACH, "stretch": STRETCH}
+        figures.append({"name": f"door {name}", "value": round(ratio, 3), **target})
         if not asked.json:
             print(f"{name:<10} door {ours:9,.0f} steps/s  plain loop {theirs:9,.0f} steps/s  ratio {ratio:.2f}")
     if not known:
