@@ -25,7 +25,7 @@ from typing import Any, NamedTuple, TypeAlias
 
 from codegen.ir import NO_FEATURE, EntitySpec, PolicyProfile, WorldSpec
 from verify.checker.reading import LONGEST, Flat, Reading, RejectedError, region_formula
-from verify.claims.episodes import EPISODE_CLAIMS, Arrival, EpisodeClaim, KeepsApart
+from verify.claims.episodes import EPISODE_CLAIMS, EpisodeClaim, KeepsApart
 from verify.claims.formula import Linear, Or
 from verify.claims.region import Region, Semantics
 
@@ -101,10 +101,10 @@ def matchings(profile: PolicyProfile, claim: EpisodeClaim) -> list[Matching]:
         claim.ensure(profile)
         claim.check_ranges()
         return [tuple(claim.pairs(profile))]
-    if not isinstance(claim, Arrival):
+    if claim.arrival is None:
         raise RejectedError(f"{claim.name} is not read")
     landmarks = [entity.name for entity in profile.world.landmarks]
-    own = claim.landmarks
+    own = claim.arrival.landmarks
     if not team:
         raise RejectedError(f"the profile has no team {ascii(claim.team)[1:-1]}")
     if own and (len(set(own)) != len(team) or len(own) != len(team) or not set(own) <= set(landmarks)):
@@ -169,7 +169,7 @@ class Episode:
 
     def _ensure(self, profile: PolicyProfile, claim: EpisodeClaim, region: Region, push: float) -> None:
         """RejectedError unless this reading covers world and claim. `push`: the most that a step adds to a speed."""
-        if not isinstance(claim, Arrival):
+        if claim.arrival is None:
             raise RejectedError(f"{claim.name} has proofs of another form")
         if any(entity.collides for entity in profile.world.agents):
             raise RejectedError("agents of this world can push each other, so proofs have another form")

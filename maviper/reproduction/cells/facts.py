@@ -6,7 +6,6 @@ Does not: play the held-out episodes.
 """
 
 from collections.abc import Sequence
-from importlib.util import find_spec
 from typing import Any, cast
 
 import numpy as np
@@ -15,6 +14,7 @@ from codegen import ir
 from codegen.ir import Float32, PolicyProfile
 from maviper.episodes import measures
 from maviper.episodes.play import play, points
+from maviper.evaluation.importances import importances
 from maviper.experts.expert import Expert
 from maviper.extraction.selection.progress import Progress
 from maviper.reproduction.cells.cell import Cell
@@ -79,10 +79,6 @@ def _violating(profile: PolicyProfile, team: str) -> dict[str, Any]:
 
 def _importances(world: World, expert: Expert, profile: PolicyProfile) -> dict[str, Any]:
     """Agent -> by feature, how much a tree's splits on it part its decisions, and how often it is tested."""
-    if find_spec("maviper.evaluation.importances") is None:
-        return {}
-    from maviper.evaluation.importances import importances  # pyright: ignore[reportMissingImports]
-
     seen = _common_states(world, expert)
     found: dict[str, Any] = {}
     for place, policy in enumerate(profile.agents):

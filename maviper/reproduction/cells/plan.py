@@ -255,9 +255,6 @@ def _answers(asked: Asked, made: Sequence[Task], left_out: list[tuple[str, str]]
     if not alike:
         return []
     effort = {QUICK: responding.UNTRAINED, FULL: responding.MORE}.get(asked.tier, responding.USUAL)
-    if responding.lacking():
-        left_out.append((EXPLOITABILITY, responding.lacking()))
-        return []
     if effort["steps"] and responding.untrained():
         left_out.append(("networks that respond", responding.untrained()))
         effort = {**effort, "steps": 0}

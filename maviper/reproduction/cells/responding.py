@@ -16,7 +16,11 @@ from codegen import policy_json
 from codegen.ir import PolicyProfile
 from maviper.episodes.play import Controller
 from maviper.episodes.trees import among
+from maviper.evaluation.exploitability import CHOSEN_ON as CHOICE
+from maviper.evaluation.exploitability import exploitability
+from maviper.evaluation.responders import Learning
 from maviper.experts.expert import Expert
+from maviper.extraction.exploiting import Effort, Frozen, responders
 from maviper.reproduction.cells.cell import ID_LETTERS, Cell
 from maviper.worlds import Measure, World
 from maviper.worlds.world import RETURN
@@ -26,11 +30,6 @@ UNTRAINED: Mapping[str, int] = {"steps": 0, "refinement": 0}
 USUAL: Mapping[str, int] = {"steps": 512_000, "refinement": 100_000}
 MORE: Mapping[str, int] = {**USUAL, "steps": 1_024_000}
 CHOSEN_ON = ":chosen-on"
-
-
-def lacking() -> str:
-    """Why there are no such cells; "" where there are."""
-    return "" if find_spec("maviper.evaluation.exploitability") else "this version has no responders"
 
 
 def untrained() -> str:
@@ -73,11 +72,6 @@ def exploited(asked: Asked) -> tuple[list[str], dict[str, Any]]:
 def _answered(asked: Asked, team: str, scratch: Path) -> tuple[Any, range]:
     """The `Exploitability` of a team, and the episodes that its responder was chosen on."""
     # here, since not every version has them
-    from maviper.evaluation.exploitability import CHOSEN_ON as CHOICE  # pyright: ignore[reportMissingImports]
-    from maviper.evaluation.exploitability import exploitability  # pyright: ignore[reportMissingImports]
-    from maviper.evaluation.responders import Learning  # pyright: ignore[reportMissingImports]
-    from maviper.extraction.exploiting import Effort, Frozen, responders  # pyright: ignore[reportMissingImports]
-
     world, seed = asked.world, asked.cell.seed
     experts: list[Controller] = [asked.expert] * len(world.agents)
     players = {name: among(world, profile.agents, experts) for name, profile in asked.profiles.items()}
