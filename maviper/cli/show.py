@@ -15,7 +15,7 @@ from maviper.cli.group import Verb
 from maviper.cli.options import PATH, PROFILE, console_of, option
 
 if TYPE_CHECKING:
-    from codegen.ir import PolicyProfile
+    from codegen.ir import AgentPolicy, PolicyProfile
 
 TEXT, HTML = "text", "html"
 PAGE = "play.html"
@@ -32,13 +32,24 @@ PAGE = "play.html"
     show_default=True,
     help="Rules, or a page that plays the policy.",
 )
+@option("--obs", default=None, metavar="NUMBERS", help="Explain one decision of --agent: numbers, or NAME=NUMBER,...")
+@option("--state", default=None, metavar="NAME=VALUE,...", help="Explain what the agents do in a world state.")
 @option("-o", "--output", type=PATH, default=None, help="The file (default: print rules, or play.html).")
 @click.pass_context
-def show(context: click.Context, profile: Path, agent: str | None, form: str, output: Path | None) -> int:
+def show(
+    context: click.Context,
+    profile: Path,
+    agent: str | None,
+    form: str,
+    obs: str | None,
+    state: str | None,
+    output: Path | None,
+) -> int:
     """Show the trees of PROFILE as rules, or as a page that plays.
 
-    Rules have one line per leaf. The page is one HTML file that needs no network: drag the agents and see what each
-    tree does, where a claim fails, and how an episode goes on.
+    Rules have one line per leaf. With --obs or --state, one decision is explained instead: the tests that it meets, and
+    by how much. The page is one HTML file that needs no network: drag the agents and see what each tree does, where a
+    claim fails, and how an episode goes on.
     """
     from codegen.errors import InputError
     from maviper.console import say
@@ -47,11 +58,11 @@ def show(context: click.Context, profile: Path, agent: str | None, form: str, ou
 
     loaded = load(profile)
     if form == HTML:
-        if agent is not None:
-            raise InputError("a page shows all agents", "--agent", "leave it out")
+        if (agent, obs, state) != (None, None, None):
+            raise InputError("a page shows all agents in any state", "--format html", "leave the other options out")
         _write(loaded, output or Path(PAGE), context)
         return ExitCode.DONE
-    text = "\n".join(_rules(loaded, agent))
+    text = "\n".join(_rules(loaded, agent) if obs is None and state is None else _decisions(loaded, agent, obs, state))
     if output is None:
         say(text)
     else:
@@ -88,14 +99,36 @@ def _write(profile: "PolicyProfile", file: Path, context: click.Context) -> Path
 
 
 def _rules(profile: "PolicyProfile", agent: str | None) -> list[str]:
-    from codegen.errors import UnknownNameError
     from maviper.evaluation.show import rules
+
+    lines: list[str] = []
+    for policy in _shown(profile, agent):
+        lines += [f"{policy.agent}, team {policy.team}", *(f"  {rule}" for rule in rules(policy))]
+    return lines
+
+
+def _decisions(profile: "PolicyProfile", agent: str | None, obs: str | None, state: str | None) -> list[str]:
+    """One decision of an agent, or of all in a world state."""
+    from codegen.errors import InputError
+    from maviper.evaluation import decision
+
+    chosen = _shown(profile, agent)
+    if obs is not None and state is not None:
+        raise InputError("a state says what is observed", "--obs", "leave one of them out")
+    if obs is None:
+        seen = decision.observed_in(profile, state or "")
+    elif len(chosen) == 1:
+        seen = {chosen[0].agent: decision.observation_of(chosen[0], obs)}
+    else:
+        raise InputError("an observation is one agent's", "--obs", "say whose: --agent NAME")
+    return [line for policy in chosen for line in decision.lines(policy, seen[policy.agent])]
+
+
+def _shown(profile: "PolicyProfile", agent: str | None) -> "list[AgentPolicy]":
+    """The agent of that name alone, or all."""
+    from codegen.errors import UnknownNameError
 
     names = [policy.agent for policy in profile.agents]
     if agent is not None and agent not in names:
         raise UnknownNameError("agent", agent, names, "--agent")
-    lines: list[str] = []
-    for policy in profile.agents:
-        if agent in (None, policy.agent):
-            lines += [f"{policy.agent}, team {policy.team}", *(f"  {rule}" for rule in rules(policy))]
-    return lines
+    return [policy for policy in profile.agents if agent in (None, policy.agent)]

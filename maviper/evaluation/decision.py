@@ -1,0 +1,117 @@
+"""One decision of a tree, test by test, with the room of each.
+
+Does: reads an observation, or a world state, from text; says which tests it meets and by how much, and what is done.
+Assumes: a checked profile; a state needs features with meanings.
+Does not: say why the tree was grown so.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from codegen import ir
+from codegen.errors import InputError, UnknownNameError
+from codegen.floats import observations
+from codegen.observe import observe
+from verify.claims.region import positions
+
+GOAL = "goal"
+
+
+@dataclass(frozen=True)
+class Met:
+    """A test on the way to a leaf. `room`: by how much the value may change, in its unit, before it turns."""
+
+    node: int
+    feature: str
+    value: float
+    threshold: float
+    left: bool
+    room: float
+
+    def __str__(self) -> str:
+        sign = "<=" if self.left else ">"
+        return f"{self.feature} = {self.value:.6g} {sign} {self.threshold:.6g}, by {self.room:.3g}"
+
+
+def path_of(policy: ir.AgentPolicy, observation: ir.Float32) -> tuple[list[Met], int]:
+    """The tests that one observation [n_features] meets, root first, and its leaf."""
+    tree, node, found = policy.tree, ir.ROOT, list[Met]()
+    while tree.feature[node] != ir.NO_FEATURE:
+        feature = int(tree.feature[node])
+        value, threshold = observation[feature], tree.threshold[node]
+        left = bool(value <= threshold)
+        room = abs(float(value) - float(threshold))
+        found.append(Met(node, policy.features[feature].name, float(value), float(threshold), left, room))
+        node = int(tree.left[node] if left else tree.right[node])
+    return found, node
+
+
+def lines(policy: ir.AgentPolicy, observation: ir.Float32) -> Iterator[str]:
+    """A decision for a reader: what is done, then each test."""
+    met, leaf = path_of(policy, observation)
+    yield f"{policy.agent}, team {policy.team}: {policy.actions[policy.tree.action[leaf]].name} (leaf {leaf})"
+    yield from (f"  {test}" for test in met)
+
+
+def observation_of(policy: ir.AgentPolicy, text: str) -> ir.Float32:
+    """The observation that a text states: its numbers in order, or NAME=NUMBER for each feature, [n_features] float32.
+
+    InputError for what is no number, UnknownNameError for no feature, InputError where one is missing.
+    """
+    parts = [part.strip() for part in text.split(",")]
+    names = [feature.name for feature in policy.features]
+    if "=" not in text:
+        return observations([[_number(part, "--obs") for part in parts]], len(names), policy.agent)[0]
+    given = _named(parts, names, "feature", "--obs")
+    missing = [name for name in names if name not in given]
+    if missing:
+        raise InputError(f"{policy.agent} also observes {', '.join(missing)}", "--obs", "give each as NAME=NUMBER")
+    return observations([[given[name] for name in names]], len(names), policy.agent)[0]
+
+
+def observed_in(profile: ir.PolicyProfile, text: str) -> dict[str, ir.Float32]:
+    """What each agent observes in the world state that a text states: NAME=NUMBER for each position, `goal=LANDMARK`
+    where there is a goal; velocities that are left out are 0. Errors as `observation_of`.
+    """
+    world, parts = profile.world, [part.strip() for part in text.split(",")]
+    goals = [part.partition("=")[2].strip() for part in parts if part.partition("=")[0].strip() == GOAL]
+    places = [part for part in parts if part.partition("=")[0].strip() != GOAL]
+    known = [name for name in world.coordinates() if not name.startswith(f"{GOAL}.")]
+    given = _named(places, known, "coordinate", "--state")
+    missing = [name for name in positions(world) if name not in given]
+    missing += [GOAL] if world.goals and not goals else []
+    if missing:
+        raise InputError(f"the state also needs {', '.join(missing)}", "--state", "give each as NAME=VALUE")
+    for goal in goals:
+        if goal not in world.goals:
+            raise UnknownNameError("goal", goal, world.goals, "--state")
+    if goals:
+        given |= {f"{GOAL}.{axis}": given[f"{goals[-1]}.{axis}"] for axis in "xy"}
+    at = np.array([[given.get(name, 0.0) for name in world.coordinates()]])
+    for policy in profile.agents:
+        for feature in policy.features:
+            if feature.meaning is None:
+                what = f"feature {feature.name} of {policy.agent} has no meaning"
+                raise InputError(what, "--state", f"give its observation: --agent {policy.agent} --obs ...")
+    return {policy.agent: observe(policy.features, at, world)[0] for policy in profile.agents}
+
+
+def _named(parts: list[str], known: list[str], what: str, where: str) -> dict[str, float]:
+    found: dict[str, float] = {}
+    for part in parts:
+        name, equals, value = part.partition("=")
+        if not equals:
+            raise InputError(f"not a {what} with its value: {part!r}", where, f"write {known[0]}=0.25")
+        if name.strip() not in known:
+            raise UnknownNameError(what, name.strip(), known, where)
+        found[name.strip()] = _number(value, where)
+    return found
+
+
+def _number(text: str, where: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise InputError(f"not a number: {text.strip()!r}", where, "write 0.25") from None
