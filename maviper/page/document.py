@@ -10,6 +10,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -22,10 +23,12 @@ from maviper.experts.network import ACTOR, LAYERS, VALUE, NetworkExpert
 from verify.claims.catalogue import NAMES, Claim, find_claim
 from verify.claims.decisions import DecisionClaim, formula
 from verify.claims.episodes import EpisodeClaim, KeepsApart
-from verify.claims.formula import TRUE
+from verify.claims.formula import TRUE, atoms
 from verify.claims.formula_json import formula_document
 from verify.claims.region import Kind, teams
 from verify.states.state import measurable
+
+MAX_ATOMS = 20_000  # of a formula that a page evaluates while somebody drags an agent
 
 
 @dataclass(frozen=True)
@@ -215,6 +218,7 @@ def _claim(profile: ir.PolicyProfile, shown: Shown) -> dict[str, Any]:
         "eps": None,
         "cuts": None,
         "episode": None,
+        "unjudged": "about no single state",
     }
     if claim.kind is Kind.EPISODES:
         return found | {"episode": _episode(profile, claim)}
@@ -225,6 +229,8 @@ def _decisions(profile: ir.PolicyProfile, claim: DecisionClaim) -> dict[str, Any
     stated = formula(profile, claim)
     if stated == TRUE:  # about leaves, so of no world state
         return {}
+    if sum(1 for _ in islice(atoms(stated), MAX_ATOMS + 1)) > MAX_ATOMS:
+        return {"unjudged": f"not judged here: more than {MAX_ATOMS:,} inequalities and actions"}
     if not claim.eps:
         return {"formula": formula_document(stated)}
     cuts = {policy.agent: _cuts(policy) for policy in profile.team(claim.team)}

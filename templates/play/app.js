@@ -348,7 +348,7 @@
     get("sentence").textContent = `${asked.sentence}${asked.verdict ? ` \u2014 ${asked.verdict}` : ""}`;
     if (judge === null) {
       badge.className = "badge other";
-      badge.textContent = "about no single state";
+      badge.textContent = asked.unjudged;
       return;
     }
     const holds = judge(asked.episode ? start : now());

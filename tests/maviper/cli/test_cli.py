@@ -151,7 +151,7 @@ def test_verify_answers_on_stdout_and_by_exit_code(capsys, profile_file, tmp_pat
     assert result["counterexample"]["replayed_by"][-1] == "mpe2.simple_adversary_v3"
     assert result["conflict"]["samples"] == 100_000
     found = "counterexample-1-distinct_targets"
-    reports = ["profile.json", "report.html", "report.json", "report.txt"]
+    reports = ["play.html", "profile.json", "report.html", "report.json", "report.txt"]
     test = f"test_{found}.py".replace("-", "_")
     assert names(tmp_path / "report") == [f"{found}.json", *reports, "states-1-distinct_targets.json", test]
     assert json.loads((tmp_path / "report" / "report.json").read_text()) == facts

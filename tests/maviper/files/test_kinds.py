@@ -64,6 +64,8 @@ def test_what_the_manual_lists_is_known():
     members = {"states": "states", "zones": "zones", "verification": "report", "cell": "format"}
     for form in forms:
         stem = form[len("maviper-") : -2]
+        if stem == "claims":  # TOML, in the package alone
+            continue
         member = members.get(stem, stem.rpartition("-")[2])
         assert kinds.kind_of(f'{{"{member}": "{form}"}}'.encode()) is kinds.NAMED[stem]
     assert len(forms) >= 7
