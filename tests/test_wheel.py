@@ -38,15 +38,16 @@ def test_top_level_names_are_exactly_three(wheel):
 
 def test_templates_experts_and_manual_are_inside_and_nothing_else(wheel):
     names = zipfile.ZipFile(wheel).namelist()
-    templates = {str(path.relative_to(ROOT / "templates")) for path in (ROOT / "templates").rglob("*.j2")}
-    assert {name.removeprefix("codegen/templates/") for name in names if name.endswith(".j2")} == templates
+    templates = {str(path.relative_to(ROOT / "templates")) for path in (ROOT / "templates").rglob("*.*")}
+    place = "codegen/templates/"
+    assert {name.removeprefix(place) for name in names if name.startswith(place)} - {"__init__.py"} == templates
     assert "maviper/experts/shipped/physical_deception.0.safetensors" in names
     assert "maviper/reproduction/claims.toml" in names
     pages = {path.name for path in (ROOT / "maviper" / "manual").iterdir() if path.suffix in (".md", ".svg")}
     found = {name.removeprefix("maviper/manual/") for name in names if name.startswith("maviper/manual/")}
     assert found == {*pages, "__init__.py"} and len(pages) > 10
     kinds = {Path(name).suffix for name in names if ".dist-info/" not in name}
-    assert kinds - {".so", ".pyd"} == {".py", ".j2", ".safetensors", ".json", ".svg", ".md", ".toml"}
+    assert kinds - {".so", ".pyd"} == {".py", ".j2", ".js", ".css", ".safetensors", ".json", ".svg", ".md", ".toml"}
     compiled = [name for name in names if name.endswith((".so", ".pyd"))]
     assert len(compiled) <= 1 and all(name.startswith("verify/zones/_zones.") for name in compiled)
 

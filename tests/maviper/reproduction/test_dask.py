@@ -15,7 +15,8 @@ from tests.maviper.reproduction.small import contents
 
 pytest.importorskip("distributed", reason="the extra maviper[scale] is not installed")
 pytestmark = pytest.mark.slow
-ASKED = ["--games", "physical-deception", "--depths", "1", "--algorithms", "maviper-iviper-resampling", "--seeds", "5"]
+ASKED = ["--games", "physical-deception", "--depths", "1", "--algorithms", "maviper-iviper-resampling", "--seeds", "10"]
+CELLS = 11  # enough of them that some are open when two are finished
 PATIENCE = 120.0  # seconds, on a busy machine
 
 
@@ -96,7 +97,7 @@ def test_a_lost_worker_changes_nothing(cluster, local, tmp_path):
     cluster.workers[0].kill()
     told = process.communicate(timeout=PATIENCE)[1]
     assert process.returncode == ExitCode.DONE, told
-    assert 1 < len(before) < 6 and before.items() <= finished(folder).items()
+    assert 1 < len(before) < CELLS and before.items() <= finished(folder).items()
     assert contents(folder) == local
 
 
@@ -108,7 +109,7 @@ def test_a_lost_scheduler_ends_the_run_and_another_run_finishes_it(cluster, loca
     assert process.returncode == ExitCode.MISSING, told
     assert "error: the connection to the Dask scheduler is lost" in told and "Traceback" not in told
     before = finished(folder)
-    assert 1 < len(before) < 6 and not list(folder.rglob("claim-*"))
+    assert 1 < len(before) < CELLS and not list(folder.rglob("claim-*"))
     assert subprocess.run(command(folder), check=False).returncode == ExitCode.DONE
     assert before.items() <= finished(folder).items() and contents(folder) == local
 
