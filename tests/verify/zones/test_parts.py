@@ -17,6 +17,8 @@ from verify.claims.formula import TRUE, Acts, And, Linear, Not, Or, agents, conj
 from verify.claims.region import Verdict
 from verify.question import from_start
 from verify.solver.decide import decide
+from verify.solver.encode import query
+from verify.solver.solve import ask
 from verify.verdicts.decisions import verify
 from verify.verdicts.opinions import by_zones
 from verify.zones import engine
@@ -103,6 +105,16 @@ def test_the_parts_of_a_goal_share_its_solver_units(crowd):
     found = decide(question.spending(solver_units=whole.resources // 2))
     assert found.verdict is Verdict.UNKNOWN and found.resources < whole.resources
     assert f"of {len(question.parts)} parts; a larger --solver-units may answer" in found.reason
+
+
+@pytest.mark.solver
+def test_a_goal_says_how_many_of_its_parts_were_answered(crowd):
+    """A budget that the first answer uses up, and one that ends within the second."""
+    question = never_both(crowd, UP)
+    first = ask(query(question.parts[0], None)).resources
+    for budget in (first, first + 1):
+        reason = decide(question.spending(solver_units=budget)).reason
+        assert f"resource units and 1 of {len(question.parts)} parts" in reason, reason
 
 
 def test_conjuncts_hold_together_exactly_where_the_formula_does(crowd):
