@@ -22,6 +22,7 @@ from verify.solver.solve import ask
 from verify.verdicts.decisions import verify
 from verify.verdicts.opinions import by_zones
 from verify.zones import engine
+from verify.zones.compiled import SLOWER
 
 COUNT = 5
 
@@ -96,6 +97,20 @@ def test_the_parts_of_a_goal_share_its_search_nodes(crowd):
     assert engine.decide(question.spending(max_nodes=needed)).verdict is Verdict.PROVED
     found = engine.decide(question.spending(max_nodes=needed - 1))
     assert found.verdict is Verdict.UNKNOWN and found.nodes == needed - 1
+
+
+def test_parts_share_search_nodes_where_numbers_are_long(crowd):
+    """A region with bounds of hundreds of digits, in which each node takes more of the budget."""
+    plain = never_both(crowd, UP)
+    names = [name for name in plain.region.box if name[-2] == "."]
+    lowest = {name: -Fraction(10**196 + 2 * k, 10**196 + 2 * k + 7) for k, name in enumerate(names)}
+    box = plain.region.box | {name: (low, Fraction(1)) for name, low in lowest.items()}
+    question = plain.within(replace(plain.region, box=box))
+    needed = engine.decide(question).nodes
+    assert engine.decide(question.spending(max_nodes=needed * SLOWER)).verdict is Verdict.PROVED
+    found = engine.decide(question.spending(max_nodes=needed * SLOWER - 1))
+    assert found.verdict is Verdict.UNKNOWN and found.nodes == needed - 1
+    assert found.reason == f"goal none: not decided within {needed - 1} search nodes"
 
 
 @pytest.mark.solver
