@@ -25,6 +25,11 @@ from codegen.targets import TARGETS, emit
 from maviper.compilation import compile, proofs
 from tests import episode_cases
 from tests.teams import DOWN, LEFT, RIGHT, STAY, UP, team, towards, tree
+from tests.verify.checker import test_contact_reading
+from verify.checker import contact_reading
+from verify.checker.contact_reading import ContactEpisode
+from verify.checker.contacts import Contact
+from verify.checker.episode_reading import GRID
 from verify.claims import decisions as properties
 from verify.claims.decisions import DistinctTargets, OwnTarget
 from verify.claims.files import read_properties
@@ -583,4 +588,31 @@ ZONES = [
     zones_fault(composition, "never matched", "unmatched", lambda f: lambda zones, *given: zones, episode_cases.verdicts_wrong),
 ]  # fmt: skip
 
-ALL = [*TEXT, *PROOF, *GROWN, *PROFILE, *THRESHOLD, *ENCODER, *ZONES]
+# --- in the checker's reading of contacts
+
+
+def courses_stray(profile: ir.PolicyProfile) -> bool:
+    """Whether played episodes of teams that touch leave the bounds that the checker knows them between."""
+    return any(test_contact_reading.strays(seed)[0] for seed in range(10))
+
+
+def contacts_fault(owner, name: str, attribute: str, change: Callable) -> Fault:
+    def plant(profile, patch):
+        patch.setattr(owner, attribute, change(getattr(owner, attribute)))
+        return courses_stray(profile)
+
+    return Fault(f"contacts: {name}", "episodes of single starts", plant)
+
+
+CONTACTS = [
+    contacts_fault(contact_reading, "no contacts", "contacts", lambda _: lambda world: ()),
+    contacts_fault(Contact, "pushes a tenth too weak", "overlap", lambda f: lambda *given: tuple(9 * end // 10 for end in f(*given))),
+    contacts_fault(Contact, "noticed only when they overlap", "apart", lambda f: lambda pair, gap: f(pair._replace(reach=int(pair.touching * GRID)), gap)),
+    contacts_fault(Contact, "pushed the wrong way", "push", lambda f: lambda *given: tuple((-high, -low) for low, high in f(*given))),
+    contacts_fault(ContactEpisode, "the first alone is pushed", "_forces", lambda f: lambda self, *given: {k: v for k, v in f(self, *given).items() if k in {pair.first for pair in self.contacts}}),
+    contacts_fault(contact_reading, "each part of a speed cut alone", "limited", lambda _: lambda velocity, limit: tuple((max(low, -int(limit * GRID)), min(high, int(limit * GRID))) for low, high in velocity)),
+    contacts_fault(ContactEpisode, "who is not followed stands still", "_bounded", lambda f: lambda self: [self.start._replace(step=step) for step in range(self.steps + 1)]),
+    contacts_fault(ContactEpisode, "tests do not shift", "bound", lambda f: lambda self, side, now: f(self, side, self.start)),
+]  # fmt: skip
+
+ALL = [*TEXT, *PROOF, *GROWN, *PROFILE, *THRESHOLD, *ENCODER, *ZONES, *CONTACTS]

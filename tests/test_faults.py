@@ -36,6 +36,7 @@ def test_without_a_fault_no_guard_speaks(profile):
     assert not faults.starts_lost(profile)
     assert not faults.episode_cases.verdicts_wrong(profile)
     assert not faults.episode_cases.signs_wrong(profile)
+    assert not faults.courses_stray(profile)
 
 
 def test_the_list(capsys):

@@ -100,10 +100,13 @@ def _says(found: StartShare) -> str:
     least, most = _percent(found.least, ROUND_FLOOR), _percent(found.most, ROUND_CEILING)
     if not found.exact:
         return f"between {least} and {most} of starts fail: {SPENT[found.spent].format(found.answers)}"
-    if found.least == found.most:
-        return f"exactly {_percent(found.least, ROUND_HALF_EVEN, 6)} of starts fail"
+    share, upper = (_percent(end, ROUND_HALF_EVEN, 6) for end in (found.least, found.most))
     near = _percent(found.most - found.least, ROUND_CEILING)
-    return f"exactly {_percent(found.least, ROUND_HALF_EVEN, 6)} of starts fail; {near} are within roundings of an edge"
+    if share != upper:  # as where regions are so thin that edges fill them
+        return f"between {least} and {most} of starts fail: {near} are within roundings of an edge"
+    if found.least == found.most:
+        return f"exactly {share} of starts fail"
+    return f"exactly {share} of starts fail; {near} are within roundings of an edge"
 
 
 def _percent(share: Fraction, rounding: str, digits: int = 3) -> str:

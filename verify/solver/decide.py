@@ -48,19 +48,20 @@ def decide(question: DecisionQuestion, cases: Sequence[Case] | None = None) -> D
         spent, left[goal] = spent + answer.resources, left[goal] - answer.resources
         if answer.holds:
             return Decision(Verdict.VIOLATED, spent, goal, answer, part=part, exact=asked.exact)
+        answered[goal] += answer.holds is False
         cut_off = left[goal] <= 0 and any(later == goal for later, _ in asking[place + 1 :])
         if answer.holds is None or cut_off:
-            open_reasons.append(_open(question, goal, answer, answered[goal]))
-        answered[goal] += 1
+            used = question.budgets.solver_units - left[goal]
+            open_reasons.append(_open(question, goal, answer, used, answered[goal]))
     if open_reasons:
         return Decision(Verdict.UNKNOWN, spent, reason="; ".join(open_reasons) + "; a larger --solver-units may answer")
     return Decision(Verdict.PROVED, spent)
 
 
-def _open(question: DecisionQuestion, goal: str | None, answer: Answer, place: int) -> str:
-    """Why there is no answer for a goal, whose parts share its budget."""
-    parts, spent = len(question.parts), question.budgets.solver_units if place else answer.resources
-    after = f" and {place} of {parts} parts" if parts > 1 else ""
+def _open(question: DecisionQuestion, goal: str | None, answer: Answer, spent: int, answered: int) -> str:
+    """Why there is no answer for a goal, whose parts share its budget. `answered`: how many of the parts were."""
+    parts = len(question.parts)
+    after = f" and {answered} of {parts} parts" if parts > 1 else ""
     return f"goal {goal or 'none'}: {answer.reason or 'the budget ended'} after {spent} resource units{after}"
 
 

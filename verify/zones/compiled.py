@@ -35,9 +35,14 @@ def width(problem: Problem) -> int | None:
     return next((bits for bits in WIDTHS if 4 * problem.infinite < 1 << (bits - 1)), None)
 
 
+def price(problem: Problem) -> int:
+    """How much of a budget a search node takes: more where numbers are too long for the extension, whoever searches."""
+    return 1 if width(problem) is not None else SLOWER
+
+
 def affordable(problem: Problem, budget: int) -> int:
-    """The search nodes that a budget allows: fewer where numbers are too long for the extension, whoever searches."""
-    return budget if width(problem) is not None else max(1, budget // SLOWER)
+    """The search nodes that a budget allows: one at least, unless nothing is left of it."""
+    return max(min(1, budget), budget // price(problem))
 
 
 class _Walk(NamedTuple):

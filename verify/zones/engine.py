@@ -16,7 +16,7 @@ from typing import TypeAlias
 from verify.claims.formula import Formula, agents
 from verify.claims.region import Verdict
 from verify.question import DecisionQuestion
-from verify.zones.compiled import CompiledSearch, affordable, search
+from verify.zones.compiled import CompiledSearch, affordable, price, search
 from verify.zones.disjoint import disjoint
 from verify.zones.search import Branch, BudgetError, Resolve, Search
 from verify.zones.tables import (
@@ -88,11 +88,11 @@ def decide(question: DecisionQuestion) -> Outcome:
                 return Outcome(Verdict.VACUOUS, spent + query.nodes, reason="the region holds no world state")
             proof, state = query.answer()
         except BudgetError:
-            most = query.limit if query.limit < left[goal] else budget
             spent, left[goal] = spent + query.limit, 0
+            most = affordable(query.problem, budget)
             reasons.append(f"goal {goal or 'none'}: not decided within {most} search nodes")
             continue
-        spent, left[goal] = spent + query.nodes, left[goal] - query.nodes
+        spent, left[goal] = spent + query.nodes, max(0, left[goal] - query.nodes * price(query.problem))
         if state is not None:
             return Outcome(Verdict.VIOLATED, spent, goal, state, part=part)
         proofs[goal] = proofs.get(goal, b"") + proof

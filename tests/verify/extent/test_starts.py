@@ -25,6 +25,7 @@ from verify.episodes.composition import decide
 from verify.extent.starts import NOBODY, NOT_APART, start_share
 from verify.extent.sure import FLAT
 from verify.question import Budgets, Question
+from verify.reports.episodes import _starts
 from verify.reports.report import as_lines, result_facts
 
 pytestmark = pytest.mark.solver
@@ -158,6 +159,18 @@ def test_a_single_start(profile):
         box = {name: ends if name[-2] == "." else start.box[name] for name, ends in box.items()}
         found = checked(arrivers, "reaches", replace(start, box=box), count=100, steps=3, radius=HALF)
         assert found.exact and found.least == found.most == share
+
+
+def test_a_start_within_roundings_of_an_edge_is_not_said_to_hold_exactly(profile):
+    """After two steps both stand on the edge of what counts as arrived, but for roundings."""
+    movers = team(profile, tree(RIGHT), tree(RIGHT))
+    start = everywhere(movers)
+    box = {name: (Fraction(0),) * 2 if name[-2] == "." else ends for name, ends in start.box.items()}
+    box |= dict.fromkeys(("landmark_0.x", "landmark_1.x"), (Fraction(3, 20),) * 2)
+    question = Question(movers, find_claim("reaches", movers, steps=2, radius=TENTH), replace(start, box=box))
+    told = _starts(start_share(question, Verdict.UNKNOWN))
+    assert (told["least"], told["most"]) == ("0", "1")
+    assert told["says"] == "between 0 % and 100 % of starts fail: 100 % are within roundings of an edge"
 
 
 def test_differences_and_distances_of_a_region(profile):

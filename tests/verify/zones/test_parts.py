@@ -17,9 +17,12 @@ from verify.claims.formula import TRUE, Acts, And, Linear, Not, Or, agents, conj
 from verify.claims.region import Verdict
 from verify.question import from_start
 from verify.solver.decide import decide
+from verify.solver.encode import query
+from verify.solver.solve import ask
 from verify.verdicts.decisions import verify
 from verify.verdicts.opinions import by_zones
 from verify.zones import engine
+from verify.zones.compiled import SLOWER
 
 COUNT = 5
 
@@ -96,6 +99,20 @@ def test_the_parts_of_a_goal_share_its_search_nodes(crowd):
     assert found.verdict is Verdict.UNKNOWN and found.nodes == needed - 1
 
 
+def test_parts_share_search_nodes_where_numbers_are_long(crowd):
+    """A region with bounds of hundreds of digits, in which each node takes more of the budget."""
+    plain = never_both(crowd, UP)
+    names = [name for name in plain.region.box if name[-2] == "."]
+    lowest = {name: -Fraction(10**196 + 2 * k, 10**196 + 2 * k + 7) for k, name in enumerate(names)}
+    box = plain.region.box | {name: (low, Fraction(1)) for name, low in lowest.items()}
+    question = plain.within(replace(plain.region, box=box))
+    needed = engine.decide(question).nodes
+    assert engine.decide(question.spending(max_nodes=needed * SLOWER)).verdict is Verdict.PROVED
+    found = engine.decide(question.spending(max_nodes=needed * SLOWER - 1))
+    assert found.verdict is Verdict.UNKNOWN and found.nodes == needed - 1
+    assert found.reason == f"goal none: not decided within {needed - 1} search nodes"
+
+
 @pytest.mark.solver
 def test_the_parts_of_a_goal_share_its_solver_units(crowd):
     question = never_both(crowd, UP)
@@ -103,6 +120,16 @@ def test_the_parts_of_a_goal_share_its_solver_units(crowd):
     found = decide(question.spending(solver_units=whole.resources // 2))
     assert found.verdict is Verdict.UNKNOWN and found.resources < whole.resources
     assert f"of {len(question.parts)} parts; a larger --solver-units may answer" in found.reason
+
+
+@pytest.mark.solver
+def test_a_goal_says_how_many_of_its_parts_were_answered(crowd):
+    """A budget that the first answer uses up, and one that ends within the second."""
+    question = never_both(crowd, UP)
+    first = ask(query(question.parts[0], None)).resources
+    for budget in (first, first + 1):
+        reason = decide(question.spending(solver_units=budget)).reason
+        assert f"resource units and 1 of {len(question.parts)} parts" in reason, reason
 
 
 def test_conjuncts_hold_together_exactly_where_the_formula_does(crowd):
