@@ -10,10 +10,10 @@ from dataclasses import dataclass, field
 from itertools import product
 
 from maviper.reproduction import figures, register
+from maviper.reproduction.cells.cell import CROSSPLAY, EXTRACTION
 from maviper.reproduction.figures import Point, named
 from maviper.reproduction.recipes import Book, Finder, Number, Part, Place
 from maviper.reproduction.register import Register
-from maviper.reproduction.results import CROSSPLAY, EXTRACTION
 from maviper.reproduction.statistics import PAPER
 from maviper.worlds.particle import SUCCESS
 from maviper.worlds.world import RETURN

@@ -12,10 +12,10 @@ from itertools import product
 from typing import Any
 
 from maviper.reproduction import register
+from maviper.reproduction.cells.cell import CROSSPLAY, EXTRACTION
+from maviper.reproduction.cells.cell import EXPLOITABILITY as EXPLOITING
 from maviper.reproduction.recipes import Book, Finder, Number, Part, Place, less, times
 from maviper.reproduction.register import Claim, Register
-from maviper.reproduction.results import CROSSPLAY, EXTRACTION
-from maviper.reproduction.results import EXPLOITABILITY as EXPLOITING
 from maviper.reproduction.statistics import holm
 from maviper.worlds import find
 from maviper.worlds.world import RETURN

@@ -11,7 +11,8 @@ from importlib import resources
 
 import numpy as np
 
-from maviper.reproduction.cells.cell import RGMDT, Cell
+from maviper.extraction.bundles import RGMDT
+from maviper.reproduction.cells.cell import Cell
 
 FILE = "costs.toml"
 UNKNOWN = 30.0  # CPU seconds of what was never measured
