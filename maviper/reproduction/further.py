@@ -13,12 +13,15 @@ from typing import Any
 from codegen.errors import MaviperError
 from codegen.lowering.lower import lower
 from codegen.targets import svg
+from maviper.evaluation.exploitability import OWN
 from maviper.files import runs
 from maviper.files.profiles import load
 from maviper.reproduction import figures
+from maviper.reproduction.cells.cell import EXPLOITABILITY, EXTRACTION
+from maviper.reproduction.cells.store import CELLS
 from maviper.reproduction.figures import Point, named
-from maviper.reproduction.recipes import IMPURITY, OWN, Part, Place, Source
-from maviper.reproduction.results import CELLS, EXPLOITABILITY, EXTRACTION, Row
+from maviper.reproduction.recipes import IMPURITY, Part, Place, Source
+from maviper.reproduction.results import Row
 from maviper.reproduction.sections import (
     COMPARED,
     MAIN_DEPTH,

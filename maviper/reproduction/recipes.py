@@ -13,14 +13,16 @@ from typing import Any
 import numpy as np
 
 from codegen.ir import Float64
+from maviper.evaluation.exploitability import OWN
 from maviper.reproduction import register
-from maviper.reproduction.results import CROSSPLAY, EXPERT, EXPLOITABILITY, EXTRACTION, Results, Row
+from maviper.reproduction.cells.cell import CROSSPLAY, EXPERT, EXPLOITABILITY, EXTRACTION
+from maviper.reproduction.cells.responding import CHOSEN_ON
+from maviper.reproduction.results import Results, Row
 from maviper.reproduction.statistics import INVERSE, RATIO, REWARD, VALUE, Estimate, Term, estimate
 from maviper.worlds import World, find
 from maviper.worlds.world import RETURN
 
 OPPONENTS = ("maviper", "iviper", "imitation", "fitted-q", "expert")
-CHOSEN_ON, OWN = ":chosen-on", "own opponents"  # what line-ups of exploitability end with
 Path_ = tuple[str, ...]
 
 

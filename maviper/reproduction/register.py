@@ -16,14 +16,13 @@ from typing import Any
 import msgspec
 
 from codegen.errors import InputError, UnknownNameError, shown
-from maviper.extraction.bundles import ALGORITHMS, RUNGS
+from maviper.extraction.bundles import ALGORITHMS, RGMDT, RUNGS
 from maviper.files import runs
-from maviper.reproduction.results import COLUMNS
+from maviper.reproduction.cells.table import COLUMNS
 
 FILE = Path(__file__).with_name("claims.toml")
 MAX_BYTES = 2**20
 FORMAT = "maviper-claims-1"
-RGMDT = "rgmdt"
 GREATER, EQUAL, ABOVE, BELOW, SOME_ABOVE, NUMBER = "greater", "equal", "above", "below", "some above", "number"
 TESTS = (GREATER, EQUAL, ABOVE, BELOW, SOME_ABOVE, NUMBER)
 COMPARING, BOUNDED = (GREATER, EQUAL), (ABOVE, BELOW, SOME_ABOVE)

@@ -15,10 +15,11 @@ from typing import Any
 from codegen.lowering.render import render
 from maviper.files import runs
 from maviper.reproduction import further, register, results, sections, verdicts
+from maviper.reproduction.cells.cell import EXPERT, KINDS
 from maviper.reproduction.figures import named
 from maviper.reproduction.recipes import Book
 from maviper.reproduction.register import Register
-from maviper.reproduction.results import EXPERT, Results
+from maviper.reproduction.results import Results
 from maviper.reproduction.sections import Context, Section
 from maviper.reproduction.statistics import DRAW_SEED, DRAWS
 from maviper.reproduction.verdicts import Verdict
@@ -75,7 +76,7 @@ def _rest(context: Context) -> list[Section]:
 def _facts(table: Results, known: Register, experts: Sequence[str]) -> dict[str, Any]:
     """What was run, in words."""
     spent = sum(row.cpu_seconds for row in table.rows)
-    kinds = {kind: len(table.cells(kind=kind)) for kind in results.KINDS}
+    kinds = {kind: len(table.cells(kind=kind)) for kind in KINDS}
     games = table.known("game")
     cells = ", ".join(f"{count} {kind}" for kind, count in kinds.items() if count)
     episodes = {

@@ -17,13 +17,11 @@ import numpy as np
 from codegen.errors import InputError
 from codegen.ir import Float64
 from maviper.files import runs
+from maviper.reproduction.cells.cell import KINDS
+from maviper.reproduction.cells.making import HEAD
+from maviper.reproduction.cells.table import COLUMNS, EPISODES_FOLDER, FACTS_FOLDER, TABLE_FILE
 
-COLUMNS = ("cell", "kind", "game", "expert", "preset", "algorithm", "depth", "leaves", "splits", "seed", "lineup")
-COLUMNS += ("measure", "higher_is_better", "episodes", "mean", "cpu_seconds")
-CELLS_FILE, CELLS, EPISODES, FACTS = "cells.csv", "cells", "episodes", "facts"
-EPISODE_COLUMNS = ("lineup", "measure", "episode", "value")
-EXPERT, EXTRACTION, CROSSPLAY, EXPLOITABILITY = "expert", "extraction", "crossplay", "exploitability"
-KINDS = (EXPERT, EXTRACTION, CROSSPLAY, EXPLOITABILITY)
+EPISODE_COLUMNS = tuple(HEAD.strip().split(","))
 MAX_TABLE_BYTES, MAX_EPISODE_BYTES, MAX_FACTS_BYTES = 2**28, 2**28, 2**24
 AGAIN = "run maviper reproduce again in this folder"
 
@@ -73,13 +71,13 @@ class Results:
     def values(self, cell: str) -> dict[tuple[str, str], Values]:
         """(line-up, measure) -> the values in each episode of a cell."""
         if cell not in self._values:
-            self._values[cell] = _episodes(self.folder / EPISODES / f"{cell}.csv")
+            self._values[cell] = _episodes(self.folder / EPISODES_FOLDER / f"{cell}.csv")
         return self._values[cell]
 
     def facts(self, cell: str) -> dict[str, Any]:
         """What is known of a cell besides its episodes; {} where nothing is."""
         if cell not in self._facts:
-            path = self.folder / FACTS / f"{cell}.json"
+            path = self.folder / FACTS_FOLDER / f"{cell}.json"
             what = "the facts of a cell are no JSON object"
             read = runs.decoded(path, MAX_FACTS_BYTES, dict[str, Any], what, AGAIN) if path.exists() else {}
             self._facts[cell] = read
@@ -94,7 +92,7 @@ def read(folder: Path) -> Results:
     """The table of a folder. InputError where it is not one."""
     rows: dict[str, Row] = {}
     higher: dict[str, bool] = {}
-    path = folder / CELLS_FILE
+    path = folder / TABLE_FILE
     for line in _table(path, MAX_TABLE_BYTES, COLUMNS):
         try:
             rows[line["cell"]] = _row(line)

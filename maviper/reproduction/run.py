@@ -22,7 +22,7 @@ from maviper.files.seeds import ensure_counts
 from maviper.reproduction.cells import plan as plans
 from maviper.reproduction.cells import table
 from maviper.reproduction.cells.cell import DONE, KINDS, Made, Task
-from maviper.reproduction.cells.costs import estimate
+from maviper.reproduction.cells.costs import UNKNOWN, estimate, guessed
 from maviper.reproduction.cells.making import made
 from maviper.reproduction.cells.plan import Asked, Plan
 from maviper.reproduction.cells.store import Store
@@ -236,6 +236,11 @@ def said(plan: Plan, store: Store) -> list[str]:
     ordered = sorted(counts, key=lambda row: KINDS.index(row.partition(" ")[0]))
     lines = [f"{'cells':>6}  {'CPU s':>7}  what"]
     lines += [f"{counts[row]:>6}  {seconds[row]:>7.0f}  {row}" for row in ordered]
+    unknown = sum(guessed(task.cell) for task in plan.tasks)
+    if unknown:
+        lines.append(
+            f"{unknown} cells are like none that was measured; each counts {UNKNOWN:.0f} CPU s, which is a guess"
+        )
     total = f"{len(plan.tasks)} cells, {finished} of them finished; {left:.0f} CPU s are left"
     return [*lines, f"{total} ({_hours(left)} on one core, {_hours(left / 2)} on two)"]
 

@@ -10,10 +10,10 @@ from dataclasses import dataclass, field
 from itertools import product
 
 from maviper.reproduction import figures, register
+from maviper.reproduction.cells.cell import CROSSPLAY, EXTRACTION
 from maviper.reproduction.figures import Point, named
 from maviper.reproduction.recipes import Book, Finder, Number, Part, Place
 from maviper.reproduction.register import Register
-from maviper.reproduction.results import CROSSPLAY, EXTRACTION
 from maviper.reproduction.statistics import PAPER
 from maviper.worlds.particle import SUCCESS
 from maviper.worlds.world import RETURN
@@ -138,7 +138,8 @@ def performance(context: Context, statistic: str) -> Section:
     one = "One tree, all other agents are experts; the mean over the team's agents."
     team = "All agents of a team are trees, their opponents are experts."
     lead = f"{one if statistic == register.INDIVIDUAL else team} A ratio of 1 is the expert's performance. "
-    lead += "Where lower is better it is the inverse."
+    lead += "Where lower is better it is the inverse. A ratio is to the expert in the same episodes; beside it the "
+    lead += "expert's value stands over all episodes that it played."
     made = Collected()
     for game, expert in context.places():
         _ratios(context, made, statistic, Place(game, expert), MEASURES.get(game, ()), reward=False)
@@ -181,7 +182,9 @@ def _ratios(
     if rows:
         made.tables.append(Table(f"{place.game}, {statistic}, expert {place.expert}", head, rows))
     else:
-        made.missing.append(f"{place.game} with {place.expert}, not run: maviper reproduce --games {place.game}")
+        made.missing.append(
+            f"{place.game} with {place.expert}, not run: maviper reproduce -o FOLDER --games {place.game}"
+        )
 
 
 def _row(
@@ -216,7 +219,7 @@ def robustness(context: Context) -> Section:
     """Tables 1, 3 and 4, ours and the published number in the same cell."""
     lead = (
         "Each cell: ours with its interval, then the paper's number. Teams of trees of depth 4 against the teams of "
-        "all others; the expert is the paper's MADDPG."
+        "all others; our expert stands where the paper has MADDPG."
     )
     made = Collected()
     for expert in context.experts:

@@ -12,10 +12,11 @@ from itertools import product
 from typing import Any
 
 from maviper.reproduction import register
+from maviper.reproduction.cells.cell import CROSSPLAY, EXTRACTION
+from maviper.reproduction.cells.cell import EXPLOITABILITY as EXPLOITING
+from maviper.reproduction.cells.plan import MADDPG, MAPPO, NO_CARD
 from maviper.reproduction.recipes import Book, Finder, Number, Part, Place, less, times
 from maviper.reproduction.register import Claim, Register
-from maviper.reproduction.results import CROSSPLAY, EXTRACTION
-from maviper.reproduction.results import EXPLOITABILITY as EXPLOITING
 from maviper.reproduction.statistics import holm
 from maviper.worlds import find
 from maviper.worlds.world import RETURN
@@ -176,7 +177,8 @@ def _decided(family: Sequence[Comparison], known: Register) -> list[Comparison]:
             found.append(each)
             continue
         most = max(sizes[test] for test in values)
-        visible = each.number.estimate.detectable(known.alpha / most, known.power)
+        enough = each.number.seeds >= known.least_seeds  # fewer show nothing, whatever its size
+        visible = each.number.estimate.detectable(known.alpha / most, known.power) if enough else math.inf
         found.append(replace(each, adjusted=values, word=_word(each, values, known), visible=visible))
     return found
 
@@ -221,17 +223,19 @@ def _reason(verdict: Verdict, word: str, known: Register) -> str:
     if word == NOT_COMPARABLE:
         return claim.reason
     if not run:
-        return f"not run: {option(claim)}"
+        return f"not run: {option(verdict)}"
     if word == AGREES:
         return ""
     if word == DIFFERS:
         against = [each for each in run if each.word not in (OPEN, *SUPPORTS[claim.test])]
         return f"{len(against)} of {len(run)} comparisons are against it, {against[0].label}: {against[0].word}"
-    told = [f"{lacking} of {len(verdict.comparisons)} comparisons not run: {option(claim)}"] if lacking else []
+    told = [f"{lacking} of {len(verdict.comparisons)} comparisons not run: {option(verdict)}"] if lacking else []
     least = min(each.number.seeds for each in run if each.number is not None)
     if least < known.least_seeds:
         return "; ".join([*told, f"{least} of at least {known.least_seeds} seeds"])
-    if any(each.word == OPEN for each in run):
+    if any(each.word == OPEN and math.isinf(each.visible) for each in run):
+        told.append("a ratio to nothing is no number")
+    elif any(each.word == OPEN for each in run):
         told.append(f"an effect of {verdict.visible:.3g} could have been seen{_final(verdict, known)}")
     return "; ".join(told)
 
@@ -248,10 +252,17 @@ def _final(verdict: Verdict, known: Register) -> str:
 _FINAL = {True: "final", False: "not final, more seeds are needed"}
 
 
-def option(claim: Claim) -> str:
-    """The command that plays the cells of a claim."""
+def option(verdict: Verdict) -> str:
+    """The command that plays the cells of a claim, with the same expert."""
+    claim = verdict.claim
     games, depths = claim.wanted("game"), [str(depth) for depth in claim.wanted("depth")]
-    return f"maviper reproduce -o FOLDER --games {','.join(games)} --depths {','.join(depths)}"
+    command = f"maviper reproduce -o FOLDER --games {','.join(games)} --depths {','.join(depths)}"
+    return command if verdict.expert == MAPPO else f"{command} --experts {_named(verdict.expert)}"
+
+
+def _named(expert: str) -> str:
+    """As --experts takes it; where an expert of one's own lies is not known here."""
+    return expert if expert == MADDPG else f"{expert.removesuffix(NO_CARD)}=EXPERT"
 
 
 def _weak(book: Book, known: Register, verdict: Verdict) -> Iterator[str]:

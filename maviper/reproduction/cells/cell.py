@@ -16,7 +16,7 @@ from maviper.episodes import measures
 from maviper.experts import store
 from maviper.experts.expert import Expert
 from maviper.experts.finding import find_expert
-from maviper.extraction.bundles import BUNDLES, RUNGS
+from maviper.extraction.bundles import BUNDLES, RGMDT, RUNGS
 from maviper.extraction.settings import EXACT, Settings
 from maviper.files.profiles import version
 from maviper.worlds import World, find
@@ -28,7 +28,6 @@ ID_LETTERS = 16
 EPISODES = 200  # of one seed, for every line-up
 BLOCKS = 10  # seed k plays block k of the held-out episodes; an expert's cell has all of them
 DONE, FAILED = "done", "failed"
-RGMDT = "rgmdt"
 
 
 @dataclass(frozen=True)

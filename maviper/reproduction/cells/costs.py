@@ -11,7 +11,8 @@ from importlib import resources
 
 import numpy as np
 
-from maviper.reproduction.cells.cell import RGMDT, Cell
+from maviper.extraction.bundles import RGMDT
+from maviper.reproduction.cells.cell import Cell
 
 FILE = "costs.toml"
 UNKNOWN = 30.0  # CPU seconds of what was never measured
@@ -34,12 +35,26 @@ def measured() -> Costs:
 
 
 def estimate(cell: Cell) -> float:
-    """CPU seconds of a cell."""
-    known = measured().get(key_of(cell))
-    if known is None and cell.leaves and cell.algorithm != RGMDT:
-        return PLAYED
-    if known is None:  # of another preset or other splits: better than nothing
-        like = key_of(cell, exactly=False)
-        known = next((rows for name, rows in sorted(measured().items()) if name.startswith(like)), {"0": UNKNOWN})
+    """CPU seconds of a cell; `UNKNOWN` where nothing like it was measured."""
+    return PLAYED if _played(cell) else _interpolated(cell, _known(cell) or {"0": UNKNOWN})
+
+
+def guessed(cell: Cell) -> bool:
+    """Whether nothing like a cell was measured."""
+    return not _played(cell) and _known(cell) is None
+
+
+def _played(cell: Cell) -> bool:
+    return cell.leaves > 0 and cell.algorithm != RGMDT and key_of(cell) not in measured()
+
+
+def _known(cell: Cell) -> dict[str, float] | None:
+    """Depth, as text -> CPU seconds; those of another preset or other splits are better than nothing."""
+    like = key_of(cell, exactly=False)
+    near = (rows for name, rows in sorted(measured().items()) if f"{name} ".startswith(f"{like} "))
+    return measured().get(key_of(cell)) or next(near, None)
+
+
+def _interpolated(cell: Cell, known: dict[str, float]) -> float:
     depths = sorted(map(int, known))
     return float(np.interp(cell.depth, depths, [known[str(depth)] for depth in depths]))

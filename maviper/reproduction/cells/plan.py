@@ -15,13 +15,13 @@ from maviper.experts import store
 from maviper.experts.finding import find_expert
 from maviper.extraction.bundles import (
     ALGORITHMS,
-    BUNDLES,
     FITTED_Q,
     IMITATION,
     IVIPER,
     IVIPER_RESAMPLING,
     MAVIPER,
     NO_PREDICTION,
+    RGMDT,
     RUNGS,
 )
 from maviper.extraction.settings import EXACT, HISTOGRAM, PAPER, PRESETS, RELEASED
@@ -29,7 +29,7 @@ from maviper.files import runs
 from maviper.files.kinds import EXPERT as EXPERT_FILE
 from maviper.files.kinds import kind_of
 from maviper.reproduction.cells import responding
-from maviper.reproduction.cells.cell import CROSSPLAY, EXPERT, EXPLOITABILITY, EXTRACTION, RGMDT, Cell, Source, Task
+from maviper.reproduction.cells.cell import CROSSPLAY, EXPERT, EXPLOITABILITY, EXTRACTION, Cell, Source, Task
 from maviper.reproduction.cells.costs import estimate
 
 DECEPTION, NAVIGATION, PREY = "physical-deception", "cooperative-navigation", "predator-prey"
@@ -180,13 +180,13 @@ def planned(asked: Asked, register: str) -> Plan:
 
 
 def _tasks(asked: Asked, one: Known, register: str, left_out: list[tuple[str, str]]) -> list[Task]:
-    cells = [Cell(EXPERT, one.game, one.label), *_extractions(asked, one, left_out)]
+    cells = [Cell(EXPERT, one.game, one.label), *_extractions(asked, one)]
     made = [Task(cell, one.source, one.hash, register) for cell in cells]
     budgets = _budgets(made) if asked.tier == FULL and not asked.algorithms else []
     return [*made, *budgets, *_crossplays(made), *_answers(asked, made, left_out)]
 
 
-def _extractions(asked: Asked, one: Known, left_out: list[tuple[str, str]]) -> list[Cell]:
+def _extractions(asked: Asked, one: Known) -> list[Cell]:
     """Seed by seed, so that an interrupted run has whole seeds."""
     quick, full = asked.tier == QUICK, asked.tier == FULL
     game = one.game.partition(",")[0]
@@ -199,16 +199,14 @@ def _extractions(asked: Asked, one: Known, left_out: list[tuple[str, str]]) -> l
     if full and not asked.algorithms:
         # a tree of depth d has at most 2**d leaves
         grid |= {(PAPER, name, n.bit_length() - 1, 0, HISTOGRAM) for name, n in product(COMPARED, LEAF_BUDGETS)}
-        grid |= {(PAPER, RGMDT, DEEPEST, leaves, HISTOGRAM) for leaves in LEAF_BUDGETS if RGMDT in BUNDLES}
+        grid |= {(PAPER, RGMDT, DEEPEST, leaves, HISTOGRAM) for leaves in LEAF_BUDGETS}
     cells = [
         Cell(EXTRACTION, one.game, one.label, preset, name, depth, leaves, splits, seed)
         for seed, (preset, name, depth, leaves, splits) in product(seeds, sorted(grid))
     ]
     if not quick and not asked.algorithms and MAIN_DEPTH in depths:  # every threshold, beside histograms
         cells.append(Cell(EXTRACTION, one.game, one.label, PAPER, MAVIPER, MAIN_DEPTH, 0, EXACT, 0))
-    if RGMDT not in BUNDLES and (full or RGMDT in (asked.algorithms or ())):
-        left_out.append((RGMDT, "this version has no such algorithm"))
-    return [cell for cell in cells if cell.algorithm in (*BUNDLES, *LADDER)]
+    return cells
 
 
 def _main(asked: Asked, game: str, depths: Sequence[int]) -> list[tuple[str, str, int]]:

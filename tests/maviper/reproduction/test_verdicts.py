@@ -1,5 +1,7 @@
 """Verdicts on tables with known effects: an order is found, equality is found, and noise decides nothing."""
 
+import math
+
 import pytest
 
 from maviper.reproduction import register, results, verdicts
@@ -76,6 +78,7 @@ def test_few_seeds_decide_nothing(tmp_path):
     found = judge(tables.whole(tmp_path, (DECEPTION,), seeds=1))
     decided = {name for name, verdict in found.items() if verdict.word not in (NOT_DECIDED, NOT_COMPARABLE)}
     assert not decided and "1 of at least 5 seeds" in found["joint-defenders"].reason
+    assert all(math.isinf(each.visible) for verdict in found.values() for each in verdict.comparisons)
 
 
 def test_seeds_that_share_their_episodes_are_judged_too(tmp_path):
@@ -90,6 +93,12 @@ def test_a_claim_whose_cells_are_missing_names_the_command(tmp_path):
     joint = found["joint-defenders"]
     assert joint.word == NOT_DECIDED and joint.reason.startswith("6 of 9 comparisons not run: maviper reproduce")
     assert found["robust-defenders"].word == AGREES
+
+
+def test_a_command_names_the_expert_that_lacks_the_cells(tmp_path):
+    folder = tables.whole(tmp_path, (DECEPTION,), depths=(4,), seeds=1, experts=("maddpg", "mine"))
+    maddpg, mine = (judge(folder, name)["joint-navigation"].reason for name in ("maddpg", "mine"))
+    assert maddpg.endswith(" --experts maddpg") and mine.endswith(" --experts mine=EXPERT")
 
 
 def test_absolute_numbers_are_not_compared(ordered):

@@ -8,9 +8,12 @@ import pytest
 
 from codegen.errors import InputError, UnknownNameError
 from maviper.experts import store
+from maviper.reproduction.cells import costs
 from maviper.reproduction.cells import plan as plans
 from maviper.reproduction.cells.cell import CROSSPLAY, EXPERT, EXPLOITABILITY, EXTRACTION
 from maviper.reproduction.cells.plan import Asked, planned, shard
+from maviper.reproduction.cells.store import Store
+from maviper.reproduction.run import said
 from maviper.worlds import find
 
 
@@ -140,3 +143,12 @@ def test_shards_divide_the_cells_and_wait_for_nobody(of):
 
 def test_every_game_of_the_plan_is_a_world():
     assert [find(game).spec.name for game in plans.GAMES] == list(plans.GAMES)
+
+
+def test_cells_like_none_that_was_measured_are_counted_in_the_plan(tmp_path, monkeypatch):
+    plan, store_ = planned(Asked("quick"), ""), Store(tmp_path)
+    monkeypatch.setattr(costs, "measured", lambda: {"expert physical-deception": {"0": 1.0}})
+    assert "11 cells are like none that was measured" in "\n".join(said(plan, store_))
+    like = "extraction physical-deception maviper-no-prediction paper histogram"
+    monkeypatch.setattr(costs, "measured", lambda: {like: {"4": 1.0}})
+    assert [task.cell.algorithm for task in plan.tasks if not costs.guessed(task.cell)] == ["maviper-no-prediction"]
