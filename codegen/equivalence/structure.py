@@ -137,7 +137,7 @@ def _differences(tree: Tree, node: int, feature: int, threshold: np.float32) -> 
 def tested(condition: c_ast.BinaryOp, numbers: Mapping[str, int]) -> tuple[int, np.float32]:
     """Feature and threshold of `x[F] <= t`, or of its form by bits: signed for t >= 0, unsigned and turned below."""
     left, right = condition.left, condition.right
-    if condition.op == "<=" and isinstance(left, c_ast.ArrayRef):
+    if condition.op == "<=" and isinstance(left, c_ast.ArrayRef) and left.name.name == "x":
         return numbers[left.subscript.name], number(right)
     turned = isinstance(left, c_ast.Cast)
     call = left.expr if turned else left
@@ -157,6 +157,8 @@ def number(item: Any) -> np.float32:
         return -number(item.expr)
     if not isinstance(item, c_ast.Constant) or item.type != "float":
         raise ValueError("a threshold that is no float constant")
+    if not item.value.lower().startswith("0x"):
+        raise ValueError("a threshold that is not hexadecimal")
     return np.float32(float.fromhex(item.value.rstrip("f")))
 
 
@@ -174,7 +176,7 @@ def is_table(item: Any) -> bool:
 
 def is_void(item: Any) -> bool:
     """Whether a statement is (void)x;"""
-    return isinstance(item, c_ast.Cast)
+    return isinstance(item, c_ast.Cast) and isinstance(item.expr, c_ast.ID)
 
 
 def _walk(items: list[Any], tree: Tree) -> Iterator[str]:

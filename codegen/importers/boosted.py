@@ -31,6 +31,8 @@ def from_xgboost(content: bytes, where: str) -> dict[str, Origin]:
     document = json_of(content, where)
     try:
         learner = document["learner"]
+        if int(learner["learner_model_param"].get("num_target", "1")) > 1:
+            raise InputError("the model has several targets, one is needed", where, ONE)
         booster = learner["gradient_booster"]
         if booster["name"] != "gbtree" or len(booster["model"]["trees"]) != 1:
             count = len(booster.get("model", {}).get("trees", ()))
@@ -44,6 +46,8 @@ def from_xgboost(content: bytes, where: str) -> dict[str, Origin]:
         def read(place: int) -> Split | Leaf:
             then, otherwise = int(tree["left_children"][place]), int(tree["right_children"][place])
             number = float(np.float32(tree["split_conditions"][place]))
+            if (then < 0) != (otherwise < 0):
+                raise ValueError("a node has one child")
             if then == otherwise == -1:
                 return Leaf(_linked(objective, number, base, where))
             feature, left = int(tree["split_indices"][place]), bool(tree["default_left"][place])
@@ -51,7 +55,7 @@ def from_xgboost(content: bytes, where: str) -> dict[str, Origin]:
 
         width = int(learner["learner_model_param"]["num_feature"])
         return {AGENT: origin_of(XGBOOST, 0, read, names, width, where)}
-    except (LookupError, TypeError, AttributeError, ValueError) as error:
+    except (LookupError, TypeError, AttributeError, ValueError, OverflowError) as error:
         raise InputError(f"not XGBoost's JSON: {shown(error)[:100]}", where, AGAIN) from None
 
 
@@ -78,13 +82,15 @@ def from_lightgbm(content: bytes, where: str) -> dict[str, Origin]:
         model, tree = _fields(head), _fields(trees[0])
         if int(tree["num_cat"]) or int(tree.get("is_linear", "0")):
             raise InputError("the tree has categories or linear leaves", where, "train it on numbers")
-        link = model["objective"].split()[0]
+        link, *how = model["objective"].split()
+        if "sqrt" in how:
+            raise InputError("the model squares what its leaves say (reg_sqrt)", where, "train it without reg_sqrt")
         splits = _LightGbm(tree, link, where)
         names = model.get("feature_names", "").split(" ")
         width = int(model["max_feature_idx"]) + 1
         root = 0 if splits.features else -1
         return {AGENT: origin_of(LIGHTGBM, root, splits.read, names if len(names) == width else (), width, where)}
-    except (LookupError, ValueError) as error:
+    except (LookupError, ValueError, OverflowError) as error:
         raise InputError(f"not LightGBM's text: {shown(error)[:100]}", where, AGAIN) from None
 
 

@@ -16,7 +16,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from pycparser import CParser, c_ast
+from pycparser import CParser, c_ast, c_generator
 from pycparser.c_parser import ParseError
 
 from codegen.equivalence import structure
@@ -43,12 +43,14 @@ def from_header(content: bytes, where: str) -> dict[str, Origin]:
         numbers = structure.enumerators(parsed)
         enums = [node.type for node in parsed.ext if isinstance(getattr(node, "type", None), c_ast.Enum)]
         names = [[each.name for each in enum.values.enumerators] for enum in enums]
-        bodies = {node.decl.name: node.body for node in parsed.ext if isinstance(node, c_ast.FuncDef)}
+        functions = {node.decl.name: node for node in parsed.ext if isinstance(node, c_ast.FuncDef)}
         found: dict[str, Origin] = {}
-        for function, body in bodies.items():
-            agent = re.fullmatch(rf"{prefix[1].lower()}_(\w+)_act", function)
+        for name, function in functions.items():
+            agent = re.fullmatch(rf"{prefix[1].lower()}_(\w+)_act", name)
             if agent and f"{prefix[1]}_{agent[1].upper()}_N_ACTIONS" in numbers:
-                found[agent[1]] = _agent(body, f"{prefix[1]}_{agent[1].upper()}", names, numbers, where)
+                if c_generator.CGenerator().visit(function.decl.type.args) != "const float *x":
+                    raise ValueError("a function takes no float *x")
+                found[agent[1]] = _agent(function.body, f"{prefix[1]}_{agent[1].upper()}", names, numbers, where)
     except (ParseError, RecursionError, *structure.NOT_PROVED) as error:
         raise InputError(f"not a header of ours: {shown(error)[:100]}", where, ADVICE) from None
     if not found:
@@ -59,8 +61,10 @@ def from_header(content: bytes, where: str) -> dict[str, Origin]:
 def _agent(
     body: c_ast.Compound, upper: str, names: Sequence[Sequence[str]], numbers: Mapping[str, int], where: str
 ) -> Origin:
-    features = next(each[:-1] for each in names if each[-1] == f"{upper}_N_FEATURES")
-    actions = next(each[:-1] for each in names if each[-1] == f"{upper}_N_ACTIONS")
+    enums = [next(each for each in names if each[-1] == f"{upper}_N_{kind}") for kind in ("FEATURES", "ACTIONS")]
+    features, actions = (each[:-1] for each in enums)
+    if any(numbers[name] != place for each in enums for place, name in enumerate(each)):
+        raise ValueError("an enumerator is not its place")
     items = [item for item in body.block_items or [] if not structure.is_void(item)]
     tables = {item.name: item.init.exprs for item in items if structure.is_table(item)}
     called = [each.removeprefix(f"{upper}_X_").lower() for each in features]

@@ -7,6 +7,7 @@ Does not: take sums of features, categories, forests, or leaves that permit seve
 dtControl writes numbers as labels with six digits; these texts are the labels here.
 """
 
+import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -30,7 +31,7 @@ def from_dtcontrol(content: bytes, where: str) -> dict[str, Origin]:
     def read(node: Mapping[str, Any]) -> Split | Leaf:
         try:
             return _leaf(node, where) if node["split"] is None else _split(node, names, where)
-        except (LookupError, TypeError, AttributeError, ValueError) as error:
+        except (LookupError, TypeError, AttributeError, ValueError, OverflowError) as error:
             raise InputError(f"a node is not understood: {shown(error)[:100]}", where, AGAIN) from None
 
     try:
@@ -92,7 +93,7 @@ def from_treelite(content: bytes, where: str) -> dict[str, Origin]:
             return _treelite(document, nodes[place], where)
 
         return {AGENT: origin_of(TREELITE, 0, read, (), width, where)}
-    except (LookupError, TypeError, AttributeError, ValueError) as error:
+    except (LookupError, TypeError, AttributeError, ValueError, OverflowError) as error:
         raise InputError(f"not treelite's JSON: {shown(error)[:100]}", where, AGAIN) from None
 
 
@@ -114,6 +115,8 @@ def _decision(document: Mapping[str, Any], value: Any, where: str) -> int | floa
         raise InputError(f"the model has {document['num_target']} targets, one is needed", where, "one tree an agent")
     if task == "kMultiClf" and link in CLASSES and isinstance(value, list) and len(set(base)) == 1:
         scores = [float(each) for each in cast(Sequence[Any], value)]
+        if not all(map(math.isfinite, scores)):
+            raise InputError(f"a leaf's scores are {scores[:10]}", where, AGAIN)
         return scores.index(max(scores))
     if task == "kBinaryClf" and link == "sigmoid" and not isinstance(value, list):
         return second_class(float(value) + base[0], where)
@@ -125,6 +128,6 @@ def _decision(document: Mapping[str, Any], value: Any, where: str) -> int | floa
 
 def second_class(score: float, where: str) -> int:
     """1 for a score above 0, else 0. InputError for one so near to 0 that its probability is rounded to 1/2."""
-    if abs(score) < NEAR:
+    if not abs(score) >= NEAR:  # or no number at all
         raise InputError(f"a leaf's score, {score}, is too close to call", where, "train the tree again")
     return int(score > 0)

@@ -103,6 +103,8 @@ def _ordered(
             found[parent][0][column] = len(found)
         each = read(node)
         if isinstance(each, Leaf):
+            if isinstance(each.label, float) and not np.isfinite(each.label):
+                raise InputError(f"a leaf's number is {each.label}", where, "train the tree again")
             leaves.append(each)
             found.append(([NO_CHILD, NO_CHILD], each))
             continue

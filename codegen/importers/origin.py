@@ -39,6 +39,7 @@ class Origin:
     nan: bool = False  # whether a NaN is decided as in the origin
     finite: bool = False  # whether the origin takes finite numbers only
     takes: Callable[[Float32], Bool] | None = None  # which observations it takes, where not all finite ones
+    n_read: int = 0  # features up to the last one that the origin looks at, also in a test that decides nothing
 
 
 @dataclass(frozen=True)
@@ -85,7 +86,7 @@ def _world(name: str, agents: Sequence[str]) -> ir.WorldSpec:
 
 
 def _policy(agent: str, origin: Origin, given: Names) -> ir.AgentPolicy:
-    n_tested = int(origin.grown.feature.max()) + 1
+    n_tested = max(int(origin.grown.feature.max()) + 1, origin.n_read)
     called = given.features if given.features is not None else origin.features or None
     width = origin.n_features or max(n_tested, len(called or ()), 1)
     features = [f"x{index}" for index in range(width)] if called is None else list(called)

@@ -134,4 +134,5 @@ def _compared(compare: Any, left: Any, right: Any) -> Bool:
     """A comparison as Python makes it: an integer that is no double is compared exactly."""
     if any(isinstance(each, int) and abs(each) > 2**53 for each in (left, right)):
         left, right = np.asarray(left, dtype=object), np.asarray(right, dtype=object)
-    return np.asarray(compare(left, right), dtype=bool)
+    with np.errstate(invalid="ignore"):  # of NaN among objects
+        return np.asarray(compare(left, right), dtype=bool)

@@ -37,6 +37,7 @@ from codegen.ir import Float32, Int32
 
 KIND, REPLAYED_BY = "if/else Python", "an interpreter of the file's syntax tree"
 MAX_FEATURES = 1 << 20
+MAX_BITS = 1 << 12  # of a returned integer; Python writes out no more than some thousand digits
 OPERATORS: Mapping[type[ast.cmpop], str] = {
     ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!=",
 }  # fmt: skip
@@ -74,6 +75,7 @@ def _module(parsed: ast.Module, where: str) -> tuple[list[ast.FunctionDef], dict
     for node in parsed.body:
         if isinstance(node, ast.FunctionDef):
             functions.append(node)
+            _ensure_idle(node, where)
             bound[node.name] += 1
         elif isinstance(node, ast.Import | ast.ImportFrom):
             bound.update((each.asname or each.name).split(".")[0] for each in node.names)
@@ -88,6 +90,14 @@ def _module(parsed: ast.Module, where: str) -> tuple[list[ast.FunctionDef], dict
     if not functions:
         raise InputError("the file has no function", where, "write one function an agent: def agent(x): ...")
     return functions, constants
+
+
+def _ensure_idle(function: ast.FunctionDef, where: str) -> None:
+    """InputError for annotations that do something: Python evaluates them, and they may give names other values."""
+    for argument in (function.returns, *(each.annotation for each in ast.walk(function) if isinstance(each, ast.arg))):
+        for node in () if argument is None else ast.walk(argument):
+            if isinstance(node, ast.Call | ast.NamedExpr):
+                raise _refused(node, where, "an annotation does something", "name types only")
 
 
 def _words(node: ast.AST) -> str:
@@ -132,6 +142,7 @@ def _origin(function: ast.FunctionDef, constants: Mapping[str, Number], where: s
         replayed_by=REPLAYED_BY,
         features=tuple(reader.features),
         n_features=reader.width or len(reader.features),
+        n_read=reader.last + 1,
         nan=found.nan,
     )
 
@@ -153,6 +164,8 @@ class _Reader:
     once: set[str] = field(default_factory=set[str])  # ... once, and on every path
     names: set[str] = field(default_factory=set[str])  # returned without being defined
     numbered: bool = False  # whether features are looked up by numbers
+    last: int = -1  # the largest of these numbers
+    bare: bool = False  # whether the observation itself is compared, as a single number
     texts: set[str] = field(default_factory=set[str])  # returned as texts
 
     def function(self, node: ast.FunctionDef) -> tuple[Statement, ...]:
@@ -170,7 +183,7 @@ class _Reader:
         count = _assigned_below(node.body)
         self.variables = set(count)
         self.once = {name for each in node.body for name in _assigned(each) if count[name] == 1}
-        for name in count.keys() & ({*parameters} | self.constants.keys()):
+        for name in (count.keys() & {*parameters}) | (self.constants.keys() & {*count, *parameters}):
             raise self.refused(node, f"the name {shown(name)!r} means several things", "give each name once")
         found = self.statements(node.body)
         if self.names & self.texts:
@@ -257,6 +270,8 @@ class _Reader:
     def plain(self, node: ast.expr) -> Value:
         """A number, a text, a name or a list of numbers."""
         number = _number(node)
+        if isinstance(number, int) and number.bit_length() > MAX_BITS:
+            raise self.refused(node, "a number is too long for a name", "return a shorter one")
         if number is not None:
             return number
         if isinstance(node, ast.Constant) and isinstance(node.value, str):
@@ -318,7 +333,7 @@ class _Reader:
         if isinstance(node, ast.Name) and node.id == self.whole:
             if self.numbered or self.features or self.width > 1:
                 raise self.refused(node, "the observation is used as a number", TEST_ADVICE)
-            self.width = 1
+            self.width, self.bare = 1, True
             return 0
         if isinstance(node, ast.Name):
             return self.aliases.get(node.id)
@@ -330,9 +345,10 @@ class _Reader:
                 self.features.append(key)
             return self.features.index(key)
         named = self.features and self.width == 0  # by texts, as above
-        if not isinstance(key, int) or isinstance(key, bool) or named or not 0 <= key < (self.width or MAX_FEATURES):
+        mixed = named or self.bare or isinstance(key, bool)
+        if not isinstance(key, int) or mixed or not 0 <= key < (self.width or MAX_FEATURES):
             raise self.refused(node, "a feature is not understood", "write x[0], or x['speed'], one of both everywhere")
-        self.numbered = True
+        self.numbered, self.last = True, max(self.last, key)
         return key
 
 

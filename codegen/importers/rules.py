@@ -3,7 +3,7 @@
 Does: follows every path through the program; writes `and`, `or`, `not` and `==` as splits; leaves out tests that
   earlier ones decide.
 Assumes: tests compare one feature with a number, both as doubles.
-Does not: read a language (python_source.py, c_source.py), or choose names.
+Does not: read a language (python_source.py), or choose names.
 
 Every test becomes x <= t with t a double, exactly: x < c says x <= (the double before c); an integer that no double
 equals is rounded down first. Only NaN may be decided otherwise: it fails every comparison, and so passes to the right
@@ -114,7 +114,7 @@ def at_most(number: Number) -> float:
     try:
         near = float(number)
     except OverflowError:
-        near = math.copysign(math.inf, number)
+        near = math.inf if number > 0 else -math.inf
     return near if near <= number else math.nextafter(near, -math.inf)
 
 
@@ -194,7 +194,9 @@ class _Growth:
         """How earlier tests decide this one; None: they do not."""
         low, high = path.within.get(test.feature, UNBOUNDED)
         self.nan &= test.nan or high < math.inf
-        return True if high <= test.threshold and high < math.inf else False if low >= test.threshold else None
+        return (
+            True if high <= test.threshold and high < math.inf else False if low >= test.threshold > -math.inf else None
+        )
 
     def _leaf(self, end: Return, variables: dict[str, Value], path: _Path) -> None:
         value = variables.get(end.name) if end.value is None else end.value

@@ -5,9 +5,10 @@ Does: reads a fitted DecisionTreeClassifier by its attributes, also as the end o
 Assumes: classes are the actions; observations are float32.
 Does not: import scikit-learn, or open a file; scikit-learn's files are pickles, which run code.
 
-What is kept: the decision for every float32 observation without NaN. NaN goes right here, whatever scikit-learn does
-with it at a node (its bigger side, if it was fitted without). Action k is class k, in the classifier's own order:
-scikit-learn sorts its labels.
+What is kept: the decision for every float32 observation without NaN, given as float32. Steps compute in the type that
+they are given: a Pipeline may decide the same numbers otherwise when they come as float64, as lists of numbers do.
+NaN goes right here, whatever scikit-learn does with it at a node (its bigger side, if it was fitted without). Action k
+is class k, in the classifier's own order: scikit-learn sorts its labels.
 """
 
 import warnings

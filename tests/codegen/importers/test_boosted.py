@@ -89,3 +89,38 @@ def test_other_models_of_lightgbm_are_refused(lightgbm):
         from_lightgbm(b"tree\nversion=v4\n", "tree.txt")
     with pytest.raises(InputError, match="not LightGBM's text"):
         from_lightgbm(b"tree\nversion=v4\n\nTree=0\n", "tree.txt")
+
+
+def booster(left=(1, -1, -1), targets="1", number=0.5):
+    """A tree of one test as XGBoost saves it, without XGBoost."""
+    tree = {
+        "split_type": [0, 0, 0], "categories": [], "tree_param": {"num_deleted": "0"}, "left_children": left,
+        "right_children": [2, -1, -1], "split_conditions": [number, 1.0, -1.0], "split_indices": [0, 0, 0],
+        "default_left": [0, 0, 0],
+    }  # fmt: skip
+    learner = {
+        "gradient_booster": {"name": "gbtree", "model": {"trees": [tree]}},
+        "learner_model_param": {"base_score": "0.5", "num_feature": "1", "num_target": targets},
+        "objective": {"name": "binary:logistic"},
+    }
+    return json.dumps({"learner": learner}).encode()
+
+
+def test_what_no_model_of_xgboost_says_is_refused():
+    (origin,) = from_xgboost(booster(), "tree.json").values()
+    assert origin.act(np.array([[0.4], [0.6]], dtype=np.float32)).tolist() == [1, 0]
+    for content, said in (
+        (booster(targets="2"), "several targets"),
+        (booster(left=[-1, -1, -1]), "a node has one child"),
+        (booster(number=10**400), "not XGBoost's JSON"),
+    ):
+        with pytest.raises(InputError, match=said):
+            from_xgboost(content, "tree.json")
+
+
+def test_a_model_of_lightgbm_that_squares_its_leaves_is_refused():
+    text = "tree\nversion=v4\nmax_feature_idx=0\nobjective={}\n\nTree=0\nnum_cat=0\nleaf_value=2\nend of trees\n"
+    (origin,) = from_lightgbm(text.format("regression").encode(), "tree.txt").values()
+    assert origin.labels == (2.0,)
+    with pytest.raises(InputError, match="reg_sqrt"):
+        from_lightgbm(text.format("regression sqrt").encode(), "tree.txt")

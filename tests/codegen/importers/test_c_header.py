@@ -53,6 +53,13 @@ def header():
         ("return PHYSICAL_DECEPTION_AGENT_0_LEFT;", "return 0;"),
         ("] <= ", "] < "),
         ("#endif", "#endif }"),
+        ("-0x1.a5ff24p-8f", "-0.1f"),  # decimal, which would be read as hexadecimal
+        ("_agent_0_act(const float *x)\n{", "_agent_0_act(const float *x)\n{\n    (void)(x++);"),
+        ("_agent_0_act(const float *x)\n{", "_agent_0_act(const int *x)\n{"),
+        ("_AGENT_0_STAY = 0,", "_AGENT_0_STAY = 1,"),
+        ("_AGENT_0_X_GOAL_DX = 0", "_AGENT_0_X_GOAL_DX = 1"),
+        ("_AGENT_0_N_ACTIONS = 5", "_AGENT_0_N_ACTIONS = 4"),
+        ("if (x[PHYSICAL_DECEPTION_ADVERSARY", "if (y[PHYSICAL_DECEPTION_ADVERSARY"),
     ],
 )  # fmt: skip
 def test_c_that_is_not_ours_is_refused(header, before, after):

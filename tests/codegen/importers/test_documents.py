@@ -1,6 +1,7 @@
 """dtControl's and treelite's JSON, and m2cgen's Python: no difference from the program that wrote the file."""
 
 import json
+import math
 
 import numpy as np
 import pytest
@@ -169,6 +170,18 @@ def test_signs_and_sides_of_nan(sign, left):
         ([test_node(0, 1, 2), *LEAVES], {"postprocessor": "exponential"}, "the link is not understood"),
         ([test_node(0, 1, 2), *LEAVES], {"base_scores": [0.0, 1.0]}, "the link is not understood"),
         ([test_node(0, 1, 2), *LEAVES], {"num_target": 2}, "2 targets"),
+        ([test_node(0, 1, 2, threshold=10**400), *LEAVES], {}, "not treelite's JSON"),
+        ([{"node_id": 0, "leaf_value": [1.0, math.nan]}], {}, "a leaf's scores are"),
+        (
+            [{"node_id": 0, "leaf_value": math.nan}],
+            {"task_type": "kRegressor", "postprocessor": "identity"},
+            "a leaf's number is nan",
+        ),
+        (
+            [{"node_id": 0, "leaf_value": math.nan}],
+            {"task_type": "kBinaryClf", "postprocessor": "sigmoid"},
+            "too close to call",
+        ),
         ([test_node(0, 1, 2), *LEAVES], {"trees": [1, 2]}, "2 trees"),
     ],
 )

@@ -210,6 +210,12 @@ REFUSED = [
     ("def act(x):\n    if x[0] <\n", 2, "not Python"),
     ("def act(x):\n\treturn 0\0\n", None, "not Python"),
     ("def act(x):\n    if x[0] <= -1e39:\n        return 1\n    return 0\n", None, "below every float32 number"),
+    (f"def act(x):\n    return 1 if x[0] <= -{'9' * 400} else 0\n", None, "below every float32 number"),
+    (f"def act(x):\n    return 0x{'f' * 5000}\n", 2, "a number is too long for a name"),
+    ("A = 3\ndef act(a, A):\n    if a < A:\n        return 1\n    return 0\n", 2, "'A' means several things"),
+    ("def act(x):\n    if x:\n        return 0\n    return 1 if x[0] < 1 else 2\n", 4, "a feature is not understood"),
+    ("Y = 1\ndef act(x: (Y := 3)):\n    return 1 if x[0] < Y else 0\n", 2, "an annotation does something"),
+    ("Y = 1\ndef act(x) -> globals().clear():\n    return 1 if x[0] < Y else 0\n", 2, "an annotation does something"),
     ("def act(x):\n    if x[0] <= 1 or x['a'] < 1:\n        return 1\n", 2, "a feature is not understood"),
 ]  # fmt: skip
 
@@ -220,6 +226,11 @@ def test_what_is_not_understood_is_refused_with_its_line(text, line, what):
         imported(text)
     assert what in caught.value.what and caught.value.next_step
     assert line is None or caught.value.where.endswith(f"line {line}")
+
+
+@pytest.mark.parametrize("test", ["x[0] < 1 and (x[0] < 2 or x[5] < 3)", f"x[0] < {'9' * 400}"])
+def test_features_that_decide_nothing_and_long_numbers(test):
+    same(f"def act(x):\n    if {test}:\n        return 1\n    return 0\n")
 
 
 DEEP = [

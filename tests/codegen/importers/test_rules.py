@@ -45,7 +45,7 @@ def test_the_doubles_around_a_number(number):
     at, under = rules.at_most(number), rules.below(number)
     assert Fraction(at) <= Fraction(number) and Fraction(under) < Fraction(number)
     for each, strict in ((at, False), (under, True)):
-        above = np.nextafter(each, np.inf)
+        above = float(np.nextafter(each, np.inf))  # Python's own compares exactly with an int
         assert np.isinf(above) or (above >= number if strict else above > number)
 
 
