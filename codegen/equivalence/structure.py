@@ -140,7 +140,7 @@ def tested(condition: c_ast.BinaryOp, numbers: Mapping[str, int]) -> tuple[int, 
     if condition.op == "<=" and isinstance(left, c_ast.ArrayRef) and left.name.name == "x":
         return numbers[left.subscript.name], number(right)
     turned = isinstance(left, c_ast.Cast)
-    call = left.expr if turned else left
+    call: Any = left.expr if turned else left
     if isinstance(left, c_ast.Cast) and left.to_type.type.type.names != ["uint32_t"]:
         raise ValueError("a cast to another type")
     if not call.name.name.endswith("_bits"):
