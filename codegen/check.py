@@ -19,6 +19,7 @@ from codegen.ir import (
     FUNCTIONS,
     GOAL,
     MAX_DEPTH,
+    MAX_LENGTH,
     MAX_NODES,
     NAME,
     NO_ACTION,
@@ -47,7 +48,6 @@ class Violation(NamedTuple):
 NUMBER = re.compile(r"-?\d{1,30}(\.\d{1,60})?|-?\d{1,99}/[1-9]\d{0,99}")  # as the verifier writes bounds
 UNSEEN = STEERING | {"Cs"}  # also halves of pairs
 LEAST_MARGIN = 1e-9  # of contacts: lengths divided by it stay far below the largest double
-MAX_LENGTH = 1e9  # of ranges, start regions, sizes: beyond it float64 positions are coarser than any world
 
 
 def violations(profile: PolicyProfile) -> Iterator[Violation]:

@@ -1,20 +1,21 @@
 """One step of a world: how actions, contacts, damping and speed limits move its entities, as in mpe2.
 
-Does: steps batches of states in float64, operation by operation as mpe2 does; says who may push whom, how strongly.
+Does: steps batches of states in float64, operation by operation as mpe2 does; says who may push whom, how strongly;
+  the spec of a world whose motion nobody stated.
 Assumes: a checked world spec.
 Does not: serve proofs. The engine for episodes (verify/episodes) and its checker (verify/checker/episode_reading.py)
   each read the world spec for themselves, and bound their roundings for themselves. Neither may trust the other, nor
   this module, with which the simulator and the verifier's referee step.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import combinations
 from typing import Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
-from codegen.ir import ActionSpec, EntitySpec, Float64, WorldSpec
+from codegen.ir import MAX_LENGTH, ActionSpec, EntitySpec, Float64, WorldSpec
 
 COINCIDENT = 1e-150  # centres so near to one another count as one place
 Number = TypeVar("Number", float, Float64)
@@ -114,3 +115,22 @@ def _limit(velocity: Float64, max_speed: float) -> None:
     speed = np.sqrt(velocity[0] * velocity[0] + velocity[1] * velocity[1])
     fast = np.flatnonzero(speed > max_speed)
     velocity[:, fast] = velocity[:, fast] / speed[fast] * max_speed
+
+
+def motionless(
+    name: str, reference: str, agents: Sequence[str], steps: int = 1, options: Mapping[str, int | str] | None = None
+) -> WorldSpec:
+    """The spec of a world in which nothing is stated to move: without places, forces or time."""
+    return WorldSpec(
+        name=name,
+        reference=reference,
+        agents=tuple(EntitySpec(agent, size=0.0, force=0.0, max_speed=None, collides=False) for agent in agents),
+        landmarks=(),
+        goals=(),
+        dt=0.0,
+        damping=0.0,
+        start_low=-MAX_LENGTH,
+        start_high=MAX_LENGTH,
+        episode_steps=steps,
+        options=dict(options or {}),
+    )

@@ -33,6 +33,7 @@ NO_CHILD: Final = -1
 NO_ACTION: Final = -1
 MAX_DEPTH: Final = 64  # nested code beyond it meets the limits of compilers; a tree that deep explains nothing
 MAX_NODES: Final = 1 << 20
+MAX_LENGTH: Final = 1e9  # of ranges, start regions, sizes: beyond it float64 positions are coarser than any world
 GOAL: Final = "goal"  # in coordinates: the landmark that is the goal
 WEIGHTS: Final = tuple(2.0**power for power in range(-6, 7))  # of terms, with either sign
 FUNCTIONS: Final = ("sign", "positive", "zero")  # of a sum: -1, 0 or 1; 1 where it is above 0; 1 where it is 0

@@ -14,10 +14,11 @@ from dataclasses import dataclass
 from typing import Any
 
 from codegen import ir
-from codegen.check import MAX_LENGTH, ensure
+from codegen.check import ensure
+from codegen.dynamics import motionless
 from codegen.errors import InputError
 from codegen.importers import names, replay
-from codegen.ir import Bool, Float32, GrownTree, Int32
+from codegen.ir import MAX_LENGTH, Bool, Float32, GrownTree, Int32
 from codegen.lowering.deploy import deployed
 from codegen.lowering.render import comment
 
@@ -66,23 +67,8 @@ def profile_of(origins: Mapping[str, Origin], given: Names) -> ir.PolicyProfile:
         facts[f"{policy.agent} NaN"] = NAN_KEPT if origin.nan else NAN_RIGHT
     kinds = ", ".join(dict.fromkeys(origin.kind for origin in origins.values()))
     provenance = ir.Provenance("imported", "none", 0, "", comment(kinds), facts)
-    return ensure(ir.PolicyProfile(_world(given.world, agents), tuple(policies), provenance))
-
-
-def _world(name: str, agents: Sequence[str]) -> ir.WorldSpec:
-    """A world that states nothing but its agents."""
-    return ir.WorldSpec(
-        name=names.cleaned([name], "imported")[0],
-        reference="",
-        agents=tuple(ir.EntitySpec(agent, size=0.0, force=0.0, max_speed=None, collides=False) for agent in agents),
-        landmarks=(),
-        goals=(),
-        dt=0.0,
-        damping=0.0,
-        start_low=-MAX_LENGTH,
-        start_high=MAX_LENGTH,
-        episode_steps=1,
-    )
+    world = motionless(names.cleaned([given.world], "imported")[0], "", agents)
+    return ensure(ir.PolicyProfile(world, tuple(policies), provenance))
 
 
 def _policy(agent: str, origin: Origin, given: Names) -> ir.AgentPolicy:

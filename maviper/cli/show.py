@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from codegen.ir import AgentPolicy, PolicyProfile
 
 TEXT, HTML = "text", "html"
-PAGE = "play.html"
 
 
 @click.command(cls=Verb, example="maviper show demo/profile.json --agent agent_0")
@@ -60,7 +59,7 @@ def show(
     if form == HTML:
         if (agent, obs, state) != (None, None, None):
             raise InputError("a page shows all agents in any state", "--format html", "leave the other options out")
-        _write(loaded, output or Path(PAGE), context)
+        _write(loaded, output, Path(), context)
         return ExitCode.DONE
     text = "\n".join(_rules(loaded, agent) if obs is None and state is None else _decisions(loaded, agent, obs, state))
     if output is None:
@@ -83,17 +82,18 @@ def play(context: click.Context, profile: Path, output: Path | None) -> int:
 
     from maviper.files.profiles import load
 
-    written = _write(load(profile), output or profile.parent / PAGE, context)
+    written = _write(load(profile), output, profile.parent, context)
     if not webbrowser.open(written.resolve().as_uri()):
         console_of(context).line("", "no browser could be opened: open the file in one")
     return ExitCode.DONE
 
 
-def _write(profile: "PolicyProfile", file: Path, context: click.Context) -> Path:
+def _write(profile: "PolicyProfile", file: Path | None, folder: Path, context: click.Context) -> Path:
     from maviper.files import runs
-    from maviper.page.page import contents_of, page
+    from maviper.page.document import usual_claims
+    from maviper.page.page import FILE, contents_of, page
 
-    written = runs.write(file, page(profile, contents_of(profile)))
+    written = runs.write(file or folder / FILE, page(profile, contents_of(profile, usual_claims(profile))))
     console_of(context).line("page", str(written))
     return written
 

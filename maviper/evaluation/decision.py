@@ -6,53 +6,27 @@ Does not: say why the tree was grown so.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
-
-import numpy as np
 
 from codegen import ir
 from codegen.errors import InputError, UnknownNameError
 from codegen.floats import observations
+from codegen.ir import GOAL
 from codegen.observe import observe
 from verify.claims.region import positions
-
-GOAL = "goal"
-
-
-@dataclass(frozen=True)
-class Met:
-    """A test on the way to a leaf. `room`: by how much the value may change, in its unit, before it turns."""
-
-    node: int
-    feature: str
-    value: float
-    threshold: float
-    left: bool
-    room: float
-
-    def __str__(self) -> str:
-        sign = "<=" if self.left else ">"
-        return f"{self.feature} = {self.value:.6g} {sign} {self.threshold:.6g}, by {self.room:.3g}"
+from verify.states.path import Step, path
+from verify.states.state import State
 
 
-def path_of(policy: ir.AgentPolicy, observation: ir.Float32) -> tuple[list[Met], int]:
-    """The tests that one observation [n_features] meets, root first, and its leaf."""
-    tree, node, found = policy.tree, ir.ROOT, list[Met]()
-    while tree.feature[node] != ir.NO_FEATURE:
-        feature = int(tree.feature[node])
-        value, threshold = observation[feature], tree.threshold[node]
-        left = bool(value <= threshold)
-        room = abs(float(value) - float(threshold))
-        found.append(Met(node, policy.features[feature].name, float(value), float(threshold), left, room))
-        node = int(tree.left[node] if left else tree.right[node])
-    return found, node
+def room(step: Step) -> float:
+    """By how much the value may change, in its unit, before the test turns."""
+    return abs(float(step.value) - step.threshold)
 
 
 def lines(policy: ir.AgentPolicy, observation: ir.Float32) -> Iterator[str]:
-    """A decision for a reader: what is done, then each test."""
-    met, leaf = path_of(policy, observation)
+    """A decision for one observation [n_features], for a reader: what is done, then each test."""
+    leaf = int(ir.apply(policy.tree, observation[None])[0])
     yield f"{policy.agent}, team {policy.team}: {policy.actions[policy.tree.action[leaf]].name} (leaf {leaf})"
-    yield from (f"  {test}" for test in met)
+    yield from (f"  {step}, by {room(step):.3g}" for step in path(policy, observation.tolist()))
 
 
 def observation_of(policy: ir.AgentPolicy, text: str) -> ir.Float32:
@@ -87,14 +61,12 @@ def observed_in(profile: ir.PolicyProfile, text: str) -> dict[str, ir.Float32]:
     for goal in goals:
         if goal not in world.goals:
             raise UnknownNameError("goal", goal, world.goals, "--state")
-    if goals:
-        given |= {f"{GOAL}.{axis}": given[f"{goals[-1]}.{axis}"] for axis in "xy"}
-    at = np.array([[given.get(name, 0.0) for name in world.coordinates()]])
     for policy in profile.agents:
         for feature in policy.features:
             if feature.meaning is None:
                 what = f"feature {feature.name} of {policy.agent} has no meaning"
                 raise InputError(what, "--state", f"give its observation: --agent {policy.agent} --obs ...")
+    at = State(given, goals[-1] if goals else None).coordinates(profile)
     return {policy.agent: observe(policy.features, at, world)[0] for policy in profile.agents}
 
 

@@ -9,6 +9,7 @@ import json
 import re
 from itertools import islice
 
+import numpy as np
 from markupsafe import Markup
 
 from codegen import ir
@@ -19,7 +20,7 @@ from maviper.episodes.on_policy import on_policy
 from maviper.evaluation.players import shipped_expert
 from maviper.evaluation.show import rules
 from maviper.experts.network import NetworkExpert
-from maviper.page.document import Contents, document, usual_claims
+from maviper.page.document import Contents, Shown, Stored, document
 from maviper.worlds.matching import matching_world
 
 FILE = "play.html"
@@ -27,11 +28,11 @@ MAX_RULES = 200  # leaves of an agent that a page shows as text, where scripts a
 MAX_CODE_NODES = 20_000  # of all trees whose generated code is in the page too
 
 
-def contents_of(profile: ir.PolicyProfile) -> Contents:
-    """What a page shows when nobody asked anything: usual claims, visits in on-policy episodes, the shipped expert."""
+def contents_of(profile: ir.PolicyProfile, claims: tuple[Shown, ...], states: tuple[Stored, ...] = ()) -> Contents:
+    """What a page shows of these claims and states, with visits in on-policy episodes and the shipped expert."""
     world = matching_world(profile)
     if world is None:
-        return Contents(usual_claims(profile))
+        return Contents(claims, states)
     episodes = on_policy(profile, world)
     visits = {
         policy.agent: _visits(policy, seen[episodes.alive[..., place]])
@@ -39,19 +40,16 @@ def contents_of(profile: ir.PolicyProfile) -> Contents:
     }
     player = shipped_expert(profile.provenance.expert, world)
     expert = player.controller if player is not None and isinstance(player.controller, NetworkExpert) else None
-    return Contents(usual_claims(profile), visits=visits, expert=expert)
+    return Contents(claims, states, visits, expert)
 
 
 def _visits(policy: ir.AgentPolicy, observations: ir.Float32) -> list[int]:
     """How many of the observations reach each leaf, by node."""
-    found = [0] * len(policy.tree.feature)
-    for leaf in ir.apply(policy.tree, observations).tolist():
-        found[leaf] += 1
-    return found
+    return np.bincount(ir.apply(policy.tree, observations), minlength=len(policy.tree.feature)).tolist()
 
 
 def page(profile: ir.PolicyProfile, contents: Contents) -> str:
-    """The page's HTML. InvalidProfileError for a profile that is not sound."""
+    """The page's HTML. ProfileError for a profile that is not sound."""
     data = document(ensure(profile), contents)
     leaves = sum(len(ir.leaves(policy.tree)) for policy in profile.agents)
     return render(
@@ -71,11 +69,9 @@ def _module(profile: ir.PolicyProfile) -> Markup | None:
     model = lower(profile)
     if model.style != NESTED or sum(len(agent.nodes) for agent in model.agents) > MAX_CODE_NODES:
         return None
-    code = render("javascript/module.js.j2", model=model)
-    code = code.replace("\nexport ", "\n")
-    return Markup(
-        re.sub(r"<(?=[/!]|script)", r"\\x3c", code, flags=re.IGNORECASE)
-    )  # of names; strings stay what they are
+    code = render("javascript/module.js.j2", model=model).replace("\nexport ", "\n")
+    # in strings alone, which stay what they are
+    return Markup(re.sub(r"<(?=[/!]|script)", r"\\x3c", code, flags=re.IGNORECASE))
 
 
 def _rules(policy: ir.AgentPolicy) -> dict[str, object]:

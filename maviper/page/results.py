@@ -6,7 +6,6 @@ Does not: decide.
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 from codegen import ir
 from maviper.page.document import Shown, Stored
@@ -21,7 +20,7 @@ def page_of(profile: ir.PolicyProfile, results: Sequence[Result | EpisodeResult]
     """The page of a profile with these results."""
     states = [_stored(number, result) for number, result in enumerate(results)]
     shown = tuple(Shown(result.claim, _verdict(profile, result)) for result in results)
-    return page(profile, replace(contents_of(profile), claims=shown, states=tuple(filter(None, states))))
+    return page(profile, contents_of(profile, shown, tuple(filter(None, states))))
 
 
 def _verdict(profile: ir.PolicyProfile, result: Result | EpisodeResult) -> str:

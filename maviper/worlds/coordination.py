@@ -18,11 +18,12 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from codegen.dynamics import motionless
 from codegen.errors import InputError, UnknownNameError
 from codegen.ir import ActionSpec, Bool, FeatureSpec, Float32, Float64
 from maviper.worlds.payoffs import MATCHING, PAIRS, RULES
 from maviper.worlds.seeds import uniforms
-from maviper.worlds.world import Int, Measure, World, motionless, unusual
+from maviper.worlds.world import Int, Measure, World, unusual
 
 NAME, REFERENCE = "coordination", "maviper.worlds.referee.parallel_env"
 AGENTS = "agents"

@@ -26,9 +26,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from codegen import ir
-from codegen.check import MAX_LENGTH, check, identifier
+from codegen.check import check, identifier
+from codegen.dynamics import motionless
 from codegen.errors import InputError
-from codegen.ir import ActionSpec, Bool, FeatureSpec, Float32, Float64, WorldSpec
+from codegen.ir import MAX_LENGTH, ActionSpec, Bool, FeatureSpec, Float32, Float64, WorldSpec
 from maviper.worlds.processes import (
     MAX_STEPS,
     Copies,
@@ -42,7 +43,7 @@ from maviper.worlds.processes import (
     space,
 )
 from maviper.worlds.seeds import TRAINING, folded
-from maviper.worlds.world import RETURN, Int, Measure, Outcome, World, motionless
+from maviper.worlds.world import RETURN, Int, Measure, Outcome, World
 
 DEFAULT_STEPS = 25  # where nobody knows how long an episode is
 PROBE_STEPS = 1_000  # of the episode that is played to find out

@@ -16,9 +16,8 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from codegen.check import MAX_LENGTH
 from codegen.errors import UnknownNameError
-from codegen.ir import ActionSpec, Bool, EntitySpec, FeatureSpec, Float32, Float64, WorldSpec
+from codegen.ir import ActionSpec, Bool, FeatureSpec, Float32, Float64, WorldSpec
 
 Int = npt.NDArray[np.integer[Any]]
 Options = Mapping[str, int | str]
@@ -58,23 +57,6 @@ class Outcome(NamedTuple):
 def world_name(spec: WorldSpec) -> str:
     """The game's name with its options, as the command line reads it."""
     return ",".join([spec.name, *(f"{key}={value}" for key, value in sorted(spec.options.items()))])
-
-
-def motionless(name: str, reference: str, agents: Sequence[str], steps: int, options: Options) -> WorldSpec:
-    """The spec of a game in which nothing is stated to move: without places, forces or time."""
-    return WorldSpec(
-        name=name,
-        reference=reference,
-        agents=tuple(EntitySpec(agent, size=0.0, force=0.0, max_speed=None, collides=False) for agent in agents),
-        landmarks=(),
-        goals=(),
-        dt=0.0,
-        damping=0.0,
-        start_low=-MAX_LENGTH,
-        start_high=MAX_LENGTH,
-        episode_steps=steps,
-        options=dict(options),
-    )
 
 
 def unusual(game: Callable[..., "World"], options: Options) -> dict[str, int | str]:

@@ -22,9 +22,10 @@ from verify.checker.thresholds import AT_ONCE, rounded_twice, sides
 from verify.claims.formula import Formula, Linear, Or, conjunction, for_goal, given, negated, normal, worth
 from verify.claims.region import MACHINE, REAL, Region
 from verify.counterexamples.lines import Line, along, around, beyond, closed, interval
-from verify.counterexamples.search import AgentView, Counterexample, Step
+from verify.counterexamples.search import AgentView, Counterexample
 from verify.counterexamples.uniqueness import Uniqueness, unique
 from verify.question import DecisionQuestion
+from verify.states.path import Step
 from verify.states.real import Value, value_of, written
 from verify.states.state import State, error_name, inside, leaves_at, shortfall, violates
 

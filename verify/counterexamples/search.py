@@ -15,7 +15,6 @@ from itertools import chain
 
 import numpy as np
 
-from codegen import ir
 from codegen.ir import WorldSpec
 from verify.claims.formula import agents
 from verify.claims.region import MACHINE, REAL
@@ -25,6 +24,7 @@ from verify.solver.pinning import pinned
 from verify.solver.solve import Answer, ask
 from verify.states.acting import Deployed, Replay, acted
 from verify.states.noise import mistaken
+from verify.states.path import Step, path
 from verify.states.real import Value, value_of
 from verify.states.shares import SAMPLE_SEED, SAMPLES, drawn
 from verify.states.state import (
@@ -50,23 +50,6 @@ SPACE = Fraction(1, 5)
 MAX_REFEREED = 50  # sampled violations that the referee looks at, at most
 MAX_PLACES = 12  # decimal places that shrinking tries before it keeps all digits
 ROOM = 0.1  # shrinking keeps entities at least so far apart, and claims failing by so much, or as much as they were
-
-
-@dataclass(frozen=True)
-class Step:
-    """One test on a decision path: `value` of `feature` against `threshold`."""
-
-    node: int
-    feature: str
-    value: Value
-    threshold: float
-    left: bool
-
-    def __str__(self) -> str:
-        value, threshold = f"{float(self.value):.6g}", f"{self.threshold:.6g}"
-        if value == threshold and self.value != self.threshold:
-            value, threshold = str(self.value), repr(self.threshold)
-        return f"{self.feature} = {value} {'<=' if self.left else '>'} {threshold}"
 
 
 @dataclass(frozen=True)
@@ -290,14 +273,3 @@ def explain(question: DecisionQuestion, state: State, replays: Mapping[str, Repl
         wrong = tuple((name, error) for name, error in errors if error)
         views.append(AgentView(policy.agent, named, leaf, path(policy, seen), engaged[policy.agent], wrong))
     return Counterexample(state, tuple(views), did.by, did.says, did.deployed)
-
-
-def path(policy: ir.AgentPolicy, seen: Sequence[Value]) -> tuple[Step, ...]:
-    """The tests that lead to the decision for one observation [n_features], rounded or exact."""
-    tree, node, steps = policy.tree, ir.ROOT, list[Step]()
-    while tree.feature[node] != ir.NO_FEATURE:
-        feature, threshold = int(tree.feature[node]), float(tree.threshold[node])
-        left = seen[feature] <= threshold
-        steps.append(Step(node, policy.features[feature].name, seen[feature], threshold, left))
-        node = int(tree.left[node] if left else tree.right[node])
-    return tuple(steps)

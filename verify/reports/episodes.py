@@ -5,6 +5,7 @@ Assumes: results of `closed_loop.verify_episodes`.
 Does not: contain times, paths or facts about the machine.
 """
 
+from collections.abc import Sequence
 from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Context, Decimal
 from fractions import Fraction
 from typing import Any
@@ -155,8 +156,8 @@ def _picture(profile: PolicyProfile, result: EpisodeResult) -> dict[str, Any]:
     assert result.state is not None and result.episode is not None
     state = {name: float(value) for name, value in result.state.position.items()}
     marks = {entity.name: (state[f"{entity.name}.x"], state[f"{entity.name}.y"]) for entity in profile.world.landmarks}
-    ways = {way.agent: way.places for way in result.ways}
-    ways |= {one: places for one, places in _courses(profile, result.episode).items() if one not in ways}
+    ours = [way.agent for way in result.ways]
+    ways = _courses(profile, result.episode, ours)
     places = [*marks.values(), *(place for way in ways.values() for place in way)]
     reach = max(1.0, *(abs(value) for place in places for value in place)) + EDGE
     scale = SIZE / (2 * reach)
@@ -169,7 +170,6 @@ def _picture(profile: PolicyProfile, result: EpisodeResult) -> dict[str, Any]:
         {"name": name, "x": drawn(place)[0], "y": drawn(place)[1], "half": half, "goal": name == result.state.goal}
         for name, place in marks.items()
     ]
-    ours = [way.agent for way in result.ways]
     courses = [
         {
             "name": agent,
@@ -183,13 +183,13 @@ def _picture(profile: PolicyProfile, result: EpisodeResult) -> dict[str, Any]:
     return {"size": SIZE, "landmarks": landmarks, "courses": courses}
 
 
-def _courses(profile: PolicyProfile, episode: Episode) -> dict[str, list[tuple[float, float]]]:
-    """Agent -> its places, step by step."""
+def _courses(profile: PolicyProfile, episode: Episode, ours: Sequence[str]) -> dict[str, list[tuple[float, float]]]:
+    """Agent -> its places, step by step; our own agents come first."""
     names = profile.world.coordinates()
+    agents = dict.fromkeys([*ours, *(entity.name for entity in profile.world.agents)])
     return {
-        entity.name: [
-            (float(at[names.index(f"{entity.name}.x")]), float(at[names.index(f"{entity.name}.y")]))
-            for at in episode.coordinates
+        agent: [
+            (float(at[names.index(f"{agent}.x")]), float(at[names.index(f"{agent}.y")])) for at in episode.coordinates
         ]
-        for entity in profile.world.agents
+        for agent in agents
     }

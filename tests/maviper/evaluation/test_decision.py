@@ -8,7 +8,8 @@ from codegen.errors import InputError
 from codegen.observe import observe
 from codegen.policy_json import dumps
 from maviper.cli.main import run as command
-from maviper.evaluation.decision import lines, observation_of, observed_in, path_of
+from maviper.evaluation.decision import lines, observation_of, observed_in, room
+from verify.states.path import path
 
 
 @pytest.fixture(scope="module")
@@ -22,12 +23,14 @@ def test_the_leaf_is_the_references_and_tests_turn_at_their_room(profile):
     rng = np.random.default_rng(0)
     for policy in profile.agents:
         for seen in rng.uniform(-2, 2, (200, len(policy.features))).astype(np.float32):
-            met, leaf = path_of(policy, seen)
-            assert leaf == int(ir.apply(policy.tree, seen[None])[0])
+            leaf = int(ir.apply(policy.tree, seen[None])[0])
+            met = path(policy, seen.tolist())
+            assert leaf in (policy.tree.left[met[-1].node], policy.tree.right[met[-1].node])
+            assert next(lines(policy, seen)).endswith(f"(leaf {leaf})")
             names = [feature.name for feature in policy.features]
             for test in met:
                 turned = seen.astype(float)
-                turned[names.index(test.feature)] += (test.room + 1e-6) * (1 if test.left else -1)
+                turned[names.index(test.feature)] += (room(test) + 1e-6) * (1 if test.left else -1)
                 assert int(ir.apply(policy.tree, turned[None].astype(np.float32))[0]) != leaf
 
 

@@ -13,6 +13,7 @@ from tests.contacts import around
 from tests.strategies import with_trees
 from tests.teams import LEFT, RIGHT, STAY
 from tests.verify.checker import test_contact_reading as faults
+from tests.verify.episodes.test_certificates import certified, failures
 from tests.verify.episodes.test_contacts import HALF, HOMING, LANES, SPREAD, TAG, going
 from verify.checker import episodes
 from verify.checker.certificates import numbers
@@ -21,13 +22,9 @@ from verify.checker.episode_certificates import PUSHED, accepted, from_json, to_
 from verify.checker.episode_reading import OpenBranchError, Part
 from verify.checker.reading import RejectedError
 from verify.claims.catalogue import find_claim
-from verify.claims.region import Region, Verdict
-from verify.episodes.certificates import made
-from verify.episodes.composition import decide
+from verify.claims.region import Region
 from verify.episodes.proof import Prover, TooLongError
 from verify.question import Question
-from verify.states.episodes import at_rest, fulfilled, play
-from verify.states.state import sample
 from verify.verdicts.episodes import verify_episodes
 
 pytestmark = pytest.mark.solver
@@ -35,17 +32,6 @@ pytestmark = pytest.mark.solver
 CHASE = f"{TAG},predators=1,prey=1,obstacles=1"
 PAIR = f"{SPREAD},agents=2"
 FACING = [(-0.5, 0), (0.5, 0), (0.4, 0), (-0.4, 0)]
-
-
-def fails_at(profile, claim, region, count=300):
-    coordinates, _ = sample(at_rest(region), profile.world, count, 3)
-    return int((~fulfilled(profile, claim, play(profile, coordinates, claim.steps)[0])).sum())
-
-
-def certified(profile, claim, region):
-    found = decide(Question(profile, claim, region))
-    assert found.verdict is Verdict.PROVED, found
-    return made(Question(profile, claim, region), found.parts)
 
 
 @pytest.fixture(scope="module")
@@ -75,7 +61,7 @@ def test_what_is_proved_has_a_certificate(cases):
         text = to_json(certificate)
         assert certificate.form == PUSHED and from_json(text) == certificate and to_json(from_json(text)) == text
         assert accepted(certificate, profile) > 0
-        assert fails_at(profile, certificate.claim, certificate.region, 2_000) == 0
+        assert failures(profile, certificate.claim, certificate.region, 2_000, seed=3) == 0
     names = [certificate.claim.name for _, certificate in cases]
     assert names == ["reaches", "keeps_apart", "keeps_apart", "reaches", "keeps_apart"]
 
@@ -208,7 +194,7 @@ def test_no_mutation_makes_a_false_claim_accepted(cases):
         stood = stands(certificate, profile)
         kept, refused = kept + stood, refused + (not stood)
         try:
-            false = fails_at(profile, certificate.claim, certificate.region, 100) > 0
+            false = failures(profile, certificate.claim, certificate.region, 100, seed=3) > 0
         except (InputError, LookupError, ValueError):  # about what the profile does not have
             assert not stood
             continue
