@@ -17,7 +17,6 @@ from maviper.cli.options import PATH, PROFILE, RESULTS, console_of, option
 from maviper.cli.verify_options import asked
 
 if TYPE_CHECKING:
-    from codegen.ir import PolicyProfile
     from maviper.console import Console
     from maviper.verification.ask import Asked, VerifyOptions
     from maviper.verification.run import Verified
@@ -44,6 +43,7 @@ if TYPE_CHECKING:
 )
 @option("--verdict-only", is_flag=True, section=RESULTS, help="Print the verdicts alone, in less time.")
 @option("--smt", type=PATH, default=None, section=RESULTS, help="Folder for the queries to Z3, as SMT-LIB.")
+@option("--vnnlib", type=PATH, default=None, section=RESULTS, help="Folder for VNN-LIB 2.0 queries and their ONNX.")
 @click.pass_context
 def verify(
     context: click.Context, profile: Path, output: Path | None, as_json: bool, full: bool, **options: Any
@@ -84,7 +84,7 @@ def verify(
     console, asking = console_of(context), VerifyOptions(**options).checked()
     loaded = load(profile)
     found = questions(loaded, profile.name, asking)
-    _folders(output, loaded, found, asking, console)
+    _folders(output, found, asking, console)
     if asking.verdict_only:
         return _verdicts(found, as_json)
     with console.following("deciding") as listener, listening(listener):
@@ -101,12 +101,11 @@ def verify(
 
 def _folders(
     output: Path | None,
-    profile: "PolicyProfile",
     asked: "Sequence[Asked]",
     options: "VerifyOptions",
     console: "Console",
 ) -> None:
-    """Folders for what will be written, before anything is decided; the queries to the solver at once."""
+    """Folders for what will be written, before anything is decided; questions for other programs at once."""
     from codegen.errors import InputError
     from maviper.files import runs
     from maviper.verification.places import ensure_free
@@ -115,11 +114,11 @@ def _folders(
         raise InputError("--verdict-only writes no report", "-o", "leave one of them out")
     if output is not None and options.cells is not None:
         ensure_free(output, asked, options)
-    for folder in (output, options.smt):
+    for folder in (output, options.smt, options.vnnlib):
         if folder is not None:
             runs.folder(folder)
-    if options.smt is not None:
-        _write_queries(options.smt, profile, asked, options, console)
+    if options.smt is not None or options.vnnlib is not None:
+        _export(asked, options, console)
 
 
 def _verdicts(asked: "Sequence[Asked]", as_json: bool) -> int:
@@ -143,20 +142,26 @@ def _verdicts(asked: "Sequence[Asked]", as_json: bool) -> int:
     return exit_code(answers)
 
 
-def _write_queries(
-    folder: Path, profile: "PolicyProfile", asked: "Sequence[Asked]", options: "VerifyOptions", console: "Console"
-) -> None:
-    """The queries to the solver, and which questions have none."""
+def _export(asked: "Sequence[Asked]", options: "VerifyOptions", console: "Console") -> None:
+    """The questions for other programs, and which of the claims have none."""
     from maviper.files import runs
     from maviper.verification.join import question_files
-    from verify.claims.region import Kind
+    from maviper.verification.vnnlib import vnnlib_files
 
-    for name, text in question_files([one.question for one in asked]).items():
-        runs.write(folder / name, text)
-    console.line("questions", f"{folder}, as SMT-LIB")
-    for one in asked:
-        if one.claim.kind is Kind.EPISODES:
-            console.line("", f"not exported: {one.claim.shown}, which is decided by zones without a solver")
+    ways = (
+        (options.smt, question_files, "as SMT-LIB", "which is decided by zones without a solver"),
+        (options.vnnlib, vnnlib_files, "as VNN-LIB with ONNX", "which is not about actions in single states"),
+    )
+    for folder, made, form, why in ways:
+        if folder is None:
+            continue
+        files = made([one.question for one in asked])
+        for name, content in files.items():
+            runs.write(folder / name, content)
+        console.line("questions", f"{folder}, {form}")
+        for number, one in enumerate(asked, 1):
+            if not any(name.startswith(f"{number:02d}-") for name in files):
+                console.line("", f"not exported: {one.claim.shown}, {why}")
 
 
 def _write(folder: Path, profile: Path, done: "Verified", console: "Console") -> None:

@@ -60,6 +60,7 @@ class VerifyOptions:
     max_zones: int | None = None
     solver_units: int | None = None
     smt: Path | None = None  # a folder for the queries to the solver
+    vnnlib: Path | None = None  # a folder for the queries to tools for neural networks
     verdict_only: bool = False  # no shares, margins, explanations or files beside the verdicts
 
     def checked(self) -> "VerifyOptions":
@@ -173,9 +174,10 @@ def _check_episodes(claims: Sequence[Claim], options: VerifyOptions) -> None:
         if options.max_cells is not None:
             what = f"--max-cells limits claims about single decisions; {', '.join(EPISODE_CLAIMS)} are about episodes"
             raise InputError(what, "--max-cells", "to limit claims about episodes, use --max-zones")
-        if options.smt is not None:
-            what = "none of these properties gives a query to the solver"
-            raise InputError(what, "--smt", f"{', '.join(EPISODE_CLAIMS)} are decided by zones")
+        for option, folder in (("--smt", options.smt), ("--vnnlib", options.vnnlib)):
+            if folder is not None:
+                what = "none of these properties gives a query to the solver"
+                raise InputError(what, option, f"{', '.join(EPISODE_CLAIMS)} are decided by zones")
 
 
 def _given(names: Sequence[str], options: VerifyOptions) -> list[dict[str, Any]]:
