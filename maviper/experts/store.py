@@ -37,8 +37,8 @@ LEARNED = {  # networks that learned by reward alone
     "physical-deception,velocity=1": ("physical_deception_velocity", (0, 1, 2), 1),
     "physical-deception,shuffled=1": ("physical_deception_shuffled", (0,), 0),
     "cooperative-navigation": ("cooperative_navigation", (0, 1, 2), 1),
-    "predator-prey": ("predator_prey", (0, 1), 0),
-    "predator-prey,observation=mpe2": ("predator_prey_mpe2", (0,), 0),
+    "predator-prey": ("predator_prey", (0, 1, 2), 0),
+    "predator-prey,observation=mpe2": ("predator_prey_mpe2", (0, 1, 2), 0),
 }
 MADDPG = {"physical-deception": ("physical_deception.maddpg", (0,), 0)}  # by the paper's algorithm, reward alone
 CLONE = "clone"
