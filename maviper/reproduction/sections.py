@@ -12,7 +12,7 @@ from itertools import product
 from maviper.reproduction import figures, register
 from maviper.reproduction.cells.cell import CROSSPLAY, EXTRACTION
 from maviper.reproduction.figures import Point, named
-from maviper.reproduction.recipes import Book, Finder, Number, Part, Place
+from maviper.reproduction.recipes import OPPONENTS, Book, Finder, Number, Part, Place
 from maviper.reproduction.register import Register
 from maviper.reproduction.statistics import PAPER
 from maviper.worlds.particle import SUCCESS
@@ -139,7 +139,7 @@ def performance(context: Context, statistic: str) -> Section:
     team = "All agents of a team are trees, their opponents are experts."
     lead = f"{one if statistic == register.INDIVIDUAL else team} A ratio of 1 is the expert's performance. "
     lead += "Where lower is better it is the inverse. A ratio is to the expert in the same episodes; beside it the "
-    lead += "expert's value stands over all episodes that it played."
+    lead += "expert's value stands over the episodes of ten seeds."
     made = Collected()
     for game, expert in context.places():
         _ratios(context, made, statistic, Place(game, expert), MEASURES.get(game, ()), reward=False)
@@ -199,7 +199,7 @@ def _row(
         absolute = context.book.number(
             key(place, f"{statistic} value", algorithm), finder.absolute(place, algorithm, lineups, seeds)
         )
-        expert = context.book.number(key(place, "expert beside", algorithm), [Part(1.0, finder.experts(place, seeds))])
+        expert = context.book.number(key(place, "expert beside", algorithm), [Part(1.0, finder.alone(place))])
         formula = [
             shown(
                 context.book.number(
@@ -223,9 +223,14 @@ def robustness(context: Context) -> Section:
     )
     made = Collected()
     for expert in context.experts:
-        made.tables += _average(context, expert)
-        for game in ("predator-prey", "physical-deception"):
-            made.tables += _opponents(context, game, expert)
+        average = _average(context, expert)
+        each = [
+            table for game in ("predator-prey", "physical-deception") for table in _opponents(context, game, expert)
+        ]
+        made.tables += [*average, *each]
+        if each and not average:
+            against = f"not run against all of {', '.join(OPPONENTS)}"
+            made.missing.append(f"Table 1, {expert}: {against}: maviper reproduce -o FOLDER --depths {MAIN_DEPTH}")
     return made.section("robustness", "Robustness: Tables 1, 3 and 4", lead, "maviper reproduce -o FOLDER --depths 4")
 
 
@@ -246,12 +251,11 @@ def _average(context: Context, expert: str) -> list[Table]:
 
 
 def _against(context: Context, place: Place, algorithm: str, opponents: list[str]) -> Number | None:
-    """The mean measure of a team over opponents; [] stands for all that there are."""
+    """The mean measure of a team over opponents; [] stands for all of them."""
 
     def parts() -> list[Part]:
         seeds = context.finder.seeds(place, [""], CROSSPLAY)
-        against = opponents or context.finder.opponents(place, seeds)
-        return context.finder.against(place, algorithm, against, seeds)
+        return context.finder.against(place, algorithm, opponents or OPPONENTS, seeds)
 
     return context.found(key(place, "against", "-".join(opponents) or "all", algorithm), parts)
 

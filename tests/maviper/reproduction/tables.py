@@ -113,8 +113,8 @@ class Maker:
             told["distinct_targets"] = {"share": 0.001 * depth, "reason": "", "zones": 3}
         return told
 
-    def crossplay(self, game, seed, label="mappo"):
-        world, players = find(game), [*FOUR, "expert"]
+    def crossplay(self, game, seed, label="mappo", players=(*FOUR, "expert")):
+        world = find(game)
         lineups = {
             f"{team}:{one}-vs-{other}": ((team,), self.strength.get(one, 1.0))
             for team, one, other in product(world.teams, players, players)
