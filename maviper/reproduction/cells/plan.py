@@ -287,7 +287,7 @@ def shard(plan: Plan, number: int, of: int) -> Plan:
     for task in plan.tasks:
         cell = task.cell
         groups.setdefault((cell.game, cell.expert, cell.preset, cell.depth, cell.seed), []).append(task)
-    costs = {key: sum(estimate(task.cell) for task in tasks) for key, tasks in groups.items()}
+    costs = {key: sum(map(estimate, tasks)) for key, tasks in groups.items()}
     loads, mine = [0.0] * of, set[str]()
     for key in sorted(groups, key=lambda key: (-costs[key], list(groups).index(key))):
         lightest = loads.index(min(loads))

@@ -183,7 +183,7 @@ def test_every_game_of_the_plan_is_a_world():
 def test_cells_like_none_that_was_measured_are_counted_in_the_plan(tmp_path, monkeypatch):
     plan, store_ = planned(Asked("quick"), ""), Store(tmp_path)
     monkeypatch.setattr(costs, "measured", lambda: {"expert physical-deception": {"0": 1.0}})
-    assert "11 cells are like none that was measured" in "\n".join(said(plan, store_))
+    assert "11 cells were not measured" in "\n".join(said(plan, store_))
     like = "extraction physical-deception maviper-no-prediction paper histogram"
     monkeypatch.setattr(costs, "measured", lambda: {like: {"4": 1.0}})
     assert [task.cell.algorithm for task in plan.tasks if not costs.guessed(task.cell)] == ["maviper-no-prediction"]
