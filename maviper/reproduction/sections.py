@@ -11,6 +11,7 @@ from itertools import product
 
 from maviper.reproduction import figures, register
 from maviper.reproduction.cells.cell import CROSSPLAY, EXTRACTION
+from maviper.reproduction.commands import command
 from maviper.reproduction.figures import Point, named
 from maviper.reproduction.recipes import OPPONENTS, Book, Finder, Number, Part, Place
 from maviper.reproduction.register import Register
@@ -76,6 +77,10 @@ class Context:
             return self.book.number(name, parts())
         except KeyError:
             return None
+
+    def command(self, options: str = "", *experts: str) -> str:
+        """The command that plays what is missing, by some experts; by default all of the report."""
+        return command(experts or self.experts, options)
 
     def places(self) -> Iterator[tuple[str, str]]:
         """Game and expert, of which there are cells."""
@@ -143,7 +148,7 @@ def performance(context: Context, statistic: str) -> Section:
     made = Collected()
     for game, expert in context.places():
         _ratios(context, made, statistic, Place(game, expert), MEASURES.get(game, ()), reward=False)
-    return made.section(statistic, f"{statistic.capitalize()} performance", lead, "maviper reproduce -o FOLDER")
+    return made.section(statistic, f"{statistic.capitalize()} performance", lead, context.command())
 
 
 def rewards(context: Context) -> Section:
@@ -157,7 +162,7 @@ def rewards(context: Context) -> Section:
         place = Place(game, expert)
         measures = [f"{team} {RETURN}" for team in place.world.teams]
         _ratios(context, made, statistic, place, measures, reward=True)
-    return made.section("reward", "Performance by reward", lead, "maviper reproduce -o FOLDER")
+    return made.section("reward", "Performance by reward", lead, context.command())
 
 
 def _ratios(
@@ -183,7 +188,7 @@ def _ratios(
         made.tables.append(Table(f"{place.game}, {statistic}, expert {place.expert}", head, rows))
     else:
         made.missing.append(
-            f"{place.game} with {place.expert}, not run: maviper reproduce -o FOLDER --games {place.game}"
+            f"{place.game} with {place.expert}, not run: {context.command(f'--games {place.game}', place.expert)}"
         )
 
 
@@ -230,8 +235,9 @@ def robustness(context: Context) -> Section:
         made.tables += [*average, *each]
         if each and not average:
             against = f"not run against all of {', '.join(OPPONENTS)}"
-            made.missing.append(f"Table 1, {expert}: {against}: maviper reproduce -o FOLDER --depths {MAIN_DEPTH}")
-    return made.section("robustness", "Robustness: Tables 1, 3 and 4", lead, "maviper reproduce -o FOLDER --depths 4")
+            here = context.command(f"--depths {MAIN_DEPTH}", expert)
+            made.missing.append(f"Table 1, {expert}: {against}: {here}")
+    return made.section("robustness", "Robustness: Tables 1, 3 and 4", lead, context.command("--depths 4"))
 
 
 def _average(context: Context, expert: str) -> list[Table]:
@@ -297,8 +303,8 @@ def ablation(context: Context) -> Section:
             if own & there.keys():
                 _compared(made, f"{title}, {statistic}, {measure}, {expert}", place, there)
     if not any("ladder" in each.title for each in made.tables):
-        made.missing.append("ladder, not run: maviper reproduce -o FOLDER --full")
-    return made.section("ablation", "Ablations and ladder", lead, "maviper reproduce -o FOLDER --depths 4")
+        made.missing.append(f"ladder, not run: {context.command('--full')}")
+    return made.section("ablation", "Ablations and ladder", lead, context.command("--depths 4"))
 
 
 def _compared(made: Collected, title: str, place: Place, rows: Mapping[str, tuple[Number | None, list[str]]]) -> None:

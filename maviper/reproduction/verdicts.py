@@ -14,7 +14,7 @@ from typing import Any
 from maviper.reproduction import register
 from maviper.reproduction.cells.cell import CROSSPLAY, EXTRACTION
 from maviper.reproduction.cells.cell import EXPLOITABILITY as EXPLOITING
-from maviper.reproduction.cells.plan import MADDPG, MAPPO, NO_CARD
+from maviper.reproduction.commands import command
 from maviper.reproduction.recipes import OPPONENTS, Book, Finder, Number, Part, Place, less, times
 from maviper.reproduction.register import Claim, Register
 from maviper.reproduction.statistics import holm
@@ -270,13 +270,7 @@ def option(verdict: Verdict) -> str:
     """The command that plays the cells of a claim, with the same expert."""
     claim = verdict.claim
     games, depths = claim.wanted("game"), [str(depth) for depth in claim.wanted("depth")]
-    command = f"maviper reproduce -o FOLDER --games {','.join(games)} --depths {','.join(depths)}"
-    return command if verdict.expert == MAPPO else f"{command} --experts {_named(verdict.expert)}"
-
-
-def _named(expert: str) -> str:
-    """As --experts takes it; where an expert of one's own lies is not known here."""
-    return expert if expert == MADDPG else f"{expert.removesuffix(NO_CARD)}=EXPERT"
+    return command([verdict.expert], f"--games {','.join(games)} --depths {','.join(depths)}")
 
 
 def _weak(book: Book, known: Register, verdict: Verdict) -> Iterator[str]:

@@ -44,7 +44,7 @@ LIKE: Mapping[str, tuple[str, float]] = {  # algorithm -> another one, and how m
     NO_PREDICTION: (MAVIPER, 0.8),
     IVIPER_RESAMPLING: (MAVIPER, 0.5),
     VIPER: (IVIPER, 1.0),
-    RGMDT: (IMITATION, 1.0),
+    RGMDT: (IMITATION, 2.0),
 }
 
 
