@@ -58,8 +58,9 @@ def _rounds(context: Context, place: Place, algorithm: str) -> list[Rounds]:
 
 def _step(step: Mapping[str, Any]) -> Point | None:
     score, episodes = step.get("best", step.get("score")), step.get("episodes")
-    known = isinstance(score, int | float) and isinstance(episodes, int | float)
-    return Point(float(score), float("nan"), float("nan"), float(episodes)) if known else None
+    if not isinstance(score, int | float) or not isinstance(episodes, int | float):
+        return None
+    return Point(float(score), float("nan"), float("nan"), float(episodes))
 
 
 # --- budgets
@@ -70,8 +71,9 @@ def budgets(context: Context) -> Section:
     lead = (
         "The primary measure of a team of trees against expert opponents, in the iterate that is the best so far by "
         "all teams, after at most so many rollout episodes. Depth 4, mean over seeds. It is measured in the episodes "
-        "by which iterates are chosen, so it is slightly too high; those do not count. IVIPER extracts one agent after the other and has no team "
-        "before its end. The tables give the spending of whole extractions beside their held-out ratios."
+        "by which iterates are chosen, so it is slightly too high; those do not count. IVIPER extracts one agent after "
+        "the other and has no team before its end. The tables give the spending of whole extractions beside their "
+        "held-out ratios."
     )
     made = Collected()
     for game, expert in context.places():
