@@ -33,9 +33,10 @@ PLAYED = 2.0  # of a profile that is there already
 UNIT = 1_000  # of steps or episodes spent on responders, in the table's rows "effort ..."
 Costs = Mapping[str, Mapping[str, float]]  # what -> depth, as text -> CPU seconds
 
-# Factors of what was not measured. Every threshold costs MAVIPER in deception 1.4 times as much as histograms do.
+# Factors of what was not measured. Every threshold costs MAVIPER in deception 1.4 times as much as histograms do;
+# games are set apart by their agents, steps and contacts.
 MEASURED_GAME = "physical-deception"
-GAME_FACTORS = {"cooperative-navigation": 0.8, "predator-prey": 1.3}  # of playing as long with as many agents
+GAME_FACTORS = {"cooperative-navigation": 0.8, "predator-prey": 1.3}
 EXACT_FACTOR = 1.4
 LIKE: Mapping[str, tuple[str, float]] = {  # algorithm -> another one, and how much of its cost: the same loop
     "joint-rollouts": (MAVIPER, 1.0),
@@ -65,7 +66,7 @@ def estimate(task: Task) -> float:
     """CPU seconds of a task, with what is spent on responders."""
     rates = ((measured().get(f"effort {name}", {}), count) for name, count in task.effort.items())
     spent = sum(rows.get(str(UNIT), 0.0) * count / UNIT for rows, count in rates)
-    return spent + (PLAYED if _played(task.cell) else _extracted(task.cell))
+    return spent + (PLAYED if _played(task.cell) else _nearest(task.cell))
 
 
 def guessed(cell: Cell) -> bool:
@@ -77,7 +78,7 @@ def _played(cell: Cell) -> bool:
     return cell.leaves > 0 and cell.algorithm != RGMDT and key_of(cell) not in measured()
 
 
-def _extracted(cell: Cell) -> float:
+def _nearest(cell: Cell) -> float:
     """CPU seconds of a cell, or of the nearest one that was measured, times a factor."""
     known = ((factor, other) for factor, other in _alike(cell) if key_of(other) in measured())
     factor, other = next(known, (1.0, None))
