@@ -11,20 +11,19 @@ from typing import Any
 
 from maviper.reproduction import figures, register
 from maviper.reproduction.figures import Point, named
-from maviper.reproduction.recipes import Number, Part, Place
+from maviper.reproduction.recipes import Part, Place
 from maviper.reproduction.sections import (
     COMPARED,
     MAIN_DEPTH,
     MEASURES,
-    NONE,
     Collected,
     Context,
     Figure,
     Section,
     Table,
     key,
+    ratio_row,
     short,
-    shown,
 )
 
 BUDGETS = (100, 250, 500, 1_000, 2_500, 10_000)  # rollout episodes
@@ -87,9 +86,9 @@ def budgets(context: Context) -> Section:
                 title = f"{measure}, {expert}"
                 picture = figures.lines(title, "rollout episodes, at most", series, reference)
                 made.figures.append(Figure(short("budget", game, expert, team), picture))
-        rows = [_spending(context, place, name) for name in COMPARED if _rounds(context, place, name)]
-        head = ["algorithm", "rollout episodes", *_primary(game, place.world.teams).values()]
-        made.tables += [Table(f"{game}, expert {expert}: joint ratios", head, rows)] if rows else []
+        rows = [row for name in COMPARED for row in _spending(context, place, name)]
+        head = ["algorithm", "rollout episodes", "measure", "joint ratio", "trees", "expert"]
+        made.tables += [Table(f"{game}, expert {expert}: whole extractions", head, rows)] if rows else []
     return made.section("budgets", "Budget curves", lead, context.command(f"--depths {MAIN_DEPTH}"))
 
 
@@ -117,25 +116,15 @@ def _bought(histories: Sequence[Rounds], team: str) -> list[Point]:
     return found
 
 
-def _spending(context: Context, place: Place, algorithm: str) -> list[str]:
-    """The row of one algorithm: rollout episodes of a whole extraction, and the ratio of each team."""
+def _spending(context: Context, place: Place, algorithm: str) -> list[list[str]]:
+    """What whole extractions of one algorithm spent, and a row for the held-out ratio of each team."""
     spent = []
     for rounds in _rounds(context, place, algorithm):
         last = {step.get("part", 0): step["episodes"] for step in rounds}
         spent.append(sum(last.values()))
-    places = [
-        Place(place.game, place.expert, depth=place.depth, measure=measure)
-        for measure in _primary(place.game, place.world.teams).values()
-    ]
-    ratios = [shown(_joint(context, each, algorithm)) for each in places]
-    return [named(algorithm), f"{mean(spent):.0f}" if spent else NONE, *ratios]
-
-
-def _joint(context: Context, place: Place, algorithm: str) -> Number | None:
-    """The held-out ratio of the whole team, as the part on joint performance has it."""
-    finder = context.finder
-
-    def parts() -> list[Part]:
-        return finder.performance(place, algorithm, register.JOINT, finder.seeds(place, [algorithm]))
-
-    return context.found(key(place, register.JOINT, algorithm), parts)
+    rows = []
+    for measure in _primary(place.game, place.world.teams).values() if spent else ():
+        here = Place(place.game, place.expert, depth=place.depth, measure=measure)
+        ratio, told = ratio_row(context, register.JOINT, here, algorithm)
+        rows += [[named(algorithm), f"{mean(spent):.0f}", measure, *told]] if ratio is not None else []
+    return rows

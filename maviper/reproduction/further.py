@@ -176,11 +176,11 @@ def leaf_budgets(context: Context) -> Section:
                 place = Place(game, expert, depth=depth, measure=measure, leaves=leaves)
                 ratio, told = _joint(context, place, algorithm)
                 series.setdefault(algorithm, []).append(point_of(ratio, leaves))
-                rows.append([str(leaves), named(algorithm), *told])
+                rows.append([str(leaves), named(algorithm), *told, _expert(context, place)])
             if rows:
                 picture = figures.lines(f"{measure}, joint, {expert}", "leaves of a tree, at most", series)
                 made.figures.append(Figure(short("leaves", game, expert), picture))
-                head = ["leaves", "algorithm", "ratio", "trees"]
+                head = ["leaves", "algorithm", "ratio", "trees", "expert"]
                 made.tables.append(Table(f"{game}, {measure}, expert {expert}", head, rows))
     return made.section(
         "leaves", "Leaf budgets", "Trees of at most so many leaves, whole teams.", context.command(FULL)
@@ -202,6 +202,12 @@ def _joint(context: Context, place: Place, algorithm: str) -> tuple[Any, list[st
 
 
 # --- what was checked
+
+
+def _expert(context: Context, place: Place) -> str:
+    """What the expert reaches against itself in the episodes of ten seeds."""
+    name = f"expert/{place.game}/{place.expert}/{place.measure}"
+    return shown(context.found(name, lambda: [Part(1.0, context.finder.alone(place))]))
 
 
 def violations(context: Context) -> Section:
@@ -251,9 +257,12 @@ def released(context: Context) -> Section:
             ]
             if here[1][0] is not None:
                 paper = _published(context, game, measure, algorithm)
-                rows.append([measure, named(algorithm), *(text for _, told in here for text in told), paper])
+                ours = [text for _, told in here for text in told]
+                rows.append(
+                    [measure, named(algorithm), *ours, _expert(context, Place(game, expert, measure=measure)), paper]
+                )
         head = ["measure", "algorithm", "paper: ratio", "paper: trees", "released: ratio", "released: trees"]
-        made.tables += [Table(f"{game}, expert {expert}", [*head, "published: trees"], rows)] if rows else []
+        made.tables += [Table(f"{game}, expert {expert}", [*head, "expert", "published: trees"], rows)] if rows else []
     return made.section("released", "The released code", lead, context.command(FULL))
 
 

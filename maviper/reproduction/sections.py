@@ -175,7 +175,7 @@ def _ratios(
         depths = context.book.results.known("depth", kind=EXTRACTION, game=place.game, leaves=0, preset="paper")
         for depth, algorithm in product(depths, COMPARED):
             here = Place(place.game, place.expert, depth=depth, measure=measure)
-            ratio, row = _row(context, statistic, here, algorithm, reward)
+            ratio, row = ratio_row(context, statistic, here, algorithm, reward)
             if ratio is not None:
                 series.setdefault(algorithm, []).append(point_of(ratio, depth))
                 rows.append([measure, str(depth), named(algorithm), *row])
@@ -192,10 +192,10 @@ def _ratios(
         )
 
 
-def _row(
-    context: Context, statistic: str, place: Place, algorithm: str, reward: bool
+def ratio_row(
+    context: Context, statistic: str, place: Place, algorithm: str, reward: bool = False
 ) -> tuple[Number | None, list[str]]:
-    """The ratio of one algorithm, and the cells of its row."""
+    """The ratio of one algorithm, and as text: the ratio, by reward the paper's too, the trees' value, the expert's."""
     finder = context.finder
     try:
         seeds = finder.seeds(place, [algorithm])
@@ -298,7 +298,7 @@ def ablation(context: Context) -> Section:
         measure = MEASURES.get(game, ("",))[0]
         place = Place(game, expert, depth=MAIN_DEPTH, measure=measure)
         for (title, names, own), statistic in product(_STUDIES, (register.JOINT, register.INDIVIDUAL)):
-            rows = {name: _row(context, statistic, place, name, reward=False) for name in names}
+            rows = {name: ratio_row(context, statistic, place, name) for name in names}
             there = {name: both for name, both in rows.items() if both[0] is not None}
             if own & there.keys():
                 _compared(made, f"{title}, {statistic}, {measure}, {expert}", place, there)

@@ -18,6 +18,7 @@ import json
 import lzma
 import shutil
 import tarfile
+from html import escape
 from importlib.metadata import version
 from pathlib import Path
 
@@ -79,11 +80,15 @@ def readme_figures(folder: Path) -> list[str]:
     any page.
     """
     expert = json.loads((folder / report.CLAIMS).read_text())["claims"][0]["expert"]
-    paths = [folder / report.FIGURES / f"{short('joint', game, expert, measure)}.svg" for game, measure in SHOWN]
-    texts = [path.read_text(encoding="utf-8") for path in paths if path.exists()][:2]
-    return [
-        text.replace("<style>", f"<style>{STYLE}", 1).replace("</style>", f"</style>\n{PANEL}", 1) for text in texts
-    ]
+    found = []
+    for game, measure in SHOWN:
+        path = folder / report.FIGURES / f"{short('joint', game, expert, measure)}.svg"
+        if path.exists():
+            title = f"{game.replace('-', ' ')}, {measure.split()[0]}: joint ratio to the expert"
+            text = path.read_text(encoding="utf-8").replace(escape(f"{measure}, joint, {expert}"), title)
+            text = text.replace("<style>", f"<style>{STYLE}", 1).replace("</style>", f"</style>\n{PANEL}", 1)
+            found.append(text)
+    return found[:2]
 
 
 def page(folder: Path, options: str, packed: bytes, kept: bool) -> str:

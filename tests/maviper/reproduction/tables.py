@@ -83,10 +83,13 @@ class Maker:
         return found
 
     def expert(self, game, label="mappo"):
+        """A cell for each ten seeds."""
         world = find(game)
-        episodes = range(FIRST, FIRST + EPISODES * (1 if self.shared else self.seeds))
-        lineups = self.played(world, {"expert": (tuple(world.teams), 1.0)}, episodes, game)
-        return self.cell({"kind": "expert", "game": game, "expert": label}, episodes, lineups, {})
+        for first in range(0, 1 if self.shared else self.seeds, 10):
+            last = 1 if self.shared else min(first + 10, self.seeds)
+            episodes = range(FIRST + EPISODES * first, FIRST + EPISODES * last)
+            lineups = self.played(world, {"expert": (tuple(world.teams), 1.0)}, episodes, game)
+            self.cell({"kind": "expert", "game": game, "expert": label, "seed": first}, episodes, lineups, {})
 
     def extraction(self, game, algorithm, depth, seed, label="mappo", **about):
         world, share = find(game), self.strength.get(algorithm, 0.5)

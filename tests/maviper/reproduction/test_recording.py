@@ -75,10 +75,9 @@ def test_a_large_archive_is_left_out_and_the_page_says_so(folder, tmp_path):
 
 
 def test_the_figures_of_the_readme_have_a_background_of_their_own(place):
-    for name, measure in (("readme-1.svg", "defenders success"), ("readme-2.svg", "agents D")):
-        text = (place / name).read_text()
-        _, style, panel, *rest = ET.fromstring(text)
-        assert panel.get("class") == "panel" and rest and measure in text
+    for name, title in (("readme-1.svg", "physical deception, defenders"), ("readme-2.svg", "cooperative navigation")):
+        said, style, panel, *rest = ET.fromstring((place / name).read_text())
+        assert panel.get("class") == "panel" and rest and said.text.startswith(title)
         assert style.text.count(".panel{") == 2 and "prefers-color-scheme:dark" in style.text
 
 

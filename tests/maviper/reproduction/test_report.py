@@ -169,7 +169,7 @@ def test_budget_curves_hold_the_best_team_so_far(tmp_path):
     wanted = [0.01, 0.02, (0.02 + 0.05) / 2, (0.02 + 0.10) / 2, (0.02 + 0.10) / 2]
     told = [float(value) for value in re.findall(r"<title>MAVIPER: ([\d.]+)</title>", text)]
     assert told[:5] == pytest.approx(wanted, abs=0.001) and "<title>IVIPER" not in text
-    rows = re.findall(r"<tr><td>(\w+)</td><td>(\d+)</td>", text)
+    rows = re.findall(r"<tr><td>(\w+)</td><td>(\d+)</td><td>defenders success", text)
     assert rows == [("MAVIPER", "600"), ("IVIPER", "1800")]  # IVIPER's three agents play apart
 
 
@@ -177,6 +177,22 @@ def history(algorithm, rounds):
     parts = range(3 if algorithm == "iviper" else 1)
     steps = [(part, step) for part in parts for step in range(1, rounds + 1)]
     return [{"part": part, "episodes": 100 * step, "best defenders": step / 100} for part, step in steps]
+
+
+def test_leaf_budgets_and_released_trees_have_the_expert_beside_them(tmp_path):
+    maker = Maker(tmp_path, seeds=2)
+    maker.expert(DECEPTION)
+    for seed in range(2):
+        maker.extraction(DECEPTION, "maviper", 4, seed)
+        maker.extraction(DECEPTION, "maviper", 4, seed, leaves=16)
+        maker.extraction(DECEPTION, "maviper", 4, seed, preset="released", splits="exact")
+    maker.write()
+    report.written(tmp_path)
+    number = r"<td>(0\.\d+) \[[^<]*</td>"
+    ratio, trees, expert = re.search(rf"<td>16</td><td>MAVIPER</td>{number * 3}", part(tmp_path, "leaves")).groups()
+    assert float(trees) / float(expert) == pytest.approx(float(ratio), abs=0.02)
+    row = re.search(rf"<td>defenders[^<]*</td><td>MAVIPER</td>{number * 5}<td>0.76</td>", part(tmp_path, "released"))
+    assert row[5] == expert
 
 
 def test_commands_name_the_experts_of_the_report(tmp_path):

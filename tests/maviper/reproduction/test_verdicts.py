@@ -88,6 +88,12 @@ def test_seeds_that_share_their_episodes_are_judged_too(tmp_path):
     assert judge(tables.whole(tmp_path, (DECEPTION,), shared=True))["joint-defenders"].word == AGREES
 
 
+def test_more_than_ten_seeds_are_compared_with_the_expert_in_their_own_episodes(tmp_path):
+    found = judge(tables.whole(tmp_path, (DECEPTION,), depths=(4,), seeds=12))
+    assert found["joint-defenders"].run[0].number.seeds == found["robust-defenders"].run[0].number.seeds == 12
+    assert found["robust-defenders"].word == AGREES
+
+
 def test_a_claim_whose_cells_are_missing_names_the_command(tmp_path):
     found = judge(tables.whole(tmp_path, (DECEPTION,), depths=(4,)))
     assert found["joint-navigation"].reason == (
