@@ -1,4 +1,4 @@
-"""The parts of the report beyond performance: features, trees, exploitability, curves, budgets and what was checked.
+"""The parts of the report beyond performance: features, trees, exploitability, leaf budgets and what was checked.
 
 Does: turns facts of cells, and numbers of special cells, into figures and tables.
 Assumes: facts as the cells keep them; parts that a tier does not play are said to be missing.
@@ -19,6 +19,7 @@ from maviper.files.profiles import load
 from maviper.reproduction import figures
 from maviper.reproduction.cells.cell import EXPLOITABILITY, EXTRACTION
 from maviper.reproduction.cells.store import CELLS
+from maviper.reproduction.curves import budgets, curves
 from maviper.reproduction.figures import Point, named
 from maviper.reproduction.recipes import IMPURITY, Part, Place, Source
 from maviper.reproduction.results import Row
@@ -39,8 +40,7 @@ from maviper.reproduction.sections import (
 )
 from maviper.worlds.world import RETURN
 
-FULL = "maviper reproduce -o FOLDER --full"
-USUAL = "maviper reproduce -o FOLDER"
+FULL = "--full"
 RELEASED, EXACT, HISTOGRAM = "released", "exact", "histogram"
 SHARE = "distinct_targets"
 
@@ -68,7 +68,7 @@ def features(context: Context) -> Section:
         title = f"{named(algorithm)}, {what}, {expert}"
         picture = Figure(short("features", algorithm, what, expert), figures.heat(title, agents, columns, values))
         made.figures.append(picture)
-    return made.section("features", "Feature importances", lead, USUAL)
+    return made.section("features", "Feature importances", lead, context.command())
 
 
 def _names(context: Context, rows: list[Row], agent: str) -> list[str]:
@@ -101,7 +101,7 @@ def trees(context: Context) -> Section:
             continue
         pictures = svg.emit(lower(profile), profile)
         made.figures += [Figure(short("tree", expert, name[:-4]), text) for name, text in pictures.items()]
-    return made.section("trees", "Trees", lead, "maviper reproduce -o FOLDER --games cooperative-navigation --depths 2")
+    return made.section("trees", "Trees", lead, context.command("--games cooperative-navigation --depths 2"))
 
 
 # --- exploitability
@@ -130,7 +130,7 @@ def exploitability(context: Context) -> Section:
                 made.figures.append(Figure(short("exploitability", game, team, str(depth), expert), picture))
                 head = ["algorithm", "gain, at least", "raw return", "responders chosen (seeds)"]
                 made.tables.append(Table(title, head, rows))
-    return made.section("exploitability", "Exploitability", lead, USUAL)
+    return made.section("exploitability", "Exploitability", lead, context.command())
 
 
 def _exploited(context: Context, place: Place, algorithm: str, team: str) -> tuple[Point, list[str]] | None:
@@ -160,33 +160,7 @@ def _returns(context: Context, place: tuple[str, str]) -> str:
     return found[0]
 
 
-# --- curves and budgets
-
-
-def curves(context: Context) -> Section:
-    """How the best iterate's score grows with the episodes played, first seed."""
-    lead = (
-        "The score by which an extraction chooses, of its best iterate, against episodes played. First seed, "
-        "depth 4; the first agent's where agents are extracted one by one."
-    )
-    made = Collected()
-    for game, expert in context.places():
-        series: dict[str, list[Point]] = {}
-        for algorithm in COMPARED:
-            rows = context.finder.rows(Place(game, expert, depth=MAIN_DEPTH), algorithm)
-            steps = context.book.results.facts(rows[min(rows)].cell).get("curve", []) if rows else []
-            points = [_step(step) for step in steps if not step.get("part")]
-            series[algorithm] = [point for point in points if point is not None]
-        if any(series.values()):
-            picture = figures.lines(f"{game}, {expert}", "episodes", series, None)
-            made.figures.append(Figure(short("curve", game, expert), picture))
-    return made.section("curves", "Learning curves", lead, USUAL)
-
-
-def _step(step: dict[str, Any]) -> Point | None:
-    score = step.get("best", step.get("score"))
-    known = isinstance(score, int | float) and isinstance(step.get("episodes"), int | float)
-    return Point(float(score), float("nan"), float("nan"), float(step["episodes"])) if known else None  # pyright: ignore
+# --- budgets of leaves, and what was checked
 
 
 def leaf_budgets(context: Context) -> Section:
@@ -202,13 +176,15 @@ def leaf_budgets(context: Context) -> Section:
                 place = Place(game, expert, depth=depth, measure=measure, leaves=leaves)
                 ratio, told = _joint(context, place, algorithm)
                 series.setdefault(algorithm, []).append(point_of(ratio, leaves))
-                rows.append([str(leaves), named(algorithm), *told])
+                rows.append([str(leaves), named(algorithm), *told, _expert(context, place)])
             if rows:
                 picture = figures.lines(f"{measure}, joint, {expert}", "leaves of a tree, at most", series)
                 made.figures.append(Figure(short("leaves", game, expert), picture))
-                head = ["leaves", "algorithm", "ratio", "trees"]
+                head = ["leaves", "algorithm", "ratio", "trees", "expert"]
                 made.tables.append(Table(f"{game}, {measure}, expert {expert}", head, rows))
-    return made.section("leaves", "Leaf budgets", "Trees of at most so many leaves, whole teams.", FULL)
+    return made.section(
+        "leaves", "Leaf budgets", "Trees of at most so many leaves, whole teams.", context.command(FULL)
+    )
 
 
 def _joint(context: Context, place: Place, algorithm: str) -> tuple[Any, list[str]]:
@@ -226,6 +202,12 @@ def _joint(context: Context, place: Place, algorithm: str) -> tuple[Any, list[st
 
 
 # --- what was checked
+
+
+def _expert(context: Context, place: Place) -> str:
+    """What the expert reaches against itself in the episodes of ten seeds."""
+    name = f"expert/{place.game}/{place.expert}/{place.measure}"
+    return shown(context.found(name, lambda: [Part(1.0, context.finder.alone(place))]))
 
 
 def violations(context: Context) -> Section:
@@ -254,7 +236,9 @@ def violations(context: Context) -> Section:
         rows.append([*about, f"{len(known)} of {len(cells)}"])
     head = ["expert", "preset", "splits", "depth", "algorithm", "violating share", "least to most", "teams known"]
     made.tables += [Table("States that violate distinct_targets", head, rows)] if rows else []
-    return made.section("violations", "Violations of distinct_targets", lead, f"{USUAL} --games physical-deception")
+    return made.section(
+        "violations", "Violations of distinct_targets", lead, context.command("--games physical-deception")
+    )
 
 
 def released(context: Context) -> Section:
@@ -273,10 +257,13 @@ def released(context: Context) -> Section:
             ]
             if here[1][0] is not None:
                 paper = _published(context, game, measure, algorithm)
-                rows.append([measure, named(algorithm), *(text for _, told in here for text in told), paper])
+                ours = [text for _, told in here for text in told]
+                rows.append(
+                    [measure, named(algorithm), *ours, _expert(context, Place(game, expert, measure=measure)), paper]
+                )
         head = ["measure", "algorithm", "paper: ratio", "paper: trees", "released: ratio", "released: trees"]
-        made.tables += [Table(f"{game}, expert {expert}", [*head, "published: trees"], rows)] if rows else []
-    return made.section("released", "The released code", lead, FULL)
+        made.tables += [Table(f"{game}, expert {expert}", [*head, "expert", "published: trees"], rows)] if rows else []
+    return made.section("released", "The released code", lead, context.command(FULL))
 
 
 def _published(context: Context, game: str, measure: str, algorithm: str) -> str:
@@ -305,7 +292,7 @@ def splits(context: Context) -> Section:
                 rows.append([game, expert, measure, *_both(context, place, sorted(seeds & set(other)))])
     head = ["game", "expert", "measure", "exact", "histogram", "seconds, exact", "seconds, histogram"]
     made.tables += [Table("Joint values", head, rows)] if rows else []
-    return made.section("splits", "Exact splits and histograms", lead, USUAL)
+    return made.section("splits", "Exact splits and histograms", lead, context.command())
 
 
 def _both(context: Context, place: Place, seeds: list[int]) -> list[str]:
@@ -322,4 +309,4 @@ def _both(context: Context, place: Place, seeds: list[int]) -> list[str]:
     return [*values, *seconds]
 
 
-ALL = (features, trees, exploitability, curves, leaf_budgets, violations, released, splits)
+ALL = (features, trees, exploitability, curves, budgets, leaf_budgets, violations, released, splits)

@@ -15,14 +15,14 @@ import numpy as np
 from codegen.ir import Float64
 from maviper.evaluation.exploitability import OWN
 from maviper.reproduction import register
-from maviper.reproduction.cells.cell import CROSSPLAY, EXPERT, EXPLOITABILITY, EXTRACTION
+from maviper.reproduction.cells.cell import BLOCKS, CROSSPLAY, EXPERT, EXPLOITABILITY, EXTRACTION
 from maviper.reproduction.cells.responding import CHOSEN_ON
 from maviper.reproduction.results import Results, Row
 from maviper.reproduction.statistics import INVERSE, RATIO, REWARD, VALUE, Estimate, Term, estimate
 from maviper.worlds import World, find
 from maviper.worlds.world import RETURN
 
-OPPONENTS = ("maviper", "iviper", "imitation", "fitted-q", "expert")
+OPPONENTS = ("maviper", "iviper", "imitation", "fitted-q", "expert")  # of the paper's Tables 1, 3 and 4
 Path_ = tuple[str, ...]
 
 
@@ -206,12 +206,13 @@ class Finder:
             raise KeyError("no cells")
         return sorted(common)
 
-    def expert(self, place: Place) -> str:
-        """The cell of the expert itself. KeyError where there is none."""
+    def expert(self, place: Place, seed: int) -> str:
+        """The cell in which the expert plays the episodes of a seed. KeyError where there is none."""
         found = self._alike.get((EXPERT, place.game, place.expert, "", 0, 0, ""), [])
-        if not found:
+        cells = [row.cell for row in found if row.seed <= seed < row.seed + BLOCKS]
+        if not cells:
             raise KeyError("no cell of the expert")
-        return found[0].cell
+        return cells[0]
 
     def sources(
         self, place: Place, algorithm: str, lineup: str, seeds: Sequence[int], kind: str = EXTRACTION
@@ -222,7 +223,11 @@ class Finder:
 
     def experts(self, place: Place, seeds: Sequence[int]) -> Source:
         """The expert's values beside each seed's."""
-        return Source(((self.expert(place), EXPERT),) * len(seeds), place.measure)
+        return Source(tuple((self.expert(place, seed), EXPERT) for seed in seeds), place.measure)
+
+    def alone(self, place: Place) -> Source:
+        """The expert's values in the episodes of the first ten seeds, as one row."""
+        return self.experts(place, [0])
 
     # --- statistics
 
@@ -270,14 +275,6 @@ class Finder:
         theirs = self.experts(place, seeds)
         parts = self.against(place, algorithm, opponents, seeds)
         return [replace(part, weight=sign * part.weight, theirs=theirs, mode=RATIO) for part in parts]
-
-    def opponents(self, place: Place, seeds: Sequence[int]) -> list[str]:
-        """Whom a crossplay cell has a team play against. KeyError where nobody."""
-        known = self.results.values(self.rows(place, "", CROSSPLAY)[seeds[0]].cell)
-        found = [each for each in OPPONENTS if (f"{place.team}:expert-vs-{each}", place.measure) in known]
-        if not found:
-            raise KeyError("no opponents")
-        return found
 
     def exploitability(self, place: Place, algorithm: str, team: str, seeds: Sequence[int]) -> list[Part]:
         """What the chosen responder gains over the team's own opponents, on the episodes that are reported."""

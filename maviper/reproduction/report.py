@@ -8,6 +8,7 @@ Does not: play, or contain times, paths or facts about the machine.
 
 import json
 import math
+from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -79,9 +80,9 @@ def _facts(table: Results, known: Register, experts: Sequence[str]) -> dict[str,
     kinds = {kind: len(table.cells(kind=kind)) for kind in KINDS}
     games = table.known("game")
     cells = ", ".join(f"{count} {kind}" for kind, count in kinds.items() if count)
-    episodes = {
-        len(table.values(row.cell)[lineup][0]) for row in table.cells(kind=EXPERT) for lineup in _any(table, row)
-    }
+    played = Counter[tuple[str, str]]()
+    for row in table.cells(kind=EXPERT):
+        played[row.game, row.expert] += sum(len(table.values(row.cell)[lineup][0]) for lineup in _any(table, row))
     return {
         "experts": ", ".join(experts) or "none",
         "games": ", ".join(games) or "none",
@@ -90,7 +91,7 @@ def _facts(table: Results, known: Register, experts: Sequence[str]) -> dict[str,
         "depths": ", ".join(str(depth) for depth in table.known("depth") if depth) or "none",
         "seeds": len(table.known("seed")),
         "cells": cells or "none",
-        "expert's episodes": ", ".join(map(str, sorted(episodes))) or "none",
+        "expert's episodes": ", ".join(map(str, sorted(set(played.values())))) or "none",
         "CPU hours": f"{spent / 3600:.2f}",
         "register": known.sha256,
         "rules": f"alpha {known.alpha:g}, margin {known.margin:g}, power {known.power:g}, Holm within a family",

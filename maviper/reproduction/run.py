@@ -22,7 +22,7 @@ from maviper.files.seeds import ensure_counts
 from maviper.reproduction.cells import plan as plans
 from maviper.reproduction.cells import table
 from maviper.reproduction.cells.cell import DONE, KINDS, Made, Task
-from maviper.reproduction.cells.costs import UNKNOWN, estimate, guessed
+from maviper.reproduction.cells.costs import estimate, guessed
 from maviper.reproduction.cells.making import made
 from maviper.reproduction.cells.plan import Asked, Plan
 from maviper.reproduction.cells.store import Store
@@ -170,7 +170,7 @@ def _results(store: Store, tasks: Sequence[Task], options: ReproduceOptions) -> 
     """The cells that this process could claim, as they come; the most expensive first, so that none is late."""
 
     def claimed() -> Iterable[tuple[Task, dict[str, bytes]]]:
-        for task in sorted(tasks, key=lambda task: -estimate(task.cell)):
+        for task in sorted(tasks, key=lambda task: -estimate(task)):
             if store.claim(task.id):
                 yield task, {name: store.profile(id_) for name, id_ in task.of.items()}
 
@@ -225,7 +225,7 @@ def said(plan: Plan, store: Store) -> list[str]:
     counts, seconds = Counter[str](), Counter[str]()
     finished, left = 0, 0.0
     for task in plan.tasks:
-        cell, cost = task.cell, estimate(task.cell)
+        cell, cost = task.cell, estimate(task)
         words = [cell.kind, cell.game, cell.expert, cell.preset, cell.algorithm, cell.splits]
         row = " ".join(word for word in words if word)
         counts[row] += 1
@@ -236,11 +236,9 @@ def said(plan: Plan, store: Store) -> list[str]:
     ordered = sorted(counts, key=lambda row: KINDS.index(row.partition(" ")[0]))
     lines = [f"{'cells':>6}  {'CPU s':>7}  what"]
     lines += [f"{counts[row]:>6}  {seconds[row]:>7.0f}  {row}" for row in ordered]
-    unknown = sum(guessed(task.cell) for task in plan.tasks)
-    if unknown:
-        lines.append(
-            f"{unknown} cells are like none that was measured; each counts {UNKNOWN:.0f} CPU s, which is a guess"
-        )
+    derived = sum(guessed(task.cell) for task in plan.tasks)
+    if derived:
+        lines.append(f"{derived} cells were not measured; they count as those that are most like them, times a factor")
     total = f"{len(plan.tasks)} cells, {finished} of them finished; {left:.0f} CPU s are left"
     return [*lines, f"{total} ({_hours(left)} on one core, {_hours(left / 2)} on two)"]
 

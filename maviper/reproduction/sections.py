@@ -11,8 +11,9 @@ from itertools import product
 
 from maviper.reproduction import figures, register
 from maviper.reproduction.cells.cell import CROSSPLAY, EXTRACTION
+from maviper.reproduction.commands import command
 from maviper.reproduction.figures import Point, named
-from maviper.reproduction.recipes import Book, Finder, Number, Part, Place
+from maviper.reproduction.recipes import OPPONENTS, Book, Finder, Number, Part, Place
 from maviper.reproduction.register import Register
 from maviper.reproduction.statistics import PAPER
 from maviper.worlds.particle import SUCCESS
@@ -77,6 +78,10 @@ class Context:
         except KeyError:
             return None
 
+    def command(self, options: str = "", *experts: str) -> str:
+        """The command that plays what is missing, by some experts; by default all of the report."""
+        return command(experts or self.experts, options)
+
     def places(self) -> Iterator[tuple[str, str]]:
         """Game and expert, of which there are cells."""
         for game, expert in product(self.games, self.experts):
@@ -139,11 +144,11 @@ def performance(context: Context, statistic: str) -> Section:
     team = "All agents of a team are trees, their opponents are experts."
     lead = f"{one if statistic == register.INDIVIDUAL else team} A ratio of 1 is the expert's performance. "
     lead += "Where lower is better it is the inverse. A ratio is to the expert in the same episodes; beside it the "
-    lead += "expert's value stands over all episodes that it played."
+    lead += "expert's value stands over the episodes of ten seeds."
     made = Collected()
     for game, expert in context.places():
         _ratios(context, made, statistic, Place(game, expert), MEASURES.get(game, ()), reward=False)
-    return made.section(statistic, f"{statistic.capitalize()} performance", lead, "maviper reproduce -o FOLDER")
+    return made.section(statistic, f"{statistic.capitalize()} performance", lead, context.command())
 
 
 def rewards(context: Context) -> Section:
@@ -157,7 +162,7 @@ def rewards(context: Context) -> Section:
         place = Place(game, expert)
         measures = [f"{team} {RETURN}" for team in place.world.teams]
         _ratios(context, made, statistic, place, measures, reward=True)
-    return made.section("reward", "Performance by reward", lead, "maviper reproduce -o FOLDER")
+    return made.section("reward", "Performance by reward", lead, context.command())
 
 
 def _ratios(
@@ -170,7 +175,7 @@ def _ratios(
         depths = context.book.results.known("depth", kind=EXTRACTION, game=place.game, leaves=0, preset="paper")
         for depth, algorithm in product(depths, COMPARED):
             here = Place(place.game, place.expert, depth=depth, measure=measure)
-            ratio, row = _row(context, statistic, here, algorithm, reward)
+            ratio, row = ratio_row(context, statistic, here, algorithm, reward)
             if ratio is not None:
                 series.setdefault(algorithm, []).append(point_of(ratio, depth))
                 rows.append([measure, str(depth), named(algorithm), *row])
@@ -183,14 +188,14 @@ def _ratios(
         made.tables.append(Table(f"{place.game}, {statistic}, expert {place.expert}", head, rows))
     else:
         made.missing.append(
-            f"{place.game} with {place.expert}, not run: maviper reproduce -o FOLDER --games {place.game}"
+            f"{place.game} with {place.expert}, not run: {context.command(f'--games {place.game}', place.expert)}"
         )
 
 
-def _row(
-    context: Context, statistic: str, place: Place, algorithm: str, reward: bool
+def ratio_row(
+    context: Context, statistic: str, place: Place, algorithm: str, reward: bool = False
 ) -> tuple[Number | None, list[str]]:
-    """The ratio of one algorithm, and the cells of its row."""
+    """The ratio of one algorithm, and as text: the ratio, by reward the paper's too, the trees' value, the expert's."""
     finder = context.finder
     try:
         seeds = finder.seeds(place, [algorithm])
@@ -199,7 +204,7 @@ def _row(
         absolute = context.book.number(
             key(place, f"{statistic} value", algorithm), finder.absolute(place, algorithm, lineups, seeds)
         )
-        expert = context.book.number(key(place, "expert beside", algorithm), [Part(1.0, finder.experts(place, seeds))])
+        expert = context.book.number(key(place, "expert beside", algorithm), [Part(1.0, finder.alone(place))])
         formula = [
             shown(
                 context.book.number(
@@ -223,10 +228,16 @@ def robustness(context: Context) -> Section:
     )
     made = Collected()
     for expert in context.experts:
-        made.tables += _average(context, expert)
-        for game in ("predator-prey", "physical-deception"):
-            made.tables += _opponents(context, game, expert)
-    return made.section("robustness", "Robustness: Tables 1, 3 and 4", lead, "maviper reproduce -o FOLDER --depths 4")
+        average = _average(context, expert)
+        each = [
+            table for game in ("predator-prey", "physical-deception") for table in _opponents(context, game, expert)
+        ]
+        made.tables += [*average, *each]
+        if each and not average:
+            against = f"not run against all of {', '.join(OPPONENTS)}"
+            here = context.command(f"--depths {MAIN_DEPTH}", expert)
+            made.missing.append(f"Table 1, {expert}: {against}: {here}")
+    return made.section("robustness", "Robustness: Tables 1, 3 and 4", lead, context.command("--depths 4"))
 
 
 def _average(context: Context, expert: str) -> list[Table]:
@@ -246,12 +257,11 @@ def _average(context: Context, expert: str) -> list[Table]:
 
 
 def _against(context: Context, place: Place, algorithm: str, opponents: list[str]) -> Number | None:
-    """The mean measure of a team over opponents; [] stands for all that there are."""
+    """The mean measure of a team over opponents; [] stands for all of them."""
 
     def parts() -> list[Part]:
         seeds = context.finder.seeds(place, [""], CROSSPLAY)
-        against = opponents or context.finder.opponents(place, seeds)
-        return context.finder.against(place, algorithm, against, seeds)
+        return context.finder.against(place, algorithm, opponents or OPPONENTS, seeds)
 
     return context.found(key(place, "against", "-".join(opponents) or "all", algorithm), parts)
 
@@ -288,13 +298,13 @@ def ablation(context: Context) -> Section:
         measure = MEASURES.get(game, ("",))[0]
         place = Place(game, expert, depth=MAIN_DEPTH, measure=measure)
         for (title, names, own), statistic in product(_STUDIES, (register.JOINT, register.INDIVIDUAL)):
-            rows = {name: _row(context, statistic, place, name, reward=False) for name in names}
+            rows = {name: ratio_row(context, statistic, place, name) for name in names}
             there = {name: both for name, both in rows.items() if both[0] is not None}
             if own & there.keys():
                 _compared(made, f"{title}, {statistic}, {measure}, {expert}", place, there)
     if not any("ladder" in each.title for each in made.tables):
-        made.missing.append("ladder, not run: maviper reproduce -o FOLDER --full")
-    return made.section("ablation", "Ablations and ladder", lead, "maviper reproduce -o FOLDER --depths 4")
+        made.missing.append(f"ladder, not run: {context.command('--full')}")
+    return made.section("ablation", "Ablations and ladder", lead, context.command("--depths 4"))
 
 
 def _compared(made: Collected, title: str, place: Place, rows: Mapping[str, tuple[Number | None, list[str]]]) -> None:

@@ -129,11 +129,15 @@ def of_differences(differences: Sequence[float]) -> Estimate:
     return Estimate(float(np.mean(differences)), deviation / count**0.5, count - 1)
 
 
-def holm(p_values: Sequence[float]) -> list[float]:
-    """Holm's adjusted p-values (1979), in the order given."""
+def holm(p_values: Sequence[float], at_once: int | None = None) -> list[float]:
+    """Holm's adjusted p-values (1979), in the order given.
+
+    `at_once`: how many of the hypotheses can be true together, where logic allows fewer than all (Shaffer, 1986).
+    """
+    most = len(p_values) if at_once is None else at_once
     order = np.argsort(p_values, kind="stable")
     adjusted, least = np.zeros(len(order)), 0.0
     for rank, place in enumerate(order):
-        least = max(least, min(1.0, (len(order) - rank) * p_values[place]))
+        least = max(least, min(1.0, min(len(order) - rank, most) * p_values[place]))
         adjusted[place] = least
     return adjusted.tolist()

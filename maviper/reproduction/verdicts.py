@@ -14,8 +14,8 @@ from typing import Any
 from maviper.reproduction import register
 from maviper.reproduction.cells.cell import CROSSPLAY, EXTRACTION
 from maviper.reproduction.cells.cell import EXPLOITABILITY as EXPLOITING
-from maviper.reproduction.cells.plan import MADDPG, MAPPO, NO_CARD
-from maviper.reproduction.recipes import Book, Finder, Number, Part, Place, less, times
+from maviper.reproduction.commands import command
+from maviper.reproduction.recipes import OPPONENTS, Book, Finder, Number, Part, Place, less, times
 from maviper.reproduction.register import Claim, Register
 from maviper.reproduction.statistics import holm
 from maviper.worlds import find
@@ -75,7 +75,7 @@ def judged(book: Book, known: Register, expert: str) -> list[Verdict]:
     found = {claim.id: list(_comparisons(book, claim, expert)) for claim in known.claims}
     for family in known.families:
         claims = [claim.id for claim in known.claims if claim.family == family]
-        members = iter(_decided([each for claim in claims for each in found[claim]], known))
+        members = iter(decided([each for claim in claims for each in found[claim]], known))
         found |= {claim: [next(members) for _ in found[claim]] for claim in claims}
     return [_verdict(book, known, claim, expert, found[claim.id]) for claim in known.claims]
 
@@ -103,6 +103,11 @@ def _comparison(book: Book, claim: Claim, label: str, name: str, parts: Sequence
         number = book.number(name, parts) if parts else None
     except KeyError:
         number = None
+    return comparison(claim, label, number)
+
+
+def comparison(claim: Claim, label: str, number: Number | None) -> Comparison:
+    """A number with the p-values that the claim's test asks for, not yet corrected."""
     if number is None or claim.test == register.NUMBER:
         return Comparison(claim, label, number, {}, {})
     found = number.estimate
@@ -133,9 +138,9 @@ def _numbers(finder: Finder, claim: Claim, place: Place, first: str, second: str
     def of(algorithm: str, opponents: Sequence[str]) -> list[Part]:
         return _statistic(finder, claim, place, algorithm, seeds, opponents)
 
-    opponents = finder.opponents(place, seeds) if kind == CROSSPLAY else []
+    opponents = OPPONENTS if kind == CROSSPLAY else ()  # a mean over fewer would be another number
     apart = claim.statistic == register.EACH or (kind == CROSSPLAY and claim.test in register.BOUNDED)
-    groups = {each: [each] for each in opponents} if apart else {"": opponents}
+    groups = {each: (each,) for each in opponents} if apart else {"": opponents}
     return {
         name: less(of(first, group), of(second, group)) if second else of(first, group)
         for name, group in groups.items()
@@ -161,24 +166,27 @@ def _statistic(
 # --- decisions
 
 
-def _decided(family: Sequence[Comparison], known: Register) -> list[Comparison]:
-    """The comparisons of a family, each with its adjusted p-values, its word and the effect that could be seen."""
+def decided(family: Sequence[Comparison], known: Register) -> list[Comparison]:
+    """The comparisons of a family, each with its adjusted p-values, its word and the effect that could be seen.
+
+    All tests of all comparisons are corrected together. Each comparison has two, and only one of their hypotheses can
+    be true: no difference, or one of the margin at least; a value up to the bound, or above it. Its false words are
+    those of the true one, a wrong sign included, since that needs more than "equal" does. So as many hypotheses are
+    true at once as there are comparisons, and this bounds the chance of any false word in the family by `alpha`.
+    """
     tested = [replace(each, p=_tests(each, known.margin)) for each in family]
+    asked = [(place, test) for place, each in enumerate(tested) for test in each.p]
+    count = len({place for place, _ in asked})
     adjusted: list[dict[str, float]] = [{} for _ in tested]
-    sizes: dict[str, int] = {}
-    for test in sorted({name for each in tested for name in each.p}):
-        places = [place for place, each in enumerate(tested) if test in each.p]
-        for place, value in zip(places, holm([tested[place].p[test] for place in places]), strict=True):
-            adjusted[place][test] = value
-        sizes[test] = len(places)
+    for (place, test), value in zip(asked, holm([tested[place].p[test] for place, test in asked], count), strict=True):
+        adjusted[place][test] = value
     found = []
     for each, values in zip(tested, adjusted, strict=True):
         if each.number is None or not values:
             found.append(each)
             continue
-        most = max(sizes[test] for test in values)
         enough = each.number.seeds >= known.least_seeds  # fewer show nothing, whatever its size
-        visible = each.number.estimate.detectable(known.alpha / most, known.power) if enough else math.inf
+        visible = each.number.estimate.detectable(known.alpha / count, known.power) if enough else math.inf
         found.append(replace(each, adjusted=values, word=_word(each, values, known), visible=visible))
     return found
 
@@ -223,13 +231,13 @@ def _reason(verdict: Verdict, word: str, known: Register) -> str:
     if word == NOT_COMPARABLE:
         return claim.reason
     if not run:
-        return f"not run: {option(verdict)}"
+        return _missing(verdict)
     if word == AGREES:
         return ""
     if word == DIFFERS:
         against = [each for each in run if each.word not in (OPEN, *SUPPORTS[claim.test])]
         return f"{len(against)} of {len(run)} comparisons are against it, {against[0].label}: {against[0].word}"
-    told = [f"{lacking} of {len(verdict.comparisons)} comparisons not run: {option(verdict)}"] if lacking else []
+    told = [f"{lacking} of {len(verdict.comparisons)} comparisons {_missing(verdict)}"] if lacking else []
     least = min(each.number.seeds for each in run if each.number is not None)
     if least < known.least_seeds:
         return "; ".join([*told, f"{least} of at least {known.least_seeds} seeds"])
@@ -238,6 +246,12 @@ def _reason(verdict: Verdict, word: str, known: Register) -> str:
     elif any(each.word == OPEN for each in run):
         told.append(f"an effect of {verdict.visible:.3g} could have been seen{_final(verdict, known)}")
     return "; ".join(told)
+
+
+def _missing(verdict: Verdict) -> str:
+    """How cells that are missing are made; `--algorithms` may have left opponents out."""
+    against = f" against all of {', '.join(OPPONENTS)}" if KIND_OF.get(verdict.claim.statistic) == CROSSPLAY else ""
+    return f"not run{against}: {option(verdict)}"
 
 
 def _final(verdict: Verdict, known: Register) -> str:
@@ -256,13 +270,7 @@ def option(verdict: Verdict) -> str:
     """The command that plays the cells of a claim, with the same expert."""
     claim = verdict.claim
     games, depths = claim.wanted("game"), [str(depth) for depth in claim.wanted("depth")]
-    command = f"maviper reproduce -o FOLDER --games {','.join(games)} --depths {','.join(depths)}"
-    return command if verdict.expert == MAPPO else f"{command} --experts {_named(verdict.expert)}"
-
-
-def _named(expert: str) -> str:
-    """As --experts takes it; where an expert of one's own lies is not known here."""
-    return expert if expert == MADDPG else f"{expert.removesuffix(NO_CARD)}=EXPERT"
+    return command([verdict.expert], f"--games {','.join(games)} --depths {','.join(depths)}")
 
 
 def _weak(book: Book, known: Register, verdict: Verdict) -> Iterator[str]:
@@ -282,9 +290,9 @@ def _weak(book: Book, known: Register, verdict: Verdict) -> Iterator[str]:
 
 
 def expert_number(book: Book, place: Place) -> Number:
-    """What the expert reaches against itself, in all episodes that it played. KeyError where it was not played."""
+    """What the expert reaches against itself, in the episodes of ten seeds. KeyError where it was not played."""
     finder = book.finder
-    return book.number(f"expert/{place.game}/{place.expert}/{place.measure}", [Part(1.0, finder.experts(place, [0]))])
+    return book.number(f"expert/{place.game}/{place.expert}/{place.measure}", [Part(1.0, finder.alone(place))])
 
 
 # --- files

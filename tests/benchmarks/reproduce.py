@@ -3,8 +3,10 @@
     python -m tests.benchmarks.reproduce [--folder FOLDER] [--quick | --full] [--write] [--json]
 
 Makes one seed of the default tier (--quick: of the quick one; --full: of the full one) in FOLDER, or what of it is
-missing there, in one process. Prints the median cost of each kind of cell and depth, the estimate, and their ratio.
---write renews the table that estimates come from, as far as it was measured here. Costs are of one core of this
+missing there, in one process. --finished: takes the cells of FOLDER as they are, and makes none. Prints the median cost
+of each kind of cell and depth, the estimate, and their ratio. --write renews the table that estimates come from, as far
+as it was measured here. --effort: makes two small cells of responders to the quick tier's MAVIPER trees instead, and
+prints what a thousand steps of networks and a thousand episodes of refinement cost. Costs are of one core of this
 machine, and grow when other work shares the core. The target of the sum is 30 % of the estimate.
 """
 
@@ -12,36 +14,63 @@ import argparse
 import json
 import tempfile
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 from statistics import median
 
 from maviper.console import Console
+from maviper.extraction.bundles import RGMDT
 from maviper.reproduction.cells import costs
-from maviper.reproduction.cells.cell import DONE
+from maviper.reproduction.cells.cell import DONE, EXPLOITABILITY, EXTRACTION, Source, Task
+from maviper.reproduction.cells.making import made
+from maviper.reproduction.cells.plan import Asked, planned
+from maviper.reproduction.cells.responding import UNTRAINED
 from maviper.reproduction.cells.store import Store
 from maviper.reproduction.run import ReproduceOptions, reproduced
 
 TABLE = Path(costs.__file__).with_name(costs.FILE)
 HEAD = "# CPU seconds of one cell by depth. Made by `python -m tests.benchmarks.reproduce --write`.\n"
 REACH, STRETCH = 0.3, 0.15
+SMALL = {"steps": {"steps": 25_600}, "refinement": {"refinement": 10_000}}
 
 
 def measured(folder):
-    """(key, depth) -> the CPU seconds of its cells, and a cell of that kind."""
-    found, cells = {}, {}
+    """(key, depth) -> the CPU seconds of its cells, less what was spent on responders, and a task of that kind."""
+    found, tasks = {}, {}
     for _, document in Store(folder).documents():
-        if document.outcome == DONE:
-            key = costs.key_of(document.cell), document.cell.depth
+        cell = document.cell
+        if document.outcome == DONE and not (cell.leaves and cell.algorithm != RGMDT):
+            effort = {name: document.identity[name] for name in UNTRAINED if name in document.identity}
+            if any(effort.values()):
+                continue  # --effort is for these
+            key = costs.key_of(cell), cell.depth
             found.setdefault(key, []).append(document.cpu_seconds)
-            cells[key] = document.cell
-    return found, cells
+            tasks[key] = Task(cell, Source(cell.game, world=cell.game), "", "", effort=effort)
+    return found, tasks
+
+
+def responders(folder):
+    """("effort NAME", UNIT) -> the CPU seconds of so many steps or episodes, as `measured` has them."""
+    plan = planned(Asked("quick"), "")
+    task = next(task for task in plan.tasks if (task.cell.kind, task.cell.algorithm) == (EXPLOITABILITY, "maviper"))
+    store = Store(folder)
+    stored = {doc.cell.algorithm: id_ for id_, doc in store.documents() if doc.cell.kind == EXTRACTION}
+    profiles = {name: store.profile(stored[name]) for name in task.of}
+    spent = {
+        name: made(replace(task, effort={**UNTRAINED, **effort}), profiles).document.cpu_seconds
+        for name, effort in (("", {}), *SMALL.items())
+    }
+    return {
+        (f"effort {name}", costs.UNIT): [(spent[name] - spent[""]) * costs.UNIT / effort[name]]
+        for name, effort in SMALL.items()
+    }
 
 
 def write(found):
     """Renews what was measured in the table of estimates, and keeps the rest."""
     table = {key: dict(rows) for key, rows in tomllib.loads(TABLE.read_text()).items()}
     for (key, depth), seconds in found.items():
-        table.setdefault(key, {})[str(depth)] = round(median(seconds), 1)
+        table.setdefault(key, {})[str(depth)] = round(median(seconds), 3 if key.startswith("effort") else 1)
     lines = [HEAD]
     for key, rows in sorted(table.items()):
         ordered = ", ".join(f"{depth} = {rows[depth]}" for depth in sorted(rows, key=int))
@@ -53,6 +82,8 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--folder", type=Path)
     parser.add_argument("--write", action="store_true")
+    parser.add_argument("--finished", action="store_true")
+    parser.add_argument("--effort", action="store_true")
     parser.add_argument("--json", action="store_true")
     tier = parser.add_mutually_exclusive_group()
     tier.add_argument("--quick", action="store_true")
@@ -60,22 +91,33 @@ def main():
     given = parser.parse_args()
     with tempfile.TemporaryDirectory() as scratch:
         folder = given.folder or Path(scratch)
-        reproduced(folder, ReproduceOptions(quick=given.quick, full=given.full, seeds=1), Console())
-        found, cells = measured(folder)
+        if not given.finished:
+            quick = given.quick or given.effort
+            reproduced(folder, ReproduceOptions(quick=quick, full=given.full, seeds=1), Console())
+        found, tasks = (responders(folder), {}) if given.effort else measured(folder)
+    if given.effort:
+        for (name, unit), (seconds,) in found.items():
+            print(f"{seconds:.3f} CPU s for {unit} of {name}")
+    else:
+        tell(found, tasks, given.json)
+    if given.write:
+        write(found)
+
+
+def tell(found, tasks, as_json):
+    """Prints what was measured beside what was estimated."""
     spent = {key: sum(seconds) for key, seconds in found.items()}
-    expected = {key: len(found[key]) * costs.estimate(cells[key]) for key in found}
+    expected = {key: len(found[key]) * costs.estimate(tasks[key]) for key in found}
     ratio = sum(spent.values()) / sum(expected.values())
-    if given.json:
+    if as_json:
         figure = {"name": "CPU time less its estimate, share", "value": abs(ratio - 1), "better": "lower"}
         print(json.dumps({"figures": [{**figure, "reach": REACH, "stretch": STRETCH}]}))
     else:
         print(f"{'cells':>6}  {'median':>7}  {'estimate':>8}  {'ratio':>6}  what, depth")
         for key in sorted(found):
-            middle, guess = median(found[key]), costs.estimate(cells[key])
+            middle, guess = median(found[key]), costs.estimate(tasks[key])
             print(f"{len(found[key]):>6}  {middle:>7.1f}  {guess:>8.1f}  {middle / guess:>6.2f}  {key[0]}, {key[1]}")
         print(f"all together {sum(spent.values()):.0f} CPU s, {ratio:.2f} of the estimate")
-    if given.write:
-        write(found)
 
 
 if __name__ == "__main__":

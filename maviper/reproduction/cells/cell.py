@@ -26,7 +26,7 @@ EXPERT, EXTRACTION, CROSSPLAY, EXPLOITABILITY = "expert", "extraction", "crosspl
 KINDS = (EXPERT, EXTRACTION, CROSSPLAY, EXPLOITABILITY)
 ID_LETTERS = 16
 EPISODES = 200  # of one seed, for every line-up
-BLOCKS = 10  # seed k plays block k of the held-out episodes; an expert's cell has all of them
+BLOCKS = 10  # seed k plays block k of the held-out episodes; a cell of an expert has ten blocks from its seed on
 DONE, FAILED = "done", "failed"
 
 
@@ -50,15 +50,14 @@ class Cell:
         words = [self.kind, self.game, self.expert, self.preset, self.algorithm]
         words += [f"depth {self.depth}"] * bool(self.depth) + [f"leaves {self.leaves}"] * bool(self.leaves)
         words += [f"{EXACT} splits"] * (self.splits == EXACT)
-        return " ".join([word for word in words if word] + [f"seed {self.seed}"] * (self.kind != EXPERT))
+        seed = [f"seed {self.seed}"] * (self.kind != EXPERT or self.seed > 0)
+        return " ".join([word for word in words if word] + seed)
 
     @property
     def episodes(self) -> range:
-        """The held-out episode seeds that it plays; those of an expert hold those of every other cell."""
-        if self.kind == EXPERT:
-            return range(measures.MEASUREMENT_SEEDS, measures.MEASUREMENT_SEEDS + EPISODES * BLOCKS)
-        first = measures.MEASUREMENT_SEEDS + EPISODES * (self.seed % BLOCKS)
-        return range(first, first + EPISODES)
+        """The held-out episode seeds that it plays; those of an expert hold those of ten seeds."""
+        first = measures.MEASUREMENT_SEEDS + EPISODES * self.seed
+        return range(first, first + EPISODES * (BLOCKS if self.kind == EXPERT else 1))
 
 
 @dataclass(frozen=True)

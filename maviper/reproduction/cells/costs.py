@@ -1,30 +1,58 @@
 """What cells cost, in CPU seconds, from measured costs.
 
-Does: estimates a cell by those of its kind, game, algorithm, preset and splits, linearly between depths.
+Does: estimates a cell by those of its kind, game, algorithm, preset and splits, linearly between depths; one that was
+  not measured by the nearest that was, times a factor.
 Assumes: costs.toml, which tests/benchmarks/reproduce.py measured on one core of one machine.
 Does not: know how fast this machine is.
 """
 
 import tomllib
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from functools import cache
 from importlib import resources
+from itertools import product
 
 import numpy as np
 
-from maviper.extraction.bundles import RGMDT
-from maviper.reproduction.cells.cell import Cell
+from maviper.extraction.bundles import (
+    IMITATION,
+    IVIPER,
+    IVIPER_RESAMPLING,
+    MAVIPER,
+    NO_PREDICTION,
+    RGMDT,
+    VIPER,
+)
+from maviper.extraction.settings import EXACT, HISTOGRAM, PAPER, RELEASED
+from maviper.reproduction.cells.cell import EXTRACTION, Cell, Task
 
 FILE = "costs.toml"
-UNKNOWN = 30.0  # CPU seconds of what was never measured
+UNKNOWN = 30.0  # CPU seconds of what nothing in the table is like
 PLAYED = 2.0  # of a profile that is there already
-Costs = dict[str, dict[str, float]]  # what -> depth, as text -> CPU seconds
+UNIT = 1_000  # of steps or episodes spent on responders, in the table's rows "effort ..."
+Costs = Mapping[str, Mapping[str, float]]  # what -> depth, as text -> CPU seconds
+
+# Factors of what was not measured. Every threshold costs MAVIPER in deception 1.4 times as much as histograms do;
+# games are set apart by their agents, steps and contacts.
+MEASURED_GAME = "physical-deception"
+GAME_FACTORS = {"cooperative-navigation": 0.8, "predator-prey": 1.3}
+EXACT_FACTOR = 1.4
+LIKE: Mapping[str, tuple[str, float]] = {  # algorithm -> another one, and how much of its cost: the same loop
+    "joint-rollouts": (MAVIPER, 1.0),
+    "joint-selection": (MAVIPER, 1.0),
+    "vote-N": (MAVIPER, 1.0),
+    NO_PREDICTION: (MAVIPER, 0.8),
+    IVIPER_RESAMPLING: (MAVIPER, 0.5),
+    VIPER: (IVIPER, 1.0),
+    RGMDT: (IMITATION, 2.0),
+}
 
 
-def key_of(cell: Cell, *, exactly: bool = True) -> str:
+def key_of(cell: Cell) -> str:
     """What cells that cost the same have in common, their depths aside."""
     words = [cell.kind, cell.game.partition(",")[0], cell.algorithm]
-    if exactly:
-        words += [cell.preset, cell.splits, "leaves" if cell.leaves else ""]
+    words += [cell.preset, cell.splits, "leaves" if cell.leaves else ""]
     return " ".join(word for word in words if word)
 
 
@@ -34,27 +62,57 @@ def measured() -> Costs:
     return tomllib.loads((resources.files("maviper.reproduction.cells") / FILE).read_text(encoding="utf-8"))
 
 
-def estimate(cell: Cell) -> float:
-    """CPU seconds of a cell; `UNKNOWN` where nothing like it was measured."""
-    return PLAYED if _played(cell) else _interpolated(cell, _known(cell) or {"0": UNKNOWN})
+def estimate(task: Task) -> float:
+    """CPU seconds of a task, with what is spent on responders."""
+    rates = ((measured().get(f"effort {name}", {}), count) for name, count in task.effort.items())
+    spent = sum(rows.get(str(UNIT), 0.0) * count / UNIT for rows, count in rates)
+    return spent + (PLAYED if _played(task.cell) else _nearest(task.cell))
 
 
 def guessed(cell: Cell) -> bool:
-    """Whether nothing like a cell was measured."""
-    return not _played(cell) and _known(cell) is None
+    """Whether a cell's cost is derived from others'."""
+    return not _played(cell) and key_of(cell) not in measured()
 
 
 def _played(cell: Cell) -> bool:
     return cell.leaves > 0 and cell.algorithm != RGMDT and key_of(cell) not in measured()
 
 
-def _known(cell: Cell) -> dict[str, float] | None:
-    """Depth, as text -> CPU seconds; those of another preset or other splits are better than nothing."""
-    like = key_of(cell, exactly=False)
-    near = (rows for name, rows in sorted(measured().items()) if f"{name} ".startswith(f"{like} "))
-    return measured().get(key_of(cell)) or next(near, None)
+def _nearest(cell: Cell) -> float:
+    """CPU seconds of a cell, or of the nearest one that was measured, times a factor."""
+    known = ((factor, other) for factor, other in _alike(cell) if key_of(other) in measured())
+    factor, other = next(known, (1.0, None))
+    return UNKNOWN if other is None else factor * _at(other)
 
 
-def _interpolated(cell: Cell, known: dict[str, float]) -> float:
+def _alike(cell: Cell) -> Iterator[tuple[float, Cell]]:
+    """The cell itself, then those like it, the nearest first, each with the factor of its cost."""
+    games = [(1.0, cell.game), (GAME_FACTORS.get(cell.game.partition(",")[0], 1.0), MEASURED_GAME)]
+    algorithms = [(1.0, cell.algorithm)]
+    if cell.algorithm in LIKE:
+        other, share = LIKE[cell.algorithm]
+        algorithms.append((share, other))
+    slow = EXACT_FACTOR if cell.splits == EXACT or cell.preset == RELEASED else 1.0
+    styles = [(1.0, cell.preset, cell.splits), (slow, PAPER, HISTOGRAM)]
+    for (one, game), (two, algorithm), (three, preset, splits) in product(games, algorithms, styles):
+        for leaves in dict.fromkeys((cell.leaves, 0)):
+            found = replace(cell, game=game, algorithm=algorithm, preset=preset, splits=splits, leaves=leaves)
+            yield one * two * three, found
+
+
+def _at(cell: Cell) -> float:
+    """The cost at the cell's depth; where one depth was measured, others have the proportions of deception's."""
+    known = measured()[key_of(cell)]
+    if len(known) > 1 or str(cell.depth) in known:
+        return _interpolated(known, cell.depth)
+    (depth,) = known
+    rows = (
+        measured().get(key_of(replace(cell, game=MEASURED_GAME, algorithm=name))) for name in (cell.algorithm, IVIPER)
+    )
+    shape = next((row for row in rows if row and len(row) > 1 and cell.kind == EXTRACTION), {"0": 1.0})
+    return known[depth] * _interpolated(shape, cell.depth) / _interpolated(shape, int(depth))
+
+
+def _interpolated(known: Mapping[str, float], depth: int) -> float:
     depths = sorted(map(int, known))
-    return float(np.interp(cell.depth, depths, [known[str(depth)] for depth in depths]))
+    return float(np.interp(depth, depths, [known[str(each)] for each in depths]))

@@ -29,7 +29,7 @@ from maviper.files import runs
 from maviper.files.kinds import EXPERT as EXPERT_FILE
 from maviper.files.kinds import kind_of
 from maviper.reproduction.cells import responding
-from maviper.reproduction.cells.cell import CROSSPLAY, EXPERT, EXPLOITABILITY, EXTRACTION, Cell, Source, Task
+from maviper.reproduction.cells.cell import BLOCKS, CROSSPLAY, EXPERT, EXPLOITABILITY, EXTRACTION, Cell, Source, Task
 from maviper.reproduction.cells.costs import estimate
 
 DECEPTION, NAVIGATION, PREY = "physical-deception", "cooperative-navigation", "predator-prey"
@@ -116,7 +116,7 @@ def experts_of(asked: Asked) -> tuple[list[Known], list[tuple[str, str]]]:
                     missing.append((f"{text} for {game}", f"none is shipped; `{train}`, then --experts {text}=RUN"))
             continue
         label, _, where = text.rpartition("=") if "=" in text and not Path(text).exists() else ("", "", text)
-        one = _known(label or Path(where).name, where)
+        one = _known(label or _family(where), where)
         if one.game.partition(",")[0] in games:
             found.append(one)
         else:
@@ -129,12 +129,20 @@ def experts_of(asked: Asked) -> tuple[list[Known], list[tuple[str, str]]]:
 
 def further(found: Sequence[Known]) -> list[Known]:
     """The other training seeds of shipped experts that learned by reward, each under a label of its own."""
-    games = [one.game for one in found if one.label == MAPPO]
+    families = {(one.game, one.label) for one in found if one.label in (MAPPO, MADDPG)}
     best = {one.hash for one in found}
-    names = [name for game in games for name in store.SHIPPED if name.startswith(f"{game}@") and name[-1:].isdigit()]
-    plain = [name for name in names if name.partition("@")[2].isdigit()]
-    seeds = [_known(f"{MAPPO}-{name.partition('@')[2]}", name) for name in plain]
+    labels = {name: _family(name) for name in store.SHIPPED}
+    names = [name for name, label in labels.items() if (name.partition("@")[0], label.rpartition("-")[0]) in families]
+    seeds = [_known(labels[name], name) for name in names]
     return [one for one in seeds if one.hash not in best]
+
+
+def _family(text: str) -> str:
+    """The label of an expert that got none: shipped ones of the same kind have the same in every game."""
+    game, _, kind = text.partition("@")
+    if text not in store.SHIPPED and not (kind and game.partition(",")[0] in GAMES):
+        return Path(text).name
+    return f"{MAPPO}-{kind}" if kind.isdigit() else kind or MAPPO
 
 
 def _known(label: str, text: str) -> Known:
@@ -151,11 +159,12 @@ def _known(label: str, text: str) -> Known:
 
 
 def _told_apart(found: Iterable[Known]) -> list[Known]:
-    """Experts of one label and one game get numbers."""
+    """Experts of one label and one game get numbers; one that is named twice is one."""
     seen: dict[tuple[str, str], int] = {}
     told: list[Known] = []
-    for one in found:
-        number = seen[one.label, one.game] = seen.get((one.label, one.game), 0) + 1
+    for one in {(each.label, each.game, each.hash): each for each in found}.values():
+        game = one.game.partition(",")[0]
+        number = seen[one.label, game] = seen.get((one.label, game), 0) + 1
         told.append(one if number == 1 else replace(one, label=f"{one.label}-{number}"))
     return told
 
@@ -180,17 +189,21 @@ def planned(asked: Asked, register: str) -> Plan:
 
 
 def _tasks(asked: Asked, one: Known, register: str, left_out: list[tuple[str, str]]) -> list[Task]:
-    cells = [Cell(EXPERT, one.game, one.label), *_extractions(asked, one)]
+    experts = [Cell(EXPERT, one.game, one.label, seed=first) for first in _seeds(asked)[::BLOCKS]]
+    cells = [*experts, *_extractions(asked, one)]
     made = [Task(cell, one.source, one.hash, register) for cell in cells]
     budgets = _budgets(made) if asked.tier == FULL and not asked.algorithms else []
     return [*made, *budgets, *_crossplays(made), *_answers(asked, made, left_out)]
+
+
+def _seeds(asked: Asked) -> range:
+    return range(asked.seeds if asked.seeds is not None else 1 if asked.tier == QUICK else SEEDS)
 
 
 def _extractions(asked: Asked, one: Known) -> list[Cell]:
     """Seed by seed, so that an interrupted run has whole seeds."""
     quick, full = asked.tier == QUICK, asked.tier == FULL
     game = one.game.partition(",")[0]
-    seeds = range(asked.seeds if asked.seeds is not None else 1 if quick else SEEDS)
     depths = asked.depths or ((MAIN_DEPTH,) if quick else DEPTHS)
     grid = {(preset, name, depth, 0, HISTOGRAM) for preset, name, depth in _main(asked, game, depths)}
     if not asked.algorithms and not quick and MAIN_DEPTH in depths:
@@ -202,7 +215,7 @@ def _extractions(asked: Asked, one: Known) -> list[Cell]:
         grid |= {(PAPER, RGMDT, DEEPEST, leaves, HISTOGRAM) for leaves in LEAF_BUDGETS}
     cells = [
         Cell(EXTRACTION, one.game, one.label, preset, name, depth, leaves, splits, seed)
-        for seed, (preset, name, depth, leaves, splits) in product(seeds, sorted(grid))
+        for seed, (preset, name, depth, leaves, splits) in product(_seeds(asked), sorted(grid))
     ]
     if not quick and not asked.algorithms and MAIN_DEPTH in depths:  # every threshold, beside histograms
         cells.append(Cell(EXTRACTION, one.game, one.label, PAPER, MAVIPER, MAIN_DEPTH, 0, EXACT, 0))
@@ -274,7 +287,7 @@ def shard(plan: Plan, number: int, of: int) -> Plan:
     for task in plan.tasks:
         cell = task.cell
         groups.setdefault((cell.game, cell.expert, cell.preset, cell.depth, cell.seed), []).append(task)
-    costs = {key: sum(estimate(task.cell) for task in tasks) for key, tasks in groups.items()}
+    costs = {key: sum(map(estimate, tasks)) for key, tasks in groups.items()}
     loads, mine = [0.0] * of, set[str]()
     for key in sorted(groups, key=lambda key: (-costs[key], list(groups).index(key))):
         lightest = loads.index(min(loads))

@@ -27,7 +27,7 @@ from maviper.worlds.world import RETURN
 
 # joint steps of each network, episodes of the refined tree; of the quick, the default and the full tier
 UNTRAINED: Mapping[str, int] = {"steps": 0, "refinement": 0}
-USUAL: Mapping[str, int] = {"steps": 512_000, "refinement": 100_000}
+USUAL: Mapping[str, int] = {"steps": 256_000, "refinement": 100_000}
 MORE: Mapping[str, int] = {**USUAL, "steps": 1_024_000}
 CHOSEN_ON = ":chosen-on"
 

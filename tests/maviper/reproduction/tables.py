@@ -83,10 +83,13 @@ class Maker:
         return found
 
     def expert(self, game, label="mappo"):
+        """A cell for each ten seeds."""
         world = find(game)
-        episodes = range(FIRST, FIRST + EPISODES * (1 if self.shared else self.seeds))
-        lineups = self.played(world, {"expert": (tuple(world.teams), 1.0)}, episodes, game)
-        return self.cell({"kind": "expert", "game": game, "expert": label}, episodes, lineups, {})
+        for first in range(0, 1 if self.shared else self.seeds, 10):
+            last = 1 if self.shared else min(first + 10, self.seeds)
+            episodes = range(FIRST + EPISODES * first, FIRST + EPISODES * last)
+            lineups = self.played(world, {"expert": (tuple(world.teams), 1.0)}, episodes, game)
+            self.cell({"kind": "expert", "game": game, "expert": label, "seed": first}, episodes, lineups, {})
 
     def extraction(self, game, algorithm, depth, seed, label="mappo", **about):
         world, share = find(game), self.strength.get(algorithm, 0.5)
@@ -113,8 +116,8 @@ class Maker:
             told["distinct_targets"] = {"share": 0.001 * depth, "reason": "", "zones": 3}
         return told
 
-    def crossplay(self, game, seed, label="mappo"):
-        world, players = find(game), [*FOUR, "expert"]
+    def crossplay(self, game, seed, label="mappo", players=(*FOUR, "expert")):
+        world = find(game)
         lineups = {
             f"{team}:{one}-vs-{other}": ((team,), self.strength.get(one, 1.0))
             for team, one, other in product(world.teams, players, players)

@@ -1,11 +1,14 @@
 """Verdicts on tables with known effects: an order is found, equality is found, and noise decides nothing."""
 
 import math
+from itertools import product
 
+import numpy as np
 import pytest
 
 from maviper.reproduction import register, results, verdicts
-from maviper.reproduction.recipes import Book
+from maviper.reproduction.recipes import Book, Number
+from maviper.reproduction.statistics import Estimate
 from maviper.reproduction.verdicts import AGREES, DIFFERS, NOT_COMPARABLE, NOT_DECIDED
 from tests.maviper.reproduction import tables
 from tests.maviper.reproduction.tables import ABLATIONS, DECEPTION, FOUR, ORDERED
@@ -85,6 +88,12 @@ def test_seeds_that_share_their_episodes_are_judged_too(tmp_path):
     assert judge(tables.whole(tmp_path, (DECEPTION,), shared=True))["joint-defenders"].word == AGREES
 
 
+def test_more_than_ten_seeds_are_compared_with_the_expert_in_their_own_episodes(tmp_path):
+    found = judge(tables.whole(tmp_path, (DECEPTION,), depths=(4,), seeds=12))
+    assert found["joint-defenders"].run[0].number.seeds == found["robust-defenders"].run[0].number.seeds == 12
+    assert found["robust-defenders"].word == AGREES
+
+
 def test_a_claim_whose_cells_are_missing_names_the_command(tmp_path):
     found = judge(tables.whole(tmp_path, (DECEPTION,), depths=(4,)))
     assert found["joint-navigation"].reason == (
@@ -116,6 +125,40 @@ def test_a_weak_expert_is_said_beside_the_verdict(tmp_path):
         path.write_text("\n".join([lines[0], *weak]) + "\n")
     (note,) = judge(folder)["joint-defenders"].notes
     assert note.startswith("weak expert: defenders success r=0.316 0.45") and note.endswith("the paper's 0.9")
+
+
+@pytest.mark.parametrize("statistic", ["robustness", "robustness by opponent"])
+def test_fewer_opponents_than_the_papers_are_not_averaged(tmp_path, statistic):
+    """As by --algorithms maviper,iviper: a mean over those left would be another number under the same name."""
+    maker = tables.Maker(tmp_path)
+    maker.expert(DECEPTION)
+    for algorithm, seed in product(("maviper", "iviper"), range(maker.seeds)):
+        maker.extraction(DECEPTION, algorithm, 4, seed)
+    for seed in range(maker.seeds):
+        maker.crossplay(DECEPTION, seed, players=("maviper", "iviper", "expert"))
+    found = judge(maker.write())
+    about = [
+        each for each in found.values() if each.claim.statistic == statistic and DECEPTION in each.claim.cells.values()
+    ]
+    assert about and {verdict.word for verdict in about} == {NOT_DECIDED}
+    assert all("not run against all of maviper, iviper, imitation, fitted-q, expert" in each.reason for each in about)
+    run = {comparison.label for verdict in about for comparison in verdict.run}
+    assert bool(run) == (statistic != "robustness") and not any("imitation" in label for label in run)
+
+
+def test_the_error_of_a_family_holds_for_all_its_words_together():
+    """Five comparisons of equals and five that differ by the margin: "equal" and an order may both be said falsely."""
+    known, rng = register.read(), np.random.default_rng(3)
+    claim = next(each for each in known.claims if each.test == register.GREATER)
+    truth, freedom, rounds, wrong = np.repeat([0.0, known.margin], 5), 9, 1_000, 0
+    for _ in range(rounds):
+        errors = known.margin / 12 * np.sqrt(rng.chisquare(freedom, len(truth)) / freedom)
+        values = truth + known.margin / 12 * rng.normal(size=len(truth))
+        numbers = [Number("", (), Estimate(*pair, freedom), 10, 200) for pair in zip(values, errors, strict=True)]
+        said = verdicts.decided([verdicts.comparison(claim, "", number) for number in numbers], known)
+        false = [("better", "worse")] * 5 + [("equal", "worse")] * 5
+        wrong += any(each.word in words for each, words in zip(said, false, strict=True))
+    assert wrong / rounds <= known.alpha + 3 * math.sqrt(known.alpha * (1 - known.alpha) / rounds)
 
 
 def test_experts_are_judged_apart(tmp_path):

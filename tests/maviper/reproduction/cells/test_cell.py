@@ -46,10 +46,11 @@ def test_another_version_of_the_tool_makes_another_cell(monkeypatch):
 
 
 def test_every_seed_plays_episodes_of_its_own_that_the_expert_plays_too():
-    blocks = [replace(CELL, seed=seed).episodes for seed in range(10)]
-    everything = Cell(EXPERT, "physical-deception", "mappo").episodes
-    assert sorted(episode for block in blocks for episode in block) == list(everything)
-    assert replace(CELL, seed=12).episodes == blocks[2]
+    blocks = [episode for seed in range(20) for episode in replace(CELL, seed=seed).episodes]
+    experts = [Cell(EXPERT, "physical-deception", "mappo", seed=first) for first in (0, 10)]
+    assert len(set(blocks)) == 20 * 200
+    assert blocks == [episode for expert in experts for episode in expert.episodes]
+    assert len({expert.said for expert in experts}) == 2
     assert replace(CELL, algorithm="iviper", depth=6).episodes == CELL.episodes  # paired
 
 

@@ -43,6 +43,15 @@ def test_the_default_is_the_papers_protocol():
     assert len(table_1) == 2 * 10 and {cell.depth for cell in table_1} == {4}
 
 
+@pytest.mark.parametrize(("seeds", "experts"), [(1, [0]), (10, [0]), (11, [0, 10]), (30, [0, 10, 20])])
+def test_the_expert_plays_the_episodes_of_every_seed(seeds, experts):
+    found = cells(games=("cooperative-navigation",), seeds=seeds, algorithms=("imitation",), depths=(2,))
+    alone = [cell for cell in found if cell.kind == EXPERT]
+    assert [cell.seed for cell in alone] == experts
+    played = {episode for cell in alone for episode in cell.episodes}
+    assert played >= {episode for cell in found for episode in cell.episodes}
+
+
 def test_full_adds_the_ladder_released_leaf_budgets_and_further_experts():
     usual, full = set(cells(seeds=1)), set(cells(tier="full", seeds=1))
     assert usual <= full
@@ -108,6 +117,32 @@ def test_experts_of_one_name_are_told_apart_and_one_without_a_card_says_so(tmp_p
     assert {cell.expert for cell in cells(tier="quick", experts=("my:expert",))} == {"my:expert (no card)"}
 
 
+@pytest.fixture
+def three_by_maddpg(monkeypatch):
+    """The shipped experts as they are once the paper's algorithm has one for every game."""
+    more = {f"{game}@maddpg": store.SHIPPED[game] for game in ("cooperative-navigation", "predator-prey")}
+    monkeypatch.setattr(store, "SHIPPED", {**store.SHIPPED, **more})
+
+
+@pytest.mark.usefixtures("three_by_maddpg")
+def test_a_family_is_every_shipped_expert_of_its_kind():
+    plan = planned(Asked(experts=("maddpg",), seeds=1), "")
+    assert {(c.game, c.expert) for c in (task.cell for task in plan.tasks)} == {(g, "maddpg") for g in plans.GAMES}
+    assert not plan.left_out
+
+
+def test_experts_of_a_family_may_be_named_one_by_one(tmp_path, three_by_maddpg):
+    shipped = Path(store.__file__).parent / "shipped"
+    run = tmp_path / "run"
+    run.mkdir()
+    (run / "expert.safetensors").write_bytes((shipped / "cooperative_navigation.0.safetensors").read_bytes())
+    texts = ("physical-deception@maddpg", "predator-prey@maddpg", f"maddpg={run}")
+    tasks = planned(Asked(experts=texts, seeds=1), "").tasks
+    assert {(task.cell.game, task.cell.expert) for task in tasks} == {(game, "maddpg") for game in plans.GAMES}
+    twice = planned(Asked(experts=("maddpg", *texts[:2]), seeds=1), "").tasks
+    assert {task.cell.expert for task in twice} == {"maddpg"}
+
+
 @pytest.mark.parametrize(
     ("asked", "said"),
     [
@@ -148,7 +183,7 @@ def test_every_game_of_the_plan_is_a_world():
 def test_cells_like_none_that_was_measured_are_counted_in_the_plan(tmp_path, monkeypatch):
     plan, store_ = planned(Asked("quick"), ""), Store(tmp_path)
     monkeypatch.setattr(costs, "measured", lambda: {"expert physical-deception": {"0": 1.0}})
-    assert "11 cells are like none that was measured" in "\n".join(said(plan, store_))
+    assert "11 cells were not measured" in "\n".join(said(plan, store_))
     like = "extraction physical-deception maviper-no-prediction paper histogram"
     monkeypatch.setattr(costs, "measured", lambda: {like: {"4": 1.0}})
     assert [task.cell.algorithm for task in plan.tasks if not costs.guessed(task.cell)] == ["maviper-no-prediction"]

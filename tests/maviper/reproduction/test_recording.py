@@ -1,0 +1,92 @@
+"""The record of a reproduction: what lies in it, that it stands alone, and that the committed ones are whole."""
+
+import json
+import re
+import subprocess
+import sys
+import tarfile
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+import pytest
+
+from maviper.reproduction import register, report
+from maviper.reproduction.verdicts import AGREES, DIFFERS
+from tests.benchmarks.record import recorded
+from tests.maviper.reproduction import tables
+from tests.maviper.reproduction.tables import DECEPTION, NAVIGATION
+
+COMMITTED = sorted((Path(__file__).parents[3] / "generated" / "reproduction").glob("*/claims.json"))
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Two games with their report."""
+    found = tables.whole(tmp_path_factory.mktemp("finished"), (DECEPTION, NAVIGATION), (4,), seeds=5)
+    report.written(found)
+    return found
+
+
+@pytest.fixture(scope="module")
+def place(folder, tmp_path_factory):
+    found = tmp_path_factory.mktemp("record")
+    recorded(folder, found, "--experts mappo")
+    return found
+
+
+def contents(place):
+    return {path.relative_to(place).as_posix(): path.read_bytes() for path in place.rglob("*") if path.is_file()}
+
+
+def test_equal_folders_give_equal_records_without_paths_or_times(folder, place, tmp_path):
+    (tmp_path / "figures").mkdir()
+    (tmp_path / "figures" / "old.svg").write_text("of an earlier record")
+    recorded(folder, tmp_path, "--experts mappo")
+    assert contents(tmp_path) == contents(place)
+    for name, data in contents(place).items():
+        assert str(folder).encode() not in data, name
+    with tarfile.open(place / "episodes.tar.xz") as packed:
+        assert {(member.mtime, member.uid, member.uname) for member in packed} == {(0, 0, "")}
+
+
+def test_numbers_are_computed_again_from_the_record_alone(place, tmp_path):
+    with tarfile.open(place / "episodes.tar.xz") as packed:
+        packed.extractall(tmp_path, filter="data")
+    for name in ("cells.csv", "recompute.py"):
+        (tmp_path / name).write_bytes((place / name).read_bytes())
+    command = [sys.executable, "-I", str(tmp_path / "recompute.py")]
+    found = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert found.returncode == 0 and " 0 come out otherwise" in found.stdout
+
+
+def test_the_page_says_how_it_was_made(folder, place):
+    text = (place / "README.md").read_text()
+    assert "\n    maviper reproduce --experts mappo -o FOLDER\n" in text
+    assert register.read().sha256 in text and re.search(r"numpy \d+\.", text)
+    cells = len(list((folder / "episodes").iterdir()))
+    assert f"{cells} cells, {cells * 1.5 / 3600:.1f} core-hours" in text
+
+
+def test_a_large_archive_is_left_out_and_the_page_says_so(folder, tmp_path):
+    recorded(folder, tmp_path)
+    recorded(folder, tmp_path, most=0.001)
+    assert not (tmp_path / "episodes.tar.xz").exists()
+    assert "is left out" in (tmp_path / "README.md").read_text()
+
+
+def test_the_figures_of_the_readme_have_a_background_of_their_own(place):
+    for name, title in (("readme-1.svg", "physical deception, defenders"), ("readme-2.svg", "cooperative navigation")):
+        said, style, panel, *rest = ET.fromstring((place / name).read_text())
+        assert panel.get("class") == "panel" and rest and said.text.startswith(title)
+        assert style.text.count(".panel{") == 2 and "prefers-color-scheme:dark" in style.text
+
+
+@pytest.mark.skipif(not COMMITTED, reason="no reproduction is recorded")
+@pytest.mark.parametrize("path", COMMITTED or [Path()], ids=lambda path: path.parent.name)
+def test_committed_records_are_whole(path):
+    told, place = json.loads(path.read_text()), path.parent
+    words = [claim["verdict"] for claim in told["claims"]]
+    assert told["register"] == register.read().sha256 and words.count(AGREES) + words.count(DIFFERS) >= 20
+    summary = (place / report.SUMMARY).read_text().splitlines()
+    assert f"{words.count(AGREES)} AGREES, {words.count(DIFFERS)} DIFFERS" in summary[0]
+    assert all((place / name).exists() for name in ("report.html", "cells.csv", "README.md", "readme-1.svg"))
