@@ -40,7 +40,10 @@ LEARNED = {  # networks that learned by reward alone
     "predator-prey": ("predator_prey", (0, 1, 2), 0),
     "predator-prey,observation=mpe2": ("predator_prey_mpe2", (0, 1, 2), 0),
 }
-MADDPG = {"physical-deception": ("physical_deception.maddpg", (0,), 0)}  # by the paper's algorithm, reward alone
+MADDPG = {  # by the paper's algorithm, reward alone
+    "physical-deception": ("physical_deception.maddpg", (0,), 0),
+    "cooperative-navigation": ("cooperative_navigation.maddpg", (0,), 0),
+}
 CLONE = "clone"
 
 
