@@ -15,13 +15,13 @@ from typing import Generic, TypeVar
 import numpy as np
 
 from codegen import ir
-from codegen.ir import AgentPolicy, PolicyProfile
+from codegen.ir import GOAL, AgentPolicy, PolicyProfile
 from verify.claims.catalogue import Claim
 from verify.claims.decisions import DecisionClaim, OwnFormula, formula
 from verify.claims.episodes import EpisodeClaim
-from verify.claims.formula import Formula, agents, conjuncts, for_goal
+from verify.claims.formula import Formula, agents, conjuncts, for_goal, names_goal
 from verify.claims.region import MACHINE, Region, everywhere
-from verify.claims.verifiable import verifiable
+from verify.claims.verifiable import read_by, verifiable
 
 CONTROL_SEED = 0
 MAX_TOGETHER = 3  # agents of a claim that is never divided
@@ -79,6 +79,13 @@ class Question(Generic[About]):
     def goals(self) -> tuple[str | None, ...]:
         """The goals that are asked about one by one; None alone where the world has none."""
         return self.region.goal_cases
+
+    @cached_property
+    def names_goal(self: "Question[DecisionClaim]") -> bool:
+        """Whether the claim or a test of an agent that it speaks of names the goal: else all goals have one answer."""
+        acting = agents(self.formula)
+        policies = (policy for policy in self.profile.agents if policy.agent in acting)
+        return names_goal(self.formula) or any(GOAL in read_by(policy) for policy in policies)
 
     @cached_property
     def parts(self: "Question[DecisionClaim]") -> "tuple[Question[DecisionClaim], ...]":

@@ -218,7 +218,7 @@ def _queries(question: DecisionQuestion, goal: str | None) -> Iterator[tuple[str
     """What the solver is asked for one goal, each query with a name that suits a file."""
     team = question.team
     if question.claim.kind is not Kind.LEAVES:
-        yield question.claim.name, query(question, goal)
+        yield question.claim.name, query(question, goal, however_large=True)
         return
     for policy in team:
         for leaf in map(int, ir.leaves(policy.tree)):

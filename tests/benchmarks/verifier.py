@@ -17,6 +17,7 @@ between them.
 """
 
 import argparse
+import gc
 import json
 import math
 import os
@@ -233,7 +234,10 @@ def measured(rounds, full):
     game = Game("physical-deception")
     against_direct, ours_over_direct, sweeps, branches = [], [], [], []
     region = start_region(game.world.spec)
-    for kind, depth, profile in teams(game, full):
+    asked = list(teams(game, full))
+    gc.collect()
+    gc.freeze()  # what the benchmark itself has loaded and made is no part of a question
+    for kind, depth, profile in asked:
         pairs = leaf_product(profile, "defenders") * len(region.goals)
         found, times = interleaved(profile, region, rounds)
         if depth <= 10:
@@ -292,7 +296,7 @@ def interleaved(profile, region, rounds):
         "zones": lambda: by_zones(Question(profile, question.claim, region)).opinion.verdict is Verdict.PROVED,
         "search": lambda: zones.decide(question).verdict is Verdict.PROVED,
         "direct": lambda: direct.decided(profile, "defenders"),
-        "ours": lambda: not any(ask(query(question, goal)).holds for goal in region.goals),
+        "ours": lambda: _by_solver(Question(profile, question.claim, region)),
     }
     times = {name: [] for name in ways}
     for _ in range(rounds):
@@ -304,6 +308,12 @@ def interleaved(profile, region, rounds):
             answers.add(proved)
         assert len(answers) == 1
     return zones.decide(question), {name: statistics.median(each) for name, each in times.items()}
+
+
+def _by_solver(question):
+    """Whether the claim holds, by our queries to Z3: those of `solver.decide`, less the one about the region alone."""
+    asked = question.goals if question.names_goal else question.goals[:1]
+    return not any(ask(query(question, goal)).holds for goal in asked)
 
 
 def forget():

@@ -25,10 +25,10 @@ from verify.checker import decisions
 from verify.checker.reading import RejectedError, region_formula
 from verify.checker.thresholds import NO_ERROR
 from verify.claims.decisions import BUILT_IN, KAPPA, PLAIN, STEADY, DecisionClaim, checked, ensure_steady, formula
-from verify.claims.formula import Formula, agents, conjuncts, coordinates, for_goal, holds
+from verify.claims.formula import Formula, agents, conjuncts, coordinates, for_goal, holds, names_goal
 from verify.claims.formula_json import formula_document, read_formula, read_number
 from verify.claims.region import SEMANTICS, Region, Semantics, check_range, goal_of, goal_text
-from verify.claims.verifiable import verifiable
+from verify.claims.verifiable import read_by, verifiable
 
 FORM = "maviper-certificate-1"
 PARTED = "maviper-certificate-2"  # its proofs are those of the conjuncts, one after the other
@@ -114,16 +114,25 @@ def accepted(certificate: Certificate, profile: PolicyProfile) -> int:
     if set(goals) != set(certificate.proofs):
         proved, stated = sorted(shown(goal_text(goal)) for goal in certificate.proofs), sorted(map(goal_text, goals))
         raise RejectedError(f"the proofs are for the goals {proved}, but the region has {stated}")
-    closed, semantics = 0, Semantics(certificate.semantics, certificate.eps)
+    closed, semantics = list[int](), Semantics(certificate.semantics, certificate.eps)
+    parts = conjuncts(certificate.formula) if certificate.form == PARTED else (certificate.formula,)
+    alike = not _names_goal(certificate.formula, profile)
     for goal in goals:
-        proof = numbers(certificate.proofs[goal])
+        if alike and closed and certificate.proofs[goal] == certificate.proofs[goals[0]]:
+            closed.append(closed[0])  # the same question, and the same proof
+            continue
         try:
-            parts = conjuncts(certificate.formula) if certificate.form == PARTED else (certificate.formula,)
-            asked = [for_goal(part, goal) for part in parts]
-            closed += decisions.check_all(profile, asked, region, goal, semantics, proof)
+            asked, proof = [for_goal(part, goal) for part in parts], numbers(certificate.proofs[goal])
+            closed.append(decisions.check_all(profile, asked, region, goal, semantics, proof))
         except RejectedError as error:
             raise RejectedError(f"goal {goal or 'none'}: {error}") from None
-    return closed
+    return sum(closed)
+
+
+def _names_goal(claim: Formula, profile: PolicyProfile) -> bool:
+    """Whether a formula or a test of an agent that it speaks of names the goal: else all goals are one question."""
+    acting = agents(claim)
+    return names_goal(claim) or any(GOAL in read_by(profile.policy(agent)) for agent in acting)
 
 
 def known_names(certificate: Certificate, profile: PolicyProfile, team: str | None) -> None:

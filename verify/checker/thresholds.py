@@ -12,7 +12,7 @@ so the same step gives the half line of the first rounding.
 from fractions import Fraction
 from functools import lru_cache
 from math import ldexp
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 from codegen.errors import InputError
 from codegen.ir import FeatureSpec
@@ -22,6 +22,8 @@ from verify.claims.region import MACHINE, REAL
 NO_ERROR = Fraction(0)
 AT_ONCE = 2  # coordinates that are added with one rounding
 SINGLE, DOUBLE = (24, -149), (53, -1074)  # bits of a significand, least exponent
+_Terms: TypeAlias = tuple[tuple[Fraction, str], ...]
+_Sums: TypeAlias = tuple[_Terms, _Terms]  # a sum and its opposite
 
 
 class End(NamedTuple):
@@ -95,37 +97,35 @@ def sides(
     if meaning is None or (semantics == MACHINE and len(meaning.terms) > AT_ONCE):
         raise InputError(f"feature {feature.name} is not a coordinate or a difference of two", str(meaning))
     terms = _exact(meaning.terms)
-    if not terms:
+    if not meaning.terms:
         return _always(threshold >= 0)
     if meaning.function:
         return _of_function(meaning.function, terms, threshold, eps)
     if semantics == REAL:
         return _cut(terms, Fraction(threshold), False, eps)
-    end = rounded_once(threshold) if len(terms) == 1 and not eps else rounded_twice(threshold)
+    end = rounded_once(threshold) if len(meaning.terms) == 1 and not eps else rounded_twice(threshold)
     return _cut(terms, end.value(), end.strict, eps)
 
 
 @lru_cache(maxsize=1 << 10)
-def _exact(terms: tuple[tuple[float, str], ...]) -> tuple[tuple[Fraction, str], ...]:
-    return tuple((Fraction(weight), name) for weight, name in terms)
+def _exact(terms: tuple[tuple[float, str], ...]) -> _Sums:
+    """A sum, and its opposite."""
+    exact = tuple((Fraction(weight), name) for weight, name in terms)
+    return exact, tuple((-weight, name) for weight, name in exact)
 
 
 def _always(left: bool) -> tuple[Formula, Formula]:
     return (TRUE, FALSE) if left else (FALSE, TRUE)
 
 
-def _cut(
-    terms: tuple[tuple[Fraction, str], ...], end: Fraction, strict: bool, eps: Fraction = NO_ERROR
-) -> tuple[Linear, Linear]:
+def _cut(sums: _Sums, end: Fraction, strict: bool, eps: Fraction = NO_ERROR) -> tuple[Linear, Linear]:
     """At most the end (below it when strict), and the opposite; each up to `eps` further."""
-    opposite = tuple((-weight, name) for weight, name in terms)
+    terms, opposite = sums
     to, beyond = (end + eps, eps - end) if eps else (end, -end)
     return Linear(terms, to, strict), Linear(opposite, beyond, not strict)
 
 
-def _of_function(
-    function: str, terms: tuple[tuple[Fraction, str], ...], threshold: float, eps: Fraction
-) -> tuple[Formula, Formula]:
+def _of_function(function: str, terms: _Sums, threshold: float, eps: Fraction) -> tuple[Formula, Formula]:
     """The sides for a function of a sum. Rounding keeps signs, and a sum of two float64 rounds to 0 only from 0."""
     lowest = -1 if function == "sign" else 0
     if threshold < lowest or threshold >= 1:

@@ -155,6 +155,15 @@ class Reaches(Arrival):
         "({own}) at some step up to step {steps}"
     )
 
+    def __post_init__(self) -> None:
+        """InputError without landmarks: of any matching each agent might be near another landmark at another step."""
+        if not self.landmarks:
+            raise InputError(
+                f"{self.name} is about each agent's own landmark, but none is named",
+                "landmarks",
+                "name one for each agent, or claim covers, for which any matching will do",
+            )
+
     @classmethod
     def usual(cls, profile: PolicyProfile, team: str, given: Mapping[str, Any]) -> dict[str, Any]:
         """A whole episode, and the landmarks in the world's order."""

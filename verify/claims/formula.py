@@ -11,15 +11,15 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import TypeAlias
+from functools import cached_property
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
 from codegen.ir import GOAL, Bool, Float64, Int32
 
 
-@dataclass(frozen=True)
-class Linear:
+class Linear(NamedTuple):
     """A sum of weight * coordinate is at most `bound`, or below it when `strict`."""
 
     terms: tuple[tuple[Fraction, str], ...]
@@ -47,17 +47,35 @@ class Goal:
 
 
 @dataclass(frozen=True)
-class And:
+class _Joined:
+    """Parts, and what is asked about them again and again, which is found once."""
+
+    parts: tuple[Formula, ...]
+
+    def __hash__(self) -> int:
+        return self._hash
+
+    @cached_property
+    def _hash(self) -> int:
+        return hash((type(self) is And, self.parts))
+
+    @cached_property
+    def agents(self) -> frozenset[str]:
+        """As the function `agents`."""
+        return _NONE.union(*map(agents, self.parts))
+
+    @cached_property
+    def names_goal(self) -> bool:
+        """As the function `names_goal`."""
+        return any(map(names_goal, self.parts))
+
+
+class And(_Joined):
     """All parts hold; without parts it is true."""
 
-    parts: tuple[Formula, ...]
 
-
-@dataclass(frozen=True)
-class Or:
+class Or(_Joined):
     """Some part holds; without parts it is false."""
-
-    parts: tuple[Formula, ...]
 
 
 @dataclass(frozen=True)
@@ -68,8 +86,9 @@ class Not:
 
 
 Formula: TypeAlias = Linear | Acts | Goal | And | Or | Not
-TRUE, FALSE = And(()), Or(())
 _NONE: frozenset[str] = frozenset()
+_OF_GOAL = f"{GOAL}."
+TRUE, FALSE = And(()), Or(())
 
 
 def below(terms: Mapping[str, Fraction | int], bound: Fraction | int, strict: bool = False) -> Formula:
@@ -87,7 +106,7 @@ def _exact(number: Fraction | int) -> Fraction:
 def conjunction(*parts: Formula) -> Formula:
     """And, flat and without needless parts."""
     flat = [inner for part in parts for inner in (part.parts if isinstance(part, And) else (part,))]
-    if FALSE in flat:
+    if any(isinstance(part, Or) and not part.parts for part in flat):
         return FALSE
     unique = tuple(dict.fromkeys(flat))
     return unique[0] if len(unique) == 1 else And(unique)
@@ -96,7 +115,7 @@ def conjunction(*parts: Formula) -> Formula:
 def disjunction(*parts: Formula) -> Formula:
     """Or, flat and without needless parts."""
     flat = [inner for part in parts for inner in (part.parts if isinstance(part, Or) else (part,))]
-    if TRUE in flat:
+    if any(isinstance(part, And) and not part.parts for part in flat):
         return TRUE
     unique = tuple(dict.fromkeys(flat))
     return unique[0] if len(unique) == 1 else Or(unique)
@@ -139,16 +158,18 @@ def given(formula: Formula, actions: Mapping[str, int]) -> Formula:
 
 def for_goal(formula: Formula, goal: str | None) -> Formula:
     """The formula in worlds whose goal is the landmark `goal` (None: without goal): `Goal` becomes true or false, the
-    goal's coordinates become the landmark's.
+    goal's coordinates become the landmark's. A formula that does not name the goal stays as it is.
     """
+    if not names_goal(formula):
+        return formula
     if isinstance(formula, Goal):
         return TRUE if formula.landmark == goal else FALSE
     if isinstance(formula, Linear):
-        if goal is None or not any(name.startswith(f"{GOAL}.") for _, name in formula.terms):
+        if goal is None:
             return formula
         terms: dict[str, Fraction] = {}
         for weight, name in formula.terms:
-            named = f"{goal}.{name.removeprefix(f'{GOAL}.')}" if name.startswith(f"{GOAL}.") else name
+            named = f"{goal}.{name.removeprefix(_OF_GOAL)}" if name.startswith(_OF_GOAL) else name
             terms[named] = terms.get(named, Fraction(0)) + weight
         return below(terms, formula.bound, formula.strict)
     if isinstance(formula, And):
@@ -159,6 +180,15 @@ def for_goal(formula: Formula, goal: str | None) -> Formula:
         part = for_goal(formula.part, goal)
         return FALSE if part == TRUE else TRUE if part == FALSE else Not(part)
     return formula
+
+
+def names_goal(formula: Formula) -> bool:
+    """Whether the formula may say another thing for another goal: it asks which one it is, or where."""
+    if isinstance(formula, (And, Or)):
+        return formula.names_goal
+    if isinstance(formula, Linear):
+        return any(name.startswith(_OF_GOAL) for _, name in formula.terms)
+    return names_goal(formula.part) if isinstance(formula, Not) else isinstance(formula, Goal)
 
 
 def tightened(formula: Formula, slack: Fraction) -> Formula:
@@ -188,8 +218,8 @@ def agents(formula: Formula) -> frozenset[str]:
     if isinstance(formula, Acts):
         return frozenset({formula.agent})
     if isinstance(formula, (And, Or)):
-        return _NONE.union(*map(agents, formula.parts))
-    return agents(formula.part) if isinstance(formula, Not) else frozenset()
+        return formula.agents
+    return agents(formula.part) if isinstance(formula, Not) else _NONE
 
 
 def conjuncts(formula: Formula) -> tuple[Formula, ...]:
@@ -283,7 +313,10 @@ class Batch:
     def _atom(self, atom: Linear) -> Bool:
         total = np.zeros(self._count)
         for weight, name in atom.terms:
-            total += float(weight) * self._columns[name]
+            column = self._columns[name]
+            total = (
+                total + column if weight == 1 else total - column if weight == -1 else total + float(weight) * column
+            )
         if self._doubting:
             return ~(total - float(atom.bound) > self._error(atom))  # true of NaN
         return np.asarray(total < float(atom.bound) if atom.strict else total <= float(atom.bound))

@@ -11,6 +11,7 @@ iff their L-infinity distance is at most the radius; engaged is either. Lengths 
 
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
+from functools import lru_cache
 from itertools import product
 
 from codegen.ir import AgentPolicy
@@ -22,8 +23,13 @@ def closes(policy: AgentPolicy, action: int, target: str, margin: Fraction) -> F
     effect = policy.actions[action].effect or (0.0, 0.0)
     terms: dict[str, Fraction] = {}
     for axis, part in zip("xy", effect, strict=True):
-        terms |= {f"{policy.agent}.{axis}": Fraction(part), f"{target}.{axis}": -Fraction(part)}
+        terms[f"{policy.agent}.{axis}"], terms[f"{target}.{axis}"] = _exact(part), _exact(-part)
     return below(terms, -margin, strict=True)
+
+
+@lru_cache(maxsize=1 << 10)
+def _exact(part: float) -> Fraction:
+    return Fraction(part)
 
 
 def closing(policy: AgentPolicy, target: str, margin: Fraction) -> Formula:

@@ -1,7 +1,7 @@
 """Whether claims can be made about a team.
 
 Does: refuses teams without members, parameters out of their ranges, and policies whose features, actions or
-  thresholds claims have no meaning for.
+  thresholds claims have no meaning for; says whom a tree reads.
 Assumes: a checked profile.
 Does not: read claims.
 """
@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from codegen.errors import InputError, UnknownNameError
-from codegen.ir import AgentPolicy, PolicyProfile
+from codegen.ir import NO_FEATURE, AgentPolicy, PolicyProfile
 from verify.claims.region import ensure_team, teams
 
 
@@ -38,6 +38,12 @@ def verifiable(profile: PolicyProfile, team: str) -> tuple[AgentPolicy, ...]:
                 "processors may flush such numbers to zero; round the threshold to 0 or to a normal number",
             )
     return profile.team(team)
+
+
+def read_by(policy: AgentPolicy) -> frozenset[str]:
+    """The entities that the tree's tests read, the goal as `goal`."""
+    tested = [policy.features[place].meaning for place in {*policy.tree.feature.tolist()} - {NO_FEATURE}]
+    return frozenset(name.rpartition(".")[0] for meaning in tested if meaning for _, name in meaning.terms)
 
 
 def team_for(name: str, profile: PolicyProfile, team: str | None, any_size: bool = False) -> str:

@@ -22,10 +22,11 @@ from codegen.dynamics import partners
 from codegen.ir import Float64
 from verify.checker.episode_reading import Part
 from verify.claims.region import Verdict
+from verify.claims.verifiable import read_by
 from verify.episodes.contacts import colliders, travels
 from verify.episodes.cuts import away, too_near, unmatched
 from verify.episodes.rounding import ensure_exact
-from verify.episodes.unroll import Cut, Group, Search, grouped, read_by, strides
+from verify.episodes.unroll import Cut, Group, Search, grouped, strides
 from verify.episodes.zones import Int64, Start, Zones, closed, hulls, point_in, starts
 from verify.question import EpisodeQuestion
 from verify.states.episodes import at_rest, first_failing, matched, owned, paired, play, playable

@@ -26,6 +26,7 @@ import numpy as np
 from codegen import ir
 from codegen.floats import deciding_double
 from codegen.ir import AgentPolicy, Bool, Float64, PolicyProfile, WorldSpec
+from verify.claims.verifiable import read_by
 from verify.episodes.contacts import Body, Contacts, colliders, contacts_of, known
 from verify.episodes.zones import AXES, GRID_SLACK, LIMIT, SCALE, ZERO, Int8, Int64, Zones, constrained
 from verify.progress import tell
@@ -83,13 +84,6 @@ class Group:
     def node(self, entity: str) -> int:
         """The entity's node in the zones."""
         return self.bodies[entity].node
-
-
-def read_by(policy: AgentPolicy) -> frozenset[str]:
-    """The entities that the tree's tests read, the goal as `goal`."""
-    tested = {policy.features[int(feature)] for feature in policy.tree.feature if feature != ir.NO_FEATURE}
-    meanings = [feature.meaning for feature in tested if feature.meaning]
-    return frozenset(name.rpartition(".")[0] for meaning in meanings for _, name in meaning.terms)
 
 
 def grouped(

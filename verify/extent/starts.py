@@ -18,7 +18,7 @@ from codegen import ir
 from verify.checker.episode_reading import Matching, RejectedError, matchings
 from verify.claims.episodes import Arrival
 from verify.claims.region import Verdict
-from verify.episodes.unroll import read_by
+from verify.claims.verifiable import read_by
 from verify.extent.sure import Following, Measured, NoShareError, Sure
 from verify.question import EpisodeQuestion, Question
 from verify.states.episodes import at_rest, matched, play

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from verify.claims.formula import TRUE
 from verify.claims.region import Verdict
 from verify.question import Case, DecisionQuestion
-from verify.solver.encode import query, region_only
+from verify.solver.encode import Query, query, region_only
 from verify.solver.solve import Answer, ask
 
 
@@ -37,24 +37,32 @@ def decide(question: DecisionQuestion, cases: Sequence[Case] | None = None) -> D
     nothing, spent = about_nothing(question)
     if nothing:
         return Decision(Verdict.VACUOUS, spent, reason=nothing)
-    open_reasons: list[str] = []
+    open_reasons, beyond = list[str](), False
     asking = question.cases if cases is None else list(cases)
     left, answered = dict.fromkeys(question.goals, question.budgets.solver_units), Counter[str | None]()
+    alike: dict[int, tuple[Query, Answer]] = {}  # by part: what was asked for the goal before, where all are the same
     for place, (goal, part) in enumerate(asking):
         if left[goal] <= 0:
             continue
-        asked = query(part, goal)
-        answer = ask(asked, left[goal])
+        if id(part) in alike:
+            asked, answer = alike[id(part)]
+        else:
+            asked = query(part.spending(solver_units=left[goal]), goal)
+            answer = ask(asked, left[goal])
+        if not question.names_goal:
+            alike[id(part)] = asked, answer
         spent, left[goal] = spent + answer.resources, left[goal] - answer.resources
         if answer.holds:
             return Decision(Verdict.VIOLATED, spent, goal, answer, part=part, exact=asked.exact)
         answered[goal] += answer.holds is False
         cut_off = left[goal] <= 0 and any(later == goal for later, _ in asking[place + 1 :])
+        beyond = beyond or bool(asked.beyond)
         if answer.holds is None or cut_off:
             used = question.budgets.solver_units - left[goal]
             open_reasons.append(_open(question, goal, answer, used, answered[goal]))
     if open_reasons:
-        return Decision(Verdict.UNKNOWN, spent, reason="; ".join(open_reasons) + "; a larger --solver-units may answer")
+        hint = "; smaller trees may be decided" if beyond else "; a larger --solver-units may answer"
+        return Decision(Verdict.UNKNOWN, spent, reason="; ".join(open_reasons) + hint)
     return Decision(Verdict.PROVED, spent)
 
 

@@ -8,7 +8,7 @@ A sum of more than two coordinates rounds after each addition. Its exact sum plu
 it, so that what is proved is proved; an answer is a candidate, which the referee judges.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from functools import lru_cache, partial
 from typing import NamedTuple
@@ -19,13 +19,29 @@ import z3
 from codegen import ir
 from codegen.errors import InputError
 from codegen.ir import AgentPolicy, FeatureSpec, PolicyProfile
-from verify.claims.formula import TRUE, And, Formula, Linear, Or, agents, for_goal, given, negated, normal, tightened
+from verify.claims.formula import (
+    TRUE,
+    And,
+    Formula,
+    Linear,
+    Not,
+    Or,
+    agents,
+    for_goal,
+    given,
+    negated,
+    normal,
+    tightened,
+)
 from verify.claims.region import MACHINE, REAL, Region
 from verify.question import DecisionQuestion
 from verify.solver.halflines import HalfLine, half_line, last_double
 from verify.states.state import error_name, measurable
 
 MAX_KNOWN = 1 << 15  # tests that are kept for the next query: the other goals', the control's
+MAX_TESTS = 280_000  # of trees that a query states: half a minute, and below two gigabytes with the solver's own copy
+FEW_TESTS = 20_000  # that any budget allows
+UNITS_A_TEST = 64  # of a budget in solver units: so many allow one test more
 UNDERFLOW = Fraction(1, 2**1000)  # more than all products with a weight can lose
 ROUNDED_ONCE = 2  # a sum of so many coordinates rounds once before it becomes a float32
 
@@ -37,6 +53,7 @@ class Query(NamedTuple):
     variables: dict[str, z3.ArithRef]
     constraints: list[z3.BoolRef]
     exact: bool = True  # whether every answer is one; else rounding may keep the state from doing what was asked
+    beyond: str = ""  # why it was not written: it is too large for the budget, and has no constraints
 
 
 def number(value: Fraction) -> z3.ArithRef:
@@ -63,15 +80,41 @@ def _either(test: z3.BoolRef, left: z3.BoolRef, right: z3.BoolRef) -> z3.BoolRef
     return z3.BoolRef(z3.Z3_mk_ite(context.ref(), test.as_ast(), left.as_ast(), right.as_ast()), context)
 
 
-def query(question: DecisionQuestion, goal: str | None, slack: Fraction = Fraction(0)) -> Query:
+def query(
+    question: DecisionQuestion, goal: str | None, slack: Fraction = Fraction(0), however_large: bool = False
+) -> Query:
     """Constraints that hold exactly for the world states of the region, goal `goal`, in which the claim fails.
 
     With a positive `slack` every inequality is met with that much to spare: a stronger question whose answers lie
     inside their leaf cells, used to find counterexamples that survive rounding. Where the claim has an `eps`, each
     feature of each agent that a tree tests has an error, a variable of its own (`states.state.error_name`).
+    `however_large`: whatever the question's budget of solver units allows.
     """
+    beyond = "" if however_large else _beyond(question)
+    if beyond:
+        return Query(goal, {}, [], beyond=beyond)
     encoder, fails = _failing(question, goal, slack)
     return encoder.query(fails)
+
+
+def _beyond(question: DecisionQuestion) -> str:
+    """Why a question is too large for its budget to be written down; "" where it is not."""
+    lone = dict.fromkeys(_lone(question.formula))  # each follows its agent's tree
+    tests = sum(len(question.profile.policy(next(iter(agents(part)))).tree.left) // 2 for part in lone)
+    most = min(MAX_TESTS, max(FEW_TESTS, question.budgets.solver_units // UNITS_A_TEST))
+    return f"a query with {tests:,} tests of trees, more than {most:,}, is not asked" if tests > most else ""
+
+
+def _lone(formula: Formula) -> Iterator[Formula]:
+    """The largest parts of a formula that speak of one agent's action."""
+    acting = agents(formula)
+    if len(acting) == 1:
+        yield formula
+    elif acting:
+        for part in (
+            formula.parts if isinstance(formula, (And, Or)) else [formula.part] if isinstance(formula, Not) else []
+        ):
+            yield from _lone(part)
 
 
 def _failing(
@@ -85,6 +128,8 @@ def _failing(
 def in_both(question: DecisionQuestion, goal: str | None, slack: Fraction = Fraction(0)) -> Query:
     """As `query`, in which the claim fails in real arithmetic and in the deployed one."""
     real, machine = (query(question.by(semantics), goal, slack) for semantics in (REAL, MACHINE))
+    if real.beyond:
+        return real
     return Query(goal, real.variables | machine.variables, [*real.constraints, *machine.constraints], machine.exact)
 
 
@@ -111,6 +156,8 @@ def elsewhere(
     question: DecisionQuestion, goal: str | None, leaves: Mapping[str, int], slack: Fraction = Fraction(0)
 ) -> Query:
     """As `query`, and some agent of `leaves` reaches another leaf than the one named there."""
+    if beyond := _beyond(question):
+        return Query(goal, {}, [], beyond=beyond)
     encoder, fails = _failing(question, goal, slack)
     policy = question.profile.policy
     turned = [turn for agent, leaf in leaves.items() for turn in encoder.turned(policy(agent), leaf)]
@@ -119,6 +166,8 @@ def elsewhere(
 
 def there(question: DecisionQuestion, goal: str | None, leaves: Mapping[str, int]) -> Query:
     """As `query`, and every agent of `leaves` reaches the leaf named there."""
+    if beyond := _beyond(question):
+        return Query(goal, {}, [], beyond=beyond)
     encoder, fails = _failing(question, goal)
     policy = question.profile.policy
     taken = [test for agent, leaf in leaves.items() for test in encoder.path(policy(agent), leaf)]
@@ -127,6 +176,8 @@ def there(question: DecisionQuestion, goal: str | None, leaves: Mapping[str, int
 
 def settled(query: Query, values: Mapping[str, Fraction]) -> Query:
     """The question with some of its variables settled."""
+    if query.beyond:
+        return query
     equal = [query.variables[name] == number(value) for name, value in values.items()]
     return query._replace(constraints=[*query.constraints, *equal])
 

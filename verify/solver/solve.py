@@ -42,7 +42,9 @@ class BitsAnswer:
 
 
 def ask(query: Query, budget: int = Budgets().solver_units) -> Answer:
-    """Whether the question's constraints can hold together."""
+    """Whether the question's constraints can hold together; no answer where they were not written."""
+    if query.beyond:
+        return Answer(None, None, 0, query.beyond)
     context = z3.Context()  # a fresh one, so that earlier questions leave no trace in the search or the count
     constraints = [constraint.translate(context) for constraint in query.constraints]
     holds, model, spent, reason = _checked("QF_LRA", context, constraints, budget)
@@ -87,7 +89,8 @@ def _checked(
 
 
 def smt_lib(query: Query) -> str:
-    """The question as SMT-LIB 2, for any solver; equal questions give equal texts."""
+    """The question as SMT-LIB 2, for any solver; equal questions give equal texts. Not for one that was not written."""
+    assert not query.beyond, query.beyond
     context, known = z3.Context(), dict[int, z3.ExprRef]()
     solver = z3.SolverFor("QF_LRA", ctx=context)
     standard = [_standard(constraint.translate(context), known) for constraint in query.constraints]

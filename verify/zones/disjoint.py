@@ -18,7 +18,7 @@ def disjoint(table: Table) -> Disjoint:
     """The rewriting for the formulas of a table; adds the opposites of its bounds to the table's numbers."""
     opposite: dict[int, int] = {}
     for bound, number in list(table.numbers.items()):
-        other = Bound(bound.lower, bound.upper, -bound.most, not bound.strict)
+        other = Bound(bound.lower, bound.upper, -bound.over, bound.under, not bound.strict)
         opposite[number] = table.numbers.setdefault(other, len(table.numbers))
 
     @cache

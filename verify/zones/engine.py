@@ -79,13 +79,18 @@ def decide(question: DecisionQuestion) -> Outcome:
     """
     tests, budget = Tests.of(question), question.budgets.max_nodes
     spent, proofs, inhabitant, reasons = 0, dict[str | None, bytes](), dict[str, Fraction](), list[str]()
-    left = dict.fromkeys(question.goals, budget)
+    left, alike = dict.fromkeys(question.goals, budget), dict[int, tuple[bytes, int]]()
     for goal, part in question.cases:
+        if id(part) in alike:  # as for the goal before: proof, and search nodes
+            proof, nodes = alike[id(part)]
+            spent, proofs[goal] = spent + nodes, proofs.get(goal, b"") + proof
+            continue
         query = ZoneQuery(part, goal, tests, budget=left[goal])
         try:
             inhabitant = inhabitant or query.inhabitant()
             if not inhabitant:
                 return Outcome(Verdict.VACUOUS, spent + query.nodes, reason="the region holds no world state")
+            before = query.nodes
             proof, state = query.answer()
         except BudgetError:
             spent, left[goal] = spent + query.limit, 0
@@ -96,6 +101,8 @@ def decide(question: DecisionQuestion) -> Outcome:
         if state is not None:
             return Outcome(Verdict.VIOLATED, spent, goal, state, part=part)
         proofs[goal] = proofs.get(goal, b"") + proof
+        if not question.names_goal:
+            alike[id(part)] = proof, query.nodes - before
     if reasons:
         return Outcome(Verdict.UNKNOWN, spent, reason="; ".join(dict.fromkeys(reasons)))
     return Outcome(Verdict.PROVED, spent, proofs=proofs, inhabitant=inhabitant)
@@ -269,8 +276,8 @@ def state(asked: Problem, numbers: Sequence[int], names: Sequence[str]) -> dict[
         for number in numbers:
             where, a, b = asked.edges[number]
             if where == component:
-                _tighten(bounds, size, a, b, asked.weights[number])
-        zones.append(bounds)
+                bounds[a * size + b] = min(bounds[a * size + b], asked.weights[number])
+        zones.append(_closed(bounds, size))
     highest = [bounds[:: asked.sizes[component]] for component, bounds in enumerate(zones)]
     lowest = [bounds[: asked.sizes[component]] for component, bounds in enumerate(zones)]  # with the opposite sign
     found: dict[str, Fraction] = {}
@@ -285,13 +292,11 @@ def state(asked: Problem, numbers: Sequence[int], names: Sequence[str]) -> dict[
     return found
 
 
-def _tighten(bounds: list[int], size: int, a: int, b: int, weight: int) -> None:
-    """Adds a - b <= weight to a closed matrix that it does not empty."""
-    if weight >= bounds[a * size + b]:
-        return
-    after = bounds[b * size : b * size + size]
-    for i in range(size):
-        here = bounds[i * size + a] + weight
-        if here < bounds[i * size + b]:  # else by the triangle over b no bound of this row gets smaller
-            row = bounds[i * size : i * size + size]
-            bounds[i * size : i * size + size] = [min(most, here + gap) for most, gap in zip(row, after, strict=True)]
+def _closed(bounds: list[int], size: int) -> list[int]:
+    """The least bounds that follow, [size * size]: lengths of shortest paths (Floyd 1962); no cycle is negative."""
+    rows = [bounds[start : start + size] for start in range(0, size * size, size)]
+    for through, after in enumerate(rows):
+        for place, row in enumerate(rows):
+            to = row[through]
+            rows[place] = [to + gap if to + gap < most else most for most, gap in zip(row, after, strict=True)]
+    return [most for row in rows for most in row]

@@ -30,15 +30,18 @@ class BeyondZonesError(Exception):
 
 
 class Bound(NamedTuple):
-    """upper - lower <= most, or below it when strict."""
+    """upper - lower <= over / under, or below it when strict; two integers are told apart faster than two fractions."""
 
     upper: str
     lower: str
-    most: Fraction
+    over: int
+    under: int  # positive, without a common divisor
     strict: bool
 
-    def __hash__(self) -> int:
-        return hash((self.upper, self.lower, self.most.numerator, self.strict))  # to hash a fraction takes long
+    @property
+    def most(self) -> Fraction:
+        """What the difference is at most."""
+        return Fraction(self.over, self.under)
 
 
 class Flat(NamedTuple):
@@ -80,6 +83,8 @@ class _Part(NamedTuple):
 
 
 _Node: TypeAlias = _Edge | _Acts | _Group | _Part
+_Terms: TypeAlias = tuple[tuple[Fraction, str], ...]
+_Ends: TypeAlias = tuple[str, str, Fraction | None]  # upper, lower, what both are multiplied with
 
 
 class Table:
@@ -88,6 +93,8 @@ class Table:
     def __init__(self, profile: PolicyProfile, claim: Formula, region: Region, goal: str | None) -> None:
         self._goal, self._box = goal, region.box
         self.numbers: dict[Bound, int] = {}
+        # what sums bound, by identity, which is quick to compare; a sum is kept so that its id stays its own
+        self._sums: dict[int, tuple[_Terms, _Ends]] = {}
         self.region = self._region(region)
         speaking = agents(claim)
         self.policies = [policy for policy in profile.agents if policy.agent in speaking]
@@ -99,8 +106,29 @@ class Table:
         for part in self._parts.values():
             self.parts[part.agent].append(part.denied)
 
-    def atom(self, atom: Linear) -> Flat | None:
-        """The bound that an inequality is; None when it is false. BeyondZonesError when it is none."""
+    def atom(self, atom: Linear, wanted: bool = True) -> Flat | None:
+        """The bound that an inequality is, or its denial unless `wanted`; None when that is false. BeyondZonesError
+        when it is none.
+        """
+        known = self._sums.get(id(atom.terms))
+        if known is None:
+            known = self._sums[id(atom.terms)] = atom.terms, self._ends(atom, wanted)
+        upper, lower, size = known[1]
+        over, under = atom.bound.as_integer_ratio()
+        strict = atom.strict
+        if not wanted:
+            upper, lower, over, strict = lower, upper, -over, not strict
+        if size is None:
+            return TRUE if over > 0 or (over == 0 and not strict) else None
+        if size != 1:
+            over, under = (Fraction(over, under) / size).as_integer_ratio()
+        return self._bound(upper, lower, over, under, strict)
+
+    def _bound(self, upper: str, lower: str, over: int, under: int, strict: bool) -> Flat:
+        return Flat((self.numbers.setdefault(Bound(upper, lower, over, under, strict), len(self.numbers)),), ())
+
+    def _ends(self, atom: Linear, wanted: bool) -> "_Ends":
+        """The coordinates that a sum subtracts from one another, and the weight of both; None where none is left."""
         upper = lower = ORIGIN
         size = (0, 1)  # numerator and denominator, which compare much faster than fractions
         for name, weight in self._weights(atom).items():
@@ -110,13 +138,10 @@ class Table:
             if name not in self._box:
                 raise InputError(f"the claim is about {name}, which regions cannot bound yet", "", "see --region")
             if (upper if over > 0 else lower) or (size[0] and (abs(over), under) != size):
-                raise BeyondZonesError(str(atom))
+                raise BeyondZonesError(str(atom if wanted else _denied_atom(atom)))
             size = abs(over), under
             upper, lower = (name, lower) if over > 0 else (upper, name)
-        if not size[0]:
-            return TRUE if atom.bound > 0 or (atom.bound == 0 and not atom.strict) else None
-        bound = Bound(upper, lower, atom.bound if size == (1, 1) else atom.bound / Fraction(*size), atom.strict)
-        return Flat((self.numbers.setdefault(bound, len(self.numbers)),), ())
+        return upper, lower, Fraction(*size) if size[0] else None
 
     def _weights(self, atom: Linear) -> dict[str, Fraction]:
         """Coordinate -> weight, the goal's coordinates by the name of the landmark that it is."""
@@ -153,14 +178,18 @@ class Table:
         if isinstance(node, _Acts):
             action = known[node.agent].action
             return OPEN if action is None else TRUE if (action == node.action) == node.wanted else None
-        return _joined(node.everyone, (self._flat(part, known) for part in node.parts))
+        parts = (part.flat if isinstance(part, _Edge) else self._flat(part, known) for part in node.parts)
+        return _joined(node.everyone, parts)
 
     def _region(self, region: Region) -> Flat | None:
         one = Fraction(1)
-        pairs = [((one, name),) for name in region.box] + [((one, a), (-one, b)) for a, b, _ in region.differences]
-        bounds = [*region.box.values(), *(bounds for *_, bounds in region.differences)]
         flats: list[Flat | None] = []
-        for terms, (low, high) in zip(pairs, bounds, strict=True):
+        for name, (low, high) in region.box.items():
+            over, under = low.as_integer_ratio()
+            flats.append(self._bound(ORIGIN, name, -over, under, strict=False))
+            flats.append(self._bound(name, ORIGIN, *high.as_integer_ratio(), strict=False))
+        for a, b, (low, high) in region.differences:
+            terms = (one, a), (-one, b)
             flats += [self.atom(_opposite(terms, -low)), self.atom(Linear(terms, high))]
         for a, b, least in region.apart:
             gaps = [((one, f"{a}.{axis}"), (-one, f"{b}.{axis}")) for axis in "xy"]
@@ -184,14 +213,16 @@ class Table:
 
     def _plain(self, formula: Formula, wanted: bool) -> _Node:
         if isinstance(formula, Linear):
-            return _Edge(self.atom(formula if wanted else _denied_atom(formula)))
+            return _Edge(self.atom(formula, wanted))
         if isinstance(formula, Acts):
             return _Acts(self._order[formula.agent], formula.action, wanted)
         if isinstance(formula, Not):
             return self._plain(formula.part, not wanted)
         assert isinstance(formula, (And, Or)), formula
-        parts = tuple(self._plain(part, wanted) for part in formula.parts)
-        return _Group(isinstance(formula, And) == wanted, parts)
+        everyone, parts = isinstance(formula, And) == wanted, tuple(self._plain(part, wanted) for part in formula.parts)
+        if all(isinstance(part, _Edge) for part in parts):  # it hangs on nobody's action
+            return _Edge(_joined(everyone, [part.flat for part in parts if isinstance(part, _Edge)]))
+        return _Group(everyone, parts)
 
 
 def _opposite(terms: tuple[tuple[Fraction, str], ...], bound: Fraction) -> Linear:
@@ -212,12 +243,15 @@ def _joined(everyone: bool, parts: Iterable[Flat | None]) -> Flat | None:
             edges += part.edges
             ors += part.ors
         return Flat(tuple(edges), tuple(ors))
-    possible = tuple(part for part in parts if part is not None)
-    if TRUE in possible:
-        return TRUE
+    possible: list[Flat] = []
+    for part in parts:
+        if part == TRUE:
+            return TRUE
+        if part is not None:
+            possible.append(part)
     if len(possible) < 2:
         return possible[0] if possible else None
-    return Flat((), (possible,))
+    return Flat((), (tuple(possible),))
 
 
 @dataclass(frozen=True)
@@ -346,13 +380,13 @@ def problem(table: Table) -> Problem:
         component = components[root(name)]
         places[name] = component, sizes[component]
         sizes[component] += 1
-    denominator = lcm(*{bound.most.denominator for bound in table.numbers})
+    denominator = lcm(*{bound.under for bound in table.numbers})
     scale = denominator * EPSILON
     edges, weights = list[tuple[int, int, int]](), list[int]()
-    for upper, lower, most, strict in table.numbers:
+    for upper, lower, over, under, strict in table.numbers:
         component = places[upper or lower][0]
         edges.append((component, places[upper][1] if upper else 0, places[lower][1] if lower else 0))
-        weights.append(most.numerator * (scale // most.denominator) - strict)
+        weights.append(over * (scale // under) - strict)
     return Problem(sizes, edges, weights, infinite(sizes, weights), scale, places)
 
 

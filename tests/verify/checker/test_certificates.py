@@ -20,7 +20,7 @@ from verify.checker.certificates import Certificate, accepted, from_json, number
 from verify.checker.reading import RejectedError
 from verify.claims.catalogue import find_property
 from verify.claims.decisions import BUILT_IN, DistinctTargets, OwnTarget, formula
-from verify.claims.formula import FALSE, TRUE, Not, negated
+from verify.claims.formula import FALSE, TRUE, Goal, Not, disjunction, negated
 from verify.claims.region import MACHINE, REAL, Region, Semantics, Verdict, start_region
 from verify.question import Question
 from verify.solver.decide import decide
@@ -478,3 +478,48 @@ def test_the_goals_place_cannot_be_bounded_apart_from_its_landmark(roles):
     loose = replace(made.region, differences=(("agent_0.vx", "agent_1.x", (Fraction(0), Fraction(1))),))
     with pytest.raises(InputError, match=r"agent_0\.vx"):
         accepted(replace(made, region=loose), pair)
+
+
+def forged_for_all(made, pair):
+    """A certificate for one goal, said to be for all: with its proof for each."""
+    region = start_region(pair.world)
+    (proof,) = made.proofs.values()
+    return replace(made, region=region, proofs=dict.fromkeys(region.goals, proof))
+
+
+def test_a_proof_for_one_goal_is_none_for_another_where_a_test_names_the_goal(profile):
+    pair = team(profile, towards(-1, 0), towards(1, 1))  # agent_0 goes to the goal: at landmark_1 both go there
+    first = replace(start_region(pair.world), goals=("landmark_0",))
+    made = certified(pair, find_property("distinct_targets", pair), first)
+    assert accepted(made, pair) > 0
+    with pytest.raises(RejectedError, match="goal landmark_1"):
+        accepted(forged_for_all(made, pair), pair)
+
+
+def test_a_proof_for_one_goal_is_none_for_another_where_the_claim_names_the_goal(profile):
+    pair = team(profile, tree(STAY), tree(STAY))
+    first = replace(start_region(pair.world), goals=("landmark_0",))
+    asked = disjunction(Goal("landmark_0"), formula(pair, find_property("own_target", pair)))
+    found = zones.decide(stated(pair, asked, first))
+    made = Certificate(content_hash(pair), None, asked, first, MACHINE, found.inhabitant, found.proofs)
+    assert found.verdict is Verdict.PROVED and accepted(made, pair) >= 0
+    with pytest.raises(RejectedError, match="goal landmark_1"):
+        accepted(forged_for_all(made, pair), pair)
+
+
+def test_goals_that_nothing_names_are_one_question(roles, monkeypatch):
+    """Proof, nodes and branches are those of each goal asked alone; the checker reads equal proofs once."""
+    pair, made = roles
+    question = stated(pair, made.formula, made.region)
+    alone = {goal: zones.decide(question.for_one_goal(goal)) for goal in made.region.goals}
+    assert made.proofs == {goal: one.proofs[goal] for goal, one in alone.items()}
+    # the region's state is sought once
+    assert zones.decide(question).nodes == sum(one.nodes for one in alone.values()) - (len(alone) - 1)
+    single = [replace(made, region=question.for_one_goal(goal).region, proofs=alone[goal].proofs) for goal in alone]
+    branches, read = sum(accepted(one, pair) for one in single), list[object]()
+    real = decisions.check_all
+    monkeypatch.setattr(decisions, "check_all", lambda *asked: read.append(asked) or real(*asked))
+    assert accepted(made, pair) == branches and len(read) == 1
+    other = made.region.goals[1]
+    with pytest.raises(RejectedError, match=f"goal {other}"):
+        accepted(replace(made, proofs={**made.proofs, other: made.proofs[other][:-1]}), pair)
