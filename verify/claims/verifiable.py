@@ -42,8 +42,9 @@ def verifiable(profile: PolicyProfile, team: str) -> tuple[AgentPolicy, ...]:
 
 def read_by(policy: AgentPolicy) -> frozenset[str]:
     """The entities that the tree's tests read, the goal as `goal`."""
-    tested = [policy.features[place].meaning for place in {*policy.tree.feature.tolist()} - {NO_FEATURE}]
-    return frozenset(name.rpartition(".")[0] for meaning in tested if meaning for _, name in meaning.terms)
+    tested: set[int] = {*policy.tree.feature.tolist()} - {NO_FEATURE}
+    meanings = [policy.features[place].meaning for place in tested]
+    return frozenset(name.rpartition(".")[0] for meaning in meanings if meaning for _, name in meaning.terms)
 
 
 def team_for(name: str, profile: PolicyProfile, team: str | None, any_size: bool = False) -> str:
