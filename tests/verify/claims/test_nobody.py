@@ -85,7 +85,7 @@ def test_no_formula_of_a_users_and_no_repair_is_about_nobody():
 def test_no_claim_about_episodes_is_about_nobody(name):
     start = at_rest(everywhere(PAIR))
     for stranger in STRANGERS:
-        claim = EPISODE_CLAIMS[name](stranger, 3)
+        claim = EPISODE_CLAIMS[name](stranger, 3, **({"landmarks": ("landmark_0",)} if name == "reaches" else {}))
         for ask in (
             lambda: find_claim(name, PAIR, stranger),  # noqa: B023
             lambda: episodes.verify_episodes(Question(PAIR, claim, start), {}),  # noqa: B023
@@ -138,6 +138,13 @@ def about_nobody(name, property_name="distinct_targets"):
     region, inhabitant = region_with_inhabitant()
     empty = dict.fromkeys(region.goals, b"\x00")
     return Certificate(content_hash(PAIR), BUILT_IN[property_name](name), TRUE, region, "machine", inhabitant, empty)
+
+
+def test_reaches_is_about_named_landmarks():
+    """Of any matching, an agent near another landmark at another step would count as one that arrived."""
+    with pytest.raises(InputError, match="each agent's own landmark"):
+        EPISODE_CLAIMS["reaches"]("defenders", 3)
+    assert EPISODE_CLAIMS["covers"]("defenders", 3).way(PAIR) is None
 
 
 def about_episodes(profile, claim):
