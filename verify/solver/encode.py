@@ -8,7 +8,7 @@ A sum of more than two coordinates rounds after each addition. Its exact sum plu
 it, so that what is proved is proved; an answer is a candidate, which the referee judges.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 from functools import lru_cache, partial
 from typing import NamedTuple
@@ -24,7 +24,6 @@ from verify.claims.formula import (
     And,
     Formula,
     Linear,
-    Not,
     Or,
     agents,
     for_goal,
@@ -35,13 +34,11 @@ from verify.claims.formula import (
 )
 from verify.claims.region import MACHINE, REAL, Region
 from verify.question import DecisionQuestion
+from verify.solver.budget import beyond_budget
 from verify.solver.halflines import HalfLine, half_line, last_double
 from verify.states.state import error_name, measurable
 
 MAX_KNOWN = 1 << 15  # tests that are kept for the next query: the other goals', the control's
-MAX_TESTS = 280_000  # of trees that a query states: half a minute, and below two gigabytes with the solver's own copy
-FEW_TESTS = 20_000  # that any budget allows
-UNITS_A_TEST = 64  # of a budget in solver units: so many allow one test more
 UNDERFLOW = Fraction(1, 2**1000)  # more than all products with a weight can lose
 ROUNDED_ONCE = 2  # a sum of so many coordinates rounds once before it becomes a float32
 
@@ -90,31 +87,11 @@ def query(
     feature of each agent that a tree tests has an error, a variable of its own (`states.state.error_name`).
     `however_large`: whatever the question's budget of solver units allows.
     """
-    beyond = "" if however_large else _beyond(question)
+    beyond = "" if however_large else beyond_budget(question)
     if beyond:
         return Query(goal, {}, [], beyond=beyond)
     encoder, fails = _failing(question, goal, slack)
     return encoder.query(fails)
-
-
-def _beyond(question: DecisionQuestion) -> str:
-    """Why a question is too large for its budget to be written down; "" where it is not."""
-    lone = dict.fromkeys(_lone(question.formula))  # each follows its agent's tree
-    tests = sum(len(question.profile.policy(next(iter(agents(part)))).tree.left) // 2 for part in lone)
-    most = min(MAX_TESTS, max(FEW_TESTS, question.budgets.solver_units // UNITS_A_TEST))
-    return f"a query with {tests:,} tests of trees, more than {most:,}, is not asked" if tests > most else ""
-
-
-def _lone(formula: Formula) -> Iterator[Formula]:
-    """The largest parts of a formula that speak of one agent's action."""
-    acting = agents(formula)
-    if len(acting) == 1:
-        yield formula
-    elif acting:
-        for part in (
-            formula.parts if isinstance(formula, (And, Or)) else [formula.part] if isinstance(formula, Not) else []
-        ):
-            yield from _lone(part)
 
 
 def _failing(
@@ -156,7 +133,7 @@ def elsewhere(
     question: DecisionQuestion, goal: str | None, leaves: Mapping[str, int], slack: Fraction = Fraction(0)
 ) -> Query:
     """As `query`, and some agent of `leaves` reaches another leaf than the one named there."""
-    if beyond := _beyond(question):
+    if beyond := beyond_budget(question):
         return Query(goal, {}, [], beyond=beyond)
     encoder, fails = _failing(question, goal, slack)
     policy = question.profile.policy
@@ -166,7 +143,7 @@ def elsewhere(
 
 def there(question: DecisionQuestion, goal: str | None, leaves: Mapping[str, int]) -> Query:
     """As `query`, and every agent of `leaves` reaches the leaf named there."""
-    if beyond := _beyond(question):
+    if beyond := beyond_budget(question):
         return Query(goal, {}, [], beyond=beyond)
     encoder, fails = _failing(question, goal)
     policy = question.profile.policy
