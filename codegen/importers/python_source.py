@@ -56,7 +56,8 @@ def from_python(text: bytes, where: str) -> dict[str, Origin]:
         return {function.name: _origin(function, constants, where) for function in functions}
     except SyntaxError as error:
         advice = "Python must be able to read the file"
-        raise InputError(f"not Python: {shown(error.msg)}", f"{where}, line {error.lineno}", advice) from None
+        place = where if error.lineno is None else f"{where}, line {error.lineno}"
+        raise InputError(f"not Python: {shown(error.msg)}", place, advice) from None
     except (RecursionError, MemoryError):
         raise InputError("the file is nested too deeply", where, "simplify it first") from None
     except ValueError as error:  # such as a null byte
@@ -286,6 +287,8 @@ class _Reader:
             if name in self.constants:
                 self.called.setdefault(self.constants[name], name)
                 return self.constants[name]
+            if name.split(".")[0] in self.constants:
+                raise self.refused(node, "a number has no attributes", RETURN_ADVICE)
             self.names.add(name)
             return name
         raise self.refused(node, f"a value is not understood: {_words(node)}", RETURN_ADVICE)

@@ -209,6 +209,7 @@ REFUSED = [
     ("A = 1\n", None, "the file has no function"),
     ("def act(x):\n    if x[0] <\n", 2, "not Python"),
     ("def act(x):\n\treturn 0\0\n", None, "not Python"),
+    ("LIMIT = 3\ndef act(x):\n    return LIMIT.x\n", 3, "a number has no attributes"),
     ("def act(x):\n    if x[0] <= -1e39:\n        return 1\n    return 0\n", None, "below every float32 number"),
     (f"def act(x):\n    return 1 if x[0] <= -{'9' * 400} else 0\n", None, "below every float32 number"),
     (f"def act(x):\n    return 0x{'f' * 5000}\n", 2, "a number is too long for a name"),
@@ -226,6 +227,12 @@ def test_what_is_not_understood_is_refused_with_its_line(text, line, what):
         imported(text)
     assert what in caught.value.what and caught.value.next_step
     assert line is None or caught.value.where.endswith(f"line {line}")
+
+
+def test_a_null_byte_is_said_without_a_line():
+    with pytest.raises(InputError) as caught:
+        imported("def act(x):\n    return 0\0\n")
+    assert "line" not in caught.value.where and "null" in caught.value.what
 
 
 @pytest.mark.parametrize("test", ["x[0] < 1 and (x[0] < 2 or x[5] < 3)", f"x[0] < {'9' * 400}"])
