@@ -10,7 +10,9 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from codegen.errors import InputError
-from codegen.importers import boosted, c_header, documents, onnx, python_source
+from codegen.importers import boosted, documents, python_source
+from codegen.importers.c import header, source
+from codegen.importers.onnx import model as onnx
 from codegen.importers.origin import AGENT, Origin
 
 PICKLES = (".pkl", ".pickle", ".joblib", ".sav", ".skops")
@@ -33,7 +35,8 @@ def _onnx(content: bytes, where: str) -> dict[str, Origin]:
 KINDS = (
     Kind(python_source.KIND, (".py",), None, python_source.from_python),
     Kind(onnx.KIND, (".onnx",), None, _onnx),
-    Kind(c_header.KIND, (".h",), None, c_header.from_header),
+    Kind(header.KIND, (".h",), re.compile(rb"^#define \w+_PROFILE \"", re.MULTILINE), header.from_header),
+    Kind(source.KIND, (".c", ".h"), None, source.from_c),
     Kind(boosted.XGBOOST, (".json",), re.compile(rb'"gradient_booster"\s*:'), boosted.from_xgboost),
     Kind(documents.TREELITE, (".json",), re.compile(rb'"leaf_vector_shape"\s*:'), documents.from_treelite),
     Kind(documents.DTCONTROL, (".json",), re.compile(rb'"actual_label"\s*:'), documents.from_dtcontrol),

@@ -1,7 +1,8 @@
 """Fitted trees of scikit-learn as profiles.
 
 Does: reads a fitted DecisionTreeClassifier by its attributes, also as the end of a Pipeline, a search or a forest of
-  one; folds the steps before it into its thresholds (steps.py); replays the tree against the model's own `predict`.
+  one; folds the steps before it into its thresholds (steps.py, folding.py); replays the tree
+  against the model's own `predict`.
 Assumes: classes are the actions; observations are float32.
 Does not: import scikit-learn, or open a file; scikit-learn's files are pickles, which run code.
 
@@ -12,7 +13,7 @@ is class k, in the classifier's own order: scikit-learn sorts its labels.
 """
 
 import warnings
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -20,6 +21,7 @@ import numpy as np
 from codegen import ir
 from codegen.errors import InputError
 from codegen.importers import steps
+from codegen.importers.folding import LARGEST, Tests, folded
 from codegen.importers.origin import AGENT, Names, Origin, profile_of
 from codegen.ir import NO_ACTION, NO_CHILD, NO_FEATURE, Bool, Float32, GrownTree, Int32
 
@@ -93,7 +95,7 @@ def _origin(model: Any, before: Sequence[tuple[str, Any]], classes: Any, tree: A
                 after = np.asarray(step.transform(rows))
                 taken &= np.isfinite(after.astype(np.float32)).all(axis=1)
                 # what is too large is refused by the next step; here it only has to stay in order
-                rows = np.clip(after, -steps.LARGEST, steps.LARGEST)
+                rows = np.clip(after, -LARGEST, LARGEST)
         return rows.astype(np.float32), taken
 
     def act(rows: Float32) -> Int32:
@@ -104,7 +106,7 @@ def _origin(model: Any, before: Sequence[tuple[str, Any]], classes: Any, tree: A
 
     return Origin(
         kind=KIND,
-        grown=steps.folded(grown, lambda rows: transformed(rows)[0], source, n_features) if before else grown,
+        grown=_folded(grown, lambda rows: transformed(rows)[0], source, n_features) if before else grown,
         labels=tuple(classes),
         act=act,
         replayed_by=REPLAYED_BY,
@@ -113,6 +115,21 @@ def _origin(model: Any, before: Sequence[tuple[str, Any]], classes: Any, tree: A
         finite=True,
         takes=(lambda rows: transformed(rows)[1]) if before else None,
     )
+
+
+def _folded(grown: GrownTree, transform: Callable[[Float32], Float32], source: Sequence[int], width: int) -> GrownTree:
+    """The tree over the observations before the steps, which take finite numbers only."""
+    split = np.flatnonzero(grown.feature != NO_FEATURE)
+    features = np.array(source, dtype=np.int64)[grown.feature[split]]
+
+    def passes(numbers: Float32) -> Bool:
+        rows = np.zeros((len(split), width), dtype=np.float32)
+        rows[np.arange(len(split)), features] = np.where(np.isnan(numbers), 0, numbers)
+        after = transform(rows)
+        return after[np.arange(len(split)), grown.feature[split]] <= grown.threshold[split]
+
+    tests = Tests(features, np.ones(len(split), dtype=np.bool_), passes)
+    return folded(grown, tests, LARGEST).tree
 
 
 def _ensure_own(classifier: Any, tree: Any) -> None:

@@ -49,8 +49,9 @@ def _agents(_context: click.Context, parameter: click.Parameter, value: str | No
 def import_verb(context: click.Context, file: Path | None, output: Path, **options: Any) -> int:
     """Import decision trees of other programs: exact, or refused.
 
-    FILE is if/else Python (one function an agent), an ONNX model, a single tree of XGBoost (JSON), LightGBM (text) or
-    treelite (JSON), dtControl's JSON, or a C header of `maviper compile`. Its kind is detected. Nothing in it is run.
+    FILE is if/else Python or C (one function an agent), an ONNX model, a single tree of XGBoost (JSON), LightGBM
+    (text) or treelite (JSON), dtControl's JSON, or a C header of `maviper compile`. Its kind is detected. Nothing in
+    it is run.
 
     The profile decides as FILE does for every float32 observation. It is written only after a replay: both must decide
     the same at every threshold, at its neighbours, and at random observations. A file that is not understood in full

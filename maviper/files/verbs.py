@@ -65,6 +65,6 @@ def from_onnx(
 
     Names as for `from_sklearn`. InputError for a model with any other node; MissingToolError without the package onnx.
     """
-    from codegen.importers.onnx import from_onnx as imported
+    from codegen.importers.onnx.model import from_onnx as imported
 
     return imported(model, feature_names, action_names, name)

@@ -6,11 +6,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from sklearn.compose import make_column_transformer
 from sklearn.decomposition import PCA
 from sklearn.ensemble import RandomForestClassifier
 from sklearn.feature_selection import SelectKBest
 from sklearn.pipeline import make_pipeline
-from sklearn.preprocessing import StandardScaler
+from sklearn.preprocessing import Binarizer, MinMaxScaler, StandardScaler
 from sklearn.tree import DecisionTreeClassifier, DecisionTreeRegressor
 
 import maviper
@@ -60,6 +61,11 @@ def treelite(n_trees):
     ).dump_as_json()
 
 
+def m2cgen():
+    library = pytest.importorskip("m2cgen", reason="m2cgen is not installed")
+    return library.export_to_c(DecisionTreeClassifier(max_depth=3).fit(X, Y))
+
+
 def dtcontrol(*labels):
     leaf = {"actual_label": list(labels), "children": [], "split": None}
     sides = [leaf | {"edge_label": "true"}, leaf | {"actual_label": ["right"], "edge_label": "false"}]
@@ -79,9 +85,20 @@ CASES = [  # from, what, what happens, what it is: a file's name and content, or
     ("if/else Python", "loops, calls, classes, other statements", REFUSED,
      lambda: python("for i in range(3): return i")),
     ("ONNX", "one decision tree classifier", EXACT, lambda: onnx(DecisionTreeClassifier(max_depth=3))),
-    ("ONNX", "a scaler before the tree", REFUSED, lambda: onnx(StandardScaler(), DecisionTreeClassifier(max_depth=3))),
+    ("ONNX", "scalers, sums and products with constants, clipping before it", EXACT,
+     lambda: onnx(StandardScaler(), MinMaxScaler(clip=True), DecisionTreeClassifier(max_depth=3))),
+    ("ONNX", "selections, casts, `Concat`, comparisons with constants before it", EXACT,
+     lambda: onnx(make_column_transformer((Binarizer(), [2]), (StandardScaler(), [0])),
+                  DecisionTreeClassifier(max_depth=3))),
+    ("ONNX", "operators that mix features, or may both rise and fall", REFUSED,
+     lambda: onnx(PCA(2), DecisionTreeClassifier(max_depth=3))),
     ("our own C header", "every style, with all agents", EXACT, lambda: ("team.h", HEADER.read_text())),
-    ("our own C header", "any other C", REFUSED, lambda: ("team.h", "int act(const float *x) { return x[0] > 1; }")),
+    ("our own C header", "one that was changed", REFUSED, lambda: ("team.h", HEADER.read_text().replace("<= ", "< "))),
+    ("if/else C", "one array or one parameter a feature, `float` or `double`", EXACT,
+     lambda: ("tree.c", "int act(const float *x) { if (x[0] <= 0.1f && !(x[1] > 2)) { return 1; } return 0; }")),
+    ("if/else C", "m2cgen's C", EXACT, lambda: ("tree.c", m2cgen())),
+    ("if/else C", "macros, loops, calls, arithmetic, whole numbers as features", REFUSED,
+     lambda: ("tree.c", "int act(const float *x) { return x[0] > 1; }")),
     ("XGBoost", "one tree, two classes or a number for each leaf, as saved JSON", EXACT, lambda: xgboost(1)),
     ("XGBoost", "several trees, categories, other objectives", REFUSED, lambda: xgboost(2)),
     ("LightGBM", "one tree, two classes or a number for each leaf, as saved text", EXACT, lambda: lightgbm()),

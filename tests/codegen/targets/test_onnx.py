@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from codegen import ir
 from codegen.agreement import probes, readback, selfcheck
 from codegen.errors import MissingToolError
-from codegen.importers import onnx as importer
+from codegen.importers.onnx import model as importer
 from codegen.targets import emit
 from tests.codegen.games import NAMES, random_profile
 from tests.codegen.targets.test_targets import chain

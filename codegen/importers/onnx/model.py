@@ -1,6 +1,6 @@
 """ONNX models that are one decision tree, as profiles.
 
-Does: reads a model (onnx_graph.py), and replays the tree under onnxruntime, or under the reference of ONNX without it.
+Does: reads a model (graph.py), and replays the tree under onnxruntime, or under the reference of ONNX without it.
 Assumes: the package onnx; float32 observations.
 Does not: take a model that is understood in part.
 """
@@ -14,8 +14,8 @@ import numpy as np
 
 from codegen import ir
 from codegen.agreement.readback import onnx_session
-from codegen.errors import InputError, MissingToolError
-from codegen.importers.onnx_graph import decision_tree
+from codegen.errors import InputError, MissingToolError, shown
+from codegen.importers.onnx.graph import decision_tree
 from codegen.importers.origin import AGENT, Names, Origin, profile_of
 from codegen.ir import Float32, Int32
 
@@ -28,7 +28,8 @@ def from_onnx(
     action_names: Sequence[str] | None = None,
     name: str = "imported",
 ) -> ir.PolicyProfile:
-    """A profile of one agent from an ONNX model (bytes, or a path) that is one TreeEnsembleClassifier of one tree.
+    """A profile of one agent from an ONNX model (bytes, or a path) that is one TreeEnsembleClassifier of one tree, with
+    scalers, selections, casts and comparisons with constants before it (columns.py).
 
     It decides as the model does for every float32 observation. InputError for every other model: one with a node that
     is not understood, whatever stands before or after the tree; another type of input; tests other than `<=` and `<`;
@@ -44,7 +45,7 @@ def from_onnx(
 
 def origin_of(content: bytes, feature_names: Sequence[str] | None = None) -> Origin:
     """The tree of a model. InputError as for `from_onnx`."""
-    found = decision_tree(content)
+    found = decision_tree(content, len(feature_names or ()))
     if not found.n_features and feature_names is None:
         raise InputError("the model does not say how many features it takes", "its input", "give their names")
     place = {label: index for index, label in enumerate(found.labels)}
@@ -54,7 +55,7 @@ def origin_of(content: bytes, feature_names: Sequence[str] | None = None) -> Ori
         (said,) = run([found.output], {found.input: rows})
         return np.array([place[each] for each in said.tolist()], dtype=np.int32)
 
-    return Origin(KIND, found.grown, found.labels, act, replayed_by, n_features=found.n_features, nan=True)
+    return Origin(KIND, found.grown, found.labels, act, replayed_by, n_features=found.n_features, nan=found.nan)
 
 
 def _runner(content: bytes) -> tuple[Callable[..., Any], str]:
@@ -64,3 +65,5 @@ def _runner(content: bytes) -> tuple[Callable[..., Any], str]:
     except MissingToolError:
         reference: Any = import_module("onnx.reference")
         return reference.ReferenceEvaluator(content).run, "the reference evaluator of ONNX"
+    except Exception as error:  # onnxruntime's own classes, which have no common name
+        raise InputError("onnxruntime does not run the model", shown(error)[:200], "export it again") from None

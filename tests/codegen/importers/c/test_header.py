@@ -7,12 +7,12 @@ import pytest
 
 from codegen import ir, policy_json
 from codegen.errors import InputError
-from codegen.importers.c_header import from_header
+from codegen.importers.c.header import from_header
 from codegen.importers.origin import Names, profile_of
 from codegen.targets import emit
 from tests.codegen.games import NAMES, random_profile
 
-TEAM = Path(__file__).parent.parent.parent.parent / "generated" / "physical_deception"
+TEAM = Path(__file__).parent.parent.parent.parent.parent / "generated" / "physical_deception"
 
 
 def same(profile, style):

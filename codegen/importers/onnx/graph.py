@@ -1,0 +1,244 @@
+"""The graph of an ONNX model, followed from the observation to the tree and from the tree's label to an output.
+
+Does: checks that every node is understood; folds the operators before the tree into its thresholds.
+Assumes: the package onnx; float32 observations, [N, n_features].
+Does not: run a model, read a file that it refers to, or guess. Another operator, or another way for an observation or a
+  label, ends in an InputError that names the node.
+"""
+
+from collections.abc import Mapping, Sequence
+from importlib import import_module
+from typing import Any, NamedTuple, TypeAlias
+
+import numpy as np
+
+from codegen.errors import InputError, MissingToolError
+from codegen.importers.folding import Folded, Tests, folded
+from codegen.importers.onnx.columns import FLOAT, MAIN, MAX_COLUMNS, ML, OPERATORS, Call, Column, Columns, followed
+from codegen.importers.onnx.tree import ADVICE, LABELS, MAX_FEATURES, TREE, grown_of, shown
+from codegen.ir import NO_FEATURE, Bool, Float32, GrownTree
+
+UNDERSTOOD = {(ML, TREE), (ML, "ZipMap"), (MAIN, "Constant"), *OPERATORS}
+OBSERVATION, SCORES, UNKNOWN = "the observation", "the tree's scores", "no value of this graph"
+MAX_OPSET = 4  # of ai.onnx.ml; the operator ends there
+MAX_WORK = 1 << 22  # columns of all operators together
+Value: TypeAlias = str | Columns | np.ndarray  # a text: in words what it is
+
+
+class OnnxTree(NamedTuple):
+    """What a model decides by: the tree, the labels of its classes, and how many features an observation has."""
+
+    grown: GrownTree
+    labels: tuple[int | str, ...]
+    n_features: int  # 0: the model does not say
+    input: str  # the observation's name in the graph
+    output: str  # the name of an output that is the label
+    nan: bool  # whether a NaN, which goes right, goes where the model sends it
+
+
+def decision_tree(model: bytes, n_features: int = 0) -> OnnxTree:
+    """The tree of a model. `n_features`: for a model that does not say. InputError where it is more than one tree that
+    is understood in full, MissingToolError without the package onnx.
+    """
+    try:
+        onnx: Any = import_module("onnx")
+    except ImportError:
+        raise MissingToolError("reading ONNX needs the package onnx", "", "pip install onnx") from None
+    try:
+        loaded = onnx.load_model_from_string(model)
+    except Exception as error:  # the parser's own class, which moves between versions
+        raise InputError("not an ONNX model", str(error)[:200], "is this the right file?") from None
+    _ensure_understood(loaded)
+    try:
+        onnx.checker.check_model(loaded)
+    except Exception as error:  # ValidationError, or what the parser of types raises
+        raise InputError("not a valid ONNX model", str(error)[:200], "export it again") from None
+    found = _Flow(onnx, loaded.graph, n_features)
+    grown, labels = grown_of(onnx, found.tree)
+    n_columns = len(found.before) or found.width
+    last = int(grown.feature.max())
+    if 0 < n_columns <= last:
+        raise InputError(
+            f"the tree tests feature {last}, the input has {n_columns}", shown(found.tree), "export it again"
+        )
+    whole = _folded(grown, found.before) if found.before else Folded(grown, True)
+    return OnnxTree(whole.tree, labels, found.width, found.input, found.output, whole.nan and found.nan)
+
+
+def _folded(grown: GrownTree, columns: Columns) -> Folded:
+    """The tree over the observation itself."""
+    split = np.flatnonzero(grown.feature != NO_FEATURE)
+    tested, thresholds = grown.feature[split], grown.threshold[split]
+    groups: list[tuple[Column, Any]] = [
+        (columns[place], np.flatnonzero(tested == place)) for place in np.unique(tested).tolist()
+    ]
+
+    def passes(numbers: Float32) -> Bool:
+        found = np.zeros(len(split), dtype=np.bool_)
+        for column, places in groups:
+            found[places] = column.values(numbers[places]) <= thresholds[places]
+        return found
+
+    source = np.array([each.source for each in columns])[tested]
+    rising = np.array([each.rising for each in columns])[tested]
+    return folded(grown, Tests(source, rising, passes))
+
+
+def _type(onnx: Any, number: int) -> str:
+    """The name of a type of tensor's elements."""
+    names = {value: name for name, value in onnx.TensorProto.DataType.items()}
+    return names.get(number, f"type {number}")
+
+
+def _operator(node: Any) -> tuple[str, str]:
+    return (MAIN if node.domain == "ai.onnx" else node.domain, node.op_type)
+
+
+def _ensure_understood(loaded: Any) -> None:
+    if len(loaded.functions):
+        raise InputError("the model defines operators of its own", repr(loaded.functions[0].name), ADVICE)
+    for node in loaded.graph.node:
+        if _operator(node) not in UNDERSTOOD:
+            raise InputError(f"the model has a node that is not understood: {node.op_type!r}", shown(node), ADVICE)
+    n_trees = sum(node.op_type == TREE for node in loaded.graph.node)
+    if n_trees != 1:
+        raise InputError(f"the model has {n_trees} nodes {TREE}, one is needed", "", ADVICE)
+    versions = {each.version for each in loaded.opset_import if each.domain == ML}
+    if len(versions) != 1 or not 1 <= min(versions) <= MAX_OPSET:
+        found = ", ".join(map(str, sorted(versions))) or "none"
+        raise InputError(
+            f"version {found} of {ML} is not supported; 1 to {MAX_OPSET} are", "opset_import", "export it again"
+        )
+
+
+class _Flow:
+    """A graph in which each value has a known origin: its tree, what the tree is given, and an output that is the
+    tree's label.
+    """
+
+    def __init__(self, onnx: Any, graph: Any, n_features: int) -> None:
+        self.onnx, self.work = onnx, 0
+        self.before: Columns = ()  # what the tree is given; (): the observation itself
+        self.nan = True  # whether it is known what becomes of a NaN
+        self.tree: Any = next(node for node in graph.node if node.op_type == TREE)
+        self.values: dict[str, Value] = {}
+        for tensor in graph.initializer:
+            self.values[tensor.name] = self.array(tensor, tensor.name)
+        self.input, self.width = self.observed(graph)
+        self.values[self.input] = OBSERVATION
+        if not self.width:
+            self.width = n_features
+        if 0 < self.width <= MAX_COLUMNS:
+            self.values[self.input] = tuple(Column(place) for place in range(self.width))
+        for node in graph.node:
+            self.values |= dict(zip(node.output, self.made(node), strict=False))
+        self.output = self.label(graph)
+
+    def observed(self, graph: Any) -> tuple[str, int]:
+        """The input's name, and its width (0: not declared)."""
+        if len(graph.input) != 1:
+            raise InputError(f"the model has {len(graph.input)} inputs, one is needed", "graph.input", ADVICE)
+        (given,) = graph.input
+        if given.name in {*self.values, *(each.values.name for each in graph.sparse_initializer)}:
+            raise InputError("the model's input has a constant value", repr(given.name), ADVICE)
+        tensor = given.type.tensor_type
+        if tensor.elem_type != self.onnx.TensorProto.FLOAT:
+            what = f"the model's input is {_type(self.onnx, tensor.elem_type)}, but observations are FLOAT"
+            raise InputError(what, repr(given.name), "export it with a float32 input")
+        shape = tensor.shape.dim
+        if tensor.HasField("shape") and len(shape) != 2:
+            raise InputError(f"the model's input has {len(shape)} axes, two are needed", repr(given.name), ADVICE)
+        width = int(shape[1].dim_value) if tensor.HasField("shape") else 0
+        if not 0 <= width <= MAX_FEATURES:
+            raise InputError(f"the model's input has {width} features", repr(given.name), ADVICE)
+        return str(given.name), width
+
+    def array(self, tensor: Any, name: str) -> np.ndarray | str:
+        """A constant; one that lies in another file, or is no array of numbers, is no value."""
+        if tensor.data_location == self.onnx.TensorProto.EXTERNAL or tensor.external_data:
+            raise InputError("a constant lies in another file", repr(name), "save the model in one file")
+        try:
+            return np.asarray(self.onnx.numpy_helper.to_array(tensor))
+        except (ValueError, TypeError) as error:
+            raise InputError(
+                f"a constant is not readable: {str(error)[:100]!r}", repr(name), "export it again"
+            ) from None
+
+    def label(self, graph: Any) -> str:
+        """The name of an output that is the label. InputError for outputs that are something else."""
+        found = {each.name: self.values.get(each.name, UNKNOWN) for each in graph.output}
+        for name, value in found.items():
+            if not isinstance(value, str) or value not in (SCORES, *LABELS.values()):
+                raise InputError(f"an output of the model is {_words(value)}", repr(name), ADVICE)
+        label = next((name for name, value in found.items() if value in LABELS.values()), None)
+        if label is None:
+            raise InputError("no output of the model is the tree's label", "graph.output", ADVICE)
+        return label
+
+    def made(self, node: Any) -> Sequence[Value]:
+        """What a node's outputs are."""
+        attributes = {item.name: self.onnx.helper.get_attribute_value(item) for item in node.attribute}
+        if _operator(node) == (MAIN, "Constant"):
+            return [self.constant(node, attributes)]
+        given = [self.values.get(name, UNKNOWN) if name else None for name in node.input]
+        texts = [each for each in given if isinstance(each, str)]
+        if node.op_type == TREE:
+            return self.decided(node, attributes, given)
+        if not texts and _operator(node) in OPERATORS and len(node.output) == 1:
+            return [self.columns(node, attributes, given)]
+        if len(given) != 1 or not texts:
+            raise InputError(f"a node has {len(given)} inputs, one is understood", shown(node), ADVICE)
+        return [self.passed(node, attributes, texts[0])]
+
+    def constant(self, node: Any, attributes: Mapping[str, Any]) -> Value:
+        """The value of a node Constant."""
+        ((name, value),) = attributes.items() if len(attributes) == 1 else [("", None)]
+        if name == "value":
+            return self.array(value, node.name)
+        kinds = {"value_float": np.float32, "value_floats": np.float32, "value_int": np.int64, "value_ints": np.int64}
+        if name not in kinds:
+            raise InputError("a constant is no array of numbers", shown(node), ADVICE)
+        return np.array(value, dtype=kinds[name])
+
+    def columns(self, node: Any, attributes: Mapping[str, Any], given: Sequence[Any]) -> Columns:
+        """The columns that an operator before the tree makes."""
+        if "to" in attributes:
+            attributes = {**attributes, "to": _type(self.onnx, attributes["to"])}
+        found = followed(_operator(node), Call(shown(node), attributes, given))
+        self.work += len(found) * (1 + len(found[0].steps))
+        self.nan &= all(column.nan for column in found)
+        if self.work > MAX_WORK:
+            raise InputError("the operators before the tree are too many", shown(node), ADVICE)
+        return found
+
+    def decided(self, node: Any, attributes: Mapping[str, Any], given: Sequence[Value | None]) -> Sequence[Value]:
+        """The outputs of the tree."""
+        value = given[0] if len(given) == 1 else UNKNOWN
+        if not isinstance(value, tuple) and not (isinstance(value, str) and value == OBSERVATION):
+            what = value if isinstance(value, str) else "a constant"
+            raise InputError(f"a node works on {what}: {node.op_type!r}", shown(node), ADVICE)
+        if isinstance(value, tuple):
+            for other in sorted({column.kind for column in value} - {FLOAT}):
+                raise InputError(f"a node works on {other}: {node.op_type!r}", shown(node), "cast it to float32")
+            untouched = tuple(Column(place) for place in range(self.width))
+            self.before = () if value == untouched else value
+        kinds = [words for name, words in LABELS.items() if name in attributes]
+        return [*(kinds or [UNKNOWN]), SCORES]
+
+    def passed(self, node: Any, attributes: Mapping[str, Any], origin: str) -> Value:
+        """What becomes of the tree's label or scores."""
+        if origin == OBSERVATION:
+            what = "the model does not say how many features it takes, or takes too many"
+            raise InputError(what, shown(node), "give their names")
+        if node.op_type == "Identity" or (node.op_type in ("ZipMap", "Cast") and origin == SCORES):
+            return origin
+        if node.op_type == "Cast" and origin in LABELS.values():
+            to = _type(self.onnx, attributes["to"])
+            if origin.endswith(f", {to}"):
+                return origin
+            raise InputError(f"a Cast makes {to} of {origin}", shown(node), "export the label as it is")
+        raise InputError(f"a node works on {origin}: {node.op_type!r}", shown(node), ADVICE)
+
+
+def _words(value: Value) -> str:
+    return value if isinstance(value, str) else "a constant" if isinstance(value, np.ndarray) else OBSERVATION

@@ -1,0 +1,159 @@
+"""A TreeEnsembleClassifier of ONNX as a tree: its attributes as arrays, where every one of them is understood.
+
+Does: reads nodes, labels and the class at each leaf.
+Assumes: a node that ONNX's own checker found valid.
+Does not: guess. Several trees, other comparisons, scores that are changed, or leaves that runtimes read in different
+  ways end in an InputError.
+"""
+
+from collections import Counter
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from codegen.errors import InputError
+from codegen.ir import NO_ACTION, NO_CHILD, NO_FEATURE, Bool, Float64, GrownTree
+
+TREE = "TreeEnsembleClassifier"
+LABELS = {"classlabels_int64s": "the tree's label, INT64", "classlabels_strings": "the tree's label, STRING"}
+LESS_EQUAL, LESS, LEAF = "BRANCH_LEQ", "BRANCH_LT", "LEAF"
+FEWEST_CLASSES = 2
+MAX_FEATURES = 1 << 20
+NODE_LISTS = ("nodes_modes", "nodes_nodeids", "nodes_featureids", "nodes_truenodeids", "nodes_falsenodeids")
+CLASS_LISTS = ("class_treeids", "class_nodeids", "class_ids")
+HARMLESS = {"nodes_hitrates", "nodes_hitrates_as_tensor", "nodes_missing_value_tracks_true", "post_transform"}
+READ = {*NODE_LISTS, *CLASS_LISTS, "nodes_treeids", "nodes_values", "class_weights"}
+ADVICE = "export one decision tree classifier, with no more than scalers and selections before it"
+
+
+def shown(node: Any) -> str:
+    """A node, for a person: every text is a repr, since names are anybody's."""
+    operator = f"{node.domain}.{node.op_type}" if node.domain else node.op_type
+    return f"operator {operator!r}, node {node.name!r}, output {list(node.output)!r}"
+
+
+def grown_of(onnx: Any, node: Any) -> tuple[GrownTree, tuple[int | str, ...]]:
+    """The tree of a node, and the labels of its classes."""
+    given = _attributes(onnx, node)
+    labels = tuple(
+        each.decode(errors="replace") if isinstance(each, bytes) else each for name in LABELS for each in given[name]
+    )
+    return _grown(given, labels), labels
+
+
+def _attributes(onnx: Any, node: Any) -> dict[str, Any]:
+    """The attributes by name; missing lists are empty. InputError for one that would change what the tree decides."""
+    given = {item.name: onnx.helper.get_attribute_value(item) for item in node.attribute}
+    unknown = sorted(set(given) - READ - HARMLESS - {*LABELS})
+    changing = [name for name in unknown if name.endswith("_as_tensor") or len(given[name])]
+    if changing:
+        raise InputError(f"the tree has the attribute {changing[0]!r}, which is not understood", shown(node), ADVICE)
+    transform = given.get("post_transform", b"NONE").decode(errors="replace")
+    if transform != "NONE":
+        raise InputError(
+            f"the tree's scores go through {transform!r}", shown(node), "export it with post_transform NONE"
+        )
+    if any(given.get("nodes_missing_value_tracks_true", ())):
+        raise InputError(
+            "a node sends missing values to the left", "", "NaN always goes right here: convert a tree without this"
+        )
+    found: dict[str, Any] = {name: given.get(name, []) for name in (*READ, *LABELS)}
+    if len({*found["nodes_treeids"], *found["class_treeids"]}) > 1:
+        raise InputError("the ensemble has several trees", shown(node), ADVICE)
+    for names, like in (
+        (NODE_LISTS, "nodes_values"),
+        (CLASS_LISTS, "class_weights"),
+        (["nodes_treeids"], "nodes_values"),
+    ):
+        for name in names:
+            if len(found[name]) != len(found[like]) or not found[like]:
+                what = f"{name} has {len(found[name])} entries, {like} has {len(found[like])}"
+                raise InputError(what, shown(node), "export it again")
+    if all(found[name] for name in LABELS):
+        raise InputError("the tree has both integer and string labels", shown(node), "export it again")
+    return found
+
+
+def _grown(given: dict[str, Any], labels: Sequence[int | str]) -> GrownTree:
+    modes = [mode.decode(errors="replace") for mode in given["nodes_modes"]]
+    unknown = sorted(set(modes) - {LESS_EQUAL, LESS, LEAF})
+    if unknown:
+        raise InputError(f"a node compares by {unknown[0]!r}", "", f"only {LESS_EQUAL} and {LESS} are supported")
+    place: dict[int, int] = {node: index for index, node in enumerate(given["nodes_nodeids"])}
+    split = np.array([mode != LEAF for mode in modes])
+    values = np.array(given["nodes_values"], dtype=np.float64)
+    less = np.array([mode == LESS for mode in modes])
+    features = np.array(given["nodes_featureids"])
+    if not ((features[split] >= 0) & (features[split] < MAX_FEATURES) & np.isfinite(values[split])).all():
+        raise InputError("a node tests no feature, or has no finite threshold", "", "export it again")
+    sides = {side: [place.get(node) for node in given[f"nodes_{side}nodeids"]] for side in ("true", "false")}
+    children = [side[node] for side in sides.values() for node in np.flatnonzero(split)]
+    # each node but the first, where runtimes begin, is a child once: so no walk meets a node twice
+    if sorted(place) != [*range(len(modes))] or Counter(children) != Counter(range(1, len(modes))):
+        raise InputError("the nodes do not form a tree", "nodes_truenodeids, nodes_falsenodeids", "export it again")
+    left, right = (np.array([NO_CHILD if each is None else each for each in side]) for side in sides.values())
+    return GrownTree(
+        np.where(split, features, NO_FEATURE),
+        # x < t and x <= (the double before t) say the same of a float32 x
+        np.where(split, np.where(less, np.nextafter(values, -np.inf), values), 0.0),
+        np.where(split, left, NO_CHILD),
+        np.where(split, right, NO_CHILD),
+        np.where(split, NO_ACTION, _classes(given, place, split, labels)),
+    )
+
+
+def _classes(given: dict[str, Any], place: dict[int, int], split: Bool, labels: Sequence[int | str]) -> np.ndarray:
+    """The class at each leaf (anything at splits), where onnxruntime and the reference of ONNX name the same one."""
+    n, ids = len(labels), given["class_ids"]
+    if n < FEWEST_CLASSES or len(set(labels)) != n:
+        raise InputError(
+            f"the tree has {len(set(labels))} labels for {n} classes",
+            "",
+            "at least two classes are needed, each with its own label",
+        )
+    weights, listed = np.zeros((len(split), n)), np.zeros((len(split), n), dtype=int)
+    for node, label, weight in zip(given["class_nodeids"], ids, given["class_weights"], strict=True):
+        if node not in place or split[place[node]] or not 0 <= label < n or not np.isfinite(weight):
+            raise InputError(
+                f"a weight of class {label} at node {node} does not belong to a leaf and a class, or is not finite",
+                "class_weights",
+                "export it again",
+            )
+        weights[place[node], label] += weight
+        listed[place[node], label] += 1
+    leaf = ~split
+    if (listed > 1).any() or not listed[leaf].any(axis=1).all():
+        raise InputError("a leaf has no weight, or two for one class", "class_weights", "export it again")
+    runtime, reference = _readings(weights, listed > 0, labels)
+    for index in np.flatnonzero(leaf & (runtime != reference))[:1].tolist():
+        said = " or ".join(repr(labels[int(reading[index])]) for reading in (runtime, reference))
+        what = f"runtimes differ in the class at leaf {given['nodes_nodeids'][index]}: {said}"
+        raise InputError(what, "class_weights", ADVICE)
+    return reference
+
+
+def _readings(weights: Float64, listed: Bool, labels: Sequence[int | str]) -> tuple[np.ndarray, np.ndarray]:
+    """The class at each leaf as onnxruntime chooses it, and as the reference of ONNX does.
+
+    ONNX leaves two classes open. A weight for one class only is the second one's share for both, against 1/2, but
+    onnxruntime compares with 0 where a weight is negative; with weights for both, it asks whether the second one's is
+    above 0, and answers 0 or 1, whatever the labels are.
+    """
+    named = np.flatnonzero(listed.any(axis=0))
+    if weights.shape[1] > FEWEST_CLASSES and len(named) == 1:
+        raise InputError(f"only class {labels[named[0]]!r} has weights", "class_weights", ADVICE)
+    if weights.shape[1] > FEWEST_CLASSES:
+        return np.where(listed, weights, -np.inf).argmax(axis=1), weights.argmax(axis=1)
+    if len(named) == 1:
+        share = weights[:, named[0]]
+        bar = 0.5 if (weights >= 0).all() else 0.0
+        return (share > bar).astype(int), ((share > 0.5) & (named[0] == 0)).astype(int)
+    if not isinstance(labels[0], str) and tuple(labels) != (0, 1):
+        raise InputError(
+            f"the two classes have the labels {list(labels)}",
+            "class_weights",
+            "label them 0 and 1, which is what runtimes answer",
+        )
+    second = np.where(listed[:, 1], weights[:, 1], weights[:, 0])
+    return (second > 0).astype(int), weights.argmax(axis=1)

@@ -1,0 +1,158 @@
+"""If/else C of others: each file decides after its import as the program that a compiler makes of it, or is refused."""
+
+import ctypes
+import shutil
+import subprocess
+
+import numpy as np
+import pytest
+from sklearn.tree import DecisionTreeClassifier
+
+from codegen import ir
+from codegen.errors import InputError
+from codegen.importers.c.source import from_c
+from codegen.importers.origin import Names, profile_of
+from tests.codegen.importers.origins import asked, data, decided
+
+COMPILER = shutil.which("cc") or shutil.which("gcc")
+needs_compiler = pytest.mark.skipif(COMPILER is None, reason="no C compiler")
+
+
+def compiled(text, folder):
+    """The functions of a text of C."""
+    (folder / "tree.c").write_text(text)
+    library = folder / "tree.so"
+    subprocess.run([COMPILER, "-std=c99", "-O1", "-shared", "-fPIC", "-o", library, folder / "tree.c"], check=True)
+    return ctypes.CDLL(str(library))
+
+
+def answers(function, rows, kind=ctypes.c_float, result=ctypes.c_int):
+    """What a function of one array returns for each row."""
+    function.restype = result
+    wide = np.ascontiguousarray(rows, dtype=np.float32 if kind is ctypes.c_float else np.float64)
+    return [function(row.ctypes.data_as(ctypes.POINTER(kind))) for row in wide]
+
+
+def scores(function, rows, n_scores):
+    """The places of the largest scores that a function copies to its output for each row."""
+    taken = np.zeros(n_scores)
+    found = []
+    for row in np.ascontiguousarray(rows, dtype=np.float64):
+        function(*(each.ctypes.data_as(ctypes.POINTER(ctypes.c_double)) for each in (row, taken)))
+        found.append(int(taken.argmax()))
+    return found
+
+
+BODIES = [
+    "if (x[0] <= 0.1) return 1; return 0;",
+    "if (x[0] < 0.1f) { return 2; } else if (x[1] >= 3) { return -1; } return 0;",
+    "if (0.1 > x[0] && !(x[1] > 1e-3f || x[2] != 0)) return 1; else return 0;",
+    "return x[0] == 0.5f ? 3 : x[2] <= -0x1.8p-2 ? 4 : 5;",
+    "int a = 1; if (x[0] <= 0.3) { a = 2; if (x[1] > .5) a = 3; } ; return a;",
+    "if (x[0] == 0.1) return 1; /* never for float */ return 0; // the end\n",
+    "const float t = 1; if (x[1] <= T) return ON; return OFF;",
+]
+HEAD = "#include <stdint.h>\nenum { OFF, ON = 4 };\nstatic const float T = 0.7;\n"
+
+
+@needs_compiler
+@pytest.mark.compile
+@pytest.mark.parametrize("kind", ["float", "double"])
+@pytest.mark.parametrize("body", BODIES)
+def test_functions_decide_as_compiled(body, kind, tmp_path):
+    text = f"{HEAD}int act(const {kind} *x)\n{{ {body} }}\n"
+    origins = from_c(text.encode(), "tree.c")
+    policy, rows = asked(origins)
+    (origin,) = origins.values()
+    labels = [{"OFF": 0, "ON": 4}.get(each, each) for each in origin.labels]
+    function = compiled(text, tmp_path).act
+    wanted = answers(function, rows, ctypes.c_float if kind == "float" else ctypes.c_double)
+    assert [labels[action] for action in ir.act(policy, rows)] == wanted
+
+
+@needs_compiler
+@pytest.mark.compile
+def test_one_parameter_a_feature(tmp_path):
+    text = "double f(float speed, double gap) { if (speed < 0.1 && gap > 2) return 0.5; return -1.5; }"
+    origins = from_c(text.encode(), "tree.c")
+    policy, rows = asked(origins)
+    assert [each.name for each in policy.features] == ["speed", "gap"]
+    function = compiled(text, tmp_path).f
+    function.restype, function.argtypes = ctypes.c_double, [ctypes.c_float, ctypes.c_double]
+    assert decided(origins, policy, rows) == [function(*map(float, row)) for row in rows]
+
+
+@needs_compiler
+@pytest.mark.interop
+@pytest.mark.parametrize("seed", range(20))
+def test_random_trees_of_m2cgen_decide_as_its_compiled_c(seed, tmp_path):
+    m2cgen = pytest.importorskip("m2cgen", reason="the extra maviper[interop] is not installed")
+    x, y = data(seed, classes=2 + seed % 3)
+    text = m2cgen.export_to_c(DecisionTreeClassifier(max_depth=2 + seed % 8, random_state=seed).fit(x, y))
+    origins = from_c(text.encode(), "tree.c")
+    policy, rows = asked(origins)
+    assert ir.act(policy, rows).tolist() == scores(compiled(text, tmp_path).score, rows, len(np.unique(y)))
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "said"),
+    [
+        ("int f(const float *x)\n{ while (x[0] > 1) return 1; return 0; }", 2, "statement is not understood: 'While'"),
+        ("int f(const float *x)\n{\n    if (x[0] > x[1]) return 1; return 0; }", 3, "two features are compared"),
+        ("int f(const float *x)\n{ if (x[0] + x[1] > 1) return 1; return 0; }", 2, "not of a feature and a number"),
+        ("int f(const float *x)\n{ if (x[0]) return 1; return 0; }", 2, "condition is not understood"),
+        ("int f(const float *x)\n{ if (0 < x[0] < 1) return 1; return 0; }", 2, "not of a feature"),
+        ("int f(const float *x)\n{ if (sqrt(x[0]) > 1) return 1; return 0; }", 2, "not of a feature"),
+        ("int f(const float *x)\n{ if (x[0] > 16777217) return 1; return 0; }", 2, "not of a feature"),
+        ("int f(const float *x)\n{ if (x[0] > 0x10) return 1; return 0; }", 2, "not of a feature"),
+        ("int f(const float *x)\n{ if (x[-1] > 1) return 1; return 0; }", 2, "feature is not understood"),
+        ("int f(const float x[2])\n{ if (x[2] > 1) return 1; return 0; }", 2, "feature is not understood"),
+        ("int f(const float *x)\n{ return x[0] > 1; }", 2, "value is not understood"),
+        ("int f(const float *x)\n{ return 1.5; }", 2, "a number is no int"),
+        ("uint8_t f(const float *x)\n{ return 300; }", 2, "a number is no uint8_t"),
+        ("float f(const float *x)\n{ return 0.1; }", 2, "a number is no float"),
+        ("int f(const float *x)\n{ int a; if (x[0] > 1) a = 2; return a; }", 2, "holds nothing on some path"),
+        ("int f(const float *x)\n{ int a = 1; if (x[0] > 1) { int a = 2; } return a; }", 2, "not the first"),
+        ("int f(const float *x)\n{ static int a = 1; return a; }", 2, "variable 'a' is not understood"),
+        ("int f(const float *x)\n{ x[0] = 1; return 0; }", 2, "statement is not understood"),
+        ("int f(const float *x)\n{ x++; return 0; }", 2, "statement is not understood"),
+        ("int f(const float *x)\n{ goto end; end: return 0; }", 2, "'Goto'"),
+        ("int f(const float *x)\n{ double a = 1; return a; }", 2, "another type is returned"),
+        ("int f(const int *x)\n{ return 0; }", 1, "parameter is not understood"),
+        ("int f(const float **x)\n{ return 0; }", 1, "parameter is not understood"),
+        ("int f(const float *x, int n)\n{ return 0; }", 1, "parameter is not understood"),
+        ("int f(void)\n{ return 0; }", 1, "parameter"),
+        ("void f(double *x, double *y)\n{ return; }", 2, "'Return'"),
+        ("int f(const float *x)\n{ if (x[0] > 1) return 1; }", None, "without a return"),
+        ("#define A 1\nint f(const float *x)\n{ return A; }", 1, "line is not understood: #define A 1"),
+        ("#include \"a.h\"\nint f(const float *x)\n{ return 1; }", 1, "line is not understood"),
+        ("int f(const float *x)\n{ return 1; } \\\n", 2, "line is not understood"),
+        ("int f(const float *x)\n{ return 1; \0 }", 2, "line is not understood"),
+        ("int a = 1;\nint f(const float *x)\n{ return a; }", 1, "'Decl' stands outside"),
+        ("typedef float real;\nint f(const float *x)\n{ return 1; }", 1, "'Typedef' stands outside"),
+        ("int f(const float *x)\n{ return 1; }\nint f(const float *x)\n{ return 2; }", 3, "'FuncDef' stands outside"),
+        ("enum { f };\nint f(const float *x) { return 1; }", None, "several things"),
+        ("const int a = 1; const int a = 2;\nint f(const float *x) { return a; }", 1, "'Decl' stands outside"),
+        ("int f(const float *x)\n{ return 1 }", 2, "not C that is understood"),
+        ("int f(const float *x)\n{ return '1'; }", 2, "value is not understood"),
+        ("void f(double *x, double *y)\n{ double v[2]; memcpy(v, (double[]){1, 0}, 1 * sizeof(double));\n"
+         "memcpy(y, v, 2 * sizeof(double)); }", 2, "memcpy is not understood"),
+        ("void f(double *x, double *y)\n{ double v[2]; memcpy(v, (double[]){1, 0, 0}, 2 * sizeof(double));\n"
+         "memcpy(y, v, 2 * sizeof(double)); }", 2, "3 numbers is set, 2 are declared"),
+        ("void f(double *x, double *y)\n{ double v[2] = {1, 0}; memcpy(y, v, 2 * sizeof(double)); v[0] = 2; }", 2,
+         "memcpy is not understood"),
+        ("void f(double *x, double *y)\n{ double v[2] = {1, 0}; if (x[0] > 1) memcpy(y, v, 2 * sizeof(double)); }", 2,
+         "memcpy is not understood"),
+        ("", None, "no function"),
+    ],
+)  # fmt: skip
+def test_other_c_is_refused_with_its_line(text, line, said):
+    with pytest.raises(InputError, match=said) as caught:
+        profile_of(from_c(text.encode(), "tree.c"), Names())
+    assert line is None or f"line {line}" in caught.value.where
+
+
+@pytest.mark.parametrize("text", [b"\xff\xfe", b"{" * 5_000, b"int f(const float *x) { return " + b"(" * 5_000])
+def test_what_is_no_c_is_refused(text):
+    with pytest.raises(InputError):
+        from_c(text, "tree.c")
