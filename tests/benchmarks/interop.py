@@ -1,0 +1,184 @@
+"""Trees of others: whether imports decide as their origins, how large files may be, and what an import costs.
+
+    python tests/benchmarks/interop.py [--json] [--trees N]
+
+Differences are counted against the program that wrote a file, or that a compiler makes of it, at every threshold and
+at both its float32 neighbours, and at random. A time is one of CPU, and a ratio to what the language itself needs
+for the file: CPython to compile if/else Python, gcc -O0 to compile C.
+"""
+
+import argparse
+import json
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+sys.path.insert(0, str(Path(__file__).parents[2]))  # for tests.*, also when run by this path
+
+import numpy as np
+from sklearn.pipeline import make_pipeline
+from sklearn.preprocessing import MinMaxScaler, StandardScaler
+from sklearn.tree import DecisionTreeClassifier
+
+from codegen import ir
+from codegen.errors import InputError
+from codegen.importers.c.source import from_c
+from codegen.importers.onnx.graph import decision_tree
+from codegen.importers.onnx.model import from_onnx
+from codegen.importers.origin import Names, profile_of
+from codegen.importers.python_source import from_python
+from tests.codegen.importers.c.test_source import COMPILER, compiled, scores
+from tests.codegen.importers.origins import asked, data
+from tests.codegen.importers.test_python_source import nested
+
+LARGE = 17  # levels: 131,072 leaves, 262,143 nodes
+
+
+def fitted(seed: int) -> tuple[DecisionTreeClassifier, int]:
+    """A tree of a random shape, and how many classes it knows."""
+    x, y = data(seed, classes=2 + seed % 3)
+    return DecisionTreeClassifier(max_depth=2 + seed % 8, random_state=seed).fit(x, y), len(np.unique(y))
+
+
+def through_python(seed: int) -> int:
+    """Differences of an imported tree from m2cgen's Python, run by Python."""
+    import m2cgen
+
+    text = m2cgen.export_to_python(fitted(seed)[0])
+    policy, rows = asked(from_python(text.encode(), "tree.py"))
+    space: dict[str, Any] = {}
+    exec(text, space)
+    said = [int(np.argmax(space["score"](row))) for row in rows.astype(np.float64).tolist()]
+    return int((ir.act(policy, rows) != said).sum())
+
+
+def through_c(seed: int) -> int:
+    """Differences of an imported tree from m2cgen's C, as a compiler makes it."""
+    import m2cgen
+
+    model, n_classes = fitted(seed)
+    text = m2cgen.export_to_c(model)
+    policy, rows = asked(from_c(text.encode(), "tree.c"))
+    with tempfile.TemporaryDirectory() as folder:
+        said = scores(compiled(text, Path(folder)).score, rows, n_classes)
+    return int((ir.act(policy, rows) != said).sum())
+
+
+def through_onnx(seed: int) -> int:
+    """Differences of an imported pipeline of two scalers and a tree from its model under onnxruntime."""
+    import onnxruntime
+    from skl2onnx import convert_sklearn
+    from skl2onnx.common.data_types import FloatTensorType
+
+    x, y = data(seed, classes=2 + seed % 3)
+    tree = DecisionTreeClassifier(max_depth=2 + seed % 8, random_state=seed)
+    pipeline = make_pipeline(StandardScaler(), MinMaxScaler(), tree).fit(x, y)
+    model = convert_sklearn(pipeline, initial_types=[("x", FloatTensorType([None, x.shape[1]]))]).SerializeToString()
+    (policy,) = from_onnx(model).agents
+    rows = x[:, None, :] * np.array([1, 1 + 1e-7, 1 - 1e-7], dtype=np.float32)[:, None]
+    rows = np.concatenate([rows.reshape(-1, x.shape[1]), beside(policy)])
+    found = decision_tree(model)
+    session = onnxruntime.InferenceSession(model, providers=["CPUExecutionProvider"])
+    (said,) = session.run([found.output], {found.input: rows})
+    return int((np.array(found.labels)[ir.act(policy, rows)] != said).sum())
+
+
+def beside(policy: ir.AgentPolicy) -> np.ndarray:
+    """Observations with one feature at, or next to, each threshold."""
+    split = policy.tree.feature != ir.NO_FEATURE
+    at, rng = policy.tree.threshold[split], np.random.default_rng(0)
+    values = np.stack([np.nextafter(at, np.float32(-np.inf)), at, np.nextafter(at, np.float32(np.inf))], axis=1)
+    rows = rng.normal(size=(len(at), 3, len(policy.features))).astype(np.float32)
+    rows[np.arange(len(at)), :, policy.tree.feature[split]] = values
+    return rows.reshape(-1, rows.shape[2])
+
+
+def seconds(run: Callable[[], Any]) -> float:
+    """CPU time of a call, with the processes that it starts."""
+    start = time.process_time() + sum(children()[:2])
+    run()
+    return time.process_time() + sum(children()[:2]) - start
+
+
+def children() -> tuple[float, ...]:
+    """CPU time of ended children."""
+    import os
+
+    return tuple(os.times()[2:4])
+
+
+def large() -> Iterator[dict[str, Any]]:
+    """A file of more than 200,000 nodes, in Python and in C."""
+    bounds = dict.fromkeys(range(8), (-100.0, 100.0))
+    python = "def act(x):\n" + "".join(nested(LARGE, bounds, " ", np.random.default_rng(0)))
+    taken = seconds(lambda: profile_of(from_python(python.encode(), "tree.py"), Names()))
+    yield {"name": "262,143 nodes of if/else Python, s", "value": taken, "reach": 60, "stretch": 20, "better": "lower"}
+    yield ratio("Python, import / CPython's compile", taken, seconds(lambda: compile(python, "tree.py", "exec")))
+    if COMPILER is None:
+        return
+    c = f"int act(const double *x)\n{{\n{''.join(in_c(python.splitlines()[1:]))}}}\n"
+    taken = seconds(lambda: profile_of(from_c(c.encode(), "tree.c"), Names()))
+    yield {"name": "262,143 nodes of if/else C, s", "value": taken, "reach": 60, "stretch": 20, "better": "lower"}
+    with tempfile.TemporaryDirectory() as folder:
+        (Path(folder) / "tree.c").write_text(c)
+        command = [COMPILER, "-O0", "-c", "-o", Path(folder) / "tree.o", Path(folder) / "tree.c"]
+        peer = seconds(lambda: subprocess.run(command, check=True))
+    yield ratio("C, import / gcc -O0", taken, peer)
+
+
+def in_c(lines: list[str]) -> Iterator[str]:
+    """Lines of nested ifs of Python as C: each `else` follows the block of its `if`."""
+    open_ = 0
+    for line in lines:
+        level = len(line) - len(line.lstrip())
+        while open_ >= level:
+            open_ -= 1
+            yield "}\n"
+        text = line.strip()
+        if text.startswith("return"):
+            yield f"{text};\n"
+        else:
+            yield "else {\n" if text == "else:" else f"if ({text[3:-1]}) {{\n"
+            open_ = level
+    yield "}\n" * open_
+
+
+def ratio(name: str, ours: float, peer: float) -> dict[str, Any]:
+    """A time as a ratio to a peer's."""
+    return {"name": name, "value": ours / peer, "reach": 40, "stretch": 10, "better": "lower"}
+
+
+def main() -> None:
+    """Prints a table, or one JSON object."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--json", action="store_true")
+    parser.add_argument("--trees", type=int, default=20)
+    options = parser.parse_args()
+    figures = []
+    for name, differences in (
+        ("m2cgen's Python", through_python),
+        *((("m2cgen's C", through_c),) if shutil.which("cc") else ()),
+        ("skl2onnx's pipelines", through_onnx),
+    ):
+        try:
+            found = sum(differences(seed) for seed in range(options.trees))
+        except (ImportError, InputError) as error:
+            print(f"{name}: not run: {error}", file=sys.stderr)
+            continue
+        what = f"{name}: differences in {options.trees} trees"
+        figures.append({"name": what, "value": found, "reach": 0, "stretch": 0, "better": "lower"})
+    figures += large()
+    if options.json:
+        print(json.dumps({"figures": figures}))
+        return
+    for item in figures:
+        print(f"{item['name']:55} {item['value']:10.2f}   reach {item['reach']}, stretch {item['stretch']}")
+
+
+if __name__ == "__main__":
+    main()
