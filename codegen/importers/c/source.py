@@ -43,7 +43,9 @@ from codegen.ir import Float32, Int32
 
 KIND, REPLAYED_BY = "if/else C", "an interpreter of the file's syntax tree"
 TYPES = "".join(f"typedef int {name};" for name in WHOLES if name.endswith("_t") or name == "bool")
-HARMLESS = re.compile(r"#\s*(include\s*<(string|math|stdint|stdbool|stddef|float)\.h>|pragma once|endif|ifndef \w+)")
+HARMLESS = re.compile(r"#\s*(include\s*<(string|math|stdint|stdbool|stddef|float)\.h>|pragma once)")
+GUARD = re.compile(r"#ifndef ([A-Za-z]\w*_H_?)")  # a name that no compiler defines by itself
+COMMENT = re.compile(r"/\*(?:.*?\*/|.*\Z)|//[^\n]*", re.DOTALL)
 TURNED = {"<": ">", "<=": ">=", ">": "<", ">=": "<=", "==": "==", "!=": "!="}
 MAX_FEATURES = 1 << 20
 ADVICE = "give functions of ifs, comparisons with numbers, and returns, as m2cgen writes them"
@@ -67,20 +69,21 @@ def from_c(content: bytes, where: str) -> dict[str, Origin]:
 
 
 def _plain(text: str, where: str) -> str:
-    """The file without comments and harmless lines of the preprocessor; the others are refused."""
-    blank = re.sub(r"/\*.*?\*/|//[^\n]*", lambda each: re.sub(r"[^\n]", " ", each[0]), text, flags=re.DOTALL)
-    lines, guards = blank.splitlines(), set[str]()
-    for place, line in enumerate(lines):
-        odd = "\\" in line or "??" in line or (not line.isprintable() and not line.expandtabs().isprintable())
-        bare = line.strip()
-        if bare.startswith("#") or odd:
-            guard = re.fullmatch(r"#\s*define (\w+)", bare)
-            known = HARMLESS.fullmatch(bare) or (guard and guard[1] in guards)
-            if odd or not known:
-                what = f"a line is not understood: {shown(bare[:80])}"
-                raise InputError(what, f"{where}, line {place + 1}", "give C without macros")
-            guards |= set(re.findall(r"ifndef (\w+)", bare))
+    """The file without comments, its guard and harmless lines of the preprocessor; other such lines are refused."""
+    text = text.replace("\r\n", "\n")
+    raw, lines = (each.split("\n") for each in (text, COMMENT.sub(lambda each: re.sub(r"[^\n]", " ", each[0]), text)))
+    written = [place for place, line in enumerate(lines) if line.strip()]
+    guard = GUARD.fullmatch(lines[written[0]].strip()) if len(written) > 2 else None
+    if guard and (lines[written[1]].strip(), lines[written[-1]].strip()) == (f"#define {guard[1]}", "#endif"):
+        for place in (written[0], written[1], written[-1]):
             lines[place] = ""
+    for place, (line, before) in enumerate(zip(lines, raw, strict=True)):
+        # a line that goes on may be a comment that goes on; trigraphs may hide it
+        odd = "\\" in before or "??" in before or not before.expandtabs().isprintable()
+        if odd or (line.strip().startswith("#") and not HARMLESS.fullmatch(line.strip())):
+            what = f"a line is not understood: {shown(before.strip()[:80])}"
+            raise InputError(what, f"{where}, line {place + 1}", "give C without macros and backslashes")
+        lines[place] = "" if line.strip().startswith("#") else line
     return "\n".join(lines)
 
 

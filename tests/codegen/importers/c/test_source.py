@@ -3,6 +3,7 @@
 import ctypes
 import shutil
 import subprocess
+import time
 
 import numpy as np
 import pytest
@@ -128,6 +129,14 @@ def test_random_trees_of_m2cgen_decide_as_its_compiled_c(seed, tmp_path):
         ("#include \"a.h\"\nint f(const float *x)\n{ return 1; }", 1, "line is not understood"),
         ("int f(const float *x)\n{ return 1; } \\\n", 2, "line is not understood"),
         ("int f(const float *x)\n{ return 1; \0 }", 2, "line is not understood"),
+        ("int f(const float *x)\n{\n// \\\n    return 1;\n    return 0; }", 3, "line is not understood"),
+        ("int f(const float *x)\n{\n// ??/\n    return 1;\n    return 0; }", 3, "line is not understood"),
+        ("#ifndef __STDC__\nint f(const float *x)\n{ return 1; }\n#endif", 1, "line is not understood: #ifndef"),
+        ("#include <math.h>\n#ifndef A_H\n#define A_H\nint f(float *x) { return 1; }\n#endif", 2, "not understood"),
+        ("#ifndef A_H\n#define A_H\nint f(float *x) { return 1; }\n#endif\nint g(float *x) { return 1; }", 1, "not"),
+        ("int f(const float *x)\n{ // a \f return 1;\n return 0; }", 2, "line is not understood"),
+        ("#if 0\nint f(const float *x) { return 1; }\n#endif", 1, "line is not understood: #if 0"),
+        ("int f(const float *x)\n{ return 1; }\n/* without an end", None, None),
         ("int a = 1;\nint f(const float *x)\n{ return a; }", 1, "'Decl' stands outside"),
         ("typedef float real;\nint f(const float *x)\n{ return 1; }", 1, "'Typedef' stands outside"),
         ("int f(const float *x)\n{ return 1; }\nint f(const float *x)\n{ return 2; }", 3, "'FuncDef' stands outside"),
@@ -147,9 +156,21 @@ def test_random_trees_of_m2cgen_decide_as_its_compiled_c(seed, tmp_path):
     ],
 )  # fmt: skip
 def test_other_c_is_refused_with_its_line(text, line, said):
+    if said is None:  # what compilers refuse may be read
+        assert from_c(text.encode(), "tree.c")
+        return
     with pytest.raises(InputError, match=said) as caught:
         profile_of(from_c(text.encode(), "tree.c"), Names())
     assert line is None or f"line {line}" in caught.value.where
+
+
+def test_a_guard_is_skipped_and_comments_take_no_time():
+    text = "/* a */\n#ifndef TREE_H_\n#define TREE_H_\n#include <math.h>\nint f(float *x) { return 1; }\n#endif\n"
+    assert from_c(text.encode(), "tree.h")
+    start = time.process_time()
+    with pytest.raises(InputError):
+        from_c(b"/*" * 500_000, "tree.c")
+    assert time.process_time() - start < 10
 
 
 @pytest.mark.parametrize("text", [b"\xff\xfe", b"{" * 5_000, b"int f(const float *x) { return " + b"(" * 5_000])
