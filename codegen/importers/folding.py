@@ -21,7 +21,7 @@ from codegen.ir import NO_CHILD, NO_FEATURE, Bool, Float32, GrownTree
 LARGEST, INFINITE = np.float32(np.finfo(np.float32).max), np.float32(np.inf)
 
 
-class Tests(NamedTuple):
+class Asked(NamedTuple):
     """What the n splits of a tree ask, in the order of their nodes."""
 
     source: npt.NDArray[Any]  # [n] the number of the observation that each one looks at
@@ -36,7 +36,7 @@ class Folded(NamedTuple):
     nan: bool  # whether a NaN, which goes right, goes where the steps and their tree send it
 
 
-def folded(tree: GrownTree, tests: Tests, largest: np.float32 = INFINITE) -> Folded:
+def folded(tree: GrownTree, tests: Asked, largest: np.float32 = INFINITE) -> Folded:
     """The tree over the observations before the steps, for numbers from -`largest` to `largest`."""
     split = np.flatnonzero(tree.feature != NO_FEATURE)
     if not len(split):

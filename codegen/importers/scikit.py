@@ -21,7 +21,7 @@ import numpy as np
 from codegen import ir
 from codegen.errors import InputError
 from codegen.importers import steps
-from codegen.importers.folding import LARGEST, Tests, folded
+from codegen.importers.folding import LARGEST, Asked, folded
 from codegen.importers.origin import AGENT, Names, Origin, profile_of
 from codegen.ir import NO_ACTION, NO_CHILD, NO_FEATURE, Bool, Float32, GrownTree, Int32
 
@@ -128,7 +128,7 @@ def _folded(grown: GrownTree, transform: Callable[[Float32], Float32], source: S
         after = transform(rows)
         return after[np.arange(len(split)), grown.feature[split]] <= grown.threshold[split]
 
-    tests = Tests(features, np.ones(len(split), dtype=np.bool_), passes)
+    tests = Asked(features, np.ones(len(split), dtype=np.bool_), passes)
     return folded(grown, tests, LARGEST).tree
 
 

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 from codegen.errors import InputError, MissingToolError
-from codegen.importers.folding import Folded, Tests, folded
+from codegen.importers.folding import Asked, Folded, folded
 from codegen.importers.onnx.columns import FLOAT, MAIN, MAX_COLUMNS, ML, OPERATORS, Call, Column, Columns, followed
 from codegen.importers.onnx.tree import ADVICE, LABELS, MAX_FEATURES, TREE, grown_of, shown
 from codegen.ir import NO_FEATURE, Bool, Float32, GrownTree
@@ -81,7 +81,7 @@ def _folded(grown: GrownTree, columns: Columns) -> Folded:
 
     source = np.array([each.source for each in columns])[tested]
     rising = np.array([each.rising for each in columns])[tested]
-    return folded(grown, Tests(source, rising, passes))
+    return folded(grown, Asked(source, rising, passes))
 
 
 def _type(onnx: Any, number: int) -> str:
