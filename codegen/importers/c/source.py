@@ -24,6 +24,7 @@ from pycparser.c_parser import ParseError
 from codegen.errors import InputError, shown
 from codegen.importers.c import meaning
 from codegen.importers.c.numbers import DOUBLE, EXACT, FLOAT, WHOLE, WHOLES, Literal, converted, fits, literal
+from codegen.importers.c.text import plain
 from codegen.importers.origin import Origin
 from codegen.importers.rules import (
     Condition,
@@ -43,9 +44,6 @@ from codegen.ir import Float32, Int32
 
 KIND, REPLAYED_BY = "if/else C", "an interpreter of the file's syntax tree"
 TYPES = "".join(f"typedef int {name};" for name in WHOLES if name.endswith("_t") or name == "bool")
-HARMLESS = re.compile(r"#\s*(include\s*<(string|math|stdint|stdbool|stddef|float)\.h>|pragma once)")
-GUARD = re.compile(r"#ifndef ([A-Za-z]\w*_H_?)")  # a name that no compiler defines by itself
-COMMENT = re.compile(r"/\*(?:.*?\*/|.*\Z)|//[^\n]*", re.DOTALL)
 TURNED = {"<": ">", "<=": ">=", ">": "<", ">=": "<=", "==": "==", "!=": "!="}
 MAX_FEATURES = 1 << 20
 ADVICE = "give functions of ifs, comparisons with numbers, and returns, as m2cgen writes them"
@@ -56,7 +54,7 @@ def from_c(content: bytes, where: str) -> dict[str, Origin]:
     """The tree of each function in a file of if/else C, by the function's name. InputError with the line for everything
     that is no such file.
     """
-    text = _plain(content.decode(errors="replace"), where)
+    text = plain(content.decode(errors="replace"), where)
     try:
         parsed = CParser().parse(TYPES + text)
         return {name: _origin(node, names, where) for name, (node, names) in _functions(parsed, where).items()}
@@ -66,25 +64,6 @@ def from_c(content: bytes, where: str) -> dict[str, Origin]:
         raise InputError(f"not C that is understood: {shown(what)[:100]}", place, ADVICE) from None
     except RecursionError:
         raise InputError("the file is nested too deeply", where, "simplify it first") from None
-
-
-def _plain(text: str, where: str) -> str:
-    """The file without comments, its guard and harmless lines of the preprocessor; other such lines are refused."""
-    text = text.replace("\r\n", "\n")
-    raw, lines = (each.split("\n") for each in (text, COMMENT.sub(lambda each: re.sub(r"[^\n]", " ", each[0]), text)))
-    written = [place for place, line in enumerate(lines) if line.strip()]
-    guard = GUARD.fullmatch(lines[written[0]].strip()) if len(written) > 2 else None
-    if guard and (lines[written[1]].strip(), lines[written[-1]].strip()) == (f"#define {guard[1]}", "#endif"):
-        for place in (written[0], written[1], written[-1]):
-            lines[place] = ""
-    for place, (line, before) in enumerate(zip(lines, raw, strict=True)):
-        # a line that goes on may be a comment that goes on; trigraphs may hide it
-        odd = "\\" in before or "??" in before or not before.expandtabs().isprintable()
-        if odd or (line.strip().startswith("#") and not HARMLESS.fullmatch(line.strip())):
-            what = f"a line is not understood: {shown(before.strip()[:80])}"
-            raise InputError(what, f"{where}, line {place + 1}", "give C without macros and backslashes")
-        lines[place] = "" if line.strip().startswith("#") else line
-    return "\n".join(lines)
 
 
 def _line(node: Any) -> int:
