@@ -19,7 +19,7 @@ from maviper.experts.scripted import scripted
 from maviper.files.profiles import load
 from maviper.worlds import World
 from maviper.worlds.matching import NO_WORLD, matching_world, plays
-from maviper.worlds.processes import named_by_user
+from maviper.worlds.outside.sources import named_by_user
 from maviper.worlds.world import world_name
 
 SCRIPTED, RANDOM = "scripted", "random"

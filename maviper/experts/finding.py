@@ -13,7 +13,7 @@ from maviper.experts.measured import Measured
 from maviper.experts.scripted import SCRIPTS, scripted
 from maviper.experts.wrapped import Narrowed, Unweighted
 from maviper.worlds import WORLDS, ParticleWorld, World, built_in, find
-from maviper.worlds.processes import imported, named_by_user, parsed
+from maviper.worlds.outside.sources import imported, named_by_user, parsed
 
 FEATURES = "features"  # the option of our worlds
 LEARNED, MEASURED, NONE = "learned", "measured", "none"

@@ -19,7 +19,7 @@ from codegen.ir import Float32
 from maviper.experts.network import ACTOR_CRITIC, CRITIC, LAYERS, NETS, NetworkExpert
 from maviper.files import kinds, runs
 from maviper.worlds import World, built_in
-from maviper.worlds.processes import named_by_user
+from maviper.worlds.outside.sources import named_by_user
 
 FORMAT = "maviper-expert-1"
 MAX_HIDDEN = 4096

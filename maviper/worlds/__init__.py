@@ -15,11 +15,11 @@ from typing import TYPE_CHECKING
 from codegen.errors import InputError, UnknownNameError
 from maviper.worlds.cooperative_navigation import CooperativeNavigation
 from maviper.worlds.coordination import Coordination
+from maviper.worlds.outside.sources import named_by_user
 from maviper.worlds.particle import ParticleWorld, WorldState
 from maviper.worlds.pettingzoo import PettingZooWorld, user_world
 from maviper.worlds.physical_deception import PhysicalDeception
 from maviper.worlds.predator_prey import PredatorPrey
-from maviper.worlds.processes import named_by_user
 from maviper.worlds.world import Measure, World
 
 if TYPE_CHECKING:

@@ -17,10 +17,8 @@ import numpy as np
 
 from codegen.errors import InputError
 from maviper.worlds import World, built_in
-from maviper.worlds.pettingzoo import PROBE_STEPS, PettingZooWorld, attribute, faults
-from maviper.worlds.processes import (
+from maviper.worlds.outside.sources import (
     MAX_STEPS,
-    Copy,
     Source,
     fault,
     imported,
@@ -29,6 +27,8 @@ from maviper.worlds.processes import (
     parsed,
     space,
 )
+from maviper.worlds.pettingzoo import PROBE_STEPS, PettingZooWorld, attribute, faults
+from maviper.worlds.processes import Copy
 from maviper.worlds.seeds import folded
 from maviper.worlds.world import Outcome
 

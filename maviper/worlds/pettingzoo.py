@@ -30,18 +30,8 @@ from codegen.check import check, identifier
 from codegen.dynamics import motionless
 from codegen.errors import InputError
 from codegen.ir import MAX_LENGTH, ActionSpec, Bool, FeatureSpec, Float32, Float64, WorldSpec
-from maviper.worlds.processes import (
-    MAX_STEPS,
-    Copies,
-    Copy,
-    Source,
-    copies_at_once,
-    fault,
-    imported,
-    made,
-    parsed,
-    space,
-)
+from maviper.worlds.outside.sources import MAX_STEPS, Source, fault, imported, made, parsed, space
+from maviper.worlds.processes import Copies, Copy, copies_at_once
 from maviper.worlds.seeds import TRAINING, folded
 from maviper.worlds.world import RETURN, Int, Measure, Outcome, World
 

@@ -17,8 +17,8 @@ from pathlib import Path
 
 import numpy as np
 
+from maviper.worlds.outside.sources import imported, parsed
 from maviper.worlds.pettingzoo import PettingZooWorld
-from maviper.worlds.processes import imported, parsed
 
 REACH, STRETCH = 0.5, 0.8
 EXAMPLE = Path(__file__).parents[2] / "generated" / "foraging"

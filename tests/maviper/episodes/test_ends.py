@@ -29,7 +29,7 @@ from maviper.extraction.selection import refine
 from maviper.extraction.selection.arena import Arena
 from maviper.extraction.settings import HISTOGRAM, PRESETS, Settings
 from maviper.worlds import PettingZooWorld, find
-from maviper.worlds.processes import imported, parsed
+from maviper.worlds.outside.sources import imported, parsed
 from tests.growing import train_joint_trees
 
 PLACE, TIME, OVER = range(3)  # what everybody observes in tests.environments.Relay

@@ -18,9 +18,9 @@ from maviper import manual
 from maviper.worlds import built_in, find, parallel_env
 from maviper.worlds.checking import Mark, check
 from maviper.worlds.exported import WorldEnv
+from maviper.worlds.outside.sources import imported, parsed
 from maviper.worlds.pettingzoo import PettingZooWorld
 from maviper.worlds.physical_deception import PhysicalDeception
-from maviper.worlds.processes import imported, parsed
 from maviper.worlds.seeds import TRAINING
 
 with warnings.catch_warnings():
