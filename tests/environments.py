@@ -351,3 +351,46 @@ class Single(ParallelEnv):
 
 def cart_pole():
     return Single("CartPole-v1", 200)
+
+
+class Alone(gymnasium.Env):
+    """One walker, as Gymnasium has it: actions -1, 0 and 1, an observation of the kind that is asked for."""
+
+    def __init__(self, shows="grid"):
+        self.action_space = Discrete(3, start=-1)
+        kinds = {
+            "grid": Box(-9, 9, (2, 2), np.float64),
+            "bits": gymnasium.spaces.MultiBinary(3),
+            "place": Discrete(5, start=2),
+            "parts": gymnasium.spaces.Dict({"x": Box(-1, 1, (1,))}),
+            "picture": Box(0, 255, (40, 40, 3), np.uint8),
+        }
+        self.observation_space, self.shows = kinds[shows], shows
+
+    def reset(self, *, seed=None, options=None):
+        super().reset(seed=seed)
+        self.place, self.time = int(self.np_random.integers(5)), 0
+        return self.seen(), {}
+
+    def seen(self):
+        if self.shows == "place":
+            return 2 + self.place
+        if self.shows == "bits":
+            return np.array([self.place > k for k in range(3)], np.int8)
+        return np.array([[self.place, self.time], [0, 1 / 3]])
+
+    def step(self, action):
+        assert self.action_space.contains(np.int64(action)), action
+        self.place, self.time = min(4, max(0, self.place + int(action))), self.time + 1
+        return self.seen(), float(self.place), self.place == 0, self.time == 6, {}
+
+
+def walker(shows="grid"):
+    return Alone(shows)
+
+
+def steered():
+    """Continuous actions."""
+    env = Alone()
+    env.action_space = Box(-1, 1, (1,))
+    return env

@@ -12,6 +12,7 @@ An environment may say more about itself by attributes (its own, or its `unwrapp
 - `max_cycles`: how long episodes are; the option `max_steps` counts more.
 - `teams`: team -> its agents. Without it, a team is what agents share before the last `_`: `agent_0` is in `agent`.
 - `features`: agent -> a FeatureSpec for each number that it observes, with unit, range and meaning.
+- `action_names`: agent -> a name for each of its actions.
 """
 
 import re
@@ -31,11 +32,12 @@ from codegen.dynamics import motionless
 from codegen.errors import InputError
 from codegen.ir import MAX_LENGTH, ActionSpec, Bool, FeatureSpec, Float32, Float64, WorldSpec
 from maviper.worlds.outside.sources import MAX_STEPS, Source, fault, imported, made, parsed, space
-from maviper.worlds.processes import Copies, Copy, copies_at_once
+from maviper.worlds.processes import Copies, Copy, copies_at_once, undisturbed
 from maviper.worlds.seeds import TRAINING, folded
 from maviper.worlds.world import RETURN, Int, Measure, Outcome, World
 
 DEFAULT_STEPS = 25  # where nobody knows how long an episode is
+GAMES_HERE = 32  # copies of an environment that says it `plays_here`
 PROBE_STEPS = 1_000  # of the episode that is played to find out
 LONGEST_NAME = 40  # of a world: generated code starts with it
 PAST = -1  # the moment of a state that cannot be stepped: a part of one, or several joined
@@ -72,7 +74,8 @@ class PettingZooWorld(World):
     """The environment that `function` returns; `text` is its name, `module:function,option=value`.
 
     `games`: how many copies play at once, more than one each in a process of its own; None: one a core, or 1 where
-    other processes cannot import the function, in processes of their own where that is quicker.
+    other processes cannot import the function, in processes of their own where that is quicker. Of an environment that
+    says it `plays_here` GAMES_HERE copies play in this process, if they leave each other alone.
     InputError when the environment cannot be played. `close` ends the copies; so does the end of the world.
     """
 
@@ -89,18 +92,16 @@ class PettingZooWorld(World):
         self.env_agents = tuple(env.possible_agents)  # the environment's own names, in the order of `agents`
         names = legal_names([str(agent) for agent in self.env_agents], "agent")
         called = dict(zip(self.env_agents, names, strict=True))
-        sizes = [int(space(env, "action", agent).n) for agent in self.env_agents]
-        self.actions = tuple(tuple(ActionSpec(f"action_{k}", None) for k in range(size)) for size in sizes)
+        self.actions = tuple(_actions(env, agent, self.source) for agent in self.env_agents)
         self.teams = _teams(env, called, self.source)
         self.measures = tuple(Measure(team, RETURN) for team in self.teams)
         self.features = tuple(_features(env, agent, self.source) for agent in self.env_agents)
         steps, self.length_known = episode_steps(env, self.source)
         self.spec = _spec(self.source, names, steps)
         self._ensure()
+        self.games, apart = self._at_once(env) if games is None else (games, games > 1)
         with suppress(Exception):  # it has said what it had to
             env.close()
-        self.games = copies_at_once(function, self.source) if games is None else games
-        apart = None if games is None else games > 1
         self._copies = Copies(self.source, partial(made, function, self.source), self.games, apart)
         self._moment = PAST
         weakref.finalize(self, self._copies.close)
@@ -109,6 +110,13 @@ class PettingZooWorld(World):
     def name(self) -> str:
         """`module:function,option=value`."""
         return self.source.text
+
+    def _at_once(self, env: Any) -> tuple[int, bool | None]:
+        """How many copies play at once, and whether each in a process of its own; None: to be tried."""
+        here = attribute(env, "plays_here", self.source)
+        if here and undisturbed(Copy(self.reference_env(), self.source), Copy(env, self.source)):
+            return GAMES_HERE, False
+        return copies_at_once(self._function, self.source), None
 
     def _ensure(self) -> None:
         """InputError where a profile could not be what the environment says about itself."""
@@ -297,6 +305,12 @@ def _features(env: Any, agent: Any, source: Source) -> tuple[FeatureSpec, ...]:
         return features
     bounds = zip(_within(box.low), _within(box.high), strict=True)
     return tuple(FeatureSpec(f"feature_{k}", "none", low, high, None) for k, (low, high) in enumerate(bounds))
+
+
+def _actions(env: Any, agent: Any, source: Source) -> tuple[ActionSpec, ...]:
+    named = attribute(env, "action_names", source) or {}
+    size = int(space(env, "action", agent).n)
+    return tuple(ActionSpec(name, None) for name in named.get(agent) or [f"action_{k}" for k in range(size)])
 
 
 def _within(bounds: Any) -> list[float]:

@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from codegen.errors import InputError
+from codegen.errors import InputError, MaviperError
 from codegen.ir import Float32
 from maviper.worlds.outside.sources import Source, fault, imported, made, parsed, space
 from maviper.worlds.world import Outcome
@@ -183,6 +183,16 @@ def _beside(one: Copy, other: Copy) -> tuple[float, bool]:
         beside.append(one.ask("step", acted))
         other.ask("step", acted)
     return min(times), [each.bytes for each in alone] == [each.bytes for each in beside]
+
+
+def undisturbed(one: Copy, other: Copy) -> bool:
+    """Whether copies play in one process as each would alone; False where they fail."""
+    try:
+        return _beside(one, other)[1]
+    except MaviperError:  # let it come up in play
+        return False
+    finally:
+        one.close()
 
 
 class _Process:

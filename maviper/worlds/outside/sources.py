@@ -18,8 +18,9 @@ from types import ModuleType
 from typing import Any
 from warnings import catch_warnings, simplefilter
 
-from codegen.errors import InputError, UnknownNameError
+from codegen.errors import InputError, MaviperError, UnknownNameError
 
+GYMNASIUM = "gymnasium"  # the module whose functions are the ids of its registered environments
 MAX_STEPS = "max_steps"  # the one option that is ours: how long an episode may be
 NUMBER = re.compile(r"-?[0-9]{1,18}")
 OURS = Path(__file__).parent.parent
@@ -54,7 +55,7 @@ def parsed(text: str) -> Source:
     """The parts of `module:function,option=value`; InputError when it has another form."""
     reference, *choices = text.split(",")
     module, _, function = reference.partition(":")
-    if not all(part.isidentifier() for part in (*module.split("."), function)):
+    if module != GYMNASIUM and not all(part.isidentifier() for part in (*module.split("."), function)):
         raise InputError("not of the form module:function", text, "write it as in `import`: package.module:function")
     options: dict[str, int | str] = {}
     for choice in choices:
@@ -66,8 +67,15 @@ def parsed(text: str) -> Source:
 
 
 def imported(source: Source) -> Callable[..., Any]:
-    """The function. The current folder comes first, as for `python -m`. InputError when it cannot be imported."""
+    """The function, or what makes a registered environment of Gymnasium. InputError when it cannot be imported.
+
+    The current folder comes first, as for `python -m`.
+    """
     folder = str(Path.cwd())
+    if source.module == GYMNASIUM:
+        from maviper.worlds.outside.single_agent import registered
+
+        return registered(source.function)
     if folder not in sys.path:
         sys.path.insert(0, folder)
     importlib.invalidate_caches()
@@ -93,6 +101,7 @@ def _module(source: Source) -> ModuleType:
 
 def made(function: Callable[..., Any], source: Source) -> Any:
     """A fresh environment; InputError when the function raises or returns something else."""
+    import gymnasium
     from pettingzoo import AECEnv, ParallelEnv
 
     known = _parameters(function)
@@ -105,15 +114,27 @@ def made(function: Callable[..., Any], source: Source) -> Any:
             env = function(**options)
     except (Exception, SystemExit) as error:
         raise fault(error, source, source.function) from error
+    if isinstance(env, gymnasium.Env):
+        from maviper.worlds.outside.single_agent import SingleAgent
+
+        return SingleAgent(env, source.text)
     if isinstance(env, AECEnv):
         advice = "wrap it: pettingzoo.utils.conversions.aec_to_parallel(env)"
         raise InputError("the environment is an AEC one, in which agents take turns", source.text, advice)
     if not isinstance(env, ParallelEnv):
-        advice = "return a pettingzoo.ParallelEnv"
+        advice = "return a pettingzoo.ParallelEnv or a gymnasium.Env"
+        advice = (
+            "it is of the old package gym: shimmy.GymV26CompatibilityV0 makes it a new one" if _old(env) else advice
+        )
         raise InputError(
             f"the function returns a {type(env).__name__}, not a PettingZoo environment", source.text, advice
         )
     return env
+
+
+def _old(env: Any) -> bool:
+    """Whether a class of the old package gym is among an environment's."""
+    return any(kind.__module__.partition(".")[0] == "gym" for kind in type(env).__mro__)
 
 
 def _parameters(function: Callable[..., Any]) -> list[str] | None:
@@ -127,9 +148,9 @@ def _parameters(function: Callable[..., Any]) -> list[str] | None:
     return [each.name for each in found if each.kind in (each.POSITIONAL_OR_KEYWORD, each.KEYWORD_ONLY)]
 
 
-def fault(error: BaseException, source: Source, doing: str) -> InputError:
+def fault(error: BaseException, source: Source, doing: str) -> MaviperError:
     """What an environment raised, with its place in the environment's own code."""
-    if isinstance(error, InputError):
+    if isinstance(error, MaviperError):
         return error
     frames = [frame for frame in traceback.extract_tb(error.__traceback__) if OURS not in Path(frame.filename).parents]
     frames = [frame for frame in frames if not frame.filename.startswith("<frozen importlib")]

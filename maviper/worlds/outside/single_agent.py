@@ -1,0 +1,216 @@
+"""Single-agent environments of Gymnasium as PettingZoo ones with one agent, named `agent`.
+
+Does: makes a registered environment, `gymnasium:CartPole-v1`; flattens its observations to a vector with names.
+Assumes: Gymnasium's interface, in which an episode's end is told apart from a cut.
+Does not: choose actions for people: continuous ones are refused, with the wrapper that makes them numbered.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Mapping
+from difflib import get_close_matches
+from itertools import product
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from pettingzoo import ParallelEnv
+
+from codegen.check import MAX_LENGTH
+from codegen.errors import InputError, MissingToolError
+from codegen.ir import FeatureSpec
+from maviper.worlds.outside.described import DESCRIBED, FLAG
+
+if TYPE_CHECKING:
+    import gymnasium
+    from gymnasium import spaces
+
+AGENT = "agent"
+MAX_FEATURES = 1_024  # of a flattened observation: beyond it, it is a picture
+ID = re.compile(r"(?:[A-Za-z_][\w.]*:)?(?:[\w.-]+/)?[\w.-]+")  # MODULE:NAMESPACE/NAME-v1
+ELSEWHERE = (  # environments that left Gymnasium or were never in it: how their names begin, and who has them
+    (
+        r"ALE/|.*(NoFrameskip|Deterministic)-v|(Pong|Breakout|SpaceInvaders|Seaquest|Qbert|MsPacman)-",
+        "ale-py",
+        "ale_py",
+    ),
+    (r"MiniGrid-|BabyAI-", "minigrid", "minigrid"),
+    (r"Fetch|HandReach|HandManipulate|PointMaze|AntMaze|FrankaKitchen", "gymnasium-robotics", "gymnasium_robotics"),
+    (r"highway|merge-v|roundabout-v|parking-v|intersection-v", "highway-env", "highway_env"),
+    (r"procgen", "procgen", "procgen"),
+)
+OWN = "return it wrapped from a function of your own, and name that: mygame:make"
+
+
+def registered(name: str) -> Callable[..., gymnasium.Env]:
+    """What makes the environment with that Gymnasium id, `[MODULE:][NAMESPACE/]NAME-v1`; options are passed on.
+
+    InputError for what is no id. What it makes raises InputError too where there is no such environment, or an old one,
+    and MissingToolError where it needs a package that is not installed.
+    """
+    if not ID.fullmatch(name):
+        raise InputError("not a Gymnasium id", f"gymnasium:{name}", "write it as in gymnasium:CartPole-v1")
+
+    def make(**options: int | str) -> gymnasium.Env:
+        import gymnasium
+
+        given = {key: _value(value) for key, value in options.items()}
+        try:
+            return gymnasium.make(name, disable_env_checker=True, **given)
+        except (gymnasium.error.Error, ImportError) as error:
+            raise _refused(name, error) from error
+
+    return make
+
+
+def _value(text: int | str) -> Any:
+    """An option's value: True, False and numbers are that, anything else is text."""
+    if text in ("True", "False"):
+        return text == "True"
+    try:
+        return float(text) if isinstance(text, str) else text
+    except ValueError:
+        return text
+
+
+def _refused(name: str, error: Exception) -> InputError | MissingToolError:
+    """Why there is no such environment, and where it is to be found."""
+    from gymnasium import error as errors
+
+    where, said = f"gymnasium:{name}", " ".join(str(error).split()).rstrip(".")
+    if isinstance(error, errors.DeprecatedEnv | errors.VersionNotFound):
+        return InputError(said, where, "name a version that there is: an expert of the old one may play it differently")
+    if isinstance(error, errors.DependencyNotInstalled):
+        return MissingToolError(said, where, "install what it names")
+    for begins, package, module in ELSEWHERE:
+        if re.match(begins, name):
+            advice = f"pip install {package}, then write gymnasium:{module}:{name}"
+            return InputError("the environment belongs to another package", where, advice)
+    if isinstance(error, errors.UnregisteredEnv):
+        known = _known()
+        near = get_close_matches(name, known, n=1)
+        advice = (
+            f"did you mean {near[0]}?"
+            if near
+            else "write gymnasium:MODULE:ID where a package registers it; shimmy wraps those of the old gym"
+        )
+        return InputError(said, where, advice)
+    return InputError(said, where, "install what it names, or name another version")
+
+
+def _known() -> list[str]:
+    import gymnasium
+
+    return [name for name in gymnasium.registry if "/" not in name]
+
+
+class SingleAgent(ParallelEnv[str, Any, Any]):
+    """`env` with its one agent. `text`: how it was named, for errors.
+
+    It says about itself what `maviper.worlds.pettingzoo` reads. InputError for spaces that no tree can read or play.
+    """
+
+    metadata: dict[str, Any]
+    plays_here = True  # many copies in one process: its steps are short beside ours
+
+    def __init__(self, env: gymnasium.Env, text: str) -> None:
+        self.env, self.metadata = env, {"name": text}
+        self.possible_agents, self.agents = [AGENT], []
+        self._choices, self._first = _numbered(env.action_space, text)
+        self._flat = _vector(env.observation_space, text)
+        limit = getattr(env.spec, "max_episode_steps", None)
+        self.max_cycles = limit if limit is None or limit > 0 else None
+        called = _described(env)
+        names = called.features if called and len(called.features) == self._flat.shape[0] else {}
+        bounds = (np.clip(np.asarray(each, np.float64), -MAX_LENGTH, MAX_LENGTH) for each in _ends(self._flat))
+        parts = zip(names.items() or _names(env.observation_space), *(each.tolist() for each in bounds), strict=True)
+        self.features = {AGENT: [FeatureSpec(name, unit, low, high, None) for (name, unit), low, high in parts]}
+        self.action_names = {AGENT: called.actions} if called and len(called.actions) == self._choices.n else {}
+
+    def observation_space(self, agent: str) -> spaces.Box:
+        """The flattened space, [n_features]."""
+        return self._flat
+
+    def action_space(self, agent: str) -> spaces.Discrete:
+        """The actions, counted from 0."""
+        return self._choices
+
+    def reset(self, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[dict[str, Any], Any]:
+        """Starts an episode."""
+        seen, info = self.env.reset(seed=seed, options=options)
+        self.agents = [AGENT]
+        return {AGENT: self._vector(seen)}, {AGENT: info}
+
+    def step(self, actions: Mapping[str, int]) -> tuple[dict[str, Any], ...]:
+        """One step: observations, rewards, terminations, truncations and infos."""
+        seen, reward, ended, cut, info = self.env.step(actions[AGENT] + self._first)
+        if ended or cut:
+            self.agents = []
+        return {AGENT: self._vector(seen)}, {AGENT: reward}, {AGENT: ended}, {AGENT: cut}, {AGENT: info}
+
+    def render(self) -> Any:
+        """As the environment does."""
+        return self.env.render()
+
+    def close(self) -> None:
+        """As the environment does."""
+        self.env.close()
+
+    def _vector(self, seen: Any) -> Any:
+        from gymnasium.spaces import flatten
+
+        plain = isinstance(seen, np.ndarray) and seen.ndim == 1
+        return seen if plain else flatten(self.env.observation_space, seen)
+
+
+def _ends(box: spaces.Box) -> tuple[Any, Any]:
+    return box.low, box.high
+
+
+def _described(env: gymnasium.Env) -> Any:
+    """The words for one of Gymnasium's own environments, or None."""
+    entry = str(getattr(env.spec, "entry_point", ""))
+    return DESCRIBED.get(str(getattr(env.spec, "name", ""))) if entry.startswith("gymnasium.envs.") else None
+
+
+def _numbered(space: spaces.Space, text: str) -> tuple[spaces.Discrete, int]:
+    """The actions from 0, and what the first of them is in the environment."""
+    from gymnasium.spaces import Discrete
+
+    if isinstance(space, Discrete):
+        return Discrete(int(space.n)), int(space.start)
+    if type(space).__module__.partition(".")[0] == "gym":
+        advice = "shimmy.GymV26CompatibilityV0 makes such an environment a new one"
+        raise InputError("the environment has spaces of the old package gym", text, advice)
+    kind = "continuous actions, a Box" if type(space).__name__ == "Box" else f"actions in a {type(space).__name__}"
+    wrapper = "gymnasium.wrappers.TransformAction(env, lambda k: TABLE[k], gymnasium.spaces.Discrete(len(TABLE)))"
+    raise InputError(f"the environment has {kind}; trees choose among numbered ones", text, f"{wrapper}; {OWN}")
+
+
+def _vector(space: spaces.Space, text: str) -> spaces.Box:
+    """The space of flattened observations, float32."""
+    from gymnasium.spaces import Box, Discrete, MultiBinary, flatten_space
+
+    if not isinstance(space, Box | Discrete | MultiBinary):
+        wrapper = "gymnasium.wrappers.FlattenObservation(env)"
+        what = f"the environment's observations are a {type(space).__name__}; trees read numbers in a row"
+        raise InputError(what, text, f"{wrapper}; {OWN}")
+    flat = flatten_space(space)
+    size = int(np.prod(flat.shape))
+    if not 1 <= size <= MAX_FEATURES:
+        wrapper = "reduce it: gymnasium.wrappers.TransformObservation"
+        raise InputError(f"an observation has {size:,} numbers, of at most {MAX_FEATURES:,}", text, f"{wrapper}; {OWN}")
+    low, high = (np.asarray(each, np.float32).reshape(size) for each in (flat.low, flat.high))
+    return Box(low, high, dtype=np.float32)
+
+
+def _names(space: spaces.Space) -> Iterator[tuple[str, str]]:
+    """A name and a unit for each number of a flattened space."""
+    from gymnasium.spaces import Box, Discrete
+
+    if isinstance(space, Discrete):
+        yield from ((f"is_{space.start + k}".replace("-", "minus_"), FLAG) for k in range(int(space.n)))
+        return
+    kind, unit = ("feature", "none") if isinstance(space, Box) else ("bit", FLAG)
+    for place in product(*map(range, space.shape or ())):
+        yield "_".join([kind, *map(str, place)]), unit

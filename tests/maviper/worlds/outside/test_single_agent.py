@@ -1,0 +1,120 @@
+"""Single-agent environments as worlds: number for number Gymnasium's own, and refused with the way out otherwise."""
+
+import sys
+import types
+
+import gymnasium
+import numpy as np
+import pytest
+
+from codegen.errors import InputError, MissingToolError
+from maviper.cli import main
+from maviper.episodes.play import Policies, rollout
+from maviper.worlds import find
+from maviper.worlds.checking import check, usable
+from maviper.worlds.pettingzoo import GAMES_HERE
+from maviper.worlds.seeds import folded
+
+
+def test_cartpole_is_played_as_gymnasium_plays_it():
+    """Also beside other copies in this process: 40 episodes, of which GAMES_HERE are played at once."""
+    world = find("gymnasium:CartPole-v1")
+    assert world.games == GAMES_HERE < 40 and world.spec.episode_steps == 500 and world.agents == ("agent",)
+    assert [feature.name for feature in world.features[0]][2:] == ["pole_angle", "pole_angular_velocity"]
+    assert [action.name for action in world.actions[0]] == ["push_left", "push_right"]
+    seeds = range(2_000_000_000_000_000, 2_000_000_000_000_040)
+    policies = Policies([lambda seen: (seen[:, 2] + seen[:, 3] > 0).astype(int)])
+    returns = np.concatenate([part.returns[0] for part in rollout(world, [policies], seeds)])
+    env = gymnasium.make("CartPole-v1")
+    for seed, found in zip(seeds, returns, strict=True):
+        (seen, _), total, over = env.reset(seed=folded(seed)), 0.0, False
+        while not over:
+            seen, reward, ended, cut, _ = env.step(int(np.float32(seen[2]) + np.float32(seen[3]) > 0))
+            total, over = total + reward, ended or cut
+        assert total == found
+    assert len(set(returns)) > 1
+
+
+def test_an_end_by_itself_is_told_from_a_cut():
+    world = find("tests.environments:walker")
+    state = world.start_from_seeds(range(24))
+    for _ in range(6):
+        state = world.step(state, np.ones((24, 1), int))  # their 0: nobody moves
+    assert not world.alive(state).any()
+    assert (world.terminated(state)[:, 0] == (world.observe(state)[0][:, 0] == 0)).all()
+    assert set(world.terminated(state)[:, 0]) == {True, False}
+
+
+@pytest.mark.parametrize(
+    ("shows", "names", "high"),
+    [
+        ("grid", ["feature_0_0", "feature_0_1", "feature_1_0", "feature_1_1"], 9),
+        ("bits", ["bit_0", "bit_1", "bit_2"], 1),
+        ("place", ["is_2", "is_3", "is_4", "is_5", "is_6"], 1),
+    ],
+)
+def test_observations_are_flattened_with_names(shows, names, high):
+    world = find(f"tests.environments:walker,shows={shows}")
+    assert [feature.name for feature in world.features[0]] == names
+    assert {feature.high for feature in world.features[0]} == {high}
+    env = gymnasium.spaces.utils
+    raw = world.reference_env().env
+    for seed in range(10):
+        expected = env.flatten(raw.observation_space, raw.reset(seed=seed)[0]).astype(np.float32)
+        assert np.array_equal(world.observe(world.start_from_seeds([seed]))[0][0], expected)
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("gymnasium:Pendulum-v1", ["continuous actions", "TransformAction", "mygame:make"]),
+        ("gymnasium:Blackjack-v1", ["Tuple", "FlattenObservation"]),
+        ("tests.environments:steered", ["continuous actions"]),
+        ("tests.environments:walker,shows=parts", ["Dict", "FlattenObservation"]),
+        ("tests.environments:walker,shows=picture", ["4,800 numbers"]),
+        ("gymnasium:CartPol-v1", ["did you mean CartPole-v1"]),
+        ("gymnasium:CartPole-v9", ["`v1`"]),
+        ("gymnasium:PongNoFrameskip-v4", ["pip install ale-py", "gymnasium:ale_py:PongNoFrameskip-v4"]),
+        ("gymnasium:MiniGrid-Empty-5x5-v0", ["minigrid"]),
+        ("gymnasium:no_such_package:Thing-v0", ["no_such_package"]),
+        ("gymnasium:__import__('os')", ["not a Gymnasium id"]),
+        ("gymnasium:CartPole-v1,colour=3", ["colour"]),
+    ],
+)
+def test_what_is_refused_and_the_way_out(name, said):
+    with pytest.raises(InputError) as caught:
+        find(name)
+    assert all(part in str(caught.value) for part in said), str(caught.value)
+    assert not name.startswith("gymnasium:CartPole,") or name in str(caught.value)
+
+
+@pytest.mark.filterwarnings("ignore:.*out of date")
+@pytest.mark.parametrize(("name", "new"), [("LunarLander-v2", "LunarLander-v3"), ("Taxi-v3", "Taxi-v4")])
+def test_a_deprecated_version_names_the_new_one(name, new):
+    with pytest.raises(InputError, match=new):
+        find(f"gymnasium:{name}")
+
+
+def test_a_missing_package_is_missing(monkeypatch):
+    def broken(*_, **__):
+        raise gymnasium.error.DependencyNotInstalled("Box2D is not installed, run `pip install gymnasium[box2d]`")
+
+    monkeypatch.setattr(gymnasium, "make", broken)
+    with pytest.raises(MissingToolError, match="gymnasium\\[box2d\\]"):
+        find("gymnasium:LunarLander-v3")
+
+
+def test_an_environment_of_the_old_gym_is_told_apart(monkeypatch):
+    old = types.ModuleType("old_games")
+    kind = type("Env", (), {"__module__": "gym.core"})
+    old.make = lambda: kind()
+    monkeypatch.setitem(sys.modules, "old_games", old)
+    with pytest.raises(InputError, match="shimmy"):
+        find("old_games:make")
+
+
+def test_commands_take_the_name(capsys):
+    assert main.run(["worlds", "show", "gymnasium:MountainCar-v0"]) == 0
+    assert "accelerate_left, coast, accelerate_right" in capsys.readouterr().out
+    findings = check("gymnasium:CartPole-v1")
+    assert usable(findings) and any("repeats" in str(finding) for finding in findings)
