@@ -15,6 +15,7 @@ from maviper.episodes.play import Controller, tree_policies
 from maviper.evaluation.crossplay import Uniform
 from maviper.experts import store
 from maviper.experts.finding import FEATURES, find_expert, plain_name, seeing
+from maviper.experts.foreign.named import is_file
 from maviper.experts.scripted import scripted
 from maviper.files.profiles import load
 from maviper.worlds import World
@@ -58,7 +59,7 @@ def find_player(text: str, where: str, world: World | None) -> tuple[Player, Wor
         raise InputError(
             "a JSON file, not an expert's file", f"{where}: {text}", "if it is a profile, let its name end in .json"
         )
-    named = world.name if world and named_by_user(world.name) else None
+    named = world.name if world and (named_by_user(world.name) or is_file(text)) else None
     try:
         expert, played = find_expert(text, world=named)
     except UnknownNameError as error:

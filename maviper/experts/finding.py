@@ -1,7 +1,7 @@
 """Which expert a text on the command line means.
 
-Does: finds shipped experts, files and run folders, a user's own by `module:function`, scripts for worlds without a
-  shipped network; puts a measured critic in place of the expert's own where that is asked for.
+Does: finds shipped experts, files and run folders, other libraries' files, a user's own by `module:function`, scripts
+  for worlds without a shipped network; puts a measured critic in place of the expert's own where that is asked for.
 Assumes: a user who names a module wants its code to run.
 Does not: take such a name from a file.
 """
@@ -9,6 +9,7 @@ Does not: take such a name from a file.
 from codegen.errors import InputError, UnknownNameError
 from maviper.experts import store
 from maviper.experts.expert import Expert
+from maviper.experts.foreign import named
 from maviper.experts.measured import Measured
 from maviper.experts.scripted import SCRIPTS, scripted
 from maviper.experts.wrapped import Narrowed, Unweighted
@@ -54,6 +55,9 @@ def plain_name(name: str) -> tuple[str, str]:
 
 
 def _found(text: str, world: World | None) -> tuple[Expert, World]:
+    if named.is_file(text):
+        expert = named.from_name(text, world)
+        return expert, expert.world
     name, _, script = text.partition("@")
     if script in SCRIPTS and name.partition(",")[0] in WORLDS:
         game = built_in(name)

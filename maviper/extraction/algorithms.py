@@ -53,7 +53,9 @@ def extract(
 
 
 def _agent(world: World, settings: Settings) -> int:
-    """The one agent that VIPER is asked for."""
+    """The one agent that VIPER is asked for, or that there is."""
+    if not settings.agent and len(world.agents) == 1:
+        return 0
     if not settings.agent:
         raise InputError("VIPER extracts one agent", "--agent", f"name one of {', '.join(world.agents)}")
     if settings.agent not in world.agents:

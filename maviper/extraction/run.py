@@ -23,7 +23,8 @@ from maviper.evaluation.held_out import measured_of
 from maviper.experts.cards import how_learned
 from maviper.experts.expert import Expert
 from maviper.experts.finding import find_expert, seeing
-from maviper.experts.measured import Measured
+from maviper.experts.foreign.layers import LOG_PROBABILITIES
+from maviper.experts.wrapped import critic_of
 from maviper.extraction import refitting
 from maviper.extraction.algorithms import check, extract
 from maviper.extraction.bundles import MAVIPER, PARTS
@@ -40,6 +41,7 @@ from maviper.files.seeds import Scored, best_of, ensure_counts, folder_of, resum
 from maviper.worlds import ParticleWorld, World
 
 AUTOMATIC = "auto"
+WEIGHED = {"measured": "measured critic", LOG_PROBABILITIES: "states weigh by its log-probabilities"}
 FORMAT = "maviper-extraction-4"
 METRICS_FILE, STEPS = "metrics.jsonl", "steps"
 SAME = ("format", "tool", "world", "expert", "critic", "counterexamples")  # in every call for one run
@@ -230,7 +232,7 @@ def extract_live(asked: Found, console: Console, jobs: int = 1, folder: Path | N
 def say_expert(expert: Expert, world: World, console: Console) -> None:
     """What made the expert, and how it learned."""
     made = expert.card.get("algorithm", "unknown")
-    critic = ", measured critic" if isinstance(expert, Measured) else ""
+    critic = f", {WEIGHED[critic_of(expert)]}" if critic_of(expert) in WEIGHED else ""
     console.line("expert", f"{made} for {world.name}{critic}{f', id {expert.hash[:16]}' if expert.hash else ''}")
     if how_learned(expert.card):
         console.line("", f"it learned by {how_learned(expert.card)}")

@@ -1,0 +1,158 @@
+"""PPO, A2C and DQN of stable-baselines3 as experts, from the zip that `model.save` writes.
+
+Does: reads the weights and the plain part of the zip's JSON; infers the network; refuses what it cannot be sure of.
+Assumes: the zip's layout since stable-baselines3 1.8: `data` (JSON) and `policy.pth` (a state dict).
+Does not: decode or open the pickled entries of that JSON, whatever they hold; need the library.
+"""
+
+import hashlib
+import json
+import re
+import zipfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from codegen.errors import InputError
+from maviper.experts.foreign.layers import ACTIVATIONS, LOGITS, LayersExpert, Linear, Normalization, Q
+from maviper.experts.foreign.weights import MAX_BYTES, Tensors, layers, read, single
+from maviper.worlds import World
+
+NONE = "none"  # said of a normalisation: there was not any
+MAX_DATA = 64 * 2**20
+DATA, WEIGHTS, SAFE_WEIGHTS, VERSION = "data", "policy.pth", "policy.safetensors", "_stable_baselines3_version"
+# arguments of a policy that do not change what its network computes, beside those that are read
+HARMLESS = {
+    *("net_arch", "activation_fn", "features_extractor_class", ":type:", ":serialized:"),
+    *("optimizer_class", "optimizer_kwargs", "ortho_init", "share_features_extractor"),
+    *("log_std_init", "use_expln", "full_std", "normalize_images"),
+}
+USUAL = {LOGITS: "tanh", Q: "relu"}  # activations, where the file names none
+BY_HAND = "bring it by module:function: `maviper guide experts`"
+
+
+def from_sb3(
+    file: str | Path,
+    world: World,
+    normalization: Normalization | str | None = None,
+    activation: str | None = None,
+) -> LayersExpert:
+    """The expert in a zip of stable-baselines3; every agent of `world` plays by it.
+
+    `normalization`: of a training in VecNormalize, whose statistics are in a file of their own; `none` where its
+    observations were not normalised. `activation`: where the file cannot say it. InputError for another algorithm, a
+    network that is not fully connected, or an answer that is missing.
+    """
+    data, tensors, digest = _read(Path(file))
+    where = str(file)
+    _ensure_spaces(data, where)
+    outputs, found = _network(tensors, where)
+    algorithm = "DQN" if outputs == Q else "PPO" if "clip_range" in data else "A2C"
+    card = {
+        "algorithm": f"{algorithm} of stable-baselines3 {data[VERSION]}".strip(),
+        "steps": data.get("num_timesteps"),
+    }
+    normal = _normalization(data, normalization, algorithm, where)
+    chosen = activation or _activation(data, outputs, where)
+    return LayersExpert(world, found, chosen, outputs, normal, card, digest)
+
+
+def _read(path: Path) -> tuple[dict[str, Any], Tensors, str]:
+    """The JSON, with the version among it, the weights, and the file's SHA-256."""
+    try:
+        whole = path.read_bytes()
+        with zipfile.ZipFile(path) as archive:
+            names = set(archive.namelist())
+            data = json.loads(_part(archive, DATA, MAX_DATA))
+            version = _part(archive, VERSION, 64).decode("ascii") if VERSION in names else ""
+            safe = SAFE_WEIGHTS in names
+            weights = _part(archive, SAFE_WEIGHTS if safe else WEIGHTS, MAX_BYTES)
+    except OSError as error:
+        raise InputError("cannot read the file", f"{path}: {error.strerror}", "check the path") from None
+    except (zipfile.BadZipFile, KeyError, ValueError, RecursionError, NotImplementedError, RuntimeError) as error:
+        said = str(error).splitlines()[0][:120] if str(error) else type(error).__name__
+        raise InputError("not a zip of stable-baselines3", f"{path}: {said}", "write it by model.save(file)") from None
+    if not isinstance(data, dict):
+        raise InputError("not a zip of stable-baselines3", f"{path}: {DATA}", "write it by model.save(file)")
+    plain = re.fullmatch(r"\s*([0-9A-Za-z.+-]{1,40})\s*", version)
+    return data | {VERSION: plain[1] if plain else ""}, read(weights, f"{path}: {WEIGHTS}", safe), _digest(whole)
+
+
+def _digest(whole: bytes) -> str:
+    return hashlib.sha256(whole).hexdigest()
+
+
+def _part(archive: zipfile.ZipFile, name: str, most: int) -> bytes:
+    """One file of the zip; ValueError where it holds more than it may."""
+    with archive.open(name) as file:
+        found = file.read(most + 1)
+    if len(found) > most:
+        raise ValueError(f"{name} is larger than {most} bytes")
+    return found
+
+
+def _network(tensors: Tensors, where: str) -> tuple[str, list[Linear]]:
+    """What the outputs are, and the layers that give them."""
+    names = {name.rpartition(".")[0] for name in tensors}
+    if "log_std" in tensors:
+        raise InputError("the policy's actions are continuous", where, "trees choose among numbered actions")
+    known = r"mlp_extractor\.(policy|value)_net\.\d+|action_net|value_net|q_net(_target)?\.q_net\.\d+"
+    strange = sorted(name for name in names if not re.fullmatch(known, name))
+    if strange:
+        what = "not PPO, A2C or DQN with a fully connected policy (MlpPolicy)"
+        raise InputError(what, f"{where}: {strange[0] or min(tensors)}", BY_HAND)
+    if any(name.startswith("q_net.") for name in names):
+        return Q, layers(tensors, "q_net.q_net", where)
+    return LOGITS, [*layers(tensors, "mlp_extractor.policy_net", where), single(tensors, "action_net", where)]
+
+
+def _ensure_spaces(data: Mapping[str, Any], where: str) -> None:
+    """Refuses what changes observations before the network sees them, and policies of somebody's own."""
+    seen, acts = (_class(data.get(f"{kind}_space")) for kind in ("observation", "action"))
+    if acts != "Discrete":
+        raise InputError(f"the policy's actions are a {acts or 'space unknown'}, not Discrete", where, BY_HAND)
+    if seen not in ("Box", "Discrete", "MultiBinary") or data["observation_space"].get("dtype") == "uint8":
+        raise InputError(f"the policy's observations are a {seen or 'space unknown'} or pictures", where, BY_HAND)
+    own = str((data.get("policy_class") or {}).get("__module__", ""))
+    if not own.startswith("stable_baselines3."):
+        raise InputError(f"the policy's class is not the library's, but of {own[:60] or 'nowhere'}", where, BY_HAND)
+    given = data.get("policy_kwargs") or {}
+    unknown = sorted(given.keys() - HARMLESS) if isinstance(given, dict) else ["policy_kwargs"]
+    if not unknown and "FlattenExtractor" not in str(given.get("features_extractor_class", "FlattenExtractor")):
+        unknown = ["features_extractor_class"]
+    if unknown:
+        raise InputError(f"the policy has an argument {unknown[0][:40]} whose effect is unknown", where, BY_HAND)
+
+
+def _class(space: Any) -> str:
+    """The name of the class of a space that the JSON describes, or ""."""
+    found = re.fullmatch(r"<class '[\w.]+\.(\w+)'>", str(space.get(":type:", ""))) if isinstance(space, dict) else None
+    return found[1] if found else ""
+
+
+def _activation(data: Mapping[str, Any], outputs: str, where: str) -> str:
+    given = data.get("policy_kwargs") or {}
+    if "activation_fn" not in given:
+        return USUAL[outputs]
+    found = re.fullmatch(r"<class 'torch\.nn\.modules\.activation\.(\w+)'>", str(given["activation_fn"]))
+    if not found or found[1].lower() not in ACTIVATIONS:
+        what = f"the policy's activation is {str(given['activation_fn'])[:60]}"
+        raise InputError(what, where, f"known are {', '.join(ACTIVATIONS)}; state one of them: activation=NAME")
+    return found[1].lower()
+
+
+def _normalization(
+    data: Mapping[str, Any], said: Normalization | str | None, algorithm: str, where: str
+) -> Normalization | None:
+    """What a user said of it; refuses a file that shows it where nobody said anything.
+
+    In VecNormalize alone PPO and A2C remember an original observation beside the last one. DQN always does.
+    """
+    if isinstance(said, Normalization):
+        return said
+    if said not in (None, NONE):
+        raise InputError(f"normalization is '{said}'", where, "give a Normalization, a file of it, or none")
+    if said is None and algorithm != "DQN" and data.get("_last_original_obs") is not None:
+        advice = "state its statistics: normalization=FILE.json, or normalization=none where it changed rewards only"
+        raise InputError("the policy was trained in VecNormalize", where, advice)
+    return None

@@ -1,0 +1,98 @@
+"""Torch state dicts with a stated architecture: CleanRL's agents, files of weights alone, and clear refusals."""
+
+import numpy as np
+import pytest
+from safetensors.numpy import save_file
+
+from codegen.errors import InputError, UnknownNameError
+from maviper.experts import from_torch
+from maviper.experts.finding import find_expert
+from maviper.worlds import find
+
+pytestmark = pytest.mark.train
+torch = pytest.importorskip("torch")
+CARTPOLE = "gymnasium:CartPole-v1"
+
+
+@pytest.fixture(scope="module")
+def world():
+    return find(CARTPOLE)
+
+
+class Agent(torch.nn.Module):
+    """As CleanRL's PPO has it: a critic and an actor side by side."""
+
+    def __init__(self):
+        super().__init__()
+        made = [torch.nn.Sequential(*self.parts(size)) for size in (1, 2)]
+        self.critic, self.actor = made
+
+    def parts(self, outputs):
+        linear, tanh = torch.nn.Linear, torch.nn.Tanh
+        return linear(4, 8), tanh(), linear(8, 8), tanh(), linear(8, outputs)
+
+
+@pytest.fixture
+def agent():
+    torch.manual_seed(3)
+    made = Agent()
+    with torch.no_grad():  # so that either action is taken
+        made.actor[-1].bias -= made.actor(torch.from_numpy(observations())).mean(dim=0)
+    return made
+
+
+def observations():
+    return np.random.default_rng(8).normal(size=(10_000, 4)).astype(np.float32)
+
+
+def test_an_agent_of_cleanrl_acts_as_it_does_there(agent, world, tmp_path):
+    obs = observations()
+    with torch.no_grad():
+        theirs = agent.actor(torch.from_numpy(obs)).argmax(dim=1).numpy()
+    stated = {"net": "actor", "activation": "tanh", "outputs": "logits"}
+    assert np.array_equal(from_torch(agent.state_dict(), world, **stated).act([0], [obs])[:, 0], theirs)
+    torch.save(agent.state_dict(), tmp_path / "ppo.cleanrl_model")
+    save_file({key: value.numpy() for key, value in agent.state_dict().items()}, tmp_path / "ppo.safetensors")
+    said = ",".join(f"{key}={value}" for key, value in stated.items())
+    for file in ("ppo.cleanrl_model", "ppo.safetensors"):
+        found, _ = find_expert(f"torch:{tmp_path / file},{said}", world=CARTPOLE)
+        assert np.array_equal(found.act([0], [obs], None)[:, 0], theirs) and set(theirs) == {0, 1}
+
+
+def test_what_is_not_stated_or_not_there_is_refused(agent, world, tmp_path):
+    weights = agent.state_dict()
+    with pytest.raises(UnknownNameError, match="actor"):
+        from_torch(weights, world, "actr", "tanh", "logits")
+    with pytest.raises(InputError, match="1 outputs"):
+        from_torch(weights, world, "critic", "tanh", "logits")
+    with pytest.raises(UnknownNameError, match="logits"):
+        from_torch(weights, world, "actor", "tanh", "logit")
+    torch.save(weights, tmp_path / "a.pt")
+    with pytest.raises(InputError, match="activation, outputs"):
+        find_expert(f"torch:{tmp_path / 'a.pt'},net=actor", world=CARTPOLE)
+    with pytest.raises(UnknownNameError, match="option of torch"):
+        find_expert(f"torch:{tmp_path / 'a.pt'},nets=actor", world=CARTPOLE)
+
+
+@pytest.mark.parametrize(
+    "parts",
+    [
+        [torch.nn.Linear(4, 8), torch.nn.LayerNorm(8), torch.nn.Linear(8, 2)],
+        [torch.nn.Linear(4, 8), torch.nn.Linear(8, 2)],
+        [torch.nn.Linear(4, 8), torch.nn.Dropout(), torch.nn.ReLU(), torch.nn.Linear(8, 2)],
+        [torch.nn.Linear(4, 8, bias=False), torch.nn.ReLU(), torch.nn.Linear(8, 2)],
+    ],
+)
+def test_other_architectures_are_refused(parts, world):
+    net = torch.nn.ModuleDict({"net": torch.nn.Sequential(*parts)})
+    with pytest.raises(InputError, match=r"connected|activations"):
+        from_torch(net.state_dict(), world, "net", "relu", "q")
+
+
+def test_a_whole_module_is_not_loaded(agent, world, tmp_path):
+    torch.save(agent, tmp_path / "whole.pt")
+    with pytest.raises(InputError, match="weights alone"):
+        from_torch(tmp_path / "whole.pt", world, "actor", "tanh", "logits")
+    torch.save(torch.zeros(3), tmp_path / "tensor.pt")
+    with pytest.raises(InputError, match="state dict"):
+        from_torch(tmp_path / "tensor.pt", world, "actor", "tanh", "logits")
