@@ -46,7 +46,13 @@ RENAMED = {"--budget": "--max-episodes", "--refinement": "--refinement-episodes"
     help="default; paper: exactly as published; released: as in the authors' code.",
 )
 @option("--max-depth", default=4, show_default=True, section=WHAT, help="Splits on the longest path.")
-@option("--max-leaves", type=int, default=None, section=WHAT, help="rgmdt: leaves of each tree, 2 or more.")
+@option(
+    "--max-leaves",
+    type=int,
+    default=None,
+    section=WHAT,
+    help="Leaves of each tree, grown best first; not where members vote.",
+)
 @option("--agent", default=None, metavar="NAME", section=WHAT, help="The agent to extract, for viper.")
 @option("--splits", default=None, metavar="NAME", section=WHAT, help="exact or histogram (default: the preset's).")
 @option(

@@ -9,7 +9,7 @@ What the description leaves open, and the reading chosen:
 - Vectors are Q_i(x, a_i, the others' current actions) over a_i, less their mean: cosine distances then depend on
   differences between actions alone. Lengths are weights, so a state in which every action is worth the same is none.
 - The description trains a network that assigns clusters and fits trees to it. Here the leaves are the clusters: splits
-  are searched by the clustering loss itself (growth/clustering.py), so that nothing is lost between the two.
+  are searched by the clustering loss itself (growth/best_first.py), so that nothing is lost between the two.
 - A split tests one feature. Others act by their experts until they have a tree. Each round adds episodes of all current
   trees, the first round's being the experts'; one round is chosen as for the other algorithms.
 """
@@ -27,7 +27,7 @@ from maviper.episodes.trees import agent_policies, among
 from maviper.experts.wrapped import critic_of
 from maviper.extraction.dataset import Dataset, Met, collect
 from maviper.extraction.extraction import Extraction
-from maviper.extraction.growth.clustering import ClusterTree
+from maviper.extraction.growth.best_first import BestFirstTree
 from maviper.extraction.growth.histogram import BINS, Bins
 from maviper.extraction.growth.weights import ROWS_AT_ONCE, joint_actions, parts
 from maviper.extraction.selection.selection import Selection
@@ -86,7 +86,7 @@ class _Points:
         seen, values = self.data.observations[agent][rows], self._values(agent, trees, rows)
         bins = Bins.of(seen, BINS if settings.splits == HISTOGRAM else len(seen) + 1)
         vectors = values - values.mean(axis=1, keepdims=True)
-        grown = ClusterTree(seen, vectors, bins, settings.max_depth).grown(settings.leaves)
+        grown = BestFirstTree(bins.codes(seen), vectors, bins, settings.max_depth).grown(settings.leaves)
         return merged(grown)
 
     def _values(self, agent: int, trees: Mapping[int, GrownTree], rows: Int) -> Float64:

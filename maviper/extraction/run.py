@@ -70,7 +70,7 @@ class ExtractOptions:
     weights: str | None = None  # own, averaged, equal
     least_right: str | None = None  # right predictions that a point needs: N, N-1, a number, a share
     selection_by: str | None = None  # for whom one round is chosen: agent, team, all
-    max_leaves: int | None = None  # RGMDT's, of each tree
+    max_leaves: int | None = None  # of each tree
     explore: float = 0.0  # Fitted Q's share of uniform actions
     critic: str = "learned"
     world: str | None = None  # of a user's own

@@ -105,7 +105,7 @@ class Settings:
     weights: str = ""  # others at expert actions, averaged over the others' actions, or every state alike
     least_right: str = ""  # right predictions that a point needs in joint growth: a number, or a share of the N
     selection_by: str = ""  # for whom one iterate is chosen
-    max_leaves: int = 0  # RGMDT's, of each tree; 0: as many as the depth allows
+    max_leaves: int = 0  # of each tree, which then grows best first; 0: as many as the depth allows
     explore: float = 0.0  # Fitted Q's: share of uniform actions while it collects
     measure: str = ""  # what teams are judged by; "": the preset's, or the world's first
     refinement: int = 0  # episodes per team
@@ -257,15 +257,22 @@ class Settings:
                 raise UnknownNameError(name.replace("_", " "), getattr(self, name), values, option_of(name))
 
     def _check_leaves(self) -> None:
-        """Refuses what RGMDT has not, and a budget of leaves for others."""
+        """Refuses what RGMDT has not, and a budget of leaves where trees grow level by level."""
         if self.preset == RELEASED and self.algorithm == RGMDT:
             what = "the authors' code has no RGMDT, which is built after its description"
             raise InputError(what, "--preset released", "choose --preset paper or default")
         if not self.max_leaves:
             return
-        if self.algorithm != RGMDT or not 2 <= self.max_leaves <= MAX_NUMBER:
-            what = f"max_leaves is from 2 to {MAX_NUMBER}, and {RGMDT}'s"
+        if not 2 <= self.max_leaves <= MAX_NUMBER:
+            raise InputError(f"max_leaves is from 2 to {MAX_NUMBER}", "--max-leaves", "--max-depth limits every tree")
+        if self.algorithm == FITTED_Q or self.preset == RELEASED:
+            what = f"{FITTED_Q} and the authors' code have no budget of leaves"
             raise InputError(what, "--max-leaves", "leave it out; --max-depth limits every tree")
+        if self.least_right != NO_VOTES:
+            what = "a team whose members vote grows level by level, so its trees have a depth and no budget of leaves"
+            raise InputError(
+                what, "--max-leaves", "choose --least-right 0, --algorithm viper or iviper, or --max-depth"
+            )
         if self.refinement:
             what = "refinement keeps to a depth, but not to a number of leaves"
             raise InputError(what, "--max-leaves, --refinement-episodes", "leave one of them out")

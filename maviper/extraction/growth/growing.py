@@ -11,6 +11,7 @@ import numpy as np
 
 from codegen.ir import Bool, Float32, GrownTree
 from maviper.extraction.dataset import Dataset
+from maviper.extraction.growth.best_first import BestFirstTree, gini
 from maviper.extraction.growth.grow import CartTree, Growing, grow_jointly
 from maviper.extraction.growth.histogram import Bins, Codes, HistogramTree
 from maviper.extraction.settings import EXACT, Settings
@@ -39,12 +40,30 @@ class Growth:
         least_right: int,
         kept: list[float] | None = None,
     ) -> list[GrownTree]:
-        """TrainJointTrees for agents over shared points. `counts`, `seeds`: by agent. A point counts at
-        a level when at least `least_right` members are predicted right, or take no part in it. `kept`: as in
-        `grow_jointly`.
+        """TrainJointTrees for agents over shared points; with a budget of leaves, each tree best first by itself.
+
+        `counts`, `seeds`: by agent. A point counts at a level when at least `least_right` members are predicted right,
+        or take no part in it. `kept`: as in `grow_jointly`.
         """
+        if self.settings.max_leaves:
+            assert not least_right, "growth with votes goes level by level"
+            if kept is not None:
+                kept += [1.0] * len(members)
+            return [self._best_first(agent, data, counts[agent]) for agent in members]
         team = [self._member(agent, data, counts[agent], seeds[agent]) for agent in members]
         return grow_jointly(team, self.settings.max_depth, least_right, data.alive[:, members], kept)
+
+    def _best_first(self, agent: int, data: Dataset, counts: Int) -> GrownTree:
+        obs, rows, settings = data.observations[agent], np.flatnonzero(counts), self.settings
+        if settings.splits == EXACT:
+            bins = Bins.of(obs[rows], len(rows) + 1)
+            codes = bins.codes(obs[rows])
+        else:
+            bins, codes = self._coded(agent, obs, data.alive[:, agent])
+            codes = codes[:, rows]
+        vectors = np.zeros((len(rows), self.n_actions[agent]))
+        vectors[np.arange(len(rows)), data.labels[rows, agent]] = counts[rows]
+        return BestFirstTree(codes, vectors, bins, settings.max_depth, gini).deciding(settings.max_leaves)
 
     def _member(self, agent: int, data: Dataset, counts: Int, seed: int) -> Growing:
         obs, labels = data.observations[agent], np.ascontiguousarray(data.labels[:, agent])

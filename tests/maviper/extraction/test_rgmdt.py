@@ -14,7 +14,7 @@ from maviper.experts.wrapped import Unweighted
 from maviper.extraction.algorithms import extract
 from maviper.extraction.bundles import DESCRIBED, IMITATION, RGMDT
 from maviper.extraction.extraction import Extraction
-from maviper.extraction.growth.clustering import ClusterTree
+from maviper.extraction.growth.best_first import BestFirstTree
 from maviper.extraction.growth.histogram import Bins
 from maviper.extraction.rgmdt import _Points
 from maviper.extraction.settings import Settings
@@ -58,7 +58,7 @@ def cloud():
 
 def test_the_first_split_is_the_one_that_lowers_the_loss_most(cloud):
     obs, vectors = cloud
-    grown = ClusterTree(obs, vectors, Bins.of(obs), 3).grown(2)
+    grown = BestFirstTree(Bins.of(obs).codes(obs), vectors, Bins.of(obs), 3).grown(2)
     tried = {
         (feature, cut): loss(vectors, obs[:, feature] <= cut)
         for feature in range(3)
@@ -71,7 +71,7 @@ def test_more_leaves_never_raise_the_loss_and_are_never_more_than_asked_for(clou
     obs, vectors = cloud
     losses = []
     for leaves in (1, 2, 3, 5, 8, 100):
-        tree = deployed(ClusterTree(obs, vectors, Bins.of(obs), 6).grown(leaves))
+        tree = deployed(BestFirstTree(Bins.of(obs).codes(obs), vectors, Bins.of(obs), 6).grown(leaves))
         assert len(ir.leaves(tree)) <= leaves
         leaf = ir.apply(tree, obs)
         losses.append(loss(vectors, leaf))
@@ -82,12 +82,12 @@ def test_more_leaves_never_raise_the_loss_and_are_never_more_than_asked_for(clou
 
 def test_depth_is_a_limit_too(cloud):
     obs, vectors = cloud
-    assert ir.depth(deployed(ClusterTree(obs, vectors, Bins.of(obs), 2).grown(100))).max() == 2
+    assert ir.depth(deployed(BestFirstTree(Bins.of(obs).codes(obs), vectors, Bins.of(obs), 2).grown(100))).max() == 2
 
 
 def test_equal_worth_makes_one_leaf(cloud):
     obs, vectors = cloud
-    assert len(ClusterTree(obs, np.zeros_like(vectors), Bins.of(obs), 4).grown(9).feature) == 1
+    assert len(BestFirstTree(Bins.of(obs).codes(obs), np.zeros_like(vectors), Bins.of(obs), 4).grown(9).feature) == 1
 
 
 @pytest.mark.parametrize("table", [0, 1])
@@ -144,7 +144,8 @@ def test_a_game_of_two_teams_and_networks():
     ("given", "said"),
     [
         ({"max_leaves": 1}, "max_leaves"),
-        ({"max_leaves": 8, "algorithm": "maviper"}, "rgmdt's"),
+        ({"max_leaves": 8, "algorithm": "maviper"}, "level by level"),
+        ({"max_leaves": 8, "algorithm": "fitted-q"}, "fitted-q"),
         ({"max_leaves": 8, "refinement": 50_000}, "number of leaves"),
         ({"preset": "released"}, "after its description"),
         ({"weights": "own"}, "expert's Q"),
@@ -164,7 +165,6 @@ def test_without_a_critic_there_is_nothing_to_cluster():
 def test_the_command(tmp_path, capsys):
     asked = ["--algorithm", "rgmdt", "--max-leaves", "4", "--iterations", "2", "--rollouts", "50"]
     assert main.run(["extract", "coordination", *asked, "-o", str(tmp_path / "p.json")]) == 0
-    assert (
-        main.run(["extract", "coordination", "--algorithm", "iviper", *asked[2:4], "-o", str(tmp_path / "q.json")]) == 2
-    )
+    votes = ["--algorithm", "maviper", *asked[2:4]]
+    assert main.run(["extract", "coordination", *votes, "-o", str(tmp_path / "q.json")]) == 2
     assert "--max-leaves" in capsys.readouterr().err

@@ -1,5 +1,7 @@
 """Networks of others in numpy: the same numbers as torch's own, the right weights, and refusals where nothing fits."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -19,8 +21,8 @@ def world():
 
 
 def network(rng, sizes=(4, 8, 2)):
-    pairs = zip(sizes[:-1], sizes[1:], strict=True)
-    return [Linear(rng.normal(size=(b, a)).astype(np.float32), rng.normal(size=b).astype(np.float32)) for a, b in pairs]
+    made = [(rng.normal(size=(b, a)), rng.normal(size=b)) for a, b in pairwise(sizes)]
+    return [Linear(weight.astype(np.float32), bias.astype(np.float32)) for weight, bias in made]
 
 
 @pytest.mark.train
