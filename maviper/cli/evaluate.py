@@ -40,7 +40,12 @@ WHO, HOW = "Who plays", "What is measured"
     section=WHO,
     help="The expert to compare with (default: the profile's own, if it is shipped).",
 )
-@option("--world", default=None, section=WHO, help="module:function of the environment, if it is yours.")
+@option(
+    "--world",
+    default=None,
+    section=WHO,
+    help="The world, where a file cannot say it: module:function, gymnasium:ID.",
+)
 @option("--team", default=None, metavar="NAME", section=HOW, help="Measure one team only.")
 @option("--episodes", default=1_000, show_default=True, section=HOW, help="Held-out episodes, at most 100,000.")
 @option("--json", "as_json", is_flag=True, section=HOW, help="Print one JSON object.")

@@ -148,7 +148,7 @@ RENAMED = {"--budget": "--max-episodes", "--refinement": "--refinement-episodes"
     section=LEARNS,
     help="The Q that weights the states: learned, measured or none.",
 )
-@option("--world", default=None, section=LEARNS, help="module:function of the expert's environment, if it is yours.")
+@option("--world", default=None, section=LEARNS, help="The expert's world, where its file cannot say it.")
 @option(
     "--counterexamples",
     multiple=True,
@@ -172,9 +172,9 @@ RENAMED = {"--budget": "--max-episodes", "--refinement": "--refinement-episodes"
 def extract(context: click.Context, expert: str, output: Path, **options: Any) -> int:
     """Extract decision trees from an expert, as a policy profile.
 
-    EXPERT is the name of a world, an expert file, a run folder, or module:function for your own expert. The name of a
-    world stands for its shipped expert. A world without one uses its scripted expert
-    (cooperative-navigation,agents=12).
+    EXPERT is the name of a world, an expert file, a run folder, sb3:FILE.zip of stable-baselines3 (maviper guide own),
+    or module:function for your own expert. The name of a world stands for its shipped expert. A world without one uses
+    its scripted expert (cooperative-navigation,agents=12).
 
     -o is a JSON file for the profile, or a folder for the whole run: config, metrics, finished steps and profile. In a
     folder, --resume continues an interrupted run and ends with the same profile.

@@ -53,7 +53,7 @@ def find_player(text: str, where: str, world: World | None) -> tuple[Player, Wor
         if world is None:
             raise InputError(f"'{text}' does not say which world", where, "name it: --world physical-deception")
         return Player(text, text, "", scripted(world) if text == SCRIPTED else Uniform(world)), world
-    if text.endswith(".json"):
+    if text.endswith(".json") and not is_file(text):
         return _profile(text, where, world)
     if _holds_json(Path(text)):
         raise InputError(

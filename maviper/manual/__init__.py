@@ -24,6 +24,7 @@ TOPICS = (
     "compiling",
     "embedding",
     "environments",
+    "own",
     "files",
     "limits",
     "words",

@@ -4,7 +4,10 @@ import base64
 import io
 import json
 import pickle
+import re
+import shlex
 import zipfile
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -239,3 +242,29 @@ def test_extraction_takes_the_zip_and_says_what_weighs_states(models, tmp_path, 
     assert made["provenance"]["training"]["critic"] == "log-probabilities"
     assert main.run(["extract", f"sb3:{file}", "-o", str(tmp_path / "p.json")]) == 2
     assert "--world gymnasium:CartPole-v1" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+@pytest.mark.compile
+def test_the_pages_commands_run_as_written(tmp_path, monkeypatch, capsys):
+    """The page's training and statistics too, shortened."""
+    from maviper import manual
+    from maviper.evaluation import held_out
+
+    monkeypatch.setattr(held_out, "EVALUATION_EPISODES", 5)
+    monkeypatch.chdir(tmp_path)
+    page = manual.page("own")
+    train, statistics, python = re.findall(r"```python\n(.*?)```", page, flags=re.S)
+    assert "learn(50_000)" in train
+    exec(compile(train.replace("50_000", "1_500"), "own.md", "exec"), {})
+    exec(compile(python, "own.md", "exec"), {})
+    games = SimpleNamespace(obs_rms=SimpleNamespace(mean=np.zeros(4), var=np.ones(4)), clip_obs=5.0, epsilon=1e-8)
+    exec(compile(statistics.replace('open("statistics.json", "w").write', "print"), "own.md", "exec"), {"games": games})
+    (tmp_path / "statistics.json").write_text(capsys.readouterr().out)
+    lines = [line.removeprefix("    maviper ") for line in page.splitlines() if line.startswith("    maviper ")]
+    assert len(lines) == 6
+    few = {"extract": ["--iterations", "2", "--rollouts", "3", "--selection-episodes", "2"]}
+    few["evaluate"] = ["--episodes", "3"]
+    for line in lines:
+        verb, *words = shlex.split(line)
+        assert main.run([verb, *words, *few.get(verb, [])]) == (3 if verb == "compile" else 0), line
