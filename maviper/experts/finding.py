@@ -34,7 +34,7 @@ def find_expert(text: str, critic: str = LEARNED, world: str | None = None, feat
     if critic == NONE:
         return Unweighted(expert), played
     measured = critic == MEASURED and not isinstance(expert, Measured)
-    return (Measured(played, expert) if measured else expert), played
+    return (Measured.suited(played, expert) if measured else expert), played
 
 
 def seeing(expert: Expert, world: World, features: str) -> tuple[Expert, World]:

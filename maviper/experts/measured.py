@@ -2,7 +2,7 @@
 
 Does: gives any controller a critic: step once with the joint action that is asked for, follow the controller for a
   while, add up the discounted rewards.
-Assumes: a world whose states can be stepped more than once (ours; not a user's environment).
+Assumes: a world whose states can be stepped more than once (ours, or a single-agent environment that can be copied).
 Does not: say what happens beyond its horizon.
 """
 
@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 
-from codegen.errors import InputError
 from codegen.ir import Float32, Float64
 from maviper.episodes.play import Controller
 from maviper.experts.expert import AS_GIVEN
@@ -21,7 +20,9 @@ from maviper.worlds.world import Int
 
 GAMMA = 0.95
 HORIZON = 12  # steps; what lies beyond it weighs at most 0.95^12 = 0.54 of what lies within
+FAR, FAR_GAMMA = 50, 0.99  # of single-agent environments, whose episodes are long
 BRANCHES_AT_ONCE = 16_384  # bounds the memory
+COPIES_AT_ONCE = 512  # ... where each branch is a copy of an environment
 
 
 @dataclass(frozen=True)
@@ -32,14 +33,15 @@ class Measured:
     controller: Controller
     shaping: float = 0.0
     horizon: int = HORIZON
+    gamma: float = GAMMA
 
     def __post_init__(self) -> None:
-        if self.world.games is not None:
-            raise InputError(
-                "Q cannot be measured in this world",
-                self.world.name,
-                "play cannot be branched from its states: use --critic none",
-            )
+        self.world.branch()
+
+    @staticmethod
+    def suited(world: World, controller: Controller) -> "Measured":
+        """With the horizon of the world's kind."""
+        return Measured(world, controller) if world.games is None else Measured(world, controller, 0.0, FAR, FAR_GAMMA)
 
     @property
     def critic(self) -> str:
@@ -78,7 +80,7 @@ class Measured:
         """Q of all agents at once, [batch, n_joint, n_agents]; one branch serves them all."""
         n_joint = len(joint)
         found = np.empty((len(state), n_joint, len(self.agents)))
-        at_once = max(1, BRANCHES_AT_ONCE // n_joint)
+        at_once = max(1, (BRANCHES_AT_ONCE if self.world.games is None else COPIES_AT_ONCE) // n_joint)
         for low in range(0, len(state), at_once):
             rows = np.arange(low, min(low + at_once, len(state)))
             asked = np.where(joint[None] == AS_GIVEN, given[rows, None], joint[None]).reshape(-1, len(self.agents))
@@ -90,9 +92,10 @@ class Measured:
         """Discounted rewards of following the controller after a first joint action, [batch, n_agents]."""
         everybody = range(len(self.agents))
         total, actions = np.zeros((len(state), len(self.agents))), first
+        state = self.world.branched(state)
         for step in range(min(self.horizon, self.world.spec.episode_steps)):
             if step:
                 actions = self.controller.act(everybody, self.world.observe(state), state)
             state = self.world.step(state, actions)
-            total += GAMMA**step * (self.world.rewards(state) + self.shaping * self.world.shaping(state))
+            total += self.gamma**step * (self.world.rewards(state) + self.shaping * self.world.shaping(state))
         return total

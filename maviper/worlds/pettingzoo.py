@@ -19,7 +19,7 @@ import re
 import weakref
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import count
 from typing import Any, NamedTuple
@@ -31,6 +31,7 @@ from codegen.check import check, identifier
 from codegen.dynamics import motionless
 from codegen.errors import InputError
 from codegen.ir import MAX_LENGTH, ActionSpec, Bool, FeatureSpec, Float32, Float64, WorldSpec
+from maviper.worlds.outside.branching import Pasts, continued, copies_of, ensure_copies, started
 from maviper.worlds.outside.sources import MAX_STEPS, Source, fault, imported, made, parsed, space
 from maviper.worlds.processes import Copies, Copy, copies_at_once, undisturbed
 from maviper.worlds.seeds import TRAINING, folded
@@ -53,13 +54,16 @@ class EnvStates:
     done: Bool  # [batch, n_agents] whose episode has ended
     terminated: Bool  # [batch, n_agents] ... and was not just cut
     moment: int = PAST
+    pasts: Pasts | None = None  # how each game got here, where it may be branched
+    copies: tuple[Copy, ...] = ()  # of its own, where it was branched
 
     def __len__(self) -> int:
         return len(self.rewards)
 
     def __getitem__(self, rows: Any) -> "EnvStates":
         observations = tuple(seen[rows] for seen in self.observations)
-        return EnvStates(observations, self.rewards[rows], self.done[rows], self.terminated[rows])
+        pasts = None if self.pasts is None else self.pasts[rows]
+        return EnvStates(observations, self.rewards[rows], self.done[rows], self.terminated[rows], pasts=pasts)
 
     @staticmethod
     def joined(states: Sequence["EnvStates"]) -> "EnvStates":
@@ -67,7 +71,9 @@ class EnvStates:
         observations = zip(*(state.observations for state in states), strict=True)
         others = zip(*((state.rewards, state.done, state.terminated) for state in states), strict=True)
         rewards, done, terminated = map(np.concatenate, others)
-        return EnvStates(tuple(map(np.concatenate, observations)), rewards, done, terminated)
+        known = [state.pasts for state in states if state.pasts is not None]
+        pasts = np.concatenate(known) if len(known) == len(states) else None
+        return EnvStates(tuple(map(np.concatenate, observations)), rewards, done, terminated, pasts=pasts)
 
 
 class PettingZooWorld(World):
@@ -103,7 +109,8 @@ class PettingZooWorld(World):
         with suppress(Exception):  # it has said what it had to
             env.close()
         self._copies = Copies(self.source, partial(made, function, self.source), self.games, apart)
-        self._moment = PAST
+        self.plays_here = apart is False and self.games > 1
+        self._moment, self.branches = PAST, False
         weakref.finalize(self, self._copies.close)
 
     @property
@@ -114,7 +121,7 @@ class PettingZooWorld(World):
     def _at_once(self, env: Any) -> tuple[int, bool | None]:
         """How many copies play at once, and whether each in a process of its own; None: to be tried."""
         here = attribute(env, "plays_here", self.source)
-        if here and undisturbed(Copy(self.reference_env(), self.source), Copy(env, self.source)):
+        if here and undisturbed(self._copy(), Copy(env, self.source)):
             return GAMES_HERE, False
         return copies_at_once(self._function, self.source), None
 
@@ -137,23 +144,42 @@ class PettingZooWorld(World):
     def start_from_seeds(self, seeds: Sequence[int] | Int) -> EnvStates:
         """The start states after `reset(seed=...)`, one for each of at most `games` seeds, which are `folded`."""
         assert 0 < len(seeds) <= self.games, f"{len(seeds)} games asked of {self.games} copies"
-        return self._entered("reset", [folded(int(seed)) for seed in seeds])
+        given = [folded(int(seed)) for seed in seeds]
+        return self._entered("reset", given, started(given) if self.branches else None)
 
     def step(self, state: EnvStates, actions: Int) -> EnvStates:
-        """The next states; RuntimeError for any state but the newest, since the copies cannot go back."""
+        """The next states; RuntimeError for any state but the newest, since the copies cannot go back. A branched state
+        has copies of its own, which go on with the next one.
+        """
+        acted = np.asarray(actions).tolist()
+        if state.copies:
+            outcomes = [copy.ask("step", each) for copy, each in zip(state.copies, acted, strict=True)]
+            return replace(_states(outcomes), copies=state.copies)
         if state.moment == PAST or state.moment != self._moment:
             raise RuntimeError("only the newest state of all games can be stepped: the copies have moved on")
         assert len(actions) == len(state)
-        return self._entered("step", np.asarray(actions).tolist())
+        return self._entered("step", acted, None if state.pasts is None else continued(state.pasts, acted))
 
-    def _entered(self, verb: str, arguments: Sequence[Any]) -> EnvStates:
+    def _entered(self, verb: str, arguments: Sequence[Any], pasts: Pasts | None) -> EnvStates:
         self._moment = PAST  # in case the copies fail
-        outcomes: list[Outcome] = self._copies.ask(verb, arguments)
-        observations = zip(*(outcome.observations for outcome in outcomes), strict=True)
-        others = zip(*((outcome.rewards, outcome.done, outcome.terminated) for outcome in outcomes), strict=True)
-        rewards, done, terminated = map(np.array, others)
+        found = _states(self._copies.ask(verb, arguments))
         self._moment = next(_moments)
-        return EnvStates(tuple(map(np.array, observations)), rewards, done, terminated, self._moment)
+        return replace(found, moment=self._moment, pasts=pasts)
+
+    def branch(self) -> None:
+        """Lets states be branched from now on; InputError where the environment cannot be copied."""
+        if not self.plays_here:
+            super().branch()
+        ensure_copies(self._copy, self.name)
+        self.branches = True
+
+    def branched(self, state: EnvStates) -> EnvStates:
+        """The same states with copies of their own, so that they can be stepped, once."""
+        assert state.pasts is not None, "the world was not told to branch"
+        return replace(state, copies=tuple(copies_of(state.pasts, self._copy)))
+
+    def _copy(self) -> Copy:
+        return Copy(self.reference_env(), self.source)
 
     def observe(self, state: EnvStates) -> tuple[Float32, ...]:
         """Each agent's observation, [batch, n_features] float32."""
@@ -184,6 +210,13 @@ class PettingZooWorld(World):
         """Ends the copies; a later start makes fresh ones."""
         self._moment = PAST
         self._copies.close()
+
+
+def _states(outcomes: Sequence[Outcome]) -> EnvStates:
+    observations = zip(*(outcome.observations for outcome in outcomes), strict=True)
+    others = zip(*((outcome.rewards, outcome.done, outcome.terminated) for outcome in outcomes), strict=True)
+    rewards, done, terminated = map(np.array, others)
+    return EnvStates(tuple(map(np.array, observations)), rewards, done, terminated)
 
 
 def user_world(text: str) -> PettingZooWorld:

@@ -16,7 +16,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from codegen.errors import UnknownNameError
+from codegen.errors import InputError, UnknownNameError
 from codegen.ir import ActionSpec, Bool, FeatureSpec, Float32, Float64, WorldSpec
 
 Int = npt.NDArray[np.integer[Any]]
@@ -139,6 +139,19 @@ class World(ABC):
     def terminated(self, state: Any) -> Bool:
         """Whose episode has ended by itself, [batch, n_agents]: nothing follows, unlike after a cut."""
         return np.zeros((len(state), len(self.agents)), dtype=bool)
+
+    def branch(self) -> None:
+        """Lets states be branched from now on; InputError where they cannot be.
+
+        Nothing is to be done where any state can be stepped as often as one likes.
+        """
+        if self.games is not None:
+            advice = "play cannot be branched from its states: use --critic none"
+            raise InputError("Q cannot be measured in this world", self.name, advice)
+
+    def branched(self, state: Any) -> Any:
+        """States that can be stepped like the newest ones, once."""
+        return state
 
     def shaping(self, state: Any) -> Float64:
         """A training aid that may be added to the rewards, [batch, n_agents]; never part of a measure."""

@@ -95,7 +95,7 @@ def trained(game: str, file: Path, seed: int = 0) -> None:
 
 # What is asked of VIPER: the leaves of the task, then how much it may play.
 TREES = {
-    "CartPole-v1": {"max_leaves": 5, "max_depth": 4, "iterations": 6, "rollouts": 6, "selection_episodes": 10},
+    "CartPole-v1": {"max_leaves": 5, "max_depth": 4, "iterations": 40, "rollouts": 5, "selection_episodes": 8},
     "Acrobot-v1": {"max_leaves": 32, "max_depth": 10, "iterations": 15, "rollouts": 20, "selection_episodes": 20},
     "MountainCar-v0": {"max_leaves": 32, "max_depth": 10, "iterations": 15, "rollouts": 20, "selection_episodes": 20},
     "LunarLander-v3": {"max_leaves": 64, "max_depth": 14, "iterations": 30, "rollouts": 20, "selection_episodes": 20},
