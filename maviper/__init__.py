@@ -141,8 +141,7 @@ def extract(
     instead of the other counts. `measure`: what teams are judged by. `rollouts_by` (agent, team, all, experts),
     `weights` (own, averaged, equal), `least_right` (N, N-1, a number or a share of a team of N) and `selection_by`
     (agent, team, all): as the algorithm's name says, unless given. `explore`: fitted-q's share of uniform actions.
-    `max_leaves`: of each tree, without votes. `counterexamples`: files of `maviper verify -o` to learn from. InputError
-    for a wrong name.
+    `max_leaves`: of each tree. `counterexamples`: files of `maviper verify -o` to learn from. InputError: a wrong name.
     """
     from pathlib import Path
 

@@ -1,11 +1,11 @@
 """VIPER on the classic single-agent games: trees from experts of stable-baselines3, with a budget of leaves.
 
     python tests/benchmarks/single_agent.py --train FOLDER [GAME ...]
-    python tests/benchmarks/single_agent.py --experts FOLDER [GAME ...] [--leaves N] [--weights W] [--json]
+    python tests/benchmarks/single_agent.py --experts FOLDER [GAME ...] [--leaves N] [--weights W] [--episodes 1000] [--json]
 
 --train makes the experts, one file a game (`CartPole-v1.zip`, ...), from seed 0 with hyperparameters of the RL
 Baselines3 Zoo. Otherwise each game's expert is extracted, and a row says what tree, expert and random actions return:
-mean and standard deviation over 1,000 held-out episodes (random: 200), and (tree - random) / (expert - random).
+mean and standard deviation over --episodes held-out ones (random: 200), and (tree - random) / (expert - random).
 --leaves, --weights and --iterations change what is extracted in all of the games, to try something.
 """
 
@@ -21,6 +21,7 @@ from codegen import ir
 from codegen.intervals import Z95
 from maviper.episodes import measures
 from maviper.episodes.play import Policies
+from maviper.evaluation import held_out
 from maviper.experts import from_sb3
 from maviper.extraction.algorithms import extract
 from maviper.extraction.settings import Settings
@@ -62,7 +63,7 @@ EXPERTS = {
     "LunarLander-v3": {
         "algorithm": "PPO",
         "envs": 16,
-        "steps": 1_000_000,
+        "steps": 300_000,  # of the zoo's million
         "settings": {
             "n_steps": 1024,
             "batch_size": 64,
@@ -96,9 +97,9 @@ def trained(game: str, file: Path, seed: int = 0) -> None:
 # What is asked of VIPER: the leaves of the task, then how much it may play.
 TREES = {
     "CartPole-v1": {"max_leaves": 5, "max_depth": 4, "iterations": 40, "rollouts": 5, "selection_episodes": 8},
-    "Acrobot-v1": {"max_leaves": 32, "max_depth": 10, "iterations": 15, "rollouts": 20, "selection_episodes": 20},
-    "MountainCar-v0": {"max_leaves": 32, "max_depth": 10, "iterations": 15, "rollouts": 20, "selection_episodes": 20},
-    "LunarLander-v3": {"max_leaves": 64, "max_depth": 14, "iterations": 30, "rollouts": 20, "selection_episodes": 20},
+    "Acrobot-v1": {"max_leaves": 32, "max_depth": 10, "iterations": 20, "rollouts": 10, "selection_episodes": 10},
+    "MountainCar-v0": {"max_leaves": 32, "max_depth": 10, "iterations": 20, "rollouts": 10, "selection_episodes": 10},
+    "LunarLander-v3": {"max_leaves": 64, "max_depth": 14, "iterations": 25, "rollouts": 16, "selection_episodes": 10},
 }
 REACH = 0.9
 RANDOM_EPISODES = 200
@@ -139,8 +140,10 @@ def main() -> None:
     parser.add_argument("--leaves", type=int)
     parser.add_argument("--weights")
     parser.add_argument("--iterations", type=int)
+    parser.add_argument("--episodes", type=int, default=held_out.EVALUATION_EPISODES)
     parser.add_argument("--json", action="store_true")
     options = parser.parse_args()
+    held_out.EVALUATION_EPISODES = options.episodes
     if options.train:
         options.train.mkdir(exist_ok=True)
         for game in options.games:
