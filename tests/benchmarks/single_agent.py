@@ -1,7 +1,7 @@
 """VIPER on the classic single-agent games: trees from experts of stable-baselines3, with a budget of leaves.
 
     python tests/benchmarks/single_agent.py --train FOLDER [GAME ...]
-    python tests/benchmarks/single_agent.py --experts FOLDER [GAME ...] [--leaves N] [--weights W] [--episodes 1000] [--json]
+    python tests/benchmarks/single_agent.py --experts FOLDER [GAME ...] [--leaves N] [--weights W] [--json]
 
 --train makes the experts, one file a game (`CartPole-v1.zip`, ...), from seed 0 with hyperparameters of the RL
 Baselines3 Zoo. Otherwise each game's expert is extracted, and a row says what tree, expert and random actions return:
