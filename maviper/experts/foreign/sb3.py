@@ -6,6 +6,7 @@ Does not: decode or open the pickled entries of that JSON, whatever they hold; n
 """
 
 import hashlib
+import io
 import json
 import re
 import zipfile
@@ -16,10 +17,11 @@ from typing import Any
 from codegen.errors import InputError
 from maviper.experts.foreign.layers import ACTIVATIONS, LOGITS, LayersExpert, Linear, Normalization, Q
 from maviper.experts.foreign.weights import MAX_BYTES, Tensors, layers, read, single
+from maviper.files import runs
 from maviper.worlds import World
 
 NONE = "none"  # said of a normalisation: there was not any
-MAX_DATA = 64 * 2**20
+MAX_DATA, MAX_FILE = 64 * 2**20, 2**30
 DATA, WEIGHTS, SAFE_WEIGHTS, VERSION = "data", "policy.pth", "policy.safetensors", "_stable_baselines3_version"
 # arguments of a policy that do not change what its network computes, beside those that are read
 HARMLESS = {
@@ -27,6 +29,7 @@ HARMLESS = {
     *("optimizer_class", "optimizer_kwargs", "ortho_init", "share_features_extractor"),
     *("log_std_init", "use_expln", "full_std", "normalize_images"),
 }
+FLATTEN = "<class 'stable_baselines3.common.torch_layers.FlattenExtractor'>"
 USUAL = {LOGITS: "tanh", Q: "relu"}  # activations, where the file names none
 BY_HAND = "bring it by module:function: `maviper guide experts`"
 
@@ -59,27 +62,25 @@ def from_sb3(
 
 def _read(path: Path) -> tuple[dict[str, Any], Tensors, str]:
     """The JSON, with the version among it, the weights, and the file's SHA-256."""
+    whole = runs.read(path, MAX_FILE)
     try:
-        whole = path.read_bytes()
-        with zipfile.ZipFile(path) as archive:
+        with zipfile.ZipFile(io.BytesIO(whole)) as archive:
             names = set(archive.namelist())
             data = json.loads(_part(archive, DATA, MAX_DATA))
             version = _part(archive, VERSION, 64).decode("ascii") if VERSION in names else ""
             safe = SAFE_WEIGHTS in names
             weights = _part(archive, SAFE_WEIGHTS if safe else WEIGHTS, MAX_BYTES)
-    except OSError as error:
-        raise InputError("cannot read the file", f"{path}: {error.strerror}", "check the path") from None
     except (zipfile.BadZipFile, KeyError, ValueError, RecursionError, NotImplementedError, RuntimeError) as error:
         said = str(error).splitlines()[0][:120] if str(error) else type(error).__name__
         raise InputError("not a zip of stable-baselines3", f"{path}: {said}", "write it by model.save(file)") from None
     if not isinstance(data, dict):
         raise InputError("not a zip of stable-baselines3", f"{path}: {DATA}", "write it by model.save(file)")
     plain = re.fullmatch(r"\s*([0-9A-Za-z.+-]{1,40})\s*", version)
-    return data | {VERSION: plain[1] if plain else ""}, read(weights, f"{path}: {WEIGHTS}", safe), _digest(whole)
-
-
-def _digest(whole: bytes) -> str:
-    return hashlib.sha256(whole).hexdigest()
+    return (
+        data | {VERSION: plain[1] if plain else ""},
+        read(weights, f"{path}: {WEIGHTS}", safe),
+        hashlib.sha256(whole).hexdigest(),
+    )
 
 
 def _part(archive: zipfile.ZipFile, name: str, most: int) -> bytes:
@@ -113,12 +114,13 @@ def _ensure_spaces(data: Mapping[str, Any], where: str) -> None:
         raise InputError(f"the policy's actions are a {acts or 'space unknown'}, not Discrete", where, BY_HAND)
     if seen not in ("Box", "Discrete", "MultiBinary") or data["observation_space"].get("dtype") == "uint8":
         raise InputError(f"the policy's observations are a {seen or 'space unknown'} or pictures", where, BY_HAND)
-    own = str((data.get("policy_class") or {}).get("__module__", ""))
+    kind = data.get("policy_class")
+    own = str(kind.get("__module__", "")) if isinstance(kind, dict) else ""
     if not own.startswith("stable_baselines3."):
         raise InputError(f"the policy's class is not the library's, but of {own[:60] or 'nowhere'}", where, BY_HAND)
     given = data.get("policy_kwargs") or {}
     unknown = sorted(given.keys() - HARMLESS) if isinstance(given, dict) else ["policy_kwargs"]
-    if not unknown and "FlattenExtractor" not in str(given.get("features_extractor_class", "FlattenExtractor")):
+    if not unknown and given.get("features_extractor_class", FLATTEN) != FLATTEN:
         unknown = ["features_extractor_class"]
     if unknown:
         raise InputError(f"the policy has an argument {unknown[0][:40]} whose effect is unknown", where, BY_HAND)

@@ -178,7 +178,12 @@ def with_data(models, tmp_path, kind="PPO", **values):
         ({"observation_space": {":type:": "<class 'gymnasium.spaces.box.Box'>", "dtype": "uint8"}}, "pictures"),
         ({"policy_class": {"__module__": "__main__"}}, "__main__"),
         ({"policy_class": None}, "not the library's"),
-        ({"policy_kwargs": {"features_extractor_class": "<class 'mine.Scaled'>"}}, "features_extractor_class"),
+        ({"policy_class": ["x"]}, "not the library's"),
+        ({"policy_kwargs": ["x"]}, "policy_kwargs"),
+        (
+            {"policy_kwargs": {"features_extractor_class": "<class 'mine.FlattenExtractor'>"}},
+            "features_extractor_class",
+        ),
         ({"policy_kwargs": {"features_extractor_kwargs": {}}}, "features_extractor_kwargs"),
         ({"policy_kwargs": {"activation_fn": "<class 'mine.Swish'>"}}, "Swish"),
         ({"policy_kwargs": {"activation_fn": "<class 'torch.nn.modules.activation.GELU'>"}}, "GELU"),
