@@ -145,7 +145,8 @@ class PettingZooWorld(World):
         """The start states after `reset(seed=...)`, one for each of at most `games` seeds, which are `folded`."""
         assert 0 < len(seeds) <= self.games, f"{len(seeds)} games asked of {self.games} copies"
         given = [folded(int(seed)) for seed in seeds]
-        return self._entered("reset", given, started(given) if self.branches else None)
+        found = self._entered("reset", given)
+        return replace(found, pasts=started(given)) if self.branches else found
 
     def step(self, state: EnvStates, actions: Int) -> EnvStates:
         """The next states; RuntimeError for any state but the newest, since the copies cannot go back. A branched state
@@ -158,13 +159,14 @@ class PettingZooWorld(World):
         if state.moment == PAST or state.moment != self._moment:
             raise RuntimeError("only the newest state of all games can be stepped: the copies have moved on")
         assert len(actions) == len(state)
-        return self._entered("step", acted, None if state.pasts is None else continued(state.pasts, acted))
+        found = self._entered("step", acted)
+        return found if state.pasts is None else replace(found, pasts=continued(state.pasts, acted))
 
-    def _entered(self, verb: str, arguments: Sequence[Any], pasts: Pasts | None) -> EnvStates:
+    def _entered(self, verb: str, arguments: Sequence[Any]) -> EnvStates:
         self._moment = PAST  # in case the copies fail
         found = _states(self._copies.ask(verb, arguments))
         self._moment = next(_moments)
-        return replace(found, moment=self._moment, pasts=pasts)
+        return replace(found, moment=self._moment)
 
     def branch(self) -> None:
         """Lets states be branched from now on; InputError where the environment cannot be copied."""

@@ -46,7 +46,7 @@ EXPERTS = {
         "algorithm": "DQN",
         "envs": 1,
         "steps": 120_000,
-        "net_arch": [64, 64],
+        "net_arch": [256, 256],
         "settings": {
             "learning_rate": 4e-3,
             "batch_size": 128,

@@ -78,7 +78,7 @@ class LayersExpert:
     activation: str
     outputs: str = LOGITS
     normalization: Normalization | None = None
-    card: Mapping[str, Any] | None = None
+    card: Mapping[str, Any] = field(default_factory=dict)
     hash: str = ""
     _wide: Sequence[tuple[Float64, Float64]] = field(init=False, repr=False)
 
@@ -90,7 +90,6 @@ class LayersExpert:
         self._ensure_fit()
         wide = [(layer.weight.astype(np.float64).T, layer.bias.astype(np.float64)) for layer in self.layers]
         object.__setattr__(self, "_wide", wide)
-        object.__setattr__(self, "card", dict(self.card or {}))
 
     def _ensure_fit(self) -> None:
         sizes = [self.layers[0].weight.shape[1], *(layer.weight.shape[0] for layer in self.layers)]

@@ -195,7 +195,7 @@ def _vector(space: spaces.Space, text: str) -> spaces.Box:
         wrapper = "gymnasium.wrappers.FlattenObservation(env)"
         what = f"the environment's observations are a {type(space).__name__}; trees read numbers in a row"
         raise InputError(what, text, f"{wrapper}; {OWN}")
-    flat = flatten_space(space)
+    flat: Any = flatten_space(space)
     size = int(np.prod(flat.shape))
     if not 1 <= size <= MAX_FEATURES:
         wrapper = "reduce it: gymnasium.wrappers.TransformObservation"
