@@ -126,7 +126,7 @@ def measured(game: str, file: Path, changes: dict[str, object]) -> dict[str, flo
         "deviation": deviation,
         "expert": best,
         "random": random,
-        "share": (tree - random) / (best - random),
+        "share": (tree - random) / (best - random) if best > random else math.nan,  # an expert that learned nothing
         "seconds": seconds,
     }
 

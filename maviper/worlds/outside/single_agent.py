@@ -16,9 +16,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from pettingzoo import ParallelEnv
 
-from codegen.check import MAX_LENGTH
 from codegen.errors import InputError, MissingToolError
-from codegen.ir import FeatureSpec
+from codegen.ir import MAX_LENGTH, FeatureSpec
 from maviper.worlds.outside.described import DESCRIBED, FLAG
 
 if TYPE_CHECKING:
