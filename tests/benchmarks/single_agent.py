@@ -63,7 +63,7 @@ EXPERTS = {
     "LunarLander-v3": {
         "algorithm": "PPO",
         "envs": 16,
-        "steps": 300_000,  # of the zoo's million
+        "steps": 1_000_000,
         "settings": {
             "n_steps": 1024,
             "batch_size": 64,
