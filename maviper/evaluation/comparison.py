@@ -135,11 +135,19 @@ def _mean(values: np.ndarray) -> Mean:
     return found
 
 
-def _changed(before: ir.PolicyProfile, after: ir.PolicyProfile, team: str, coordinates: np.ndarray) -> Share:
-    """In how many states some agent of the team acts otherwise."""
-    other = np.zeros(len(coordinates), dtype=bool)
-    for old, new in zip(before.team(team), after.team(team), strict=True):
-        other |= chosen(old, coordinates, before.world) != chosen(new, coordinates, after.world)
+def differing(
+    before: ir.PolicyProfile, after: ir.PolicyProfile, agents: Sequence[str], coordinates: ir.Float64
+) -> ir.Bool:
+    """Where each of the agents acts differently, [n_agents, n]. `coordinates`: world states [n, n_coordinates]."""
+    pairs = [(before.policy(agent), after.policy(agent)) for agent in agents]
+    world = before.world
+    return np.array([chosen(old, coordinates, world) != chosen(new, coordinates, world) for old, new in pairs])
+
+
+def _changed(before: ir.PolicyProfile, after: ir.PolicyProfile, team: str, coordinates: ir.Float64) -> Share:
+    """In how many states some agent of the team acts differently."""
+    agents = [policy.agent for policy in before.team(team)]
+    other = differing(before, after, agents, coordinates).any(axis=0)
     return Share(int(other.sum()), len(other))
 
 
