@@ -5,7 +5,7 @@ Assumes: a result of `verify.verdicts.differences.difference`; shares of states 
 Does not: contain times, paths or facts about the machine.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -62,7 +62,7 @@ def _share(span: Span) -> dict[str, Any]:
 
 
 def _agent(found: Difference, one: AgentDifference, counted: Estimates) -> dict[str, Any]:
-    zones = [_zone(found, one, zone) for zone in one.zones[:FIRST]]
+    zones = _merged([_zone(found, one, zone) for zone in one.zones[:FIRST]])
     state = None if one.example is None else _state(one.example)
     return {
         "agent": one.agent,
@@ -89,6 +89,17 @@ def _by_goal(one: AgentDifference) -> dict[str, dict[str, Any]]:
     return found
 
 
+def _merged(zones: Iterable[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Zones that are the same for several goals as one, the largest first."""
+    found: dict[str, dict[str, Any]] = {}
+    for zone in zones:
+        same = found.setdefault(str([zone[key] for key in ("leaves", "box", "difference")]), zone)
+        if same is not zone:
+            same["goals"] += zone["goals"]
+            same["share"] = None if same["share"] is None else same["share"] + zone["share"]
+    return sorted(found.values(), key=lambda zone: -(zone["share"] or 0))
+
+
 def _zone(found: Difference, one: AgentDifference, zone: Zone) -> dict[str, Any]:
     leaves = differing_leaves(found, zone)
     policies = found.first.policy(one.agent), found.second.policy(one.agent)
@@ -96,7 +107,7 @@ def _zone(found: Difference, one: AgentDifference, zone: Zone) -> dict[str, Any]
     facts = zone_facts(found.question.profile, region, zone.failing, zone.branch, None)
     state = example(found.question, zone)
     return {
-        "goal": goal_text(zone.failing.goal),
+        "goals": [] if zone.failing.goal is None else [zone.failing.goal],
         "leaves": list(leaves),
         "actions": [
             policy.actions[int(policy.tree.action[leaf])].name for policy, leaf in zip(policies, leaves, strict=True)

@@ -21,7 +21,7 @@ from verify.claims.decisions import OwnFormula
 from verify.claims.pairs import alike, counterpart, ensure_comparable, paired
 from verify.claims.region import MACHINE, Region, Verdict
 from verify.counterexamples.search import MAX_PLACES, confirmed
-from verify.extent.violations import ExactShare, Failing, exact_share, violations
+from verify.extent.violations import ExactShare, Failing, exact_share, united, violations
 from verify.question import Budgets, DecisionQuestion, Question
 from verify.solver import decide as solver
 from verify.states.state import State, exact_point, inside, leaf_at, nearest
@@ -123,9 +123,15 @@ def difference(
 
     found = [_compared(asked(agent), agent) for agent in agents]
     proved = [one.agent for one in found if one.verdict is Verdict.PROVED and one.failing]
-    certificate, branches, reason = _certified(asked(*proved), first, second) if proved else (None, 0, "")
-    if reason:  # what is not certified is not proved
-        found = [replace(one, verdict=Verdict.UNKNOWN, reason=reason) if one.agent in proved else one for one in found]
+    certificate, branches = None, 0
+    if proved:
+        outcome = _no_difference(asked(*proved))
+        if outcome.verdict is Verdict.PROVED:
+            certificate = _certificate(asked(*proved), outcome, first, second)
+            branches = accepted(certificate, first, second)
+        else:  # what is not certified is not proved
+            answer = {"verdict": outcome.verdict, "reason": outcome.reason}
+            found = [replace(one, **answer) if one.agent in proved else one for one in found]
     differing = [one for one in found if one.verdict is Verdict.VIOLATED]
     together = _together(found, asked(*(one.agent for one in differing)) if len(differing) > 1 else None)
     return Difference(first, second, asked(*agents), tuple(found), together, certificate, branches)
@@ -226,17 +232,18 @@ def _by_solver(question: DecisionQuestion, agent: str) -> AgentDifference:
     return AgentDifference(agent, Verdict.VIOLATED, WITHOUT_ZONES, example=state)
 
 
-def _certified(
-    question: DecisionQuestion, first: PolicyProfile, second: PolicyProfile
-) -> tuple[Certificate | None, int, str]:
-    """The certificate that agents act alike, how many branches it closes, and why there is none."""
+def _no_difference(question: DecisionQuestion) -> zones.Outcome:
+    """The zone engine's answer about agents without zones in which they act differently."""
     found = zones.decide(question)
     if found.verdict is Verdict.VIOLATED:
         raise AssertionError(f"no zone in which the profiles act differently, yet {found.state} is in one")
-    if found.verdict is not Verdict.PROVED:
-        return None, 0, found.reason
-    form = FORM if question.parts == (question,) else PARTED
-    made = Certificate(
+    return found
+
+
+def _certificate(
+    question: DecisionQuestion, found: zones.Outcome, first: PolicyProfile, second: PolicyProfile
+) -> Certificate:
+    return Certificate(
         content_hash(first),
         None,
         question.formula,
@@ -244,10 +251,9 @@ def _certified(
         question.semantics,
         found.inhabitant,
         found.proofs,
-        form=form,
+        form=FORM if question.parts == (question,) else PARTED,
         against=content_hash(second),
     )
-    return made, accepted(made, first, second), ""
 
 
 def _together(found: Sequence[AgentDifference], question: DecisionQuestion | None) -> Span:
@@ -256,11 +262,8 @@ def _together(found: Sequence[AgentDifference], question: DecisionQuestion | Non
     least, most = max(low for low, _ in spans), min(Fraction(1), sum((high for _, high in spans), Fraction(0)))
     if question is None or any(low != high for low, high in spans):
         return least, most
-    failing = violations(question)
-    share = exact_share(question, failing)
-    if isinstance(share, ExactShare) and all(one.complete for one in failing):
-        return share.value, share.value
-    return least, most
+    share = united(question, [one.failing for one in found if one.verdict is Verdict.VIOLATED])
+    return (least, most) if share is None else (share, share)
 
 
 def differing_leaves(found: Difference, zone: Zone) -> tuple[int, int]:
