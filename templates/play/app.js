@@ -82,7 +82,7 @@
     if (numbered && data.claims[numbered[1] - 1]) {
       ask(numbered[1] - 1);
       const stored = data.states.find((one) => one.claim === claim);
-      return stored ? stateOf(stored.position, stored.goal) : null;
+      return stored ? stateOf(stored.position, stored.goal) : randomState();
     }
     try {
       const { position, velocity, goal, claim: which, agent, acting: whose } = JSON.parse(decodeURIComponent(location.hash.slice(1)));

@@ -5,7 +5,7 @@ Assumes: results of `closed_loop.verify_episodes`.
 Does not: contain times, paths or facts about the machine.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Context, Decimal
 from fractions import Fraction
 from typing import Any
@@ -15,7 +15,7 @@ from verify.claims.catalogue import COINCIDING, sentence
 from verify.claims.region import MACHINE, Verdict, called, goal_text, plain
 from verify.extent.starts import StartShare
 from verify.extent.sure import ANSWERS, FACES
-from verify.states.episodes import Episode
+from verify.states.episodes import Episode, Way
 from verify.verdicts.episodes import EpisodeResult
 
 MEANINGS = {
@@ -173,6 +173,7 @@ def _picture(profile: PolicyProfile, result: EpisodeResult) -> dict[str, Any]:
     courses = [
         {
             "name": agent,
+            "end": drawn(way[-1]),
             "ours": agent in ours,
             "x": drawn(way[0])[0],
             "y": drawn(way[0])[1],
@@ -180,7 +181,19 @@ def _picture(profile: PolicyProfile, result: EpisodeResult) -> dict[str, Any]:
         }
         for agent, way in ways.items()
     ]
-    return {"size": SIZE, "landmarks": landmarks, "courses": courses}
+    meetings = [
+        {"from": drawn(ways[way.agent][way.step]), "to": drawn(_place_of(way, ways, marks)), "says": f"step {way.step}"}
+        for way in result.ways
+        if result.claim.apart and way.nearest < result.claim.radius
+    ]
+    return {"size": SIZE, "landmarks": landmarks, "courses": courses, "meetings": meetings}
+
+
+def _place_of(
+    way: Way, ways: Mapping[str, Sequence[tuple[float, float]]], marks: Mapping[str, tuple[float, float]]
+) -> tuple[float, float]:
+    """Where the other one is when an agent comes nearest to it."""
+    return ways[way.landmark][way.step] if way.landmark in ways else marks[way.landmark]
 
 
 def _courses(profile: PolicyProfile, episode: Episode, ours: Sequence[str]) -> dict[str, list[tuple[float, float]]]:
