@@ -48,8 +48,8 @@ def show(
 
     Rules have one line per leaf. The picture is one SVG. Its leaves have their shares of the decisions in held-out
     episodes, if the world is one of ours. With --obs or --state, one decision is explained instead: the tests that it
-    meets, and by how much. The page is one HTML file that needs no network: drag the agents and see what each tree does, where a
-    claim fails, and how an episode goes on.
+    meets, and by how much. The page is one HTML file that needs no network: drag the agents and see what each tree
+    does, where a claim fails, and how an episode goes on.
     """
     from codegen.errors import InputError
     from maviper.console import say
