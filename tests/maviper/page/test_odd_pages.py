@@ -85,7 +85,7 @@ def test_texts_do_not_become_markup(tmp_path):
 
 def test_a_profile_without_meanings_shows_trees_and_sliders(tmp_path):
     profile = without_meaning(committed("physical_deception"))
-    html = page(profile, contents_of(profile))
+    html = page(profile, contents_of(profile, usual_claims(profile)))
     found = in_chromium(html, SHOWN, [], tmp_path)
     assert found["main"] and found["arena"] == "none" and found["trees"] == 3
     assert found["sliders"] == sum(len(one.features) for one in profile.agents)
@@ -106,7 +106,7 @@ def test_a_large_tree_folds_and_its_code_is_left_out(tmp_path):
 @pytest.mark.parametrize("name", ["physical_deception", "proved_navigation", "verdicts/predator_prey"])
 def test_nothing_is_wider_than_a_small_page(name, tmp_path):
     profile = committed(name)
-    found = in_chromium(page(profile, contents_of(profile)), SHOWN, [], tmp_path, width=400)
+    found = in_chromium(page(profile, contents_of(profile, usual_claims(profile))), SHOWN, [], tmp_path, width=400)
     assert found["wide"] == 0 and found["trees"] == len(profile.agents)
 
 
