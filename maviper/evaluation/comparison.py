@@ -160,7 +160,7 @@ def _changed(before: ir.PolicyProfile, after: ir.PolicyProfile, team: str, coord
     """In how many states some agent of the team acts differently."""
     agents = [policy.agent for policy in before.team(team)]
     other = differing(before, after, agents, coordinates).any(axis=0)
-    return Share(int(other.sum()), len(other))
+    return Share(int(np.sum(other)), len(coordinates))
 
 
 def _exactly(before: ir.PolicyProfile, after: ir.PolicyProfile, team: str, region: Region) -> Fraction | None:

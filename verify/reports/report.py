@@ -25,7 +25,7 @@ from verify.counterexamples.search import AgentView, Counterexample
 from verify.reports import episodes as loop_report
 from verify.reports import trusted
 from verify.reports.code import code_of
-from verify.reports.drawing import drawn
+from verify.reports.drawing import MARK, VIEW, around, drawn, label_place
 from verify.reports.where import where_facts
 from verify.solver.leaves import LeafFinding
 from verify.states import shares
@@ -75,12 +75,9 @@ REAL_MEANINGS = {
     Verdict.PROVED: "holds in every world state of the region, in real arithmetic",
     Verdict.VIOLATED: "fails in the world state shown, in real arithmetic",
 }
-VIEW = 300.0  # side of the picture
 WORLD_MARGIN = 0.25
 NEAREST = 0.25  # least half side of what a picture shows, its margin aside: length units
 ARROW = 34  # picture units
-MARK = 9.0  # half the side of what an agent or landmark covers, picture units
-LETTER = 5.6  # width of a letter of a label
 MEANINGS = {
     Verdict.PROVED: "holds in every world state of the region",
     Verdict.VIOLATED: "fails in the world state shown, which was replayed",
@@ -295,45 +292,18 @@ def picture(profile: PolicyProfile, found: Counterexample) -> dict[str, Any]:
             if effect is not None and any(effect):
                 tip_x, tip_y = x + effect[0] * ARROW, y - effect[1] * ARROW
                 mark["arrow"] = [round(tip_x, 2), round(tip_y, 2)]
-                taken += [_around(tip_x, tip_y, MARK), _around((x + tip_x) / 2, (y + tip_y) / 2, MARK)]
+                taken += [around(tip_x, tip_y, MARK), around((x + tip_x) / 2, (y + tip_y) / 2, MARK)]
         agents.append(mark)
-        taken.append(_around(x, y, MARK))
+        taken.append(around(x, y, MARK))
     landmarks: list[dict[str, Any]] = []
     for entity in profile.world.landmarks:
         x, y = place(entity.name)
         landmarks.append({"name": entity.name, "x": x, "y": y, "goal": entity.name == found.state.goal})
-        taken.append(_around(x, y, MARK))
+        taken.append(around(x, y, MARK))
     for mark in (*agents, *landmarks):
         mark["label"] = mark["name"] + (" (goal)" if mark.get("goal") else "")
-        mark["label_x"], mark["label_y"] = _label_place(mark, taken)
+        mark["label_x"], mark["label_y"] = label_place(mark, taken)
     return {"size": VIEW, "agents": agents, "landmarks": landmarks}
-
-
-def _around(x: float, y: float, half: float) -> tuple[float, float, float, float]:
-    return x - half, y - half, x + half, y + half
-
-
-def _label_place(mark: Mapping[str, Any], taken: list[tuple[float, float, float, float]]) -> tuple[float, float]:
-    """Centre of a label beside its mark where it covers nothing, if there is such a place; takes that place."""
-    half = len(mark["label"]) * LETTER / 2
-    side = half + MARK + 2
-    best: tuple[float, tuple[float, float, float, float]] | None = None
-    for dx, dy in ((0, -16), (0, 17), (side, 0), (-side, 0), (side, -13), (-side, 13), (0, -29), (0, 30)):
-        x = min(max(mark["x"] + dx, half), VIEW - half)
-        y = mark["y"] + dy
-        box = (x - half, y - 6, x + half, y + 6)
-        covered = sum(_overlap(box, other) for other in taken)
-        if best is None or covered < best[0]:
-            best = covered, box
-    assert best is not None
-    box = best[1]
-    taken.append(box)
-    return round((box[0] + box[2]) / 2, 2), round((box[1] + box[3]) / 2, 2)
-
-
-def _overlap(a: tuple[float, ...], b: tuple[float, ...]) -> float:
-    """Area that two rectangles (left, top, right, bottom) share."""
-    return max(0.0, min(a[2], b[2]) - max(a[0], b[0])) * max(0.0, min(a[3], b[3]) - max(a[1], b[1]))
 
 
 def as_json(facts: Mapping[str, Any]) -> str:
