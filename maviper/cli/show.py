@@ -44,7 +44,7 @@ def show(
     state: str | None,
     output: Path | None,
 ) -> int:
-    """Show the trees of PROFILE as rules, as a picture, or as a page that plays.
+    """Show the trees of PROFILE as rules, SVG, or a page that plays.
 
     Rules have one line per leaf. The picture is one SVG. Its leaves have their shares of the decisions in held-out
     episodes, if the world is one of ours. With --obs or --state, one decision is explained instead: the tests that it

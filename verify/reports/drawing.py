@@ -11,6 +11,7 @@ from typing import Any, TypeAlias
 LANDMARK, DOT = 7, 4  # half the sides of the squares that stand for a landmark, alone and within its region
 VIEW = 300.0  # side of a picture
 MARK = 9.0  # half the side of what an agent or landmark covers, picture units
+TALL = 6  # half the height of a label
 LETTER = 5.6  # width of a letter of a label
 Rectangle: TypeAlias = tuple[float, float, float, float]  # left, top, right, bottom
 MIDDLE = 3.5  # from the middle of a label to its base line
@@ -29,12 +30,18 @@ def drawn(result: Mapping[str, Any]) -> dict[str, Any]:
 def _courses(picture: Mapping[str, Any]) -> dict[str, Any]:
     marks = [{**mark, "label": mark["name"]} for mark in (*picture["landmarks"], *picture["courses"])]
     taken = [around(mark["x"], mark["y"], DOT) for mark in marks]
+    meetings: list[dict[str, Any]] = []
+    for meeting in picture["meetings"]:
+        (x, y), says = meeting["to"], meeting["says"]
+        taken.append(around(x, y, LANDMARK))
+        label_x, label_y = label_place({"x": x, "y": y, "label": says}, taken)
+        meetings.append({**meeting, "label_x": label_x, "label_y": label_y + MIDDLE})
     placed = [(mark, label_place(mark, taken)) for mark in marks]
     labels = [{"x": x, "y": y + MIDDLE, "text": mark["label"]} for mark, (x, y) in placed]
     landmarks = [
         {**mark, "arrived": _square(mark, mark["half"]), "dot": _square(mark, DOT)} for mark in picture["landmarks"]
     ]
-    return {"landmarks": landmarks, "labels": labels}
+    return {"landmarks": landmarks, "labels": labels, "meetings": meetings}
 
 
 def _state(picture: Mapping[str, Any]) -> dict[str, Any]:
@@ -60,8 +67,8 @@ def label_place(mark: Mapping[str, Any], taken: list[Rectangle]) -> tuple[float,
     best: tuple[float, Rectangle] | None = None
     for dx, dy in ((0, -16), (0, 17), (side, 0), (-side, 0), (side, -13), (-side, 13), (0, -29), (0, 30)):
         x = min(max(mark["x"] + dx, half), VIEW - half)
-        y = mark["y"] + dy
-        box = (x - half, y - 6, x + half, y + 6)
+        y = min(max(mark["y"] + dy, TALL), VIEW - TALL)
+        box = (x - half, y - TALL, x + half, y + TALL)
         covered = sum(_overlap(box, other) for other in taken)
         if best is None or covered < best[0]:
             best = covered, box
