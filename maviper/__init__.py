@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from maviper.evaluation.run import Evaluation
     from maviper.verification.certificates import Checked
     from maviper.verification.counterexamples import Replayed
+    from maviper.verification.difference import Compared
     from maviper.verification.repair import Repaired
     from verify.verdicts.decisions import Result
     from verify.verdicts.episodes import EpisodeResult
@@ -37,6 +38,7 @@ if TYPE_CHECKING:
 __all__ = [
     "check",
     "compile",
+    "diff",
     "evaluate",
     "exploit",
     "extract",
@@ -316,8 +318,13 @@ def verify_file(
     return results(profile, about)
 
 
-def check(certificate: str | Path, profile: PolicyProfile | str | Path | None = None) -> Checked:
-    """What the certificate in a file proves of a profile (default: profile.json beside it).
+def check(
+    certificate: str | Path,
+    profile: PolicyProfile | str | Path | None = None,
+    against: PolicyProfile | str | Path | None = None,
+) -> Checked:
+    """What the certificate in a file proves of a profile (default: profile.json beside it), and of a second one where
+    it is by `diff` (default: against.json beside it).
 
     RefusedError when its proof does not hold; InputError when it cannot be read or is about another profile.
     """
@@ -325,7 +332,28 @@ def check(certificate: str | Path, profile: PolicyProfile | str | Path | None = 
 
     from maviper.verification.certificates import checked
 
-    return checked(Path(certificate), Path(profile) if isinstance(profile, str) else profile)
+    first, second = (Path(one) if isinstance(one, str) else one for one in (profile, against))
+    return checked(Path(certificate), first, second)
+
+
+def diff(
+    first: PolicyProfile,
+    second: PolicyProfile,
+    region: str | Path = "start",
+    *,
+    agents: Sequence[str] = (),
+    semantics: str = "machine",
+    max_nodes: int | None = None,
+    max_cells: int | None = None,
+) -> Compared:
+    """Every state of a region in which two profiles act differently, or the proof that there is none.
+
+    `Compared.facts` has shares, zones and examples, `Compared.found` the certificate; `agents`: only these; the rest is
+    as for `maviper diff`. InputError for profiles whose worlds, agents, features or actions differ.
+    """
+    from maviper.verification.difference import DiffOptions, compared
+
+    return compared(first, second, DiffOptions(tuple(agents), str(region), semantics, max_nodes, max_cells))
 
 
 def replay(counterexample: str | Path, profile: PolicyProfile | str | Path | None = None) -> Replayed:

@@ -22,12 +22,20 @@ from maviper.cli.options import PATH, option
     default=None,
     help="The profile that the certificate is about (default: profile.json beside it).",
 )
-def check(certificate: Path, profile: Path | None) -> int:
+@option(
+    "--against",
+    type=PATH,
+    default=None,
+    help="The second profile of a certificate by `maviper diff` (default: against.json beside it).",
+)
+def check(certificate: Path, profile: Path | None, against: Path | None) -> int:
     """Check that a certificate proves its claim.
 
     `maviper verify -o` writes a CERTIFICATE for each claim that it proves by zones. The checker closes every branch of
     the proof again with exact numbers, from the profile, the region and the claim. It shares only the arithmetic of
     thresholds with the engine that found the proof.
+
+    `maviper diff -o` writes a CERTIFICATE if agents act alike in two profiles. Both are needed to check it.
 
     A proof about episodes is about starts at rest. The agents in the proof follow their trees; all others may do
     anything.
@@ -39,6 +47,6 @@ def check(certificate: Path, profile: Path | None) -> int:
     from maviper.console import say
     from maviper.verification.certificates import checked
 
-    found = checked(certificate, profile)
+    found = checked(certificate, profile, against)
     say(f"accepted  {found.subject}: {found.closed} branches closed, {found.size} bytes of proof")
     return ExitCode.DONE

@@ -11,6 +11,7 @@ from maviper.cli import exits
 from maviper.cli.check import check
 from maviper.cli.compile import compile_verb
 from maviper.cli.demo import demo
+from maviper.cli.diff import diff
 from maviper.cli.evaluate import evaluate
 from maviper.cli.exploit import exploit
 from maviper.cli.extract import extract
@@ -33,7 +34,7 @@ CHAPTERS = {
     "Extract": (extract, import_verb, show, play),
     "Measure": (evaluate, exploit, reproduce),
     "Compile": (compile_verb, schema),
-    "Verify": (verify, properties, check, replay, repair),
+    "Verify": (verify, properties, check, replay, repair, diff),
 }
 EXIT_CODES = """\b
 Exit codes:

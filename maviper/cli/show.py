@@ -1,8 +1,8 @@
 """The commands show and play.
 
-Does: prints the trees of a profile as rules, writes the page that plays it, opens that page.
-Assumes: `maviper.evaluation.show` writes the rules, `maviper.page` the page.
-Does not: draw trees alone; the target svg does.
+Does: prints the trees of a profile as rules or as a picture, writes the page that plays it, opens that page.
+Assumes: `maviper.evaluation.show` writes the rules, `maviper.page` page and picture.
+Does not: decide.
 """
 
 from pathlib import Path
@@ -17,7 +17,7 @@ from maviper.cli.options import PATH, PROFILE, console_of, option
 if TYPE_CHECKING:
     from codegen.ir import AgentPolicy, PolicyProfile
 
-TEXT, HTML = "text", "html"
+TEXT, SVG, HTML = "text", "svg", "html"
 
 
 @click.command(cls=Verb, example="maviper show demo/profile.json --agent agent_0")
@@ -26,14 +26,14 @@ TEXT, HTML = "text", "html"
 @option(
     "--format",
     "form",
-    type=click.Choice([TEXT, HTML]),
+    type=click.Choice([TEXT, SVG, HTML]),
     default=TEXT,
     show_default=True,
-    help="Rules, or a page that plays the policy.",
+    help="Rules, a picture of the trees, or a page that plays the policy.",
 )
 @option("--obs", default=None, metavar="NUMBERS", help="Explain one decision of --agent: numbers, or NAME=NUMBER,...")
 @option("--state", default=None, metavar="NAME=VALUE,...", help="Explain what the agents do in a world state.")
-@option("-o", "--output", type=PATH, default=None, help="The file (default: print rules, or play.html).")
+@option("-o", "--output", type=PATH, default=None, help="The file (default: print, or play.html).")
 @click.pass_context
 def show(
     context: click.Context,
@@ -44,11 +44,12 @@ def show(
     state: str | None,
     output: Path | None,
 ) -> int:
-    """Show the trees of PROFILE as rules, or as a page that plays.
+    """Show the trees of PROFILE as rules, SVG, or a page that plays.
 
-    Rules have one line per leaf. With --obs or --state, one decision is explained instead: the tests that it meets, and
-    by how much. The page is one HTML file that needs no network: drag the agents and see what each tree does, where a
-    claim fails, and how an episode goes on.
+    Rules have one line per leaf. The picture is one SVG. Its leaves have their shares of the decisions in held-out
+    episodes, if the world is one of ours. With --obs or --state, one decision is explained instead: the tests that it
+    meets, and by how much. The page is one HTML file that needs no network: drag the agents and see what each tree
+    does, where a claim fails, and how an episode goes on.
     """
     from codegen.errors import InputError
     from maviper.console import say
@@ -61,7 +62,11 @@ def show(
             raise InputError("a page shows all agents in any state", "--format html", "leave the other options out")
         _write(loaded, output, Path(), context)
         return ExitCode.DONE
-    text = "\n".join(_rules(loaded, agent) if obs is None and state is None else _decisions(loaded, agent, obs, state))
+    if form == SVG and (obs, state) != (None, None):
+        raise InputError("a picture shows no single decision", "--format svg", "leave --obs and --state out")
+    text = "\n".join(
+        _drawn(loaded, agent, form) if obs is None and state is None else _decisions(loaded, agent, obs, state)
+    )
     if output is None:
         say(text)
     else:
@@ -96,6 +101,15 @@ def _write(profile: "PolicyProfile", file: Path | None, folder: Path, context: c
     written = runs.write(file or folder / FILE, page(profile, contents_of(profile, usual_claims(profile))))
     console_of(context).line("page", str(written))
     return written
+
+
+def _drawn(profile: "PolicyProfile", agent: str | None, form: str) -> list[str]:
+    """Rules or a picture, line by line."""
+    if form == TEXT:
+        return _rules(profile, agent)
+    from maviper.page.trees import svg
+
+    return svg(profile, [policy.agent for policy in _shown(profile, agent)]).splitlines()
 
 
 def _rules(profile: "PolicyProfile", agent: str | None) -> list[str]:

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 )
 @PROFILE
 @asked
-@option("-o", "--output", type=PATH, default=None, section=RESULTS, help="Folder for the report and the certificates.")
+@option("-o", "--output", type=PATH, default=None, section=RESULTS, help="Folder for report, certificates and page.")
 @option("--json", "as_json", is_flag=True, section=RESULTS, help="Print the report as JSON.")
 @option(
     "-v",

@@ -7,12 +7,14 @@ Does not: make the other policy, or judge whether it is worth its price.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
 
 from codegen import ir
-from codegen.intervals import Share
+from codegen.floats import rational_literal
+from codegen.intervals import Share, percent
 from maviper.console import Console
 from maviper.episodes import measures
 from maviper.episodes.measures import Estimate, Mean, estimate, shown
@@ -21,8 +23,11 @@ from maviper.evaluation.players import Player
 from maviper.worlds import Measure, ParticleWorld, WorldState
 from maviper.worlds.matching import NO_WORLD
 from verify.claims.region import Region
+from verify.question import Budgets
 from verify.states.shares import SAMPLE_SEED, SAMPLES
 from verify.states.state import chosen, sample
+
+MAX_CELLS = 2_000  # zones of an agent in which the actions differ; with more, their share is sampled
 
 
 @dataclass(frozen=True)
@@ -39,15 +44,20 @@ class Compared:
 class Cost:
     """What a change costs. States met are of whole episodes, and so not independent; None where none can be played."""
 
-    uniform: Share  # of the region's states: some agent's action changes
+    uniform: Share  # of the region's states, by sampling: some agent's action changes
+    exact: Fraction | None  # the same, exactly, where the zones tell it
     met: Share | None  # of the states that the team met before, in the held-out episodes
     opponents: str
     compared: tuple[Compared, ...] = ()
 
     def document(self) -> dict[str, Any]:
         """The cost as plain data."""
+        exact = {} if self.exact is None else {"exact": rational_literal(self.exact)}
         return {
-            "changed": {"region": self.uniform.document(), "met": None if self.met is None else self.met.document()},
+            "changed": {
+                "region": self.uniform.document() | exact,
+                "met": None if self.met is None else self.met.document(),
+            },
             "opponents": self.opponents,
             "measures": [
                 {
@@ -64,7 +74,8 @@ class Cost:
     def say(self, console: Console) -> None:
         """A line for what changed, and one a measure."""
         met = f"{self.met} of the states met, " if self.met else ""
-        console.line("changed", f"some action in {met}{self.uniform} of the region's states")
+        region = self.uniform if self.exact is None else f"{percent(float(self.exact))}, exactly,"
+        console.line("changed", f"some action in {met}{region} of the region's states")
         for one in self.compared:
             low, high = one.difference.interval
             values = f"{shown(one.before)} to {shown(one.after)}"
@@ -83,8 +94,9 @@ def measured(
 ) -> Cost:
     """What `after` costs a team, in play against the expert where it is shipped, else against the own trees."""
     uniform = _changed(before, after, team, sample(region, before.world, SAMPLES, SAMPLE_SEED)[0])
+    exact = _exactly(before, after, team, region)
     if world is None:
-        return Cost(uniform, None, NO_WORLD)
+        return Cost(uniform, exact, None, NO_WORLD)
     seeds = range(measures.MEASUREMENT_SEEDS, measures.MEASUREMENT_SEEDS + episodes)
     others: Controller = tree_policies(before.agents) if expert is None else expert.controller
     tables, met = [], None
@@ -103,7 +115,7 @@ def measured(
         )
         for measure, old in tables[0].items()
     ]
-    return Cost(uniform, met, "the profile's own trees" if expert is None else str(expert), tuple(compared))
+    return Cost(uniform, exact, met, "the profile's own trees" if expert is None else str(expert), tuple(compared))
 
 
 def sizes(profile: ir.PolicyProfile, agents: Sequence[str]) -> dict[str, dict[str, int]]:
@@ -135,12 +147,29 @@ def _mean(values: np.ndarray) -> Mean:
     return found
 
 
-def _changed(before: ir.PolicyProfile, after: ir.PolicyProfile, team: str, coordinates: np.ndarray) -> Share:
-    """In how many states some agent of the team acts otherwise."""
-    other = np.zeros(len(coordinates), dtype=bool)
-    for old, new in zip(before.team(team), after.team(team), strict=True):
-        other |= chosen(old, coordinates, before.world) != chosen(new, coordinates, after.world)
-    return Share(int(other.sum()), len(other))
+def differing(
+    before: ir.PolicyProfile, after: ir.PolicyProfile, agents: Sequence[str], coordinates: ir.Float64
+) -> ir.Bool:
+    """Where each of the agents acts differently, [n_agents, n]. `coordinates`: world states [n, n_coordinates]."""
+    pairs = [(before.policy(agent), after.policy(agent)) for agent in agents]
+    world = before.world
+    return np.array([chosen(old, coordinates, world) != chosen(new, coordinates, world) for old, new in pairs])
+
+
+def _changed(before: ir.PolicyProfile, after: ir.PolicyProfile, team: str, coordinates: ir.Float64) -> Share:
+    """In how many states some agent of the team acts differently."""
+    agents = [policy.agent for policy in before.team(team)]
+    other = differing(before, after, agents, coordinates).any(axis=0)
+    return Share(int(np.sum(other)), len(coordinates))
+
+
+def _exactly(before: ir.PolicyProfile, after: ir.PolicyProfile, team: str, region: Region) -> Fraction | None:
+    """In which share of a region some agent of the team acts differently; None where zones do not tell it."""
+    from verify.verdicts.differences import difference  # which imports the solver
+
+    agents = [policy.agent for policy in before.team(team)]
+    least, most = difference(before, after, agents, region, budgets=Budgets(max_cells=MAX_CELLS)).together
+    return least if least == most else None
 
 
 def _interval(found: Estimate) -> dict[str, float]:

@@ -32,6 +32,7 @@ EPISODE_COUNTEREXAMPLE = Kind("a counterexample about episodes", "`maviper repla
 STATES = Kind("a file of states", "`maviper extract --counterexamples` takes it")
 ZONES = Kind("a list of failing cells", "no command takes it; it is for you to read")
 REPORT = Kind("a report", "no command takes it; it is for you to read")
+DIFFERENCE = Kind("a comparison of two profiles", "no command takes it; it is for you to read")
 CONFIG = Kind("the configuration of a run", "`maviper extract --resume` takes its folder")
 CELL = Kind("a cell of a reproduction", "`maviper reproduce -o` takes the folder of all cells")
 PROPERTIES = Kind("a property file", "`maviper verify --properties` takes it")
@@ -45,11 +46,12 @@ NAMED = {
     "states": STATES,
     "zones": ZONES,
     "verification": REPORT,
+    "difference": DIFFERENCE,
     "extraction": CONFIG,
     "cell": CELL,
 }
 IN_HEADERS = {b'"maviper-expert-': EXPERT, b'"maviper-training-': TRAINING}
-_SAYS = re.compile(rb'"(?:certificate|counterexample|states|zones|report|format)"\s*:\s*"maviper-([a-z-]+)-')
+_SAYS = re.compile(rb'"(?:certificate|counterexample|states|zones|report|difference|format)"\s*:\s*"maviper-([a-z-]+)-')
 _PROFILE = re.compile(rb'"schema_version"\s*:')
 _PROPERTIES = re.compile(rb"^\s*\[\[property\]\]", re.MULTILINE)
 _REGION = re.compile(rb"^\s*(?:\[(?:box|difference|apart)\]|(?:default|goals)\s*=)", re.MULTILINE)

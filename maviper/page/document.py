@@ -28,6 +28,7 @@ from verify.claims.formula_json import formula_document
 from verify.claims.region import Kind, teams
 from verify.states.state import measurable
 
+ALIKE = "alike"  # the name of the claim that two profiles act alike
 MAX_ATOMS = 20_000  # of a formula that a page evaluates while somebody drags an agent
 
 
@@ -50,6 +51,16 @@ class Stored:
 
 
 @dataclass(frozen=True)
+class Second:
+    """Another profile of the same agents, beside the first. `visits`: as in `Contents`."""
+
+    profile: ir.PolicyProfile
+    agents: tuple[str, ...]  # that are compared
+    verdicts: tuple[str, ...]  # of each of these, in words
+    visits: Mapping[str, Sequence[int]] = field(default_factory=dict[str, Sequence[int]])
+
+
+@dataclass(frozen=True)
 class Contents:
     """What a page shows beside the profile. `visits`: agent -> decisions at each node; `expert`: of all agents."""
 
@@ -57,6 +68,7 @@ class Contents:
     states: tuple[Stored, ...] = ()
     visits: Mapping[str, Sequence[int]] = field(default_factory=dict[str, Sequence[int]])
     expert: NetworkExpert | None = None
+    second: Second | None = None  # with it, that both act alike is what the first claims of the page say
 
 
 def usual_claims(profile: ir.PolicyProfile) -> tuple[Shown, ...]:
@@ -81,12 +93,14 @@ def usual_claims(profile: ir.PolicyProfile) -> tuple[Shown, ...]:
 def document(profile: ir.PolicyProfile, contents: Contents) -> dict[str, Any]:
     """The data of a page."""
     experts = None if contents.expert is None else [_network(contents.expert, one.agent) for one in profile.agents]
+    second = contents.second
     return {
         "profile": content_hash(profile),
+        "against": None if second is None else content_hash(second.profile),
         "tool": profile.provenance.tool,
         "world": _world(profile.world),
-        "agents": [_agent(policy, contents.visits.get(policy.agent)) for policy in profile.agents],
-        "claims": [_claim(profile, shown) for shown in contents.claims],
+        "agents": [_agent(policy, contents.visits.get(policy.agent), second) for policy in profile.agents],
+        "claims": [*_alike(profile, second), *(_claim(profile, shown) for shown in contents.claims)],
         "states": [
             {"label": state.label, "claim": state.claim, "position": dict(state.position), "goal": state.goal}
             for state in contents.states
@@ -125,21 +139,30 @@ def _world(world: ir.WorldSpec) -> dict[str, Any]:
 # --- trees
 
 
-def _agent(policy: ir.AgentPolicy, visits: Sequence[int] | None) -> dict[str, Any]:
-    tree = policy.tree
+def _agent(policy: ir.AgentPolicy, visits: Sequence[int] | None, second: Second | None) -> dict[str, Any]:
+    other = {}
+    if second is not None:  # who is not compared acts as in the first
+        found = second.profile if policy.agent in second.agents else None
+        tree = policy.tree if found is None else found.policy(policy.agent).tree
+        other = {"other": _tree(tree, visits if found is None else second.visits.get(policy.agent))}
     return {
         "name": policy.agent,
         "team": policy.team,
         "features": [_feature(feature) for feature in policy.features],
         "actions": [{"name": action.name, "effect": action.effect} for action in policy.actions],
-        "tree": {
-            "feature": tree.feature.tolist(),
-            "threshold": tree.threshold.astype(float).tolist(),
-            "left": tree.left.tolist(),
-            "right": tree.right.tolist(),
-            "action": tree.action.tolist(),
-            "visits": None if visits is None else list(visits),
-        },
+        "tree": _tree(policy.tree, visits),
+        **other,
+    }
+
+
+def _tree(tree: ir.Tree, visits: Sequence[int] | None) -> dict[str, Any]:
+    return {
+        "feature": tree.feature.tolist(),
+        "threshold": tree.threshold.astype(float).tolist(),
+        "left": tree.left.tolist(),
+        "right": tree.right.tolist(),
+        "action": tree.action.tolist(),
+        "visits": None if visits is None else list(visits),
     }
 
 
@@ -223,6 +246,22 @@ def _claim(profile: ir.PolicyProfile, shown: Shown) -> dict[str, Any]:
     if claim.kind is Kind.EPISODES:
         return found | {"episode": _episode(profile, claim)}
     return found | _decisions(profile, claim)
+
+
+def _alike(profile: ir.PolicyProfile, second: Second | None) -> list[dict[str, Any]]:
+    """That both profiles act alike: all agents that are compared, then each."""
+    if second is None:
+        return []
+    names = [policy.agent for policy in profile.agents]
+    places = [names.index(agent) for agent in second.agents]
+    each = [
+        {"title": f"{agent} acts alike", "alike": [place], "verdict": verdict}
+        for agent, place, verdict in zip(second.agents, places, second.verdicts, strict=True)
+    ]
+    everyone = [{"title": "all agents act alike", "alike": places, "verdict": ""}] if len(each) > 1 else []
+    unsaid: dict[str, Any] = {"name": ALIKE, "team": "", "formula": None, "eps": None, "cuts": None, "episode": None}
+    said = "the same action in both profiles"
+    return [unsaid | {"sentence": said, "unjudged": ""} | one for one in (*everyone, *each)]
 
 
 def _decisions(profile: ir.PolicyProfile, claim: DecisionClaim) -> dict[str, Any]:

@@ -21,6 +21,7 @@ from maviper.evaluation.players import shipped_expert
 from maviper.evaluation.show import rules
 from maviper.experts.network import NetworkExpert
 from maviper.page.document import Contents, Shown, Stored, document
+from maviper.worlds import World
 from maviper.worlds.matching import matching_world
 
 FILE = "play.html"
@@ -33,14 +34,19 @@ def contents_of(profile: ir.PolicyProfile, claims: tuple[Shown, ...], states: tu
     world = matching_world(profile)
     if world is None:
         return Contents(claims, states)
-    episodes = on_policy(profile, world)
-    visits = {
-        policy.agent: _visits(policy, seen[episodes.alive[..., place]])
-        for place, (policy, seen) in enumerate(zip(profile.agents, episodes.observations, strict=True))
-    }
+    visits = visits_of(profile, world)
     player = shipped_expert(profile.provenance.expert, world)
     expert = player.controller if player is not None and isinstance(player.controller, NetworkExpert) else None
     return Contents(claims, states, visits, expert)
+
+
+def visits_of(profile: ir.PolicyProfile, world: World) -> dict[str, list[int]]:
+    """Agent -> how many decisions each of its leaves makes in on-policy episodes, by node."""
+    episodes = on_policy(profile, world)
+    return {
+        policy.agent: _visits(policy, seen[episodes.alive[..., place]])
+        for place, (policy, seen) in enumerate(zip(profile.agents, episodes.observations, strict=True))
+    }
 
 
 def _visits(policy: ir.AgentPolicy, observations: ir.Float32) -> list[int]:

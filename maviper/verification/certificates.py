@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 
-from codegen.errors import RefusedError, shown
+from codegen.errors import InputError, RefusedError, shown
 from codegen.ir import PolicyProfile
 from maviper.files import kinds, runs
 from maviper.files.profiles import loaded
@@ -24,6 +24,8 @@ from verify.claims.formula import agents
 from verify.claims.region import Parameter, Region, is_start, plain
 from verify.verdicts.decisions import Result
 from verify.verdicts.episodes import EpisodeResult, whatever
+
+AGAINST_FILE = "against.json"  # the second profile, beside a certificate about two
 
 
 def certificate_files(results: Sequence[Result | EpisodeResult]) -> dict[str, str]:
@@ -49,8 +51,11 @@ class Checked:
     size: int  # bytes of proof
 
 
-def checked(path: Path, profile: PolicyProfile | Path | None = None) -> Checked:
-    """What the certificate in a file proves of a profile (default: profile.json beside it).
+def checked(
+    path: Path, profile: PolicyProfile | Path | None = None, against: PolicyProfile | Path | None = None
+) -> Checked:
+    """What the certificate in a file proves of a profile (default: profile.json beside it), and of a second one where
+    it is about two (default: against.json beside it).
 
     RefusedError when the proof does not hold.
     """
@@ -58,7 +63,8 @@ def checked(path: Path, profile: PolicyProfile | Path | None = None) -> Checked:
     try:
         found, about = _read(text, str(path)), loaded(profile, beside=path)
         if isinstance(found, Certificate):
-            closed, subject = certificate.accepted(found, about), _subject(found, about)
+            other = _second(found, against, path)
+            closed, subject = certificate.accepted(found, about, other), _subject(found, about)
         else:
             closed, subject = episode_certificates.accepted(found, about), _episodes(found, about)
     except RejectedError as error:
@@ -66,6 +72,15 @@ def checked(path: Path, profile: PolicyProfile | Path | None = None) -> Checked:
             "the certificate is refused", f"{path}: {shown(error)}", "do not rely on it; run `maviper verify` again"
         ) from None
     return Checked(subject, closed, found.size)
+
+
+def _second(found: Certificate, against: PolicyProfile | Path | None, path: Path) -> PolicyProfile | None:
+    """The second profile of a certificate about two. InputError for one that was given to another certificate."""
+    if not found.against:
+        if against is not None:
+            raise InputError("the certificate is about one profile", "--against", "leave it out")
+        return None
+    return loaded(path.parent / AGAINST_FILE if against is None else against, beside=path)
 
 
 def _read(text: bytes, where: str) -> Certificate | EpisodeCertificate:
@@ -77,6 +92,11 @@ def _read(text: bytes, where: str) -> Certificate | EpisodeCertificate:
 
 def _subject(found: Certificate, profile: PolicyProfile) -> str:
     """What was proved, from what was checked."""
+    if found.against:
+        compared = ", ".join(certificate.compared_agents(found, profile))
+        return (
+            f"{compared} act as in the second profile in {_place(found.region, profile)}, {found.semantics} arithmetic"
+        )
     claim = "a formula without a name" if found.claim is None else f"{found.claim.name} of the {found.claim.team}"
     if found.claim is None and not agents(found.formula):
         claim += " that speaks of no agent's actions"

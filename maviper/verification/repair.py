@@ -14,14 +14,11 @@ from itertools import chain
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from codegen import ir, policy_json
 from codegen.check import ensure
 from codegen.errors import InputError, visible
 from codegen.policy_json import content_hash
 from maviper.compilation import compile
-from maviper.episodes.on_policy import on_policy
 from maviper.evaluation.comparison import Cost, measured, sizes_document
 from maviper.evaluation.held_out import evaluation
 from maviper.evaluation.players import Player, shipped_expert
@@ -30,8 +27,9 @@ from maviper.files import runs
 from maviper.files.regions import find_region
 from maviper.verification.ask import command, with_option_names
 from maviper.verification.certificates import certificate_files
+from maviper.verification.difference import met_states
 from maviper.verification.join import report_files, verify_claims
-from maviper.worlds import ParticleWorld, WorldState
+from maviper.worlds import ParticleWorld
 from maviper.worlds.matching import ensure_places, matching_places
 from verify.claims.catalogue import find_property
 from verify.claims.decisions import DecisionClaim
@@ -120,11 +118,6 @@ def _files(done: Repaired, name: str, options: RepairOptions) -> dict[str, str |
     }
     files |= {} if options.region == "start" else {Path(options.region).name: done.region.toml()}
     return files | report_files(done.after, done.results, [asked], files) | done.certificates
-
-
-def met_states(profile: ir.PolicyProfile, world: ParticleWorld) -> np.ndarray:
-    """Coordinates [n, n_coordinates] of the states in which the profile's agents decide, playing one another."""
-    return world.coordinates(WorldState.joined(on_policy(profile, world).states[:-1]))
 
 
 def _with_provenance(done: Repaired, world: ParticleWorld | None, expert: Player | None) -> ir.PolicyProfile:

@@ -18,23 +18,30 @@
 
   let start = null; // the state that the episode starts in
   let states = [];
-  let taken = [];
   let time = 0;
   let chosen = agents.findIndex((agent) => agent.team === (data.claims[0] || {}).team);
   if (chosen < 0) chosen = 0;
   let claim = 0;
   let steering = false;
   let playing = null;
-  let hovered = null; // {agent, node}
+  let hovered = null; // {agent, tree, node}
   let seen = agents.map((agent) => agent.features.map((feature) => (feature.low + feature.high) / 2)); // without a world
-  const opened = agents.map(() => new Set()); // folded nodes that the reader opened
+  // whose trees act: 0 the profile's own, 1 those of the profile that it is compared with
+  const TEAMS = agents.length && agents[0].other ? ["tree", "other"] : ["tree"];
+  let acting = 0;
 
   const now = () => states[time];
+
+  /** The claim of that number; of one about one agent, the agent too. */
+  function ask(number) {
+    claim = number;
+    const { alike } = data.claims[claim] || {};
+    if (alike && alike.length === 1) chosen = alike[0];
+  }
 
   function restart(state) {
     start = state;
     states = [state];
-    taken = [];
     time = 0;
     pause();
     show();
@@ -65,19 +72,27 @@
 
   function remember() {
     const { position, velocity, goal } = now();
-    const text = JSON.stringify({ position, velocity, goal, claim, agent: chosen });
+    const text = JSON.stringify({ position, velocity, goal, claim, agent: chosen, acting });
     history.replaceState(null, "", `#${encodeURIComponent(text)}`);
   }
 
+  /** The state that the address names: a claim's by its number in the report, or any. */
   function remembered() {
+    const numbered = /^#claim-(\d+)$/.exec(location.hash);
+    if (numbered && data.claims[numbered[1] - 1]) {
+      ask(numbered[1] - 1);
+      const stored = data.states.find((one) => one.claim === claim);
+      return stored ? stateOf(stored.position, stored.goal) : randomState();
+    }
     try {
-      const { position, velocity, goal, claim: which, agent } = JSON.parse(decodeURIComponent(location.hash.slice(1)));
+      const { position, velocity, goal, claim: which, agent, acting: whose } = JSON.parse(decodeURIComponent(location.hash.slice(1)));
       const points = (some, n) => some.length === n && some.every((p) => p.length === 2 && p.every(Number.isFinite));
       const sound = points(position, entities.length) && points(velocity, world.agents.length);
       const aimed = world.goals.length ? world.goals.includes((world.landmarks[goal] || {}).name) : goal === null;
       if (!sound || !aimed) return null;
       if (data.claims[which]) claim = which;
       if (agents[agent]) chosen = agent;
+      if (TEAMS[whose]) acting = whose;
       return { position, velocity, goal };
     } catch {
       return null;
@@ -87,8 +102,8 @@
   // --- the episode
 
   function decided(at) {
-    const found = Engine.actions(game, at);
-    if (Policy) {
+    const found = Engine.actions(game, at, TEAMS[acting]);
+    if (Policy && acting === 0) {
       agents.forEach((agent, number) => {
         const coded = Policy.ACT[agent.name](Engine.observe(game, number, at));
         if (coded !== found[number]) throw new Error(`${agent.name}: code and tree decide differently`);
@@ -97,19 +112,19 @@
     return found;
   }
 
-  /** One step on; `own`: the action of the steered agent. */
+  /** Adds a step after the one shown and goes there; `own`: the action of the steered agent. */
+  function extend(own) {
+    states.length = time + 1;
+    const found = decided(Engine.coordinates(game, now()));
+    if (own !== undefined) found[chosen] = own;
+    states.push(Engine.step(game, now(), found));
+    time += 1;
+  }
+
+  /** One step on, along what was played before unless somebody steers. */
   function advance(own) {
-    if (time < states.length - 1 && own === undefined) {
-      time += 1;
-    } else {
-      states.length = time + 1;
-      taken.length = time;
-      const found = decided(Engine.coordinates(game, now()));
-      if (own !== undefined) found[chosen] = own;
-      taken.push(found);
-      states.push(Engine.step(game, now(), found));
-      time += 1;
-    }
+    if (time < states.length - 1 && own === undefined) time += 1;
+    else extend(own);
     show();
   }
 
@@ -149,6 +164,7 @@
     const canvas = get("ground");
     const pen = canvas.getContext("2d");
     const mover = hovered ? hovered.agent : chosen;
+    const tree = hovered ? hovered.tree : agents[mover][TEAMS[acting]];
     const judge = (hovered ? null : judges[claim]) || null;
     const slow = judge !== null && Boolean(data.claims[claim].episode);
     let row = 0;
@@ -159,10 +175,10 @@
       if (asked !== drawing) return;
       const end = performance.now() + 12;
       for (; row < cells && performance.now() < end; row++) {
-        for (let column = 0; column < cells; column++) drawCell(pen, base, mover, judge, row, column, cells, size);
+        for (let column = 0; column < cells; column++) drawCell(pen, base, { mover, tree, judge }, row, column, cells, size);
       }
       if (row < cells) requestAnimationFrame(part);
-      else drawGlyphs(pen, base, mover);
+      else drawGlyphs(pen, base, mover, tree);
     };
     part();
   }
@@ -176,11 +192,10 @@
     return { ...base, position: base.position.map((p, i) => (i === mover ? point : p)) };
   }
 
-  function drawCell(pen, base, mover, judge, row, column, cells, size) {
+  function drawCell(pen, base, { mover, tree, judge }, row, column, cells, size) {
     const state = movedTo(base, mover, placeOf(row, column, cells));
     const at = Engine.coordinates(game, state);
     const observed = Engine.observe(game, mover, at);
-    const { tree } = agents[mover];
     const path = Engine.path(tree, observed);
     pen.globalAlpha = 1;
     pen.fillStyle = COLOURS[tree.action[path[path.length - 1]] % COLOURS.length];
@@ -210,7 +225,7 @@
   }
 
   /** Actions as signs too, so that nothing depends on colour alone. */
-  function drawGlyphs(pen, base, mover) {
+  function drawGlyphs(pen, base, mover, tree) {
     const coarse = 10;
     pen.globalAlpha = 0.55;
     pen.fillStyle = "#17212e";
@@ -221,7 +236,7 @@
     for (let row = 0; row < coarse; row++) {
       for (let column = 0; column < coarse; column++) {
         const state = movedTo(base, mover, placeOf(row, column, coarse));
-        const { tree, actions } = agents[mover];
+        const { actions } = agents[mover];
         const path = Engine.path(tree, Engine.observe(game, mover, Engine.coordinates(game, state)));
         pen.fillText(glyph(actions[tree.action[path[path.length - 1]]]), (column + 0.5) * size, (row + 0.5) * size);
       }
@@ -229,7 +244,8 @@
     pen.globalAlpha = 1;
   }
 
-  function drawScene(chosenActions) {
+  /** `taken`: what each agent does; `others`: what it would do in the profile that it is compared with. */
+  function drawScene(taken, others) {
     const scene = get("scene");
     const focused = document.activeElement && document.activeElement.dataset ? document.activeElement.dataset.entity : undefined;
     scene.replaceChildren();
@@ -237,14 +253,14 @@
       const points = states.slice(0, time + 1).map((state) => toView(state.position[i]).join(","));
       element("polyline", { class: "track", points: points.join(" "), stroke: teamColour(i) }, scene);
     });
-    entities.forEach((entity, i) => drawEntity(scene, entity, i, chosenActions));
+    entities.forEach((entity, i) => drawEntity(scene, entity, i, taken, others));
     if (focused !== undefined) scene.querySelector(`[data-entity="${focused}"]`).focus();
   }
 
   const teams = [...new Set(agents.map((agent) => agent.team))];
   const teamColour = (i) => ["#c2410c", "#1d4ed8", "#6d28d9", "#0f766e"][teams.indexOf(agents[i].team) % 4];
 
-  function drawEntity(scene, entity, i, chosenActions) {
+  function drawEntity(scene, entity, i, taken, others) {
     const [x, y] = toView(now().position[i]);
     const agent = i < agents.length;
     const goal = !agent && now().goal === i - agents.length;
@@ -258,7 +274,8 @@
         const [ex, ey] = agents[i].actions[action].effect || [0, 0];
         if (ex || ey) element("line", { class: kind, x1: x, y1: y, x2: x + ex * length, y2: y - ey * length }, scene);
       };
-      heading(chosenActions[i], size + 5, "heading");
+      if (others[i] !== taken[i]) heading(others[i], size + 5, "heading other");
+      heading(taken[i], size + 5, "heading");
     }
     const label = element("text", { x, y: y - size - 1.5 }, scene);
     label.textContent = `${entity.name}${goal ? " \u2605" : ""}`;
@@ -322,7 +339,8 @@
     const inForm = event.target.closest && event.target.closest("select, input");
     if (inForm) return;
     const entity = event.target.dataset ? event.target.dataset.entity : undefined;
-    if (steering && (arrow || event.key === " ")) {
+    const onButton = event.key === " " && event.target.closest && event.target.closest("button, summary");
+    if (steering && !onButton && (arrow || event.key === " ")) {
       const wanted = arrow || [0, 0];
       const own = agents[chosen].actions.findIndex(({ effect }) => effect && effect[0] === wanted[0] && effect[1] === wanted[1]);
       if (own >= 0) {
@@ -353,22 +371,24 @@
     }
     const holds = judge(asked.episode ? start : now());
     badge.className = `badge ${holds ? "holds" : "fails"}`;
-    badge.textContent = asked.episode
-      ? holds ? "\u2713 holds from this start" : "\u2717 FAILS from this start"
-      : holds ? "\u2713 holds here" : "\u2717 FAILS here";
+    const where = asked.episode ? "from this start" : "here";
+    const [yes, no] = asked.alike ? ["the same", "DIFFERENT"] : ["holds", "FAILS"];
+    badge.textContent = holds ? `\u2713 ${yes} ${where}` : `\u2717 ${no} ${where}`;
   }
 
   // --- the trees
 
-  function layout(number, live) {
-    const { tree } = agents[number];
+  const opened = new Map(); // tree -> folded nodes that the reader opened
+  for (const agent of agents) for (const team of TEAMS) opened.set(agent[team], new Set());
+
+  function layout(tree, live) {
     const shown = new Set([0, ...live]);
     const waiting = [0];
     let ends = 1;
     for (let i = 0; i < waiting.length; i++) {
       const node = waiting[i];
       if (tree.feature[node] < 0) continue;
-      if (ends >= SHOWN && !shown.has(tree.left[node]) && !shown.has(tree.right[node]) && !opened[number].has(node)) continue;
+      if (ends >= SHOWN && !shown.has(tree.left[node]) && !shown.has(tree.right[node]) && !opened.get(tree).has(node)) continue;
       ends += 1;
       for (const child of [tree.left[node], tree.right[node]]) {
         shown.add(child);
@@ -394,37 +414,44 @@
     return { drawn, places, isEnd, width: 66 * next + 20, height: 58 * deepest + 44, ends: next };
   }
 
-  const leavesBelow = agents.map(({ tree }) => {
-    const found = new Array(tree.feature.length).fill(1);
+  /** Of each node what stands at the leaves below it, added up. */
+  function summed(tree, atLeaves) {
+    const found = [...atLeaves];
     for (let node = tree.feature.length - 1; node >= 0; node--) {
       if (tree.feature[node] >= 0) found[node] = found[tree.left[node]] + found[tree.right[node]];
     }
     return found;
-  });
-  const visits = agents.map(({ tree }) => {
-    if (!tree.visits) return null;
-    const found = [...tree.visits];
-    for (let node = tree.feature.length - 1; node >= 0; node--) {
-      if (tree.feature[node] >= 0) found[node] = found[tree.left[node]] + found[tree.right[node]];
-    }
-    return found;
-  });
+  }
+  const leavesBelow = new Map();
+  const visits = new Map();
+  for (const tree of opened.keys()) {
+    leavesBelow.set(tree, summed(tree, tree.feature.map(() => 1)));
+    visits.set(tree, tree.visits && summed(tree, tree.visits));
+  }
   const brief = (x) => String(Number(x.toPrecision(3)));
 
   function drawTree(number, observed) {
+    TEAMS.forEach((team, which) => drawOne(number, agents[number][team], get(`${team}-${number}`), observed, which));
+    const ends = TEAMS.map((team) => leafOf(agents[number][team], observed));
+    get(`says-${number}`).textContent = told(number, agents[number].tree, observed) + besides(number, observed, ends);
+  }
+
+  const leafOf = (tree, observed) => Engine.path(tree, observed).pop();
+
+  function drawOne(number, tree, box, observed, which) {
     const agent = agents[number];
-    const { tree } = agent;
-    const box = get(`tree-${number}`);
     const live = Engine.path(tree, observed);
     const leaf = live[live.length - 1];
-    const { drawn, places, isEnd, width, height, ends } = layout(number, live);
-    const svg = element("svg", { viewBox: `0 0 ${width} ${height}`, role: "img", "aria-label": `tree of ${agent.name}` });
+    const { drawn, places, isEnd, width, height, ends } = layout(tree, live);
+    const label = `tree of ${agent.name}${which ? " in the second profile" : ""}`;
+    const svg = element("svg", { viewBox: `0 0 ${width} ${height}`, role: "img", "aria-label": label });
     const y = new Map(drawn.map(([node, level]) => [node, 20 + 58 * level]));
     const onPath = new Set(live);
+    const met = visits.get(tree);
     for (const [node] of drawn) {
       if (isEnd(node)) continue;
       for (const child of [tree.left[node], tree.right[node]]) {
-        const share = visits[number] ? visits[number][child] / Math.max(1, visits[number][0]) : 0;
+        const share = met ? met[child] / Math.max(1, met[0]) : 0;
         element("path", {
           class: onPath.has(child) ? "live" : "",
           d: `M${places.get(node)},${y.get(node)} L${places.get(child)},${y.get(child)}`,
@@ -432,25 +459,42 @@
         }, svg);
       }
     }
-    for (const [node] of drawn) drawNode(svg, number, node, places.get(node), y.get(node), onPath.has(node), isEnd(node), observed);
+    const here = (node) => ({ x: places.get(node), y: y.get(node), live: onPath.has(node), end: isEnd(node) });
+    for (const [node] of drawn) drawNode(svg, number, tree, node, here(node), observed);
     svg.style.minWidth = `${40 * ends}px`;
     box.replaceChildren(svg);
     box.scrollLeft = (places.get(leaf) / width) * box.scrollWidth - box.clientWidth / 2;
-    const action = agent.actions[tree.action[leaf]];
-    const margins = live.slice(0, -1).map((node) => [Math.abs(observed[tree.feature[node]] - tree.threshold[node]), node]);
-    const [least, at] = margins.length ? margins.reduce((a, b) => (b[0] < a[0] ? b : a)) : [null, 0];
-    const told = least === null ? "" : `; nearest test: ${agent.features[tree.feature[at]].name}, ${brief(least)} away`;
-    get(`says-${number}`).textContent = `${glyph(action)} ${action.name}, leaf ${leaf}${told}${expertSays(number, observed, action)}`;
   }
 
-  function drawNode(svg, number, node, x, y, live, end, observed) {
-    const { tree, features, actions } = agents[number];
+  /** What a tree does, and how near its nearest test is. */
+  function told(number, tree, observed) {
+    const { actions, features } = agents[number];
+    const live = Engine.path(tree, observed);
+    const leaf = live.pop();
+    const action = actions[tree.action[leaf]];
+    const margins = live.map((node) => [Math.abs(observed[tree.feature[node]] - tree.threshold[node]), node]);
+    const [least, at] = margins.length ? margins.reduce((a, b) => (b[0] < a[0] ? b : a)) : [null, 0];
+    const nearest = least === null ? "" : `; nearest test: ${features[tree.feature[at]].name}, ${brief(least)} away`;
+    return `${glyph(action)} ${action.name}, leaf ${leaf}${nearest}`;
+  }
+
+  /** What stands beside a tree's action: the second profile's, or the expert's. */
+  function besides(number, observed, [leaf, other]) {
+    const { actions, tree, other: second } = agents[number];
+    if (!second) return expertSays(number, observed, actions[tree.action[leaf]]);
+    const action = actions[second.action[other]];
+    if (second.action[other] === tree.action[leaf]) return "; the second profile too";
+    return `; the second profile: ${glyph(action)} ${action.name}, leaf ${other}`;
+  }
+
+  function drawNode(svg, number, tree, node, { x, y, live, end }, observed) {
+    const { features, actions } = agents[number];
     const split = tree.feature[node] >= 0;
     const folded = split && end;
     const group = element("g", { class: `${live ? "live " : ""}${folded ? "folded" : split ? "" : "leaf"}` }, svg);
     const wide = split ? 62 : 50;
     const rect = element("rect", { x: x - wide / 2, y: y - 14, width: wide, height: 28, rx: split ? 4 : 13 }, group);
-    const lines = folded ? ["\u25b8", `${leavesBelow[number][node]} leaves`]
+    const lines = folded ? ["\u25b8", `${leavesBelow.get(tree)[node]} leaves`]
       : split ? [features[tree.feature[node]].name, `\u2264 ${brief(tree.threshold[node])}`]
       : [`${glyph(actions[tree.action[node]])} ${actions[tree.action[node]].name}`];
     if (!split) rect.setAttribute("style", `fill:${COLOURS[tree.action[node] % COLOURS.length]}`);
@@ -462,12 +506,13 @@
         text.setAttribute("lengthAdjust", "spacingAndGlyphs");
       }
     });
-    const count = visits[number] ? `, ${((100 * visits[number][node]) / Math.max(1, visits[number][0])).toFixed(1)} % of decisions` : "";
+    const met = visits.get(tree);
+    const count = met ? `, ${((100 * met[node]) / Math.max(1, met[0])).toFixed(1)} % of decisions` : "";
     const value = split ? `${features[tree.feature[node]].name} is ${brief(observed[tree.feature[node]])}; left if at most ${tree.threshold[node]}` : `leaf ${node}`;
     element("title", {}, group).textContent = value + count;
-    group.addEventListener("pointerenter", () => hover({ agent: number, node }));
+    group.addEventListener("pointerenter", () => hover({ agent: number, tree, node }));
     group.addEventListener("pointerleave", () => hover(null));
-    if (folded) group.addEventListener("click", () => (opened[number].add(node), show()));
+    if (folded) group.addEventListener("click", () => (opened.get(tree).add(node), show()));
   }
 
   function hover(what) {
@@ -485,23 +530,22 @@
 
   // --- all together
 
-  let observedNow = [];
-
   function show() {
+    let observed = seen;
     if (placed) {
       const at = Engine.coordinates(game, now());
-      observedNow = agents.map((_, number) => Engine.observe(game, number, at));
-      drawScene(decided(at));
+      observed = agents.map((_, number) => Engine.observe(game, number, at));
+      const found = decided(at);
+      drawScene(found, TEAMS.length > 1 ? Engine.actions(game, at, TEAMS[1 - acting]) : found);
       drawClaim();
       drawGround();
       drawTime();
       remember();
-    } else {
-      observedNow = seen;
     }
-    agents.forEach((_, number) => get(`more-${number}`).open && drawTree(number, observedNow[number]));
+    agents.forEach((_, number) => get(`more-${number}`).open && drawTree(number, observed[number]));
     get("agent").value = chosen;
     get("claim").value = claim;
+    get("acting").value = acting;
     get("steer").setAttribute("aria-pressed", steering);
     drawLegend();
   }
@@ -527,12 +571,8 @@
 
   function scrub(to) {
     pause();
-    while (states.length - 1 < to) {
-      time = states.length - 1;
-      const found = decided(Engine.coordinates(game, now()));
-      taken.push(found);
-      states.push(Engine.step(game, now(), found));
-    }
+    if (to >= states.length) time = states.length - 1;
+    while (states.length <= to) extend();
     time = to;
     show();
   }
@@ -576,8 +616,14 @@
       const name = Object.assign(document.createElement("strong"), { textContent: agent.name });
       const says = Object.assign(document.createElement("span"), { id: `says-${number}`, className: "soft" });
       summary.append(name, ` ${agent.team} `, says);
-      const tree = Object.assign(document.createElement("div"), { id: `tree-${number}`, className: "tree" });
-      box.append(summary, tree);
+      box.append(summary);
+      TEAMS.forEach((team, which) => {
+        if (TEAMS.length > 1) {
+          const textContent = which ? "In the second profile:" : "In the first profile:";
+          box.append(Object.assign(document.createElement("p"), { className: "soft", textContent }));
+        }
+        box.append(Object.assign(document.createElement("div"), { id: `${team}-${number}`, className: "tree" }));
+      });
       box.addEventListener("toggle", () => show());
       get("trees").append(box);
     });
@@ -585,20 +631,23 @@
     data.states.forEach((state) => {
       const button = Object.assign(document.createElement("button"), { textContent: state.label });
       button.addEventListener("click", () => {
-        claim = state.claim;
+        ask(state.claim);
         restart(stateOf(state.position, state.goal));
       });
       get("states").append(button);
     });
     get("verdict").hidden = !data.claims.length || !placed;
-    get("claim").addEventListener("change", (event) => ((claim = Number(event.target.value)), show()));
+    get("claim").addEventListener("change", (event) => (ask(Number(event.target.value)), show()));
     get("agent").addEventListener("change", (event) => ((chosen = Number(event.target.value)), show()));
+    get("compared").hidden = TEAMS.length < 2;
+    get("acting").addEventListener("change", (event) => ((acting = Number(event.target.value)), restart(start)));
     get("steer").addEventListener("click", () => ((steering = !steering), show()));
     get("run").addEventListener("click", run);
     get("step").addEventListener("click", () => (pause(), advance()));
     get("back").addEventListener("click", () => ((time = 0), pause(), show()));
     get("random").addEventListener("click", () => restart(randomState()));
     get("scrub").addEventListener("input", (event) => scrub(Number(event.target.value)));
+    if (TEAMS.length > 1 && data.states[0]) ask(data.states[0].claim);
     if (placed) {
       watchArena();
       restart(remembered() || (data.states[0] ? stateOf(data.states[0].position, data.states[0].goal) : randomState()));

@@ -128,11 +128,11 @@ const Engine = (() => {
     return found;
   }
 
-  /** Every agent's action. */
-  function actions(game, at) {
+  /** Every agent's action, by its own tree, or by the other one of two profiles that are compared. */
+  function actions(game, at, team = "tree") {
     return game.agents.map((agent, number) => {
-      const found = path(agent.tree, observe(game, number, at));
-      return agent.tree.action[found[found.length - 1]];
+      const found = path(agent[team], observe(game, number, at));
+      return agent[team].action[found[found.length - 1]];
     });
   }
 
@@ -319,8 +319,17 @@ const Engine = (() => {
     };
   }
 
+  /** That some agents take the same action in both of two profiles, as a function of a state. */
+  function alike(game, claim) {
+    return (state, at = coordinates(game, state), chosen = actions(game, at)) => {
+      const others = actions(game, at, "other");
+      return claim.alike.every((number) => chosen[number] === others[number]);
+    };
+  }
+
   /** A claim as a function of a state; null where it is about no single state. */
   function judge(game, claim) {
+    if (claim.alike) return alike(game, claim);
     if (claim.episode) return episodes(game, claim);
     return claim.formula ? decisions(game, claim) : null;
   }

@@ -26,6 +26,7 @@ from maviper.worlds import WORLDS, ParticleWorld, find, options_of, range_of
 from maviper.worlds.features import GROUPS
 from maviper.worlds.payoffs import RULES
 from maviper.worlds.predator_prey import OBSERVATIONS
+from tests import pictures
 from verify.claims import predicates
 from verify.claims.formula import holds
 from verify.claims.region import Verdict
@@ -371,7 +372,15 @@ def test_the_pictures_are_what_the_code_renders(golden):
     tree = emit(team, ["svg"])["physical_deception_agent_0.svg"]
     golden(FOLDER, {"tree.svg": tree, "counterexample.svg": counterexample_picture(), "claims.svg": claims_picture()})
     shown = {name for page in ("README", *PAGES) for name in re.findall(r"!\[.*?\]\((?:.*/)?(.*?)\)", text_of(page))}
-    assert shown == {path.name for path in (ROOT / FOLDER).glob("*.svg")}
+    assert shown == {path.name for ending in ("svg", "png") for path in (ROOT / FOLDER).glob(f"*.{ending}")}
+
+
+def test_the_readmes_picture_is_a_small_photograph_of_the_page():
+    data = pictures.PICTURE.read_bytes()
+    size = [int.from_bytes(data[start : start + 4], "big") for start in (16, 20)]
+    assert data.startswith(b"\x89PNG\r\n") and len(data) <= pictures.MAX_BYTES
+    assert size == [round(side * pictures.SCALE) for side in (pictures.WIDTH, pictures.HEIGHT)]
+    assert pictures.PAGE.is_file()
 
 
 # --- commands
@@ -615,7 +624,8 @@ def test_the_readme_is_short_links_every_page_and_keeps_its_two_lines():
     profile = loads((TEAM / "profile.json").read_bytes())
     ours, theirs = (profile.provenance.evaluation[f"defenders {who}success r=0.316"] for who in ("", "expert "))
     assert f"{100 * ours / theirs:.0f} %" in text
-    assert f"{(profile.policy('agent_0').tree.feature < 0).sum()} leaves" in text
+    pictured = loads((TEAM / "extracted" / "profile.json").read_bytes())
+    assert f"{sum((policy.tree.feature < 0).sum() for policy in pictured.agents)} leaves" in text
 
 
 def test_the_citation_names_the_project_and_the_papers_authors():

@@ -27,6 +27,7 @@ from verify.checker.thresholds import NO_ERROR
 from verify.claims.decisions import BUILT_IN, KAPPA, PLAIN, STEADY, DecisionClaim, checked, ensure_steady, formula
 from verify.claims.formula import Formula, agents, conjuncts, coordinates, for_goal, holds, names_goal
 from verify.claims.formula_json import formula_document, read_formula, read_number
+from verify.claims.pairs import alike, ensure_comparable, paired
 from verify.claims.region import SEMANTICS, Region, Semantics, check_range, goal_of, goal_text
 from verify.claims.verifiable import read_by, verifiable
 
@@ -55,6 +56,7 @@ class Certificate:
     eps: Fraction = NO_ERROR  # by how much each measured feature may be off
     region_said: str = field(default="", compare=False)  # what a file that was read calls its region; says nothing
     form: str = FORM  # by which the proofs are to be read
+    against: str = ""  # content hash of a second profile: the claim is that agents act alike in both
 
     @property
     def size(self) -> int:
@@ -78,19 +80,16 @@ def numbers(proof: bytes) -> Iterator[int]:
             value = shift = 0
 
 
-def accepted(certificate: Certificate, profile: PolicyProfile) -> int:
-    """Checks a certificate; the number of branches that its proofs close.
+def accepted(certificate: Certificate, profile: PolicyProfile, against: PolicyProfile | None = None) -> int:
+    """Checks a certificate; the number of branches that its proofs close. `against`: the second profile, where it is
+    about two.
 
     InputError when it is about another policy or names what the profile does not have; RejectedError when a proof is
     missing or does not hold, or the formula is not the property's.
     """
-    found = content_hash(profile)
-    if found != certificate.profile:
-        raise InputError(
-            "the certificate is about another profile",
-            f"it names {shown(certificate.profile[:16])}..., the profile is {found[:16]}...",
-            "name the profile that it was made for with --profile",
-        )
+    _ensure_about(certificate.profile, profile, "--profile")
+    if certificate.against:
+        profile = _pair(certificate, profile, against)
     claim = certificate.claim
     known_names(certificate, profile, None if claim is None else claim.team)
     if claim is not None:
@@ -135,6 +134,37 @@ def _names_goal(claim: Formula, profile: PolicyProfile) -> bool:
     return names_goal(claim) or any(GOAL in read_by(profile.policy(agent)) for agent in acting)
 
 
+def _ensure_about(stated: str, profile: PolicyProfile, option: str) -> None:
+    """InputError unless a profile is the one that a certificate names."""
+    found = content_hash(profile)
+    if found != stated:
+        raise InputError(
+            "the certificate is about another profile",
+            f"it names {shown(stated[:16])}..., the profile is {found[:16]}...",
+            f"name the profile that it was made for with {option}",
+        )
+
+
+def _pair(certificate: Certificate, first: PolicyProfile, second: PolicyProfile | None) -> PolicyProfile:
+    """Both profiles of a certificate about two as one; RejectedError where it claims anything but that agents act
+    alike in them.
+    """
+    if second is None:
+        raise InputError("the certificate is about two profiles", "", "name the second one with --against")
+    _ensure_about(certificate.against, second, "--against")
+    compared = compared_agents(certificate, first)
+    ensure_comparable(first, second, compared)
+    if certificate.claim is not None or certificate.eps or certificate.formula != alike(first, compared):
+        raise RejectedError("the formula is not that agents act alike in both profiles")
+    return paired(first, second)
+
+
+def compared_agents(certificate: Certificate, first: PolicyProfile) -> list[str]:
+    """The agents that a certificate about two profiles compares, in the order of the first."""
+    speaking = agents(certificate.formula)
+    return [policy.agent for policy in first.agents if policy.agent in speaking]
+
+
 def known_names(certificate: Certificate, profile: PolicyProfile, team: str | None) -> None:
     """InputError when a certificate, or the team of its claim, speaks of what the profile does not have."""
     region, world = certificate.region, profile.world
@@ -175,6 +205,7 @@ class CertificateJson(msgspec.Struct, forbid_unknown_fields=True):
     proofs: dict[str, list[str]]
     content_hash: str
     eps: str | msgspec.UnsetType = msgspec.UNSET  # stated where features may be off
+    against: str | msgspec.UnsetType = msgspec.UNSET  # stated where it is about two profiles
 
 
 def to_json(certificate: Certificate) -> str:
@@ -182,6 +213,7 @@ def to_json(certificate: Certificate) -> str:
     body = {
         "certificate": certificate.form,
         "profile": certificate.profile,
+        **({"against": certificate.against} if certificate.against else {}),
         "property": None if certificate.claim is None else _property_document(certificate.claim),
         "semantics": certificate.semantics,
         **({"eps": str(certificate.eps)} if certificate.eps else {}),
@@ -242,6 +274,7 @@ def _certificate(raw: CertificateJson) -> Certificate:
         eps=eps,
         region_said=str(raw.region["name"]),
         form=raw.certificate,
+        against="" if isinstance(raw.against, msgspec.UnsetType) else raw.against,
     )
 
 

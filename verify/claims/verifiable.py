@@ -18,25 +18,13 @@ from verify.claims.region import ensure_team, teams
 def verifiable(profile: PolicyProfile, team: str) -> tuple[AgentPolicy, ...]:
     """The team's policies; InputError when a claim about world states cannot be made for them, or there are none."""
     ensure_team(profile, team)
-    subnormal = np.finfo(np.float32).tiny
     for policy in profile.team(team):
-        for feature in policy.features:
-            if feature.meaning is None:
-                raise InputError(
-                    f"feature {feature.name} of {policy.agent} has no meaning", "", "claims need every meaning"
-                )
+        readable(policy)
         for action in policy.actions:
             if action.effect is None:
                 raise InputError(
                     f"action {action.name} of {policy.agent} has no effect", "", "claims need every effect"
                 )
-        tiny = (policy.tree.threshold != 0) & (np.abs(policy.tree.threshold) < subnormal)
-        for node in np.flatnonzero(tiny):
-            raise InputError(
-                f"node {node} of {policy.agent} has a subnormal threshold",
-                "",
-                "processors may flush such numbers to zero; round the threshold to 0 or to a normal number",
-            )
     return profile.team(team)
 
 
@@ -45,6 +33,25 @@ def read_by(policy: AgentPolicy) -> frozenset[str]:
     tested: set[int] = {*policy.tree.feature.tolist()} - {NO_FEATURE}
     meanings = [policy.features[place].meaning for place in tested]
     return frozenset(name.rpartition(".")[0] for meaning in meanings if meaning for _, name in meaning.terms)
+
+
+def readable(policy: AgentPolicy) -> None:
+    """InputError when world states do not say what an agent decides: a feature without meaning, a threshold that
+    processors may flush to zero.
+    """
+    for feature in policy.features:
+        if feature.meaning is None:
+            raise InputError(
+                f"feature {feature.name} of {policy.agent} has no meaning", "", "claims need every meaning"
+            )
+    threshold = policy.tree.threshold
+    tiny = (threshold != 0) & (np.abs(threshold) < np.finfo(np.float32).tiny)
+    for node in np.flatnonzero(tiny):
+        raise InputError(
+            f"node {node} of {policy.agent} has a subnormal threshold",
+            "",
+            "processors may flush such numbers to zero; round the threshold to 0 or to a normal number",
+        )
 
 
 def team_for(name: str, profile: PolicyProfile, team: str | None, any_size: bool = False) -> str:

@@ -23,6 +23,7 @@ from verify.zones.search import Branch
 from verify.zones.tables import EPSILON, Problem
 from verify.zones.volume import DEFAULT_FACES, FacesError, Volumes
 
+MAX_MEETING = 20_000  # common parts of zones of several questions
 USUAL_BITS = 256  # of bounds in units; with more, fewer faces are visited
 
 
@@ -125,6 +126,91 @@ def exact_share(question: DecisionQuestion, found: Sequence[Failing], faces: int
     zones = tuple(tuple(volume * (unit // own) for volume in volumes) for volumes, own in each)
     least, most = (sum(ends[k] * (unit // own) for ends, own in zip(together, units, strict=True)) for k in range(2))
     return ExactShare(whole.numerator * (unit // whole.denominator), zones, least, most)
+
+
+def united(question: DecisionQuestion, found: Sequence[Sequence[Failing]]) -> Fraction | None:
+    """The share of the region that the zones of several questions make up together, each state counted once. None
+    where that takes more than MAX_MEETING common parts or too many faces, or the region has no volume.
+
+    `question`: about all that those questions ask, so that its bounds are theirs; `found`: of each all zones, which
+    have no point in common. By inclusion and exclusion: zones of one question less what they share with those before.
+    """
+    volumes, fixed, tests = Volumes(), fixed_coordinates(question.region), Tests.of(question)
+    total, left = Fraction(0), MAX_MEETING
+    try:
+        whole = _whole(question, volumes, fixed)
+        for place, goal in enumerate(question.goals):
+            problem = ZoneQuery(question, goal, tests, apart=True).problem
+            groups = [[_moved(zone, one[place].problem, problem) for zone in one[place].zones] for one in found]
+            counted = _meeting(problem, groups, left)
+            if counted is None:
+                return None
+            left -= sum(map(len, counted))
+            for sign, zones in zip((1, -1), counted, strict=True):
+                own, unit = _volumes(Failing(goal, (), problem, tuple(zones), True, 0, 0), volumes, fixed)
+                total += sign * Fraction(sum(own), unit)
+    except FacesError:
+        return None
+    return total / whole if whole else None
+
+
+def _meeting(
+    problem: Problem, groups: Sequence[Sequence[Branch]], most: int
+) -> tuple[list[Branch], list[Branch]] | None:
+    """What is to be added up for the volume of all zones together, and what is to be taken away: common parts of zones
+    of an odd and an even number of groups. None for more than `most`.
+    """
+    odd, even = list[Branch](), list[Branch]()
+    for zones in groups:
+        added, removed = list(zones), list[Branch]()
+        for zone in zones:
+            removed += filter(None, (_common(problem, zone, other) for other in odd))
+            added += filter(None, (_common(problem, zone, other) for other in even))
+            if len(odd) + len(even) + len(added) + len(removed) > most:
+                return None
+        odd, even = odd + added, even + removed
+    return odd, even
+
+
+def _common(problem: Problem, zone: Branch, other: Branch) -> Branch | None:
+    """The common part of two zones; None where it is empty."""
+    cells, start = list(map(min, zone[1], other[1])), 0
+    for size in problem.sizes:
+        rows = [cells[start + i * size : start + i * size + size] for i in range(size)]
+        for k, through in enumerate(rows):
+            for i, row in enumerate(rows):
+                gap = row[k]
+                rows[i] = [min(most, gap + beyond) for most, beyond in zip(row, through, strict=True)]
+            if any(rows[i][i] < 0 for i in range(size)):
+                return None
+        cells[start : start + size * size] = [cell for row in rows for cell in row]
+        start += size * size
+    return (), cells
+
+
+def _moved(zone: Branch, problem: Problem, other: Problem) -> Branch:
+    """A zone of one problem as a zone of another, which has all its bounds."""
+    starts = [0]
+    for size in problem.sizes:
+        starts.append(starts[-1] + size * size)
+    names = [[""] * size for size in other.sizes]
+    for name, (component, node) in other.places.items():
+        names[component][node] = name
+    finer = other.scale // problem.scale
+
+    def most(a: str, b: str) -> int:
+        component, i = problem.places[a or b][0], problem.places[a][1] if a else 0
+        cell = zone[1][starts[component] + i * problem.sizes[component] + (problem.places[b][1] if b else 0)]
+        length = -(-cell // EPSILON) * EPSILON
+        return length * finer - (length - cell)  # strict bounds stay as much lower
+
+    def entry(a: str, b: str) -> int:
+        if a == b:
+            return 0
+        joined = not a or not b or problem.places[a][0] == problem.places[b][0]
+        return most(a, b) if joined else most(a, "") + most("", b)
+
+    return zone[0], [entry(a, b) for own in names for a in own for b in own]
 
 
 def _together(

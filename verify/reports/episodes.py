@@ -5,7 +5,7 @@ Assumes: results of `closed_loop.verify_episodes`.
 Does not: contain times, paths or facts about the machine.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Context, Decimal
 from fractions import Fraction
 from typing import Any
@@ -15,7 +15,8 @@ from verify.claims.catalogue import COINCIDING, sentence
 from verify.claims.region import MACHINE, Verdict, called, goal_text, plain
 from verify.extent.starts import StartShare
 from verify.extent.sure import ANSWERS, FACES
-from verify.states.episodes import Episode
+from verify.reports.drawing import VIEW
+from verify.states.episodes import Episode, Way
 from verify.verdicts.episodes import EpisodeResult
 
 MEANINGS = {
@@ -39,7 +40,8 @@ SPENT = {
     FACES: "volumes take too many faces",
 }
 DIGITS = 12  # of shares in report.json
-SIZE, EDGE = 300.0, 0.25  # side of the picture; margin, length units
+EDGE = 0.25  # margin of the picture: length units
+NEAREST = 0.5  # least half side of what a picture shows, its margin aside: length units
 
 
 def result_facts(profile: PolicyProfile, result: EpisodeResult, command: str) -> dict[str, Any]:
@@ -159,11 +161,13 @@ def _picture(profile: PolicyProfile, result: EpisodeResult) -> dict[str, Any]:
     ours = [way.agent for way in result.ways]
     ways = _courses(profile, result.episode, ours)
     places = [*marks.values(), *(place for way in ways.values() for place in way)]
-    reach = max(1.0, *(abs(value) for place in places for value in place)) + EDGE
-    scale = SIZE / (2 * reach)
+    ends = [(min(values), max(values)) for values in zip(*places, strict=True)]
+    middle_x, middle_y = ((low + high) / 2 for low, high in ends)
+    reach = max(NEAREST, *((high - low) / 2 for low, high in ends)) + EDGE
+    scale = VIEW / (2 * reach)
 
     def drawn(place: tuple[float, float]) -> tuple[float, float]:
-        return round((place[0] + reach) * scale, 2), round((reach - place[1]) * scale, 2)
+        return round((place[0] - middle_x + reach) * scale, 2), round((reach - place[1] + middle_y) * scale, 2)
 
     half = 0.0 if result.claim.apart else round(float(result.claim.radius) * scale, 2)
     landmarks = [
@@ -173,6 +177,7 @@ def _picture(profile: PolicyProfile, result: EpisodeResult) -> dict[str, Any]:
     courses = [
         {
             "name": agent,
+            "end": drawn(way[-1]),
             "ours": agent in ours,
             "x": drawn(way[0])[0],
             "y": drawn(way[0])[1],
@@ -180,7 +185,19 @@ def _picture(profile: PolicyProfile, result: EpisodeResult) -> dict[str, Any]:
         }
         for agent, way in ways.items()
     ]
-    return {"size": SIZE, "landmarks": landmarks, "courses": courses}
+    meetings = [
+        {"from": drawn(ways[way.agent][way.step]), "to": drawn(_place_of(way, ways, marks)), "says": f"step {way.step}"}
+        for way in result.ways
+        if result.claim.apart and way.nearest < result.claim.radius
+    ]
+    return {"size": VIEW, "landmarks": landmarks, "courses": courses, "meetings": meetings}
+
+
+def _place_of(
+    way: Way, ways: Mapping[str, Sequence[tuple[float, float]]], marks: Mapping[str, tuple[float, float]]
+) -> tuple[float, float]:
+    """Where the other one is when an agent comes nearest to it."""
+    return ways[way.landmark][way.step] if way.landmark in ways else marks[way.landmark]
 
 
 def _courses(profile: PolicyProfile, episode: Episode, ours: Sequence[str]) -> dict[str, list[tuple[float, float]]]:

@@ -24,7 +24,8 @@ from verify.claims.region import text as decimal
 from verify.counterexamples.search import AgentView, Counterexample
 from verify.reports import episodes as loop_report
 from verify.reports import trusted
-from verify.reports.drawing import drawn
+from verify.reports.code import code_of
+from verify.reports.drawing import MARK, VIEW, around, drawn, label_place
 from verify.reports.where import where_facts
 from verify.solver.leaves import LeafFinding
 from verify.states import shares
@@ -74,11 +75,9 @@ REAL_MEANINGS = {
     Verdict.PROVED: "holds in every world state of the region, in real arithmetic",
     Verdict.VIOLATED: "fails in the world state shown, in real arithmetic",
 }
-VIEW = 300.0  # side of the picture
 WORLD_MARGIN = 0.25
-ARROW = 0.28  # length units
-MARK = 9.0  # half the side of what an agent or landmark covers, picture units
-LETTER = 5.6  # width of a letter of a label
+NEAREST = 0.25  # least half side of what a picture shows, its margin aside: length units
+ARROW = 34  # picture units
 MEANINGS = {
     Verdict.PROVED: "holds in every world state of the region",
     Verdict.VIOLATED: "fails in the world state shown, which was replayed",
@@ -161,6 +160,7 @@ def _result(profile: PolicyProfile, result: Result, command: str) -> dict[str, A
         "label": claim.label,
         "team": claim.team,
         "claim": claim.sentence,
+        "landmarks": shares.about_landmarks(profile, formula(profile, claim)),
         "formula": claim.written.strip(),
         "data": None if result.kind is Kind.LEAVES else formula_document(formula(profile, claim)),
         "assumption": claim.assumption.strip(),
@@ -232,7 +232,7 @@ def _counterexample(profile: PolicyProfile, result: Result, found: Counterexampl
     return {
         "goal": goal_text(found.state.goal),
         "position": written_all(found.state.position),
-        "agents": [_view(view) for view in found.agents],
+        "agents": [_view(profile, view) for view in found.agents],
         "replayed_by": list(found.replayed),
         **real,
         "explanation": None if result.explanation is None else result.explanation.document(),
@@ -245,7 +245,7 @@ def deployed_facts(found: Counterexample) -> dict[str, Any] | None:
     return None if found.deployed is None else asdict(found.deployed)
 
 
-def _view(view: AgentView) -> dict[str, Any]:
+def _view(profile: PolicyProfile, view: AgentView) -> dict[str, Any]:
     steps = [
         {
             "node": step.node,
@@ -263,17 +263,22 @@ def _view(view: AgentView) -> dict[str, Any]:
         "engaged_with": list(view.engaged_with),
         "errors": written_all(dict(view.errors)),
         "path": steps,
+        "code": code_of(profile, view.agent, [*(step.node for step in view.path), view.leaf]),
     }
 
 
 def picture(profile: PolicyProfile, found: Counterexample) -> dict[str, Any]:
     """What to draw, in picture coordinates: landmarks, agents, and an arrow for each chosen action."""
     state = {name: float(value) for name, value in found.state.position.items()}
-    reach = max(1.0, *(abs(value) for value in state.values())) + WORLD_MARGIN
+    entities = [entity.name for entity in profile.world.agents + profile.world.landmarks]
+    ends = [[min(values), max(values)] for values in ([state[f"{name}.{axis}"] for name in entities] for axis in "xy")]
+    middle_x, middle_y = ((low + high) / 2 for low, high in ends)
+    reach = max(NEAREST, *((high - low) / 2 for low, high in ends)) + WORLD_MARGIN
     scale = VIEW / (2 * reach)
 
     def place(name: str) -> tuple[float, float]:
-        return round((state[f"{name}.x"] + reach) * scale, 2), round((reach - state[f"{name}.y"]) * scale, 2)
+        x, y = state[f"{name}.x"] - middle_x, state[f"{name}.y"] - middle_y
+        return round((x + reach) * scale, 2), round((reach - y) * scale, 2)
 
     team = {view.agent: view for view in found.agents}
     taken: list[tuple[float, float, float, float]] = []  # rectangles of marks, arrows and labels
@@ -285,47 +290,20 @@ def picture(profile: PolicyProfile, found: Counterexample) -> dict[str, Any]:
             chosen = team[entity.name].action
             effect = next(action.effect for action in profile.policy(entity.name).actions if action.name == chosen)
             if effect is not None and any(effect):
-                tip_x, tip_y = x + effect[0] * ARROW * scale, y - effect[1] * ARROW * scale
+                tip_x, tip_y = x + effect[0] * ARROW, y - effect[1] * ARROW
                 mark["arrow"] = [round(tip_x, 2), round(tip_y, 2)]
-                taken += [_around(tip_x, tip_y, MARK), _around((x + tip_x) / 2, (y + tip_y) / 2, MARK)]
+                taken += [around(tip_x, tip_y, MARK), around((x + tip_x) / 2, (y + tip_y) / 2, MARK)]
         agents.append(mark)
-        taken.append(_around(x, y, MARK))
+        taken.append(around(x, y, MARK))
     landmarks: list[dict[str, Any]] = []
     for entity in profile.world.landmarks:
         x, y = place(entity.name)
         landmarks.append({"name": entity.name, "x": x, "y": y, "goal": entity.name == found.state.goal})
-        taken.append(_around(x, y, MARK))
+        taken.append(around(x, y, MARK))
     for mark in (*agents, *landmarks):
         mark["label"] = mark["name"] + (" (goal)" if mark.get("goal") else "")
-        mark["label_x"], mark["label_y"] = _label_place(mark, taken)
+        mark["label_x"], mark["label_y"] = label_place(mark, taken)
     return {"size": VIEW, "agents": agents, "landmarks": landmarks}
-
-
-def _around(x: float, y: float, half: float) -> tuple[float, float, float, float]:
-    return x - half, y - half, x + half, y + half
-
-
-def _label_place(mark: Mapping[str, Any], taken: list[tuple[float, float, float, float]]) -> tuple[float, float]:
-    """Centre of a label beside its mark where it covers nothing, if there is such a place; takes that place."""
-    half = len(mark["label"]) * LETTER / 2
-    side = half + MARK + 2
-    best: tuple[float, tuple[float, float, float, float]] | None = None
-    for dx, dy in ((0, -16), (0, 17), (side, 0), (-side, 0), (side, -13), (-side, 13), (0, -29), (0, 30)):
-        x = min(max(mark["x"] + dx, half), VIEW - half)
-        y = mark["y"] + dy
-        box = (x - half, y - 6, x + half, y + 6)
-        covered = sum(_overlap(box, other) for other in taken)
-        if best is None or covered < best[0]:
-            best = covered, box
-    assert best is not None
-    box = best[1]
-    taken.append(box)
-    return round((box[0] + box[2]) / 2, 2), round((box[1] + box[3]) / 2, 2)
-
-
-def _overlap(a: tuple[float, ...], b: tuple[float, ...]) -> float:
-    """Area that two rectangles (left, top, right, bottom) share."""
-    return max(0.0, min(a[2], b[2]) - max(a[0], b[0])) * max(0.0, min(a[3], b[3]) - max(a[1], b[1]))
 
 
 def as_json(facts: Mapping[str, Any]) -> str:

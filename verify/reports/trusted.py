@@ -8,7 +8,7 @@ Does not: import them.
 from collections.abc import Mapping, Sequence
 
 CODEGEN = ("check", "errors", "floats", "ir", "json_fault", "policy_json", "region", "schema")
-CLAIMS = ("decisions", "formula", "formula_json", "matching", "predicates", "region", "verifiable")
+CLAIMS = ("decisions", "formula", "formula_json", "matching", "pairs", "predicates", "region", "verifiable")
 CHECKER = ("certificates", "decisions", "reading", "thresholds")
 DECISIONS = {"codegen": CODEGEN, "verify/checker": CHECKER, "verify/claims": CLAIMS}
 EPISODES = {

@@ -109,12 +109,17 @@ def _most(profile: PolicyProfile, result: Result) -> list[dict[str, Any]]:
         agents = [
             {"agent": agent, "leaf": leaf, "action": _action(profile.policy(agent), leaf)} for agent, leaf in leaves
         ]
-        words = [_words(*ends) for ends in _needed(failing, zone, result.region)]
+        words = needed_words(failing, zone, result.region)
         share = None if result.where.share is None else sums[leaves] / result.where.share.region
         count = len(together[leaves])
         goal = goal_text(failing.goal)
         facts.append({"agents": agents, "zones": count, "share": share, "goal": goal, "words": words})
     return facts
+
+
+def needed_words(failing: Failing, zone: Branch, region: Region) -> list[str]:
+    """The bounds of a zone that no others and not the region's box imply, in words."""
+    return [_words(*ends) for ends in _needed(failing, zone, region)]
 
 
 def _words(name: str, low: tuple[Fraction, bool] | None, high: tuple[Fraction, bool] | None) -> str:
@@ -222,7 +227,7 @@ def zones_json(profile: PolicyProfile, result: Result) -> str:
         "share": rational_literal(found.share.value) if found.share is not None and found.share.exact else None,
         "found": found.count,
         "violating": [
-            _zone(profile, result.region, failing, zone, _share(volume, found))
+            zone_facts(profile, result.region, failing, zone, _share(volume, found))
             for failing, zone, volume in ranked[: None if found.complete else FIRST]
         ],
     }
@@ -237,9 +242,10 @@ def _share(volume: int | None, found: Where) -> str | float | None:
     return rational_literal(Fraction(volume, whole)) if whole.bit_length() <= LONGEST else volume / whole
 
 
-def _zone(
+def zone_facts(
     profile: PolicyProfile, region: Region, failing: Failing, zone: Branch, share: str | float | None
 ) -> dict[str, Any]:
+    """A zone with its exact bounds, as plain data."""
     bounds = failing.bounds(zone)
     names: Sequence[str] = list(failing.problem.places)
     whole = {name: (-low, high) for name, (low, high) in region.box.items()}

@@ -17,9 +17,10 @@ import numpy as np
 
 from codegen.errors import InputError
 from codegen.intervals import Share, percent
-from codegen.ir import AgentPolicy, Bool, Float64, Int32, PolicyProfile
+from codegen.ir import GOAL, AgentPolicy, Bool, Float64, Int32, PolicyProfile
 from verify.claims.decisions import DecisionClaim, engaged
 from verify.claims.formula import TRUE, And, Batch, Formula, Or, agents, disjunction, given
+from verify.claims.formula import coordinates as spoken_of
 from verify.claims.matching import preventable
 from verify.claims.predicates import closes
 from verify.claims.region import Interval, Region, everywhere
@@ -37,8 +38,8 @@ MAX_HELD = 1_000  # answers about one agent that are kept: a hundred megabytes o
 class Shares:
     """What a region is like for a claim."""
 
-    conflict: Share | None  # some joint action, every agent closing on a landmark, would violate the claim; None:
-    # there are too many joint actions to try
+    conflict: Share | None  # some joint action would violate the claim, of a claim about landmarks one in which every
+    # agent closes on one; None: there are too many joint actions to try
     contested: Share | None  # two agents, both inside the landmarks' rectangle; None for other team sizes
     violating: Share  # the team as it is violates the claim, with some errors where the claim allows them
     changing: Share | None = None  # errors can change some agent's action; None for claims without errors
@@ -53,7 +54,7 @@ def measure(question: DecisionQuestion, seed: int, count: int = SAMPLES) -> Shar
         coordinates, fails = coordinates[met], fails[met]
     n = len(coordinates)
     conflicting = conflicts(question, coordinates)
-    contested = _contested(question, coordinates)
+    contested = _contested(question, coordinates) if about_landmarks(question.profile, question.formula) else None
     failing = int(fails.sum())
     changing = int(noise.changeable(question, coordinates).sum()) if claim.eps else None
     return Shares(
@@ -119,16 +120,27 @@ def violating(question: DecisionQuestion, coordinates: Float64) -> Bool:
     return ~batch(coordinates, profile.world).holds(question.formula, actions)
 
 
+def about_landmarks(profile: PolicyProfile, stated: Formula) -> bool:
+    """Whether a formula speaks of places of landmarks."""
+    marks = {*(landmark.name for landmark in profile.world.landmarks), GOAL}
+    return any(name.rpartition(".")[0] in marks for name in spoken_of(stated))
+
+
 def conflicts(question: DecisionQuestion, coordinates: Float64) -> Bool | None:
-    """Where some joint action, every agent closing on at least one landmark, violates the claim, [batch].
+    """Where some joint action violates the claim, [batch]; of claims about landmarks, one in which every agent closes
+    on at least one of them.
 
     None when a part of the claim speaks of too many joint actions to try them all.
     """
     profile, claim, stated = question.profile, question.claim, question.formula
     team = {policy.agent: policy for policy in profile.team(claim.team)}
     states = batch(coordinates, profile.world)
+    aimed = about_landmarks(profile, stated)
     willing = {
-        agent: [states.holds(_willing(profile, policy, action, claim), {}) for action in range(len(policy.actions))]
+        agent: [
+            states.holds(_willing(profile, policy, action, claim) if aimed else TRUE, {})
+            for action in range(len(policy.actions))
+        ]
         for agent, policy in team.items()
     }
     held = _Held(states)

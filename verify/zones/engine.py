@@ -34,6 +34,7 @@ from verify.zones.tables import (
 )
 
 __all__ = ["BeyondZonesError", "Outcome", "Tests", "ZoneQuery", "decide"]
+ROOM = 8  # of what is left to a coordinate, a point leaves this part free at either end
 Barred: TypeAlias = Mapping[str, frozenset[tuple[int, int]]]  # agent -> barred_sides
 Splits: TypeAlias = Mapping[str, Mapping[tuple[int, float], tuple[Formula, Formula]]]  # agent -> split_sides
 
@@ -269,7 +270,7 @@ def _below(tree: ZoneTree, masks: list[int]) -> list[int]:
 
 
 def state(asked: Problem, numbers: Sequence[int], names: Sequence[str]) -> dict[str, Fraction]:
-    """Exact values of coordinates that meet the numbered bounds: each in the middle of what is left to it."""
+    """Exact values of coordinates that meet the numbered bounds: see `middle`."""
     zones: list[list[int]] = []
     for component, size in enumerate(asked.sizes):
         bounds = [0 if i == j else asked.infinite for i in range(size) for j in range(size)]
@@ -278,17 +279,29 @@ def state(asked: Problem, numbers: Sequence[int], names: Sequence[str]) -> dict[
             if where == component:
                 bounds[a * size + b] = min(bounds[a * size + b], asked.weights[number])
         zones.append(_closed(bounds, size))
+    return middle(asked, zones, names)
+
+
+def middle(
+    asked: Problem, zones: Sequence[Sequence[int]], names: Sequence[str], wanted: Mapping[str, Fraction] | None = None
+) -> dict[str, Fraction]:
+    """A point of a zone, given as the closed matrix of each component: one coordinate after the other, in the middle of
+    what is left to it, or as near as ROOM allows to the value that is wanted.
+    """
     highest = [bounds[:: asked.sizes[component]] for component, bounds in enumerate(zones)]
     lowest = [bounds[: asked.sizes[component]] for component, bounds in enumerate(zones)]  # with the opposite sign
     found: dict[str, Fraction] = {}
     for name in names:
         component, node = asked.places[name]
         bounds, size, high, low = zones[component], asked.sizes[component], highest[component], lowest[component]
-        middle = (high[node] - low[node]) // 2
+        value = (high[node] - low[node]) // 2
+        if wanted is not None:
+            room = (high[node] + low[node]) // ROOM
+            value = min(max(int(wanted[name] * asked.scale), room - low[node]), high[node] - room)
         to, past = bounds[node::size], bounds[node * size : node * size + size]
-        highest[component] = [min(most, gap + middle) for most, gap in zip(high, to, strict=True)]
-        lowest[component] = [min(most, gap - middle) for most, gap in zip(low, past, strict=True)]
-        found[name] = Fraction(middle, asked.scale)
+        highest[component] = [min(most, gap + value) for most, gap in zip(high, to, strict=True)]
+        lowest[component] = [min(most, gap - value) for most, gap in zip(low, past, strict=True)]
+        found[name] = Fraction(value, asked.scale)
     return found
 
 

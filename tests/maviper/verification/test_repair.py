@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from fractions import Fraction
 
 import pytest
 
@@ -40,7 +41,9 @@ def test_profile_certificate_report_and_costs_are_written(before, tmp_path, caps
     assert not after.provenance.evaluation, "measures of the trees before say nothing about these"
     assert cost["profile"] == content_hash(after) and cost["opponents"] == "the profile's own trees"
     assert cost["trees"]["agent_1"]["before"] == {"leaves": 2, "depth": 1}
-    assert 0 < cost["changed"]["region"]["share"] < 0.5 and cost["changed"]["met"]["samples"] == 50 * 25
+    region = cost["changed"]["region"]
+    assert region["low"] - 0.01 < float(Fraction(region["exact"].strip('"'))) < region["high"] + 0.01
+    assert 0 < region["share"] < 0.5 and cost["changed"]["met"]["samples"] == 50 * 25
     assert {row["episodes"] for row in cost["measures"]} == {50}
     for row in cost["measures"]:
         assert abs(row["after"]["value"] - row["before"]["value"] - row["difference"]["value"]) < 3e-6

@@ -1,0 +1,94 @@
+"""The command diff.
+
+Does: compares two profiles, says where they act differently, writes what was asked for.
+Assumes: `maviper.verification.difference` compares.
+Does not: decide.
+"""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from maviper.cli.group import Verb
+from maviper.cli.options import BUDGETS, PATH, QUESTION, REGION, RESULTS, console_of, option
+
+if TYPE_CHECKING:
+    from maviper.console import Console
+    from maviper.verification.difference import Compared
+
+
+@click.command(cls=Verb, example="maviper diff demo/extracted/profile.json demo/profile.json -o changed")
+@click.argument("first", type=PATH)
+@click.argument("second", type=PATH)
+@option(
+    "--agent",
+    "agents",
+    multiple=True,
+    metavar="NAME",
+    section=QUESTION,
+    help="Compare this agent only (repeatable; default: all).",
+)
+@REGION
+@option(
+    "--semantics",
+    default="machine",
+    show_default=True,
+    metavar="NAME",
+    section=QUESTION,
+    help="machine: as deployed; real: exact arithmetic, for comparison.",
+)
+@option(
+    "--max-nodes", type=int, default=None, section=BUDGETS, help="Limit on nodes of each search (default: 4000000)."
+)
+@option("--max-cells", type=int, default=None, section=BUDGETS, help="Limit on zones per agent (default: 50000).")
+@option("-o", "--output", type=PATH, default=None, section=RESULTS, help="Folder for data, certificate and page.")
+@option("--json", "as_json", is_flag=True, section=RESULTS, help="Print the comparison as JSON.")
+@click.pass_context
+def diff(context: click.Context, first: Path, second: Path, output: Path | None, as_json: bool, **options: Any) -> int:
+    """Find every state in which two profiles act differently.
+
+    FIRST and SECOND are profiles of one world, whose agents observe and may do the same. For each agent, the command
+    lists the zones of states in which it acts differently: one leaf in each profile, and bounds on positions. It gives
+    their exact share of the region, the share of the states that FIRST meets in play, and an example of each zone. If
+    there is no such state, it proves that, with a certificate for `maviper check`.
+
+    With -o, it writes difference.json, the certificate, both profiles, and a page that plays one team beside the other.
+
+    \b
+    Exits with 0 if all agents are proved to act alike, with 1 if some agent acts
+    differently, and with 3 if a budget ended before there was an answer.
+    """
+    from maviper.cli.results import exit_code
+    from maviper.files.profiles import load
+    from maviper.verification.difference import DiffOptions, compared
+    from verify.progress import listening
+    from verify.reports.differences import as_json as written
+
+    console = console_of(context)
+    with console.following("comparing") as listener, listening(listener):
+        found = compared(load(first), load(second), DiffOptions(**options))
+    for label, text in found.lines:
+        console.line(label, text)
+    if output is not None:
+        _write(output, found, console)
+    if as_json:
+        click.echo(written(found.facts), nl=False)
+    return exit_code([one.verdict for one in found.found.agents])
+
+
+def _write(folder: Path, found: "Compared", console: "Console") -> None:
+    """All files, and the command that reads the certificate."""
+    from maviper.files import runs
+    from maviper.page.differences import page_of
+    from maviper.page.page import FILE
+    from maviper.verification.difference import CERTIFICATE_FILE, REPORT_FILE
+
+    runs.folder(folder)
+    for name, text in found.files.items():
+        runs.write(folder / name, text)
+    runs.write(folder / FILE, page_of(found))
+    console.line("wrote", str(folder / REPORT_FILE))
+    console.line("page", str(folder / FILE))
+    if CERTIFICATE_FILE in found.files:
+        console.line("certificate", f"{folder / CERTIFICATE_FILE}; maviper check {folder / CERTIFICATE_FILE}")

@@ -1,0 +1,129 @@
+"""The report of a comparison of two profiles: where they act differently, as data and as lines.
+
+Does: collects verdicts, shares, zones in words and with exact bounds, and examples.
+Assumes: a result of `verify.verdicts.differences.difference`; shares of states met are given by the caller.
+Does not: contain times, paths or facts about the machine.
+"""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from codegen.floats import rational_literal
+from codegen.intervals import Share
+from codegen.policy_json import content_hash, layout
+from verify.claims.region import called, goal_text
+from verify.reports.where import FIRST, needed_words, zone_facts
+from verify.states.real import written_all
+from verify.states.state import State
+from verify.verdicts.differences import AgentDifference, Difference, Span, Zone, differing_leaves, example
+
+FORM = "maviper-difference-1"
+SOME = "some agent"  # in place of a name: the share of states in which any of them acts differently
+
+
+@dataclass(frozen=True)
+class Estimates:
+    """Shares by counting, by agent and for SOME. `met`: of the states that the first profile meets in play, which are
+    of whole episodes and so not independent; None where its world cannot be played. `uniform`: of the region's states.
+    """
+
+    uniform: Mapping[str, Share]
+    met: Mapping[str, Share] | None
+    episodes: int = 0
+
+
+def document(found: Difference, counted: Estimates) -> dict[str, Any]:
+    """All facts as plain data."""
+    question = found.question
+    return {
+        "difference": FORM,
+        "profiles": [content_hash(found.first), content_hash(found.second)],
+        "world": {"name": found.first.world.name, "reference": found.first.world.reference},
+        "semantics": question.semantics,
+        "region_name": called(found.first, question.region),
+        "region": question.region.document(),
+        "verdict": found.verdict.value,
+        "share": _share(found.together),
+        "uniform": counted.uniform[SOME].document(),
+        "met": None if counted.met is None else counted.met[SOME].document(),
+        "episodes": counted.episodes,
+        "agents": [_agent(found, one, counted) for one in found.agents],
+        "certificate": None
+        if found.certificate is None
+        else {"bytes": found.certificate.size, "branches": found.branches, "checker": "accepted"},
+    }
+
+
+def _share(span: Span) -> dict[str, Any]:
+    least, most = span
+    exact = {"fraction": rational_literal(least)} if least == most else {}
+    return {"least": float(least), "most": float(most), **exact}
+
+
+def _agent(found: Difference, one: AgentDifference, counted: Estimates) -> dict[str, Any]:
+    zones = _merged([_zone(found, one, zone) for zone in one.zones[:FIRST]])
+    state = None if one.example is None else _state(one.example)
+    return {
+        "agent": one.agent,
+        "verdict": one.verdict.value,
+        "reason": one.reason,
+        "share": _share(one.span),
+        "goals": _by_goal(one),
+        "uniform": counted.uniform[one.agent].document(),
+        "met": None if counted.met is None else counted.met[one.agent].document(),
+        "found": len(one.zones),
+        "complete": one.complete,
+        "example": next((zone["example"] for zone in zones if zone["example"]), state),
+        "zones": zones,
+    }
+
+
+def _by_goal(one: AgentDifference) -> dict[str, dict[str, Any]]:
+    """Goal -> how many zones it has, and their share of the region's states with this goal."""
+    found: dict[str, dict[str, Any]] = {}
+    for place, failing in enumerate(one.failing):
+        if failing.goal is not None:
+            share = None if one.share is None else sum(one.share.zones[place]) * len(one.failing) / one.share.region
+            found[failing.goal] = {"zones": len(failing.zones), "share": share}
+    return found
+
+
+def _merged(zones: Iterable[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Zones that are the same for several goals as one, the largest first."""
+    found: dict[str, dict[str, Any]] = {}
+    for zone in zones:
+        same = found.setdefault(str([zone[key] for key in ("leaves", "box", "difference")]), zone)
+        if same is not zone:
+            same["goals"] += zone["goals"]
+            same["share"] = None if same["share"] is None else same["share"] + zone["share"]
+    return sorted(found.values(), key=lambda zone: -(zone["share"] or 0))
+
+
+def _zone(found: Difference, one: AgentDifference, zone: Zone) -> dict[str, Any]:
+    leaves = differing_leaves(found, zone)
+    policies = found.first.policy(one.agent), found.second.policy(one.agent)
+    region = found.question.region
+    facts = zone_facts(found.question.profile, region, zone.failing, zone.branch, None)
+    state = example(found.question, zone)
+    return {
+        "goals": [] if zone.failing.goal is None else [zone.failing.goal],
+        "leaves": list(leaves),
+        "actions": [
+            policy.actions[int(policy.tree.action[leaf])].name for policy, leaf in zip(policies, leaves, strict=True)
+        ],
+        "share": None if one.share is None or zone.volume is None else zone.volume / one.share.region,
+        "words": needed_words(zone.failing, zone.branch, region),
+        "box": facts["box"],
+        "difference": facts["difference"],
+        "example": None if state is None else _state(state),
+    }
+
+
+def _state(state: State) -> dict[str, Any]:
+    return {"goal": goal_text(state.goal), "position": written_all(state.position)}
+
+
+def as_json(facts: Mapping[str, Any]) -> str:
+    """The text of difference.json."""
+    return layout(dict(facts)) + "\n"

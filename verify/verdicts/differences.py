@@ -1,0 +1,273 @@
+"""Where two profiles act differently, exactly, or the proof that they act alike.
+
+Does: for each agent every zone of states in which the profiles act differently, with their exact share and an example;
+  for agents without such a zone a certificate, which the checker accepted.
+Assumes: profiles that can be compared (claims/pairs.py).
+Does not: write reports; play episodes.
+
+The profiles are read as one team with twice the agents (`paired`), and "acts alike" is a claim about it. So the engines
+for claims about single decisions answer: zones, and Z3 where a test bounds no difference of two coordinates.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from itertools import islice, pairwise
+
+from codegen.ir import PolicyProfile
+from codegen.policy_json import content_hash
+from verify.checker.certificates import FORM, PARTED, Certificate, accepted
+from verify.claims.decisions import OwnFormula
+from verify.claims.pairs import alike, counterpart, ensure_comparable, paired
+from verify.claims.region import MACHINE, Region, Verdict
+from verify.counterexamples.search import MAX_PLACES, confirmed
+from verify.extent.violations import ExactShare, Failing, exact_share, united, violations
+from verify.question import Budgets, DecisionQuestion, Question
+from verify.solver import decide as solver
+from verify.states.state import State, exact_point, inside, leaf_at, nearest
+from verify.verdicts.decisions import ONLY_REAL
+from verify.zones import engine as zones
+from verify.zones.search import Branch
+
+TRIED = 64  # zones in which a float64 state is looked for, before Z3 is asked for one
+SPREAD = Fraction(755, 1000), Fraction(570, 1000)  # steps of a sequence that fills a square evenly
+NO_NODES, NO_CELLS = "the search ended after {:,} nodes; a larger --max-nodes goes on", "there are more than {:,} zones"
+MANY_CELLS = f"{NO_CELLS}; a larger --max-cells finds more"
+WITHOUT_ZONES = "a test bounds neither a coordinate nor a difference of two, so Z3 decides alone, without zones"
+Span = tuple[Fraction, Fraction]  # the least and the most that a share of the region may be
+
+
+@dataclass(frozen=True)
+class Zone:
+    """Some states of one goal in which an agent acts differently: one leaf in each profile."""
+
+    failing: Failing
+    branch: Branch
+    volume: int | None  # in the unit of its agent's share
+
+
+@dataclass(frozen=True)
+class AgentDifference:
+    """What is known of one agent. PROVED: it acts alike in both profiles; VIOLATED: it acts differently somewhere."""
+
+    agent: str
+    verdict: Verdict
+    reason: str = ""  # why there is no answer, or not all zones
+    failing: tuple[Failing, ...] = ()  # goal by goal
+    share: ExactShare | None = None  # of the zones in the region
+    example: State | None = None  # in which it acts differently, as both profiles' trees confirm
+
+    @property
+    def complete(self) -> bool:
+        """Whether the zones are all that there are."""
+        return bool(self.failing) and all(one.complete for one in self.failing)
+
+    @property
+    def zones(self) -> list[Zone]:
+        """All zones, the largest first."""
+        rows = [
+            Zone(failing, branch, None if self.share is None else self.share.zones[place][number])
+            for place, failing in enumerate(self.failing)
+            for number, branch in enumerate(failing.zones)
+        ]
+        return sorted(rows, key=lambda row: -(row.volume or 0))
+
+    @property
+    def span(self) -> Span:
+        """Between which bounds the share of the region lies in which it acts differently."""
+        if self.verdict is Verdict.PROVED:
+            return Fraction(0), Fraction(0)
+        if self.share is None:
+            return Fraction(0), Fraction(1)
+        return self.share.value, self.share.value if self.complete else Fraction(1)
+
+
+@dataclass(frozen=True)
+class Difference:
+    """Two profiles in a region, agent by agent."""
+
+    first: PolicyProfile
+    second: PolicyProfile
+    question: DecisionQuestion  # whether all of these agents act alike, of both profiles as one
+    agents: tuple[AgentDifference, ...]
+    together: Span  # the share of the region in which some agent acts differently
+    certificate: Certificate | None = None  # that the agents that are PROVED act alike
+    branches: int = 0  # that it closes
+
+    @property
+    def verdict(self) -> Verdict:
+        """PROVED where all agents act alike, VIOLATED where some does not."""
+        found = {one.verdict for one in self.agents}
+        worst = (Verdict.VIOLATED, Verdict.UNKNOWN, Verdict.VACUOUS, Verdict.PROVED)
+        return next(verdict for verdict in worst if verdict in found)
+
+
+def difference(
+    first: PolicyProfile,
+    second: PolicyProfile,
+    agents: Sequence[str],
+    region: Region,
+    semantics: str = MACHINE,
+    budgets: Budgets | None = None,
+) -> Difference:
+    """Where these agents act differently. InputError for profiles that cannot be compared.
+
+    `max_nodes` of the budgets limits each search, `max_cells` the zones of an agent, `solver_units` each query to Z3.
+    """
+    ensure_comparable(first, second, agents)
+    pair = paired(first, second)
+
+    def asked(*names: str) -> DecisionQuestion:
+        claim = OwnFormula(first.policy(names[0]).team, statement=alike(first, names))
+        return Question(pair, claim, region, semantics, budgets or Budgets())
+
+    found = [_compared(asked(agent), agent) for agent in agents]
+    proved = [one.agent for one in found if one.verdict is Verdict.PROVED and one.failing]
+    certificate, branches = None, 0
+    if proved:
+        outcome = _no_difference(asked(*proved))
+        if outcome.verdict is Verdict.PROVED:
+            certificate = _certificate(asked(*proved), outcome, first, second)
+            branches = accepted(certificate, first, second)
+        else:  # what is not certified is not proved
+            answer = {"verdict": outcome.verdict, "reason": outcome.reason}
+            found = [replace(one, **answer) if one.agent in proved else one for one in found]
+    differing = [one for one in found if one.verdict is Verdict.VIOLATED]
+    together = _together(found, asked(*(one.agent for one in differing)) if len(differing) > 1 else None)
+    return Difference(first, second, asked(*agents), tuple(found), together, certificate, branches)
+
+
+def _compared(question: DecisionQuestion, agent: str) -> AgentDifference:
+    try:
+        failing = tuple(violations(question))
+    except zones.BeyondZonesError:
+        return _by_solver(question, agent)
+    share = exact_share(question, failing)
+    known = share if isinstance(share, ExactShare) else None
+    reason = _ending(question, failing)
+    found = AgentDifference(agent, Verdict.VIOLATED, reason, failing, known)
+    if not found.zones:
+        return replace(found, verdict=Verdict.UNKNOWN if reason else Verdict.PROVED)
+    shown = (example(question, zone) for zone in islice(found.zones, TRIED))
+    state = next(filter(None, shown), None) or _confirmed(question, found.zones[0])
+    if state is None:
+        return replace(found, verdict=Verdict.UNKNOWN, reason=ONLY_REAL)
+    return replace(found, example=state)
+
+
+def _ending(question: DecisionQuestion, failing: Sequence[Failing]) -> str:
+    """Why zones are missing; "" where none is."""
+    short = [one for one in failing if not one.complete]
+    if not short:
+        return ""
+    spent = next((one.limit for one in short if one.nodes > one.limit), 0)
+    return NO_NODES.format(spent) if spent else MANY_CELLS.format(question.budgets.max_cells)
+
+
+def example(question: DecisionQuestion, zone: Zone) -> State | None:
+    """A state well inside a zone, entities apart where that can be, in which the agents of both profiles reach its
+    leaves; None where the float64 state nearest to it is outside.
+    """
+    found, cells = zone.failing, zone.branch[1]
+    ends = [0]
+    for size in found.problem.sizes:
+        ends.append(ends[-1] + size * size)
+    matrices = [cells[start:end] for start, end in pairwise(ends)]
+    wanted = _spread(question.region)
+    point = zones.middle(found.problem, matrices, tuple(wanted), wanted)
+    for state in _candidates(question, point, found.goal):
+        if _meets(question, zone, state):
+            return _rounded(question, zone, state)
+    return None
+
+
+def _spread(region: Region) -> dict[str, Fraction]:
+    """Coordinate -> a place in the region's box, all entities at different ones; velocities are 0 where they may be."""
+    found: dict[str, Fraction] = {}
+    for number, (name, (low, high)) in enumerate(region.box.items()):
+        part = (number // 2 + 1) * SPREAD[number % 2] % 1
+        place = low + round((high - low) * part, 1)
+        found[name] = place if name.endswith((".x", ".y")) else min(max(Fraction(0), low), high)
+    return found
+
+
+def _candidates(question: DecisionQuestion, point: dict[str, Fraction], goal: str | None) -> Iterator[State]:
+    yield nearest(point, question.region, goal)
+    if question.semantics != MACHINE:
+        yield exact_point(point, question.region, goal)
+
+
+def _meets(question: DecisionQuestion, zone: Zone, state: State) -> bool:
+    """Whether a state of the region leads the agents of both profiles to the leaves of a zone."""
+    profile = question.profile
+    return inside(question.region, state) and all(
+        leaf_at(profile, profile.policy(agent), state, question.semantics) == leaf
+        for agent, leaf in zip(zone.failing.agents, zone.branch[0], strict=True)
+    )
+
+
+def _rounded(question: DecisionQuestion, zone: Zone, state: State) -> State:
+    """The same state with as few decimals as all coordinates together allow."""
+    for places in range(1, MAX_PLACES):
+        rounded = State({name: round(value, places) + 0.0 for name, value in state.position.items()}, state.goal)
+        if _meets(question, zone, rounded):
+            return rounded
+    return state
+
+
+def _confirmed(question: DecisionQuestion, zone: Zone) -> State | None:
+    """A state near a zone that no state of its middle represents, as Z3 finds one."""
+    answer = solver.decide(question.for_one_goal(zone.failing.goal)).answer
+    return None if answer is None else confirmed(question, zone.failing.goal, answer)[0]
+
+
+def _by_solver(question: DecisionQuestion, agent: str) -> AgentDifference:
+    """The answer by Z3 alone: without zones and without a certificate."""
+    found = solver.decide(question)
+    if found.answer is None:
+        return AgentDifference(agent, found.verdict, found.reason or WITHOUT_ZONES)
+    state, _ = confirmed(question, found.goal, found.answer)
+    if state is None:
+        return AgentDifference(agent, Verdict.UNKNOWN, ONLY_REAL)
+    return AgentDifference(agent, Verdict.VIOLATED, WITHOUT_ZONES, example=state)
+
+
+def _no_difference(question: DecisionQuestion) -> zones.Outcome:
+    """The zone engine's answer about agents without zones in which they act differently."""
+    found = zones.decide(question)
+    if found.verdict is Verdict.VIOLATED:
+        raise AssertionError(f"no zone in which the profiles act differently, yet {found.state} is in one")
+    return found
+
+
+def _certificate(
+    question: DecisionQuestion, found: zones.Outcome, first: PolicyProfile, second: PolicyProfile
+) -> Certificate:
+    return Certificate(
+        content_hash(first),
+        None,
+        question.formula,
+        question.region,
+        question.semantics,
+        found.inhabitant,
+        found.proofs,
+        form=FORM if question.parts == (question,) else PARTED,
+        against=content_hash(second),
+    )
+
+
+def _together(found: Sequence[AgentDifference], question: DecisionQuestion | None) -> Span:
+    """The share of states in which some agent acts differently. `question`: about those that do, where several do."""
+    spans = [one.span for one in found]
+    least, most = max(low for low, _ in spans), min(Fraction(1), sum((high for _, high in spans), Fraction(0)))
+    if question is None or any(low != high for low, high in spans):
+        return least, most
+    share = united(question, [one.failing for one in found if one.verdict is Verdict.VIOLATED])
+    return (least, most) if share is None else (share, share)
+
+
+def differing_leaves(found: Difference, zone: Zone) -> tuple[int, int]:
+    """The leaves of a zone's agent, in the first and the second profile."""
+    leaves = dict(zip(zone.failing.agents, zone.branch[0], strict=True))
+    agent = next(name for name in leaves if counterpart(name) in leaves)
+    return leaves[agent], leaves[counterpart(agent)]
