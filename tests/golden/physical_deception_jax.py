@@ -3,13 +3,13 @@
 profile     d7c7e9951b353c845e3729dfb7383e9f94192c6dfd621196d4fd4879d989808d
 made by     tests, hand-made, preset none, seed 0
 
-For each agent A: act_A(x) takes observations, an array [..., n_features], and returns the actions' numbers, [...] int32.
-The leading axes are yours: none is one observation, one is a batch. All splits are evaluated and none branches, so that
-jit, vmap and scan take every function. act_all takes a dictionary of observations, by agent.
+For each agent A: act_A(x) takes observations, an array [..., n_features], and returns the actions' numbers, [...]
+int32. The leading axes are yours: none is one observation, one is a batch. All splits are evaluated and none branches,
+so that jit, vmap and scan take every function. act_all takes a dictionary of observations, by agent.
 Numbers of other types become float32 first; another last axis is a ValueError, complex numbers are a TypeError.
 
-A split goes left iff x[feature] <= threshold, both float32. What is compared is their bits, as integers in the same order:
-XLA, and whoever sets it so, takes subnormal numbers for zero. NaN goes right; infinities follow <=.
+A split goes left iff x[feature] <= threshold, both float32. What is compared is their bits, as integers in the same
+order: XLA, and whoever sets it so, takes subnormal numbers for zero. NaN goes right; infinities follow <=.
 """
 
 from __future__ import annotations
