@@ -11,7 +11,8 @@ from functools import cached_property
 
 from codegen.agreement.compiled import CompiledC, find_compiler
 from codegen.ir import PolicyProfile
-from codegen.lowering.lower import AUTO, Model, lower
+from codegen.lowering.lower import AUTO, lower
+from codegen.lowering.model import Model
 from codegen.targets import USUAL, written
 
 

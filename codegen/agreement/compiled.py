@@ -20,7 +20,7 @@ import numpy as np
 from codegen.errors import DisagreementError, InputError, MissingToolError
 from codegen.floats import observations
 from codegen.ir import Float32, Float64, Int32
-from codegen.lowering.lower import Model
+from codegen.lowering.model import Model
 from codegen.targets import c
 
 STRICT = (
@@ -143,6 +143,21 @@ class CompiledC:
         found = np.full((len(worlds), len(self._agents)), -1, dtype=np.int32)
         self._library[self._names.exported_team](_pointer(worlds), ctypes.c_long(len(worlds)), _pointer(found))
         return found
+
+    def worlds(self, agent: str, worlds: Float64) -> tuple[Float32, Int32]:
+        """An agent's observations in world states [batch, n_coordinates], [batch, n_features], and its actions."""
+        worlds, lowered = self._states(worlds), self._agents[agent]
+        seen = np.zeros((len(worlds), len(lowered.features)), dtype=np.float32)
+        actions = np.full(len(worlds), -1, dtype=np.int32)
+        run = self._library[lowered.names.exported_observe]
+        run(_pointer(worlds), ctypes.c_long(len(worlds)), _pointer(seen), _pointer(actions))
+        return seen, actions
+
+    def constants(self) -> list[float]:
+        """Time of a step, damping, and every agent's force."""
+        found = np.zeros(2 + len(self._agents))
+        self._library[self._names.exported_constants](_pointer(found))
+        return found.tolist()
 
     def region(self, worlds: Float64) -> Int32:
         """The compiled check of the region, [batch] int32: 1 within, else 0. `worlds`: [batch, n_coordinates]."""

@@ -24,6 +24,10 @@ _LIMITS = np.finfo(np.float32)
 _EXTREMES = (_LIMITS.max, _LIMITS.tiny, _LIMITS.smallest_subnormal, np.float32(np.inf), np.float32(0))
 SPECIAL = np.array([np.nan, *_EXTREMES, *(-extreme for extreme in _EXTREMES)], dtype=np.float32)
 
+# halves of float32's smallest and of its distance to infinity, beside what doubles have of their own
+_HALVES = (2.0**-150, float(_LIMITS.max) + 2.0**103)
+DOUBLES = np.array([np.nan, *(s * x for s in (1, -1) for x in (0.0, 5e-324, 1e-40, *_HALVES, 1e300, 1.7e308, np.inf))])
+WILD = 500
 TYPED = 200  # observations in numbers of each other type
 ROUNDS = 20  # of moving states into a region
 AROUND = 64  # states at each border of a region
@@ -83,6 +87,18 @@ def special(features: tuple[ir.FeatureSpec, ...], rng: np.random.Generator) -> F
     return np.concatenate([rows.reshape(-1, n), np.repeat(SPECIAL[:, None], n, axis=1)])
 
 
+def ends(features: tuple[ir.FeatureSpec, ...], rng: np.random.Generator) -> Float32:
+    """Observations within the ranges, but for one feature at an end of its range or at a neighbour. [n, n_features]"""
+    rows = [np.zeros((0, len(features)), dtype=np.float32)]
+    for place, feature in enumerate(features):
+        low, high = round_down(feature.low), -round_down(-feature.high)
+        for value in (*neighbours(low), *neighbours(high)):
+            filled = random(features, FILLINGS // 4, rng)
+            filled[:, place] = value
+            rows.append(filled)
+    return np.concatenate(rows)
+
+
 def random(features: tuple[ir.FeatureSpec, ...], count: int, rng: np.random.Generator) -> Float32:
     """Uniform in the features' ranges, half in the inner third, where most thresholds lie. [count, n_features]"""
     low = np.array([feature.low for feature in features])
@@ -140,6 +156,13 @@ def worlds(profile: ir.PolicyProfile, rng: np.random.Generator) -> Float64:
                 filled[:, index[first]] = (at - others) / weight
             rows.append(filled)
     return np.concatenate(rows)
+
+
+def wild(n_coordinates: int, rng: np.random.Generator) -> Float64:
+    """World states that no game meets: huge, tiny, infinite and NaN among ordinary ones, [n, n_coordinates] float64."""
+    rows = rng.uniform(-2, 2, (WILD, n_coordinates))
+    special = rng.random(rows.shape) < rng.uniform(0, 0.5, (WILD, 1))
+    return np.where(special, rng.choice(DOUBLES, rows.shape), rows)
 
 
 def bordering(region: RegionSpec, world: ir.WorldSpec, rng: np.random.Generator) -> Float64:

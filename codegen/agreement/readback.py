@@ -1,7 +1,7 @@
 """Decisions read back from the text of targets, each by means that its emitter does not use.
 
-Does: runs JavaScript under Node.js and Rust by rustc, ONNX under onnxruntime, walks JSON and SVG as a
-  stranger would.
+Does: runs JavaScript under Node.js and Rust by rustc, ONNX under onnxruntime, array modules under JAX and PyTorch,
+  walks JSON and SVG as a stranger would.
 Assumes: programs on the path; a scratch folder.
 Does not: compare (selfcheck.py).
 """
@@ -11,7 +11,7 @@ import runpy
 import shutil
 import subprocess
 import tempfile
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
 from pathlib import Path
 from typing import Any, NamedTuple, cast
@@ -19,9 +19,12 @@ from xml.etree import ElementTree
 
 import numpy as np
 
+from codegen.agreement import misuse
+from codegen.agreement.entries import Asked, Told
+from codegen.check import identifier
 from codegen.errors import DisagreementError, MissingToolError
 from codegen.ir import Float32, Float64, Int32
-from codegen.lowering.lower import Agent, Model
+from codegen.lowering.model import Model
 from codegen.targets import javascript, rust
 
 LIMIT_S = 120
@@ -76,51 +79,118 @@ def load_python(text: str) -> Mapping[str, Any]:
         return runpy.run_path(str(path))
 
 
+def python_told(module: Mapping[str, Any], asked: Asked) -> Told:
+    """What a Python module's namespace answers, beside decisions from observations."""
+    agents = [policy.agent for policy in asked.profile.agents]
+    tables: list[dict[str, Any]] = [module.get(name, {}) for name in ("FINITE", "IN_RANGE", "OBSERVE", "ACT_WORLD")]
+    finite, in_range, observe, act_world = tables
+    functions = [*observe.values(), *act_world.values()]
+    functions += [module[name] for name in ("act_team", "in_region") if name in module]
+    wrong = misuse.single(len(asked.states[0]), asks=True)
+    let = [each for function in functions for each in misuse.accepted(function, wrong)]
+    states, bordering = asked.states.tolist(), asked.bordering.tolist()
+    checks = {
+        agent: np.array([finite[agent](row) + 2 * in_range[agent](row) for row in asked.rows[agent].tolist()])
+        for agent in agents
+    }
+    return Told(
+        checks=checks,
+        constants=_python_constants(module, agents),
+        observed={agent: np.array([see(w) for w in states], dtype=np.float64) for agent, see in observe.items()},
+        acted={agent: np.array([act(w) for w in states]) for agent, act in act_world.items()},
+        team=np.array([module["act_team"](w) for w in states]) if "act_team" in module else None,
+        within=np.array([module["in_region"](w) for w in bordering]) if "in_region" in module else None,
+        misused=len(wrong) * len(functions),
+        accepted=tuple(let),
+    )
+
+
+def _python_constants(module: Mapping[str, Any], agents: Sequence[str]) -> list[float | str]:
+    found: list[float | str] = [module["DT"], module["DAMPING"], *module["COORDINATES"]]
+    for agent in agents:
+        found.append(module["FORCE"][agent])
+        found += [value for effect in module["EFFECTS"][agent] for value in effect or (np.nan, np.nan)]
+        found += [end for pair in module["RANGES"][agent] for end in pair]
+        found += [meaning or "" for meaning in module["MEANINGS"][agent]]
+        names: Any = module[f"Action_{identifier(agent)}"]
+        found += [f"{action.name}={action.value}" for action in names]
+    return found
+
+
 class Ran(NamedTuple):
-    """What a JavaScript module did: decisions for doubles one by one, and for their float32 values in a batch; how many
-    wrong inputs it was given, and which of them it did not refuse.
+    """What a module of another language did: decisions for numbers one by one, and for their float32 values in a batch;
+    how many wrong inputs it was given, and which of them it did not refuse.
     """
 
     single: Int32
     batch: Int32
-    misused: int
-    accepted: list[str]
+    misused: int = 0
+    accepted: Sequence[str] = ()
 
 
-def javascript_act(text: str, model: Model, rows: Mapping[str, Float64]) -> dict[str, Ran]:
-    """What each agent's functions do. MissingToolError without Node.js."""
+def javascript_act(text: str, model: Model, rows: Mapping[str, Float64], asked: Asked) -> tuple[dict[str, Ran], Told]:
+    """What each agent's functions do, and what else the module answers. MissingToolError without Node.js."""
     node = _tool("node", "install Node.js, or leave the target javascript out")
     with tempfile.TemporaryDirectory(prefix="maviper-") as name:
         folder = Path(name)
         (folder / f"{model.prefix}.mjs").write_text(text)
         (folder / "harness.mjs").write_text(javascript.harness(model))
+        _ask(folder, model, asked)
         for agent in model.agents:
             (folder / f"{agent.lower}.rows").write_bytes(rows[agent.name].astype("<f8").tobytes())
         _run([node, "harness.mjs"], folder, "the generated JavaScript does not run")
         found: dict[str, Ran] = {}
         for agent in model.agents:
-            single, batch = np.split(_actions(folder, agent), 2)
-            misuse = cast(dict[str, Any], json.loads((folder / f"{agent.lower}.json").read_text()))
-            found[agent.name] = Ran(single, batch, misuse["asked"], misuse["accepted"])
-    return found
+            single, batch = np.split(_integers(folder / f"{agent.lower}.actions"), 2)
+            misused = cast(dict[str, Any], json.loads((folder / f"{agent.lower}.json").read_text()))
+            found[agent.name] = Ran(single, batch, misused["asked"], misused["accepted"])
+        return found, _told(folder, model)
 
 
-def rust_act(text: str, model: Model, rows: Mapping[str, Float32]) -> dict[str, tuple[Int32, Int32]]:
-    """Per agent, decisions and input checks. MissingToolError without rustc."""
+def rust_act(text: str, model: Model, rows: Mapping[str, Float32], asked: Asked) -> tuple[dict[str, Ran], Told]:
+    """Per agent its decisions, and what else the module answers. MissingToolError without rustc."""
     rustc = _tool("rustc", "install Rust, or leave the target rust out")
     with tempfile.TemporaryDirectory(prefix="maviper-") as name:
         folder = Path(name)
         (folder / f"{model.prefix}.rs").write_text(text)
         (folder / "main.rs").write_text(rust.harness(model))
         (folder / "alone.rs").write_text(f"#![no_std]\n#![deny(warnings)]\npub mod {model.prefix};\n")
+        _ask(folder, model, asked)
         failed = "the generated Rust does not compile"
         _run([rustc, "--edition=2021", "--crate-type=lib", "--emit=metadata", "alone.rs"], folder, failed)
         _run([rustc, "--edition=2021", "-O", "main.rs", "-o", "run"], folder, failed)
         for agent in model.agents:
             (folder / f"{agent.lower}.rows").write_bytes(rows[agent.name].astype("<f4").tobytes())
         _run([str(folder / "run")], folder, "the generated Rust does not run")
-        found = {agent.name: _actions(folder, agent).reshape(-1, 2) for agent in model.agents}
-    return {name: (both[:, 0], both[:, 1]) for name, both in found.items()}
+        acted = {agent.name: _integers(folder / f"{agent.lower}.actions") for agent in model.agents}
+        halves = {name: np.split(both, 2) for name, both in acted.items()}
+        return {name: Ran(single, batch) for name, (single, batch) in halves.items()}, _told(folder, model)
+
+
+def _ask(folder: Path, model: Model, asked: Asked) -> None:
+    """Writes what a harness reads: observations of each agent, and world states."""
+    for agent in model.agents:
+        (folder / f"{agent.lower}.asked").write_bytes(asked.rows[agent.name].astype("<f4").tobytes())
+    for name, states in (("states", asked.states), ("bordering", asked.bordering)):
+        (folder / name).write_bytes(states.astype("<f8").tobytes())
+
+
+def _told(folder: Path, model: Model) -> Told:
+    """What a harness left behind."""
+    said = cast(dict[str, Any], json.loads((folder / "entries.json").read_text()))
+    located = model.agents if model.located else ()
+    team = _integers(folder / "team").reshape(-1, len(model.agents)) if model.located else None
+    seen = {agent: (folder / f"{agent.lower}.seen").read_bytes() for agent in located}
+    return Told(
+        checks={agent.name: _integers(folder / f"{agent.lower}.checks") for agent in model.agents},
+        constants=[_constant(each) for each in said["constants"]],
+        observed={a.name: np.frombuffer(raw, "<f8").reshape(-1, len(a.features)) for a, raw in seen.items()},
+        acted={agent.name: _integers(folder / f"{agent.lower}.acted") for agent in located},
+        team=team,
+        within=_integers(folder / "within") if model.region else None,
+        misused=said.get("asked", 0),
+        accepted=tuple(said.get("accepted", ())),
+    )
 
 
 def onnx_act(model: bytes, agent: str, rows: Float32) -> Int32:
@@ -146,6 +216,39 @@ def onnx_session(model: bytes) -> Any:
     return runtime.InferenceSession(model, options, providers=["CPUExecutionProvider"])
 
 
+def jax_act(text: str, agent: str, rows: Float32) -> Any:
+    """Decisions of a batch under JAX."""
+    return np.asarray(_array_module(text, "jax")["ACT"][agent](rows))
+
+
+def jax_compiled_act(text: str, agent: str, rows: Float32) -> Any:
+    """Decisions row by row, mapped over a batch and compiled."""
+    act, jax = _array_module(text, "jax")["ACT"][agent], import_module("jax")
+    return np.asarray(jax.jit(jax.vmap(act))(rows))
+
+
+def torch_act(text: str, agent: str, rows: Float32) -> Any:
+    """Decisions of a batch under PyTorch."""
+    module, torch = _array_module(text, "torch"), import_module("torch")
+    return module["ACT"][agent](torch.tensor(rows)).numpy()
+
+
+def torch_mapped_act(text: str, agent: str, rows: Float32) -> Any:
+    """Decisions row by row, mapped over a batch."""
+    act, torch = _array_module(text, "torch")["ACT"][agent], import_module("torch")
+    return torch.func.vmap(act)(torch.tensor(rows)).numpy()
+
+
+def _array_module(text: str, library: str) -> Mapping[str, Any]:
+    """The namespace of a module for an array library. MissingToolError without the library."""
+    try:
+        import_module(library)
+    except ImportError:
+        advice = f"pip install {library}, or leave the target {library} out"
+        raise MissingToolError(f"{library} is not installed", "", advice) from None
+    return load_python(text)
+
+
 def svg_act(text: str, agent: str, rows: Float32) -> Int32:
     """Decisions read from the attributes of a picture's elements. `agent`: whose picture it is."""
     nodes = {int(group.attrib["data-node"]): group.attrib for group in ElementTree.fromstring(text).iter(f"{_SVG}g")}
@@ -166,6 +269,10 @@ READERS = [
     Reader("svg", ("{prefix}_{agent}.svg",), svg_act, every=7),
     Reader("onnx", ("{prefix}_{agent}.onnx",), onnx_act),
     Reader("onnx one by one", ("{prefix}_{agent}.onnx",), onnx_act_singly, every=5),
+    Reader("jax", ("{prefix}_jax.py",), jax_act),
+    Reader("jax, jit of vmap", ("{prefix}_jax.py",), jax_compiled_act),
+    Reader("torch", ("{prefix}_torch.py",), torch_act),
+    Reader("torch, vmap", ("{prefix}_torch.py",), torch_mapped_act),
 ]
 
 
@@ -183,5 +290,10 @@ def _run(command: list[str], folder: Path, failed: str) -> None:
         raise DisagreementError(failed, lines, "this is a bug; nothing was written")
 
 
-def _actions(folder: Path, agent: Agent) -> Int32:
-    return np.frombuffer((folder / f"{agent.lower}.actions").read_bytes(), dtype="<i4").astype(np.int32)
+def _constant(given: str | float | None) -> str | float:
+    """As JSON tells it, which knows no NaN, and may write 5 for 5.0."""
+    return given if isinstance(given, str) else np.nan if given is None else float(given)
+
+
+def _integers(path: Path) -> Int32:
+    return np.frombuffer(path.read_bytes(), dtype="<i4").astype(np.int32)

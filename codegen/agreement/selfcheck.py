@@ -13,34 +13,23 @@ from typing import Any
 import numpy as np
 
 from codegen import ir
-from codegen.agreement import misuse, probes, readback
+from codegen.agreement import entries, misuse, probes, readback
 from codegen.agreement.build import Build
 from codegen.agreement.compiled import ensure_strict
+from codegen.agreement.entries import CONSTANTS, OBSERVE, SEED, Agreement, Asked, Told
 from codegen.equivalence import structure
 from codegen.errors import DisagreementError, MissingToolError
-from codegen.floats import round_down
 from codegen.ir import Float32, Int32
-from codegen.lowering.lower import AUTO, ORDERED, Model, lower
-from codegen.observe import observe
+from codegen.lowering.lower import AUTO, ORDERED, lower
+from codegen.lowering.model import Model
 
 INPUT_CHECK = "c input check"
 STRUCTURE = "c structure"
 MAX_PARSED = 20_000  # nodes of all trees; parsing more, here or by every compiler, takes minutes
 ALL = "c all agents"
-TEAM = "c team from world states"
+TEAM = f"c {entries.TEAM}"
+NO_DECISIONS = ("input check", STRUCTURE, CONSTANTS, OBSERVE)  # what targets end with that count none
 RANDOM_OBSERVATIONS = 100_000
-SEED = 20_220_526  # of the random probes
-
-
-@dataclass(frozen=True)
-class Agreement:
-    """How one target fared for one agent: `differences` of `observations` decisions differ from the reference."""
-
-    target: str
-    agent: str
-    observations: int
-    differences: int
-    first: str = ""  # the first difference, in words
 
 
 @dataclass(frozen=True)
@@ -54,9 +43,7 @@ class Report:
     @property
     def observations(self) -> int:
         """How many decisions were compared (answers of input checks and nodes of syntax trees are not decisions)."""
-        return sum(
-            item.observations for item in self.agreements if not item.target.endswith(("input check", STRUCTURE))
-        )
+        return sum(item.observations for item in self.agreements if not item.target.endswith(NO_DECISIONS))
 
     def ensure(self) -> "Report":
         """The report itself; DisagreementError when any decision differs."""
@@ -160,7 +147,7 @@ def _check_c(
         found.append(compare("c", policy, rows[held], expected[held], acted))
         for name, actions in zip(("c rows", "c columns"), compiled.batch(policy.agent, rows), strict=True):
             found.append(compare(name, policy, rows, expected, actions))
-        wrong = int((compiled.checks(policy.agent, rows) != _checks(policy, rows)).sum())
+        wrong = int((compiled.checks(policy.agent, rows) != entries.checks(policy, rows)).sum())
         found.append(Agreement(INPUT_CHECK, policy.agent, len(rows), wrong, "a check is wrong" if wrong else ""))
     n = min(len(rows) for rows in asked.values())
     seen = [asked[policy.agent][:n] for policy in profile.agents]
@@ -168,19 +155,28 @@ def _check_c(
         seen = [np.nan_to_num(rows) for rows in seen]
     for policy, rows, actions in zip(profile.agents, seen, compiled.all(seen).T, strict=True):
         found.append(compare(ALL, policy, rows, ir.act(policy, rows), actions))
-    if model.located:
-        worlds = probes.worlds(profile, np.random.default_rng(SEED))
-        for policy, actions in zip(profile.agents, compiled.team(worlds).T, strict=True):
-            seen = observe(policy.features, worlds, profile.world)
-            found.append(compare(TEAM, policy, seen, ir.act(policy, seen), actions))
-    if model.region and profile.region is not None:
-        worlds = probes.bordering(profile.region, profile.world, np.random.default_rng(SEED))
-        within = profile.region.holds(worlds, profile.world.coordinates())
-        wrong = int((compiled.region(worlds) != within).sum())
-        found.append(Agreement(f"region {INPUT_CHECK}", "all", len(worlds), wrong, "the check is wrong"))
-        if not within.any():
-            skipped.append("the check of the region: no state was drawn that lies in it")
-    return found
+    return found + _check_c_entries(build, skipped)
+
+
+def _check_c_entries(build: Build, skipped: list[str]) -> list[Agreement]:
+    """What the C says of world states, of the region, and its constants."""
+    profile, model, compiled = build.profile, build.model, build.library
+    # by its contract, the style that compares bits takes finite coordinates only
+    asked = Asked(profile, finite=model.style == ORDERED)
+    force = {entity.name: entity.force for entity in profile.world.agents}
+    constants = [profile.world.dt, profile.world.damping, *(force[policy.agent] for policy in profile.agents)]
+    agents = [policy.agent for policy in profile.agents]
+    worlds = {agent: compiled.worlds(agent, asked.states) for agent in agents if model.located}
+    told = Told(
+        checks={agent: compiled.checks(agent, asked.rows[agent]) for agent in agents},
+        observed={agent: seen.astype(np.float64) for agent, (seen, _) in worlds.items()},
+        acted={agent: actions for agent, (_, actions) in worlds.items()},
+        team=compiled.team(asked.states) if model.located else None,
+        within=compiled.region(asked.bordering) if model.region else None,
+    )
+    if profile.region and not profile.region.holds(asked.bordering, profile.world.coordinates()).any():
+        skipped.append("the check of the region: no state was drawn that lies in it")
+    return [entries.constants("c", constants, compiled.constants()), *entries.compared("c", asked, told)]
 
 
 def _read(
@@ -239,22 +235,14 @@ def _parsed(profile: ir.PolicyProfile, header: str, model: Model) -> list[Agreem
     ]
 
 
-def _checks(policy: ir.AgentPolicy, rows: Float32) -> Int32:
-    """What the input checks should say of observations."""
-    low, high = (np.array([getattr(feature, end) for feature in policy.features]) for end in ("low", "high"))
-    low, high = round_down(low), -round_down(-high)
-    within = ((rows >= low) & (rows <= high)).all(axis=1)
-    return (np.isfinite(rows).all(axis=1) + 2 * within).astype(np.int32)
-
-
 def _check_python(
     profile: ir.PolicyProfile, module: str, model: Model, asked: Mapping[str, Float32], wanted: Mapping[str, Int32]
 ) -> list[Agreement]:
-    found: list[Agreement] = []
-    namespace = readback.load_python(module)
+    namespace, entry = readback.load_python(module), Asked(profile)
+    found = entries.compared("python", entry, readback.python_told(namespace, entry))
     for policy, agent in zip(profile.agents, model.agents, strict=True):
         rows = asked[policy.agent]
-        act, batch = namespace[f"act_{agent.lower}"], namespace[f"act_{agent.lower}_batch"]
+        act, batch = namespace["ACT"][agent.name], namespace["ACT_BATCH"][agent.name]
         one_by_one = [act(row) for row in rows.tolist()]
         found.append(compare("python", policy, rows, wanted[policy.agent], one_by_one))
         found.append(compare("python batch", policy, rows, wanted[policy.agent], batch(rows)))
@@ -281,8 +269,9 @@ def _check_javascript(
 ) -> list[Agreement]:
     near = {p.agent: probes.doubles(p.tree, p.features, np.random.default_rng(SEED)) for p in profile.agents}
     rows = {name: np.concatenate([seen.astype(np.float64), near[name]]) for name, seen in asked.items()}
-    ran = readback.javascript_act(module, model, rows)
-    found: list[Agreement] = []
+    entry = Asked(profile)
+    ran, told = readback.javascript_act(module, model, rows, entry)
+    found = entries.compared("javascript", entry, told)
     for policy in profile.agents:
         expected = np.concatenate([wanted[policy.agent], ir.act(policy, near[policy.agent])])
         acted = ran[policy.agent]
@@ -296,12 +285,13 @@ def _check_javascript(
 def _check_rust(
     profile: ir.PolicyProfile, module: str, model: Model, asked: Mapping[str, Float32], wanted: Mapping[str, Int32]
 ) -> list[Agreement]:
-    found: list[Agreement] = []
-    for name, (actions, checks) in readback.rust_act(module, model, asked).items():
+    entry = Asked(profile)
+    ran, told = readback.rust_act(module, model, asked, entry)
+    found = entries.compared("rust", entry, told)
+    for name, acted in ran.items():
         policy, rows = profile.policy(name), asked[name]
-        found.append(compare("rust", policy, rows, wanted[name], actions))
-        wrong = int((checks != np.isfinite(rows).all(axis=1)).sum())
-        found.append(Agreement("rust input check", name, len(rows), wrong, "a check is wrong" if wrong else ""))
+        found.append(compare("rust", policy, rows, wanted[name], acted.single))
+        found.append(compare("rust rows", policy, rows, wanted[name], acted.batch))
     return found
 
 

@@ -13,7 +13,7 @@ from codegen import ir
 from codegen.agreement import probes
 from codegen.agreement.build import Build
 from codegen.agreement.selfcheck import SEED
-from codegen.lowering.lower import Model
+from codegen.lowering.model import Model
 from codegen.lowering.render import render
 
 SPECIALS, ORDINARY, EACH = 60, 40, 3  # of special and ordinary observations an agent, of completions a boundary value

@@ -11,14 +11,15 @@ Floats are given by their bits, so that an answer covers every NaN, both zeros, 
 import ast
 import re
 import struct
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from codegen import ir
 from codegen.equivalence.symbolic import Definitions, Header, Unreadable
-from codegen.lowering.lower import ORDERED, Model
+from codegen.lowering.lower import ORDERED
+from codegen.lowering.model import Model
 from codegen.lowering.render import render
 
 SINGLE, DOUBLE = 32, 64  # bits of a number of an observation
@@ -62,26 +63,56 @@ def about_python(module: str, profile: ir.PolicyProfile, model: Model) -> list[O
     """
     body = ast.parse(module).body
     functions = {node.name: node for node in body if isinstance(node, ast.FunctionDef)}
+    taken = functions.keys() | BUILT_IN.keys()
     for node in body:
-        named = isinstance(node, ast.Assign) and all(
-            isinstance(target, ast.Name) and target.id not in functions | BUILT_IN for target in node.targets
-        )
-        text = isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)
-        defines = isinstance(node, ast.FunctionDef) and not node.decorator_list and node.name not in BUILT_IN
-        if not (named or text or defines):
-            raise Unreadable(f"a statement of the module: {ast.unparse(node)[:60]}")
+        _ensure_idle(node, taken)
     found: list[Obligation] = []
     for policy, agent in zip(profile.agents, model.agents, strict=True):
         function = functions.get(f"act_{agent.lower}")
         if function is None:
             raise Unreadable(f"there is no function act_{agent.lower}")
-        given = ast.unparse(function.args)
-        if not given.isidentifier() or given in BUILT_IN:
+        parameters = function.args.args
+        given = parameters[0].arg if parameters else ""
+        if ast.unparse(function.args) != ast.unparse(_only(parameters)) or given in BUILT_IN:
             raise Unreadable(f"act_{agent.lower} does not take one observation")
         code = Definitions("p")
         answer = _python(function.body, given, len(policy.features), code)
         found.append(_question(PYTHON, policy, model, DOUBLE, (code, answer), []))
     return found
+
+
+def _only(parameters: Sequence[ast.arg]) -> ast.arguments:
+    """The arguments of a function of these parameters that has one of them and nothing else."""
+    return ast.arguments([], list(parameters[:1]), None, [], [], None, [])
+
+
+def _ensure_idle(node: ast.stmt, taken: Collection[str]) -> None:
+    """Unreadable for a statement of the module that may change what a function does. `taken`: names that must stay."""
+    match node:
+        case ast.Expr(value=ast.Constant()):
+            return
+        case ast.FunctionDef(decorator_list=[]) if node.name not in BUILT_IN:
+            return
+        case ast.Assign(targets=targets) if all(
+            isinstance(each, ast.Name) and each.id not in taken for each in targets
+        ):
+            return
+        case ast.AnnAssign(target=ast.Name(id=name)) if name not in taken:
+            return
+        case ast.ImportFrom(module=module, names=names, level=0) if module in TYPING:
+            if not any(each.asname or each.name == "*" or each.name in taken for each in names):
+                return
+        case ast.ClassDef(bases=[ast.Name(id="IntEnum")], keywords=[], decorator_list=[]) if node.name not in taken:
+            for each in node.body:
+                _ensure_idle(each, taken)
+            return
+        case ast.If(test=ast.Name(id="TYPE_CHECKING"), orelse=[]):
+            for each in node.body:
+                _ensure_idle(each, taken)
+            return
+        case _:
+            pass
+    raise Unreadable(f"a statement of the module: {ast.unparse(node)[:60]}")
 
 
 def _question(
@@ -124,8 +155,9 @@ def _tree(tree: ir.Tree, into: Definitions) -> str:
     return terms[ir.ROOT]
 
 
+TYPING = ("__future__", "array", "enum", "math", "numpy.typing", "typing")  # what a module may import from
 BUILT_IN = dict.fromkeys(("float", "len", "list", "tuple", "type"))  # what a function asks about its observation
-OTHERWISE = "type({x}) is not list and type({x}) is not tuple or len({x}) != {n}"  # which a list of n doubles is not
+OTHERWISE = "(kind := type({x})) is not list and kind is not tuple or len({x}) != {n}"
 NUMBER = re.compile(
     r"(\w+) if type\(\((\w+) := (\w+)\[(\d+)\]\)\) is float else _double\((\w+)\)"
 )  # itself, if a double

@@ -18,10 +18,11 @@ from pycparser.c_parser import ParseError
 
 from codegen import ir
 from codegen.ir import NO_FEATURE, ROOT, Tree
-from codegen.lowering.lower import Model
+from codegen.lowering.model import Model
 
 NOT_PROVED = (AttributeError, LookupError, TypeError, ValueError)
 MEANT = re.compile(r'#(include <(float|stdint)\.h>|endif|error .*|define \w+_H|define \w+_PROFILE "[0-9a-f]{64}")')
+CONSTANT = re.compile(r"#define (\w+_(DT|DAMPING|FORCE)) -?[0-9.e+-]+")  # a number that the code does not use
 TYPES = "typedef int int32_t; typedef unsigned int uint32_t;\n"
 # what stands around the tables; {next} is the step to the child
 STEP = {
@@ -77,8 +78,9 @@ def odd_lines(header: str) -> list[str]:
         if not line.startswith("#"):
             continue
         refuses = re.match(r"#\s*(if|ifdef)\b", line) and after.startswith("#error")
-        guards = re.fullmatch(r"#ifndef (\w+)", line)
-        if not (refuses or MEANT.fullmatch(line) or (guards and after == f"#define {guards[1]}")):
+        guards, names = re.fullmatch(r"#ifndef (\w+)", line), CONSTANT.fullmatch(line)
+        unused = names and sum(len(re.findall(rf"\b{names[1]}\b", each)) for each in lines) == 1
+        if not (refuses or MEANT.fullmatch(line) or unused or (guards and after == f"#define {guards[1]}")):
             odd.append(line)
     return odd
 

@@ -8,8 +8,6 @@ Does not: write text of any language, or change a decision.
 import re
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 
@@ -17,7 +15,20 @@ from codegen import ir
 from codegen.check import identifier
 from codegen.errors import InputError, UnknownNameError
 from codegen.floats import deciding_double, decimal_literal, hex_literal, round_down, short_hex
-from codegen.lowering.names import AgentNames, Names, ensure_distinct, of_agent, of_profile, taken
+from codegen.lowering.model import (
+    Action,
+    Agent,
+    Double,
+    Feature,
+    Line,
+    Model,
+    Node,
+    Place,
+    Region,
+    Tables,
+    unsigned,
+)
+from codegen.lowering.names import Names, ensure_distinct, of_agent, of_profile, taken
 from codegen.policy_json import content_hash
 from codegen.region import RegionSpec
 
@@ -27,187 +38,7 @@ NESTED_LEVELS = 100  # MSVC stops at 128 nested blocks
 NESTED_SPLITS = 10_000
 COMPLETE_LEVELS = 8
 SELECTS = 100  # splits up to which evaluating all of them beats walking
-TILED = 5  # tested features from which on numpy copies columns faster in tiles than one by one
-_BYTES = {"unsigned char": 1, "unsigned short": 2, "unsigned int": 4}
 PREFIX = re.compile(r"[a-z][a-z0-9_]{0,40}")
-
-
-@dataclass(frozen=True)
-class Feature:
-    """A feature and its place in the observation."""
-
-    index: int
-    name: str
-    upper: str
-    unit: str
-    low: str
-    high: str
-    low_hex: str  # the range as float32, rounded outwards
-    high_hex: str
-    meaning: str
-    function: str  # of the sum of `terms`; "" for the sum itself
-    terms: tuple[tuple[str, str, str], ...] | None  # (sign, weight unless it is 1, coordinate); None: no meaning
-
-
-@dataclass(frozen=True)
-class Action:
-    """An action and its number."""
-
-    index: int
-    name: str
-    upper: str
-
-
-@dataclass(frozen=True)
-class Node:
-    """A node of the tree. Splits compare feature `feature` with a threshold, leaves take `action`."""
-
-    id: int
-    feature: Feature | None
-    action: Action | None
-    float_hex: str  # the float32 threshold, exact, as a C literal
-    bits: int  # of it as an unsigned number
-    double: str  # the deciding double, shortest decimal
-    shown: str  # for comments only
-    left: int
-    right: int
-
-    @property
-    def hex_bits(self) -> str:
-        """`bits` in eight hexadecimal digits."""
-        return f"0x{self.bits:08x}"
-
-    @property
-    def negative(self) -> bool:
-        """Whether the threshold's sign is set, -0.0 included."""
-        return self.bits >= 2**31
-
-
-@dataclass(frozen=True)
-class Line:
-    """A line of nested-if code: `if` opens a split, `else` turns to its right side, `end` closes it, `leaf` decides."""
-
-    kind: Literal["if", "else", "end", "leaf"]
-    level: int
-    node: Node
-
-    def pad(self, width: int = 4, outer: int = 1) -> str:
-        """The space before it, within `outer` levels of other code."""
-        return " " * width * (self.level + outer)
-
-
-@dataclass(frozen=True)
-class Tables:
-    """A tree as arrays. `complete`: the children of node i are 2 i + 1 and 2 i + 2, and `actions` has an entry for each
-    path of `levels` tests; else `children` has two entries a node, a leaf being its own child.
-    """
-
-    complete: bool
-    levels: int
-    features: tuple[int, ...]
-    thresholds: tuple[str, ...]  # hexadecimal floats
-    children: tuple[int, ...]
-    actions: tuple[int, ...]  # per path, or per node
-    feature_type: str
-    child_type: str
-    action_type: str
-
-    @property
-    def size(self) -> int:
-        """Bytes of all arrays."""
-        widths = [
-            (self.features, self.feature_type),
-            (self.children, self.child_type),
-            (self.actions, self.action_type),
-        ]
-        return 4 * len(self.thresholds) + sum(len(array) * _BYTES[kind] for array, kind in widths)
-
-
-@dataclass(frozen=True)
-class Agent:
-    """One agent's policy, ready to be written."""
-
-    name: str
-    lower: str
-    names: AgentNames
-    team: str
-    features: tuple[Feature, ...]
-    actions: tuple[Action, ...]
-    nodes: tuple[Node, ...]
-    lines: tuple[Line, ...]
-    tables: Tables
-    used: tuple[Feature, ...]  # features that the tree tests
-    repeated: frozenset[int]  # indices of those that it tests more than once
-    comparisons: int  # in the worst case
-    n_leaves: int
-    selects: bool  # whether a batch over columns evaluates every split (else it walks)
-    located: bool  # whether every feature has a meaning
-
-    @property
-    def observation_bytes(self) -> int:
-        """Bytes of an observation of float32."""
-        return 4 * len(self.features)
-
-    @property
-    def tiled(self) -> bool:
-        """Whether a numpy batch first copies its columns, in tiles."""
-        return len(self.used) >= TILED
-
-
-@dataclass(frozen=True)
-class Region:
-    """The world states that the code is meant for, as its check compares them: coordinates are upper-case names."""
-
-    bounds: tuple[tuple[str, str, str, str], ...]  # coordinate, the one subtracted or "", low, high
-    apart: tuple[tuple[str, str, str], ...]  # entity, entity, least distance
-    goals: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class Model:
-    """A whole profile, ready to be written."""
-
-    prefix: str
-    names: Names
-    world: str
-    content_hash: str
-    tool: str
-    algorithm: str
-    preset: str
-    seed: int
-    style: str  # one of STYLES but `auto`
-    agents: tuple[Agent, ...]
-    region: Region | None
-
-    @property
-    def located(self) -> bool:
-        """Whether every agent can decide from world coordinates."""
-        return all(agent.located for agent in self.agents)
-
-    @property
-    def chosen(self) -> bool:
-        """Whether any agent has a choice."""
-        return any(agent.comparisons for agent in self.agents)
-
-    @property
-    def tiled(self) -> bool:
-        """Whether any agent's numpy batch copies its columns in tiles."""
-        return any(agent.tiled for agent in self.agents)
-
-    @property
-    def numpy_type(self) -> str:
-        """The numpy type that holds every agent's actions."""
-        return f"uint{8 * max(_BYTES[agent.tables.action_type] for agent in self.agents)}"
-
-    @property
-    def side_by_side(self) -> bool:
-        """Whether all trees are walked in step: complete tables with a test in each."""
-        return all(agent.tables.complete and agent.tables.levels for agent in self.agents)
-
-    @property
-    def max_levels(self) -> int:
-        """Tests on the longest path of any tree."""
-        return max(agent.tables.levels for agent in self.agents)
 
 
 def lower(profile: ir.PolicyProfile, prefix: str | None = None, style: str = AUTO) -> Model:
@@ -226,9 +57,10 @@ def lower(profile: ir.PolicyProfile, prefix: str | None = None, style: str = AUT
     if taken(prefix):
         raise InputError(f"no file of code can be called {prefix!r}", "--prefix", "choose another with --prefix")
     digest = content_hash(profile)
+    names = of_profile(prefix, digest, [_upper(name) for name in profile.world.coordinates()])
     model = Model(
         prefix=prefix,
-        names=of_profile(prefix, digest, [_upper(name) for name in profile.world.coordinates()]),
+        names=names,
         world=profile.world.name,
         content_hash=digest,
         tool=profile.provenance.tool,
@@ -236,33 +68,56 @@ def lower(profile: ir.PolicyProfile, prefix: str | None = None, style: str = AUT
         preset=profile.provenance.preset,
         seed=profile.provenance.seed,
         style=_automatic(profile) if style == AUTO else style,
-        agents=tuple(_agent(policy, prefix) for policy in profile.agents),
+        agents=tuple(_agent(policy, prefix, profile.world) for policy in profile.agents),
         region=None if profile.region is None else _region(profile.region),
+        places=_places(profile, names),
+        dt=decimal_literal(profile.world.dt),
+        damping=decimal_literal(profile.world.damping),
     )
     ensure_distinct(model.names, {agent.lower: agent.names for agent in model.agents})
     return model
 
 
-def _agent(policy: ir.AgentPolicy, prefix: str) -> Agent:
-    features = tuple(
-        Feature(
-            index,
-            feature.name,
-            identifier(feature.name).upper(),
-            feature.unit,
-            decimal_literal(feature.low),
-            decimal_literal(feature.high),
-            hex_literal(round_down(feature.low)),
-            hex_literal(-round_down(-feature.high)),
-            str(feature.meaning) if feature.meaning else "",
-            feature.meaning.function if feature.meaning else "",
-            None if feature.meaning is None else tuple(_term(*term) for term in feature.meaning.terms),
-        )
-        for index, feature in enumerate(policy.features)
+def _places(profile: ir.PolicyProfile, names: Names) -> dict[str, Place]:
+    """The coordinates of a world state, by upper-case name."""
+    read = {
+        policy.agent: {name for each in policy.features if each.meaning for _, name in each.meaning.terms}
+        for policy in profile.agents
+    }
+    found: dict[str, Place] = {}
+    for index, name in enumerate(profile.world.coordinates()):
+        readers = tuple(agent for agent, places in read.items() if name in places)
+        found[_upper(name)] = Place(index, name, _upper(name), names.coordinates[_upper(name)], readers)
+    return found
+
+
+def _feature(index: int, feature: ir.FeatureSpec) -> Feature:
+    low, high = round_down(feature.low), -round_down(-feature.high)
+    return Feature(
+        index=index,
+        name=feature.name,
+        upper=identifier(feature.name).upper(),
+        unit=feature.unit,
+        low=decimal_literal(feature.low),
+        high=decimal_literal(feature.high),
+        low_hex=hex_literal(low),
+        high_hex=hex_literal(high),
+        low_single=decimal_literal(low),
+        high_single=decimal_literal(high),
+        meaning=str(feature.meaning) if feature.meaning else "",
+        function=feature.meaning.function if feature.meaning else "",
+        terms=None if feature.meaning is None else tuple(_term(*term) for term in feature.meaning.terms),
     )
-    actions = tuple(
-        Action(index, action.name, identifier(action.name).upper()) for index, action in enumerate(policy.actions)
-    )
+
+
+def _action(index: int, action: ir.ActionSpec) -> Action:
+    effect = None if action.effect is None else (decimal_literal(action.effect[0]), decimal_literal(action.effect[1]))
+    return Action(index, action.name, identifier(action.name).upper(), effect)
+
+
+def _agent(policy: ir.AgentPolicy, prefix: str, world: ir.WorldSpec) -> Agent:
+    features = tuple(_feature(index, feature) for index, feature in enumerate(policy.features))
+    actions = tuple(_action(index, action) for index, action in enumerate(policy.actions))
     nodes = tuple(_node(policy.tree, node, features, actions) for node in range(len(policy.tree.feature)))
     lower_name = identifier(policy.agent)
     tested = Counter(node.feature.index for node in nodes if node.feature)
@@ -283,15 +138,20 @@ def _agent(policy: ir.AgentPolicy, prefix: str) -> Agent:
         n_leaves=len(ir.leaves(policy.tree)),
         selects=len(nodes) // 2 <= SELECTS,
         located=all(feature.terms is not None for feature in features),
+        force=decimal_literal(next((each.force for each in world.agents if each.name == policy.agent), 0.0)),
     )
 
 
 def _region(region: RegionSpec) -> Region:
     return Region(
-        tuple((_upper(a), _upper(b), short_hex(low), short_hex(high)) for a, b, low, high in region.bounds()),
-        tuple((_upper(a), _upper(b), short_hex(least)) for a, b, least in region.distances()),
+        tuple((_upper(a), _upper(b), _double(low), _double(high)) for a, b, low, high in region.bounds()),
+        tuple((_upper(a), _upper(b), _double(least)) for a, b, least in region.distances()),
         tuple(_upper(goal) for goal in region.goals),
     )
+
+
+def _double(value: float) -> Double:
+    return Double(short_hex(value), decimal_literal(value))
 
 
 def _upper(name: str) -> str:
@@ -313,9 +173,9 @@ def _term(weight: float, coordinate: str) -> tuple[str, str, str]:
 def _tables(policy: ir.AgentPolicy, nodes: tuple[Node, ...], levels: int) -> Tables:
     """Complete where that is not much larger than the tree: it needs no children and no test for the end."""
     types = (
-        _unsigned(len(policy.features)),
-        _unsigned(len(nodes)),
-        _unsigned(len(policy.actions)),
+        unsigned(len(policy.features)),
+        unsigned(len(nodes)),
+        unsigned(len(policy.actions)),
     )
     zero = hex_literal(np.float32(0))
     if levels <= COMPLETE_LEVELS:
@@ -343,11 +203,6 @@ def _tables(policy: ir.AgentPolicy, nodes: tuple[Node, ...], levels: int) -> Tab
         tuple(node.action.index if node.action else 0 for node in nodes),
         *types,
     )
-
-
-def _unsigned(count: int) -> str:
-    """The smallest C type that holds so many numbers from 0 on."""
-    return next(kind for kind, width in _BYTES.items() if count <= 256**width)
 
 
 def _node(tree: ir.Tree, node: int, features: tuple[Feature, ...], actions: tuple[Action, ...]) -> Node:

@@ -13,7 +13,19 @@ from keyword import iskeyword
 
 from codegen.errors import InputError
 
-FUNCTIONS = ("act", "finite", "in_range", "act_rows", "act_columns", "act_world")
+FUNCTIONS = ("act", "finite", "in_range", "act_rows", "act_columns", "observe", "act_world")
+# what Python and JavaScript name after an agent, and for all
+MODULE_NAMES = (
+    "act_{}",
+    "act_{}_batch",
+    "act_{}_rows",
+    "observe_{}",
+    "act_world_{}",
+    "finite_{}",
+    "in_range_{}",
+    "Action_{}",
+)
+MODULE_TEAM_NAMES = ("act_team", "act_all", "in_region")
 TEAM_FUNCTIONS = ("act_team", "act_all", "in_region")
 ARITHMETIC = ("bits", "direct", "sum", "wide_sum", "single", "wide_single")
 # what no module of Rust is called: its keywords, those it reserves, and the type that the module above uses
@@ -26,7 +38,10 @@ RUST = frozenset(
 )
 # files and names that the generated text itself uses, and what standard headers define
 USED = frozenset(
-    "dbl f32 float flt i32 int32 ldbl numpy std stdint stdio string struct sys u32 u8 uint32 usize vec".split()  # noqa: SIM905
+    """
+    array dbl enum f32 float flt i32 int32 jax ldbl math numpy std stdint stdio string struct sys torch typing u32 u8
+    uint32 usize vec
+    """.split()  # noqa: SIM905
 )
 
 
@@ -39,13 +54,16 @@ class AgentNames:
     in_range: str
     act_rows: str
     act_columns: str
+    observe: str
     act_world: str
+    force: str
     features: tuple[str, ...]
     actions: tuple[str, ...]
     n_features: str
     n_actions: str
     exported_rows: str  # of the library that replays the header
     exported_batch: str
+    exported_observe: str
     module: str  # of Rust
 
 
@@ -65,27 +83,30 @@ class Names:
     coordinates: Mapping[str, str]
     n_coordinates: str
     profile: str
+    dt: str
+    damping: str
     guard: str
     exported_team: str = "team_rows"
     exported_all: str = "all_rows"
     exported_region: str = "in_region_rows"
+    exported_constants: str = "all_constants"
 
 
 def of_agent(prefix: str, agent: str, features: Iterable[str], actions: Iterable[str]) -> AgentNames:
     """The names of an agent; `agent` in lower case, `features` and `actions` in upper case."""
     own = f"{prefix}_{agent}"
-    functions = {
-        name: f"{own}_{name}" for name in ("act", "finite", "in_range", "act_rows", "act_columns", "act_world")
-    }
+    functions = {name: f"{own}_{name}" for name in FUNCTIONS}
     upper = own.upper()
     return AgentNames(
         **functions,
+        force=f"{upper}_FORCE",
         features=tuple(f"{upper}_X_{feature}" for feature in features),
         actions=tuple(f"{upper}_{action}" for action in actions),
         n_features=f"{upper}_N_FEATURES",
         n_actions=f"{upper}_N_ACTIONS",
         exported_rows=f"{agent}_rows",
         exported_batch=f"{agent}_batch",
+        exported_observe=f"{agent}_observe",
         module=f"{agent}_" if agent in RUST else agent,
     )
 
@@ -99,8 +120,15 @@ def of_profile(prefix: str, digest: str, coordinates: Iterable[str]) -> Names:
         coordinates={name: f"{upper}_W_{name}" for name in coordinates},
         n_coordinates=f"{upper}_N_COORDINATES",
         profile=f"{upper}_PROFILE",
+        dt=f"{upper}_DT",
+        damping=f"{upper}_DAMPING",
         guard=f"{upper}_{digest[:16].upper()}_H",
     )
+
+
+def of_modules(agents: Iterable[str]) -> list[str]:
+    """What Python and JavaScript name after agents, given in lower case."""
+    return [name.format(agent) for agent in agents for name in MODULE_NAMES]
 
 
 def taken(prefix: str) -> bool:
@@ -111,7 +139,7 @@ def taken(prefix: str) -> bool:
 def ensure_distinct(names: Names, agents: Mapping[str, AgentNames]) -> None:
     """Names that are legal one by one may meet once they are joined: InputError then. `agents`: by lower-case name."""
     in_c = [*_listed(names), *(name for each in agents.values() for name in _listed(each))]
-    in_modules = [f"act_{agent}{ending}" for agent in agents for ending in ("", "_batch", "_rows")]
+    in_modules = [*of_modules(agents), *MODULE_TEAM_NAMES]
     in_rust = [each.module for each in agents.values()]
     for found in (in_c, in_modules, in_rust):
         twice = sorted(name for name, count in Counter(found).items() if count > 1)

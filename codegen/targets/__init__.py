@@ -9,8 +9,9 @@ from collections.abc import Callable, Iterable, Mapping
 
 from codegen import ir
 from codegen.errors import UnknownNameError
-from codegen.lowering.lower import AUTO, Model, lower
-from codegen.targets import c, javascript, json, onnx, python, rust, smt, svg
+from codegen.lowering.lower import AUTO, lower
+from codegen.lowering.model import Model
+from codegen.targets import arrays, c, javascript, json, onnx, python, rust, smt, svg
 
 Emitter = Callable[[Model, ir.PolicyProfile], Mapping[str, str | bytes]]
 TARGETS: dict[str, Emitter] = {
@@ -22,6 +23,8 @@ TARGETS: dict[str, Emitter] = {
     "smt": smt.emit,
     "svg": svg.emit,
     "onnx": onnx.emit,
+    "jax": arrays.jax,
+    "torch": arrays.torch,
 }
 USUAL = ("c", "python", "json")
 

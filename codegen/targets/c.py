@@ -6,7 +6,7 @@ Does not: use heap, libc, recursion or mutable globals.
 """
 
 from codegen import ir
-from codegen.lowering.lower import Model
+from codegen.lowering.model import Model
 from codegen.lowering.render import render
 
 

@@ -6,7 +6,7 @@ Does not: differ from the profile; the reader is the same for every profile, and
 """
 
 from codegen import ir
-from codegen.lowering.lower import Model
+from codegen.lowering.model import Model
 from codegen.lowering.render import render
 from codegen.policy_json import dumps
 

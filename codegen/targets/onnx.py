@@ -18,7 +18,7 @@ import numpy as np
 
 from codegen import ir
 from codegen.errors import MissingToolError
-from codegen.lowering.lower import Agent, Model
+from codegen.lowering.model import Agent, Model
 from codegen.lowering.render import comment
 
 OPSETS = {"": 13, "ai.onnx.ml": 1}  # old ones, which every runtime of today reads

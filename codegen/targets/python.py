@@ -6,7 +6,7 @@ Does not: import anything of this project.
 """
 
 from codegen import ir
-from codegen.lowering.lower import Model
+from codegen.lowering.model import Model
 from codegen.lowering.render import render
 
 

@@ -6,7 +6,7 @@ Does not: make a crate; `mod PREFIX;` takes the file in.
 """
 
 from codegen import ir
-from codegen.lowering.lower import Model
+from codegen.lowering.model import Model
 from codegen.lowering.render import render
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from codegen import ir
 from codegen.floats import smt_literal
 from codegen.ir import Float32, Int32
-from codegen.lowering.lower import Agent, Model
+from codegen.lowering.model import Agent, Model
 from codegen.lowering.render import render
 
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from codegen import ir
 from codegen.errors import InputError
-from codegen.lowering.lower import Agent, Model, Node
+from codegen.lowering.model import Agent, Model, Node
 from codegen.lowering.render import render
 
 LEAF_WIDTH, LEVEL_HEIGHT, MARGIN = 72, 62, 40

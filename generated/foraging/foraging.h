@@ -12,6 +12,8 @@
  *   void foraging_A_act_columns(const float *const *x, long n, T *actions)    n observations, one array per feature
  * and for all agents, in the order of this file:
  *   void foraging_act_all(const float *const *x, int *actions)   the actions, from an observation of each
+ * FORAGING_DT is the time of a step, FORAGING_DAMPING the share of its velocity that an agent loses in it,
+ * FORAGING_A_FORCE what a unit action adds to its velocity per unit of time.
  *
  * A split goes left iff x[feature] <= threshold, both float32, thresholds exact. NaN compares false and so goes right;
  * infinities follow <=. Check untrusted input with ..._finite first.
@@ -33,6 +35,10 @@
 #endif
 
 #define FORAGING_PROFILE "1d422d5f98303ee3108dfcde258835cce28b0ad93ebd3caa77a333ae166a04da"
+#define FORAGING_DT 0.0
+#define FORAGING_DAMPING 0.0
+#define FORAGING_FORAGER_0_FORCE 0.0
+#define FORAGING_FORAGER_1_FORCE 0.0
 
 /* forager_0, team foragers: 63 leaves, at most 7 comparisons; tables of 763 bytes where they are used */
 

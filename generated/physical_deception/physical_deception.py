@@ -4,9 +4,14 @@ profile     e2c19636b2f8dd8ec02a0f1ec0629ac6c52587a957e945df343916bd5199ce70
 made by     maviper 0.1.0, maviper, preset default, seed 0
 
 For each agent A: act_A(x) takes one observation (a sequence of numbers, or an array of one axis) and returns the
-action's number; act_A_batch(x) takes an array [batch, n_features] and returns an array of actions (needs numpy).
+action's number, of which Action_A has the names; act_A_batch(x) takes an array [batch, n_features] and returns an array
+of actions (needs numpy). finite_A(x) and in_range_A(x) check an observation, as float32.
 An observation has a number for each name of FEATURES[A]; another length is a ValueError, a text or None where a number
 is asked for a TypeError.
+
+A world state w has a number for each name of COORDINATES. observe_A(w) is what A observes there, act_world_A(w) its
+action, act_team(w) the actions of all AGENTS. An observation is made as the reference environment makes it: added in
+double, then rounded to float32, to nearest.
 
 A split goes left iff x[feature] <= threshold. A number of any type is a double first, rounded where it must be (an int
 beyond 2**53, a Fraction, numpy's longdouble), then a float32: each threshold is written as the largest double that
@@ -15,86 +20,255 @@ goes right; infinities follow <=. numpy's numbers next to zero are decided other
 numbers for zero, which a library can set; numpy then warns when it is imported.
 """
 
+from __future__ import annotations
+
+from array import array
+from enum import IntEnum
+from math import isfinite
+from typing import TYPE_CHECKING, Any, Callable, Dict, List, Optional, Sequence, Set, Tuple, Type, Union
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Numbers = Union[Sequence[Any], NDArray[Any]]
+
 PROFILE = "e2c19636b2f8dd8ec02a0f1ec0629ac6c52587a957e945df343916bd5199ce70"
 AGENTS = ("adversary_0", "agent_0", "agent_1",)
-FEATURES = {
+FEATURES: Dict[str, Tuple[str, ...]] = {
     "adversary_0": ("landmark_0_dx", "landmark_0_dy", "landmark_1_dx", "landmark_1_dy", "agent_0_dx", "agent_0_dy", "agent_1_dx", "agent_1_dy",),
     "agent_0": ("goal_dx", "goal_dy", "landmark_0_dx", "landmark_0_dy", "landmark_1_dx", "landmark_1_dy", "adversary_0_dx", "adversary_0_dy", "agent_1_dx", "agent_1_dy",),
     "agent_1": ("goal_dx", "goal_dy", "landmark_0_dx", "landmark_0_dy", "landmark_1_dx", "landmark_1_dy", "adversary_0_dx", "adversary_0_dy", "agent_0_dx", "agent_0_dy",),
 }
-ACTIONS = {
+ACTIONS: Dict[str, Tuple[str, ...]] = {
     "adversary_0": ("stay", "left", "right", "down", "up",),
     "agent_0": ("stay", "left", "right", "down", "up",),
     "agent_1": ("stay", "left", "right", "down", "up",),
 }
+# what each feature measures, a sum of coordinates or a function of one; None: nobody said
+MEANINGS: Dict[str, Tuple[Optional[str], ...]] = {
+    "adversary_0": (
+        "landmark_0.x - adversary_0.x",
+        "landmark_0.y - adversary_0.y",
+        "landmark_1.x - adversary_0.x",
+        "landmark_1.y - adversary_0.y",
+        "agent_0.x - adversary_0.x",
+        "agent_0.y - adversary_0.y",
+        "agent_1.x - adversary_0.x",
+        "agent_1.y - adversary_0.y",
+    ),
+    "agent_0": (
+        "goal.x - agent_0.x",
+        "goal.y - agent_0.y",
+        "landmark_0.x - agent_0.x",
+        "landmark_0.y - agent_0.y",
+        "landmark_1.x - agent_0.x",
+        "landmark_1.y - agent_0.y",
+        "adversary_0.x - agent_0.x",
+        "adversary_0.y - agent_0.y",
+        "agent_1.x - agent_0.x",
+        "agent_1.y - agent_0.y",
+    ),
+    "agent_1": (
+        "goal.x - agent_1.x",
+        "goal.y - agent_1.y",
+        "landmark_0.x - agent_1.x",
+        "landmark_0.y - agent_1.y",
+        "landmark_1.x - agent_1.x",
+        "landmark_1.y - agent_1.y",
+        "adversary_0.x - agent_1.x",
+        "adversary_0.y - agent_1.y",
+        "agent_0.x - agent_1.x",
+        "agent_0.y - agent_1.y",
+    ),
+}
+# the least and largest float32 of each feature
+RANGES: Dict[str, Tuple[Tuple[float, float], ...]] = {
+    "adversary_0": (
+        (-6.300000190734863, 6.300000190734863),
+        (-6.300000190734863, 6.300000190734863),
+        (-6.300000190734863, 6.300000190734863),
+        (-6.300000190734863, 6.300000190734863),
+        (-10.600000381469727, 10.600000381469727),
+        (-10.600000381469727, 10.600000381469727),
+        (-10.600000381469727, 10.600000381469727),
+        (-10.600000381469727, 10.600000381469727),
+    ),
+    "agent_0": (
+        (-6.300000190734863, 6.300000190734863),
+        (-6.300000190734863, 6.300000190734863),
+        (-6.300000190734863, 6.300000190734863),
+        (-6.300000190734863, 6.300000190734863),
+        (-6.300000190734863, 6.300000190734863),
+        (-6.300000190734863, 6.300000190734863),
+        (-10.600000381469727, 10.600000381469727),
+        (-10.600000381469727, 10.600000381469727),
+        (-10.600000381469727, 10.600000381469727),
+        (-10.600000381469727, 10.600000381469727),
+    ),
+    "agent_1": (
+        (-6.300000190734863, 6.300000190734863),
+        (-6.300000190734863, 6.300000190734863),
+        (-6.300000190734863, 6.300000190734863),
+        (-6.300000190734863, 6.300000190734863),
+        (-6.300000190734863, 6.300000190734863),
+        (-6.300000190734863, 6.300000190734863),
+        (-10.600000381469727, 10.600000381469727),
+        (-10.600000381469727, 10.600000381469727),
+        (-10.600000381469727, 10.600000381469727),
+        (-10.600000381469727, 10.600000381469727),
+    ),
+}
+# the direction in which each action pushes; None: it has none
+EFFECTS: Dict[str, Tuple[Optional[Tuple[float, float]], ...]] = {
+    "adversary_0": ((0.0, 0.0), (-1.0, 0.0), (1.0, 0.0), (0.0, -1.0), (0.0, 1.0),),
+    "agent_0": ((0.0, 0.0), (-1.0, 0.0), (1.0, 0.0), (0.0, -1.0), (0.0, 1.0),),
+    "agent_1": ((0.0, 0.0), (-1.0, 0.0), (1.0, 0.0), (0.0, -1.0), (0.0, 1.0),),
+}
+# what a unit action adds to a velocity per unit of time
+FORCE: Dict[str, float] = {"adversary_0": 5.0, "agent_0": 5.0, "agent_1": 5.0}
+DT = 0.1  # time of a step
+DAMPING = 0.25  # the share of its velocity that an agent loses in a step
+COORDINATES = (
+    "adversary_0.x",  # read by adversary_0, agent_0, agent_1
+    "adversary_0.y",  # read by adversary_0, agent_0, agent_1
+    "agent_0.x",  # read by adversary_0, agent_0, agent_1
+    "agent_0.y",  # read by adversary_0, agent_0, agent_1
+    "agent_1.x",  # read by adversary_0, agent_0, agent_1
+    "agent_1.y",  # read by adversary_0, agent_0, agent_1
+    "landmark_0.x",  # read by adversary_0, agent_0, agent_1
+    "landmark_0.y",  # read by adversary_0, agent_0, agent_1
+    "landmark_1.x",  # read by adversary_0, agent_0, agent_1
+    "landmark_1.y",  # read by adversary_0, agent_0, agent_1
+    "goal.x",  # read by agent_0, agent_1
+    "goal.y",  # read by agent_0, agent_1
+    "adversary_0.vx",  # not read
+    "adversary_0.vy",  # not read
+    "agent_0.vx",  # not read
+    "agent_0.vy",  # not read
+    "agent_1.vx",  # not read
+    "agent_1.vy",  # not read
+)
 
 
-_NUMBERS = {float, int, bool}  # types whose values are numbers; others join them when they are met
+class Action_adversary_0(IntEnum):
+    """The actions of adversary_0."""
+
+    STAY = 0
+    LEFT = 1
+    RIGHT = 2
+    DOWN = 3
+    UP = 4
 
 
-def _double(value):
+class Action_agent_0(IntEnum):
+    """The actions of agent_0."""
+
+    STAY = 0
+    LEFT = 1
+    RIGHT = 2
+    DOWN = 3
+    UP = 4
+
+
+class Action_agent_1(IntEnum):
+    """The actions of agent_1."""
+
+    STAY = 0
+    LEFT = 1
+    RIGHT = 2
+    DOWN = 3
+    UP = 4
+
+
+_KINDS: Set[Any] = {float, int, bool}  # types whose values are numbers; others join them when they are met
+
+
+def _kind(value: object) -> Type[object]:
+    return type(value)
+
+
+def _double(value: Any, what: str = "an observation") -> float:
     """A number of an observation as a double, rounded where it is none; TypeError for what is no number."""
-    if type(value) not in _NUMBERS:
+    whose = _kind(value)
+    if whose not in _KINDS:
         kind = getattr(getattr(value, "dtype", None), "kind", "f")  # of numpy: texts, times, complex are no numbers
-        number = hasattr(type(value), "__float__") or hasattr(type(value), "__index__")
-        if not number or isinstance(value, (str, bytes, complex)) or kind in "cmMSU" or getattr(value, "ndim", 0):
-            raise TypeError("an observation is of numbers, not of %s %.40r" % (type(value).__name__, value))
+        number = hasattr(whose, "__float__") or hasattr(whose, "__index__")
+        if not number or issubclass(whose, (str, bytes, complex)) or kind in "cmMSU" or getattr(value, "ndim", None):
+            raise TypeError("%s is of numbers, not of %s %.40r" % (what, whose.__name__, value))
         if not hasattr(value, "__len__"):  # else it is an array, and another of its type may be no number
-            _NUMBERS.add(type(value))
+            _KINDS.add(whose)
     return float(value)
 
 
-def _observation(agent, n, x):
-    """An observation as a list or tuple of n; ValueError for another length, TypeError for what is no sequence."""
-    values = x.tolist() if hasattr(x, "tolist") else x
-    if type(values) is list and len(values) == n and type(values[0]) is float:
+def _numbers(what: str, n: int, x: Any) -> Any:
+    """What is given as a list or tuple of n; ValueError for another length, TypeError for what is no sequence."""
+    values: Any = x.tolist() if hasattr(x, "tolist") else x
+    whose = _kind(values)
+    if whose is list and len(values) == n and type(values[0]) is float:
         return values  # an array of one axis, as its first entry shows; asking for its shape would take longer
-    shape, kind = getattr(x, "shape", None), getattr(getattr(x, "dtype", None), "kind", "f")
-    if isinstance(x, (str, bytes, bytearray)) or kind in "cmMSU" or (shape is None and not hasattr(x, "__len__")):
-        given = "an array of %s" % x.dtype if hasattr(x, "dtype") else type(x).__name__
-        raise TypeError("%s observes %d numbers, given %s" % (agent, n, given))
+    shape, dtype = getattr(x, "shape", None), getattr(x, "dtype", None)
+    texts = issubclass(type(x), (str, bytes, bytearray)) or getattr(dtype, "kind", "f") in "cmMSU"
+    if texts or (shape is None and not hasattr(x, "__len__")):
+        given = type(x).__name__ if dtype is None else "an array of %s" % dtype
+        raise TypeError("%s %d numbers, given %s" % (what, n, given))
     shape = (len(x),) if shape is None else tuple(shape)
     if shape != (n,):
         given = shape[0] if len(shape) == 1 else "an array of shape %s" % (shape,)
-        raise ValueError("%s observes %d numbers, given %s" % (agent, n, given))
-    return values if isinstance(values, (list, tuple)) else [x[index] for index in range(n)]
+        raise ValueError("%s %d numbers, given %s" % (what, n, given))
+    return values if whose is list or whose is tuple else [x[index] for index in range(n)]
 
 
-def _rows(agent, n, x):
+def _observed(what: str, n: int, x: Any) -> List[float]:
+    """An observation as float32 numbers; errors as above."""
+    return _singles([_double(value) for value in _numbers(what, n, x)])
+
+
+def _singles(values: Sequence[float]) -> List[float]:
+    """Doubles rounded to float32, to nearest; beyond the largest float32 is infinity."""
+    return array("f", values).tolist()
+
+
+def _rows(agent: str, n: int, x: Any) -> NDArray[Any]:
     """Observations as an array of float32, [batch, n], each number a double first; errors as for one."""
     import numpy as np
 
     try:
-        x = np.asarray(x)
+        rows: NDArray[Any] = np.asarray(x)
     except ValueError as error:
         raise ValueError("%s observes rows of %d numbers: %s" % (agent, n, error)) from None
-    x = x.reshape(0, n) if x.shape == (0,) else x
-    if x.ndim != 2 or x.shape[1] != n:
-        raise ValueError("%s observes rows of %d numbers, given an array of shape %s" % (agent, n, x.shape))
-    if x.dtype == np.float32:
-        return x
-    if x.dtype.kind in "cmMSU":
-        raise TypeError("%s observes rows of %d numbers, given an array of %s" % (agent, n, x.dtype))
-    if x.dtype.kind in "OV":
-        x = np.array([_double(value) for row in x.tolist() for value in row], dtype=np.float64).reshape(x.shape)
+    rows = rows.reshape(0, n) if rows.shape == (0,) else rows
+    if rows.ndim != 2 or rows.shape[1] != n:
+        raise ValueError("%s observes rows of %d numbers, given an array of shape %s" % (agent, n, rows.shape))
+    if rows.dtype == np.float32:
+        return rows
+    if rows.dtype.kind in "cmMSU":
+        raise TypeError("%s observes rows of %d numbers, given an array of %s" % (agent, n, rows.dtype))
+    if rows.dtype.kind in "OV":
+        rows = np.array([_double(value) for row in rows.tolist() for value in row], dtype=np.float64).reshape(rows.shape)
     with np.errstate(over="ignore", invalid="ignore"):  # beyond the largest float32 is infinity
-        if x.dtype.kind != "f" or x.dtype.itemsize > 8:
-            x = x.astype(np.float64)
-        return x.astype(np.float32)
+        if rows.dtype.kind != "f" or rows.dtype.itemsize > 8:
+            rows = rows.astype(np.float64)
+        return rows.astype(np.float32)
 
 
-def _choose(test, left, right):
+def _world(w: Numbers) -> List[float]:
+    """The numbers of a world state as doubles; errors as for an observation."""
+    numbers = _numbers("a world state has", 18, w)
+    return [v if type(v) is float else _double(v, "a world state") for v in numbers]
+
+
+def _choose(test: NDArray[Any], left: Any, right: Any) -> NDArray[Any]:
     """`left` where the test holds, else `right`; both are actions or arrays of them."""
-    actions = test.view("uint8")  # 1 or 0
+    actions: NDArray[Any] = test.view("uint8")  # 1 or 0
     actions *= left ^ right  # the bits in which they differ
     actions ^= right
     return actions
 
 
-def act_adversary_0(x):
+def act_adversary_0(x: Numbers) -> int:
     """adversary_0, team adversaries: 12 leaves, at most 4 comparisons."""
-    if (type(x) is not list and type(x) is not tuple) or len(x) != 8:
-        x = _observation("adversary_0", 8, x)
+    if ((kind := type(x)) is not list and kind is not tuple) or len(x) != 8:
+        x = _numbers("adversary_0 observes", 8, x)
     if (v if type(v := x[2]) is float else _double(v)) <= -0.0064391575288027525:  # node 0: landmark_1_dx
         if (v if type(v := x[3]) is float else _double(v)) <= 0.13947185128927228:  # node 1: landmark_1_dy
             if (v if type(v := x[3]) is float else _double(v)) <= -0.23825404793024066:  # node 2: landmark_1_dy
@@ -131,7 +305,7 @@ def act_adversary_0(x):
                     return 4  # up, leaf 22
 
 
-def act_adversary_0_batch(x):
+def act_adversary_0_batch(x: Numbers) -> NDArray[Any]:
     """As act_adversary_0, for the rows of an array."""
     import numpy as np
 
@@ -190,10 +364,43 @@ def act_adversary_0_batch(x):
     return actions
 
 
-def act_agent_0(x):
+def finite_adversary_0(x: Numbers) -> bool:
+    """Whether every number of an observation is finite, as float32."""
+    return all(isfinite(value) for value in _observed("adversary_0 observes", 8, x))
+
+
+def in_range_adversary_0(x: Numbers) -> bool:
+    """Whether every number of an observation is within its feature's range, as float32."""
+    seen = _observed("adversary_0 observes", 8, x)
+    return all(low <= value <= high for value, (low, high) in zip(seen, RANGES["adversary_0"]))
+
+
+def observe_adversary_0(w: Numbers) -> List[float]:
+    """What adversary_0 observes in a world state, float32 numbers."""
+    w = _world(w)
+    return _singles(
+        (
+            w[6] - w[0],  # landmark_0_dx
+            w[7] - w[1],  # landmark_0_dy
+            w[8] - w[0],  # landmark_1_dx
+            w[9] - w[1],  # landmark_1_dy
+            w[2] - w[0],  # agent_0_dx
+            w[3] - w[1],  # agent_0_dy
+            w[4] - w[0],  # agent_1_dx
+            w[5] - w[1],  # agent_1_dy
+        )
+    )
+
+
+def act_world_adversary_0(w: Numbers) -> int:
+    """The action of adversary_0 in a world state."""
+    return act_adversary_0(observe_adversary_0(w))
+
+
+def act_agent_0(x: Numbers) -> int:
     """agent_0, team defenders: 15 leaves, at most 6 comparisons."""
-    if (type(x) is not list and type(x) is not tuple) or len(x) != 10:
-        x = _observation("agent_0", 10, x)
+    if ((kind := type(x)) is not list and kind is not tuple) or len(x) != 10:
+        x = _numbers("agent_0 observes", 10, x)
     if (v if type(v := x[3]) is float else _double(v)) <= -0.10019447281956674:  # node 0: landmark_0_dy
         if (v if type(v := x[2]) is float else _double(v)) <= 0.2692345529794693:  # node 1: landmark_0_dx
             if (v if type(v := x[2]) is float else _double(v)) <= -0.22723164409399033:  # node 2: landmark_0_dx
@@ -239,7 +446,7 @@ def act_agent_0(x):
                     return 2  # right, leaf 28
 
 
-def act_agent_0_batch(x):
+def act_agent_0_batch(x: Numbers) -> NDArray[Any]:
     """As act_agent_0, for the rows of an array."""
     import numpy as np
 
@@ -311,10 +518,45 @@ def act_agent_0_batch(x):
     return actions
 
 
-def act_agent_1(x):
+def finite_agent_0(x: Numbers) -> bool:
+    """Whether every number of an observation is finite, as float32."""
+    return all(isfinite(value) for value in _observed("agent_0 observes", 10, x))
+
+
+def in_range_agent_0(x: Numbers) -> bool:
+    """Whether every number of an observation is within its feature's range, as float32."""
+    seen = _observed("agent_0 observes", 10, x)
+    return all(low <= value <= high for value, (low, high) in zip(seen, RANGES["agent_0"]))
+
+
+def observe_agent_0(w: Numbers) -> List[float]:
+    """What agent_0 observes in a world state, float32 numbers."""
+    w = _world(w)
+    return _singles(
+        (
+            w[10] - w[2],  # goal_dx
+            w[11] - w[3],  # goal_dy
+            w[6] - w[2],  # landmark_0_dx
+            w[7] - w[3],  # landmark_0_dy
+            w[8] - w[2],  # landmark_1_dx
+            w[9] - w[3],  # landmark_1_dy
+            w[0] - w[2],  # adversary_0_dx
+            w[1] - w[3],  # adversary_0_dy
+            w[4] - w[2],  # agent_1_dx
+            w[5] - w[3],  # agent_1_dy
+        )
+    )
+
+
+def act_world_agent_0(w: Numbers) -> int:
+    """The action of agent_0 in a world state."""
+    return act_agent_0(observe_agent_0(w))
+
+
+def act_agent_1(x: Numbers) -> int:
     """agent_1, team defenders: 18 leaves, at most 6 comparisons."""
-    if (type(x) is not list and type(x) is not tuple) or len(x) != 10:
-        x = _observation("agent_1", 10, x)
+    if ((kind := type(x)) is not list and kind is not tuple) or len(x) != 10:
+        x = _numbers("agent_1 observes", 10, x)
     if (v if type(v := x[4]) is float else _double(v)) <= 0.1652436926960945:  # node 0: landmark_1_dx
         if (v if type(v := x[5]) is float else _double(v)) <= 0.19361948221921918:  # node 1: landmark_1_dy
             if (v if type(v := x[4]) is float else _double(v)) <= -0.15348248928785324:  # node 2: landmark_1_dx
@@ -369,7 +611,7 @@ def act_agent_1(x):
                     return 4  # up, leaf 34
 
 
-def act_agent_1_batch(x):
+def act_agent_1_batch(x: Numbers) -> NDArray[Any]:
     """As act_agent_1, for the rows of an array."""
     import numpy as np
 
@@ -453,8 +695,74 @@ def act_agent_1_batch(x):
     return actions
 
 
-ACT = {
+def finite_agent_1(x: Numbers) -> bool:
+    """Whether every number of an observation is finite, as float32."""
+    return all(isfinite(value) for value in _observed("agent_1 observes", 10, x))
+
+
+def in_range_agent_1(x: Numbers) -> bool:
+    """Whether every number of an observation is within its feature's range, as float32."""
+    seen = _observed("agent_1 observes", 10, x)
+    return all(low <= value <= high for value, (low, high) in zip(seen, RANGES["agent_1"]))
+
+
+def observe_agent_1(w: Numbers) -> List[float]:
+    """What agent_1 observes in a world state, float32 numbers."""
+    w = _world(w)
+    return _singles(
+        (
+            w[10] - w[4],  # goal_dx
+            w[11] - w[5],  # goal_dy
+            w[6] - w[4],  # landmark_0_dx
+            w[7] - w[5],  # landmark_0_dy
+            w[8] - w[4],  # landmark_1_dx
+            w[9] - w[5],  # landmark_1_dy
+            w[0] - w[4],  # adversary_0_dx
+            w[1] - w[5],  # adversary_0_dy
+            w[2] - w[4],  # agent_0_dx
+            w[3] - w[5],  # agent_0_dy
+        )
+    )
+
+
+def act_world_agent_1(w: Numbers) -> int:
+    """The action of agent_1 in a world state."""
+    return act_agent_1(observe_agent_1(w))
+
+
+def act_team(w: Numbers) -> List[int]:
+    """The actions of all AGENTS in a world state."""
+    return [act_world_adversary_0(w), act_world_agent_0(w), act_world_agent_1(w)]
+
+
+# by agent: each function, the numbers of actions by their names
+ACT: Dict[str, Callable[[Numbers], int]] = {
     "adversary_0": act_adversary_0,
     "agent_0": act_agent_0,
     "agent_1": act_agent_1,
+}
+ACT_BATCH: Dict[str, Callable[[Numbers], NDArray[Any]]] = {
+    "adversary_0": act_adversary_0_batch,
+    "agent_0": act_agent_0_batch,
+    "agent_1": act_agent_1_batch,
+}
+FINITE: Dict[str, Callable[[Numbers], bool]] = {
+    "adversary_0": finite_adversary_0,
+    "agent_0": finite_agent_0,
+    "agent_1": finite_agent_1,
+}
+IN_RANGE: Dict[str, Callable[[Numbers], bool]] = {
+    "adversary_0": in_range_adversary_0,
+    "agent_0": in_range_agent_0,
+    "agent_1": in_range_agent_1,
+}
+OBSERVE: Dict[str, Callable[[Numbers], List[float]]] = {
+    "adversary_0": observe_adversary_0,
+    "agent_0": observe_agent_0,
+    "agent_1": observe_agent_1,
+}
+ACT_WORLD: Dict[str, Callable[[Numbers], int]] = {
+    "adversary_0": act_world_adversary_0,
+    "agent_0": act_world_agent_0,
+    "agent_1": act_world_agent_1,
 }

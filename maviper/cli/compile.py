@@ -37,7 +37,7 @@ def _targets(_context: click.Context, _parameter: click.Parameter, value: str) -
     metavar="NAMES",
     callback=_targets,
     section=WHAT,
-    help="Any of c,python,json,javascript,rust,smt,svg,onnx.",
+    help="Any of c, python, json, javascript, rust, smt, svg, onnx, jax, torch.",
 )
 @option(
     "--prefix",

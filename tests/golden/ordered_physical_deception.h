@@ -10,10 +10,13 @@
  *   int physical_deception_A_in_range(const float *x)   1 when every number is within its feature's range, else 0
  *   void physical_deception_A_act_rows(const float *x, long n, T *actions)              n observations, one after the other
  *   void physical_deception_A_act_columns(const float *const *x, long n, T *actions)    n observations, one array per feature
- *   int physical_deception_A_act_world(const double *w)  the action, from a world state: PHYSICAL_DECEPTION_W_... are its places
+ *   void physical_deception_A_observe(const double *w, float *x)    what it observes in a world state: PHYSICAL_DECEPTION_W_... are its places
+ *   int physical_deception_A_act_world(const double *w)  the action, from a world state
  * and for all agents, in the order of this file:
  *   void physical_deception_act_all(const float *const *x, int *actions)   the actions, from an observation of each
  *   void physical_deception_act_team(const double *w, int *actions)        the actions, from a world state
+ * PHYSICAL_DECEPTION_DT is the time of a step, PHYSICAL_DECEPTION_DAMPING the share of its velocity that an agent loses in it,
+ * PHYSICAL_DECEPTION_A_FORCE what a unit action adds to its velocity per unit of time.
  *
  * A split goes left iff x[feature] <= threshold, both float32, thresholds exact. NaN compares false and so goes right;
  * infinities follow <=. Check untrusted input with ..._finite first.
@@ -44,6 +47,11 @@
 #endif
 
 #define PHYSICAL_DECEPTION_PROFILE "d7c7e9951b353c845e3729dfb7383e9f94192c6dfd621196d4fd4879d989808d"
+#define PHYSICAL_DECEPTION_DT 0.1
+#define PHYSICAL_DECEPTION_DAMPING 0.25
+#define PHYSICAL_DECEPTION_ADVERSARY_0_FORCE 5.0
+#define PHYSICAL_DECEPTION_AGENT_0_FORCE 5.0
+#define PHYSICAL_DECEPTION_AGENT_1_FORCE 5.0
 
 static inline int32_t physical_deception_bits(float x)
 {
@@ -56,24 +64,24 @@ static inline int32_t physical_deception_bits(float x)
 }
 
 enum {
-    PHYSICAL_DECEPTION_W_ADVERSARY_0_X = 0,
-    PHYSICAL_DECEPTION_W_ADVERSARY_0_Y = 1,
-    PHYSICAL_DECEPTION_W_AGENT_0_X = 2,
-    PHYSICAL_DECEPTION_W_AGENT_0_Y = 3,
-    PHYSICAL_DECEPTION_W_AGENT_1_X = 4,
-    PHYSICAL_DECEPTION_W_AGENT_1_Y = 5,
-    PHYSICAL_DECEPTION_W_LANDMARK_0_X = 6,
-    PHYSICAL_DECEPTION_W_LANDMARK_0_Y = 7,
-    PHYSICAL_DECEPTION_W_LANDMARK_1_X = 8,
-    PHYSICAL_DECEPTION_W_LANDMARK_1_Y = 9,
-    PHYSICAL_DECEPTION_W_GOAL_X = 10,
-    PHYSICAL_DECEPTION_W_GOAL_Y = 11,
-    PHYSICAL_DECEPTION_W_ADVERSARY_0_VX = 12,
-    PHYSICAL_DECEPTION_W_ADVERSARY_0_VY = 13,
-    PHYSICAL_DECEPTION_W_AGENT_0_VX = 14,
-    PHYSICAL_DECEPTION_W_AGENT_0_VY = 15,
-    PHYSICAL_DECEPTION_W_AGENT_1_VX = 16,
-    PHYSICAL_DECEPTION_W_AGENT_1_VY = 17,
+    PHYSICAL_DECEPTION_W_ADVERSARY_0_X = 0, /* read by adversary_0, agent_0, agent_1 */
+    PHYSICAL_DECEPTION_W_ADVERSARY_0_Y = 1, /* read by adversary_0, agent_0, agent_1 */
+    PHYSICAL_DECEPTION_W_AGENT_0_X = 2, /* read by adversary_0, agent_0, agent_1 */
+    PHYSICAL_DECEPTION_W_AGENT_0_Y = 3, /* read by adversary_0, agent_0, agent_1 */
+    PHYSICAL_DECEPTION_W_AGENT_1_X = 4, /* read by adversary_0, agent_0, agent_1 */
+    PHYSICAL_DECEPTION_W_AGENT_1_Y = 5, /* read by adversary_0, agent_0, agent_1 */
+    PHYSICAL_DECEPTION_W_LANDMARK_0_X = 6, /* read by adversary_0, agent_0, agent_1 */
+    PHYSICAL_DECEPTION_W_LANDMARK_0_Y = 7, /* read by adversary_0, agent_0, agent_1 */
+    PHYSICAL_DECEPTION_W_LANDMARK_1_X = 8, /* read by adversary_0, agent_0, agent_1 */
+    PHYSICAL_DECEPTION_W_LANDMARK_1_Y = 9, /* read by adversary_0, agent_0, agent_1 */
+    PHYSICAL_DECEPTION_W_GOAL_X = 10, /* read by agent_0, agent_1 */
+    PHYSICAL_DECEPTION_W_GOAL_Y = 11, /* read by agent_0, agent_1 */
+    PHYSICAL_DECEPTION_W_ADVERSARY_0_VX = 12, /* not read */
+    PHYSICAL_DECEPTION_W_ADVERSARY_0_VY = 13, /* not read */
+    PHYSICAL_DECEPTION_W_AGENT_0_VX = 14, /* not read */
+    PHYSICAL_DECEPTION_W_AGENT_0_VY = 15, /* not read */
+    PHYSICAL_DECEPTION_W_AGENT_1_VX = 16, /* not read */
+    PHYSICAL_DECEPTION_W_AGENT_1_VY = 17, /* not read */
     PHYSICAL_DECEPTION_N_COORDINATES = 18
 };
 
@@ -151,11 +159,11 @@ enum {
 };
 
 enum {
-    PHYSICAL_DECEPTION_ADVERSARY_0_STAY = 0,
-    PHYSICAL_DECEPTION_ADVERSARY_0_LEFT = 1,
-    PHYSICAL_DECEPTION_ADVERSARY_0_RIGHT = 2,
-    PHYSICAL_DECEPTION_ADVERSARY_0_DOWN = 3,
-    PHYSICAL_DECEPTION_ADVERSARY_0_UP = 4,
+    PHYSICAL_DECEPTION_ADVERSARY_0_STAY = 0, /* pushes by (0.0, 0.0) */
+    PHYSICAL_DECEPTION_ADVERSARY_0_LEFT = 1, /* pushes by (-1.0, 0.0) */
+    PHYSICAL_DECEPTION_ADVERSARY_0_RIGHT = 2, /* pushes by (1.0, 0.0) */
+    PHYSICAL_DECEPTION_ADVERSARY_0_DOWN = 3, /* pushes by (0.0, -1.0) */
+    PHYSICAL_DECEPTION_ADVERSARY_0_UP = 4, /* pushes by (0.0, 1.0) */
     PHYSICAL_DECEPTION_ADVERSARY_0_N_ACTIONS = 5
 };
 
@@ -236,9 +244,8 @@ static inline void physical_deception_adversary_0_act_columns(const float *const
     }
 }
 
-static inline int physical_deception_adversary_0_act_world(const double *w)
+static inline void physical_deception_adversary_0_observe(const double *w, float *x)
 {
-    float x[PHYSICAL_DECEPTION_ADVERSARY_0_N_FEATURES];
     x[0] = physical_deception_single(physical_deception_sum(w[PHYSICAL_DECEPTION_W_LANDMARK_0_X], -w[PHYSICAL_DECEPTION_W_ADVERSARY_0_X]));
     x[1] = physical_deception_single(physical_deception_sum(w[PHYSICAL_DECEPTION_W_LANDMARK_0_Y], -w[PHYSICAL_DECEPTION_W_ADVERSARY_0_Y]));
     x[2] = physical_deception_single(physical_deception_sum(w[PHYSICAL_DECEPTION_W_LANDMARK_1_X], -w[PHYSICAL_DECEPTION_W_ADVERSARY_0_X]));
@@ -247,6 +254,12 @@ static inline int physical_deception_adversary_0_act_world(const double *w)
     x[5] = physical_deception_single(physical_deception_sum(w[PHYSICAL_DECEPTION_W_AGENT_0_Y], -w[PHYSICAL_DECEPTION_W_ADVERSARY_0_Y]));
     x[6] = physical_deception_single(physical_deception_sum(w[PHYSICAL_DECEPTION_W_AGENT_1_X], -w[PHYSICAL_DECEPTION_W_ADVERSARY_0_X]));
     x[7] = physical_deception_single(physical_deception_sum(w[PHYSICAL_DECEPTION_W_AGENT_1_Y], -w[PHYSICAL_DECEPTION_W_ADVERSARY_0_Y]));
+}
+
+static inline int physical_deception_adversary_0_act_world(const double *w)
+{
+    float x[PHYSICAL_DECEPTION_ADVERSARY_0_N_FEATURES];
+    physical_deception_adversary_0_observe(w, x);
     return physical_deception_adversary_0_act(x);
 }
 
@@ -267,11 +280,11 @@ enum {
 };
 
 enum {
-    PHYSICAL_DECEPTION_AGENT_0_STAY = 0,
-    PHYSICAL_DECEPTION_AGENT_0_LEFT = 1,
-    PHYSICAL_DECEPTION_AGENT_0_RIGHT = 2,
-    PHYSICAL_DECEPTION_AGENT_0_DOWN = 3,
-    PHYSICAL_DECEPTION_AGENT_0_UP = 4,
+    PHYSICAL_DECEPTION_AGENT_0_STAY = 0, /* pushes by (0.0, 0.0) */
+    PHYSICAL_DECEPTION_AGENT_0_LEFT = 1, /* pushes by (-1.0, 0.0) */
+    PHYSICAL_DECEPTION_AGENT_0_RIGHT = 2, /* pushes by (1.0, 0.0) */
+    PHYSICAL_DECEPTION_AGENT_0_DOWN = 3, /* pushes by (0.0, -1.0) */
+    PHYSICAL_DECEPTION_AGENT_0_UP = 4, /* pushes by (0.0, 1.0) */
     PHYSICAL_DECEPTION_AGENT_0_N_ACTIONS = 5
 };
 
@@ -403,9 +416,8 @@ static inline void physical_deception_agent_0_act_columns(const float *const *x,
     }
 }
 
-static inline int physical_deception_agent_0_act_world(const double *w)
+static inline void physical_deception_agent_0_observe(const double *w, float *x)
 {
-    float x[PHYSICAL_DECEPTION_AGENT_0_N_FEATURES];
     x[0] = physical_deception_single(physical_deception_sum(w[PHYSICAL_DECEPTION_W_GOAL_X], -w[PHYSICAL_DECEPTION_W_AGENT_0_X]));
     x[1] = physical_deception_single(physical_deception_sum(w[PHYSICAL_DECEPTION_W_GOAL_Y], -w[PHYSICAL_DECEPTION_W_AGENT_0_Y]));
     x[2] = physical_deception_single(physical_deception_sum(w[PHYSICAL_DECEPTION_W_LANDMARK_0_X], -w[PHYSICAL_DECEPTION_W_AGENT_0_X]));
@@ -416,6 +428,12 @@ static inline int physical_deception_agent_0_act_world(const double *w)
     x[7] = physical_deception_single(physical_deception_sum(w[PHYSICAL_DECEPTION_W_ADVERSARY_0_Y], -w[PHYSICAL_DECEPTION_W_AGENT_0_Y]));
     x[8] = physical_deception_single(physical_deception_sum(w[PHYSICAL_DECEPTION_W_AGENT_1_X], -w[PHYSICAL_DECEPTION_W_AGENT_0_X]));
     x[9] = physical_deception_single(physical_deception_sum(w[PHYSICAL_DECEPTION_W_AGENT_1_Y], -w[PHYSICAL_DECEPTION_W_AGENT_0_Y]));
+}
+
+static inline int physical_deception_agent_0_act_world(const double *w)
+{
+    float x[PHYSICAL_DECEPTION_AGENT_0_N_FEATURES];
+    physical_deception_agent_0_observe(w, x);
     return physical_deception_agent_0_act(x);
 }
 
@@ -436,11 +454,11 @@ enum {
 };
 
 enum {
-    PHYSICAL_DECEPTION_AGENT_1_STAY = 0,
-    PHYSICAL_DECEPTION_AGENT_1_LEFT = 1,
-    PHYSICAL_DECEPTION_AGENT_1_RIGHT = 2,
-    PHYSICAL_DECEPTION_AGENT_1_DOWN = 3,
-    PHYSICAL_DECEPTION_AGENT_1_UP = 4,
+    PHYSICAL_DECEPTION_AGENT_1_STAY = 0, /* pushes by (0.0, 0.0) */
+    PHYSICAL_DECEPTION_AGENT_1_LEFT = 1, /* pushes by (-1.0, 0.0) */
+    PHYSICAL_DECEPTION_AGENT_1_RIGHT = 2, /* pushes by (1.0, 0.0) */
+    PHYSICAL_DECEPTION_AGENT_1_DOWN = 3, /* pushes by (0.0, -1.0) */
+    PHYSICAL_DECEPTION_AGENT_1_UP = 4, /* pushes by (0.0, 1.0) */
     PHYSICAL_DECEPTION_AGENT_1_N_ACTIONS = 5
 };
 
@@ -565,9 +583,8 @@ static inline void physical_deception_agent_1_act_columns(const float *const *x,
     }
 }
 
-static inline int physical_deception_agent_1_act_world(const double *w)
+static inline void physical_deception_agent_1_observe(const double *w, float *x)
 {
-    float x[PHYSICAL_DECEPTION_AGENT_1_N_FEATURES];
     x[0] = physical_deception_single(physical_deception_sum(w[PHYSICAL_DECEPTION_W_GOAL_X], -w[PHYSICAL_DECEPTION_W_AGENT_1_X]));
     x[1] = physical_deception_single(physical_deception_sum(w[PHYSICAL_DECEPTION_W_GOAL_Y], -w[PHYSICAL_DECEPTION_W_AGENT_1_Y]));
     x[2] = physical_deception_single(physical_deception_sum(w[PHYSICAL_DECEPTION_W_LANDMARK_0_X], -w[PHYSICAL_DECEPTION_W_AGENT_1_X]));
@@ -578,6 +595,12 @@ static inline int physical_deception_agent_1_act_world(const double *w)
     x[7] = physical_deception_single(physical_deception_sum(w[PHYSICAL_DECEPTION_W_ADVERSARY_0_Y], -w[PHYSICAL_DECEPTION_W_AGENT_1_Y]));
     x[8] = physical_deception_single(physical_deception_sum(w[PHYSICAL_DECEPTION_W_AGENT_0_X], -w[PHYSICAL_DECEPTION_W_AGENT_1_X]));
     x[9] = physical_deception_single(physical_deception_sum(w[PHYSICAL_DECEPTION_W_AGENT_0_Y], -w[PHYSICAL_DECEPTION_W_AGENT_1_Y]));
+}
+
+static inline int physical_deception_agent_1_act_world(const double *w)
+{
+    float x[PHYSICAL_DECEPTION_AGENT_1_N_FEATURES];
+    physical_deception_agent_1_observe(w, x);
     return physical_deception_agent_1_act(x);
 }
 

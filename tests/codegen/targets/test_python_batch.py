@@ -7,7 +7,8 @@ from codegen import ir
 from codegen.agreement import probes, readback
 from codegen.check import ensure
 from codegen.lowering.deploy import deployed
-from codegen.lowering.lower import TILED, lower
+from codegen.lowering.lower import lower
+from codegen.lowering.model import TILED
 from codegen.targets import emit
 from tests.codegen.games import random_tree
 from tests.codegen.targets.test_targets import chain

@@ -113,7 +113,7 @@ def test_every_game_agrees_everywhere(name):
     profile = random_profile(name)
     files = emit(profile)
     report = selfcheck.check_files(profile, files, random=FEW).ensure()
-    assert {item.agent for item in report.agreements} == {policy.agent for policy in profile.agents}
+    assert {item.agent for item in report.agreements} == {"all", *(policy.agent for policy in profile.agents)}
     header = next(text for file, text in files.items() if file.endswith(".h"))
     for policy in profile.agents:
         tested = policy.tree.feature[policy.tree.feature != ir.NO_FEATURE]
@@ -334,8 +334,8 @@ def test_agents_whose_functions_would_meet_are_refused(profile, second):
 DEFINED = {
     "h": r"^static inline \w+ (\w+)\(|^#define (\w+)|^    (\w+) = \d+,?(?: /\*.*)?$",
     "harness": r"^void (\w+)\(",
-    "py": r"^def (act\w+)\(",
-    "mjs": r"^export function (act\w+)\(",
+    "py": r"^(?:def|class) ([a-zA-Z]\w+)\(",
+    "mjs": r"^export function (\w+)\(",
 }
 
 
@@ -343,7 +343,7 @@ DEFINED = {
 def test_all_names_in_code_are_of_the_list(profile, style):
     model = lower(profile, style=style)
     listed = {name for agent in model.agents for name in names._listed(agent.names)} | set(names._listed(model.names))
-    modules = {f"act_{agent.lower}{ending}" for agent in model.agents for ending in ("", "_batch", "_rows")}
+    modules = {*names.of_modules(agent.lower for agent in model.agents), *names.MODULE_TEAM_NAMES}
     files = emit(profile, ["c", "python", "javascript"], style=style)
     texts = {name.rpartition(".")[2]: text for name, text in files.items()} | {"harness": c.harness(model)}
     for ending, pattern in DEFINED.items():

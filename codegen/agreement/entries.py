@@ -1,0 +1,161 @@
+"""What generated modules say beside decisions from observations: world states, input checks, constants.
+
+Does: asks about states and observations at which a wrong entry shows, and compares every answer with the profile's.
+Assumes: a language hands its answers over as `Told`, whatever made them (readback.py).
+Does not: run any language, or know how a template writes an entry.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from codegen import ir
+from codegen.agreement import probes
+from codegen.check import identifier
+from codegen.floats import round_down
+from codegen.ir import Bool, Float32, Float64, Int32
+from codegen.observe import observe
+
+SEED = 20_220_526  # of the random probes
+CONSTANTS, OBSERVE, INPUT_CHECK = "constants", "observe", "input check"
+TEAM = "team from world states"
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """How one target fared for one agent: `differences` of `observations` decisions differ from the reference."""
+
+    target: str
+    agent: str
+    observations: int
+    differences: int
+    first: str = ""  # the first difference, in words
+
+
+@dataclass(frozen=True)
+class Told:
+    """The answers of one language to `Asked`. What a profile without meanings or region has not is empty."""
+
+    checks: Mapping[str, Int32]  # by agent, [n]: 1 for finite, 2 for within the ranges, their sum for both
+    constants: list[float | str] | None = None  # as `constants_of`
+    observed: Mapping[str, Float64] = field(default_factory=dict[str, Float64])  # by agent, [n, n_features]
+    acted: Mapping[str, Int32] = field(default_factory=dict[str, Int32])  # by agent, [n]
+    team: Int32 | None = None  # [n, n_agents]
+    within: Int32 | None = None  # [n] 1 within the region, else 0
+    misused: int = 0  # wrong inputs that were given
+    accepted: tuple[str, ...] = ()  # those that were not refused, in words
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What every language is asked about a profile."""
+
+    profile: ir.PolicyProfile
+    finite: bool = False  # whether infinite and NaN coordinates are left out
+
+    @cached_property
+    def states(self) -> Float64:
+        """World states in which features tie, overflow, are no numbers, or are anything, [n, n_coordinates]."""
+        rng = np.random.default_rng(SEED)
+        parts = [probes.worlds(self.profile, rng), probes.wild(len(self.profile.world.coordinates()), rng)]
+        found = np.concatenate(parts)
+        return found[np.isfinite(found).all(axis=1)] if self.finite else found
+
+    @cached_property
+    def bordering(self) -> Float64:
+        """World states in the profile's region, at its borders and anywhere; none where there is no region."""
+        if self.profile.region is None:
+            return np.zeros((0, len(self.profile.world.coordinates())))
+        return probes.bordering(self.profile.region, self.profile.world, np.random.default_rng(SEED))
+
+    @cached_property
+    def rows(self) -> dict[str, Float32]:
+        """By agent, observations at special values and at the ends of the ranges."""
+        rng = np.random.default_rng(SEED)
+        return {
+            policy.agent: np.concatenate([probes.special(policy.features, rng), probes.ends(policy.features, rng)])
+            for policy in self.profile.agents
+        }
+
+
+def constants_of(profile: ir.PolicyProfile) -> list[float | str]:
+    """Time of a step, damping, coordinates; then of each agent force, effects (NaN: none), ranges in float32, meanings
+    ("": none) and actions with their numbers.
+    """
+    force = {entity.name: entity.force for entity in profile.world.agents}
+    found: list[float | str] = [profile.world.dt, profile.world.damping, *profile.world.coordinates()]
+    for policy in profile.agents:
+        found.append(force[policy.agent])
+        found += [value for action in policy.actions for value in action.effect or (np.nan, np.nan)]
+        found += [float(end) for each in policy.features for end in (round_down(each.low), -round_down(-each.high))]
+        found += [str(feature.meaning) if feature.meaning else "" for feature in policy.features]
+        found += [f"{identifier(action.name).upper()}={place}" for place, action in enumerate(policy.actions)]
+    return found
+
+
+def checks(policy: ir.AgentPolicy, rows: Float32) -> Int32:
+    """What the input checks should say of observations [n, n_features]: 1 for finite, 2 for within the ranges."""
+    low, high = (np.array([getattr(feature, end) for feature in policy.features]) for end in ("low", "high"))
+    low, high = round_down(low), -round_down(-high)
+    within = ((rows >= low) & (rows <= high)).all(axis=1)
+    return (np.isfinite(rows).all(axis=1) + 2 * within).astype(np.int32)
+
+
+def constants(target: str, wanted: Sequence[float | str], given: Sequence[float | str]) -> Agreement:
+    """Every constant in its order, exactly; one too many or too few is a difference too."""
+    wrong = [f"{a} for {b}" for a, b in zip(given, wanted, strict=False) if repr(a) != repr(b)]
+    wrong += ["too many or too few"] * (len(given) != len(wanted))
+    return Agreement(f"{target} {CONSTANTS}", "all", len(wanted), len(wrong), *wrong[:1])
+
+
+def compared(target: str, asked: Asked, told: Told) -> list[Agreement]:
+    """What a language's answers are worth: an agreement for each kind of entry and agent."""
+    profile = asked.profile
+    found: list[Agreement] = []
+    if told.constants is not None:
+        found.append(constants(target, constants_of(profile), told.constants))
+    for policy in profile.agents:
+        rows = asked.rows[policy.agent]
+        wrong = told.checks[policy.agent] != checks(policy, rows)
+        found.append(_agreement(f"{target} range {INPUT_CHECK}", policy.agent, wrong, rows))
+        if policy.agent in told.observed:
+            found += observed(target, policy, asked, told.observed[policy.agent])
+            seen = _seen(policy, asked)
+            acted, team = ir.act(policy, seen), told.team
+            wrong = told.acted[policy.agent] != acted
+            found.append(_agreement(f"{target} world", policy.agent, wrong, asked.states))
+            if team is not None:
+                wrong = team[:, profile.agents.index(policy)] != acted
+                found.append(_agreement(f"{target} {TEAM}", policy.agent, wrong, asked.states))
+    if profile.region is not None and told.within is not None:
+        within = profile.region.holds(asked.bordering, profile.world.coordinates())
+        found.append(_agreement(f"{target} region {INPUT_CHECK}", "all", told.within != within, asked.bordering))
+    if told.misused:
+        let = told.accepted
+        found.append(Agreement(f"{target} world {INPUT_CHECK}", "all", told.misused, len(let), *let[:1]))
+    return found
+
+
+def observed(target: str, policy: ir.AgentPolicy, asked: Asked, given: Float64) -> list[Agreement]:
+    """Whether an agent's observations [n, n_features] of the states are the reference's float32 numbers, bit by bit."""
+    wrong = np.asarray(~same(given, _seen(policy, asked)).all(axis=1))
+    return [_agreement(f"{target} {OBSERVE}", policy.agent, wrong, asked.states)]
+
+
+def same(a: Float64, b: Float32) -> Bool:
+    """Whether numbers are equal, as doubles, zeros with their signs; every NaN is the same."""
+    bits = [np.ascontiguousarray(each, dtype=np.float64).view(np.uint64) for each in (a, b)]
+    return (bits[0] == bits[1]) | (np.isnan(a) & np.isnan(b))
+
+
+def _seen(policy: ir.AgentPolicy, asked: Asked) -> Float32:
+    with np.errstate(over="ignore", invalid="ignore"):  # infinite coordinates have no differences
+        return observe(policy.features, asked.states, asked.profile.world)
+
+
+def _agreement(target: str, agent: str, wrong: Bool, rows: Float32 | Float64) -> Agreement:
+    places = np.flatnonzero(wrong)
+    first = f"for ({', '.join(repr(float(value)) for value in rows[places[0]])})" if places.size else ""
+    return Agreement(target, agent, len(wrong), int(places.size), first)

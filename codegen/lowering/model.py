@@ -1,0 +1,244 @@
+"""The emission model: what templates receive, as plain data.
+
+Does: names the parts of a profile that is ready to be written, and what follows from them at once.
+Assumes: `lower` made it.
+Does not: look anything up in a profile, or hold text of any language.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+from codegen.lowering.names import AgentNames, Names
+
+TILED = 5  # tested features from which on numpy copies columns faster in tiles than one by one
+_BYTES = {"unsigned char": 1, "unsigned short": 2, "unsigned int": 4}
+
+
+def unsigned(count: int) -> str:
+    """The smallest C type that holds so many numbers from 0 on."""
+    return next(kind for kind, width in _BYTES.items() if count <= 256**width)
+
+
+@dataclass(frozen=True)
+class Feature:
+    """A feature and its place in the observation."""
+
+    index: int
+    name: str
+    upper: str
+    unit: str
+    low: str
+    high: str
+    low_hex: str  # the range as float32, rounded outwards
+    high_hex: str
+    low_single: str  # the same as decimals, of the doubles that they are
+    high_single: str
+    meaning: str
+    function: str  # of the sum of `terms`; "" for the sum itself
+    terms: tuple[tuple[str, str, str], ...] | None  # (sign, weight unless it is 1, coordinate); None: no meaning
+
+
+@dataclass(frozen=True)
+class Action:
+    """An action and its number."""
+
+    index: int
+    name: str
+    upper: str
+    effect: tuple[str, str] | None  # the direction in which it pushes, where there is one
+
+
+@dataclass(frozen=True)
+class Place:
+    """A coordinate of a world state."""
+
+    index: int
+    name: str
+    upper: str
+    constant: str  # of C
+    readers: tuple[str, ...]  # the agents that observe it
+
+
+@dataclass(frozen=True)
+class Double:
+    """A number, as languages write it."""
+
+    hex: str
+    decimal: str
+
+
+@dataclass(frozen=True)
+class Node:
+    """A node of the tree. Splits compare feature `feature` with a threshold, leaves take `action`."""
+
+    id: int
+    feature: Feature | None
+    action: Action | None
+    float_hex: str  # the float32 threshold, exact, as a C literal
+    bits: int  # of it as an unsigned number
+    double: str  # the deciding double, shortest decimal
+    shown: str  # for comments only
+    left: int
+    right: int
+
+    @property
+    def hex_bits(self) -> str:
+        """`bits` in eight hexadecimal digits."""
+        return f"0x{self.bits:08x}"
+
+    @property
+    def negative(self) -> bool:
+        """Whether the threshold's sign is set, -0.0 included."""
+        return self.bits >= 2**31
+
+    @property
+    def ordered(self) -> int:
+        """The threshold as an integer in the order of float32 numbers: -0.0 is -1 there, but as a threshold 0."""
+        return 2**31 - 1 - self.bits if self.bits > 2**31 else self.bits % 2**31
+
+
+@dataclass(frozen=True)
+class Line:
+    """A line of nested-if code: `if` opens a split, `else` turns to its right side, `end` closes it, `leaf` decides."""
+
+    kind: Literal["if", "else", "end", "leaf"]
+    level: int
+    node: Node
+
+    def pad(self, width: int = 4, outer: int = 1) -> str:
+        """The space before it, within `outer` levels of other code."""
+        return " " * width * (self.level + outer)
+
+
+@dataclass(frozen=True)
+class Tables:
+    """A tree as arrays. `complete`: the children of node i are 2 i + 1 and 2 i + 2, and `actions` has an entry for each
+    path of `levels` tests; else `children` has two entries a node, a leaf being its own child.
+    """
+
+    complete: bool
+    levels: int
+    features: tuple[int, ...]
+    thresholds: tuple[str, ...]  # hexadecimal floats
+    children: tuple[int, ...]
+    actions: tuple[int, ...]  # per path, or per node
+    feature_type: str
+    child_type: str
+    action_type: str
+
+    @property
+    def size(self) -> int:
+        """Bytes of all arrays."""
+        widths = [
+            (self.features, self.feature_type),
+            (self.children, self.child_type),
+            (self.actions, self.action_type),
+        ]
+        return 4 * len(self.thresholds) + sum(len(array) * _BYTES[kind] for array, kind in widths)
+
+
+@dataclass(frozen=True)
+class Agent:
+    """One agent's policy, ready to be written."""
+
+    name: str
+    lower: str
+    names: AgentNames
+    team: str
+    features: tuple[Feature, ...]
+    actions: tuple[Action, ...]
+    nodes: tuple[Node, ...]
+    lines: tuple[Line, ...]
+    tables: Tables
+    used: tuple[Feature, ...]  # features that the tree tests
+    repeated: frozenset[int]  # indices of those that it tests more than once
+    comparisons: int  # in the worst case
+    n_leaves: int
+    selects: bool  # whether a batch over columns evaluates every split (else it walks)
+    located: bool  # whether every feature has a meaning
+    force: str  # the acceleration of a unit action, length / s^2
+
+    @property
+    def splits(self) -> int:
+        """How many nodes test something."""
+        return len(self.nodes) - self.n_leaves
+
+    @property
+    def reads(self) -> tuple[str, ...]:
+        """The coordinates that it observes, in upper case, each once."""
+        return tuple(dict.fromkeys(term[2] for feature in self.features for term in feature.terms or ()))
+
+    @property
+    def observation_bytes(self) -> int:
+        """Bytes of an observation of float32."""
+        return 4 * len(self.features)
+
+    @property
+    def tiled(self) -> bool:
+        """Whether a numpy batch first copies its columns, in tiles."""
+        return len(self.used) >= TILED
+
+
+@dataclass(frozen=True)
+class Region:
+    """The world states that the code is meant for, as its check compares them: coordinates are upper-case names."""
+
+    bounds: tuple[tuple[str, str, Double, Double], ...]  # coordinate, the one subtracted or "", low, high
+    apart: tuple[tuple[str, str, Double], ...]  # entity, entity, least distance
+    goals: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Model:
+    """A whole profile, ready to be written."""
+
+    prefix: str
+    names: Names
+    world: str
+    content_hash: str
+    tool: str
+    algorithm: str
+    preset: str
+    seed: int
+    style: str  # one of STYLES but `auto`
+    agents: tuple[Agent, ...]
+    region: Region | None
+    places: Mapping[str, Place]  # the coordinates of a world state in their order, by upper-case name
+    dt: str  # seconds of a step
+    damping: str  # the share of its velocity that an agent loses in a step
+
+    @property
+    def located(self) -> bool:
+        """Whether every agent can decide from world coordinates."""
+        return all(agent.located for agent in self.agents)
+
+    @property
+    def signed(self) -> bool:
+        """Whether any agent observes the sign of something."""
+        return any(feature.function == "sign" for agent in self.agents for feature in agent.features)
+
+    @property
+    def chosen(self) -> bool:
+        """Whether any agent has a choice."""
+        return any(agent.comparisons for agent in self.agents)
+
+    @property
+    def tiled(self) -> bool:
+        """Whether any agent's numpy batch copies its columns in tiles."""
+        return any(agent.tiled for agent in self.agents)
+
+    @property
+    def numpy_type(self) -> str:
+        """The numpy type that holds every agent's actions."""
+        return f"uint{8 * max(_BYTES[agent.tables.action_type] for agent in self.agents)}"
+
+    @property
+    def side_by_side(self) -> bool:
+        """Whether all trees are walked in step: complete tables with a test in each."""
+        return all(agent.tables.complete and agent.tables.levels for agent in self.agents)
+
+    @property
+    def max_levels(self) -> int:
+        """Tests on the longest path of any tree."""
+        return max(agent.tables.levels for agent in self.agents)
