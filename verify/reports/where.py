@@ -222,7 +222,7 @@ def zones_json(profile: PolicyProfile, result: Result) -> str:
         "share": rational_literal(found.share.value) if found.share is not None and found.share.exact else None,
         "found": found.count,
         "violating": [
-            _zone(profile, result.region, failing, zone, _share(volume, found))
+            _zone(result.about(profile), result.region, failing, zone, _share(volume, found))
             for failing, zone, volume in ranked[: None if found.complete else FIRST]
         ],
     }

@@ -37,8 +37,8 @@ MAX_HELD = 1_000  # answers about one agent that are kept: a hundred megabytes o
 class Shares:
     """What a region is like for a claim."""
 
-    conflict: Share | None  # some joint action, every agent closing on a landmark, would violate the claim; None:
-    # there are too many joint actions to try
+    conflict: Share | None  # some joint action, every agent closing on a landmark where there are any, would violate the
+    # claim; None: there are too many joint actions to try
     contested: Share | None  # two agents, both inside the landmarks' rectangle; None for other team sizes
     violating: Share  # the team as it is violates the claim, with some errors where the claim allows them
     changing: Share | None = None  # errors can change some agent's action; None for claims without errors
@@ -120,7 +120,8 @@ def violating(question: DecisionQuestion, coordinates: Float64) -> Bool:
 
 
 def conflicts(question: DecisionQuestion, coordinates: Float64) -> Bool | None:
-    """Where some joint action, every agent closing on at least one landmark, violates the claim, [batch].
+    """Where some joint action, every agent closing on at least one landmark, violates the claim, [batch]. Without
+    landmarks any joint action counts.
 
     None when a part of the claim speaks of too many joint actions to try them all.
     """
@@ -209,7 +210,9 @@ def _unmatchable(question: DecisionQuestion, states: Batch, willing: Mapping[str
 
 
 def _willing(profile: PolicyProfile, policy: AgentPolicy, action: int, claim: DecisionClaim) -> Formula:
-    """The action closes on some landmark."""
+    """The action closes on some landmark; without landmarks, any."""
+    if not profile.world.landmarks:
+        return TRUE
     return disjunction(*(closes(policy, action, mark.name, claim.margin) for mark in profile.world.landmarks))
 
 
