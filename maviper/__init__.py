@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from maviper.verification.certificates import Checked
     from maviper.verification.counterexamples import Replayed
     from maviper.verification.repair import Repaired
+    from maviper.verification.robust import Radii
     from verify.verdicts.decisions import Result
     from verify.verdicts.episodes import EpisodeResult
 
@@ -47,6 +48,7 @@ __all__ = [
     "repair",
     "replay",
     "reproduce",
+    "robust",
     "train",
     "verify",
     "verify_file",
@@ -326,6 +328,22 @@ def check(certificate: str | Path, profile: PolicyProfile | str | Path | None = 
     from maviper.verification.certificates import checked
 
     return checked(Path(certificate), Path(profile) if isinstance(profile, str) else profile)
+
+
+def robust(
+    profile: PolicyProfile | str | Path, observations: str | Path, agent: str | None = None, *, certify: bool = False
+) -> Radii:
+    """For each observation of a CSV or JSON file the largest radius within which an agent acts the same, exactly.
+
+    `agent`: default, the only one; `certify`: each radius is proved, and its certificate checked. InputError for a file
+    that is no table of finite observations of that agent.
+    """
+    from pathlib import Path
+
+    from maviper.files.profiles import loaded
+    from maviper.verification.robust import robust as radii
+
+    return radii(loaded(profile, beside=Path(observations)), Path(observations), agent, certify)
 
 
 def replay(counterexample: str | Path, profile: PolicyProfile | str | Path | None = None) -> Replayed:

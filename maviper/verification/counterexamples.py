@@ -249,10 +249,10 @@ def known_formula(
     world = profile.world
     needed = set(positions(world))
     members = {policy.agent for policy in profile.team(team)}
-    positions = {name for state in states for name in state.position}
+    placed = {name for state in states for name in state.position}
     features = {error_name(policy.agent, feature.name) for policy in profile.agents for feature in policy.features}
     strange = [
-        *sorted((coordinates(claim) | positions) - set(world.coordinates())),
+        *sorted((coordinates(claim) | placed) - set(world.coordinates())),
         *sorted(agents(claim) - members),
         *sorted({name for state in states for name in state.errors} - features),
         *sorted(f"goal {goal or 'none'}" for goal in {state.goal for state in states} - set(goal_cases(world.goals))),

@@ -45,7 +45,6 @@ from verify.verdicts import episodes as closed_loop
 from verify.verdicts.decisions import Result, Visited
 from verify.verdicts.episodes import EpisodeResult
 
-
 NOT_SET = "claims over observations are replayed by observation; no state of the environment need show them"
 
 
@@ -73,7 +72,9 @@ def one_by_one(questions: Sequence[Question[Claim]], where: bool = False) -> Ite
     world = None if observing else matching_places(profile)
     made = ReplayBuild.of(profile)
     skipped = [] if made.compilable else ["compiled C: no compiler found"]
-    skipped += [] if world else [f"{shown(profile.world.reference)}: {NOT_SET if observing else NO_WORLD}"]
+    skipped += (
+        [] if world else [f"{shown(profile.world.reference) or 'environment'}: {NOT_SET if observing else NO_WORLD}"]
+    )
     single = any(question.claim.kind is not Kind.EPISODES for question in questions)
     episodes = on_policy(profile, world) if world is not None and single else None
     with made:
@@ -138,9 +139,7 @@ def replayed_course(profile: ir.PolicyProfile, state: State, steps: int) -> tupl
         return agreed(profile, state, steps, players), tuple(players)
 
 
-def _replays(
-    made: Build, profile: ir.PolicyProfile, team: str, world: ParticleWorld | None
-) -> Mapping[str, Replay]:
+def _replays(made: Build, profile: ir.PolicyProfile, team: str, world: ParticleWorld | None) -> Mapping[str, Replay]:
     """What replays a team's decisions in one state. `profile`: the one that was built, or a view of it."""
     replays: dict[str, Replay] = {}
     if made.compilable:

@@ -2,7 +2,7 @@
 
 Does: derives that profile, its view; names the variables; carries a region to the copy of an agent.
 Assumes: a checked profile.
-Does not: know what an environment can show. In a view every combination of numbers is a state, whether it occurs or not.
+Does not: know what an environment can show. In a view every combination of numbers is a state.
 
 The world of a view has no entities and no motion. Its variables are the agents' features, each a number that the agent
 reads after rounding to float32. One agent's variables have the names of its features; of several agents they are named

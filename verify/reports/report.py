@@ -62,10 +62,10 @@ REAL_SHARES = (
     "States within a rounding error of the bounds of region or claim may be misjudged."
 )
 OBSERVED = (
-    "Claims are over observations. Each observed number is a finite float64 number of the region, which the agent reads "
-    "after rounding to float32; in real arithmetic it is read as it is. Observations that are given as float32 are among "
-    "these. A split goes left iff x <= threshold. The engines use the exact end of the half line on which this is true "
-    "after rounding."
+    "Claims are over observations. Each observed number is a finite float64 number of the region. The agent reads it "
+    "after rounding to float32; in real arithmetic it is read as it is. Observations that are given as float32 are "
+    "among these. A split goes left iff x <= threshold. The engines use the exact end of the half line on which this "
+    "is true after rounding."
 )
 OBSERVED_STATES = (
     "Every combination of numbers of the region is a state, whether the environment can show it or not. The claim is "
@@ -177,7 +177,7 @@ def _result(profile: PolicyProfile, result: Result, command: str) -> dict[str, A
         "label": claim.label,
         "team": claim.team,
         **({} if result.viewed is None else {"observations": str(result.viewed.view)}),
-        "claim": claim.sentence,
+        "claim": _told(result, claim.sentence),
         "formula": claim.written.strip(),
         "data": None if result.kind is Kind.LEAVES else formula_document(formula(profile, claim)),
         "assumption": claim.assumption.strip(),
@@ -186,7 +186,7 @@ def _result(profile: PolicyProfile, result: Result, command: str) -> dict[str, A
         "region_name": called(profile, result.region),
         "region": result.region.document(),
         "verdict": result.verdict.value,
-        "meaning": _meaning(result),
+        "meaning": _told(result, _meaning(result)),
         "reason": result.reason,
         "conflict": None if measured.conflict is None else measured.conflict.document(),
         "contested": None if measured.contested is None else measured.contested.document(),
@@ -208,6 +208,11 @@ def _result(profile: PolicyProfile, result: Result, command: str) -> dict[str, A
         "counterexample": None if found is None else _counterexample(profile, result, found),
         "command": command,
     } | ({} if result.where is None else {"where": where_facts(profile, result)})
+
+
+def _told(result: Result, text: str) -> str:
+    """Words about a result: over observations, of these and of no world states."""
+    return text if result.viewed is None else text.replace("world state", "observation")
 
 
 def _alone(reason: str) -> str:

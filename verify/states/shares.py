@@ -37,7 +37,9 @@ MAX_HELD = 1_000  # answers about one agent that are kept: a hundred megabytes o
 class Shares:
     """What a region is like for a claim."""
 
-    conflict: Share | None  # some joint action, every agent closing on a landmark where there are any, would violate the
+    conflict: (
+        Share | None
+    )  # some joint action, every agent closing on a landmark where there are any, would violate the
     # claim; None: there are too many joint actions to try
     contested: Share | None  # two agents, both inside the landmarks' rectangle; None for other team sizes
     violating: Share  # the team as it is violates the claim, with some errors where the claim allows them
