@@ -31,7 +31,7 @@ from verify.question import DecisionQuestion, Question
 from verify.verdicts.opinions import by_zones
 
 MAX_BYTES, MAX_ROWS = 1 << 26, 100_000
-HEADER = ("row", "action", "leaf", "radius", "other_action", "other_leaf")
+HEADER: tuple[str, ...] = ("row", "action", "leaf", "radius", "other_action", "other_leaf")
 ADVICE = "give a CSV file whose first line names the features, or a JSON list of observations"
 
 

@@ -78,7 +78,7 @@ def find_property(
     that the property does not read.
     """
     kind = kind_named(name, of)
-    team = team or _team_of(profile, parameters)
+    team = _team_of(profile, parameters) if team is None else team
     if team is None or kind.landmark_each:
         team = team_for(name, profile, team, any_size=not kind.landmark_each)
     given = {key: value for key, value in parameters.items() if key not in LISTS or value}

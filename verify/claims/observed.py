@@ -56,7 +56,7 @@ class View:
 def view_from(document: Mapping[str, Sequence[str]]) -> View:
     """The view in a document. ValueError for anything else."""
     raised = document.get("raised", ())
-    if document.keys() != {"shared", "raised"} or len(raised) not in (0, len(Raised._fields)):
+    if set(document) != {"shared", "raised"} or len(raised) not in (0, len(Raised._fields)):
         raise ValueError("$.view: states shared features, and agent and feature of a copy")
     return View(tuple(document["shared"]), Raised(*raised) if raised else None)
 

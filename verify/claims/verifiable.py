@@ -59,7 +59,7 @@ def team_for(name: str, profile: PolicyProfile, team: str | None, any_size: bool
     if team is None and any_size and not wanted:
         raise InputError(f"{name} is about one team", "", f"name it with --team: {', '.join(known)}")
     if not wanted and not any_size:
-        what = f"{name} speaks of landmarks, and there are none here"
+        what = f"{name} needs a landmark for each agent, and there are none here"
         raise InputError(what, "", "state what agents do in a formula: see `maviper guide claims`")
     if team is None:
         fitting = [candidate for candidate in known if len(profile.team(candidate)) == wanted]

@@ -2,11 +2,13 @@
 
 import json
 import re
+import textwrap
 from dataclasses import replace
 
 import pytest
 
 from codegen import policy_json
+from maviper import manual
 from maviper.cli import main
 from tests.teams import tree
 from tests.test_golden import small_profile
@@ -190,7 +192,7 @@ def test_two_agents_agree_where_they_see_the_same(shared, code, tmp_path, capsys
         ),
         (["--property", "monotone", "--agent", "a", "--feature", "spin", "--order", "left,stay"], "every action once"),
         (["--property", "reaches"], "landmark|episodes"),
-        (["--property", "distinct_targets"], "no landmark|none here"),
+        (["--property", "distinct_targets"], "landmark for each agent"),
         (["--feature", "spin", "--property", "alive_leaves"], "has the parameter feature"),
     ],
 )
@@ -226,3 +228,23 @@ def test_monotone_without_observations_says_how_to_ask(tmp_path, capsys):
     asked = ["--property", "monotone", "--agent", "agent_0", "--feature", feature]
     assert main.run(["verify", str(tmp_path / "profile.json"), *asked]) == 2
     assert "--observations" in capsys.readouterr().err
+
+
+def blocks(page):
+    """The indented blocks of a page, each under the sentence before it."""
+    found = re.findall(r"\n([^\n]*)\n\n((?: {4}[^\n]*\n|\n(?= {4}))+)", page)
+    return {said: textwrap.dedent(code) for said, code in found}
+
+
+def test_the_example_of_the_importing_page_runs_as_it_says(tmp_path, monkeypatch, capsys):
+    said = blocks(manual.page("importing").partition("## From a tree to a proof")[2].partition("## Names")[0])
+    monkeypatch.chdir(tmp_path)
+    for sentence, name in (("`cart.py`", "cart.py"), ("`cart.toml`", "cart.toml"), ("`seen.csv`", "seen.csv")):
+        (text,) = [code for words, code in said.items() if sentence in words]
+        (tmp_path / name).write_text(text)
+    commands = [line for code in said.values() for line in code.splitlines() if line.startswith("maviper ")]
+    assert [line.split()[1] for line in commands] == ["import", "verify", "check", "robust"]
+    for line in commands:
+        assert main.run(line.split()[1:]) == 0, line
+    assert sorted(path.name for path in (tmp_path / "radii").iterdir())[-1] == "radii.csv"
+    assert capsys.readouterr().out.startswith("accepted")
