@@ -34,11 +34,11 @@ def robust(
     output: Path | None,
     as_json: bool,
 ) -> int:
-    """Compute how far each observation may be off before the agent acts otherwise.
+    """Compute how far observations may be off.
 
-    OBSERVATIONS is a CSV file whose first line names the features, or a JSON list. The radius is the largest number
-    such that every observation within it acts the same, if each feature is off by at most that much (L-infinity). It is
-    computed exactly from the tree, rounding to float32 included. Numbers beyond the ranges of features count too.
+    OBSERVATIONS is a CSV file whose first line names the features, or a JSON list. The radius is the largest error that
+    changes no action: each feature may be off by up to that much (L-infinity). It is computed exactly from the tree,
+    rounding to float32 included. Numbers beyond the ranges of features count too.
 
     Without -o, the table is printed as CSV.
     """

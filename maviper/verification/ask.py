@@ -174,9 +174,6 @@ def _question(
     budgets = options.budgets(zones)
     if viewed is None:
         return Question(profile, claim, region, options.semantics, budgets)
-    if claim.kind is Kind.EPISODES:
-        what = f"{claim.name} is about episodes, and observations alone do not say what comes next"
-        raise InputError(what, "", "ask about single decisions")
     seen = Viewed(viewed.origin, claim.of_view(viewed.view))
     return Question(seen.profile, claim, carried(region, seen), options.semantics, budgets, seen)
 

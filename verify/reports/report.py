@@ -106,7 +106,7 @@ def document(
 ) -> dict[str, Any]:
     """All facts as plain data. `commands`: what repeats each result; `files`: name -> SHA-256 of files made with it."""
     single = [result for result in results if result.kind is not Kind.EPISODES]
-    observing = any(result.viewed is not None for result in single)
+    observing = any(result.viewed is not None for result in results)
     episodes = [result for result in results if result.kind is Kind.EPISODES]
     known = all(result.visited is not None for result in single) and all(result.replays for result in episodes)
     kinds = [REAL] if single and all(one.semantics == REAL for one in single) else [MACHINE]
@@ -137,12 +137,11 @@ def document(
 
 def result_facts(profile: PolicyProfile, result: Result | EpisodeResult, command: str) -> dict[str, Any]:
     """One result as plain data, as it stands in the document."""
+    about = profile if result.viewed is None else result.viewed.profile
+    of_start = {"of_start": shares.of_start(about, result.region)}
     if result.kind is Kind.EPISODES:
-        facts, about = loop_report.result_facts(profile, result, command), profile
-    else:
-        about = result.about(profile)
-        facts = _result(about, result, command)
-    return facts | {"of_start": shares.of_start(about, result.region)}
+        return loop_report.result_facts(profile, result, command) | of_start
+    return _result(about, result, command) | of_start
 
 
 def _semantics(profile: PolicyProfile, kind: str) -> str:

@@ -23,10 +23,10 @@ from verify.solver.decide import decide
 from verify.verdicts.opinions import by_zones
 
 pytestmark = pytest.mark.solver
-SIDE = 2.0
+SIDE, VIEW = 2.0, View()
 
 
-def asked(profile, claim, view=View()):
+def asked(profile, claim, view=VIEW):
     """The question over the ranges of all features."""
     viewed = Viewed(profile, claim.of_view(view))
     region = carried(everywhere(Viewed(profile, view).profile), viewed)
@@ -132,13 +132,13 @@ def test_a_certificate_about_another_view_or_region_is_refused():
         replace(claim, direction=DECREASING),
         replace(claim, order=("right", "stay", "left")),
     ):
-        with pytest.raises((InputError, RejectedError), match="formula|names what"):
+        with pytest.raises((InputError, RejectedError), match=r"formula|names what"):
             accepted(replace(made, claim=claimed), profile)
     for view in (None, View(), View((), made.view.raised._replace(feature="place"))):
         with pytest.raises((InputError, RejectedError), match="names what the profile does not have"):
             accepted(replace(made, view=view), profile)
     without = {name: bounds for name, bounds in made.region.box.items() if name != "speed"}
-    with pytest.raises((InputError, RejectedError), match="do not fit together|not a state|names what"):
+    with pytest.raises((InputError, RejectedError), match=r"do not fit together|not a state|names what"):
         accepted(replace(made, region=replace(made.region, box=without)), profile)
 
 
