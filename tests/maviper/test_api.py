@@ -83,7 +83,16 @@ def test_every_option_of_a_command_is_a_parameter():
             "robust",
         )
     }
-    printed = {"as_json", "output", "smt", "vnnlib", "list", "full", "verdict_only", "least"}  # of the command line alone
+    printed = {
+        "as_json",
+        "output",
+        "smt",
+        "vnnlib",
+        "list",
+        "full",
+        "verdict_only",
+        "least",
+    }  # of the command line alone
     renamed = {"name", "names", "file"}  # claim; of property files there is verify_file
     assert {name: left - printed - renamed for name, left in missing.items() if left - printed - renamed} == {}
 
