@@ -17,7 +17,7 @@ import numpy as np
 
 from codegen.errors import InputError
 from codegen.intervals import Share, percent
-from codegen.ir import AgentPolicy, Bool, Float64, Int32, PolicyProfile
+from codegen.ir import MAX_LENGTH, AgentPolicy, Bool, Float64, Int32, PolicyProfile
 from verify.claims.decisions import DecisionClaim, engaged
 from verify.claims.formula import TRUE, And, Batch, Formula, Or, agents, disjunction, given
 from verify.claims.matching import preventable
@@ -67,7 +67,8 @@ def measure(question: DecisionQuestion, seed: int, count: int = SAMPLES) -> Shar
 
 
 def of_start(profile: PolicyProfile, region: Region) -> dict[str, float | bool] | None:
-    """The region's share of the start region, by volume, as plain data. None where there is no start region.
+    """The region's share of the start region, by volume, as plain data. None where there is no start region, or where
+    some variable has no range to speak of.
 
     Exact for a box; else the share of what its box has in common with the start region, times the sampled share of that
     which keeps differences and distances.
@@ -75,6 +76,8 @@ def of_start(profile: PolicyProfile, region: Region) -> dict[str, float | bool] 
     try:
         start = everywhere(profile)
     except InputError:  # no damping bounds the velocities
+        return None
+    if any(max(-one.low, one.high) >= MAX_LENGTH for one in profile.world.variables):
         return None
     share = Fraction(1)
     if start.goals:

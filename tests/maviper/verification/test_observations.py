@@ -73,6 +73,7 @@ def test_verdicts_and_words_are_about_observations(folder):
     report = json.loads((folder / "out" / "report.json").read_text())
     verdicts = [result["verdict"] for result in report["results"]]
     assert verdicts == ["PROVED", "VIOLATED", "PROVED", "VIOLATED"]
+    assert all(result["of_start"] is None for result in report["results"])  # imported features have no range
     text = (folder / "out" / "report.txt").read_text()
     assert "world state" not in text and "goal" not in text and "over observations" in text
     assert "landmark" not in text
