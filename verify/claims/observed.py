@@ -49,7 +49,7 @@ class View:
 
     def __str__(self) -> str:
         shared = f", {', '.join(self.shared)} shared" if self.shared else ""
-        copied = "" if self.raised is None else f", {self.raised.agent} twice with its own {self.raised.feature} each"
+        copied = "" if self.raised is None else f", {self.raised.agent} twice, each with its own {self.raised.feature}"
         return f"over observations{shared}{copied}"
 
 

@@ -180,7 +180,7 @@ def _result(profile: PolicyProfile, result: Result, command: str) -> dict[str, A
         "formula": claim.written.strip(),
         "data": None if result.kind is Kind.LEAVES else formula_document(formula(profile, claim)),
         "assumption": claim.assumption.strip(),
-        "parameters": {name: _shown(value) for name, value in claim.parameters.items()},
+        "parameters": {name: _shown(value, name) for name, value in claim.parameters.items()},
         "semantics": result.semantics,
         "region_name": called(profile, result.region),
         "region": result.region.document(),
@@ -224,11 +224,12 @@ def _meaning(result: Result) -> str:
     return meanings.get(result.verdict, MEANINGS[result.verdict])
 
 
-def _shown(value: Parameter) -> str:
+def _shown(value: Parameter, name: str) -> str:
     """A parameter as text."""
     if isinstance(value, Fraction):
         return plain(value)
-    return (", ".join(value) or "in the world's order") if isinstance(value, tuple) else str(value)
+    usual = "in the profile's order" if name == "order" else "in the world's order"
+    return (", ".join(value) or usual) if isinstance(value, tuple) else str(value)
 
 
 def _margin(found: Margin) -> dict[str, Any]:
