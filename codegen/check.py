@@ -47,6 +47,7 @@ class Violation(NamedTuple):
 
 NUMBER = re.compile(r"-?\d{1,30}(\.\d{1,60})?|-?\d{1,99}/[1-9]\d{0,99}")  # as the verifier writes bounds
 UNSEEN = STEERING | {"Cs"}  # also halves of pairs
+MAX_PARTS = 2  # of a variable's name, between dots
 LEAST_MARGIN = 1e-9  # of contacts: lengths divided by it stay far below the largest double
 
 
@@ -57,9 +58,10 @@ def violations(profile: PolicyProfile) -> Iterator[Violation]:
         yield Violation("$.agents", "a profile needs at least one agent")
     yield from _names("$.agents", "agent", [policy.agent for policy in profile.agents])
     movers = [entity.name for entity in profile.world.agents]
+    placeless = not movers and bool(profile.world.variables)  # of such a world agents need be no entities
     for index, policy in enumerate(profile.agents):
         path = f"$.agents[{index}]"
-        if policy.agent not in movers:
+        if policy.agent not in movers and not placeless:
             yield Violation(
                 f"{path}.agent", f"no agent '{policy.agent}' in the world; {suggestion(policy.agent, movers)}"
             )
@@ -80,6 +82,7 @@ def _texts(profile: PolicyProfile) -> Iterator[Violation]:
     world, origin = profile.world, profile.provenance
     found = [("world.reference", world.reference)]
     found += [("world.options", f"{key}={value}") for key, value in world.options.items()]
+    found += [(f"world.variables[{index}].unit", each.unit) for index, each in enumerate(world.variables)]
     for index, policy in enumerate(profile.agents):
         found += [(f"agents[{index}].features[{k}].unit", each.unit) for k, each in enumerate(policy.features)]
     found += [(f"provenance.{name}", getattr(origin, name)) for name in ("algorithm", "preset", "expert", "tool")]
@@ -160,12 +163,30 @@ def _world(world: WorldSpec) -> Iterator[Violation]:
     taken += [entity.name for entity in world.agents]
     yield from _names(f"{path}.landmarks", "entity", [entity.name for entity in world.landmarks], taken)
     yield from _numbers(world)
+    yield from _variables(world)
     if world.episode_steps < 1:
         yield Violation(f"{path}.episode_steps", "must be at least 1")
     landmarks = [entity.name for entity in world.landmarks]
     for index, goal in enumerate(world.goals):
         if goal not in landmarks:
             yield Violation(f"{path}.goals[{index}]", f"no landmark '{goal}'; {suggestion(goal, landmarks)}")
+
+
+def _variables(world: WorldSpec) -> Iterator[Violation]:
+    """Rules about coordinates that belong to no entity; their names may have one dot, as in "agent_0.angle"."""
+    own = len(world.variables)
+    seen = {identifier(name) for name in world.coordinates()[: -own or None]}
+    for index, variable in enumerate(world.variables):
+        here = f"$.world.variables[{index}]"
+        parts = variable.name.split(".")
+        if len(parts) > MAX_PARTS or not all(NAME.fullmatch(part) for part in parts):
+            yield Violation(here, f"not a legal name of a variable: {variable.name!r} (a name, or NAME.NAME)")
+        if identifier(variable.name) in seen:
+            yield Violation(here, f"variable '{variable.name}' appears twice, or is taken")
+        seen.add(identifier(variable.name))
+        if not -MAX_LENGTH <= variable.low <= variable.high <= MAX_LENGTH:
+            what = f"needs a range with low <= high within {MAX_LENGTH:g}, has [{variable.low}, {variable.high}]"
+            yield Violation(here, what)
 
 
 def _numbers(world: WorldSpec) -> Iterator[Violation]:

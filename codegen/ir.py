@@ -132,6 +132,16 @@ class EntitySpec:
 
 
 @dataclass(frozen=True)
+class VariableSpec:
+    """A coordinate that belongs to no entity, such as an angle, and what it ranges over (in `unit`)."""
+
+    name: str  # such as "angle", or "agent_0.angle"
+    unit: str
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
 class WorldSpec:
     """The world that a profile was learned in: its entities and dynamics.
 
@@ -154,13 +164,14 @@ class WorldSpec:
     contact_force: float = 0.0
     contact_margin: float = 0.0
     options: Mapping[str, int | str] = field(default_factory=lambda: MappingProxyType({}))
+    variables: tuple[VariableSpec, ...] = ()
 
     def coordinates(self) -> tuple[str, ...]:
-        """Names of all coordinates: positions of agents and landmarks, agents' velocities, then the goal's position."""
+        """Names of all coordinates: positions of agents, landmarks and the goal, agents' velocities, variables."""
         places = [entity.name for entity in self.agents + self.landmarks] + ([GOAL] if self.goals else [])
         position = [f"{name}.{axis}" for name in places for axis in "xy"]
         velocity = [f"{agent.name}.v{axis}" for agent in self.agents for axis in "xy"]
-        return tuple(position + velocity)
+        return (*position, *velocity, *(variable.name for variable in self.variables))
 
 
 @dataclass(frozen=True, eq=False)

@@ -35,6 +35,7 @@ from codegen.ir import (
     PolicyProfile,
     Provenance,
     Tree,
+    VariableSpec,
     WorldSpec,
 )
 from codegen.json_fault import place
@@ -154,6 +155,7 @@ def _document(profile: PolicyProfile) -> dict[str, Any]:
             "contact_force": float(world.contact_force),
             "contact_margin": float(world.contact_margin),
             "options": dict(world.options),
+            **({"variables": [_variable(one) for one in world.variables]} if world.variables else {}),
         },
         "agents": [_agent(policy) for policy in profile.agents],
         "provenance": {
@@ -189,6 +191,11 @@ def _entity(entity: EntitySpec) -> dict[str, Any]:
         "collides": entity.collides,
         "start_box": start,
     }
+
+
+def _variable(variable: VariableSpec) -> dict[str, Any]:
+    bounds = [float(variable.low), float(variable.high)]
+    return {"name": variable.name, "unit": variable.unit, "range": bounds}
 
 
 def _agent(policy: AgentPolicy) -> dict[str, Any]:
@@ -259,6 +266,7 @@ def _profile(raw: ProfileJson, where: str) -> PolicyProfile:
         contact_force=world.contact_force,
         contact_margin=world.contact_margin,
         options=world.options,
+        variables=tuple(VariableSpec(one.name, one.unit, *one.range) for one in world.variables),
     )
     agents = tuple(_policy(agent, f"{where}: $.agents[{index}]") for index, agent in enumerate(raw.agents))
     given = msgspec.structs.asdict(raw.provenance)
@@ -329,7 +337,7 @@ def _threshold(double: float, text: str, path: str) -> float:
     return exact
 
 
-_TERM = re.compile(r"\s*([+-]?)\s*(?:(\d{1,3}(?:\.\d{1,9})?)\*)?([A-Za-z][\w-]*\.[a-z]+)")
+_TERM = re.compile(r"\s*([+-]?)\s*(?:(\d{1,3}(?:\.\d{1,9})?)\*)?([A-Za-z][\w-]*(?:\.[A-Za-z][\w-]*)?)")
 
 
 def _meaning(text: str | None, path: str) -> Meaning | None:

@@ -69,6 +69,14 @@ class EntityJson(_Strict):
     start_box: tuple[float, float] | None
 
 
+class VariableJson(_Strict):
+    """A coordinate that belongs to no entity."""
+
+    name: str
+    unit: str
+    range: tuple[float, float]
+
+
 class WorldJson(_Strict):
     name: str
     reference: str
@@ -82,6 +90,7 @@ class WorldJson(_Strict):
     contact_force: float
     contact_margin: float
     options: dict[str, int | str]
+    variables: list[VariableJson] = []
 
 
 class AgentJson(_Strict):

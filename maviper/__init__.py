@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 
 from maviper.files.verbs import from_file, from_onnx, from_sklearn
 from maviper.reproduction.verb import reproduce
+from maviper.verification.verb import robust
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -49,6 +50,7 @@ __all__ = [
     "repair",
     "replay",
     "reproduce",
+    "robust",
     "train",
     "verify",
     "verify_file",
@@ -249,6 +251,13 @@ def verify(
     others: Sequence[str] | None = None,
     of: str | None = None,
     steps: int | None = None,
+    agents: Sequence[str] | None = None,
+    agent: str | None = None,
+    feature: str | None = None,
+    direction: str | None = None,
+    order: Sequence[str] | None = None,
+    observations: bool = False,
+    shared: Sequence[str] | None = None,
     where: bool = False,
     max_cells: int | None = None,
     max_zones: int | None = None,
@@ -261,8 +270,10 @@ def verify(
     steady is about. `semantics`: machine, or real for exact arithmetic. `where`: also where a claim about single
     decisions holds and fails (`Result.where`, `Result.within`), in at most `max_cells` failing cells, and from what
     share of the starts one about episodes fails (`EpisodeResult.starts`). `max_zones` limits claims about episodes,
-    `solver_units` each query to Z3. None: as `maviper properties list` says. InputError for a name that there is not,
-    or a parameter that the claim does not read.
+    `solver_units` each query to Z3. `agents`: of agree; `agent`, `feature`, `direction` and `order` (of actions): of
+    monotone. `observations`: the claim is about what agents observe; `shared`: features that they observe alike, or
+    ["all"]. None: as `maviper properties list` says. InputError for a name that there is not, or a parameter that the
+    claim does not read.
     """
     from maviper.verification.ask import VerifyOptions, number
     from maviper.verification.run import results
@@ -280,6 +291,13 @@ def verify(
         others=None if others is None else tuple(others),
         of=of,
         steps=steps,
+        agents=None if agents is None else tuple(agents),
+        agent=agent,
+        feature=feature,
+        direction=direction,
+        order=None if order is None else tuple(order),
+        observations=observations,
+        shared=None if shared is None else tuple(shared),
         where=where,
         max_cells=max_cells,
         max_zones=max_zones,
@@ -294,6 +312,8 @@ def verify_file(
     region: str | Path = "start",
     *,
     semantics: str = "machine",
+    observations: bool = False,
+    shared: Sequence[str] | None = None,
     where: bool = False,
     max_cells: int | None = None,
     solver_units: int | None = None,
@@ -311,6 +331,8 @@ def verify_file(
         file=Path(file),
         region=str(region),
         semantics=semantics,
+        observations=observations,
+        shared=None if shared is None else tuple(shared),
         where=where,
         max_cells=max_cells,
         solver_units=solver_units,

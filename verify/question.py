@@ -20,6 +20,7 @@ from verify.claims.catalogue import Claim
 from verify.claims.decisions import DecisionClaim, OwnFormula, formula
 from verify.claims.episodes import EpisodeClaim
 from verify.claims.formula import Formula, agents, conjuncts, for_goal, names_goal
+from verify.claims.observed import Viewed
 from verify.claims.region import MACHINE, Region, everywhere
 from verify.claims.verifiable import read_by, verifiable
 
@@ -59,6 +60,12 @@ class Question(Generic[About]):
     region: Region
     semantics: str = MACHINE
     budgets: Budgets = Budgets()
+    viewed: Viewed | None = None  # where the profile is the view of another one, over whose observations is asked
+
+    @property
+    def origin(self) -> PolicyProfile:
+        """The profile that was given: the one whose view is asked about, or else the one asked about."""
+        return self.profile if self.viewed is None else self.viewed.origin
 
     @cached_property
     def formula(self: "Question[DecisionClaim]") -> Formula:
@@ -121,7 +128,7 @@ class Question(Generic[About]):
 
     def about(self, claim: "Asked") -> "Question[Asked]":
         """The same question about another claim."""
-        return Question(self.profile, claim, self.region, self.semantics, self.budgets)
+        return Question(self.profile, claim, self.region, self.semantics, self.budgets, self.viewed)
 
     def within(self, region: Region) -> "Question[About]":
         """The same question about another region."""

@@ -22,6 +22,7 @@ from maviper.cli.properties import properties
 from maviper.cli.repair import repair
 from maviper.cli.replay import replay
 from maviper.cli.reproduce import reproduce
+from maviper.cli.robust import robust
 from maviper.cli.schema import schema
 from maviper.cli.show import play, show
 from maviper.cli.train import train
@@ -34,7 +35,7 @@ CHAPTERS = {
     "Extract": (extract, import_verb, show, play),
     "Measure": (evaluate, exploit, reproduce),
     "Compile": (compile_verb, schema),
-    "Verify": (verify, properties, check, replay, repair, diff),
+    "Verify": (verify, robust, properties, check, replay, repair, diff),
 }
 EXIT_CODES = """\b
 Exit codes:

@@ -84,6 +84,8 @@ def verify(
     console, asking = console_of(context), VerifyOptions(**options).checked()
     loaded = load(profile)
     found = questions(loaded, profile.name, asking)
+    if any(one.question.viewed is not None for one in found) and not asking.observations:
+        console.line("observed", "no feature has a meaning, so claims are about what agents observe")
     _folders(output, found, asking, console)
     if asking.verdict_only:
         return _verdicts(found, as_json)

@@ -49,6 +49,19 @@ QUESTION_OPTIONS = (
         help="The team that the claim is about (default: the one with as many agents as landmarks).",
     ),
     option(
+        "--observations",
+        is_flag=True,
+        section=QUESTION,
+        help="Claims are about what agents observe, not about world states (without meanings of features: always).",
+    ),
+    option(
+        "--shared",
+        callback=names,
+        metavar="A,B|all",
+        section=QUESTION,
+        help="With --observations: features that all agents that have them observe alike.",
+    ),
+    option(
         "--semantics",
         default="machine",
         show_default=True,
@@ -104,6 +117,25 @@ PARAMETER_OPTIONS = (
         help="steady: the largest error of each feature (default: 1/100).",
     ),
 )
+COMPARED_OPTIONS = (
+    option("--agents", callback=names, metavar="A,B", section=PARAMETERS, help="agree: the two agents."),
+    option("--agent", default=None, metavar="NAME", section=PARAMETERS, help="monotone: the agent."),
+    option("--feature", default=None, metavar="NAME", section=PARAMETERS, help="monotone: the feature to raise."),
+    option(
+        "--direction",
+        default=None,
+        metavar="NAME",
+        section=PARAMETERS,
+        help="monotone: increasing (default) or decreasing.",
+    ),
+    option(
+        "--order",
+        callback=names,
+        metavar="A,B",
+        section=PARAMETERS,
+        help="monotone: all actions, lowest first (default: the profile's order).",
+    ),
+)
 LIMIT_OPTIONS = (
     option(
         "--where",
@@ -133,6 +165,6 @@ LIMIT_OPTIONS = (
 
 def asked(command: Any) -> Any:
     """Adds all of them to a command."""
-    for each in reversed((*QUESTION_OPTIONS, *PARAMETER_OPTIONS, *LIMIT_OPTIONS)):
+    for each in reversed((*QUESTION_OPTIONS, *PARAMETER_OPTIONS, *COMPARED_OPTIONS, *LIMIT_OPTIONS)):
         command = each(command)
     return command

@@ -17,7 +17,8 @@ from verify.verdicts.episodes import EpisodeResult
 
 
 def page_of(profile: ir.PolicyProfile, results: Sequence[Result | EpisodeResult]) -> str:
-    """The page of a profile with these results."""
+    """The page of a profile with these results; without those over observations, which are not about its states."""
+    results = [one for one in results if one.viewed is None]
     states = [_stored(number, result) for number, result in enumerate(results)]
     shown = tuple(Shown(result.claim, _verdict(profile, result)) for result in results)
     return page(profile, contents_of(profile, shown, tuple(filter(None, states))))

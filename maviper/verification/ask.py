@@ -24,12 +24,14 @@ from maviper.worlds.matching import ensure_places
 from verify.claims.catalogue import NAMES, ZONES, Claim, checked_zones, find_claim, in_general, known, readable, usual
 from verify.claims.episodes import EPISODE_CLAIMS
 from verify.claims.files import Stated, read_properties
+from verify.claims.observed import View, Viewed, carried, shared_features, unread
 from verify.claims.region import MACHINE, SEMANTICS, Kind, Parameter, Region, exact, plain
 from verify.question import Budgets, Question
 
 MAX_FILE_BYTES = 2**20
-DEFAULT = "distinct_targets"
-PARAMETERS = ("margin", "radius", "kappa", "eps", "landmarks", "of", "steps", ZONES, "others")
+DEFAULT, DEFAULT_OBSERVED = "distinct_targets", "alive_leaves"
+COMPARED = ("agents", "agent", "feature", "direction", "order")  # of claims that compare decisions
+PARAMETERS = ("margin", "radius", "kappa", "eps", "landmarks", "of", "steps", ZONES, "others", *COMPARED)
 MAX_CELLS = 1_000_000  # a cell takes about 2 KB
 
 
@@ -55,6 +57,13 @@ class VerifyOptions:
     others: tuple[str, ...] | None = None
     of: str | None = None
     steps: int | None = None
+    agents: tuple[str, ...] | None = None
+    agent: str | None = None
+    feature: str | None = None
+    direction: str | None = None
+    order: tuple[str, ...] | None = None
+    observations: bool = False  # claims speak of observations, not of world states
+    shared: tuple[str, ...] | None = None  # features that agents observe alike; ("all",): all that several have
     where: bool = False  # also where claims about single decisions hold
     max_cells: int | None = None
     max_zones: int | None = None
@@ -121,27 +130,52 @@ def questions(profile: ir.PolicyProfile, profile_name: str, options: VerifyOptio
     """The questions of the options of `maviper verify`: first those of the property file, then the named ones."""
     if options.semantics not in SEMANTICS:
         raise InputError("the semantics must be machine or real", "--semantics")
-    ensure_places(profile.world, chain.from_iterable(policy.features for policy in profile.agents))
-    region = find_region(options.region, profile)
-    semantics = options.semantics
+    viewed = _viewed(profile, options)
+    about = profile if viewed is None else viewed.profile
+    region = find_region(options.region, about)
     found: list[Asked] = []
     if options.file is not None:
-        asked = from_file(options.file, profile, region)
+        asked = from_file(options.file, about, region)
         words = ["maviper", "verify", profile_name, "--properties", options.file.name]
         words += [] if region.name == "start" else ["--region", region.name]
         for claim, where, zones in asked:
-            question = Question(profile, claim, where, semantics, options.budgets(zones))
+            question = _question(about, viewed, claim, where, options, zones)
             found.append(Asked(question, _line(words, question)))
-    names = options.names or (() if found else (DEFAULT,))
+    names = options.names or (() if found else (DEFAULT if viewed is None else DEFAULT_OBSERVED,))
     for name, given in zip(names, _given(names, options), strict=True):
         with with_option_names():
             zones = given.pop(ZONES, None)
-            claim = find_claim(name, profile, options.team, **given)
-            budgets = options.budgets(None if zones is None else checked_zones(zones))
-        question = Question(profile, claim, region, semantics, budgets)
+            claim = find_claim(name, about, options.team, **given)
+            zones = None if zones is None else checked_zones(zones)
+        question = _question(about, viewed, claim, region, options, zones)
         found.append(Asked(question, command(profile_name, question)))
     _check_episodes([one.claim for one in found], options)
     return found
+
+
+def _viewed(profile: ir.PolicyProfile, options: VerifyOptions) -> Viewed | None:
+    """The view that the options ask about; None where they ask about world states."""
+    if not options.observations and not unread(profile):
+        if options.shared:
+            raise InputError("--shared is about observations", "--shared", "add --observations")
+        return None
+    return Viewed(profile, View(shared_features(profile, options.shared or ())))
+
+
+def _question(
+    profile: ir.PolicyProfile,
+    viewed: Viewed | None,
+    claim: Claim,
+    region: Region,
+    options: VerifyOptions,
+    zones: int | None,
+) -> Question[Claim]:
+    """The question; over observations about the view that the claim needs. InputError for episodes of observations."""
+    budgets = options.budgets(zones)
+    if viewed is None:
+        return Question(profile, claim, region, options.semantics, budgets)
+    seen = Viewed(viewed.origin, claim.of_view(viewed.view))
+    return Question(seen.profile, claim, carried(region, seen), options.semantics, budgets, seen)
 
 
 def number(value: Fraction | float | str | None, parameter: str) -> Fraction | None:
@@ -230,6 +264,9 @@ def command(profile: str, question: Question[Claim]) -> str:
 
 def _line(words: Sequence[str], question: Question[Claim]) -> str:
     units, semantics = question.budgets.solver_units, question.semantics
+    if question.viewed is not None:
+        shared = question.viewed.view.shared
+        words = [*words, "--observations", *(["--shared", ",".join(shared)] if shared else [])]
     words = [*words, *(["--semantics", semantics] if semantics != MACHINE else [])]
     if question.claim.kind is not Kind.EPISODES and units != Budgets().solver_units:
         words += ["--solver-units", str(units)]

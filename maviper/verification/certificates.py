@@ -21,6 +21,7 @@ from verify.checker.episode_certificates import EpisodeCertificate
 from verify.checker.reading import RejectedError
 from verify.claims.catalogue import left_out
 from verify.claims.formula import agents
+from verify.claims.observed import over
 from verify.claims.region import Parameter, Region, is_start, plain
 from verify.verdicts.decisions import Result
 from verify.verdicts.episodes import EpisodeResult, whatever
@@ -97,6 +98,7 @@ def _subject(found: Certificate, profile: PolicyProfile) -> str:
         return (
             f"{compared} act as in the second profile in {_place(found.region, profile)}, {found.semantics} arithmetic"
         )
+    profile = profile if found.view is None else over(profile, found.view)
     claim = "a formula without a name" if found.claim is None else f"{found.claim.name} of the {found.claim.team}"
     if found.claim is None and not agents(found.formula):
         claim += " that speaks of no agent's actions"
@@ -104,6 +106,7 @@ def _subject(found: Certificate, profile: PolicyProfile) -> str:
         claim += f", though every feature is off by up to {_shown(found.eps)}"
     if found.claim is not None:
         claim += "".join(f", {name} {_shown(value)}" for name, value in found.claim.stated.items())
+    claim += "" if found.view is None else f", {found.view},"
     return f"{claim} in {_place(found.region, profile)}, {found.semantics} arithmetic"
 
 

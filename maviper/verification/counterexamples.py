@@ -24,7 +24,8 @@ from maviper.verification.join import replayed
 from verify.claims.decisions import BUILT_IN, OWN, PLAIN, formula
 from verify.claims.formula import Acts, Formula, Goal, agents, atoms, coordinates
 from verify.claims.formula_json import formula_document, read_formula, read_number
-from verify.claims.region import MACHINE, MAX_NUMBER, REAL, Kind, goal_cases, goal_of, goal_text
+from verify.claims.observed import over, view_from
+from verify.claims.region import MACHINE, MAX_NUMBER, REAL, Kind, goal_cases, goal_of, goal_text, positions
 from verify.counterexamples.search import Counterexample
 from verify.reports.report import deployed_facts
 from verify.states.acting import REFERENCE
@@ -61,6 +62,7 @@ class CounterexampleJson(msgspec.Struct, forbid_unknown_fields=True):
     explanation: dict[str, Any] = {}  # as in the report; replays do not read it
     semantics: str = MACHINE
     deployed: DeployedJson | None = None  # of real arithmetic; None where the state is no float64 state
+    view: dict[str, list[str]] | None = None  # of claims over observations: how these are put together
 
 
 @dataclass(frozen=True)
@@ -87,7 +89,7 @@ def counterexample_files(profile: PolicyProfile, results: Sequence[Result | Epis
             where = "from its start"
         else:
             document = None if result.counterexample is None else _document(profile, result, result.counterexample)
-            where = "in its world state"
+            where = "in its world state" if result.viewed is None else "at its observation"
         if document is None:
             continue
         stem = f"counterexample-{place}-{result.claim.name}"
@@ -100,12 +102,14 @@ def counterexample_files(profile: PolicyProfile, results: Sequence[Result | Epis
 def _document(profile: PolicyProfile, result: Result, found: Counterexample) -> dict[str, Any]:
     claim = result.claim
     real = {} if result.semantics == MACHINE else {"semantics": result.semantics, "deployed": deployed_facts(found)}
+    view = {} if result.viewed is None else {"view": result.viewed.view.document()}
     return {
         "counterexample": REAL_FORM if real else FORM,
         "profile": content_hash(profile),
         "property": claim.shown,
         "team": claim.team,
-        "formula": formula_document(formula(profile, claim)),
+        **view,
+        "formula": formula_document(formula(result.about(profile), claim)),
         "goal": goal_text(found.state.goal),
         "position": written_all(found.state.position),
         "errors": written_all(found.state.errors),
@@ -130,18 +134,20 @@ def replay(path: Path, profile: PolicyProfile) -> Replayed:
 
 def _replayed_state(path: Path, profile: PolicyProfile) -> Replayed:
     found, state, claim = read_counterexample(path, profile)
+    origin, view = profile, None if found.view is None else view_from(found.view)
+    profile = origin if view is None else over(origin, view)
     strange = sorted(set(found.actions) - {policy.agent for policy in profile.team(found.team)})
     if strange:
         what = "the counterexample is about another world"
         raise InputError(what, f"{path}: {', '.join(map(shown, strange[:5]))}", ADVICE)
-    did = replayed(profile, claim, found.team, state, found.semantics)
+    did = replayed(origin, view, claim, found.team, state, found.semantics)
     return Replayed(
         property=named(found.property, claim, found.team, profile),
         violated=not true_at(profile, claim, state, did.actions),
         actions={policy.agent: policy.actions[did.actions[policy.agent]].name for policy in profile.team(found.team)},
         before=found.actions,
         by=did.by,
-        same_policy=content_hash(profile) == found.profile,
+        same_policy=content_hash(origin) == found.profile,
         says=did.says,
     )
 
@@ -202,8 +208,9 @@ def _read(path: Path) -> tuple[CounterexampleJson, State]:
         position, errors = (
             {name: _value(value) for name, value in values.items()} for values in (found.position, found.errors)
         )
+        _ = found.view and view_from(found.view)
     except ValueError as error:
-        raise InputError("not a counterexample", f"{path}: {error}", ADVICE) from None
+        raise InputError("not a counterexample", f"{path}: {shown(error)}", ADVICE) from None
     state = State(position, goal_of(found.goal), errors)
     semantics = MACHINE if found.counterexample == FORM else REAL
     if found.semantics != semantics or (semantics == MACHINE and (found.deployed or not state.floats)):
@@ -222,8 +229,10 @@ def _value(stated: float | str) -> Value:
 
 
 def read_counterexample(path: Path, profile: PolicyProfile) -> tuple[CounterexampleJson, State, Formula]:
-    """A file, the world state and the formula in it, both known to a profile's world. InputError otherwise."""
+    """A file, the state and the formula in it, both known to a profile's world or its view. InputError otherwise."""
     found, state = _read(path)
+    if found.view is not None:
+        profile = over(profile, view_from(found.view))
     return found, state, known_formula(found.formula, found.team, [state], profile, path)
 
 
@@ -238,12 +247,12 @@ def known_formula(
             "the counterexample's formula cannot be read", f"{path}: {shown(error)}"[:200], ADVICE
         ) from None
     world = profile.world
-    needed = {f"{entity.name}.{axis}" for entity in world.agents + world.landmarks for axis in "xy"}
+    needed = set(positions(world))
     members = {policy.agent for policy in profile.team(team)}
-    positions = {name for state in states for name in state.position}
+    placed = {name for state in states for name in state.position}
     features = {error_name(policy.agent, feature.name) for policy in profile.agents for feature in policy.features}
     strange = [
-        *sorted((coordinates(claim) | positions) - set(world.coordinates())),
+        *sorted((coordinates(claim) | placed) - set(world.coordinates())),
         *sorted(agents(claim) - members),
         *sorted({name for state in states for name in state.errors} - features),
         *sorted(f"goal {goal or 'none'}" for goal in {state.goal for state in states} - set(goal_cases(world.goals))),

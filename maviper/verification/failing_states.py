@@ -114,7 +114,7 @@ def states_files(
     """
     files: dict[str, str] = {}
     for place, (one, result) in enumerate(zip(asked, results, strict=True), 1):
-        if result.counterexample is None:
+        if result.counterexample is None or result.viewed is not None:  # extraction learns from world states
             continue
         claim, region = result.claim, result.region
         question = Question(profile, claim, region, result.semantics)
@@ -198,6 +198,8 @@ def _read(path: Path, policies: PolicyProfile) -> Failing | None:
     kinds.ensure(data, str(path), what, kinds.COUNTEREXAMPLE, kinds.STATES)
     if kinds.kind_of(data) is not kinds.STATES:
         found, state, statement = counterexamples.read_counterexample(path, policies)
+        if found.view is not None:
+            raise InputError("a counterexample over observations", str(path), "extraction learns from world states")
         _ensure_floats(statement, path)
         if found.semantics != MACHINE and (not state.floats or found.deployed is None or not found.deployed.violated):
             return None

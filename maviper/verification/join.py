@@ -29,6 +29,7 @@ from maviper.worlds.particle import placed
 from verify.claims.catalogue import Claim
 from verify.claims.decisions import DecisionClaim
 from verify.claims.formula import Formula
+from verify.claims.observed import RAISED, View, over
 from verify.claims.region import MACHINE, Kind, Region, Verdict, called
 from verify.extent.found import where as located
 from verify.extent.starts import start_share
@@ -43,6 +44,8 @@ from verify.verdicts import decisions as engine
 from verify.verdicts import episodes as closed_loop
 from verify.verdicts.decisions import Result, Visited
 from verify.verdicts.episodes import EpisodeResult
+
+NOT_SET = "claims over observations are replayed by observation; no state of the environment need show them"
 
 
 @overload
@@ -63,12 +66,15 @@ def verify_claims(questions: Sequence[Question[Claim]], where: bool = False) -> 
 
 def one_by_one(questions: Sequence[Question[Claim]], where: bool = False) -> Iterator[Result | EpisodeResult]:
     """As `verify_claims`, each result as soon as it is known."""
-    profile = ensure(questions[0].profile)
-    assert all(question.profile is profile for question in questions)
-    world = matching_places(profile)
+    profile = ensure(questions[0].origin)
+    assert all(question.origin is profile for question in questions)
+    observing = any(question.viewed is not None for question in questions)
+    world = None if observing else matching_places(profile)
     made = ReplayBuild.of(profile)
     skipped = [] if made.compilable else ["compiled C: no compiler found"]
-    skipped += [] if world else [f"{shown(profile.world.reference)}: {NO_WORLD}"]
+    skipped += (
+        [] if world else [f"{shown(profile.world.reference) or 'environment'}: {NOT_SET if observing else NO_WORLD}"]
+    )
     single = any(question.claim.kind is not Kind.EPISODES for question in questions)
     episodes = on_policy(profile, world) if world is not None and single else None
     with made:
@@ -80,7 +86,7 @@ def one_by_one(questions: Sequence[Question[Claim]], where: bool = False) -> Ite
                 starts = start_share(asked, episode_result.verdict) if where else None
                 yield replace(episode_result, starts=starts)
                 continue
-            decisions = _replays(made, profile.team(claim.team), world)
+            decisions = _replays(made, question.profile, claim.team, world)
 
             def decided(question: DecisionQuestion, decisions: Mapping[str, Replay] = decisions) -> Result:
                 visited = None if world is None or episodes is None else _visited(world, episodes, question.region)
@@ -97,7 +103,7 @@ def one_by_one(questions: Sequence[Question[Claim]], where: bool = False) -> Ite
 
 def verdicts(questions: Sequence[Question[Claim]]) -> Iterator[tuple[Verdict, str]]:
     """The verdict on each question and its reason: those of `verify_claims`, without what a report says beside them."""
-    profile = ensure(questions[0].profile)
+    profile = ensure(questions[0].origin)
     episodes = any(question.claim.kind is Kind.EPISODES for question in questions)
     with ReplayBuild.of(profile) if episodes else nullcontext() as made:
         replays = {} if made is None else rollouts(made, matching_places(profile))
@@ -114,11 +120,13 @@ def region_file(number: int, claim: Claim) -> str:
     return f"region-{number}-{claim.name}.toml"
 
 
-def replayed(profile: ir.PolicyProfile, claim: Formula, team: str, state: State, semantics: str) -> Acted:
-    """A team's actions in a world state, by everything that can replay it here."""
-    world, policies = matching_places(profile), profile.team(team)
-    with ReplayBuild.of(profile) as made:
-        return acted(profile, claim, team, state, _replays(made, policies, world), semantics)
+def replayed(
+    origin: ir.PolicyProfile, view: View | None, claim: Formula, team: str, state: State, semantics: str
+) -> Acted:
+    """A team's actions in a state, by everything that can replay it here: of a view by the compiled C alone."""
+    profile, world = (origin, matching_places(origin)) if view is None else (over(origin, view), None)
+    with ReplayBuild.of(origin) as made:
+        return acted(profile, claim, team, state, _replays(made, profile, team, world), semantics)
 
 
 def replayed_course(profile: ir.PolicyProfile, state: State, steps: int) -> tuple[Episode, tuple[str, ...]]:
@@ -131,21 +139,24 @@ def replayed_course(profile: ir.PolicyProfile, state: State, steps: int) -> tupl
         return agreed(profile, state, steps, players), tuple(players)
 
 
-def _replays(made: Build, team: Sequence[ir.AgentPolicy], world: ParticleWorld | None) -> Mapping[str, Replay]:
-    """What replays a team's decisions in one world state."""
+def _replays(made: Build, profile: ir.PolicyProfile, team: str, world: ParticleWorld | None) -> Mapping[str, Replay]:
+    """What replays a team's decisions in one state. `profile`: the one that was built, or a view of it."""
     replays: dict[str, Replay] = {}
-    profile = made.profile
     if made.compilable:
-        replays["compiled C"] = partial(_in_compiled, made, team)
+        replays["compiled C"] = partial(_in_compiled, made, profile, team)
     if world is not None:
-        replays[shown(profile.world.reference)] = partial(_in_reference, profile, team, world)
+        replays[shown(profile.world.reference)] = partial(_in_reference, profile, profile.team(team), world)
     return replays
 
 
-def _in_compiled(made: Build, team: Sequence[ir.AgentPolicy], state: State) -> list[int]:
-    """The team's actions by the compiled header."""
-    seen = [observed(made.profile, policy, state) for policy in team]
-    return [int(made.library.act(policy.agent, obs)[0]) for policy, obs in zip(team, seen, strict=True)]
+def _in_compiled(made: Build, profile: ir.PolicyProfile, team: str, state: State) -> list[int]:
+    """The team's actions by the compiled header; a copy of an agent acts by that agent's function."""
+    known = [policy.agent for policy in made.profile.agents]
+    found: list[int] = []
+    for policy in profile.team(team):
+        agent = policy.agent if policy.agent in known else policy.agent.removesuffix(RAISED)
+        found.append(int(made.library.act(agent, observed(profile, policy, state))[0]))
+    return found
 
 
 def _in_reference(
@@ -201,7 +212,7 @@ def question_files(questions: Sequence[Question[Claim]]) -> dict[str, str]:
             for name, made in _queries(question, goal):
                 files[f"{number:02d}-{name}-{goal or 'no-goal'}.smt2"] = render(
                     "smt/question.smt2.j2",
-                    profile=content_hash(question.profile),
+                    profile=content_hash(question.origin),
                     claim=f"{claim.shown}: {claim.written or claim.sentence}",
                     assume=claim.assumption,
                     leaf=claim.kind is Kind.LEAVES,

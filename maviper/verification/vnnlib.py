@@ -36,19 +36,19 @@ Terms = Sequence[tuple[Fraction, str]]
 def vnnlib_files(questions: Sequence[Question[Claim]]) -> dict[str, str | bytes]:
     """The queries of the claims that have one, and every network that they name; name -> text or bytes.
 
-    Claims about episodes and about leaves have none: neither speaks of actions alone. MissingToolError without onnx.
+    Claims about episodes and about leaves have none: neither speaks of actions alone. Nor have those for which an agent
+    stands twice, as there is a network for each agent. MissingToolError without onnx.
     """
     files: dict[str, str | bytes] = {}
+    about: ir.PolicyProfile | None = None  # the same for all
     for number, asked in enumerate(questions, 1):
         claim = asked.claim
-        if claim.kind is not Kind.DECISIONS:
+        if claim.kind is not Kind.DECISIONS or (asked.viewed is not None and asked.viewed.view.raised is not None):
             continue
-        question = asked.about(claim)
+        question, about = asked.about(claim), asked.profile
         for goal in question.goals:
             files[f"{number:02d}-{claim.name}-{goal or 'no-goal'}.vnnlib"] = text(question, goal)
-    if files:
-        files |= networks(questions[0].profile)
-    return files
+    return files if about is None else files | networks(about)
 
 
 def networks(profile: ir.PolicyProfile) -> dict[str, bytes]:

@@ -35,7 +35,7 @@ def ensure_places(world: ir.WorldSpec, features: Iterable[FeatureSpec]) -> None:
     """InputError where a world has neither landmarks nor any feature that says where something is."""
     if not world.landmarks and all(feature.meaning is None for feature in features):
         what = f"claims speak of places and landmarks, and {world.name} has none"
-        raise InputError(what, "", "measure such policies instead: `maviper evaluate`")
+        raise InputError(what, "", "claim what agents do over observations: see `maviper guide claims`")
 
 
 def plays(profile: ir.PolicyProfile, world: World) -> bool:

@@ -70,9 +70,29 @@ def test_every_option_of_a_command_is_a_parameter():
     missing = {
         name: {each.name for each in main.cli.commands[name].params}
         - set(inspect.signature(getattr(maviper, name)).parameters)
-        for name in ("train", "extract", "evaluate", "compile", "verify", "repair", "reproduce", "check", "replay")
+        for name in (
+            "train",
+            "extract",
+            "evaluate",
+            "compile",
+            "verify",
+            "repair",
+            "reproduce",
+            "check",
+            "replay",
+            "robust",
+        )
     }
-    printed = {"as_json", "output", "smt", "vnnlib", "list", "full", "verdict_only"}  # of the command line alone
+    printed = {
+        "as_json",
+        "output",
+        "smt",
+        "vnnlib",
+        "list",
+        "full",
+        "verdict_only",
+        "least",
+    }  # of the command line alone
     renamed = {"name", "names", "file"}  # claim; of property files there is verify_file
     assert {name: left - printed - renamed for name, left in missing.items() if left - printed - renamed} == {}
 

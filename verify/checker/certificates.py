@@ -27,8 +27,10 @@ from verify.checker.thresholds import NO_ERROR
 from verify.claims.decisions import BUILT_IN, KAPPA, PLAIN, STEADY, DecisionClaim, checked, ensure_steady, formula
 from verify.claims.formula import Formula, agents, conjuncts, coordinates, for_goal, holds, names_goal
 from verify.claims.formula_json import formula_document, read_formula, read_number
+from verify.claims.observed import View, over, view_from
 from verify.claims.pairs import alike, ensure_comparable, paired
 from verify.claims.region import SEMANTICS, Region, Semantics, check_range, goal_of, goal_text
+from verify.claims.relations import RELATIONS
 from verify.claims.verifiable import read_by, verifiable
 
 FORM = "maviper-certificate-1"
@@ -37,6 +39,9 @@ MAX_BYTES = 1 << 30
 LINE = 96  # characters of a proof on a line
 NAMED = ("name", "team", "margin", "radius", "kappa", "landmarks")  # of a property, what a certificate states
 NOISY = ("eps", "of")  # and of steady
+COMPARED = ("agents", "agent", "feature", "direction", "order")  # and of claims that compare decisions
+LISTS = ("landmarks", "agents", "order")
+TEXTS = ("team", "agent", "feature", "direction")
 UNREAD = {"kappa": KAPPA, "landmarks": ()}  # what it states of a property that does not read them
 REMAKE = "make it again with `maviper verify -o`"
 _Parameter: TypeAlias = str | Fraction | tuple[str, ...]  # of a named property
@@ -57,6 +62,7 @@ class Certificate:
     region_said: str = field(default="", compare=False)  # what a file that was read calls its region; says nothing
     form: str = FORM  # by which the proofs are to be read
     against: str = ""  # content hash of a second profile: the claim is that agents act alike in both
+    view: View | None = None  # where the claim is over observations: how they are put together
 
     @property
     def size(self) -> int:
@@ -90,6 +96,7 @@ def accepted(certificate: Certificate, profile: PolicyProfile, against: PolicyPr
     _ensure_about(certificate.profile, profile, "--profile")
     if certificate.against:
         profile = _pair(certificate, profile, against)
+    profile = profile if certificate.view is None else over(profile, certificate.view)
     claim = certificate.claim
     known_names(certificate, profile, None if claim is None else claim.team)
     if claim is not None:
@@ -115,9 +122,9 @@ def accepted(certificate: Certificate, profile: PolicyProfile, against: PolicyPr
         raise RejectedError(f"the proofs are for the goals {proved}, but the region has {stated}")
     closed, semantics = list[int](), Semantics(certificate.semantics, certificate.eps)
     parts = conjuncts(certificate.formula) if certificate.form == PARTED else (certificate.formula,)
-    alike = not _names_goal(certificate.formula, profile)
+    for_any_goal = not _names_goal(certificate.formula, profile)
     for goal in goals:
-        if alike and closed and certificate.proofs[goal] == certificate.proofs[goals[0]]:
+        if for_any_goal and closed and certificate.proofs[goal] == certificate.proofs[goals[0]]:
             closed.append(closed[0])  # the same question, and the same proof
             continue
         try:
@@ -154,7 +161,8 @@ def _pair(certificate: Certificate, first: PolicyProfile, second: PolicyProfile 
     _ensure_about(certificate.against, second, "--against")
     compared = compared_agents(certificate, first)
     ensure_comparable(first, second, compared)
-    if certificate.claim is not None or certificate.eps or certificate.formula != alike(first, compared):
+    other = certificate.claim is not None or certificate.eps or certificate.view is not None
+    if other or certificate.formula != alike(first, compared):
         raise RejectedError("the formula is not that agents act alike in both profiles")
     return paired(first, second)
 
@@ -206,6 +214,7 @@ class CertificateJson(msgspec.Struct, forbid_unknown_fields=True):
     content_hash: str
     eps: str | msgspec.UnsetType = msgspec.UNSET  # stated where features may be off
     against: str | msgspec.UnsetType = msgspec.UNSET  # stated where it is about two profiles
+    view: dict[str, list[str]] | msgspec.UnsetType = msgspec.UNSET  # stated of claims over observations
 
 
 def to_json(certificate: Certificate) -> str:
@@ -217,6 +226,7 @@ def to_json(certificate: Certificate) -> str:
         "property": None if certificate.claim is None else _property_document(certificate.claim),
         "semantics": certificate.semantics,
         **({"eps": str(certificate.eps)} if certificate.eps else {}),
+        **({} if certificate.view is None else {"view": certificate.view.document()}),
         "region": {"name": certificate.region.name or certificate.region_said, **certificate.region.document()},
         "formula": formula_document(certificate.formula),
         "inhabitant": {name: rational_literal(value) for name, value in certificate.inhabitant.items()},
@@ -275,6 +285,7 @@ def _certificate(raw: CertificateJson) -> Certificate:
         region_said=str(raw.region["name"]),
         form=raw.certificate,
         against="" if isinstance(raw.against, msgspec.UnsetType) else raw.against,
+        view=None if isinstance(raw.view, msgspec.UnsetType) else view_from(raw.view),
     )
 
 
@@ -300,7 +311,7 @@ def read_proof(lines: Sequence[str], where: str) -> bytes:
 def _property_document(claim: DecisionClaim) -> dict[str, Any]:
     read = claim.parameters
     values = {"name": claim.name, "team": claim.team, "margin": claim.margin, "radius": claim.radius, **UNREAD, **read}
-    stated = {name: values[name] for name in (*NAMED, *NOISY) if name in values}
+    stated = {name: values[name] for name in (*NAMED, *NOISY, *COMPARED) if name in values}
     return {name: list(value) if isinstance(value, tuple) else str(value) for name, value in stated.items()}
 
 
@@ -309,17 +320,19 @@ def _property(document: Mapping[str, str | list[str]]) -> DecisionClaim:
     steady = document["name"] == STEADY
     named, key = (NAMED + NOISY, "of") if steady else (NAMED, "name")
     kind = document.get(key, "")
-    if kind not in PLAIN:  # the formula of others is not all that they claim
+    named += () if steady or kind in PLAIN else COMPARED
+    if kind not in PLAIN and (steady or kind not in RELATIONS):  # the formula of others is not all that they claim
         raise ValueError(f"$.property.{key}: {kind[:40]!r}")
     given: dict[str, Any] = {}
     for name, value in document.items():
         if name not in named:
             raise ValueError(f"$.property.{name}: a certificate states {', '.join(named)}")
-        if isinstance(value, str) == (name == "landmarks"):
+        if isinstance(value, str) == (name in LISTS):
             raise ValueError(f"$.property.{name}: {value}")
         if name not in ("name", "of"):
-            given[name] = value if name == "team" else tuple(value) if isinstance(value, list) else read_number(value)
-    made = BUILT_IN[str(kind)]
+            text = name in TEXTS
+            given[name] = value if text else tuple(value) if isinstance(value, list) else read_number(value)
+    made = (BUILT_IN | RELATIONS)[str(kind)]
     for name, usual in UNREAD.items():
         if name not in made.reads and given.pop(name, usual) != usual:
             raise ValueError(f"$.property.{name}: {kind} does not read it")

@@ -5,7 +5,7 @@ Assumes: parameters have their types; their ranges are checked here.
 Does not: read files or decide.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import fields
 from fractions import Fraction
 from typing import Any, cast
@@ -25,12 +25,14 @@ from verify.claims.decisions import (
 )
 from verify.claims.episodes import EPISODE_CLAIMS, EpisodeClaim
 from verify.claims.region import Parameter, check_range
+from verify.claims.relations import RELATIONS
 from verify.claims.verifiable import check_landmarks, team_for
 
 Claim = DecisionClaim | EpisodeClaim
-NAMES = (*PROPERTIES, *EPISODE_CLAIMS)
+NAMES = (*PROPERTIES, *RELATIONS, *EPISODE_CLAIMS)
 ZONES = "zones"  # given like a parameter of claims about episodes, though it is a budget: how many may be visited
 MAX_ZONES = 10**12
+LISTS = ("landmarks", "agents", "order")  # parameters that are names
 EPS = Fraction(1, 100)  # of `steady`, where nobody says another
 COINCIDING = (
     f"not about starts from which the centres of two that push each other ever come within {COINCIDENT:g} of each "
@@ -45,13 +47,15 @@ def find_claim(name: str, profile: PolicyProfile, team: str | None = None, **giv
     """
     if name in EPISODE_CLAIMS:
         return find_episode_claim(name, profile, team, **given)
-    if name not in PROPERTIES:
+    if name not in NAMES:
         raise UnknownNameError("property", name, NAMES)
     return find_property(name, profile, team, **given)
 
 
 def kind_named(name: str, of: str = "") -> type[DecisionClaim]:
     """The class of a property; of `steady` that of the one which it is said of. UnknownNameError for other names."""
+    if name in RELATIONS:
+        return RELATIONS[name]
     if name not in PROPERTIES:
         raise UnknownNameError("property", name, PROPERTIES)
     if of and of not in PLAIN:
@@ -74,15 +78,28 @@ def find_property(
     that the property does not read.
     """
     kind = kind_named(name, of)
+    team = _team_of(profile, parameters) if team is None else team
     if team is None or kind.landmark_each:
-        team = team_for(name, profile, team)
-    given = {key: value for key, value in parameters.items() if key != "landmarks" or value}
+        team = team_for(name, profile, team, any_size=not kind.landmark_each)
+    given = {key: value for key, value in parameters.items() if key not in LISTS or value}
     check_read(name, [*given, *(["of"] if of else [])], read_by(name, of))
-    given |= {"landmarks": tuple(given["landmarks"])} if "landmarks" in given else {}
+    given |= {key: tuple(given[key]) for key in LISTS if key in given}
     given |= {"eps": given.get("eps", EPS)} if name == STEADY else {}
     claim = checked(profile, kind(team, **given))
     ensure_steady(name, claim)
     return claim
+
+
+def _team_of(profile: PolicyProfile, parameters: Mapping[str, Any]) -> str | None:
+    """The team of the first agent that parameters name; None where they name none. UnknownNameError for another."""
+    for key in ("agent", "agents"):
+        named = parameters.get(key) or ()
+        for agent in (named,) if isinstance(named, str) else named:
+            known = {policy.agent: policy.team for policy in profile.agents}
+            if agent not in known:
+                raise UnknownNameError("agent", agent, list(known), key)
+            return known[agent]
+    return None
 
 
 def check_read(name: str, given: Sequence[str], read: Sequence[str]) -> None:
@@ -126,7 +143,7 @@ def readable(name: str, of: str = "") -> tuple[str, ...]:
 
 def known(name: str, of: str = "") -> bool:
     """Whether there is a claim of that name, and where `of` is given something of which it can be said."""
-    return name in EPISODE_CLAIMS or (name in PROPERTIES and of in ("", *PLAIN))
+    return name in EPISODE_CLAIMS or name in RELATIONS or (name in PROPERTIES and of in ("", *PLAIN))
 
 
 def in_general(name: str) -> str:
@@ -135,7 +152,7 @@ def in_general(name: str) -> str:
         return f"{EPISODE_CLAIMS[name].in_general()}; where entities push each other {COINCIDING}"
     if name == STEADY:
         return "what the property named by `of` says" + WITH_ERRORS.format(who=" of each of the team")
-    return BUILT_IN[name].words.format(team="team")
+    return kind_named(name).words.format(team="team")
 
 
 def usual(name: str) -> dict[str, Parameter | None]:
@@ -145,7 +162,7 @@ def usual(name: str) -> dict[str, Parameter | None]:
     if name in EPISODE_CLAIMS:
         kind = EPISODE_CLAIMS[name]
         return _defaults(kind, kind.reads()) | dict.fromkeys(kind.of_the_world)
-    return _defaults(BUILT_IN[name], BUILT_IN[name].reads)
+    return _defaults(kind_named(name), kind_named(name).reads)
 
 
 def _defaults(kind: type[Claim], read: Sequence[str]) -> dict[str, Any]:

@@ -16,6 +16,7 @@ from codegen.errors import InputError
 from codegen.ir import AgentPolicy, PolicyProfile
 from verify.claims.formula import TRUE, Acts, Formula, conjunction, disjunction, negated
 from verify.claims.matching import matchings
+from verify.claims.observed import View
 from verify.claims.predicates import ahead, at, closes, closing, no_longer
 from verify.claims.region import AnyClaim, Kind, Parameter, check_range, ensure_team
 from verify.claims.verifiable import check_landmarks, team_for
@@ -75,6 +76,10 @@ class DecisionClaim(AnyClaim):
     def states(self, profile: PolicyProfile) -> Formula:
         """What is claimed where the assumption holds."""
         raise NotImplementedError
+
+    def of_view(self, view: View) -> View:
+        """The view that the claim is about, where observations are put together as in `view`."""
+        return view
 
     def engagements(self, profile: PolicyProfile) -> list[Matching]:
         """The matchings in one of which all agents are to be engaged; none where another thing is claimed."""

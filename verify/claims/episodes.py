@@ -16,6 +16,7 @@ import numpy.typing as npt
 
 from codegen.errors import InputError, UnknownNameError
 from codegen.ir import Bool, PolicyProfile
+from verify.claims.observed import View
 from verify.claims.region import AnyClaim, Kind, Parameter, check_range, ensure_team
 
 RADIUS = Fraction(2, 5)
@@ -61,6 +62,11 @@ class EpisodeClaim(AnyClaim):
     def parameters(self) -> Mapping[str, Parameter]:
         """What the claim reads beside its team."""
         return {"steps": self.steps, "radius": self.radius, self.whom: self.named}
+
+    def of_view(self, view: View) -> View:
+        """Never: InputError."""
+        what = f"{self.name} is about episodes, and observations alone do not say what comes next"
+        raise InputError(what, "", "ask about single decisions")
 
     @classmethod
     def reads(cls) -> tuple[str, ...]:

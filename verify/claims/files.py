@@ -33,7 +33,8 @@ from verify.claims.region import (
 
 NUMBERS = ("margin", "radius", "kappa", "eps")
 COUNTS = ("steps", ZONES)
-KEYS = ("name", "label", "team", *NUMBERS, *COUNTS, "of", "landmarks", "others", "region", "formula", "assume")
+LISTS, TEXTS = ("landmarks", "others", "agents", "order"), ("of", "agent", "feature", "direction")
+KEYS = ("name", "label", "team", *NUMBERS, *COUNTS, *TEXTS, *LISTS, "region", "formula", "assume")
 MAX_PROPERTIES = 200
 ADVICE = "`maviper properties new WORLD` writes a file to start from"
 FindRegion = Callable[[str], Region]  # what a file names -> the region
@@ -148,12 +149,12 @@ class _Table:
     def _built_in(self, given: dict[str, Any]) -> Claim:
         if "name" not in self._table:
             raise InputError("a property needs a name or a formula", self._where(), f"names: {', '.join(NAMES)}")
-        for key in ("landmarks", "others"):
+        for key in LISTS:
             names: object = self._table.get(key, [])
             if not is_list(names) or not all(isinstance(name, str) for name in names):
                 raise InputError(f"{key} must be a list of names", self._where(key), 'write ["...", "..."]')
             given |= {key: names} if names else {}
-        given |= {"of": self._text("of")} if "of" in self._table else {}
+        given |= {key: self._text(key) for key in TEXTS if key in self._table}
         parameters = {key: value for key, value in given.items() if key != ZONES}
         try:
             claim = find_claim(self._text("name"), self._profile, self._text("team") or None, **parameters)
@@ -173,7 +174,7 @@ class _Table:
 
     def _own(self, given: Mapping[str, Any]) -> DecisionClaim:
         """A user's formula. Its team is that of the agents whose actions it speaks of."""
-        for key in ("name", "of", "landmarks", "others", "kappa", *COUNTS):
+        for key in ("name", "kappa", *TEXTS, *LISTS, *COUNTS):
             if key in self._table:
                 raise InputError(
                     f"a property with a formula has no {key}", self._where(key), "remove it, or remove the formula"

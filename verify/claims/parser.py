@@ -165,10 +165,17 @@ class _Parser:
         parts: list[Formula] = []
         while (sign := self._takes(*RELATIONS)) is not None:
             beside = self._here
-            right = self._sum()
+            right = self._beside(left)
             parts.append(self._related(left, sign, right, start, beside))
             start, left = beside, right
         return conjunction(*parts) if parts else left
+
+    def _beside(self, left: Value) -> Value:
+        """What stands after a relation. Beside `acts(agent)` a name is that of an action, whatever else it names."""
+        named = isinstance(left, Action) and self._here.kind == "name"
+        if named and self._tokens[self._next + 1].text != "(":
+            return Name(self._take())
+        return self._sum()
 
     def _related(self, left: Value, sign: Token, right: Value, start: Token, beside: Token) -> Formula:
         if isinstance(left, Sum) and isinstance(right, Sum):
@@ -295,10 +302,10 @@ class _Parser:
             raise self._wrong(what, token, HINTS.get(token.text, "") or "write a comparison or a predicate")
         if self._here.text == "(":
             return self._call(token)
-        if "." in token.text:
-            if token.text not in self._known.coordinates:
-                raise self._unknown("coordinate", token, self._known.coordinates)
+        if token.text in self._known.coordinates:
             return coordinate(token.text)
+        if "." in token.text:
+            raise self._unknown("coordinate", token, self._known.coordinates)
         return Name(token)
 
     def _plain_sum(self) -> Sum:

@@ -158,18 +158,27 @@ def plain(number: Fraction) -> str:
 
 
 def positions(world: WorldSpec) -> tuple[str, ...]:
-    """The coordinates that a region bounds: the positions of agents and landmarks."""
-    return tuple(f"{entity.name}.{axis}" for entity in world.agents + world.landmarks for axis in "xy")
+    """The coordinates that every region bounds: the positions of agents and landmarks, and the variables."""
+    places = [f"{entity.name}.{axis}" for entity in world.agents + world.landmarks for axis in "xy"]
+    return (*places, *(variable.name for variable in world.variables))
+
+
+def velocities_of(world: WorldSpec) -> tuple[str, ...]:
+    """The velocity coordinates of agents."""
+    return tuple(f"{agent.name}.v{axis}" for agent in world.agents for axis in "xy")
 
 
 def start_region(world: WorldSpec, velocities: Sequence[str] = ()) -> Region:
-    """Every position that is a start, any goal; the named velocity coordinates as large as actions can make them."""
+    """Every position that is a start, any goal, variables in their ranges; the named velocity coordinates as large as
+    actions can make them.
+    """
     return Region(_start_bounds(world, velocities), world.goals, name=START)
 
 
 def _start_bounds(world: WorldSpec, velocities: Sequence[str]) -> dict[str, Interval]:
-    bounds = [entity.start or (world.start_low, world.start_high) for entity in world.agents + world.landmarks]
-    exact_bounds = [(Fraction(low), Fraction(high)) for low, high in bounds for _ in "xy"]
+    starts = [entity.start or (world.start_low, world.start_high) for entity in world.agents + world.landmarks]
+    bounds = [start for start in starts for _ in "xy"] + [(one.low, one.high) for one in world.variables]
+    exact_bounds = [(Fraction(low), Fraction(high)) for low, high in bounds]
     box = dict(zip(positions(world), exact_bounds, strict=True))
     for name in velocities:
         agent = next(entity for entity in world.agents if name.rpartition(".")[0] == entity.name)
@@ -263,7 +272,7 @@ def _table(document: Mapping[str, object], key: str, where: str) -> Mapping[str,
 def _pair(pair: str, known: Sequence[str], kind: str, where: str) -> tuple[str, str]:
     names = [name.strip() for name in pair.split(" - ")]
     if len(names) != 2:
-        raise InputError(f"cannot read {pair!r}", where, f'write "{known[0]} - {known[-1]}"')
+        raise InputError(f"cannot read {pair!r}", where, f'write "{known[0]} - {known[-1]}"' if known else "")
     for name in names:
         if name not in known:
             raise UnknownNameError(kind, name, known, where)
@@ -314,7 +323,7 @@ def observed_velocities(profile: PolicyProfile) -> tuple[str, ...]:
     """The velocity coordinates that some agent observes, in the world's order."""
     meanings = [feature.meaning for policy in profile.agents for feature in policy.features if feature.meaning]
     seen = {name for meaning in meanings for _, name in meaning.terms}
-    return tuple(name for name in profile.world.coordinates() if name in seen and name.endswith((".vx", ".vy")))
+    return tuple(name for name in velocities_of(profile.world) if name in seen)
 
 
 def everywhere(profile: PolicyProfile) -> Region:

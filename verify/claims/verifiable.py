@@ -21,7 +21,7 @@ def verifiable(profile: PolicyProfile, team: str) -> tuple[AgentPolicy, ...]:
     for policy in profile.team(team):
         readable(policy)
         for action in policy.actions:
-            if action.effect is None:
+            if action.effect is None and profile.world.agents:  # without entities there is nothing to push
                 raise InputError(
                     f"action {action.name} of {policy.agent} has no effect", "", "claims need every effect"
                 )
@@ -63,6 +63,11 @@ def team_for(name: str, profile: PolicyProfile, team: str | None, any_size: bool
     wanted = len(profile.world.landmarks)
     if team is None and any_size and len(known) == 1:
         return known[0]
+    if team is None and any_size and not wanted:
+        raise InputError(f"{name} is about one team", "", f"name it with --team: {', '.join(known)}")
+    if not wanted and not any_size:
+        what = f"{name} needs a landmark for each agent, and there are none here"
+        raise InputError(what, "", "state what agents do in a formula: see `maviper guide claims`")
     if team is None:
         fitting = [candidate for candidate in known if len(profile.team(candidate)) == wanted]
         if len(fitting) != 1:

@@ -20,7 +20,7 @@ MIDDLE = 3.5  # from the middle of a label to its base line
 def drawn(result: Mapping[str, Any]) -> dict[str, Any]:
     """A result with what its picture needs beside the facts."""
     found = result.get("counterexample")
-    if not found or "picture" not in found:
+    if not found or not found.get("picture"):  # over observations nothing has a place
         return dict(result)
     picture = found["picture"]
     ready = _courses(picture) if "courses" in picture else _state(picture)

@@ -62,6 +62,16 @@ REAL_SHARES = (
     "In real arithmetic, shares are estimated from float64 states in which agents decide by exact measurements. "
     "States within a rounding error of the bounds of region or claim may be misjudged."
 )
+OBSERVED = (
+    "Claims are over observations. Each observed number is a finite float64 number of the region. The agent reads it "
+    "after rounding to float32; in real arithmetic it is read as it is. Observations that are given as float32 are "
+    "among these. A split goes left iff x <= threshold. The engines use the exact end of the half line on which this "
+    "is true after rounding."
+)
+OBSERVED_STATES = (
+    "Every combination of numbers of the region is a state, whether the environment can show it or not. The claim is "
+    "about single decisions: nothing is said of what comes next. NaN and infinity are left out."
+)
 ASSUMING = "If a claim has an assumption, shares are those among the states that meet it."
 NOISE = (
     "Each feature of each agent has its own error, independent of all others. It is added to the exact coordinate or "
@@ -95,6 +105,7 @@ def document(
 ) -> dict[str, Any]:
     """All facts as plain data. `commands`: what repeats each result; `files`: name -> SHA-256 of files made with it."""
     single = [result for result in results if result.kind is not Kind.EPISODES]
+    observing = any(result.viewed is not None for result in results)
     episodes = [result for result in results if result.kind is Kind.EPISODES]
     known = all(result.visited is not None for result in single) and all(result.replays for result in episodes)
     kinds = [REAL] if single and all(one.semantics == REAL for one in single) else [MACHINE]
@@ -117,18 +128,19 @@ def document(
         "evaluation": dict(profile.provenance.evaluation),
         "files": dict(files or {}),
         "results": [result_facts(profile, result, command) for result, command in zip(results, commands, strict=True)],
-        "semantics": " ".join([_semantics(profile, kind) for kind in kinds]),
-        "trusted": trusted.texts(known, touching, bool(single), bool(episodes), replayed),
+        "semantics": " ".join([OBSERVED] if observing else [_semantics(profile, kind) for kind in kinds]),
+        "trusted": trusted.texts(None if observing else known, touching, bool(single), bool(episodes), replayed),
         "limits": [*_limits(single), *(loop_report.LIMITS if episodes else ()), *contacts],
     }
 
 
 def result_facts(profile: PolicyProfile, result: Result | EpisodeResult, command: str) -> dict[str, Any]:
     """One result as plain data, as it stands in the document."""
-    of_start = {"of_start": shares.of_start(profile, result.region)}
+    about = profile if result.viewed is None else result.viewed.profile
+    of_start = {"of_start": shares.of_start(about, result.region)}
     if result.kind is Kind.EPISODES:
         return loop_report.result_facts(profile, result, command) | of_start
-    return _result(profile, result, command) | of_start
+    return _result(about, result, command) | of_start
 
 
 def _semantics(profile: PolicyProfile, kind: str) -> str:
@@ -142,7 +154,10 @@ def _semantics(profile: PolicyProfile, kind: str) -> str:
 
 def _limits(results: Sequence[Result]) -> list[str]:
     real = any(result.semantics == REAL for result in results)
-    found = [*([SINGLE] if results else []), REAL_POSITIONS if real else POSITIONS, *LIMITS]
+    if any(result.viewed is not None for result in results):
+        found = [OBSERVED_STATES, *LIMITS]
+    else:
+        found = [*([SINGLE] if results else []), REAL_POSITIONS if real else POSITIONS, *LIMITS]
     found += [REAL_SHARES] if real else []
     if any(result.claim.assumption for result in results):
         found.append(ASSUMING)
@@ -159,17 +174,18 @@ def _result(profile: PolicyProfile, result: Result, command: str) -> dict[str, A
         "property": claim.name,
         "label": claim.label,
         "team": claim.team,
-        "claim": claim.sentence,
+        **({} if result.viewed is None else {"observations": str(result.viewed.view)}),
+        "claim": _told(result, claim.sentence),
         "landmarks": shares.about_landmarks(profile, formula(profile, claim)),
         "formula": claim.written.strip(),
         "data": None if result.kind is Kind.LEAVES else formula_document(formula(profile, claim)),
         "assumption": claim.assumption.strip(),
-        "parameters": {name: _shown(value) for name, value in claim.parameters.items()},
+        "parameters": {name: _shown(value, name) for name, value in claim.parameters.items()},
         "semantics": result.semantics,
         "region_name": called(profile, result.region),
         "region": result.region.document(),
         "verdict": result.verdict.value,
-        "meaning": _meaning(result),
+        "meaning": _told(result, _meaning(result)),
         "reason": result.reason,
         "conflict": None if measured.conflict is None else measured.conflict.document(),
         "contested": None if measured.contested is None else measured.contested.document(),
@@ -193,6 +209,11 @@ def _result(profile: PolicyProfile, result: Result, command: str) -> dict[str, A
     } | ({} if result.where is None else {"where": where_facts(profile, result)})
 
 
+def _told(result: Result, text: str) -> str:
+    """Words about a result: over observations, of these and of no world states."""
+    return text if result.viewed is None else text.replace("world state", "observation")
+
+
 def _alone(reason: str) -> str:
     return f"Z3 decides alone, without a second engine or a certificate: {reason}"
 
@@ -203,11 +224,12 @@ def _meaning(result: Result) -> str:
     return meanings.get(result.verdict, MEANINGS[result.verdict])
 
 
-def _shown(value: Parameter) -> str:
+def _shown(value: Parameter, name: str) -> str:
     """A parameter as text."""
     if isinstance(value, Fraction):
         return plain(value)
-    return (", ".join(value) or "in the world's order") if isinstance(value, tuple) else str(value)
+    usual = "in the profile's order" if name == "order" else "in the world's order"
+    return (", ".join(value) or usual) if isinstance(value, tuple) else str(value)
 
 
 def _margin(found: Margin) -> dict[str, Any]:
@@ -236,7 +258,7 @@ def _counterexample(profile: PolicyProfile, result: Result, found: Counterexampl
         "replayed_by": list(found.replayed),
         **real,
         "explanation": None if result.explanation is None else result.explanation.document(),
-        "picture": picture(profile, found),
+        "picture": picture(profile, found) if profile.world.agents else None,
     }
 
 
@@ -320,6 +342,7 @@ def as_lines(profile: PolicyProfile, result: Result | EpisodeResult) -> tuple[st
     """One result for a terminal, from the facts of the report: what was asked, and the lines under it."""
     facts = result_facts(profile, result, "")
     named = facts["label"] or f"{facts['property']} of the {facts['team']}"
+    named += f" {facts['observations']}" if "observations" in facts else ""
     real = ", real arithmetic" if facts["semantics"] == REAL else ""
     left_out = result.left_out if result.kind is Kind.EPISODES else ""
     text = render("report/lines.txt.j2", result=facts, left_out=left_out)

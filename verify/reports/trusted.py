@@ -8,7 +8,18 @@ Does not: import them.
 from collections.abc import Mapping, Sequence
 
 CODEGEN = ("check", "errors", "floats", "ir", "json_fault", "policy_json", "region", "schema")
-CLAIMS = ("decisions", "formula", "formula_json", "matching", "pairs", "predicates", "region", "verifiable")
+CLAIMS = (
+    "decisions",
+    "formula",
+    "formula_json",
+    "matching",
+    "observed",
+    "pairs",
+    "predicates",
+    "region",
+    "relations",
+    "verifiable",
+)
 CHECKER = ("certificates", "decisions", "reading", "thresholds")
 DECISIONS = {"codegen": CODEGEN, "verify/checker": CHECKER, "verify/claims": CLAIMS}
 EPISODES = {
@@ -32,8 +43,10 @@ REFEREE = {
         "episodes",
         "formula",
         "matching",
+        "observed",
         "predicates",
         "region",
+        "relations",
         "verifiable",
     ),
     "verify/states": ("real", "state"),
@@ -67,13 +80,17 @@ REFEREED = f"for a counterexample in real arithmetic: the referee ({listed(REFER
 MEANINGS = "the meanings of the features in the profile"
 UNCHECKED = f"{MEANINGS} (not checked: this version cannot play the profile's world)"
 CHECKED = f"{MEANINGS} (the same as those of this version's world)"
+OBSERVED = "that an agent is given the numbers that its features name, in their units (not checked)"
 EXACT_WORLD = "that world's steps equal the reference environment's bit by bit"
 NEAR_WORLD = "that world's steps equal the reference environment's up to 1e-9: agents push each other"
 
 
-def texts(checked: bool, contacts: bool, decisions: bool, episodes: bool, replayed: Sequence[str]) -> list[str]:
-    """All lines of a report. `checked`: the features have the meanings of a world that this version plays."""
+def texts(checked: bool | None, contacts: bool, decisions: bool, episodes: bool, replayed: Sequence[str]) -> list[str]:
+    """All lines of a report. `checked`: the features have the meanings of a world that this version plays; None: claims
+    are over observations, of which no meaning is asked.
+    """
     found = [f"{CHECKED}; {NEAR_WORLD if contacts else EXACT_WORLD}" if checked else UNCHECKED]
+    found = [OBSERVED] if checked is None else found
     if decisions:
         found += [WITH_CERTIFICATE, WITHOUT_CERTIFICATE]
     if episodes:

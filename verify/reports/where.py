@@ -227,7 +227,7 @@ def zones_json(profile: PolicyProfile, result: Result) -> str:
         "share": rational_literal(found.share.value) if found.share is not None and found.share.exact else None,
         "found": found.count,
         "violating": [
-            zone_facts(profile, result.region, failing, zone, _share(volume, found))
+            zone_facts(result.about(profile), result.region, failing, zone, _share(volume, found))
             for failing, zone, volume in ranked[: None if found.complete else FIRST]
         ],
     }

@@ -17,7 +17,7 @@ import numpy as np
 
 from codegen.errors import InputError
 from codegen.intervals import Share, percent
-from codegen.ir import GOAL, AgentPolicy, Bool, Float64, Int32, PolicyProfile
+from codegen.ir import GOAL, MAX_LENGTH, AgentPolicy, Bool, Float64, Int32, PolicyProfile
 from verify.claims.decisions import DecisionClaim, engaged
 from verify.claims.formula import TRUE, And, Batch, Formula, Or, agents, disjunction, given
 from verify.claims.formula import coordinates as spoken_of
@@ -66,7 +66,8 @@ def measure(question: DecisionQuestion, seed: int, count: int = SAMPLES) -> Shar
 
 
 def of_start(profile: PolicyProfile, region: Region) -> dict[str, float | bool] | None:
-    """The region's share of the start region, by volume, as plain data. None where there is no start region.
+    """The region's share of the start region, by volume, as plain data. None where there is no start region, or where
+    some variable has no range to speak of.
 
     Exact for a box; else the share of what its box has in common with the start region, times the sampled share of that
     which keeps differences and distances.
@@ -74,6 +75,8 @@ def of_start(profile: PolicyProfile, region: Region) -> dict[str, float | bool] 
     try:
         start = everywhere(profile)
     except InputError:  # no damping bounds the velocities
+        return None
+    if any(max(-one.low, one.high) >= MAX_LENGTH for one in profile.world.variables):
         return None
     share = Fraction(1)
     if start.goals:
@@ -221,7 +224,9 @@ def _unmatchable(question: DecisionQuestion, states: Batch, willing: Mapping[str
 
 
 def _willing(profile: PolicyProfile, policy: AgentPolicy, action: int, claim: DecisionClaim) -> Formula:
-    """The action closes on some landmark."""
+    """The action closes on some landmark; without landmarks, any."""
+    if not profile.world.landmarks:
+        return TRUE
     return disjunction(*(closes(policy, action, mark.name, claim.margin) for mark in profile.world.landmarks))
 
 

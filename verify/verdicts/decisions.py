@@ -10,8 +10,10 @@ from dataclasses import dataclass
 from typing import Literal
 
 from codegen.intervals import Share
+from codegen.ir import PolicyProfile
 from verify.checker.certificates import Certificate
 from verify.claims.decisions import DecisionClaim
+from verify.claims.observed import Viewed
 from verify.claims.region import MACHINE, Kind, Region, Verdict
 from verify.counterexamples.explanation import Explanation, explained
 from verify.counterexamples.search import Counterexample, confirmed, explain, near, violating_samples
@@ -68,11 +70,16 @@ class Result:
     explanation: Explanation | None = None  # of the counterexample
     where: Where | None = None  # where it holds, when that was asked
     within: "Result | None" = None  # the verdict in the largest region found
+    viewed: Viewed | None = None  # as of the question
 
     @property
     def kind(self) -> Literal[Kind.DECISIONS, Kind.LEAVES]:
         """What the claim is about."""
         return self.claim.kind
+
+    def about(self, profile: PolicyProfile) -> PolicyProfile:
+        """The profile that the claim speaks of: that which was given, or its view."""
+        return profile if self.viewed is None else self.viewed.profile
 
 
 def verify(
@@ -123,6 +130,7 @@ def verify(
         branches=zoned.branches,
         alone=zoned.beyond,
         explanation=explanation,
+        viewed=question.viewed,
     )
 
 
@@ -190,6 +198,7 @@ def _alive(question: DecisionQuestion, visited: Visited | None) -> Result:
         visited=visited,
         semantics=question.semantics,
         leaves=tuple(findings),
+        viewed=question.viewed,
     )
 
 

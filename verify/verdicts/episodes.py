@@ -74,6 +74,7 @@ class EpisodeResult:
     where: ClassVar[None] = None  # it is not asked in which world states the claim holds
     within: ClassVar[None] = None
     counterexample: ClassVar[None] = None  # it fails in an episode and not in a world state
+    viewed: ClassVar[None] = None  # observations alone do not say what comes next
 
     claim: EpisodeClaim
     region: Region

@@ -46,7 +46,7 @@ class Zoned:
 
 def by_zones(question: DecisionQuestion) -> Zoned:
     """The zone engine's opinion, within as many search nodes as the solver's units buy (UNITS_A_NODE)."""
-    profile, claim, region = question.profile, question.claim, question.region
+    claim, region = question.claim, question.region
     try:
         found = zones.decide(question.spending(max_nodes=max(1, question.budgets.solver_units // UNITS_A_NODE)))
     except zones.BeyondZonesError as error:
@@ -56,7 +56,7 @@ def by_zones(question: DecisionQuestion) -> Zoned:
         return Zoned(opinion, found.goal, found.state, found.part)
     named = claim if claim.says_all else None
     made = Certificate(
-        content_hash(profile),
+        content_hash(question.origin),
         named,
         question.formula,
         region,
@@ -65,9 +65,10 @@ def by_zones(question: DecisionQuestion) -> Zoned:
         found.proofs,
         eps=claim.eps,
         form=FORM if question.parts == (question,) else PARTED,
+        view=None if question.viewed is None else question.viewed.view,
     )
     try:
-        return Zoned(opinion, certificate=made, branches=accepted(made, profile))
+        return Zoned(opinion, certificate=made, branches=accepted(made, question.origin))
     except RejectedError as error:
         raise AssertionError(f"the checker refuses the zone engine's proof of {claim.name}: {error}") from error
 

@@ -187,15 +187,23 @@ def test_from_the_expert_to_code(tmp_path, monkeypatch, capsys):
     assert "skipped" not in capsys.readouterr().err
 
 
-def test_claims_are_refused(tmp_path, monkeypatch, capsys):
+@pytest.mark.solver
+def test_claims_are_about_observations(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    extracted = ["-q", "extract", "coordination,agents=2", "--max-episodes", "100", "-o", "team.json"]
+    assert main.run(extracted) == ExitCode.DONE
+    assert main.run(["verify", "team.json", "--team", "agents", "--json"]) in (ExitCode.DONE, ExitCode.VIOLATED)
+    (result,) = json.loads(capsys.readouterr().out)["results"]
+    assert result["property"] == "alive_leaves" and result["observations"] == "over observations"
+
+
+def test_claims_about_places_are_refused(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert (
         main.run(["-q", "extract", "coordination,agents=2", "--max-episodes", "100", "-o", "team.json"])
         == ExitCode.DONE
     )
     for command in (
-        ["verify", "team.json"],
-        ["verify", "team.json", "--property", "alive_leaves", "--team", "agents"],
         ["repair", "team.json", "-o", "repaired"],
         ["properties", "new", "coordination"],
     ):

@@ -1,0 +1,194 @@
+"""Certified radii: how far each observation of a file may be off before an agent acts otherwise.
+
+Does: reads observations (CSV with a header, or a JSON list); makes the table; has radii proved and checked.
+Assumes: a checked profile; numbers are float64, each read by the agent after rounding to float32.
+Does not: know what an environment can show.
+"""
+
+import csv
+import io
+import json
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from pathlib import Path
+from typing import Any, cast
+
+from codegen.check import ensure
+from codegen.errors import InputError, UnknownNameError, shown
+from codegen.ir import AgentPolicy, PolicyProfile
+from maviper.files import runs
+from verify.checker import certificates
+from verify.checker.certificates import Certificate
+from verify.claims.decisions import OwnFormula
+from verify.claims.formula import Acts
+from verify.claims.observed import View, Viewed
+from verify.claims.region import MAX_NUMBER, Interval, Region
+from verify.extent.radius import Radius, radius
+from verify.question import DecisionQuestion, Question
+from verify.verdicts.opinions import by_zones
+
+MAX_BYTES, MAX_ROWS = 1 << 26, 100_000
+HEADER: tuple[str, ...] = ("row", "action", "leaf", "radius", "other_action", "other_leaf")
+ADVICE = "give a CSV file whose first line names the features, or a JSON list of observations"
+
+
+@dataclass(frozen=True)
+class Radii:
+    """The radii around the observations of a file, in its order; certificates where they were asked for."""
+
+    policy: AgentPolicy
+    observations: tuple[tuple[float, ...], ...]  # [n, n_features]
+    radii: tuple[Radius, ...]
+    certificates: tuple[Certificate, ...] = ()  # each accepted by the checker
+
+    @cached_property
+    def ordered(self) -> list[float]:
+        """The largest radii as float64, ascending; infinite where nothing leads to another action."""
+        return sorted(one.largest for one in self.radii)
+
+    @property
+    def least(self) -> float:
+        """The smallest radius."""
+        return self.ordered[0]
+
+    @property
+    def median(self) -> float:
+        """The lower median."""
+        return self.ordered[(len(self.ordered) - 1) // 2]
+
+    def rows(self) -> list[dict[str, Any]]:
+        """The table as plain data; the radius is null where nothing leads to another action."""
+        names, action = [one.name for one in self.policy.actions], self.policy.tree.action
+        found: list[dict[str, Any]] = []
+        for number, one in enumerate(self.radii, 1):
+            other = ("", None) if one.distance is None else (names[int(action[one.other])], one.other)
+            size = one.largest if math.isfinite(one.largest) else None
+            found.append(dict(zip(HEADER, (number, names[one.action], one.leaf, size, *other), strict=True)))
+        return found
+
+    def document(self) -> dict[str, Any]:
+        """The table and what sums it up, as plain data."""
+        least, median = (value if math.isfinite(value) else None for value in (self.least, self.median))
+        return {"agent": self.policy.agent, "least": least, "median": median, "radii": self.rows()}
+
+    @property
+    def files(self) -> dict[str, str]:
+        """radii.csv, and a certificate for each radius that was proved."""
+        text = io.StringIO()
+        table = csv.DictWriter(text, HEADER, lineterminator="\n")
+        table.writeheader()
+        table.writerows(self.rows())
+        made = {f"certificate-{row}-robust.json": one for row, one in enumerate(self.certificates, 1)}
+        return {"radii.csv": text.getvalue()} | {name: certificates.to_json(one) for name, one in made.items()}
+
+
+def robust(profile: PolicyProfile, path: Path, agent: str | None = None, certify: bool = False) -> Radii:
+    """The radii of an agent (default: the only one) around the observations in a file.
+
+    `certify`: each is proved by zones too, and its certificate checked. InputError for a file that is no table of
+    finite observations of that agent.
+    """
+    policy = _policy(ensure(profile), agent)
+    observations = read_observations(path, policy)
+    found = tuple(radius(policy.tree, each) for each in observations)
+    made: list[Certificate] = []
+    for row, (each, one) in enumerate(zip(observations, found, strict=True), 1):
+        if certify:
+            made.append(_certificate(_question(profile, policy, each, one), row))
+    return Radii(policy, observations, found, tuple(made))
+
+
+def _policy(profile: PolicyProfile, agent: str | None) -> AgentPolicy:
+    known = [policy.agent for policy in profile.agents]
+    if agent is None and len(known) > 1:
+        raise InputError("the profile has several agents", "--agent", f"name one of {', '.join(known)}")
+    if agent is not None and agent not in known:
+        raise UnknownNameError("agent", agent, known, "--agent")
+    return profile.policy(agent or known[0])
+
+
+def _question(
+    profile: PolicyProfile, policy: AgentPolicy, observation: Sequence[float], found: Radius
+) -> DecisionQuestion:
+    """That the agent acts the same within the radius, as a question over observations."""
+    viewed = Viewed(profile, View())
+    box: dict[str, Interval] = {
+        one.name: (Fraction(one.low), Fraction(one.high)) for one in viewed.profile.world.variables
+    }
+    size = Fraction(found.largest) if math.isfinite(found.largest) else Fraction(2 * MAX_NUMBER)
+    for feature, value in zip(viewed.profile.policy(policy.agent).features, observation, strict=True):
+        assert feature.meaning is not None, feature
+        box[feature.meaning.terms[0][1]] = Fraction(value) - size, Fraction(value) + size
+    claim = OwnFormula(policy.team, statement=Acts(policy.agent, found.action))
+    return Question(viewed.profile, claim, Region(box, ()), viewed=viewed)
+
+
+def _certificate(question: DecisionQuestion, row: int) -> Certificate:
+    """The accepted certificate. AssertionError where zones do not prove the radius: that is our bug."""
+    made = by_zones(question).certificate
+    if made is None:
+        raise AssertionError(f"the radius of row {row} is not proved")
+    return made
+
+
+def read_observations(path: Path, policy: AgentPolicy) -> tuple[tuple[float, ...], ...]:
+    """The observations [n, n_features] in a file. InputError for names that are no features, and for numbers that are
+    missing, not finite or beyond MAX_NUMBER.
+    """
+    try:
+        text = runs.read(path, MAX_BYTES).decode()
+    except UnicodeDecodeError:
+        raise InputError("not a table of observations", f"{path}: not UTF-8 text", ADVICE) from None
+    rows = _from_json(text, path) if text.lstrip().startswith("[") else _from_csv(text, path)
+    if not 1 <= len(rows) <= MAX_ROWS:
+        raise InputError(f"{len(rows)} observations; 1 to {MAX_ROWS} are read", str(path), ADVICE)
+    names = [feature.name for feature in policy.features]
+    return tuple(_row(each, names, f"{path}: row {row}") for row, each in enumerate(rows, 1))
+
+
+def _from_csv(text: str, path: Path) -> list[Any]:
+    table = csv.DictReader(io.StringIO(text), skipinitialspace=True)
+    names = list(table.fieldnames or ())
+    if len(set(names)) < len(names):
+        raise InputError("a feature is named twice", f"{path}: first line", ADVICE)
+    try:
+        return list(table)
+    except csv.Error as error:
+        raise InputError("not a table of observations", f"{path}: {error}", ADVICE) from None
+
+
+def _from_json(text: str, path: Path) -> list[Any]:
+    try:
+        return cast("list[Any]", json.loads(text))
+    except (ValueError, RecursionError) as error:
+        raise InputError("not a list of observations", f"{path}: {shown(error)}", ADVICE) from None
+
+
+def _row(given: Any, names: Sequence[str], where: str) -> tuple[float, ...]:
+    if isinstance(given, Mapping):
+        stated = cast("Mapping[Any, Any]", given)
+        for name in stated:
+            if name not in names:
+                raise UnknownNameError("feature", shown(name or "a number without a name"), names, where)
+        missing = [name for name in names if stated.get(name) is None]
+        if missing:
+            raise InputError(f"no number for {missing[0]}", where, f"features: {', '.join(names)}")
+        values = [stated[name] for name in names]
+    else:
+        values = cast("list[Any]", given) if isinstance(given, list) else [given]
+        if len(values) != len(names):
+            raise InputError(f"{len(values)} numbers for {len(names)} features", where, f"in order: {', '.join(names)}")
+    return tuple(_number(value, f"{where}: {name}") for name, value in zip(names, values, strict=True))
+
+
+def _number(value: Any, where: str) -> float:
+    try:
+        found = math.nan if isinstance(value, bool) or not isinstance(value, (int, float, str)) else float(value)
+    except (ValueError, OverflowError):
+        found = math.nan
+    if not abs(found) <= MAX_NUMBER:
+        raise InputError(f"not a finite number up to {MAX_NUMBER}: {shown(str(value)[:40])!r}", where, ADVICE)
+    return found

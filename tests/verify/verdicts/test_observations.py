@@ -1,0 +1,160 @@
+"""Claims over observations against enumeration of all cells: formulas, two agents, a feature raised; planted leaves."""
+
+from dataclasses import replace
+from fractions import Fraction
+from itertools import product
+
+import numpy as np
+import pytest
+
+from codegen.errors import InputError
+from codegen.policy_json import content_hash
+from tests.teams import tree
+from tests.verify.observations import ACTIONS, NAMES, acts, blind, blind_tree, breaks, cells, representatives
+from verify.checker.certificates import accepted, from_json, to_json
+from verify.checker.reading import RejectedError
+from verify.claims.decisions import OwnFormula
+from verify.claims.formula import Acts, below, conjunction, disjunction, negated
+from verify.claims.observed import View, Viewed, carried
+from verify.claims.region import Verdict, everywhere
+from verify.claims.relations import DECREASING, INCREASING, Agree, Monotone
+from verify.question import Question
+from verify.solver.decide import decide
+from verify.verdicts.opinions import by_zones
+
+pytestmark = pytest.mark.solver
+SIDE, VIEW = 2.0, View()
+
+
+def asked(profile, claim, view=VIEW):
+    """The question over the ranges of all features."""
+    viewed = Viewed(profile, claim.of_view(view))
+    region = carried(everywhere(Viewed(profile, view).profile), viewed)
+    return Question(viewed.profile, claim, region, viewed=viewed)
+
+
+def verdicts(question):
+    """Those of both engines; a proof's certificate is accepted, its text comes back."""
+    zoned, second = by_zones(question), decide(question)
+    if zoned.certificate is not None:
+        assert from_json(to_json(zoned.certificate)) == zoned.certificate
+        assert accepted(zoned.certificate, question.origin) == zoned.branches
+        assert zoned.certificate.profile == content_hash(question.origin)
+    return {zoned.opinion.verdict, second.verdict}
+
+
+def expected(holds):
+    return {Verdict.PROVED if holds else Verdict.VIOLATED}
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_a_formula_about_one_agent(seed):
+    rng = np.random.default_rng(seed)
+    grown = blind_tree(rng, 2, 4)
+    profile = blind({"agent": grown}, {"agent": NAMES[:2]})
+    low, high = sorted(Fraction(int(n), 8) for n in rng.integers(-12, 13, 2))
+    most, allowed = Fraction(int(rng.integers(-12, 13)), 8), {0, int(rng.integers(3))}
+    where = conjunction(negated(below({"angle": 1}, low)), below({"angle": 1}, high), below({"spin": 1}, most, True))
+    statement = disjunction(negated(where), *(Acts("agent", action) for action in allowed))
+    more = {0: [float(low), float(high), float(low) + 1e-6], 1: [float(most), float(most) - 1e-6]}
+    holds = all(
+        acts(grown, [angle, spin]) in allowed
+        for angle, spin in cells(grown, 2, -SIDE, SIDE, more)
+        if low < angle <= high and spin < most
+    )
+    claim = OwnFormula("team", statement=statement)
+    assert verdicts(asked(profile, claim)) == expected(holds)
+
+
+@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("shared", [(), ("angle",), ("angle", "spin")])
+def test_two_agents_agree(seed, shared):
+    rng = np.random.default_rng(100 + seed)
+    first = blind_tree(rng, 2)
+    second = first if seed % 3 == 0 else blind_tree(rng, 2)
+    profile = blind({"a": first, "b": second}, {"a": NAMES[:2], "b": NAMES[:2]})
+    both = [sorted({*breaks([(first, 0), (second, 0)], 0)}), sorted({*breaks([(first, 1), (second, 1)], 1)})]
+    lines = [representatives(line, -SIDE, SIDE) for line in both]
+    others = [[None] if name in shared else line for name, line in zip(NAMES, lines, strict=False)]
+    holds = all(
+        acts(first, one) == acts(second, [a if b is None else b for a, b in zip(one, other, strict=True)])
+        for one in product(*lines)
+        for other in product(*others)
+    )
+    assert verdicts(asked(profile, Agree("team", agents=("a", "b")), View(shared))) == expected(holds)
+
+
+@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("direction", [INCREASING, DECREASING])
+def test_a_feature_is_raised_alone(seed, direction):
+    rng = np.random.default_rng(200 + seed)
+    grown = blind_tree(rng, 2)
+    order = [int(n) for n in rng.permutation(3)] if seed % 2 else [0, 1, 2]
+    profile = blind({"agent": grown}, {"agent": NAMES[:2]})
+    sign = 1 if direction == INCREASING else -1
+    angles, spins = (representatives(breaks([(grown, k)], k), -SIDE, SIDE) for k in (0, 1))
+    ranks = [[order.index(acts(grown, [angle, spin])) * sign for angle in angles] for spin in spins]
+    holds = all(rank == sorted(rank) for rank in ranks)
+    claim = Monotone(
+        "team", agent="agent", feature="angle", direction=direction, order=tuple(ACTIONS[n] for n in order)
+    )
+    assert verdicts(asked(profile, claim)) == expected(holds)
+
+
+CART = tree((2, 0.05, 1, 4), (3, 0.5, 2, 3), 0, 2, (3, -0.5, 5, 6), 0, 2)
+RIGHT_WHEN_LEANING = disjunction(
+    negated(conjunction(negated(below({"place": 1}, Fraction(1, 10))), negated(below({"speed": 1}, 0)))),
+    Acts("cart", ACTIONS.index("right")),
+)
+
+
+@pytest.mark.parametrize(
+    "claim",
+    [OwnFormula("team", statement=RIGHT_WHEN_LEANING), Monotone("team", agent="cart", feature="speed")],
+)
+def test_a_planted_leaf_is_found_and_its_old_certificate_refused(claim):
+    good = blind({"cart": CART})
+    made = by_zones(asked(good, claim)).certificate
+    assert made is not None and verdicts(asked(good, claim)) == {Verdict.PROVED}
+    bad = blind({"cart": tree((2, 0.05, 1, 4), (3, 0.5, 2, 3), 0, 2, (3, -0.5, 5, 6), 2, 0)})
+    assert verdicts(asked(bad, claim)) == {Verdict.VIOLATED}
+    with pytest.raises(RejectedError):
+        accepted(replace(made, profile=content_hash(bad)), bad)
+
+
+def test_a_certificate_about_another_view_or_region_is_refused():
+    profile = blind({"cart": CART})
+    claim = Monotone("team", agent="cart", feature="speed")
+    made = by_zones(asked(profile, claim)).certificate
+    assert made is not None and made.view is not None
+    for claimed in (
+        replace(claim, feature="place"),
+        replace(claim, direction=DECREASING),
+        replace(claim, order=("right", "stay", "left")),
+    ):
+        with pytest.raises((InputError, RejectedError), match=r"formula|names what"):
+            accepted(replace(made, claim=claimed), profile)
+    for view in (None, View(), View((), made.view.raised._replace(feature="place"))):
+        with pytest.raises((InputError, RejectedError), match="names what the profile does not have"):
+            accepted(replace(made, view=view), profile)
+    without = {name: bounds for name, bounds in made.region.box.items() if name != "speed"}
+    with pytest.raises((InputError, RejectedError), match=r"do not fit together|not a state|names what"):
+        accepted(replace(made, region=replace(made.region, box=without)), profile)
+
+
+def test_mutated_proofs_are_refused():
+    """A proof with one byte changed is refused, unless it still closes every branch by other bounds."""
+    profile = blind({"cart": CART})
+    made = by_zones(asked(profile, OwnFormula("team", statement=RIGHT_WHEN_LEANING))).certificate
+    assert made is not None
+    bad = blind({"cart": tree((2, 0.05, 1, 4), (3, 0.5, 2, 3), 0, 2, (3, -0.5, 5, 6), 2, 1)})
+    proof, rng = made.proofs[None], np.random.default_rng(0)
+    refused = 0
+    for _ in range(300):
+        changed = bytearray(proof)
+        changed[rng.integers(len(proof))] = int(rng.integers(256))
+        forged = replace(made, proofs={None: bytes(changed)}, profile=content_hash(bad))
+        with pytest.raises(RejectedError):  # of a false claim no proof holds
+            accepted(forged, bad)
+        refused += 1
+    assert refused == 300

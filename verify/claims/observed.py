@@ -1,0 +1,183 @@
+"""Claims over observations: a profile seen as if each number that an agent observes were a coordinate of the world.
+
+Does: derives that profile, its view; names the variables; carries a region to the copy of an agent.
+Assumes: a checked profile.
+Does not: know what an environment can show. In a view every combination of numbers is a state.
+
+The world of a view has no entities and no motion. Its variables are the agents' features, each a number that the agent
+reads after rounding to float32. One agent's variables have the names of its features; of several agents they are named
+AGENT.FEATURE, or FEATURE alone where it is said that the agents that have it share it. A view may hold one agent twice:
+the copy, which stands last and is called AGENT_raised, shares all variables with it but one.
+"""
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Final, NamedTuple
+
+from codegen.errors import InputError, UnknownNameError
+from codegen.ir import AgentPolicy, FeatureSpec, Meaning, PolicyProfile, VariableSpec, WorldSpec
+from verify.claims.region import Region
+
+ALL: Final = "all"  # in place of names of features: those that several agents have
+RAISED: Final = "_raised"  # ends the name of a copy
+MAX_NAME: Final = 64
+ADVICE = "rename it where the profile comes from"
+
+
+class Raised(NamedTuple):
+    """One feature of one agent, of which a copy of the agent observes another value."""
+
+    agent: str
+    feature: str
+
+
+@dataclass(frozen=True)
+class View:
+    """How the observations of a profile are put together."""
+
+    shared: tuple[str, ...] = ()  # features that the agents that have them observe alike
+    raised: Raised | None = None
+
+    def original(self, agent: str) -> str:
+        """The agent of the profile whose tree an agent of the view has."""
+        return self.raised.agent if self.raised is not None and agent == copy_of(self.raised.agent) else agent
+
+    def document(self) -> dict[str, list[str]]:
+        """The view as plain data, which `view_from` reads."""
+        return {"shared": list(self.shared), "raised": list(self.raised or ())}
+
+    def __str__(self) -> str:
+        shared = f", {', '.join(self.shared)} shared" if self.shared else ""
+        copied = "" if self.raised is None else f", {self.raised.agent} twice, each with its own {self.raised.feature}"
+        return f"over observations{shared}{copied}"
+
+
+def view_from(document: Mapping[str, Sequence[str]]) -> View:
+    """The view in a document. ValueError for anything else."""
+    raised = document.get("raised", ())
+    if set(document) != {"shared", "raised"} or len(raised) not in (0, len(Raised._fields)):
+        raise ValueError("$.view: states shared features, and agent and feature of a copy")
+    return View(tuple(document["shared"]), Raised(*raised) if raised else None)
+
+
+class Viewed(NamedTuple):
+    """A profile, and how its observations are put together."""
+
+    origin: PolicyProfile
+    view: View
+
+    @property
+    def profile(self) -> PolicyProfile:
+        """The view, as a profile."""
+        return over(self.origin, self.view)
+
+
+def copy_of(agent: str) -> str:
+    """The name of an agent's copy."""
+    return agent + RAISED
+
+
+def unread(profile: PolicyProfile) -> bool:
+    """Whether no feature of a profile has a meaning, so that only its observations can be spoken of."""
+    return all(feature.meaning is None for policy in profile.agents for feature in policy.features)
+
+
+def shared_features(profile: PolicyProfile, names: Sequence[str]) -> tuple[str, ...]:
+    """Features that agents share, in the order given; of ALL those that several agents have. UnknownNameError for a
+    feature that no agent has, InputError for one that only one has.
+    """
+    if tuple(names) == (ALL,):
+        return tuple(_of_several(profile))
+    _ensure_several(profile, names)
+    return tuple(dict.fromkeys(names))
+
+
+def _ensure_several(profile: PolicyProfile, names: Sequence[str]) -> None:
+    several = _of_several(profile)
+    known = list(dict.fromkeys(feature.name for policy in profile.agents for feature in policy.features))
+    for name in names:
+        if name not in known:
+            raise UnknownNameError("feature", name, known, "--shared")
+        if name not in several:
+            raise InputError(f"only one agent observes {name}", "--shared", "name features that several agents have")
+
+
+def _of_several(profile: PolicyProfile) -> list[str]:
+    names = [feature.name for policy in profile.agents for feature in policy.features]
+    return [name for name in dict.fromkeys(names) if names.count(name) > 1]
+
+
+@lru_cache(maxsize=16)  # questions, their results and reports speak of one and the same
+def over(profile: PolicyProfile, view: View) -> PolicyProfile:
+    """The view of a profile. UnknownNameError for an agent or feature that it does not have; InputError for shared
+    features with unlike ranges or units, and where a copy's name is taken.
+    """
+    _ensure_several(profile, view.shared)
+    policies = [*profile.agents, *_copy(profile, view.raised)]
+    variables: dict[str, VariableSpec] = {}
+    seen: list[AgentPolicy] = []
+    for policy in policies:
+        names = [variable(profile, view, policy.agent, feature.name) for feature in policy.features]
+        for name, feature in zip(names, policy.features, strict=True):
+            _add(variables, VariableSpec(name, feature.unit, feature.low, feature.high))
+        features = tuple(map(_read, policy.features, names))
+        seen.append(replace(policy, features=features, grown=None))
+    return replace(profile, world=_still(profile.world, variables.values()), agents=tuple(seen), region=None)
+
+
+def _still(world: WorldSpec, variables: Iterable[VariableSpec]) -> WorldSpec:
+    """A world of variables alone, in which nothing is said to move."""
+    still = replace(world, agents=(), landmarks=(), goals=(), variables=tuple(variables))
+    return replace(still, dt=0.0, damping=0.0, contact_force=0.0, contact_margin=0.0)
+
+
+def _copy(profile: PolicyProfile, raised: Raised | None) -> Iterator[AgentPolicy]:
+    if raised is None:
+        return
+    agents = [policy.agent for policy in profile.agents]
+    if raised.agent not in agents:
+        raise UnknownNameError("agent", raised.agent, agents, "agent")
+    policy, name = profile.policy(raised.agent), copy_of(raised.agent)
+    features = [feature.name for feature in policy.features]
+    if raised.feature not in features:
+        raise UnknownNameError("feature", raised.feature, features, "feature")
+    if name in agents or len(name) > MAX_NAME:
+        raise InputError(f"the copy of {raised.agent} cannot be called {name}", "agent", ADVICE)
+    yield replace(policy, agent=name)
+
+
+def variable(profile: PolicyProfile, view: View, agent: str, feature: str) -> str:
+    """The variable that a feature of an agent of the view is."""
+    copied = view.original(agent) != agent
+    if copied and view.raised is not None and feature == view.raised.feature:
+        return f"{agent}.{feature}"
+    alone = len(profile.agents) == 1
+    return feature if alone or feature in view.shared else f"{view.original(agent)}.{feature}"
+
+
+def _read(feature: FeatureSpec, name: str) -> FeatureSpec:
+    return replace(feature, meaning=Meaning(((1.0, name),)))
+
+
+def _add(variables: dict[str, VariableSpec], one: VariableSpec) -> None:
+    before = variables.setdefault(one.name, one)
+    if before != one:
+        what = f"agents that share {one.name} give it unlike ranges or units"
+        said = ", ".join(f"[{each.low:g}, {each.high:g}] {each.unit}" for each in (before, one))
+        raise InputError(what, f"--shared: {said}", "do not share it, or state the same range and unit")
+
+
+def carried(region: Region, viewed: Viewed) -> Region:
+    """A region of the view without a copy, of which the copy keeps every bound too."""
+    raised = viewed.view.raised
+    if raised is None:
+        return region
+    name = variable(viewed.origin, viewed.view, raised.agent, raised.feature)
+    other = f"{copy_of(raised.agent)}.{raised.feature}"
+
+    def moved(coordinate: str) -> str:
+        return other if coordinate == name else coordinate
+
+    more = [(moved(a), moved(b), bounds) for a, b, bounds in region.differences if name in (a, b)]
+    return replace(region, box={**region.box, other: region.box[name]}, differences=(*region.differences, *more))

@@ -1,0 +1,111 @@
+"""Claims that compare decisions with one another: of two agents, or of one agent in two states.
+
+Does: states each as a formula over actions and, of one agent in two states, over a view that holds the agent twice.
+Assumes: as decisions.py; views are those of observed.py.
+Does not: know places or landmarks.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Final
+
+from codegen.errors import InputError, UnknownNameError
+from codegen.ir import AgentPolicy, PolicyProfile
+from verify.claims.decisions import DecisionClaim
+from verify.claims.formula import Acts, Formula, below, conjunction, disjunction, negated
+from verify.claims.observed import Raised, View, copy_of
+
+INCREASING, DECREASING = "increasing", "decreasing"
+DIRECTIONS: Final = (INCREASING, DECREASING)
+
+
+@dataclass(frozen=True)
+class Agree(DecisionClaim):
+    """That two agents take actions of the same name."""
+
+    of = "agree"
+    words = "in every state of the region, the two agents take the action of the same name"
+    reads = ("agents",)
+    hardens = landmark_each = False
+
+    agents: tuple[str, ...] = ()
+
+    def states(self, profile: PolicyProfile) -> Formula:
+        """What is claimed where the assumption holds."""
+        first, second = ([action.name for action in profile.policy(agent).actions] for agent in self.agents)
+        ways = [(first.index(name), second.index(name)) for name in first if name in second]
+        a, b = self.agents
+        return disjunction(*(conjunction(Acts(a, one), Acts(b, other)) for one, other in ways))
+
+    def ensure(self, profile: PolicyProfile) -> None:
+        """InputError unless it names two agents of the team."""
+        super().ensure(profile)
+        members = [policy.agent for policy in profile.team(self.team)]
+        for agent in self.agents:
+            if agent not in members:
+                raise UnknownNameError("agent", agent, members, "agents")
+        if len(set(self.agents)) != 2 or len(self.agents) != 2:
+            raise InputError("agree is about two agents", "agents", "write two names: --agents A,B")
+
+
+@dataclass(frozen=True)
+class Monotone(DecisionClaim):
+    """That raising one feature alone never makes an agent's action fall (or rise), actions being in some order.
+
+    It is about a view in which the agent stands twice, the copy with a value of the feature that is not lower.
+    """
+
+    of = "monotone"
+    words = "if the feature of the agent is raised and all others stay, its action does not move against the direction"
+    reads = ("agent", "feature", "direction", "order")
+    hardens = landmark_each = False
+
+    agent: str = ""
+    feature: str = ""
+    direction: str = INCREASING
+    order: tuple[str, ...] = ()  # all actions, lowest first; empty: in the profile's order
+
+    def of_view(self, view: View) -> View:
+        """The view that the claim is about: with a copy of the agent."""
+        return replace(view, raised=Raised(self.agent, self.feature))
+
+    def states(self, profile: PolicyProfile) -> Formula:
+        """What is claimed where the assumption holds. LookupError for a profile without the copy."""
+        lower, higher = (profile.policy(name) for name in (self.agent, copy_of(self.agent)))
+        low, high = (self._variable(policy) for policy in (lower, higher))
+        names = [action.name for action in lower.actions]
+        ranks = [names.index(name) for name in self.order or names]
+        ranks = ranks[::-1] if self.direction == DECREASING else ranks
+        above = [(_takes(lower.agent, ranks[k:]), _takes(higher.agent, ranks[k:])) for k in range(1, len(ranks))]
+        keeps = [disjunction(negated(of_lower), of_higher) for of_lower, of_higher in above]
+        return disjunction(negated(below({low: 1, high: -1}, 0)), conjunction(*keeps))
+
+    def _variable(self, policy: AgentPolicy) -> str:
+        meaning = next(one.meaning for one in policy.features if one.name == self.feature)
+        if meaning is None:
+            raise LookupError(self.feature)
+        return meaning.terms[0][1]
+
+    def ensure(self, profile: PolicyProfile) -> None:
+        """InputError unless agent, feature, direction and order are the profile's."""
+        super().ensure(profile)
+        if not profile.world.variables:
+            raise InputError("monotone is about observations", "", "ask with --observations")
+        policies = {policy.agent: policy for policy in profile.team(self.team)}
+        if self.agent not in policies:
+            raise UnknownNameError("agent", self.agent, list(policies), "agent")
+        features = [feature.name for feature in policies[self.agent].features]
+        if self.feature not in features:
+            raise UnknownNameError("feature", self.feature, features, "feature")
+        if self.direction not in DIRECTIONS:
+            raise UnknownNameError("direction", self.direction, DIRECTIONS, "direction")
+        actions = [action.name for action in policies[self.agent].actions]
+        if self.order and sorted(self.order) != sorted(actions):
+            raise InputError("order must name every action once", "order", f"actions: {', '.join(actions)}")
+
+
+def _takes(agent: str, actions: Sequence[int]) -> Formula:
+    return disjunction(*(Acts(agent, action) for action in actions))
+
+
+RELATIONS: dict[str, type[DecisionClaim]] = {kind.of: kind for kind in (Agree, Monotone)}
