@@ -84,6 +84,8 @@ def find_property(
     given = {key: value for key, value in parameters.items() if key not in LISTS or value}
     check_read(name, [*given, *(["of"] if of else [])], read_by(name, of))
     given |= {key: tuple(given[key]) for key in LISTS if key in given}
+    if "agent" in kind.reads and not given.get("agent") and len(members := profile.team(team)) == 1:
+        given |= {"agent": members[0].agent}
     given |= {"eps": given.get("eps", EPS)} if name == STEADY else {}
     claim = checked(profile, kind(team, **given))
     ensure_steady(name, claim)

@@ -92,6 +92,8 @@ class Monotone(DecisionClaim):
         if not profile.world.variables:
             raise InputError("monotone is about observations", "", "ask with --observations")
         policies = {policy.agent: policy for policy in profile.team(self.team)}
+        if not self.agent or not self.feature:
+            raise InputError("monotone is about one feature of one agent", "", "name them: --agent A --feature F")
         if self.agent not in policies:
             raise UnknownNameError("agent", self.agent, list(policies), "agent")
         features = [feature.name for feature in policies[self.agent].features]

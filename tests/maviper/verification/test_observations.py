@@ -186,7 +186,8 @@ def test_two_agents_agree_where_they_see_the_same(shared, code, tmp_path, capsys
         (["--property", "agree"], "agree"),
         (["--property", "monotone", "--agent", "a", "--feature", "tilt"], "unknown feature 'tilt'"),
         (["--property", "monotone", "--agent", "q", "--feature", "spin"], "unknown agent 'q'"),
-        (["--property", "monotone", "--agent", "a"], "feature"),
+        (["--property", "monotone", "--agent", "a"], "name them: --agent A --feature F"),
+        (["--property", "monotone", "--feature", "spin"], "name them: --agent A --feature F"),
         (
             ["--property", "monotone", "--agent", "a", "--feature", "spin", "--direction", "up"],
             "unknown direction 'up'",
