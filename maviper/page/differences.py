@@ -12,6 +12,7 @@ from maviper.page.document import Contents, Second, Stored
 from maviper.page.page import page, visits_of
 from maviper.verification.difference import Compared
 from maviper.worlds.matching import matching_world
+from verify.claims.region import REAL
 
 SHOWN = 3  # zones of an agent that have a button
 ALIKE, DIFFERENT, OPEN = "alike in the whole region", "acts differently in the region", "no answer for the region"
@@ -23,7 +24,8 @@ def page_of(compared: Compared) -> str:
     first, second = compared.found.first, compared.found.second
     facts = compared.facts["agents"]
     agents = tuple(one["agent"] for one in facts)
-    verdicts = tuple(WORDS.get(one["verdict"], OPEN) for one in facts)
+    within = " in real arithmetic" if compared.found.question.semantics == REAL else ""
+    verdicts = tuple(WORDS.get(one["verdict"], OPEN) + within for one in facts)
     states = tuple(state for place, one in enumerate(facts) for state in _stored(one, place + (len(agents) > 1)))
     world = matching_world(first)
     if world is None:

@@ -115,6 +115,7 @@ def difference(
     `max_nodes` of the budgets limits each search, `max_cells` the zones of an agent, `solver_units` each query to Z3.
     """
     ensure_comparable(first, second, agents)
+    agents = [policy.agent for policy in first.agents if policy.agent in agents]  # each once, as certificates have them
     pair = paired(first, second)
 
     def asked(*names: str) -> DecisionQuestion:
@@ -132,8 +133,8 @@ def difference(
         else:  # what is not certified is not proved
             answer = {"verdict": outcome.verdict, "reason": outcome.reason}
             found = [replace(one, **answer) if one.agent in proved else one for one in found]
-    differing = [one for one in found if one.verdict is Verdict.VIOLATED]
-    together = _together(found, asked(*(one.agent for one in differing)) if len(differing) > 1 else None)
+    zoned = [one.agent for one in found if one.zones]
+    together = _together(found, asked(*zoned) if len(zoned) > 1 else None)
     return Difference(first, second, asked(*agents), tuple(found), together, certificate, branches)
 
 
@@ -257,12 +258,14 @@ def _certificate(
 
 
 def _together(found: Sequence[AgentDifference], question: DecisionQuestion | None) -> Span:
-    """The share of states in which some agent acts differently. `question`: about those that do, where several do."""
+    """The share of states in which some agent acts differently. `question`: about those that have zones, where several
+    have: also one whose zones hold no float64 state that was found.
+    """
     spans = [one.span for one in found]
     least, most = max(low for low, _ in spans), min(Fraction(1), sum((high for _, high in spans), Fraction(0)))
     if question is None or any(low != high for low, high in spans):
         return least, most
-    share = united(question, [one.failing for one in found if one.verdict is Verdict.VIOLATED])
+    share = united(question, [one.failing for one in found if one.zones])
     return (least, most) if share is None else (share, share)
 
 

@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from maviper.page.differences import page_of
 from maviper.verification.difference import DiffOptions, compared
 from tests.maviper.page.browsers import in_chromium, in_node
 from tests.maviper.page.test_page import STATE, starts
+from verify.claims.region import Verdict
 
 pytestmark = pytest.mark.solver
 
@@ -99,6 +101,28 @@ def test_a_difference_is_told_with_shares_zones_and_examples(files, tmp_path, ca
 def test_what_cannot_be_asked_is_said(files, more, said, capsys):
     assert command(["diff", files["first"], files["twin"], *more]) == ExitCode.INPUT
     assert said in capsys.readouterr().err
+
+
+def test_real_arithmetic_is_said(files, tmp_path, capsys):
+    asked = ["diff", files["first"], files["other"], "--agent", "agent_0", "--agent", "agent_1"]
+    assert command([*asked, "--semantics", "real", "-o", str(tmp_path)]) == ExitCode.VIOLATED
+    assert "alike in the whole region in real arithmetic" in (tmp_path / "play.html").read_text()
+    said = capsys.readouterr().err
+    assert "of region start in real arithmetic, exactly" in said
+    assert "the same action in every state of region start in real arithmetic" in said
+    assert command(asked) == ExitCode.VIOLATED and "real arithmetic" not in capsys.readouterr().err
+
+
+def test_bounds_of_a_share_that_are_the_same_float_are_not_exact(profile):
+    found = compared(profile, with_other_leaf(profile), DiffOptions())
+    (place,) = (place for place, one in enumerate(found.found.agents) if one.verdict is Verdict.VIOLATED)
+    one = found.found.agents[place]
+    failing = (replace(one.failing[0], complete=False), *one.failing[1:])
+    share = replace(one.share, least=one.share.region - Fraction(1, 10**30))
+    agents = list(found.found.agents)
+    agents[place] = replace(one, failing=failing, share=share)
+    said = dict(replace(found, found=replace(found.found, agents=tuple(agents))).lines)["different"]
+    assert "exactly" not in said and said.startswith(f"{one.agent}: between ")
 
 
 def test_different_agents_are_an_error_that_says_what_to_do(files, profile, tmp_path, capsys):

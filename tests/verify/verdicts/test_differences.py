@@ -15,7 +15,8 @@ from codegen import ir, policy_json
 from codegen.errors import InputError, UnknownNameError
 from codegen.observe import observe
 from tests.hunting import places, questions, reading, teams
-from tests.teams import DOWN, STAY, UP, team, towards
+from tests.strategies import with_trees
+from tests.teams import DOWN, LEFT, STAY, UP, team, towards, tree
 from verify.checker import certificates
 from verify.checker.reading import RejectedError
 from verify.claims.formula import And, Or
@@ -197,6 +198,25 @@ def test_the_share_of_some_agent_counts_each_state_once(profile):
     assert least < sum(one.span[0] for one in found.agents)
 
 
+def test_the_share_of_some_agent_counts_zones_without_a_float64_state(profile):
+    """Doubles far out are too coarse for the adversary's zone; agents read places of their own, so shares multiply."""
+    trees = {"adversary_0": (0, 1e-20, LEFT, UP), "agent_0": (3, 0.2, UP, DOWN), "agent_1": (4, 0.1, UP, DOWN)}
+    changed = {"adversary_0": (0, 2e-20, LEFT, UP), "agent_0": (3, 0.2, UP, STAY), "agent_1": (4, 0.1, STAY, DOWN)}
+    first, second = (
+        with_trees({name: tree((at, cut, 1, 2), *acts) for name, (at, cut, *acts) in own.items()}, profile)
+        for own in (trees, changed)
+    )
+    region, far = everywhere(first), (Fraction(2**20), Fraction(2**20 + 1))
+    region = replace(region, box=dict(region.box) | {"landmark_0.x": far, "adversary_0.x": far})
+    found = difference(first, second, names_of(first), region)
+    assert [one.verdict for one in found.agents] == [Verdict.UNKNOWN, Verdict.VIOLATED, Verdict.VIOLATED]
+    none = Fraction(1)
+    for one in found.agents:
+        assert 0 < one.span[0] == one.span[1]
+        none *= 1 - one.span[0]
+    assert found.together == (1 - none, 1 - none)
+
+
 def test_a_threshold_beside_another_is_found(profile):
     tree = towards(0, 0)
     threshold = tree.threshold.copy()
@@ -298,6 +318,12 @@ def test_a_certificate_is_read_back_and_accepted(proved):
     assert again == certificate and certificates.accepted(again, first, second) > 0
     stated = json.loads(certificates.to_json(certificate))
     assert stated["against"] == policy_json.content_hash(second)
+
+
+def test_agents_may_be_named_in_any_order_and_twice(proved):
+    first, second, certificate = proved
+    found = difference(first, second, [*reversed(names_of(first)), "agent_0"], everywhere(first))
+    assert found.certificate == certificate and [one.agent for one in found.agents] == names_of(first)
 
 
 def test_a_certificate_is_about_both_profiles(proved):
