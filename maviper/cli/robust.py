@@ -49,7 +49,7 @@ def robust(
 
     console = console_of(context)
     found = radii(load(profile), observations, agent, certify)
-    console.line("radii", f"{len(found.radii)} of {found.policy.agent}: least {found.least:g}, median {found.median:g}")
+    console.line("radii", found.line)
     if certify:
         console.line("proved", f"{len(found.certificates)} radii; the independent checker accepted each certificate")
     if output is not None:

@@ -36,6 +36,10 @@ from verify.verdicts.opinions import UNITS_A_NODE
 
 CERTIFICATE_FILE, REPORT_FILE = "certificate.json", "difference.json"
 MAX_NODES = 10**12
+ONE_TEAM = (  # the way out for trees that know no places
+    "import both as one team, `maviper import --agents a=FILE,b=FILE`, and compare them over observations: "
+    "`maviper verify TEAM --property agree --agents a,b --shared all`"
+)
 
 
 @dataclass(frozen=True)
@@ -104,7 +108,7 @@ def compared(first: ir.PolicyProfile, second: ir.PolicyProfile, options: DiffOpt
     """Where two profiles act differently. InputError for profiles or options that cannot be compared."""
     options, agents = options.checked(), options.agents or _common(first, second)
     for profile in (ensure(first), ensure(second)):
-        ensure_places(profile.world, [one for policy in profile.agents for one in policy.features])
+        ensure_places(profile.world, [one for policy in profile.agents for one in policy.features], ONE_TEAM)
     region = find_region(options.region, first)
     found = difference(first, second, agents, region, options.semantics, options.budgets)
     coordinates, _ = sample(region, first.world, SAMPLES, SAMPLE_SEED)

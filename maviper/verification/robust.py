@@ -11,6 +11,7 @@ import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from decimal import ROUND_FLOOR, Context
 from fractions import Fraction
 from functools import cached_property
 from pathlib import Path
@@ -31,6 +32,7 @@ from verify.question import DecisionQuestion, Question
 from verify.verdicts.opinions import by_zones
 
 MAX_BYTES, MAX_ROWS = 1 << 26, 100_000
+DOWN = Context(prec=6, rounding=ROUND_FLOOR)
 HEADER: tuple[str, ...] = ("row", "action", "leaf", "radius", "other_action", "other_leaf")
 ADVICE = "give a CSV file whose first line names the features, or a JSON list of observations"
 
@@ -43,6 +45,15 @@ class Radii:
     observations: tuple[tuple[float, ...], ...]  # [n, n_features]
     radii: tuple[Radius, ...]
     certificates: tuple[Certificate, ...] = ()  # each accepted by the checker
+
+    @property
+    def line(self) -> str:
+        """What sums them up, with six digits; never more than the radius itself."""
+        least, median = (
+            f"{float(DOWN.create_decimal_from_float(size)):g}" if math.isfinite(size) else "any"
+            for size in (self.least, self.median)
+        )
+        return f"{len(self.radii)} of {self.policy.agent}: least {least}, median {median}"
 
     @cached_property
     def ordered(self) -> list[float]:
@@ -139,7 +150,7 @@ def read_observations(path: Path, policy: AgentPolicy) -> tuple[tuple[float, ...
     missing, not finite or beyond MAX_NUMBER.
     """
     try:
-        text = runs.read(path, MAX_BYTES).decode()
+        text = runs.read(path, MAX_BYTES).decode("utf-8-sig")  # spreadsheets begin a file with a mark
     except UnicodeDecodeError:
         raise InputError("not a table of observations", f"{path}: not UTF-8 text", ADVICE) from None
     rows = _from_json(text, path) if text.lstrip().startswith("[") else _from_csv(text, path)

@@ -14,6 +14,7 @@ from maviper.worlds import ParticleWorld, World, built_in
 from maviper.worlds.world import world_name
 
 NO_WORLD = "no world of this version has the profile's spec, agents, features and actions"
+OBSERVED = "claim what agents do over observations: see `maviper guide claims`"
 
 
 def matching_world(profile: ir.PolicyProfile) -> World | None:
@@ -31,11 +32,11 @@ def matching_places(profile: ir.PolicyProfile) -> ParticleWorld | None:
     return world if isinstance(world, ParticleWorld) else None
 
 
-def ensure_places(world: ir.WorldSpec, features: Iterable[FeatureSpec]) -> None:
-    """InputError where a world has neither landmarks nor any feature that says where something is."""
+def ensure_places(world: ir.WorldSpec, features: Iterable[FeatureSpec], advice: str = OBSERVED) -> None:
+    """InputError, with an advice, where a world has neither landmarks nor a feature that says where something is."""
     if not world.landmarks and all(feature.meaning is None for feature in features):
         what = f"claims speak of places and landmarks, and {world.name} has none"
-        raise InputError(what, "", "claim what agents do over observations: see `maviper guide claims`")
+        raise InputError(what, "", advice)
 
 
 def plays(profile: ir.PolicyProfile, world: World) -> bool:

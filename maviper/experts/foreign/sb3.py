@@ -10,6 +10,7 @@ import io
 import json
 import re
 import zipfile
+import zlib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -31,6 +32,10 @@ HARMLESS = {
 }
 FLATTEN = "<class 'stable_baselines3.common.torch_layers.FlattenExtractor'>"
 USUAL = {LOGITS: "tanh", Q: "relu"}  # activations, where the file names none
+UNREADABLE = (
+    *(zipfile.BadZipFile, zlib.error, EOFError, KeyError, ValueError),
+    *(RecursionError, NotImplementedError, RuntimeError),
+)
 BY_HAND = "bring it by module:function: `maviper guide experts`"
 
 
@@ -70,7 +75,7 @@ def _read(path: Path) -> tuple[dict[str, Any], Tensors, str]:
             version = _part(archive, VERSION, 64).decode("ascii") if VERSION in names else ""
             safe = SAFE_WEIGHTS in names
             weights = _part(archive, SAFE_WEIGHTS if safe else WEIGHTS, MAX_BYTES)
-    except (zipfile.BadZipFile, KeyError, ValueError, RecursionError, NotImplementedError, RuntimeError) as error:
+    except UNREADABLE as error:
         said = str(error).splitlines()[0][:120] if str(error) else type(error).__name__
         raise InputError("not a zip of stable-baselines3", f"{path}: {said}", "write it by model.save(file)") from None
     if not isinstance(data, dict):
@@ -84,7 +89,12 @@ def _read(path: Path) -> tuple[dict[str, Any], Tensors, str]:
 
 
 def _part(archive: zipfile.ZipFile, name: str, most: int) -> bytes:
-    """One file of the zip; ValueError where it holds more than it may."""
+    """One file of the zip; ValueError where it holds more than it may.
+
+    Only what the library writes is unpacked. Python reads other compressions of zips without a limit.
+    """
+    if archive.getinfo(name).compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
+        raise ValueError(f"{name} is compressed in an unknown way")
     with archive.open(name) as file:
         found = file.read(most + 1)
     if len(found) > most:

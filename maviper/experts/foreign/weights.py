@@ -7,6 +7,7 @@ Does not: load whole modules, TorchScript or any other pickle.
 
 import io
 import re
+import zipfile
 from collections.abc import Mapping
 from typing import Any
 
@@ -42,6 +43,7 @@ def _torch(data: bytes, where: str) -> Any:
         advice = "install the extra: pip install 'maviper[train]'"
         raise MissingToolError("weights of torch need torch", where, advice) from None
     try:
+        _ensure_small(data)
         return torch.load(io.BytesIO(data), map_location="cpu", weights_only=True)
     except Exception as error:  # whatever a damaged or hostile file makes of it
         said = (str(error).strip().splitlines() or [type(error).__name__])[0][:200]
@@ -49,16 +51,42 @@ def _torch(data: bytes, where: str) -> Any:
         raise InputError("not a file of weights alone; nothing else is loaded", f"{where}: {said}", advice) from None
 
 
+def _ensure_small(data: bytes) -> None:
+    """ValueError where torch would unpack more than MAX_BYTES. It reads compressed parts too."""
+    size, packed = len(data), io.BytesIO(data)
+    if zipfile.is_zipfile(packed):  # not before torch 1.6
+        with zipfile.ZipFile(packed) as archive:
+            size = sum(part.file_size for part in archive.infolist())
+    if size > MAX_BYTES:
+        raise ValueError(f"it unpacks to more than {MAX_BYTES} bytes")
+
+
 def of_torch(found: Any, where: str) -> dict[str, Float32]:
-    """The tensors of a state dict; InputError for anything else."""
+    """The tensors of a state dict; InputError for anything else, and for more numbers than MAX_BYTES hold.
+
+    A small file may state a large shape, all of whose places are one number in memory.
+    """
     if not isinstance(found, Mapping) or not found:
         raise InputError("not a state dict", where, "save it as torch.save(module.state_dict(), file)")
     tensors: dict[str, Float32] = {}
+    room = MAX_BYTES
     for name, value in found.items():
-        if not isinstance(name, str) or not hasattr(value, "detach"):
+        if not isinstance(name, str) or not _plain(value):
             raise InputError("not a state dict of tensors", f"{where}: {str(name)[:80]}", "save module.state_dict()")
+        room -= 4 * value.numel()
+        if room < 0:
+            raise InputError(f"the weights are more than {MAX_BYTES} bytes", f"{where}: {name[:80]}")
         tensors[name] = value.detach().cpu().float().numpy()
     return tensors
+
+
+def _plain(value: Any) -> bool:
+    """Whether it is a tensor of real numbers that lie one beside the other: not sparse, complex, quantized or without
+    data.
+    """
+    if not hasattr(value, "detach") or str(value.layout) != "torch.strided":
+        return False
+    return not (value.is_complex() or value.is_quantized or value.is_meta)
 
 
 def layers(tensors: Tensors, name: str, where: str) -> list[Linear]:

@@ -150,3 +150,16 @@ def test_the_page_says_where_the_trees_differ(run, profile, world, tmp_path):
     )
     assert (told == np.array([alike.all(axis=0), *alike]).T).all() and not alike.all()
     assert len(html.encode()) < 300_000 and "http://" not in html.replace("http://www.w3.org/2000/svg", "")
+
+
+def test_trees_without_places_are_told_the_way_out_and_it_works(tmp_path, capsys):
+    rule = "def {}(x):\n    if x[0] > {}:\n        return 'go'\n    return 'stay'\n"
+    for name, number in (("a", 1), ("b", 2)):
+        (tmp_path / f"{name}.py").write_text(rule.format(name, number))
+        assert command(["import", str(tmp_path / f"{name}.py"), "-o", str(tmp_path / f"{name}.json")]) == 0
+    assert command(["diff", str(tmp_path / "a.json"), str(tmp_path / "a.json")]) == ExitCode.INPUT
+    assert "import both as one team" in capsys.readouterr().err
+    files = ",".join(f"{name}={tmp_path / name}.py" for name in "ab")
+    assert command(["import", "--agents", files, "-o", str(tmp_path / "team.json")]) == 0
+    asked = ["--property", "agree", "--agents", "a,b", "--shared", "all"]
+    assert command(["verify", str(tmp_path / "team.json"), *asked]) == ExitCode.VIOLATED

@@ -35,7 +35,19 @@ def test_the_table_is_printed(place, capsys):
     ties = (0.25 + 2.0**-26, 0.75 - 2.0**-26, 0.5 - 2.0**-25)
     for row, tie in zip(rows, ties, strict=True):
         assert float(row["radius"]) == pytest.approx(tie, rel=1e-9)
-    assert "least 0.25, median 0.5" in said.err
+    assert "least 0.25, median 0.499999" in said.err  # 0.5 - 2^-25
+
+
+def test_a_radius_is_never_said_to_be_more_than_it_is(place, capsys):
+    (place / "seen.csv").write_text("spin,angle\n0,0.76\n")
+    asked = ["robust", str(place / "profile.json"), str(place / "seen.csv")]
+    assert main.run([*asked, "--least", "0.51"]) == 1
+    assert "least 0.509999," in capsys.readouterr().err
+
+
+def test_a_table_may_begin_with_the_mark_of_a_spreadsheet(place):
+    (place / "seen.csv").write_bytes(b"\xef\xbb\xbfspin,angle\n0,0\n")
+    assert main.run(["robust", str(place / "profile.json"), str(place / "seen.csv")]) == 0
 
 
 def test_radii_are_proved_and_checked(place, capsys):

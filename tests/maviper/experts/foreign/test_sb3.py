@@ -233,6 +233,24 @@ def test_what_is_no_such_zip_is_refused(tmp_path, world, models):
             from_sb3(file, world)
 
 
+def test_what_cannot_be_unpacked_is_refused(tmp_path, world):
+    file = tmp_path / "short.zip"
+    with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("data", json.dumps(list(range(500))))
+    whole = file.read_bytes()
+    file.write_bytes(whole[:60] + bytes(40) + whole[100:])
+    with pytest.raises(InputError, match="not a zip"):
+        from_sb3(file, world)
+
+
+@pytest.mark.parametrize("how", [zipfile.ZIP_BZIP2, zipfile.ZIP_LZMA])
+def test_compressions_that_python_unpacks_without_limit_are_refused(how, tmp_path, world):
+    with zipfile.ZipFile(tmp_path / "bomb.zip", "w", how) as archive:
+        archive.writestr("data", b" " * 2**20)
+    with pytest.raises(InputError, match="compressed in an unknown way"):
+        from_sb3(tmp_path / "bomb.zip", world)
+
+
 # --- commands
 
 

@@ -1,5 +1,7 @@
 """Torch state dicts with a stated architecture: CleanRL's agents, files of weights alone, and clear refusals."""
 
+import zipfile
+
 import numpy as np
 import pytest
 from safetensors.numpy import save_file
@@ -7,6 +9,7 @@ from safetensors.numpy import save_file
 from codegen.errors import InputError, UnknownNameError
 from maviper.experts import from_torch
 from maviper.experts.finding import find_expert
+from maviper.experts.foreign import weights
 from maviper.worlds import find
 
 pytestmark = pytest.mark.train
@@ -60,14 +63,14 @@ def test_an_agent_of_cleanrl_acts_as_it_does_there(agent, world, tmp_path):
 
 
 def test_what_is_not_stated_or_not_there_is_refused(agent, world, tmp_path):
-    weights = agent.state_dict()
+    state = agent.state_dict()
     with pytest.raises(UnknownNameError, match="actor"):
-        from_torch(weights, world, "actr", "tanh", "logits")
+        from_torch(state, world, "actr", "tanh", "logits")
     with pytest.raises(InputError, match="1 outputs"):
-        from_torch(weights, world, "critic", "tanh", "logits")
+        from_torch(state, world, "critic", "tanh", "logits")
     with pytest.raises(UnknownNameError, match="logits"):
-        from_torch(weights, world, "actor", "tanh", "logit")
-    torch.save(weights, tmp_path / "a.pt")
+        from_torch(state, world, "actor", "tanh", "logit")
+    torch.save(state, tmp_path / "a.pt")
     with pytest.raises(InputError, match="activation, outputs"):
         find_expert(f"torch:{tmp_path / 'a.pt'},net=actor", world=CARTPOLE)
     with pytest.raises(UnknownNameError, match="option of torch"):
@@ -96,3 +99,30 @@ def test_a_whole_module_is_not_loaded(agent, world, tmp_path):
     torch.save(torch.zeros(3), tmp_path / "tensor.pt")
     with pytest.raises(InputError, match="state dict"):
         from_torch(tmp_path / "tensor.pt", world, "actor", "tanh", "logits")
+
+
+@pytest.mark.parametrize(
+    ("tensor", "said"),
+    [
+        (torch.zeros(1).expand(2**20, 2**20), "more than"),
+        (torch.zeros(1, dtype=torch.float16).expand(2**20, 2**20), "more than"),
+        (torch.eye(3).to_sparse(), "state dict of tensors|weights alone"),  # torch may warn
+        (torch.empty(2, 4, device="meta"), "state dict of tensors"),
+        (torch.zeros(2, 4, dtype=torch.complex64), "state dict of tensors"),
+    ],
+)
+def test_tensors_that_are_no_plain_numbers_or_too_many_are_refused(tensor, said, world, tmp_path):
+    torch.save({"net.0.weight": tensor, "net.0.bias": torch.zeros(2)}, tmp_path / "odd.pt")
+    with pytest.raises(InputError, match=said):
+        from_torch(tmp_path / "odd.pt", world, "net", "relu", "q")
+
+
+def test_a_file_that_unpacks_too_much_is_refused(world, tmp_path, monkeypatch):
+    torch.save({"net.0.weight": torch.zeros(2, 4), "net.0.bias": torch.zeros(2)}, tmp_path / "plain.pt")
+    with zipfile.ZipFile(tmp_path / "plain.pt") as plain, zipfile.ZipFile(tmp_path / "bomb.pt", "w") as bomb:
+        for name in plain.namelist():
+            bomb.writestr(name, plain.read(name))
+        bomb.writestr("plain/data/2", bytes(2**20), zipfile.ZIP_DEFLATED)
+    monkeypatch.setattr(weights, "MAX_BYTES", 2**19)
+    with pytest.raises(InputError, match="unpacks to more than"):
+        from_torch(tmp_path / "bomb.pt", world, "net", "relu", "q")
