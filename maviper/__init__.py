@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 from maviper.files.verbs import from_file, from_onnx, from_sklearn
 from maviper.reproduction.verb import reproduce
-from maviper.verification.verb import robust
+from maviper.verification.verb import diff, robust
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -28,7 +28,6 @@ if TYPE_CHECKING:
     from maviper.evaluation.run import Evaluation
     from maviper.verification.certificates import Checked
     from maviper.verification.counterexamples import Replayed
-    from maviper.verification.difference import Compared
     from maviper.verification.repair import Repaired
     from verify.verdicts.decisions import Result
     from verify.verdicts.episodes import EpisodeResult
@@ -278,31 +277,14 @@ def verify(
     from maviper.verification.ask import VerifyOptions, number
     from maviper.verification.run import results
 
-    asked = VerifyOptions(
-        names=(claim,),
-        region=str(region),
-        team=team,
-        semantics=semantics,
-        margin=number(margin, "margin"),
-        radius=number(radius, "radius"),
-        kappa=number(kappa, "kappa"),
-        eps=number(eps, "eps"),
-        landmarks=None if landmarks is None else tuple(landmarks),
-        others=None if others is None else tuple(others),
-        of=of,
-        steps=steps,
-        agents=None if agents is None else tuple(agents),
-        agent=agent,
-        feature=feature,
-        direction=direction,
-        order=None if order is None else tuple(order),
-        observations=observations,
-        shared=None if shared is None else tuple(shared),
-        where=where,
-        max_cells=max_cells,
-        max_zones=max_zones,
-        solver_units=solver_units,
-    )
+    numbers = {"margin": margin, "radius": radius, "kappa": kappa, "eps": eps}
+    lists = {"landmarks": landmarks, "others": others, "agents": agents, "order": order, "shared": shared}
+    given: dict[str, Any] = {name: number(value, name) for name, value in numbers.items()}
+    given |= {name: None if value is None else tuple(value) for name, value in lists.items()}
+    given |= {"of": of, "steps": steps, "agent": agent, "feature": feature, "direction": direction}
+    given |= {"where": where, "max_cells": max_cells, "max_zones": max_zones, "solver_units": solver_units}
+    about: dict[str, Any] = {"team": team, "semantics": semantics, "observations": observations}
+    asked = VerifyOptions(names=(claim,), region=str(region), **about, **given)
     return results(profile, asked)[0]
 
 
@@ -356,26 +338,6 @@ def check(
 
     first, second = (Path(one) if isinstance(one, str) else one for one in (profile, against))
     return checked(Path(certificate), first, second)
-
-
-def diff(
-    first: PolicyProfile,
-    second: PolicyProfile,
-    region: str | Path = "start",
-    *,
-    agents: Sequence[str] = (),
-    semantics: str = "machine",
-    max_nodes: int | None = None,
-    max_cells: int | None = None,
-) -> Compared:
-    """Every state of a region in which two profiles act differently, or the proof that there is none.
-
-    `Compared.facts` has shares, zones and examples, `Compared.found` the certificate; `agents`: only these; the rest is
-    as for `maviper diff`. InputError for profiles whose worlds, agents, features or actions differ.
-    """
-    from maviper.verification.difference import DiffOptions, compared
-
-    return compared(first, second, DiffOptions(tuple(agents), str(region), semantics, max_nodes, max_cells))
 
 
 def replay(counterexample: str | Path, profile: PolicyProfile | str | Path | None = None) -> Replayed:

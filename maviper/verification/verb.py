@@ -1,17 +1,19 @@
-"""The function `maviper.robust`.
+"""The functions `maviper.robust` and `maviper.diff`.
 
-Does: what the command does, with its options as parameters.
-Assumes: heavy libraries are imported when it is called.
+Does: what the commands do, with their options as parameters.
+Assumes: heavy libraries are imported when they are called.
 Does not: print.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from codegen.ir import PolicyProfile
+    from maviper.verification.difference import Compared
     from maviper.verification.robust import Radii
 
 
@@ -27,3 +29,23 @@ def robust(
     from maviper.verification.robust import robust as radii
 
     return radii(loaded(profile, beside=Path(observations)), Path(observations), agent, certify)
+
+
+def diff(
+    first: PolicyProfile,
+    second: PolicyProfile,
+    region: str | Path = "start",
+    *,
+    agents: Sequence[str] = (),
+    semantics: str = "machine",
+    max_nodes: int | None = None,
+    max_cells: int | None = None,
+) -> Compared:
+    """Every state of a region in which two profiles act differently, or the proof that there is none.
+
+    `Compared.facts` has shares, zones and examples, `Compared.found` the certificate; `agents`: only these; the rest is
+    as for `maviper diff`. InputError for profiles whose worlds, agents, features or actions differ.
+    """
+    from maviper.verification.difference import DiffOptions, compared
+
+    return compared(first, second, DiffOptions(tuple(agents), str(region), semantics, max_nodes, max_cells))

@@ -18,7 +18,7 @@ from codegen.ir import GOAL, PolicyProfile
 from verify.claims.catalogue import NAMES, ZONES, Claim, check_read, checked_zones, find_claim, readable
 from verify.claims.decisions import RADIUS, ZERO, DecisionClaim, OwnFormula, checked
 from verify.claims.formula import TRUE, Formula, agents
-from verify.claims.parser import Vocabulary, parse
+from verify.claims.language.parser import Vocabulary, parse
 from verify.claims.region import (
     Kind,
     Region,

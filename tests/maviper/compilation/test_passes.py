@@ -78,7 +78,7 @@ def test_the_command_writes_the_code_of_the_smaller_trees(wide, region, tmp_path
     header = (tmp_path / "code/physical_deception.h").read_text()
     assert "physical_deception_in_region" in header and content_hash(written) in header
     evidence = json.loads((tmp_path / "code/physical_deception.agreement.json").read_text())
-    assert "region c input check" in {row["target"] for row in evidence["agreement"]}
+    assert "c region input check" in {row["target"] for row in evidence["agreement"]}
 
 
 def test_fractions_of_a_region_become_part_of_the_contract(wide, tmp_path):

@@ -19,7 +19,9 @@ DEPLOYED = {
     "verify.states.failures._mistakes",
     "verify.solver.leaves.dead_leaves",  # what code may leave out
     "verify.states.episodes.play",
-    "maviper.evaluation.comparison._changed",
+    "maviper.evaluation.comparison._exactly",
+    "maviper.evaluation.comparison.differing",
+    "maviper.verification.robust._question",
     "maviper.extraction.refitting._outcome",
     "maviper.verification.repair.repaired",
     "maviper.verification.repair._files",

@@ -83,9 +83,9 @@ def test_cells_of_several_profiles_need_the_extractions_of_its_own_seed():
 
 def test_missing_experts_are_told_with_the_command_that_trains_one():
     plan = planned(Asked(experts=("maddpg",), seeds=1), "")
-    assert {task.cell.game for task in plan.tasks} == {"physical-deception"}
+    assert {task.cell.game for task in plan.tasks} == {"physical-deception", "cooperative-navigation"}
     told = dict(plan.left_out)
-    assert "maviper train cooperative-navigation --algorithm maddpg" in told["maddpg for cooperative-navigation"]
+    assert "maviper train predator-prey --algorithm maddpg" in told["maddpg for predator-prey"]
     with pytest.raises(InputError, match="no expert"):
         planned(Asked(experts=("maddpg",), games=("predator-prey",)), "")
 

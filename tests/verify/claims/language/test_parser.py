@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from codegen.errors import InputError
 from verify.claims.formula import Goal, for_goal, holds, negated, normal
-from verify.claims.parser import FUNCTIONS, WORDS, Vocabulary, parse
+from verify.claims.language.parser import FUNCTIONS, WORDS, Vocabulary, parse
 
 AGENTS, MARKS = ("agent_0", "agent_1"), ("landmark_0", "landmark_1")
 ENTITIES = (*AGENTS, *MARKS, "goal")

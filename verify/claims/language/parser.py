@@ -24,9 +24,9 @@ from codegen.errors import InputError, UnknownNameError
 from codegen.ir import GOAL, AgentPolicy
 from verify.claims import predicates
 from verify.claims.formula import FALSE, TRUE, Acts, Formula, Goal, conjunction, disjunction, negated
-from verify.claims.lexer import HINTS, Token, Where, tokens
+from verify.claims.language.lexer import HINTS, Token, Where, tokens
+from verify.claims.language.sums import Sum, compared, constant, coordinate, distance, largest
 from verify.claims.region import exact
-from verify.claims.sums import Sum, compared, constant, coordinate, distance, largest
 
 MAX_DEPTH = 40  # of parentheses, negations and chains of `implies`
 RELATIONS = ("<=", ">=", "==", "!=", "<", ">")
