@@ -38,7 +38,7 @@ def _safetensors(data: bytes, where: str) -> dict[str, Float32]:
 
 def _torch(data: bytes, where: str) -> Any:
     try:
-        import torch
+        import torch  # pyright: ignore[reportMissingImports]
     except ImportError:
         advice = "install the extra: pip install 'maviper[train]'"
         raise MissingToolError("weights of torch need torch", where, advice) from None
