@@ -1,0 +1,128 @@
+"""A stated system: variables, what features measure, and how the state moves, all in exact numbers.
+
+Does: the data of a system; affine forms, half spaces and boxes, and their values in a state.
+Assumes: whoever makes one has checked names, units and shapes.
+Does not: know trees or claims. It says nothing about how far the statement is from a simulator.
+
+The state is a number for each variable. In one step, with the joint action a, the piece whose box holds the state gives
+
+    next(x) = move[x](state) + the sum over agents i of effect[i, a_i][x](state) + e_x,   e_x anywhere in error[x],
+
+for each variable x. Boxes of pieces share borders only, and on a shared border each of them may be taken. Outside all
+boxes nothing is stated. An agent observes each of its features as the exact value of what it measures, rounded once to
+the nearest float32, ties to even.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import Enum
+from fractions import Fraction
+from types import MappingProxyType
+
+State = Mapping[str, Fraction]
+Interval = tuple[Fraction, Fraction]
+Box = Mapping[str, Interval]  # closed; a variable that is not named is free
+
+
+@dataclass(frozen=True)
+class Affine:
+    """A sum of multiples of variables and a constant: `terms` by name, in order, none of them 0."""
+
+    terms: tuple[tuple[str, Fraction], ...] = ()
+    constant: Fraction = Fraction(0)
+
+    @staticmethod
+    def of(terms: Mapping[str, Fraction], constant: Fraction = Fraction(0)) -> Affine:
+        """The form with these terms, in the one order in which equal forms are equal data."""
+        return Affine(tuple(sorted((name, factor) for name, factor in terms.items() if factor)), constant)
+
+    def at(self, state: State) -> Fraction:
+        """Its value in a state."""
+        return self.constant + sum((factor * state[name] for name, factor in self.terms), Fraction(0))
+
+    def plus(self, other: Affine, times: Fraction = Fraction(1)) -> Affine:
+        """This form and a multiple of another."""
+        terms = dict(self.terms)
+        for name, factor in other.terms:
+            terms[name] = terms.get(name, Fraction(0)) + times * factor
+        return Affine.of(terms, self.constant + times * other.constant)
+
+
+@dataclass(frozen=True)
+class HalfSpace:
+    """The states in which `form` is at most 0, or below 0 if `strict`."""
+
+    form: Affine
+    strict: bool = False
+
+    def holds(self, state: State) -> bool:
+        """Whether a state lies in it."""
+        value = self.form.at(state)
+        return value < 0 if self.strict else value <= 0
+
+    def complement(self) -> HalfSpace:
+        """All other states."""
+        return HalfSpace(Affine().plus(self.form, Fraction(-1)), not self.strict)
+
+
+Polytope = tuple[HalfSpace, ...]  # the states that lie in all of them
+
+
+class Measure(Enum):
+    """What a feature makes of an affine form; the values are the words of files."""
+
+    VALUE = "value"
+    SIGN = "sign"  # -1, 0 or 1
+    POSITIVE = "positive"  # 1 where the form is above 0, else 0
+    CLIP = "clip"  # to the bounds of the feature
+
+
+@dataclass(frozen=True)
+class Feature:
+    """What one feature of an agent measures. `bounds` are those of a clipped one."""
+
+    form: Affine
+    measure: Measure = Measure.VALUE
+    bounds: Interval | None = None
+
+
+@dataclass(frozen=True)
+class Variable:
+    """One number of the state: its unit, free text, and the range in which the statement is made."""
+
+    name: str
+    unit: str
+    range: Interval
+
+
+@dataclass(frozen=True)
+class Piece:
+    """How the state moves where it lies in a box. What is not named in `move` becomes 0, in `error` it is exact."""
+
+    where: Box
+    move: Mapping[str, Affine]
+    effect: Mapping[tuple[str, str], Mapping[str, Affine]] = field(default_factory=lambda: MappingProxyType({}))
+    error: Mapping[str, Interval] = field(default_factory=lambda: MappingProxyType({}))
+
+    def step(self, state: State, actions: Mapping[str, str], error: State) -> dict[str, Fraction]:
+        """The next state, for a joint action by agents' names and an error of each variable that has one."""
+        after = {name: form.at(state) + error.get(name, Fraction(0)) for name, form in self.move.items()}
+        for choice in actions.items():
+            for name, form in self.effect.get(choice, {}).items():
+                after[name] += form.at(state)
+        return after
+
+
+@dataclass(frozen=True)
+class System:
+    """A user's world: `features` of each agent by name; `pieces` are empty where no dynamics are stated."""
+
+    name: str
+    variables: tuple[Variable, ...]
+    features: Mapping[str, Mapping[str, Feature]]
+    start: Polytope
+    pieces: tuple[Piece, ...] = ()
+    steps: int = 0  # of an episode
+    reference: str = ""  # the environment that the statement is about, `module:function` or `gymnasium:ID`
