@@ -34,6 +34,7 @@ from codegen.ir import (
     WorldSpec,
     depth,
 )
+from codegen.legality import illegal_leaves, mask_of
 from codegen.region import RegionSpec
 
 MAX_VIOLATIONS: Final = 20
@@ -242,17 +243,29 @@ def _agent(path: str, policy: AgentPolicy, world: WorldSpec) -> Iterator[Violati
                 yield Violation(f"{here}.meaning", f"weights are powers of two, +1 or -1 in functions, not {weight:g}")
             if coordinate not in known:
                 yield Violation(f"{here}.meaning", f"no coordinate '{coordinate}'; {suggestion(coordinate, known)}")
+    names = [feature.name for feature in policy.features]
     for index, action in enumerate(policy.actions):
+        if action.legal_if and action.legal_if not in names:
+            what = f"no feature '{shown(action.legal_if)}'; {suggestion(action.legal_if, names)}"
+            yield Violation(f"{path}.actions[{index}].legal_if", what)
         if action.effect is not None and not all(abs(part) <= MAX_LENGTH for part in action.effect):
             yield Violation(f"{path}.actions[{index}].effect", f"must be within {MAX_LENGTH:g} on each axis")
     sound = True
     for violation in _tree(f"{path}.tree", policy.tree, len(policy.features), len(policy.actions), preorder=True):
         sound = False
         yield violation
+    visits = policy.tree.visits
+    if len(visits) and (len(visits) != len(policy.tree.feature) or (visits < 0).any()):
+        yield Violation(f"{path}.tree", "visits are one number for each node, from 0")
     if sound and int(depth(policy.tree).max()) > MAX_DEPTH:
         yield Violation(f"{path}.tree", f"deeper than {MAX_DEPTH} splits")
     if policy.numbers not in NUMBERS:
         yield Violation(f"{path}.numbers", f"must be {' or '.join(NUMBERS)}")
+    mask = mask_of(policy.features, policy.actions)
+    for leaf in illegal_leaves(policy.tree, mask) if sound and mask else ():
+        action = policy.actions[int(policy.tree.action[leaf])].name
+        what = f"takes '{shown(action)}' where it may be illegal"
+        yield Violation(f"{path}.tree[{leaf}]", what)
     if policy.grown is not None and policy.numbers != FLOAT32:
         yield Violation(f"{path}.grown", f"must be null: a tree that compares {policy.numbers} is not rounded")
     elif policy.grown is not None:

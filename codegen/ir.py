@@ -27,6 +27,7 @@ Int32 = npt.NDArray[np.int32]
 Float32 = npt.NDArray[np.float32]
 Float64 = npt.NDArray[np.float64]
 Floats = npt.NDArray[np.float32 | np.float64]  # of an agent's numbers
+Int64 = npt.NDArray[np.int64]
 Bool = npt.NDArray[np.bool_]
 
 ROOT: Final = 0
@@ -42,6 +43,7 @@ FUNCTIONS: Final = ("sign", "positive", "zero")  # of a sum: -1, 0 or 1; 1 where
 NAME: Final = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,63}")
 _INT32: Final = {"dtype": np.int32}
 _FLOAT64: Final = {"dtype": np.float64}
+_INT64: Final = {"dtype": np.int64}
 _NUMBERS: Final = {"dtype": ""}  # which the tree says
 
 
@@ -59,7 +61,7 @@ class _Arrays:
 
 @dataclass(frozen=True, eq=False)
 class Tree(_Arrays):
-    """A decision tree as arrays over its n nodes, in preorder, root first."""
+    """A decision tree as arrays over its n nodes, in preorder, root first; `visits` is empty where nobody counted."""
 
     feature: Int32 = field(metadata=_INT32)  # [n] index of the tested feature; NO_FEATURE at a leaf
     threshold: Floats = field(metadata=_NUMBERS)  # [n] in the feature's unit; 0 at a leaf
@@ -67,6 +69,7 @@ class Tree(_Arrays):
     right: Int32 = field(metadata=_INT32)  # [n] node for everything else; NO_CHILD at a leaf
     action: Int32 = field(metadata=_INT32)  # [n] action at a leaf; NO_ACTION at a split
     numbers: str = field(default=FLOAT32, kw_only=True)  # what observations and thresholds are, see floats.NUMBERS
+    visits: Int64 = field(default_factory=lambda: np.zeros(0, np.int64), metadata=_INT64)  # [n] a leaf's decisions
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,6 +120,7 @@ class ActionSpec:
 
     name: str
     effect: tuple[float, float] | None
+    legal_if: str = ""  # the feature that is 1 where the action is legal, else 0; "": it always is
 
 
 @dataclass(frozen=True)

@@ -31,7 +31,9 @@ class SplitJson(_Strict):
 
 
 class NodeJson(_Strict, omit_defaults=True):
-    """Either a split (feature, threshold, left, right, and float32 where that is compared) or a leaf (action)."""
+    """Either a split (feature, threshold, left, right, and float32 where that is compared) or a leaf (action; visits:
+    its decisions in held-out episodes, of all leaves or of none).
+    """
 
     feature: str | None = None
     threshold: float | None = None
@@ -39,6 +41,7 @@ class NodeJson(_Strict, omit_defaults=True):
     left: int | None = None
     right: int | None = None
     action: str | None = None
+    visits: int | None = None
 
 
 class GrownJson(_Strict):
@@ -61,6 +64,7 @@ class FeatureJson(_Strict):
 class ActionJson(_Strict):
     name: str
     effect: tuple[float, float] | None
+    legal_if: str = ""
 
 
 class EntityJson(_Strict):

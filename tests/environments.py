@@ -240,6 +240,13 @@ def described():
     return env
 
 
+def unequal():
+    """One team, whose agents observe numbers in other units."""
+    env = described()
+    env.teams = {"all": env.possible_agents}
+    return env
+
+
 def misdescribed():
     env = described()
     env.features["runner_1"][0] = FeatureSpec("place", "length", -1.0, 1.0, Meaning(((1, "runer_1.x"),)))
@@ -363,6 +370,7 @@ class Alone(gymnasium.Env):
             "bits": gymnasium.spaces.MultiBinary(3),
             "place": Discrete(5, start=2),
             "parts": gymnasium.spaces.Dict({"x": Box(-1, 1, (1,))}),
+            "words": gymnasium.spaces.Text(3),
             "picture": Box(0, 255, (40, 40, 3), np.uint8),
         }
         self.observation_space, self.shows = kinds[shows], shows
@@ -373,6 +381,8 @@ class Alone(gymnasium.Env):
         return self.seen(), {}
 
     def seen(self):
+        if self.shows == "parts":
+            return {"x": np.array([self.place / 5], np.float32)}
         if self.shows == "place":
             return 2 + self.place
         if self.shows == "bits":
@@ -394,3 +404,24 @@ def steered():
     env = Alone()
     env.action_space = Box(-1, 1, (1,))
     return env
+
+
+class Walking:
+    """An expert of the walker: to the right until the third place, then back."""
+
+    hash, card, centralized = "", {}, False
+
+    def __init__(self, world):
+        self.world, self.agents = world, world.agents
+
+    def act(self, agents, observations, state):
+        return np.stack([np.where(observations[agent][:, 0] < 3, 2, 0) for agent in agents], axis=1)
+
+    def q(self, agent, observations, state, joint, given):
+        raise NotImplementedError
+
+
+def walking_expert():
+    from maviper.worlds import find
+
+    return Walking(find("tests.environments:walker"))

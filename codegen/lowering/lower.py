@@ -8,7 +8,8 @@ Does not: write text of any language, or change a decision.
 import re
 import sys
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -70,7 +71,7 @@ def lower(profile: ir.PolicyProfile, prefix: str | None = None, style: str = AUT
         preset=profile.provenance.preset,
         seed=profile.provenance.seed,
         style=_automatic(profile) if style == AUTO else _takes(profile, style),
-        agents=tuple(_agent(policy, prefix, profile.world) for policy in profile.agents),
+        agents=_sharing(profile, [_agent(policy, prefix, profile.world) for policy in profile.agents]),
         region=None if profile.region is None else _region(profile.region),
         places=_places(profile, names),
         dt=decimal_literal(profile.world.dt),
@@ -123,7 +124,7 @@ def _feature(index: int, feature: ir.FeatureSpec, numbers: str) -> Feature:
 
 def _action(index: int, action: ir.ActionSpec) -> Action:
     effect = None if action.effect is None else (decimal_literal(action.effect[0]), decimal_literal(action.effect[1]))
-    return Action(index, action.name, identifier(action.name).upper(), effect)
+    return Action(index, action.name, identifier(action.name).upper(), effect, identifier(action.legal_if).upper())
 
 
 def _agent(policy: ir.AgentPolicy, prefix: str, world: ir.WorldSpec) -> Agent:
@@ -152,6 +153,19 @@ def _agent(policy: ir.AgentPolicy, prefix: str, world: ir.WorldSpec) -> Agent:
         located=all(feature.terms is not None for feature in features),
         force=decimal_literal(next((each.force for each in world.agents if each.name == policy.agent), 0.0)),
     )
+
+
+def _sharing(profile: ir.PolicyProfile, agents: Sequence[Agent]) -> tuple[Agent, ...]:
+    """The agents, each with the first one that has the same tree over as many features and actions."""
+    first: dict[tuple[object, ...], Agent] = {}
+    found: list[Agent] = []
+    for policy, agent in zip(profile.agents, agents, strict=True):
+        tree = policy.tree
+        arrays = (tree.feature, tree.threshold, tree.left, tree.right, tree.action)
+        alike = (len(agent.features), len(agent.actions), tree.numbers, *(each.tobytes() for each in arrays))
+        same = first.setdefault(alike, agent)
+        found.append(agent if same is agent else replace(agent, twin=same.names))
+    return tuple(found)
 
 
 def _region(region: RegionSpec) -> Region:

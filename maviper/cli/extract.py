@@ -53,6 +53,13 @@ RENAMED = {"--budget": "--max-episodes", "--refinement": "--refinement-episodes"
     section=WHAT,
     help="Leaves of each tree, grown best first; not where members vote.",
 )
+@option(
+    "--share",
+    default=None,
+    metavar="WHO",
+    section=WHAT,
+    help="team: one tree for all agents of a team, whose spaces must be equal.",
+)
 @option("--agent", default=None, metavar="NAME", section=WHAT, help="The agent to extract, for viper.")
 @option("--splits", default=None, metavar="NAME", section=WHAT, help="exact or histogram (default: the preset's).")
 @option(
@@ -84,6 +91,13 @@ RENAMED = {"--budget": "--max-episodes", "--refinement": "--refinement-episodes"
     help="For whom one round is chosen: agent, team or all.",
 )
 @option("--features", default="", metavar="NAMES", section=WHAT, help=f"Additional features: {FEATURES}, or auto.")
+@option(
+    "--features-file",
+    type=PATH,
+    default=None,
+    section=WHAT,
+    help="Names and units of what agents observe in your own game (TOML).",
+)
 @option(
     "--max-episodes",
     type=int,

@@ -97,16 +97,14 @@ def cast(
 
 
 class Uniform:
-    """Every action as likely as any other. The draws of an episode follow from its seed, whoever else plays."""
+    """Every legal action as likely as any other. The draws of an episode follow from its seed, whoever else plays."""
 
     def __init__(self, world: World, seeds: Sequence[int] = ()) -> None:
         self.world = world
-        self._sizes = np.array([len(choices) for choices in world.actions])
-        shape = (world.spec.episode_steps, len(self._sizes))
+        shape = (world.spec.episode_steps, len(world.agents))
         # all steps of one episode from one generator, [batch, steps, n_agents]
         drawn = [np.random.default_rng([UNIFORM_SEED, seed]).random(shape) for seed in seeds]
-        actions = (np.array(drawn).reshape(-1, *shape) * self._sizes).astype(np.int64)
-        self._steps: Iterator[Int] = iter(actions.swapaxes(0, 1))
+        self._steps: Iterator[Float64] = iter(np.array(drawn).reshape(-1, *shape).swapaxes(0, 1))
 
     def started(self, seeds: Sequence[int]) -> "Uniform":
         """One that plays the episodes `seeds` from their start."""
@@ -114,7 +112,7 @@ class Uniform:
 
     def act(self, agents: Sequence[int], observations: Sequence[Float32], state: Any) -> Int:
         """As `Controller.act`, once a step of the episodes that it was started for."""
-        return next(self._steps)[:, list(agents)]
+        return self.world.drawn(agents, observations, next(self._steps)[:, list(agents)])
 
 
 class Stage:
