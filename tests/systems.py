@@ -39,7 +39,7 @@ reference = "gymnasium:MountainCar-v0"
 state = "state"
 
 [variables]
-position = { range = [-1.1, 0.6] }
+position = { range = [-1.1, 0.53] }
 velocity = { range = [-0.065, 0.065] }
 
 [agents.agent.features]

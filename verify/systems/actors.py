@@ -10,14 +10,14 @@ from fractions import Fraction
 
 from codegen.errors import InputError
 from codegen.ir import NAME
-from verify.systems.documents import ADVICE, as_table, named, only, table, text, typed
 from verify.systems.expressions import Call, Expression, Number, affine
 from verify.systems.parsing import Names, affine_of, expression_of
 from verify.systems.statement import Agent
 from verify.systems.system import Feature, Measure
 from verify.systems.units import PURE, Unit, written
+from verify.systems.values import ADVICE, as_table, named, only, table, text, typed
 
-KEYS = ("team", "features", "actions")
+KEYS = ("team", "features", "actions", "reward")
 MAX_AGENTS, MAX_FEATURES, MAX_ACTIONS = 64, 1_024, 1_024
 ZERO = Number(Fraction(0))
 FUNCTIONS = {f"{measure.value}(": measure for measure in (Measure.SIGN, Measure.POSITIVE)}
@@ -38,7 +38,8 @@ def agents_of(given: Mapping[str, object], names: Names, where: str) -> tuple[tu
             setting = f"{place}.actions.{action}"
             actions[_called(action, setting)] = _settings(name, as_table(settings, setting), names, inputs, setting)
         team = _called(text(described.get("team", name), f"{place}.team"), f"{place}.team")
-        found.append(Agent(named(name, place), team, _whole(actions)))
+        reward = typed(described.get("reward", 0), names, f"{place}.reward").expression
+        found.append(Agent(named(name, place), team, _whole(actions), reward))
     for name in inputs.keys() & names.known.keys():
         raise InputError(f"'{name}' is a variable and an input", where, "give each a name of its own")
     return tuple(found), inputs

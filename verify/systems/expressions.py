@@ -9,9 +9,10 @@ Does not: read text (parsing.py) or enclose what is not affine (enclosures.py).
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
+from operator import itemgetter
 from typing import TypeAlias
 
 from verify.systems.system import Affine, Interval
@@ -178,26 +179,38 @@ def of_affine(form: Affine) -> Expression:
     return total([*made, Number(form.constant)] if form.constant or not made else made)
 
 
-def value(expression: Expression, state: Mapping[str, float]) -> float:
-    """Its value in a state, in float64. ZeroDivisionError and OverflowError as Python has them."""
+def function(expression: Expression) -> Callable[[Mapping[str, float]], float]:
+    """Its value in a state, in float64, operation by operation as it is written.
+
+    The function raises ZeroDivisionError and OverflowError as Python has them.
+    """
     match expression:
         case Number(constant):
-            return float(constant)
+            number = float(constant)
+            return lambda state: number
         case Name(name):
-            return state[name]
-        case Sum(left, right):
-            return value(left, state) + value(right, state)
-        case Product(left, right):
-            return value(left, state) * value(right, state)
-        case Quotient(left, right):
-            return value(left, state) / value(right, state)
+            return itemgetter(name)
         case Power(base, exponent):
-            return value(base, state) ** exponent
-        case Call(function, argument, bounds):
-            return _called(function, value(argument, state), bounds)
+            under = function(base)
+            return lambda state: under(state) ** exponent
+        case Call(called, argument, bounds):
+            inner = function(argument)
+            if bounds is not None:
+                low, high = map(float, bounds)
+                return lambda state: min(max(inner(state), low), high)
+            wave = math.sin if called == "sin" else math.cos
+            return lambda state: wave(inner(state))
+        case Sum(left, right):
+            one, other = function(left), function(right)
+            return lambda state: one(state) + other(state)
+        case Product(left, right):
+            one, other = function(left), function(right)
+            return lambda state: one(state) * other(state)
+        case Quotient(left, right):
+            one, other = function(left), function(right)
+            return lambda state: one(state) / other(state)
 
 
-def _called(function: str, given: float, bounds: Interval | None) -> float:
-    if bounds is not None:
-        return min(max(given, float(bounds[0])), float(bounds[1]))
-    return math.sin(given) if function == "sin" else math.cos(given)
+def value(expression: Expression, state: Mapping[str, float]) -> float:
+    """Its value in a state, as `function` computes it."""
+    return function(expression)(state)

@@ -11,7 +11,15 @@ from collections.abc import Mapping
 from codegen.errors import InputError, UnknownNameError
 from verify.claims.region import Interval
 from verify.systems.actors import agents_of, features_of
-from verify.systems.documents import (
+from verify.systems.expressions import Number
+from verify.systems.motion import rules_of
+from verify.systems.parsing import Names, Typed, half_spaces
+from verify.systems.pieces import pieces
+from verify.systems.regions import box_of, is_empty
+from verify.systems.statement import Rule, Statement
+from verify.systems.system import Box, HalfSpace, Polytope, System, Variable
+from verify.systems.units import PURE, Unit, unit_of, written
+from verify.systems.values import (
     ADVICE,
     as_list,
     as_table,
@@ -24,14 +32,6 @@ from verify.systems.documents import (
     table,
     text,
 )
-from verify.systems.expressions import Number
-from verify.systems.motion import rules_of
-from verify.systems.parsing import Names, Typed, half_spaces
-from verify.systems.pieces import pieces
-from verify.systems.regions import box_of, is_empty
-from verify.systems.statement import Rule, Statement
-from verify.systems.system import Box, HalfSpace, Polytope, System, Variable
-from verify.systems.units import PURE, Unit, unit_of, written
 
 KEYS = (
     "name",

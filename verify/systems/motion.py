@@ -9,7 +9,13 @@ from collections.abc import Mapping, Sequence
 from fractions import Fraction
 
 from codegen.errors import InputError, UnknownNameError
-from verify.systems.documents import (
+from verify.systems.expressions import Expression, affine, names, of_affine, replaced, terms, total
+from verify.systems.parsing import Names, fitting
+from verify.systems.regions import left_out, overlapping
+from verify.systems.statement import Agent, Rule
+from verify.systems.system import Affine, Box, Interval, Variable
+from verify.systems.units import Unit, times
+from verify.systems.values import (
     ADVICE,
     as_list,
     as_table,
@@ -21,12 +27,6 @@ from verify.systems.documents import (
     table,
     typed,
 )
-from verify.systems.expressions import Expression, affine, names, of_affine, replaced, terms, total
-from verify.systems.parsing import Names, fitting
-from verify.systems.regions import left_out, overlapping
-from verify.systems.statement import Agent, Rule
-from verify.systems.system import Affine, Box, Interval, Variable
-from verify.systems.units import Unit, times
 
 MOVES = ("next", "let", "A", "B", "c", "error", "cuts")
 MAX_CUTS, MAX_RULES, MAX_LET = 1_000, 1_000, 100

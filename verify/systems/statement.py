@@ -15,11 +15,14 @@ from verify.systems.system import Box, Interval, System
 
 @dataclass(frozen=True)
 class Agent:
-    """Who acts: its team, and what each of its actions sets its inputs to, `AGENT.INPUT`."""
+    """Who acts: its team, and what each of its actions sets its inputs to, `AGENT.INPUT`. `reward` is what it is paid
+    on entering a state; claims and proofs do not know it.
+    """
 
     name: str
     team: str
     actions: Mapping[str, Mapping[str, Expression]]
+    reward: Expression
 
     @property
     def inputs(self) -> frozenset[str]:

@@ -100,8 +100,8 @@ def test_pieces_hold_the_rules_they_come_from(text):
 
 def test_ranges_are_cut_into_as_many_parts_as_asked():
     pieces = statement_of(MOUNTAIN, "f").system.pieces
-    assert len(pieces) == 10 and pieces[0].where["position"] == (F(-11, 10), F(-93, 100))
-    assert max(float(piece.error["velocity"][1]) for piece in pieces) < 0.0025 * (3 * 0.17) ** 2 / 16 * 1.1
+    assert len(pieces) == 10 and pieces[0].where["position"] == (F(-11, 10), F(-937, 1000))
+    assert max(float(piece.error["velocity"][1]) for piece in pieces) < 0.0025 * (3 * 0.163) ** 2 / 16 * 1.1
     assert len(statement_of(CURVED, "f").system.pieces) == 6
     with pytest.raises(InputError, match="more than 4096 pieces"):
         statement_of(CURVED.replace("x = 3\ny = 2", "x = 100\ny = 100"), "f")
