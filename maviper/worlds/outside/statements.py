@@ -1,6 +1,6 @@
 """Findings on a world's file: what it states, whether its enclosures hold, how far it is from its reference.
 
-Does: one finding for each thing that was looked at.
+Does: one finding for each thing that was looked at; enclosures are those that the checker shows again.
 Assumes: a file that could be read.
 Does not: print or play.
 """
@@ -9,6 +9,8 @@ from collections.abc import Iterator
 
 from maviper.worlds.outside.deviation import deviation
 from maviper.worlds.outside.findings import Finding, Mark
+from verify.checker.enclosures import ensure_enclosed
+from verify.checker.reading import RejectedError
 from verify.systems.statement import Statement
 
 
@@ -28,6 +30,16 @@ def stated(statement: Statement) -> Iterator[Finding]:
         return
     pieces = "one piece" if len(system.pieces) == 1 else f"{len(system.pieces)} pieces"
     yield Finding(Mark.OK, f"dynamics: {pieces}, {system.steps} steps")
+    yield _enclosed(statement)
+
+
+def _enclosed(statement: Statement) -> Finding:
+    """Whether the checker shows that the pieces hold what the rules say."""
+    try:
+        shown = ensure_enclosed(statement)
+    except RejectedError as error:
+        return Finding(Mark.WRONG, f"enclosures: {error}", "cut the ranges of more variables, or into more parts")
+    return Finding(Mark.OK, f"enclosures: {shown} bounds shown" if shown else "enclosures: none, every rule is affine")
 
 
 def measured(statement: Statement) -> Iterator[Finding]:
