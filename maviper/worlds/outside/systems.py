@@ -23,7 +23,7 @@ from codegen.ir import FeatureSpec
 from maviper.files import runs
 from verify.systems.expressions import function
 from verify.systems.files import MAX_BYTES, statement_of
-from verify.systems.observing import observed
+from verify.systems.observing import measured, nearest
 from verify.systems.system import Affine, Feature, Interval, Measure
 
 if TYPE_CHECKING:
@@ -181,7 +181,7 @@ class StatedEnv(ParallelEnv[str, Any, Any]):
             case Feature(Affine(((name, factor),), constant), Measure.VALUE) if factor == 1 and not constant:
                 return np.float32(self.state[name])  # the same in less time
             case _:
-                return observed(feature, exact)
+                return nearest(measured(feature, exact))
 
 
 def start(statement: Statement, rng: np.random.Generator) -> Floats:
