@@ -1,7 +1,7 @@
 """Shows again that the pieces of a system hold what the rules of its file say, curved ones included.
 
 Does: for each piece and joint action the range of rule less piece, over parts of the box until each lies in the error.
-Assumes: rules as verify/systems/parsing.py reads them.
+Assumes: rules as verify/systems/language/parsing.py reads them.
 Does not: share arithmetic with verify/systems/enclosures.py, or know how an enclosure was found.
 
 Numbers are whole multiples of 2^-BITS here, and every operation rounds outwards. The values of an expression lie around
@@ -17,7 +17,7 @@ from itertools import product
 from typing import NamedTuple
 
 from verify.checker.reading import RejectedError
-from verify.systems.expressions import (
+from verify.systems.language.expressions import (
     Call,
     Expression,
     Name,

@@ -10,11 +10,11 @@ from fractions import Fraction
 
 from codegen.errors import InputError
 from codegen.ir import NAME
-from verify.systems.expressions import Call, Expression, Number, affine
-from verify.systems.parsing import Names, affine_of, expression_of
+from verify.systems.language.expressions import Call, Expression, Number, affine
+from verify.systems.language.parsing import Names, affine_of, expression_of
+from verify.systems.language.units import PURE, Unit, written
 from verify.systems.statement import Agent
 from verify.systems.system import Feature, Measure
-from verify.systems.units import PURE, Unit, written
 from verify.systems.values import ADVICE, as_table, named, only, table, text, typed
 
 KEYS = ("team", "features", "actions", "reward")

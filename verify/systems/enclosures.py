@@ -19,7 +19,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 from codegen.errors import InputError
-from verify.systems.expressions import Call, Expression, Name, Number, Power, Product, Quotient, Sum
+from verify.systems.language.expressions import Call, Expression, Name, Number, Power, Product, Quotient, Sum
 from verify.systems.system import Affine, Box, Interval
 
 POINTS = 48  # at which a function is looked at for an enclosure

@@ -11,14 +11,14 @@ from collections.abc import Mapping
 from codegen.errors import InputError, UnknownNameError
 from verify.claims.region import Interval
 from verify.systems.actors import agents_of, features_of
-from verify.systems.expressions import Number
+from verify.systems.language.expressions import Number
+from verify.systems.language.parsing import Names, Typed, half_spaces
+from verify.systems.language.units import PURE, Unit, unit_of, written
 from verify.systems.motion import rules_of
-from verify.systems.parsing import Names, Typed, half_spaces
 from verify.systems.pieces import pieces
 from verify.systems.regions import box_of, is_empty
 from verify.systems.statement import Rule, Statement
 from verify.systems.system import Box, HalfSpace, Polytope, System, Variable
-from verify.systems.units import PURE, Unit, unit_of, written
 from verify.systems.values import (
     ADVICE,
     as_list,

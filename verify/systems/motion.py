@@ -9,12 +9,12 @@ from collections.abc import Mapping, Sequence
 from fractions import Fraction
 
 from codegen.errors import InputError, UnknownNameError
-from verify.systems.expressions import Expression, affine, names, of_affine, replaced, terms, total
-from verify.systems.parsing import Names, fitting
+from verify.systems.language.expressions import Expression, affine, names, of_affine, replaced, terms, total
+from verify.systems.language.parsing import Names, fitting
+from verify.systems.language.units import Unit, times
 from verify.systems.regions import left_out, overlapping
 from verify.systems.statement import Agent, Rule
 from verify.systems.system import Affine, Box, Interval, Variable
-from verify.systems.units import Unit, times
 from verify.systems.values import (
     ADVICE,
     as_list,

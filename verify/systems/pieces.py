@@ -11,7 +11,7 @@ from itertools import chain, pairwise, product
 
 from codegen.errors import InputError
 from verify.systems.enclosures import ZERO, Enclosing, Enclosure
-from verify.systems.expressions import Expression, affine, names
+from verify.systems.language.expressions import Expression, affine, names
 from verify.systems.statement import Rule
 from verify.systems.system import Affine, Box, Interval, Piece, Variable
 

@@ -8,8 +8,8 @@ Does not: read files or play.
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from verify.systems.expressions import Expression
-from verify.systems.parsing import Names
+from verify.systems.language.expressions import Expression
+from verify.systems.language.parsing import Names
 from verify.systems.system import Box, Interval, System
 
 

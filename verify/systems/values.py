@@ -12,9 +12,9 @@ from keyword import iskeyword
 
 from codegen.errors import InputError, UnknownNameError, shown
 from verify.claims.region import Interval, is_list, is_table, number
-from verify.systems.expressions import Number, affine
-from verify.systems.parsing import FUNCTIONS, Names, Typed, expression_of, fitting
-from verify.systems.units import Unit, unit_of
+from verify.systems.language.expressions import Number, affine
+from verify.systems.language.parsing import FUNCTIONS, Names, Typed, expression_of, fitting
+from verify.systems.language.units import Unit, unit_of
 
 ADVICE = "`maviper worlds new FILE` writes a file to start from"
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,63}")

@@ -21,8 +21,8 @@ from pettingzoo import ParallelEnv
 from codegen.errors import InputError
 from codegen.ir import FeatureSpec
 from maviper.files import runs
-from verify.systems.expressions import function
 from verify.systems.files import MAX_BYTES, statement_of
+from verify.systems.language.expressions import function
 from verify.systems.observing import measured, nearest
 from verify.systems.system import Affine, Feature, Interval, Measure
 

@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from codegen.errors import InputError
 from tests.systems import CURVED, MOUNTAIN
 from verify.systems.enclosures import Enclosing
-from verify.systems.expressions import value
 from verify.systems.files import statement_of
-from verify.systems.parsing import Names, expression_of
+from verify.systems.language.expressions import value
+from verify.systems.language.parsing import Names, expression_of
 
 NAMES = Names({"x": (), "y": ()})
 TEXTS = (

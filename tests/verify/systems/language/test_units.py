@@ -3,7 +3,7 @@
 import pytest
 
 from codegen.errors import InputError
-from verify.systems.units import PURE, times, unit_of, written
+from verify.systems.language.units import PURE, times, unit_of, written
 
 
 @pytest.mark.parametrize(

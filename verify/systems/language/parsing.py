@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 from codegen.errors import InputError, UnknownNameError
 from verify.claims.region import exact
-from verify.systems.expressions import (
+from verify.systems.language.expressions import (
     Call,
     Expression,
     Name,
@@ -27,8 +27,8 @@ from verify.systems.expressions import (
     affine,
     extent,
 )
+from verify.systems.language.units import PURE, Unit, times, unit_of, written
 from verify.systems.system import Affine, HalfSpace, Polytope
-from verify.systems.units import PURE, Unit, times, unit_of, written
 
 MAX_CHARACTERS, MAX_DEPTH, MAX_PARTS, MAX_EXPONENT = 2_000, 150, 20_000, 8
 FUNCTIONS = ("sin", "cos", "clip")
