@@ -79,7 +79,8 @@ def statement_of(source: str, where: str) -> Statement:
     name, reference, state = (text(document.get(key, ""), f"{where}: {key}") for key in ("name", "reference", "state"))
     made = pieces(rules, variables, f"{where}: dynamics")
     system = System(name or "system", variables, features, start, made, steps, reference)
-    return Statement(system, agents, rules, names, state)
+    properties = as_list(document.get("property", []), f"{where}: property")
+    return Statement(system, agents, rules, names, tuple(properties), state)
 
 
 def system_of(source: str, where: str) -> System:

@@ -51,4 +51,5 @@ class Statement:
     agents: tuple[Agent, ...]
     rules: tuple[Rule, ...]
     names: Names = field(compare=False)  # what regions and claims may name
+    properties: tuple[object, ...] = field(default=(), compare=False)  # tables of claims, as they were read
     state: str = ""  # the attribute of the reference environment that holds the variables in order

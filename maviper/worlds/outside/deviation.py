@@ -1,28 +1,24 @@
 """How far a statement is from the environment that it is about, measured.
 
 Does: plays the environment at random from states all over the ranges; compares each step with the statement's.
-Assumes: the environment shows its state, by an attribute or by what agents observe.
+Assumes: the environment shows its state (reference.py).
 Does not: prove: between the states that were met it may be off by more.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
-from codegen.errors import InputError
-from maviper.worlds.outside.sources import imported, made, named_by_user, parsed
+from maviper.worlds.outside.reference import Reference
 from maviper.worlds.outside.systems import Floats, Moving, MovingRule
-from maviper.worlds.processes import Copy
 from verify.systems.statement import Statement
-from verify.systems.system import Affine, Measure
 
 STEPS = 100_000
 SEED = 0
+PLACED = 0.75  # the share of episodes that begin anywhere in the ranges, where the environment allows that
 
 
 @dataclass
@@ -42,15 +38,22 @@ def deviation(statement: Statement, steps: int | None = None) -> Deviation:
     be played, or does not show its state.
     """
     steps = STEPS if steps is None else steps
-    watched, moving = _Watched(statement), Moving(statement)
-    found = Deviation(placed=watched.placeable)
+    reference, moving = Reference(statement), Moving(statement)
+    found = Deviation(placed=reference.placeable)
     rng = np.random.default_rng(SEED)
     while found.steps + found.outside < steps:
-        watched.begin(rng)
-        for before, actions, after in watched.episode(rng):
+        reference.reset(int(rng.integers(2**31)))
+        if reference.placeable and rng.random() < PLACED:
+            reference.place({name: rng.uniform(*bounds) for name, bounds in moving.ranges.items()})
+        before = reference.state()
+        while reference.playing and found.steps + found.outside < steps:
+            actions = {agent: names[rng.integers(len(names))] for agent, names in reference.actions.items()}
+            reference.step(actions)
+            after = reference.state()
             _compared(moving, found, before, actions, after)
-            if found.steps + found.outside >= steps or not moving.within(after):
+            if not moving.within(after):
                 break
+            before = after
     return found
 
 
@@ -84,101 +87,3 @@ def _told(rule: MovingRule, before: Floats, actions: Mapping[str, str], off: Flo
     beyond = next(name for name in off if not _allowed(rule, name, off))
     state = ", ".join(f"{name} = {number:.6g}" for name, number in before.items())
     return f"{beyond} is off by {off[beyond]:.3g} after {', '.join(actions.values())} in {state}"
-
-
-class _Watched:
-    """The reference environment, and the statement's variables in it."""
-
-    def __init__(self, statement: Statement) -> None:
-        self._statement, name = statement, statement.system.reference
-        if not named_by_user(name):
-            advice = "write gymnasium:ID or module:function"
-            raise InputError("the reference is no environment that can be played", name, advice)
-        source = parsed(name)
-        self._copy = Copy(made(imported(source), source), source)
-        self._agents = [agent.name for agent in statement.agents]
-        self._actions = [tuple(agent.actions) for agent in statement.agents]
-        self._names = [each.name for each in statement.system.variables]
-        if len(self._agents) != len(self._copy.names):
-            what = f"{len(self._agents)} agents, and {len(self._copy.names)} in the reference"
-            raise InputError(what, name, "name the agents in the environment's order")
-        for agent, actions, own in zip(self._agents, self._actions, self._copy.names, strict=True):
-            n = int(self._copy.env.action_space(own).n)
-            if n != len(actions):
-                raise InputError(f"{agent} has {len(actions)} actions, and {n} in the reference", name, "list all")
-        self._seen = {} if statement.state else _shown(statement, name)
-        self.placeable = bool(statement.state) and self._place(np.random.default_rng(SEED))
-
-    def begin(self, rng: np.random.Generator) -> None:
-        """Starts an episode; every other one anywhere in the ranges, where the environment allows that."""
-        self._observed = self._copy.ask("reset", int(rng.integers(2**31))).observations
-        if self.placeable and rng.random() < 0.75:
-            self._place(rng)
-
-    def _holder(self) -> Any:
-        """What holds the attribute: the innermost environment that has it."""
-        env = self._copy.env
-        inner = getattr(env, "env", env)
-        for each in (getattr(inner, "unwrapped", inner), inner, env):
-            if getattr(each, self._statement.state, None) is not None:
-                return each
-        what = f"the reference has no attribute {self._statement.state!r}"
-        advice = "state names the attribute that holds the variables in order"
-        raise InputError(what, self._statement.system.reference, advice)
-
-    def _place(self, rng: np.random.Generator) -> bool:
-        """Puts the environment anywhere in the ranges; whether it took that."""
-        if not self._copy.env.agents:
-            self._copy.ask("reset", SEED)
-        holder = self._holder()
-        if callable(getattr(holder, self._statement.state)) or not self._state():
-            return False
-        drawn = [rng.uniform(float(each.range[0]), float(each.range[1])) for each in self._statement.system.variables]
-        with suppress(AttributeError, TypeError, ValueError):
-            setattr(holder, self._statement.state, np.array(drawn))
-            return list(self._state().values()) == drawn
-        return False
-
-    def _state(self) -> Floats:
-        if not self._statement.state:
-            return {name: float(self._observed[agent][index]) for name, (agent, index) in self._seen.items()}
-        given = getattr(self._holder(), self._statement.state)
-        given = given() if callable(given) else given
-        if isinstance(given, Mapping):
-            return {name: float(given[name]) for name in self._names}
-        numbers = np.asarray(given, dtype=np.float64).reshape(-1)
-        if len(numbers) != len(self._names):
-            what = f"{self._statement.state} holds {len(numbers)} numbers, and there are {len(self._names)} variables"
-            raise InputError(what, self._statement.system.reference, "list the variables in its order")
-        return dict(zip(self._names, numbers.tolist(), strict=True))
-
-    def episode(self, rng: np.random.Generator) -> Iterator[tuple[Floats, dict[str, str], Floats]]:
-        """State, joint action and next state of each step, until the episode ends."""
-        before = self._state()
-        while True:
-            chosen = [int(rng.integers(len(actions))) for actions in self._actions]
-            outcome = self._copy.ask("step", chosen)
-            self._observed = outcome.observations
-            after = self._state()
-            named = {agent: actions[k] for agent, actions, k in zip(self._agents, self._actions, chosen, strict=True)}
-            yield before, named, after
-            if all(outcome.done):
-                return
-            before = after
-
-
-def _shown(statement: Statement, where: str) -> dict[str, tuple[int, int]]:
-    """Which agent's which feature is each variable itself."""
-    found: dict[str, tuple[int, int]] = {}
-    for agent, features in enumerate(statement.system.features.values()):
-        for index, feature in enumerate(features.values()):
-            match feature.form, feature.measure:
-                case Affine(((name, factor),), constant), Measure.VALUE if factor == 1 and not constant:
-                    found.setdefault(name, (agent, index))
-                case _:
-                    pass
-    hidden: Sequence[str] = [each.name for each in statement.system.variables if each.name not in found]
-    if hidden:
-        what = f"nothing shows {', '.join(hidden)} of the reference"
-        raise InputError(what, where, 'write state = "..." for an attribute that holds the variables in order')
-    return found

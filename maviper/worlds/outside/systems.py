@@ -20,7 +20,7 @@ from pettingzoo import ParallelEnv
 
 from codegen.errors import InputError
 from codegen.ir import FeatureSpec
-from maviper.files import runs
+from maviper.files import kinds, runs
 from verify.systems.files import MAX_BYTES, statement_of
 from verify.systems.language.expressions import function
 from verify.systems.observing import measured, nearest
@@ -38,8 +38,10 @@ Floats = dict[str, float]
 def read(path: str | Path) -> Statement:
     """What a world's file states. InputError with the place of the first fault."""
     name = str(path)
+    data = runs.read(Path(path), MAX_BYTES)
+    kinds.ensure(data, name, kinds.WORLD.called, kinds.WORLD)
     try:
-        return statement_of(runs.read(Path(path), MAX_BYTES).decode(), Path(path).name)
+        return statement_of(data.decode(), Path(path).name)
     except UnicodeDecodeError:
         raise InputError("not a readable file", f"{name}: not UTF-8 text", "is this the right file?") from None
 
