@@ -20,11 +20,11 @@ from codegen.ir import PolicyProfile
 from codegen.policy_json import content_hash, layout
 from verify.checker.certificates import REMAKE, body_hash, ensure_whole, proof_lines, read_proof, undamaged
 from verify.checker.reading import RejectedError
-from verify.checker.systems import Part, Proof, Search, ways
-from verify.claims.formula import TRUE, Linear, agents, coordinates, holds
+from verify.checker.systems import Hull, Part, Proof, Search, ways
+from verify.claims.formula import Linear, agents, coordinates, holds
 from verify.claims.formula_json import formula_document, read_formula, read_number
 from verify.systems import documents
-from verify.systems.claims import SystemClaim, SystemKind, atom
+from verify.systems.claims import SystemClaim, SystemKind
 from verify.systems.system import Affine, HalfSpace, System
 
 FORM = "maviper-system-certificate-1"
@@ -125,6 +125,8 @@ def _ensure_known(certificate: SystemCertificate, profile: PolicyProfile, system
     claim, names = certificate.claim, {one.name for one in system.variables}
     used = {name for region in claim.regions for half in region for name, _ in half.form.terms}
     used |= coordinates(claim.formula) | {name for part in certificate.parts for name in part.followed}
+    hulls = [hull for part in certificate.parts for hull in part.hulls]
+    used |= {name for hull in hulls for half in hull.region for name, _ in half.form.terms}
     strange = sorted(used - names) + sorted(agents(claim.formula) - {policy.agent for policy in profile.agents})
     if strange or set(certificate.inhabitant) != names:
         what = "the certificate names what the profile and the system do not have"
@@ -162,11 +164,19 @@ def _ensure_closed(system: System, part: Part) -> None:
 # --- the text
 
 
+class HullJson(msgspec.Struct, forbid_unknown_fields=True):
+    """States at a step, as inequalities that all hold."""
+
+    step: int
+    region: list[dict[str, Any]]
+
+
 class PartJson(msgspec.Struct, forbid_unknown_fields=True):
     """A proof in the file."""
 
     followed: list[str]
     shows: list[int]
+    hulls: list[HullJson]
     proof: list[str]
 
 
@@ -185,7 +195,12 @@ class SystemCertificateJson(msgspec.Struct, forbid_unknown_fields=True):
 def to_json(certificate: SystemCertificate) -> str:
     """The text of a certificate; equal certificates give equal bytes."""
     parts = [
-        {"followed": list(part.followed), "shows": list(part.shows), "proof": proof_lines(part.proof)}
+        {
+            "followed": list(part.followed),
+            "shows": list(part.shows),
+            "hulls": [{"step": hull.step, "region": list(map(_half_document, hull.region))} for hull in part.hulls],
+            "proof": proof_lines(part.proof),
+        }
         for part in certificate.parts
     ]
     body = {
@@ -204,12 +219,14 @@ def from_json(text: str | bytes, where: str = "certificate") -> SystemCertificat
     with undamaged(where):
         raw = msgspec.json.decode(text, type=SystemCertificateJson)
         ensure_whole(raw, FORM, where)
-        parts = [
-            Part(tuple(part.followed), tuple(part.shows), read_proof(part.proof, f"$.parts.{number}"))
-            for number, part in enumerate(raw.parts)
-        ]
+        parts = [_part(part, f"$.parts.{number}") for number, part in enumerate(raw.parts)]
         inhabitant = {name: read_number(value) for name, value in raw.inhabitant.items()}
         return SystemCertificate(raw.profile, raw.system, read_claim(raw.claim), inhabitant, tuple(parts))
+
+
+def _part(raw: PartJson, where: str) -> Part:
+    hulls = tuple(Hull(hull.step, tuple(map(_read_half, hull.region))) for hull in raw.hulls)
+    return Part(tuple(raw.followed), tuple(raw.shows), hulls, read_proof(raw.proof, where))
 
 
 def claim_document(claim: SystemClaim) -> dict[str, Any]:
@@ -248,14 +265,12 @@ def read_claim(document: Mapping[str, Any]) -> SystemClaim:
 
 
 def _half_document(half: HalfSpace) -> dict[str, Any]:
-    found = atom(half)
-    terms = Linear(found.terms, found.bound, found.strict) if isinstance(found, Linear) else found
-    return formula_document(terms)
+    terms = tuple((factor, name) for name, factor in half.form.terms)
+    return formula_document(Linear(terms, -half.form.constant, half.strict))
 
 
 def _read_half(document: Mapping[str, Any]) -> HalfSpace:
     found = read_formula(document)
-    if isinstance(found, Linear):
-        terms = {name: weight for weight, name in found.terms}
-        return HalfSpace(Affine.of(terms, -found.bound), found.strict)
-    return HalfSpace(Affine((), Fraction(0 if found == TRUE else 1)))
+    if not isinstance(found, Linear):
+        raise ValueError(f"not an inequality: {str(document)[:80]}")
+    return HalfSpace(Affine.of({name: weight for weight, name in found.terms}, -found.bound), found.strict)

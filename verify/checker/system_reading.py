@@ -15,6 +15,7 @@ from fractions import Fraction
 from math import gcd, lcm
 from typing import NamedTuple
 
+from verify.checker.reading import RejectedError
 from verify.checker.system_rows import Branch, Direction, LeapKey, Motion, Row, Sum, Terms, Weights
 from verify.claims.formula import And, Formula, Linear, Or
 from verify.systems.claims import atom
@@ -86,9 +87,18 @@ class Reading:
         known = all(name in self.order for _, name in formula.terms)
         return Inequality(self.sum(formula.terms), formula.bound, formula.strict) if known else ALWAYS
 
-    def start(self, regions: Polytope) -> Branch | None:
+    def start(self, region: Polytope) -> Branch | None:
         """The states within the ranges of the variables and a polytope; None where bounds tell that there are none."""
-        bounds = {name: self._bounds(name, regions) for name in self.order}
+        return self._states(0, region, {one.name: one.range for one in self.system.variables})
+
+    def hull(self, step: int, region: Polytope) -> Branch | None:
+        """The states of a polytope at a step; None where bounds tell that there are none. RejectedError where it does
+        not bound each followed variable on its own.
+        """
+        return self._states(step, region, dict[str, Interval]())
+
+    def _states(self, step: int, region: Polytope, ranges: Mapping[str, Interval]) -> Branch | None:
+        bounds = {name: _bounds(name, region, ranges) for name in self.order}
         if any(low > high for low, high in bounds.values()):
             return None
         loose = [name for name in self.order if bounds[name][0] < bounds[name][1]]
@@ -96,20 +106,10 @@ class Reading:
         for unknown, name in enumerate(loose):
             weights[name] = {unknown: bounds[name][1] - bounds[name][0]}
         motion = Motion(weights, tuple((-1, name) for name in loose))
-        branch: Branch | None = Branch(0, motion, {name: bounds[name][0] for name in self.order})
-        for half in regions:
+        branch: Branch | None = Branch(step, motion, {name: bounds[name][0] for name in self.order})
+        for half in region:
             branch = None if branch is None else self._given(branch, self.condition(atom(half)))
         return branch
-
-    def _bounds(self, name: str, regions: Polytope) -> Interval:
-        """Bounds of a start variable: its range, and what the region says of it alone. They may be wider than it."""
-        low, high = next(one.range for one in self.system.variables if one.name == name)
-        for half in regions:
-            if [each for each, _ in half.form.terms] == [name]:
-                factor = half.form.terms[0][1]
-                end = -half.form.constant / factor
-                low, high = (low, min(high, end)) if factor > 0 else (max(low, end), high)
-        return low, high
 
     def _given(self, branch: Branch, condition: Condition) -> Branch | None:
         """The states of a branch for which what is known to hold of it holds."""
@@ -123,7 +123,7 @@ class Reading:
 
     def row(self, branch: Branch, asked: Inequality) -> Row | bool:
         """An inequality as a row of a branch; true or false where no unknown is in it."""
-        direction, scale = self._direction(branch.motion, asked.sum)
+        direction, scale = self.direction(branch.motion, asked.sum)
         end = asked.most
         for weight, name in asked.sum.terms:
             end -= weight * branch.at[name]
@@ -131,7 +131,7 @@ class Reading:
             return end > 0 or (end == 0 and not asked.strict)
         return Row(direction, scale > 0, end / scale, asked.strict)
 
-    def _direction(self, motion: Motion, asked: Sum) -> tuple[Direction | None, Fraction]:
+    def direction(self, motion: Motion, asked: Sum) -> tuple[Direction | None, Fraction]:
         """A sum of variables as a multiple of a direction, but for a number; None where no unknown is in it."""
         found = motion.directions.get(asked)
         if found is None:
@@ -197,6 +197,18 @@ class Leap:
                 unknowns.append((branch.step, name))
             weights[name] = found
         return Motion(weights, tuple(unknowns))
+
+
+def _bounds(name: str, region: Polytope, ranges: Mapping[str, Interval]) -> Interval:
+    """Bounds of a variable: its range, and what a polytope says of it alone. They may be wider than the polytope."""
+    lower, upper = ([bound] for bound in ranges[name]) if name in ranges else (list[Fraction](), list[Fraction]())
+    for half in region:
+        if [each for each, _ in half.form.terms] == [name]:
+            factor = half.form.terms[0][1]
+            (upper if factor > 0 else lower).append(-half.form.constant / factor)
+    if not lower or not upper:
+        raise RejectedError(f"a hull does not bound {name}")
+    return max(lower), min(upper)
 
 
 def _total(name: str, piece: Piece, effects: Sequence[Effect], number: int) -> Affine:

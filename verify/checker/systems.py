@@ -46,6 +46,10 @@ class Answers(ABC):
         """Whether a row holds for states of a branch, and its opposite."""
 
     @abstractmethod
+    def hull(self, branch: Branch) -> int | None:
+        """The number of the hull that a branch lies in, with which the search goes on instead; None for no hull."""
+
+    @abstractmethod
     def asks_fulfilled(self, branch: Branch) -> bool:
         """Whether the states of a branch that fulfil the claim are told apart from the others."""
 
@@ -77,6 +81,11 @@ class Proof(Answers):
 
     def visited(self, branch: Branch) -> None:
         """Nothing is read."""
+
+    def hull(self, branch: Branch) -> int | None:
+        """As in the proof."""
+        number = self._number()
+        return number - 1 if number else None
 
     def asks_fulfilled(self, branch: Branch) -> bool:
         """As in the proof."""
@@ -117,11 +126,19 @@ class Proof(Answers):
         return number
 
 
+class Hull(NamedTuple):
+    """States at a step, all of which are followed from there on in place of the symbolic states that lie in it."""
+
+    step: int
+    region: Polytope
+
+
 class Part(NamedTuple):
     """What a proof is about: the variables that are followed, and what is shown by them alone."""
 
     followed: tuple[str, ...]
-    shows: tuple[int, ...]  # which ways to break the claim do not happen (see `ways`); after the last one, see UNSTATED
+    shows: tuple[int, ...]  # which ways to break the claim do not happen (see `ways`); the number after them: unstated
+    hulls: tuple[Hull, ...] = ()
     proof: bytes = b""
 
 
@@ -144,12 +161,13 @@ class Search:
     ) -> None:
         self.claim, self.answers, self.system = claim, answers, system
         self.reading = Reading(system, part.followed)
+        self.hulls = part.hulls
         self._shows = part.shows
         self.policies = profile.agents
         if claim.about_decisions:
             speaking = agents(claim.formula)
             self.policies = tuple(policy for policy in profile.agents if policy.agent in speaking)
-        self._decisions = decisions(system, self.reading, self.policies, claim.about_decisions)
+        self.decisions = decisions(system, self.reading, self.policies, claim.about_decisions)
         boxes = [conjunction(*map(atom, box_of(piece))) for piece in system.pieces]
         self._pieces = [self.reading.condition(box) for box in boxes]
         unstated = negated(disjunction(*boxes)) if ways(claim) in part.shows else FALSE
@@ -157,15 +175,37 @@ class Search:
         self.visited = 0
 
     def run(self) -> None:
-        """Asks everything."""
+        """Asks everything: from the start, then from each hull."""
+        for root in self.roots():
+            pending = [root]
+            while pending:
+                branch = pending.pop()
+                self.answers.visited(branch)
+                number = self.answers.hull(branch) if self.hulls and branch is not root else None
+                if number is None:
+                    pending += reversed(self.followed(branch))
+                else:
+                    self.ensure_within(branch, number)
+
+    def roots(self) -> Iterator[Branch]:
+        """The start, and each hull, as symbolic states; without those that bounds show to be empty."""
         start = self.reading.start(() if self.claim.about_decisions else self.system.start)
-        pending = [] if start is None else [start]
-        while pending:
-            branch = pending.pop()
-            self.visited += 1
-            self.answers.visited(branch)
-            following = self._decide(branch) if self.claim.about_decisions else self._follow(branch)
-            pending += reversed(list(following))
+        yield from (root for root in (start, *map(self.root, self.hulls)) if root is not None)
+
+    def root(self, hull: Hull) -> Branch | None:
+        """A hull as a symbolic state; None where bounds show that it is empty."""
+        return self.reading.hull(hull.step, hull.region)
+
+    def followed(self, branch: Branch) -> list[Branch]:
+        """The symbolic states after a step from one, once all is asked of it."""
+        return list(self._decide(branch) if self.claim.about_decisions else self._follow(branch))
+
+    def ensure_within(self, branch: Branch, number: int) -> None:
+        """Asks that a branch lies in a hull of its step."""
+        if number >= len(self.hulls) or self.hulls[number].step != branch.step:
+            raise RejectedError(f"there is no hull {number} at step {branch.step}")
+        for half in self.hulls[number].region:
+            self._exclude(branch, self.reading.condition(negated(atom(half))))
 
     def _decide(self, start: Branch) -> Iterator[Branch]:
         denied, inside = negated(self.claim.formula), self.claim.inside if self.claim.regions else TRUE
@@ -201,10 +241,10 @@ class Search:
 
     def _decided(self, branch: Branch, agent: int, before: tuple[Effect, ...] = ()) -> Iterator[Decided]:
         """The joint effects that the agents choose from one on, with the states in which they do."""
-        if agent == len(self._decisions):
+        if agent == len(self.decisions):
             yield branch, before
             return
-        for here, choices in self._leaves(branch, self._decisions[agent]):
+        for here, choices in self._leaves(branch, self.decisions[agent]):
             for effect in sorted(choices, key=lambda one: one.number):
                 yield from self._decided(here, agent + 1, (*before, effect))
 

@@ -10,7 +10,7 @@ depends on. If that fails, all variables are followed: then what a branch leaves
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
@@ -20,14 +20,15 @@ from codegen.policy_json import content_hash
 from verify.checker.system_certificates import SystemCertificate, accepted
 from verify.checker.system_reading import Reading
 from verify.checker.system_rows import UNIT, Branch
-from verify.checker.systems import Part, Search
+from verify.checker.systems import Part
 from verify.claims.formula import agents
 from verify.claims.region import Verdict
 from verify.reach.parts import divided, whole
 from verify.reach.replay import replayed
 from verify.reach.results import Budget, Counterexample, SystemResult
 from verify.reach.samples import courses
-from verify.reach.search import BudgetError, Prover
+from verify.reach.search import BudgetError, Open, Prover
+from verify.reach.unfolding import Merging, Unfolding
 from verify.reach.witnesses import inhabitant, witnesses
 from verify.systems import documents
 from verify.systems.claims import SystemClaim
@@ -40,6 +41,12 @@ NO_STATE = {
     Verdict.VACUOUS: "the claim is about no state: its region is empty",
     Verdict.UNKNOWN: "it holds of all states, but no exact state was found to show that there is one",
 }
+STAGES = (  # how symbolic states are merged, and for which share of the budget that is tried
+    (None, 100),
+    (Merging(16, 1), 10),
+    (Merging(64, 4), 10),
+    (Merging(256, 16), 5),
+)
 MAX_OPEN = 64  # branches in which an episode is looked for
 
 
@@ -98,34 +105,43 @@ class _Decision:
             found = replayed(self.profile, self.system, self.claim, course)
             if found is not None:
                 return SystemResult(self.claim, Verdict.VIOLATED, counterexample=found)
-        for parts in divided(self.system, self.claim):
+        for merging, share in STAGES:
+            for parts in divided(self.system, self.claim):
+                with suppress(_OpenError, BudgetError):
+                    return self._proved([self._shown(part, self._stop, merging, share) for part in parts])
             with suppress(_OpenError, BudgetError):
-                return self._proved([self._shown(part, self._stop) for part in parts])
-        return self._together()
-
-    def _together(self) -> SystemResult:
+                return self._together(merging, share)
         try:
-            part = self._shown(whole(self.system, self.claim), self._try)
+            return self._together(None, 1)
         except BudgetError as error:
             return SystemResult(self.claim, Verdict.UNKNOWN, _unfinished(error))
+
+    def _together(self, merging: Merging | None, share: int) -> SystemResult:
+        """The answer when all variables are followed. BudgetError; _OpenError where hulls leave something open."""
+        self.open.clear()
+        try:
+            part = self._shown(
+                whole(self.system, self.claim), self._try if merging is None else self._stop, merging, share
+            )
         except _OpenError:
+            if self.found is None:
+                raise
             return SystemResult(self.claim, Verdict.VIOLATED, counterexample=self.found)
         if self.open:
             branch, stated = self.open[0]
-            return SystemResult(
-                self.claim, Verdict.UNKNOWN, f"{LEFT_OPEN if stated else UNSTATED}: {_left(branch)}. {HELP}"
-            )
+            said = LEFT_OPEN if stated else UNSTATED
+            return SystemResult(self.claim, Verdict.UNKNOWN, f"{said}: {_left(branch)}. {HELP}")
         return self._proved([part])
 
-    def _shown(self, part: Part, open_: Callable[[Branch, bool], None]) -> Part:
-        """A part with its proof. BudgetError; what `open_` raises."""
-        prover = Prover(self.budget, open_)
+    def _shown(self, part: Part, open_: Open, merging: Merging | None = None, share: int = 1) -> Part:
+        """A part with its proof, for a share of the budget. BudgetError; what `open_` raises."""
+        budget = replace(self.budget, max_states=self.budget.max_states // share)
+        prover = Prover(budget, open_)
         try:
-            Search(self.profile, self.system, self.claim, part, prover).run()
+            return Unfolding(self.profile, self.system, self.claim, part, prover).run(merging)
         finally:
             self.spent.states += prover.states
             self.spent.programs += prover.programs.solved
-        return part._replace(proof=prover.proof)
 
     def _stop(self, branch: Branch, stated: bool) -> None:
         raise _OpenError

@@ -11,12 +11,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import lru_cache
 from math import lcm
 
 import highspy
 import numpy as np
 
-from codegen.ir import Float64
+from codegen.ir import Float64, Int32
 from verify.checker.system_rows import UNIT, Branch, Direction, Row
 
 TOLERANCE = 1e-9
@@ -59,7 +60,7 @@ class Programs:
         """The least value of the sum that a row bounds from above."""
         places = related(branch, row.direction)
         unknowns = _unknowns([branch.rows[place].direction for place in places] + [row.direction])
-        cost = _dense(row, unknowns)
+        cost = _dense(row, _columns(unknowns))
         matrix, most = _table([branch.rows[place] for place in places], unknowns)
         low, high = _box(branch, unknowns)
         point, duals, value = self._solve(cost, matrix, most, low, high)
@@ -217,7 +218,8 @@ def _without(row: Equation, pivot: int, weights: Mapping[int, Fraction], value: 
 
 def gap(row: Row, point: Mapping[int, float]) -> float:
     """How far a point is from the end of a row, per 2**bits."""
-    total = sum(scaled(weight, row.direction) * point[unknown] for unknown, weight in row.direction.weights)
+    unknowns, weights = floats(row.direction)
+    total = sum(weight * point[unknown] for unknown, weight in zip(unknowns.tolist(), weights.tolist(), strict=True))
     return total - scaled(row.end, row.direction)
 
 
@@ -268,28 +270,42 @@ def _unknowns(directions: Sequence[Direction]) -> list[int]:
     return sorted({unknown for direction in directions for unknown, _ in direction.weights})
 
 
-def _dense(row: Row, unknowns: Sequence[int]) -> Float64:
-    """The weights of a row that is at most its end, per 2**bits."""
-    found = np.zeros(len(unknowns))
-    place = {unknown: number for number, unknown in enumerate(unknowns)}
-    for unknown, weight in row.direction.weights:
-        found[place[unknown]] = scaled(weight, row.direction)
+@lru_cache(maxsize=1 << 14)
+def floats(direction: Direction) -> tuple[Int32, Float64]:
+    """(the unknowns of a direction, its multiples per 2**bits)."""
+    unknowns = np.array([unknown for unknown, _ in direction.weights], dtype=np.int32)
+    return unknowns, np.array([scaled(weight, direction) for _, weight in direction.weights])
+
+
+def _dense(row: Row, columns: Int32) -> Float64:
+    """The weights of a row that is at most its end, per 2**bits. `columns`: the column of each unknown."""
+    unknowns, weights = floats(row.direction)
+    found = np.zeros(int(columns.max(initial=-1)) + 1)
+    found[columns[unknowns]] = weights
     return found if row.upper else -found
+
+
+def _columns(unknowns: Sequence[int]) -> Int32:
+    """The place of each unknown, [largest unknown + 1]; -1 for those that are not among them."""
+    found = np.full(max(unknowns, default=-1) + 1, -1, dtype=np.int32)
+    found[unknowns] = np.arange(len(unknowns), dtype=np.int32)
+    return found
 
 
 def scaled(number: int | Fraction, direction: Direction) -> float:
     """A number per 2**bits of a direction, as a float."""
-    return float(Fraction(number) / (1 << direction.bits))
+    return number.numerator / (number.denominator << direction.bits)
 
 
-def _end(row: Row) -> float:
+def end_of(row: Row) -> float:
+    """The end of a row that is at most it, per 2**bits."""
     return scaled(row.end if row.upper else -row.end, row.direction)
 
 
 def _table(rows: Sequence[Row], unknowns: Sequence[int]) -> tuple[Float64, Float64]:
-    if not rows:
-        return np.zeros((0, len(unknowns))), np.zeros(0)
-    return np.array([_dense(row, unknowns) for row in rows]), np.array([_end(row) for row in rows])
+    columns = _columns(unknowns)
+    weights = np.array([_dense(row, columns) for row in rows]).reshape(len(rows), len(unknowns))
+    return weights, np.array([end_of(row) for row in rows])
 
 
 def _box(branch: Branch, unknowns: Sequence[int]) -> tuple[Float64, Float64]:

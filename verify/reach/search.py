@@ -18,7 +18,7 @@ from codegen.ir import Float64
 from verify.checker.system_certificates import encoded
 from verify.checker.system_rows import Branch, Row
 from verify.checker.systems import Answer, Answers
-from verify.reach.programs import TOLERANCE, Least, Programs, Used, multipliers, related, scaled
+from verify.reach.programs import TOLERANCE, Least, Programs, Used, end_of, floats, multipliers, related
 from verify.reach.results import Budget
 
 POINTS = 64
@@ -68,6 +68,10 @@ class Prover(Answers):
             raise BudgetError(branch, f"{self._budget.max_states:,} symbolic states")
         if self.programs.solved > self._budget.max_programs:
             raise BudgetError(branch, f"{self._budget.max_programs:,} linear programs")
+
+    def hull(self, branch: Branch) -> int | None:
+        """None: whoever made this puts symbolic states into hulls."""
+        return None
 
     def asks_fulfilled(self, branch: Branch) -> bool:
         """As it was made."""
@@ -119,7 +123,7 @@ class Prover(Answers):
             least = known.least[key] = self.programs.least(branch, row)
             if least.point is not None:
                 known.points = np.vstack([known.points, self._filled(branch, known, least.point)])
-        if least.point is None or least.value < _end(row) - TOLERANCE:
+        if least.point is None or least.value < end_of(row) - TOLERANCE:
             return None
         return multipliers(branch, row, least)
 
@@ -148,7 +152,7 @@ class Prover(Answers):
             for unknown, span in branch.box.items():
                 points = points[(points[:, unknown] >= float(span.low)) & (points[:, unknown] <= float(span.high))]
         for row in branch.rows[first:]:
-            points = points[_values(points, row) <= _end(row) + TOLERANCE]
+            points = points[_values(points, row) <= end_of(row) + TOLERANCE]
         known = Known(branch, points[:POINTS])
         branch.note = known
         return known
@@ -165,16 +169,11 @@ class Prover(Answers):
 
 def _values(points: Float64, row: Row) -> Float64:
     """The sum of a row that is at most its end, at each point."""
-    total = np.zeros(len(points))
-    for unknown, weight in row.direction.weights:
-        total += scaled(weight, row.direction) * points[:, unknown]
+    unknowns, weights = floats(row.direction)
+    total = points[:, unknowns] @ weights
     return total if row.upper else -total
-
-
-def _end(row: Row) -> float:
-    return scaled(row.end if row.upper else -row.end, row.direction)
 
 
 def _met(points: Float64, row: Row) -> bool:
     """Whether some point meets a row clearly."""
-    return bool(len(points) and (_values(points, row) < _end(row) - TOLERANCE).any())
+    return bool(len(points) and (_values(points, row) < end_of(row) - TOLERANCE).any())

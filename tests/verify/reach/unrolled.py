@@ -1,7 +1,7 @@
 """Claims about stated systems asked of Z3 directly: the episode unrolled, step by step, as its users do it.
 
-Nothing of the engine or the checker is used: trees, roundings, pieces and claims are written down again from the text of
-`verify/systems`.
+Nothing of the engine or the checker is used: trees, roundings, pieces and claims are written down once more, from the
+text of `verify/systems`.
 """
 
 from fractions import Fraction
@@ -86,7 +86,9 @@ def stepped(system, profile, state, after, errors, actions):
 def somewhere(system, state):
     return z3.Or(
         [
-            z3.And([z3.And(state[n] >= number(low), state[n] <= number(high)) for n, (low, high) in piece.where.items()])
+            z3.And(
+                [z3.And(state[n] >= number(low), state[n] <= number(high)) for n, (low, high) in piece.where.items()]
+            )
             for piece in system.pieces
         ]
     )
