@@ -10,14 +10,14 @@ from fractions import Fraction
 
 from codegen.errors import InputError
 from codegen.ir import PolicyProfile
+from verify.claims.formula import Formula
 from verify.claims.language.parser import Vocabulary, parse
-from verify.claims.region import is_list
+from verify.claims.region import is_list, is_table
 from verify.systems.claims import MAX_STEPS, SystemClaim, SystemKind
 from verify.systems.files import parsed, region_of
-from verify.systems.language.parsing import Names
 from verify.systems.statement import Statement
-from verify.systems.system import Polytope
-from verify.systems.values import as_list, as_table, count, only, text
+from verify.systems.values import as_list, as_table, count, flat, only, text
+from verify.systems.values import table as table_of
 
 KINDS = {kind.value: kind for kind in SystemKind}
 KEYS = ("name", "label", "region", "steps", "by", "formula")
@@ -54,7 +54,12 @@ def _claims(
 def _claim(table: Mapping[str, object], statement: Statement, profile: PolicyProfile, where: str) -> SystemClaim:
     only(table, KEYS, where)
     label = text(table.get("label", ""), f"{where}: label")
-    regions = _regions(table["region"], statement.names, f"{where}: region") if "region" in table else ()
+    given = table.get("region", [])
+    stated = [given] if is_table(given) else as_list(given, f"{where}: region")
+    regions = tuple(
+        region_of(each, statement.names, f"{where}: region {index}") for index, each in enumerate(stated, 1)
+    )
+    words = " or ".join(map(_words, stated))
     name = text(table.get("name", SystemKind.DECIDES.value), f"{where}: name")
     only({name: None}, KINDS, where, "property")
     kind = KINDS[name]
@@ -62,7 +67,8 @@ def _claim(table: Mapping[str, object], statement: Statement, profile: PolicyPro
         if key in table:
             raise InputError(f"{name} has no {key}", f"{where}: {key}", "remove it")
     if kind is SystemKind.DECIDES:
-        return _decides(table, statement, profile, regions, label, where)
+        found = _formula(table, profile, statement, where)
+        return SystemClaim(name, kind, regions, formula=found, label=label, region=f"with {words}" if words else "")
     if not regions:
         raise InputError(f"{name} needs a region", where, "write region = { box = { x = [0, 1] } }")
     steps = count(table["steps"], f"{where}: steps", MAX_STEPS) if "steps" in table else statement.system.steps
@@ -73,29 +79,24 @@ def _claim(table: Mapping[str, object], statement: Statement, profile: PolicyPro
         by = count(table["by"], f"{where}: by", steps)
     elif "by" in table:
         raise InputError(f"{name} has no by", f"{where}: by", "remove it, or ask for reaches_and_stays")
-    return SystemClaim(name, kind, regions, steps, by, label=label)
+    return SystemClaim(name, kind, regions, steps, by, label=label, region=words)
 
 
-def _decides(
-    table: Mapping[str, object],
-    statement: Statement,
-    profile: PolicyProfile,
-    regions: tuple[Polytope, ...],
-    label: str,
-    where: str,
-) -> SystemClaim:
-    """A formula over variables and actions, of the states in one of the regions; of all states where there is none."""
+def _formula(table: Mapping[str, object], profile: PolicyProfile, statement: Statement, where: str) -> Formula:
+    """What is claimed of variables and actions."""
     if "formula" not in table:
         raise InputError("a property needs a name or a formula", where, f"names: {', '.join(KINDS)}")
     written = text(table["formula"], f"{where}: formula")
     acting = {policy.agent: policy for policy in profile.agents}
     known = Vocabulary(tuple(statement.names.known), acting, (), (), ZERO, ZERO)
-    found = parse(written, known, lambda place: f"{where}: formula, column {place + 1}")
-    return SystemClaim(SystemKind.DECIDES.value, SystemKind.DECIDES, regions, formula=found, label=label)
+    return parse(written, known, lambda place: f"{where}: formula, column {place + 1}")
 
 
-def _regions(given: object, names: Names, where: str) -> tuple[Polytope, ...]:
-    """A region, or several of which a state need lie in one only."""
-    if is_list(given):
-        return tuple(region_of(each, names, f"{where} {index}") for index, each in enumerate(given, 1))
-    return (region_of(given, names, where),)
+def _words(region: object) -> str:
+    """A region that was read, in words."""
+    document = as_table(region, "region")
+    bounds = flat(table_of(document, "box", "region")).items()
+    said = [
+        f"{name} in [{', '.join(map(str, ends))}]" if is_list(ends) else f"{name} = {ends}" for name, ends in bounds
+    ]
+    return " and ".join([*said, *map(str, as_list(document.get("where", []), "region"))])
