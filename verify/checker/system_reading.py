@@ -16,12 +16,13 @@ from math import gcd, lcm
 from typing import NamedTuple
 
 from verify.checker.reading import RejectedError
-from verify.checker.system_rows import Branch, Direction, LeapKey, Motion, Row, Sum, Terms, Weights
+from verify.checker.system_rows import Branch, Direction, Motion, Row, Sum, Terms, Weights
 from verify.claims.formula import And, Formula, Linear, Or
 from verify.systems.claims import atom
 from verify.systems.system import Affine, Interval, Piece, Polytope, System
 
 EXACT: Interval = (Fraction(0), Fraction(0))
+LeapKey = tuple[tuple[str, tuple[tuple[str, Fraction], ...], Fraction, Fraction], ...]  # variable, its form, its error
 
 
 class Inequality(NamedTuple):
@@ -65,6 +66,7 @@ class Reading:
         self._sums: dict[Terms, Sum] = {}
         self._conditions: dict[Formula, Condition] = {}
         self._leaps: dict[tuple[int, tuple[Effect, ...]], Leap] = {}
+        self._kinds: dict[LeapKey, int] = {}
 
     def sum(self, terms: Terms) -> Sum:
         """The one object of a sum."""
@@ -124,9 +126,11 @@ class Reading:
     def row(self, branch: Branch, asked: Inequality) -> Row | bool:
         """An inequality as a row of a branch; true or false where no unknown is in it."""
         direction, scale = self.direction(branch.motion, asked.sum)
-        end = asked.most
-        for weight, name in asked.sum.terms:
-            end -= weight * branch.at[name]
+        added = branch.added.get(asked.sum)
+        if added is None:
+            added = sum((weight * branch.at[name] for weight, name in asked.sum.terms), Fraction(0))
+            branch.added[asked.sum] = added
+        end = asked.most - added
         if direction is None:
             return end > 0 or (end == 0 and not asked.strict)
         return Row(direction, scale > 0, end / scale, asked.strict)
@@ -156,11 +160,14 @@ class Reading:
         leap = self._leaps.get(key)
         if leap is None:
             piece = self.system.pieces[number]
-            leap = self._leaps[key] = Leap({name: _total(name, piece, effects, number) for name in self.order}, piece)
-        motion = branch.motion.later.get(leap.key)
+            leap = Leap({name: _total(name, piece, effects, number) for name in self.order}, piece)
+            leap.kind = self._kinds.setdefault(leap.key(), len(self._kinds))
+            self._leaps[key] = leap
+        motion = branch.motion.later.get(leap.kind)
         if motion is None:
-            motion = branch.motion.later[leap.key] = leap.after(branch)
+            motion = branch.motion.later[leap.kind] = leap.after(branch)
         after = branch.copy()
+        after.added = {}
         after.at = {name: form.at(branch.at) + leap.least[name] for name, form in leap.forms.items()}
         after.step, after.motion, after.pieces = branch.step + 1, motion, (*branch.pieces, number)
         return after
@@ -181,7 +188,11 @@ class Leap:
         self.forms = forms
         self.errors = {name: piece.error.get(name, EXACT) for name in forms}
         self.least = {name: low for name, (low, _) in self.errors.items()}
-        self.key: LeapKey = tuple((name, form.terms, *self.errors[name]) for name, form in forms.items())
+        self.kind = 0  # the same for leaps with the same motion
+
+    def key(self) -> LeapKey:
+        """What the motion after it is made of."""
+        return tuple((name, form.terms, *self.errors[name]) for name, form in self.forms.items())
 
     def after(self, branch: Branch) -> Motion:
         """The motion after it."""

@@ -16,7 +16,6 @@ from typing import NamedTuple
 
 Weights = Mapping[int, Fraction]  # by unknown
 Terms = tuple[tuple[Fraction, str], ...]  # weight, variable
-LeapKey = tuple[tuple[str, tuple[tuple[str, Fraction], ...], Fraction, Fraction], ...]  # variable, its form, its error
 
 
 class Span(NamedTuple):
@@ -70,7 +69,7 @@ class Motion:
         self.weights = weights
         self.unknowns = unknowns  # (number of the step, variable) of each error; of start variables the step is -1
         self.directions: dict[Sum, tuple[Direction | None, Fraction]] = {}
-        self.later: dict[LeapKey, Motion] = {}
+        self.later: dict[int, Motion] = {}  # by kind of step
 
 
 class Branch:
@@ -80,6 +79,7 @@ class Branch:
         self.step = step
         self.motion = motion
         self.at = at  # the number that is added, by variable
+        self.added: dict[Sum, Fraction] = {}  # the same for sums of variables, as far as they were asked about
         self.box: Mapping[int, Span] = {}  # of unknowns that are bounded more narrowly than by [0, 1]
         self.rows: tuple[Row, ...] = ()
         self.pieces: tuple[int, ...] = ()  # that moved it
@@ -89,6 +89,7 @@ class Branch:
         """The same again."""
         other = Branch(self.step, self.motion, self.at)
         other.box, other.rows, other.pieces, other.note = self.box, self.rows, self.pieces, self.note
+        other.added = self.added
         return other
 
     def with_row(self, row: Row) -> Branch:
@@ -111,13 +112,17 @@ class Branch:
     def _by_box(self, direction: Direction) -> Span:
         if not self.box:
             return Span(direction.low, False, direction.high, False)
-        low = high = Fraction(0)
+        if direction.alone is not None:  # its multiple is 1
+            return self.box.get(direction.alone, UNIT)
+        low, high = direction.low, direction.high
         low_open = high_open = False
         for unknown, weight in direction.weights:
-            span = self.box.get(unknown, UNIT)
-            small, large = (span[:2], span[2:]) if weight > 0 else (span[2:], span[:2])
-            low, high = low + weight * small[0], high + weight * large[0]
-            low_open, high_open = low_open or small[1], high_open or large[1]
+            span = self.box.get(unknown)
+            if span is not None:
+                small, large = (span[:2], span[2:]) if weight > 0 else (span[2:], span[:2])
+                low, high = low + weight * small[0], high + weight * large[0]
+                low, high = low - min(weight, 0), high - max(weight, 0)
+                low_open, high_open = low_open or small[1], high_open or large[1]
         return Span(low, low_open, high, high_open)
 
     def settled(self, row: Row) -> bool | None:

@@ -162,6 +162,7 @@ class Search:
         self.claim, self.answers, self.system = claim, answers, system
         self.reading = Reading(system, part.followed)
         self.hulls = part.hulls
+        self._conditions: dict[int, Condition] = {}
         self._shows = part.shows
         self.policies = profile.agents
         if claim.about_decisions:
@@ -217,9 +218,7 @@ class Search:
 
     def _follow(self, branch: Branch) -> Iterator[Branch]:
         """The symbolic states after a step from one, where the claim is neither broken nor fulfilled in it."""
-        parts = _parts(self.claim.broken(branch.step))
-        broken = disjunction(*(parts[way] for way in self._shows if way < len(parts)))
-        self._exclude(branch, self.reading.condition(broken))
+        self._exclude(branch, self._broken(branch.step))
         if branch.step < self.claim.steps:
             for left in self._unfulfilled(branch):
                 self._exclude(left, self._unstated, stated=False)
@@ -228,13 +227,21 @@ class Search:
                         for decided, effects in self._decided(here, 0):
                             yield self.reading.moved(decided, number, effects)
 
+    def _broken(self, step: int) -> Condition:
+        """What is to be excluded at a step."""
+        if step not in self._conditions:
+            parts = _parts(self.claim.broken(step))
+            shown = [parts[way] for way in self._shows if way < len(parts)]
+            self._conditions[step] = self.reading.condition(disjunction(*shown))
+        return self._conditions[step]
+
     def _exclude(self, branch: Branch, condition: Condition, stated: bool = True) -> None:
         for left in self._within(branch, condition):
             self.answers.left_open(left, stated)
 
     def _unfulfilled(self, branch: Branch) -> Iterator[Branch]:
         fulfilled = self.claim.fulfilled(branch.step)
-        if fulfilled == FALSE or not self.answers.asks_fulfilled(branch):
+        if fulfilled is FALSE or not self.answers.asks_fulfilled(branch):
             yield branch
         else:
             yield from self._within(branch, self.reading.condition(negated(fulfilled)))

@@ -41,12 +41,13 @@ NO_STATE = {
     Verdict.VACUOUS: "the claim is about no state: its region is empty",
     Verdict.UNKNOWN: "it holds of all states, but no exact state was found to show that there is one",
 }
-STAGES = (  # how symbolic states are merged, and for which share of the budget that is tried
-    (None, 100),
-    (Merging(16, 1), 10),
-    (Merging(64, 4), 10),
-    (Merging(256, 16), 5),
+STAGES = (  # how symbolic states are merged; the shares of states and of linear programs for which that is tried
+    (None, (4, 100)),  # without errors bounds settle most questions
+    (Merging(16, 1), (10, 4)),
+    (Merging(64, 4), (10, 4)),
+    (Merging(256, 16), (5, 2)),
 )
+ALL = 1, 1
 MAX_OPEN = 64  # branches in which an episode is looked for
 
 
@@ -105,24 +106,23 @@ class _Decision:
             found = replayed(self.profile, self.system, self.claim, course)
             if found is not None:
                 return SystemResult(self.claim, Verdict.VIOLATED, counterexample=found)
-        for merging, share in STAGES:
+        for merging, shares in STAGES:
             for parts in divided(self.system, self.claim):
                 with suppress(_OpenError, BudgetError):
-                    return self._proved([self._shown(part, self._stop, merging, share) for part in parts])
+                    return self._proved([self._shown(part, self._stop, merging, shares) for part in parts])
             with suppress(_OpenError, BudgetError):
-                return self._together(merging, share)
+                return self._together(merging, shares)
         try:
-            return self._together(None, 1)
+            return self._together(None, ALL)
         except BudgetError as error:
             return SystemResult(self.claim, Verdict.UNKNOWN, _unfinished(error))
 
-    def _together(self, merging: Merging | None, share: int) -> SystemResult:
+    def _together(self, merging: Merging | None, shares: tuple[int, int]) -> SystemResult:
         """The answer when all variables are followed. BudgetError; _OpenError where hulls leave something open."""
         self.open.clear()
         try:
-            part = self._shown(
-                whole(self.system, self.claim), self._try if merging is None else self._stop, merging, share
-            )
+            open_ = self._try if merging is None else self._stop
+            part = self._shown(whole(self.system, self.claim), open_, merging, shares)
         except _OpenError:
             if self.found is None:
                 raise
@@ -133,9 +133,10 @@ class _Decision:
             return SystemResult(self.claim, Verdict.UNKNOWN, f"{said}: {_left(branch)}. {HELP}")
         return self._proved([part])
 
-    def _shown(self, part: Part, open_: Open, merging: Merging | None = None, share: int = 1) -> Part:
-        """A part with its proof, for a share of the budget. BudgetError; what `open_` raises."""
-        budget = replace(self.budget, max_states=self.budget.max_states // share)
+    def _shown(self, part: Part, open_: Open, merging: Merging | None, shares: tuple[int, int]) -> Part:
+        """A part with its proof, for shares of the budget. BudgetError; what `open_` raises."""
+        states, programs = self.budget.max_states // shares[0], self.budget.max_programs // shares[1]
+        budget = replace(self.budget, max_states=states, max_programs=programs)
         prover = Prover(budget, open_)
         try:
             return Unfolding(self.profile, self.system, self.claim, part, prover).run(merging)
