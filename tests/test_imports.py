@@ -22,7 +22,7 @@ VERBS = (
     "maviper.reproduction.verb",
     "maviper.verification.verb",
 )  # load what they do when they are called
-HEAVY = {"joblib", "matplotlib", "mpe2", "pettingzoo", "scipy", "sklearn", "torch", "z3"}
+HEAVY = {"highspy", "joblib", "matplotlib", "mpe2", "pettingzoo", "scipy", "sklearn", "torch", "z3"}
 EXTRAS = {"dask", "distributed", "matplotlib", "onnx", "onnxruntime", "torch"}  # asked for where they are missing
 
 

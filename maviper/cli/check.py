@@ -28,7 +28,13 @@ from maviper.cli.options import PATH, option
     default=None,
     help="The second profile of a certificate by `maviper diff` (default: against.json beside it).",
 )
-def check(certificate: Path, profile: Path | None, against: Path | None) -> int:
+@option(
+    "--world",
+    type=PATH,
+    default=None,
+    help="The world's file of a certificate about a stated system (default: world.toml beside it).",
+)
+def check(certificate: Path, profile: Path | None, against: Path | None, world: Path | None) -> int:
     """Check that a certificate proves its claim.
 
     `maviper verify -o` writes a CERTIFICATE for each claim that it proves by zones. The checker closes every branch of
@@ -36,6 +42,9 @@ def check(certificate: Path, profile: Path | None, against: Path | None) -> int:
     thresholds with the engine that found the proof.
 
     `maviper diff -o` writes a CERTIFICATE if agents act alike in two profiles. Both are needed to check it.
+
+    `maviper verify --world -o` writes a CERTIFICATE about a stated system. The world's file is needed to check it; what
+    that says of dynamics that are not affine is shown again first.
 
     A proof about episodes is about starts at rest. The agents in the proof follow their trees; all others may do
     anything.
@@ -47,6 +56,6 @@ def check(certificate: Path, profile: Path | None, against: Path | None) -> int:
     from maviper.console import say
     from maviper.verification.certificates import checked
 
-    found = checked(certificate, profile, against)
+    found = checked(certificate, profile, against, world)
     say(f"accepted  {found.subject}: {found.closed} branches closed, {found.size} bytes of proof")
     return ExitCode.DONE

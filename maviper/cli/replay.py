@@ -19,12 +19,19 @@ from maviper.cli.options import PATH, console_of, option
 @option(
     "--profile", type=PATH, default=None, help="The profile to replay it with (default: profile.json beside the file)."
 )
+@option(
+    "--world",
+    type=PATH,
+    default=None,
+    help="The world's file of a counterexample in a stated system (default: world.toml beside it).",
+)
 @click.pass_context
-def replay(context: click.Context, counterexample: Path, profile: Path | None) -> int:
+def replay(context: click.Context, counterexample: Path, profile: Path | None, world: Path | None) -> int:
     """Replay a counterexample, with the same profile or another.
 
     `maviper verify -o` writes a COUNTEREXAMPLE for each violated claim. The reference, the compiled C and the
-    environment replay it, and must act alike. A counterexample about episodes is played again from its start.
+    environment replay it, and must act alike. A counterexample about episodes is played again from its start, one in a
+    stated system in exact numbers with its errors.
 
     Exits with 1 if the claim fails there, and with 0 if it holds, as it should for a repaired profile.
     """
@@ -32,7 +39,7 @@ def replay(context: click.Context, counterexample: Path, profile: Path | None) -
     from maviper.verification.counterexamples import replay as replayed
 
     console = console_of(context)
-    found = replayed(counterexample, loaded(profile, beside=counterexample))
+    found = replayed(counterexample, loaded(profile, beside=counterexample), world)
     if not found.same_policy:
         console.line("profile", "not the one that the counterexample was made from")
     for agent, action in found.actions.items():

@@ -63,6 +63,11 @@ def verify(
     although it could fail. With -o, this region is written as a file that --region reads. For
     reaches and covers, --where gives the share of starts from which they fail.
 
+    With --world, claims are about a system that a file states: stays_in, avoids, reaches and reaches_and_stays with
+    regions of its variables, and formulas over single decisions. Verdicts are then of the stated dynamics, with the
+    error that the file states; if it names an environment, 100,000 steps of that are compared with the statement.
+    `maviper guide systems` has the form of the file.
+
     \b
     A region file states exact bounds. Positions that it omits have the bounds of
     the start region:
@@ -76,12 +81,16 @@ def verify(
       "landmark_0 - landmark_1" = 0.2
     """
     from maviper.cli.results import exit_code, say_results
+    from maviper.cli.stated import answered, taken
     from maviper.files.profiles import load
     from maviper.verification.ask import VerifyOptions, questions
     from maviper.verification.run import verified
     from verify.progress import listening
 
-    console, asking = console_of(context), VerifyOptions(**options).checked()
+    console, stated = console_of(context), taken(options)
+    if stated is not None:
+        return answered(profile, stated, output, as_json, full or context.obj["verbose"], console)
+    asking = VerifyOptions(**options).checked()
     loaded = load(profile)
     found = questions(loaded, profile.name, asking)
     if any(one.question.viewed is not None for one in found) and not asking.observations:

@@ -40,6 +40,19 @@ QUESTION_OPTIONS = (
         section=QUESTION,
         help="List the built-in properties.",
     ),
+    option(
+        "--world",
+        type=PATH,
+        default=None,
+        section=QUESTION,
+        help="A world's file (TOML): claims are about the system that it states, those of the file or of --properties.",
+    ),
+    option(
+        "--run-reference",
+        is_flag=True,
+        section=QUESTION,
+        help="With --world: also run an environment of somebody's own that the file names, to measure the statement.",
+    ),
     REGION,
     option(
         "--team",
@@ -163,8 +176,19 @@ LIMIT_OPTIONS = (
 )
 
 
+STATED_OPTIONS = (
+    option(
+        "--max-states",
+        default=None,
+        type=int,
+        section=BUDGETS,
+        help="With --world: limit on symbolic states visited per claim (default: 200000).",
+    ),
+)
+
+
 def asked(command: Any) -> Any:
     """Adds all of them to a command."""
-    for each in reversed((*QUESTION_OPTIONS, *PARAMETER_OPTIONS, *COMPARED_OPTIONS, *LIMIT_OPTIONS)):
+    for each in reversed((*QUESTION_OPTIONS, *PARAMETER_OPTIONS, *COMPARED_OPTIONS, *LIMIT_OPTIONS, *STATED_OPTIONS)):
         command = each(command)
     return command

@@ -1,6 +1,6 @@
-"""The commands worlds list, worlds show and worlds check.
+"""The commands worlds list, worlds show, worlds new and worlds check.
 
-Does: prints what worlds there are, what is in one, and whether one can be used.
+Does: prints what worlds there are, what is in one, and whether one can be used; writes a world's file to start from.
 Assumes: `maviper.worlds` knows the worlds.
 Does not: play.
 """
@@ -16,7 +16,7 @@ from maviper.cli.options import PATH, option
 
 @click.group(cls=Verbs, example="maviper worlds list")
 def worlds() -> None:
-    """List the games, show one, or check an environment of your own."""
+    """List the games, show one, or state and check one of your own."""
 
 
 @worlds.command("list", cls=Verb, example="maviper worlds list")
@@ -60,6 +60,21 @@ def worlds_show(world: str, features_file: Path | None) -> int:
     return ExitCode.DONE
 
 
+@worlds.command("new", cls=Verb, example="maviper worlds new cart.toml")
+@click.argument("file", type=PATH)
+def worlds_new(file: Path) -> int:
+    """Write a world's file to start from, for you to edit.
+
+    FILE states a system of your own: its variables with units and ranges, what agents observe and do, where episodes
+    start, and how the state moves. It explains itself in comments.
+    """
+    from maviper.worlds.checking import new
+
+    new(file)
+    click.echo(f"written; maviper worlds check {file}")
+    return ExitCode.DONE
+
+
 @worlds.command("check", cls=Verb, example="maviper worlds check mygame:make,n=2")
 @click.argument("world")
 def worlds_check(world: str) -> int:
@@ -67,9 +82,12 @@ def worlds_check(world: str) -> int:
 
     Prints one line per finding. Exits with 2 if the world cannot be used.
 
-    WORLD is a name from `maviper worlds list`, gymnasium:ID for a single-agent environment of Gymnasium, or
-    module:function for your own PettingZoo parallel environment. Options follow after commas:
+    WORLD is a name from `maviper worlds list`, gymnasium:ID for a single-agent environment of Gymnasium,
+    module:function for your own PettingZoo parallel environment, or a world's file (TOML). Options follow after commas:
     module:function,n=3,max_steps=50.
+
+    If a world's file names a reference, 100,000 steps of that environment are compared with what the file states. A
+    step that is off by more than the stated error is a fault.
     """
     from maviper.worlds.checking import check, usable
 

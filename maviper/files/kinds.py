@@ -29,6 +29,9 @@ CERTIFICATE = Kind("a certificate", "`maviper check` takes it")
 EPISODE_CERTIFICATE = Kind("a certificate about episodes", CERTIFICATE.taken)
 COUNTEREXAMPLE = Kind("a counterexample", "`maviper replay` and `maviper extract --counterexamples` take it")
 EPISODE_COUNTEREXAMPLE = Kind("a counterexample about episodes", "`maviper replay` takes it")
+SYSTEM_CERTIFICATE = Kind("a certificate about a stated system", CERTIFICATE.taken)
+SYSTEM_COUNTEREXAMPLE = Kind("a counterexample in a stated system", EPISODE_COUNTEREXAMPLE.taken)
+WORLD = Kind("a world's file", "`maviper worlds check` and `maviper verify --world` take it")
 STATES = Kind("a file of states", "`maviper extract --counterexamples` takes it")
 ZONES = Kind("a list of failing cells", "no command takes it; it is for you to read")
 REPORT = Kind("a report", "no command takes it; it is for you to read")
@@ -43,6 +46,9 @@ NAMED = {
     "episode-certificate": EPISODE_CERTIFICATE,
     "counterexample": COUNTEREXAMPLE,
     "episode-counterexample": EPISODE_COUNTEREXAMPLE,
+    "system-certificate": SYSTEM_CERTIFICATE,
+    "system-counterexample": SYSTEM_COUNTEREXAMPLE,
+    "system-verification": REPORT,
     "states": STATES,
     "zones": ZONES,
     "verification": REPORT,
@@ -53,6 +59,7 @@ NAMED = {
 IN_HEADERS = {b'"maviper-expert-': EXPERT, b'"maviper-training-': TRAINING}
 _SAYS = re.compile(rb'"(?:certificate|counterexample|states|zones|report|difference|format)"\s*:\s*"maviper-([a-z-]+)-')
 _PROFILE = re.compile(rb'"schema_version"\s*:')
+_WORLD = re.compile(rb"^\s*\[(?:variables|agents|dynamics)\b", re.MULTILINE)
 _PROPERTIES = re.compile(rb"^\s*\[\[property\]\]", re.MULTILINE)
 _REGION = re.compile(rb"^\s*(?:\[(?:box|difference|apart)\]|(?:default|goals)\s*=)", re.MULTILINE)
 
@@ -62,6 +69,8 @@ def kind_of(data: bytes) -> Kind | None:
     if not data.lstrip().startswith(b"{"):
         if data[SAFETENSORS] == b"{":
             return next((kind for says, kind in IN_HEADERS.items() if says in data[:HEADER]), None)
+        if _WORLD.search(data):
+            return WORLD
         return PROPERTIES if _PROPERTIES.search(data) else REGION if _REGION.search(data) else None
     said = _SAYS.search(data)
     if said:

@@ -53,14 +53,25 @@ class Checked:
 
 
 def checked(
-    path: Path, profile: PolicyProfile | Path | None = None, against: PolicyProfile | Path | None = None
+    path: Path,
+    profile: PolicyProfile | Path | None = None,
+    against: PolicyProfile | Path | None = None,
+    world: Path | None = None,
 ) -> Checked:
-    """What the certificate in a file proves of a profile (default: profile.json beside it), and of a second one where
-    it is about two (default: against.json beside it).
+    """What the certificate in a file proves of a profile (default: profile.json beside it), of a second one where it is
+    about two (default: against.json beside it), or in the system of a world's file (default: world.toml beside it).
 
     RefusedError when the proof does not hold.
     """
     text = runs.read(path, certificate.MAX_BYTES)
+    if kinds.kind_of(text) is kinds.SYSTEM_CERTIFICATE:
+        if against is not None:
+            raise InputError("the certificate is about one profile", "--against", "leave it out")
+        from maviper.verification import stated
+
+        return Checked(*stated.checked(path, profile, world))
+    if world is not None:
+        raise InputError("the certificate is not about a stated system", "--world", "leave it out")
     try:
         found, about = _read(text, str(path)), loaded(profile, beside=path)
         if isinstance(found, Certificate):

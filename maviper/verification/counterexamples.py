@@ -27,6 +27,7 @@ from verify.claims.formula_json import formula_document, read_formula, read_numb
 from verify.claims.observed import over, view_from
 from verify.claims.region import MACHINE, MAX_NUMBER, REAL, Kind, goal_cases, goal_of, goal_text, positions
 from verify.counterexamples.search import Counterexample
+from verify.reports import systems as report
 from verify.reports.report import deployed_facts
 from verify.states.acting import REFERENCE
 from verify.states.real import Value, value_of, written_all
@@ -119,17 +120,37 @@ def _document(profile: PolicyProfile, result: Result, found: Counterexample) -> 
     }
 
 
-def replay(path: Path, profile: PolicyProfile) -> Replayed:
+def replay(path: Path, profile: PolicyProfile, world: Path | None = None) -> Replayed:
     """The counterexample of a file, replayed with a profile: the one that it is about, or another of its world.
+
+    `world`: the world's file of one in a stated system (None: world.toml beside it).
 
     InputError when the file is damaged or speaks of what the profile does not have; DisagreementError when compiled C
     or environment act differently from the reference.
     """
     data = runs.read(path, MAX_BYTES)
+    if kinds.kind_of(data) is kinds.SYSTEM_COUNTEREXAMPLE:
+        return _replayed_statement(path, profile, world)
     called = kinds.COUNTEREXAMPLE.called
     kinds.ensure(data, str(path), called, kinds.COUNTEREXAMPLE, kinds.EPISODE_COUNTEREXAMPLE)
     about_episode = kinds.kind_of(data) is kinds.EPISODE_COUNTEREXAMPLE
     return _ensure_same(path, (_replayed_episode if about_episode else _replayed_state)(path, profile))
+
+
+def _replayed_statement(path: Path, profile: PolicyProfile, world: Path | None) -> Replayed:
+    from maviper.verification import stated
+
+    found, claim, again = stated.replay(path, profile, world)
+    actions = {} if again is None else report.counterexample(again)["actions"]
+    return Replayed(
+        property=claim.shown,
+        violated=again is not None,
+        actions={agent: " ".join(names) for agent, names in actions.items()},
+        before={agent: " ".join(names) for agent, names in found.actions.items()},
+        by=(),
+        same_policy=content_hash(profile) == found.profile,
+        says="played in exact numbers, by the dynamics and the errors that are stated",
+    )
 
 
 def _replayed_state(path: Path, profile: PolicyProfile) -> Replayed:

@@ -5,20 +5,24 @@ Assumes: whoever calls it means to run the code that the name names.
 Does not: print; judge whether a game is worth learning.
 """
 
+import re
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import redirect_stdout
-from dataclasses import dataclass
-from enum import StrEnum
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from codegen.errors import InputError
+from codegen.lowering.render import render
+from maviper.files import runs
 from maviper.worlds import World, built_in
+from maviper.worlds.outside.findings import Finding, Mark, usable
 from maviper.worlds.outside.sources import (
     MAX_STEPS,
+    SYSTEM,
     Source,
     attribute,
     fault,
@@ -28,48 +32,27 @@ from maviper.worlds.outside.sources import (
     parsed,
     space,
 )
+from maviper.worlds.outside.statements import measured, stated
+from maviper.worlds.outside.systems import read
 from maviper.worlds.pettingzoo import PROBE_STEPS, PettingZooWorld, faults
 from maviper.worlds.processes import Copy
 from maviper.worlds.seeds import folded
 from maviper.worlds.world import Outcome
 
+WORLD_FILE = ".toml"  # how the name of a world's file ends
 SEED = folded(2_000_000_000_000_000)  # as large as those of an extraction
 COMPARED = 10  # episode seeds whose first observations are compared with the reference's
 FIRST_STEPS = 5  # played before the episode that is repeated, so that what an environment keeps would show
 
 
-class Mark(StrEnum):
-    """What was found of one thing; only what is wrong prevents use."""
-
-    OK = "ok"
-    MISSING = "missing"
-    WRONG = "wrong"
-
-
-@dataclass(frozen=True)
-class Finding:
-    """One thing that was looked at, and what to do about it where something is to be done."""
-
-    mark: Mark
-    what: str
-    next_step: str = ""
-
-    def __str__(self) -> str:
-        said = "; ".join(part for part in (self.what, self.next_step) if part)
-        return f"{self.mark:<8} {' '.join(said.split())}"
-
-
-def usable(findings: Sequence[Finding]) -> bool:
-    """Whether nothing was found that prevents use."""
-    return all(finding.mark is not Mark.WRONG for finding in findings)
-
-
 def check(name: str) -> list[Finding]:
-    """The findings on a world by its name or `module:function`; they end where a fault leaves nothing more to look at.
+    """The findings on a world by its name, `module:function` or world's file.
 
-    UnknownNameError or InputError for a name that is neither.
+    They end where a fault leaves nothing more to look at. UnknownNameError or InputError for a name that is neither.
     """
-    steps = _user(parsed(name)) if named_by_user(name) else _built_in(name)
+    name = f"{SYSTEM}:{name}" if name.endswith(WORLD_FILE) and not named_by_user(name) else name
+    source = parsed(name) if named_by_user(name) else None
+    steps = _built_in(name) if source is None else _stated(source) if source.module == SYSTEM else _user(source)
     found: list[Finding] = []
     try:
         with redirect_stdout(sys.stderr):  # whatever an environment prints
@@ -81,6 +64,14 @@ def check(name: str) -> list[Finding]:
         place = error.where.removeprefix(name).removeprefix(": ")
         found.append(Finding(Mark.WRONG, f"{error.what} ({place})" if place else error.what, error.next_step))
     return found
+
+
+def new(path: Path) -> None:
+    """Writes a world's file to start from. InputError where there is a file already."""
+    if path.exists():
+        raise InputError("the file exists", str(path), "choose another name")
+    name = re.sub(r"[^A-Za-z0-9_-]", "-", path.stem)
+    runs.write(path, render("systems/starter.toml.j2", name=name))
 
 
 def _user(source: Source) -> Iterator[Finding]:
@@ -104,6 +95,23 @@ def _user(source: Source) -> Iterator[Finding]:
     finally:
         world.close()
     yield from _meanings(world)
+
+
+def _stated(source: Source) -> Iterator[Finding]:
+    """Of a world's file: what it states, whether that can be played, and how far it is from its reference."""
+    statement = read(source.function)
+    yield from stated(statement)
+    if not statement.rules:
+        return
+    function = imported(source)
+    world = PettingZooWorld(function, source.text)
+    try:
+        env = made(function, source)
+        yield from _play(env, world, partial(_by_world, world), Copy(made(function, source), source))
+    finally:
+        world.close()
+    if statement.system.reference:
+        yield from measured(statement)
 
 
 def _built_in(name: str) -> Iterator[Finding]:

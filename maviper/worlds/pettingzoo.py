@@ -292,7 +292,7 @@ def _observation_fault(found: Any) -> Fault | None:
 
 
 def _spec(source: Source, agents: Sequence[str], steps: int) -> WorldSpec:
-    name = re.sub(r"[^A-Za-z0-9_-]+", "-", f"{source.module}-{source.function}")[-LONGEST_NAME:].lstrip("-_0123456789")
+    name = re.sub(r"[^A-Za-z0-9_-]+", "-", source.called)[-LONGEST_NAME:].lstrip("-_0123456789")
     return motionless(name or "environment", source.reference, agents, steps, source.options)
 
 

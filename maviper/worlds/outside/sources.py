@@ -1,4 +1,4 @@
-"""Environments of other people by name, `module:function,option=value` or `gymnasium:ID`: found, imported and made.
+"""Environments by name, `module:function,option=value`, `gymnasium:ID` or `system:FILE`: found, imported and made.
 
 Does: imports and calls the function, or makes the registered environment; turns what it raises into an InputError.
 Assumes: whoever names an environment means to run its code.
@@ -21,6 +21,7 @@ from warnings import catch_warnings, simplefilter
 from codegen.errors import InputError, MaviperError, UnknownNameError
 
 GYMNASIUM = "gymnasium"  # the module whose functions are the ids of its registered environments
+SYSTEM = "system"  # the module whose functions are paths of world's files
 MAX_STEPS, WRAP = "max_steps", "wrap"  # the options that are ours: how long an episode may be, and wrappers
 NUMBER = re.compile(r"-?[0-9]{1,18}")
 OURS = Path(__file__).parent.parent
@@ -37,13 +38,20 @@ class Source:
 
     @property
     def reference(self) -> str:
-        """`module:function`."""
-        return f"{self.module}:{self.function}"
+        """`module:function`; of a world's file without its folder."""
+        return f"{self.module}:{Path(self.function).name if self.module == SYSTEM else self.function}"
+
+    @property
+    def called(self) -> str:
+        """A name for the world: the module's and the function's, or that of a world's file."""
+        return Path(self.function).stem if self.module == SYSTEM else f"{self.module}-{self.function}"
 
     @property
     def text(self) -> str:
         """The whole, as the command line reads it; options in alphabetical order."""
-        return ",".join([self.reference, *(f"{key}={value}" for key, value in sorted(self.options.items()))])
+        return ",".join(
+            [f"{self.module}:{self.function}", *(f"{key}={value}" for key, value in sorted(self.options.items()))]
+        )
 
 
 def named_by_user(name: str) -> bool:
@@ -55,7 +63,7 @@ def parsed(text: str) -> Source:
     """The parts of `module:function,option=value`; InputError when it has another form."""
     reference, *choices = text.split(",")
     module, _, function = reference.partition(":")
-    if module != GYMNASIUM and not all(part.isidentifier() for part in (*module.split("."), function)):
+    if module not in (GYMNASIUM, SYSTEM) and not all(part.isidentifier() for part in (*module.split("."), function)):
         raise InputError("not of the form module:function", text, "write it as in `import`: package.module:function")
     options: dict[str, int | str] = {}
     for choice in choices:
@@ -67,7 +75,8 @@ def parsed(text: str) -> Source:
 
 
 def imported(source: Source) -> Callable[..., Any]:
-    """The function, or what makes a registered environment of Gymnasium. InputError when it cannot be imported.
+    """The function, or what makes a registered environment of Gymnasium or that of a file. InputError when it cannot be
+    imported.
 
     The current folder comes first, as for `python -m`.
     """
@@ -76,6 +85,10 @@ def imported(source: Source) -> Callable[..., Any]:
         from maviper.worlds.outside.single_agent import registered
 
         return registered(source.function)
+    if source.module == SYSTEM:
+        from maviper.worlds.outside.systems import stated
+
+        return stated(source.function)
     if folder not in sys.path:
         sys.path.insert(0, folder)
     importlib.invalidate_caches()

@@ -1,0 +1,85 @@
+"""The command verify with --world: verdicts about a system that a file states.
+
+Does: takes the options that are about it; prints verdicts, writes the report and what belongs to it.
+Assumes: `maviper.verification.stated` decides.
+Does not: decide verdicts.
+"""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from codegen.errors import InputError
+
+if TYPE_CHECKING:
+    from maviper.console import Console
+    from maviper.verification.stated import StatedOptions, StatedVerified
+
+OWN = ("world", "run_reference", "max_states")
+SHARED = ("file", "verdict_only")
+USUAL = {"region": "start", "semantics": "machine"}
+
+
+def taken(options: dict[str, Any]) -> "StatedOptions | None":
+    """What the options ask of a stated system; None where no world's file is given. Takes its own options out.
+
+    InputError for options that are about one of the two only.
+    """
+    own = {name: options.pop(name) for name in OWN}
+    if own["world"] is None:
+        for name in ("run_reference", "max_states"):
+            if own[name]:
+                option = f"--{name.replace('_', '-')}"
+                raise InputError(f"{option} has no effect without --world", option, "add --world FILE")
+        return None
+    for name, value in options.items():
+        if name not in SHARED and value and value != USUAL.get(name):
+            option = f"--{ {'names': 'property'}.get(name, name).replace('_', '-') }"
+            advice = "leave it out; the file states claims and regions"
+            raise InputError(f"{option} has no effect with --world", option, advice)
+    from maviper.verification.stated import StatedOptions
+
+    return StatedOptions(own["world"], options["file"], own["max_states"], own["run_reference"])
+
+
+def answered(
+    profile: Path, asked: "StatedOptions", output: Path | None, as_json: bool, full: bool, console: "Console"
+) -> int:
+    """Decides, prints and writes; the exit code."""
+    from codegen.policy_json import layout
+    from maviper.cli.results import exit_code
+    from maviper.files import runs
+    from maviper.files.profiles import load
+    from maviper.verification.stated import verified
+    from verify.reports import systems as report
+
+    loaded = load(profile)
+    if output is not None:
+        runs.folder(output)
+    done = verified(loaded, asked)
+    told = done.document
+    console.line("about", told["of"])
+    for said in told["reference"].get("said", []):
+        console.line("reference", said)
+    for each in told["results"]:
+        console.line(each["verdict"], each["property"])
+        for line in report.lines(each):
+            console.line("", line)
+    if output is not None:
+        _write(output, done, console)
+    if as_json or full:
+        click.echo(layout(told) + "\n" if as_json else report.as_text(told), nl=False)
+    return exit_code([result.verdict for result in done.results])
+
+
+def _write(folder: Path, done: "StatedVerified", console: "Console") -> None:
+    from maviper.files import runs
+
+    for name, text in done.files.items():
+        runs.write(folder / name, text)
+    console.line("report", str(folder / "report.txt"))
+    for name in done.certificates:
+        console.line("certificate", f"{folder / name}; maviper check {folder / name}")
+    for name in done.counterexamples:
+        console.line("replay", f"maviper replay {folder / name}")

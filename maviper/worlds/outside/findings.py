@@ -1,0 +1,36 @@
+"""What was found of a world: one line for each thing that was looked at.
+
+Does: findings with their marks and words.
+Assumes: whoever looks says what is to be done.
+Does not: look.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+
+
+class Mark(StrEnum):
+    """What was found of one thing; only what is wrong prevents use."""
+
+    OK = "ok"
+    MISSING = "missing"
+    WRONG = "wrong"
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing that was looked at, and what to do about it where something is to be done."""
+
+    mark: Mark
+    what: str
+    next_step: str = ""
+
+    def __str__(self) -> str:
+        said = "; ".join(part for part in (self.what, self.next_step) if part)
+        return f"{self.mark:<8} {' '.join(said.split())}"
+
+
+def usable(findings: Sequence[Finding]) -> bool:
+    """Whether nothing was found that prevents use."""
+    return all(finding.mark is not Mark.WRONG for finding in findings)

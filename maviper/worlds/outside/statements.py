@@ -1,0 +1,57 @@
+"""Findings on a world's file: what it states, whether its enclosures hold, how far it is from its reference.
+
+Does: one finding for each thing that was looked at; enclosures are those that the checker shows again.
+Assumes: a file that could be read.
+Does not: print or play.
+"""
+
+from collections.abc import Iterator
+
+from maviper.worlds.outside.deviation import deviation
+from maviper.worlds.outside.findings import Finding, Mark
+from verify.checker.enclosures import ensure_enclosed
+from verify.checker.reading import RejectedError
+from verify.systems.statement import Statement
+
+
+def stated(statement: Statement) -> Iterator[Finding]:
+    """What a file states."""
+    system = statement.system
+    yield Finding(Mark.OK, f"file: {system.name}, units fit, and every number is exact")
+    variables = ", ".join(f"{each.name} {each.unit}".removesuffix(" 1") for each in system.variables)
+    yield Finding(Mark.OK, f"variables: {variables}")
+    sizes = ", ".join(
+        f"{agent.name} {len(system.features[agent.name])} and {len(agent.actions)}" for agent in statement.agents
+    )
+    yield Finding(Mark.OK, f"features and actions: {sizes}")
+    if not statement.rules:
+        said = "dynamics: none, so claims are about single decisions"
+        yield Finding(Mark.MISSING, said, "add [dynamics.next] for claims about episodes")
+        return
+    pieces = "one piece" if len(system.pieces) == 1 else f"{len(system.pieces)} pieces"
+    yield Finding(Mark.OK, f"dynamics: {pieces}, {system.steps} steps")
+    yield _enclosed(statement)
+
+
+def _enclosed(statement: Statement) -> Finding:
+    """Whether the checker shows that the pieces hold what the rules say."""
+    try:
+        shown = ensure_enclosed(statement)
+    except RejectedError as error:
+        return Finding(Mark.WRONG, f"enclosures: {error}", "cut the ranges of more variables, or into more parts")
+    return Finding(Mark.OK, f"enclosures: {shown} bounds shown" if shown else "enclosures: none, every rule is affine")
+
+
+def measured(statement: Statement) -> Iterator[Finding]:
+    """How far a statement is from its reference."""
+    found = deviation(statement)
+    reach = ", ".join(f"{name} [{low:.2g}, {high:.2g}]" for name, (low, high) in found.off.items())
+    where = "all over the ranges" if found.placed else "where its episodes lead"
+    yield Finding(Mark.OK, f"reference: {statement.system.reference}, {found.steps} steps {where}, off by {reach}")
+    if found.outside:
+        yield Finding(Mark.MISSING, f"reference: {found.outside} steps began where nothing is stated")
+    if found.beyond:
+        advice = "widen the error of the variable, narrow its range, or mend the rule"
+        yield Finding(Mark.WRONG, f"reference: {found.beyond} steps beyond the stated error; {found.worst}", advice)
+    else:
+        yield Finding(Mark.OK, "error: no step is off by more than stated")

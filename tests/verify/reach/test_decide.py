@@ -1,0 +1,184 @@
+"""Verdicts about stated systems: the same as those of direct queries, each with evidence that holds on its own."""
+
+from collections import Counter
+from dataclasses import replace
+from fractions import Fraction as F
+
+import numpy as np
+import pytest
+import z3
+
+from codegen.errors import InputError, UnknownNameError
+from tests.verify.reach import random_systems, unrolled
+from tests.verify.system_cases import box, double_integrator, form, policy, stays, switching, team
+from verify.checker.system_certificates import accepted, from_json, to_json
+from verify.claims.formula import Acts, And, Not, Or, holds, negated
+from verify.claims.region import Verdict
+from verify.reach.decide import decide
+from verify.reach.results import Budget
+from verify.systems.claims import SystemClaim, SystemKind
+from verify.systems.observing import chosen
+from verify.systems.system import Feature, HalfSpace, Piece, System, Variable
+
+PLAYED, SEARCHED = Budget(), Budget(samples=0)
+
+
+def expected(system, profile, claim):
+    """The verdict that direct queries give."""
+    anything = SystemClaim("any", SystemKind.AVOIDS, ((),), 0)
+    if not unrolled.possible(unrolled.question(system, profile, anything)[0]):
+        return Verdict.VACUOUS
+    broken, left = unrolled.question(system, profile, claim)
+    if unrolled.possible(broken):
+        return Verdict.VIOLATED
+    return Verdict.UNKNOWN if unrolled.possible(left) else Verdict.PROVED
+
+
+def ensure_evidence(system, profile, claim, result):
+    """Certificates survive their text and the checker; counterexamples are episodes of the system that break it."""
+    if result.verdict is Verdict.PROVED:
+        text = to_json(result.certificate)
+        assert from_json(text) == result.certificate and to_json(from_json(text)) == text
+        accepted(from_json(text), profile, system)
+    if result.verdict is Verdict.VIOLATED and not claim.about_decisions:
+        ensure_episode(system, profile, claim, result.counterexample)
+
+
+def ensure_episode(system, profile, claim, found):
+    assert all(half.holds(found.start) for half in system.start)
+    told = zip(found.states, found.states[1:], found.actions, found.errors, found.pieces, strict=False)
+    for state, after, actions, errors, number in told:
+        piece = system.pieces[number]
+        assert all(low <= state[name] <= high for name, (low, high) in piece.where.items())
+        assert all(piece.error[name][0] <= value <= piece.error[name][1] for name, value in errors.items())
+        numbers = chosen(system, profile, state)
+        assert actions == {one.agent: one.actions[numbers[one.agent]].name for one in profile.agents}
+        assert piece.step(state, actions, errors) == after
+    assert len(found.states) == found.step + 1 and holds(claim.broken(found.step), found.states[-1], {})
+    assert not any(holds(claim.fulfilled(step), state, {}) for step, state in enumerate(found.states))
+
+
+@pytest.mark.solver
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("budget", "seeds"), [(PLAYED, range(150)), (SEARCHED, range(150, 350))], ids=["played", "searched"]
+)
+def test_verdicts_are_those_of_direct_queries(budget, seeds):
+    met = Counter()
+    for seed in seeds:
+        system, profile, claim = random_systems.case(np.random.default_rng(seed))
+        (result,) = decide(profile, system, [claim], budget)
+        assert result.verdict is expected(system, profile, claim), (seed, result)
+        ensure_evidence(system, profile, claim, result)
+        met[claim.kind, result.verdict] += 1
+    assert all(met[kind, verdict] >= 3 for kind in KINDS for verdict in (Verdict.PROVED, Verdict.VIOLATED)), met
+    assert sum(met[kind, Verdict.UNKNOWN] for kind in KINDS) >= 1
+
+
+KINDS = [kind for kind in SystemKind if kind is not SystemKind.DECIDES]
+
+
+def told(formula, state, actions):
+    """A formula for Z3, over a state and the numbers of actions."""
+    if isinstance(formula, Acts):
+        return actions[formula.agent] == formula.action
+    if isinstance(formula, Not):
+        return z3.Not(told(formula.part, state, actions))
+    if isinstance(formula, And | Or):
+        return (z3.And if isinstance(formula, And) else z3.Or)([told(part, state, actions) for part in formula.parts])
+    total = z3.Sum([unrolled.number(weight) * state[name] for weight, name in formula.terms])
+    return total < unrolled.number(formula.bound) if formula.strict else total <= unrolled.number(formula.bound)
+
+
+@pytest.mark.solver
+def test_claims_about_decisions_are_those_of_direct_queries():
+    met = Counter()
+    for seed in range(120):
+        random = np.random.default_rng(seed)
+        system, profile, _ = random_systems.case(random)
+        names = [one.name for one in system.variables]
+        acts = [Acts(one.agent, int(random.integers(len(one.actions)))) for one in profile.agents]
+        atoms = SystemClaim("r", SystemKind.AVOIDS, (random_systems.polytope(random, names),)).inside
+        formula = Or((negated(atoms), *acts)) if random.random() < 0.5 else Or((Not(acts[0]), negated(atoms)))
+        regions = tuple(random_systems.polytope(random, names) for _ in range(int(random.integers(0, 3))))
+        claim = SystemClaim("decides", SystemKind.DECIDES, regions, formula=formula)
+        (result,) = decide(profile, system, [claim], PLAYED if seed % 2 else SEARCHED)
+        state = {name: z3.Real(name) for name in names}
+        actions = {one.agent: unrolled.action(system, one, state) for one in profile.agents}
+        where = [z3.And(state[one.name] >= -3, state[one.name] <= 3) for one in system.variables]
+        where += [unrolled.in_some(regions, state)] if regions else []
+        some = unrolled.possible(z3.And(where))
+        fails = unrolled.possible(z3.And(*where, z3.Not(told(formula, state, actions))))
+        want = Verdict.VIOLATED if fails else Verdict.PROVED if some else Verdict.VACUOUS
+        assert result.verdict is want, (seed, result)
+        ensure_evidence(system, profile, claim, result)
+        if fails:
+            found = result.counterexample.start
+            assert not holds(formula, found, chosen(system, profile, found))
+        met[want] += 1
+    assert met[Verdict.PROVED] > 20 and met[Verdict.VIOLATED] > 20
+
+
+@pytest.mark.parametrize("error", [F(0), F(1, 1000)])
+def test_a_double_integrator_is_proved_axis_by_axis(error):
+    system, profile = double_integrator(axes=2, error=error), switching(axes=2)
+    claim = stays(system, 30, x=(-1, 1), y=(-1, 1))
+    (result,) = decide(profile, system, [claim], Budget(max_states=20_000))
+    assert result.verdict is Verdict.PROVED
+    assert [part.followed for part in result.certificate.parts] == [("x", "vx"), ("y", "vy")]
+    ensure_evidence(system, profile, claim, result)
+    larger = double_integrator(axes=2, half=F(3, 2), error=error)
+    (broken,) = decide(profile, larger, [claim])
+    assert broken.verdict is Verdict.VIOLATED
+    ensure_evidence(larger, profile, claim, broken)
+
+
+def test_merging_proves_what_takes_too_many_symbolic_states_otherwise():
+    system, profile = double_integrator(axes=1, error=F(1, 1000)), switching(axes=1)
+    claim = stays(system, 20, x=(-1, 1))
+    (result,) = decide(profile, system, [claim], Budget(max_states=5_000))
+    assert result.verdict is Verdict.PROVED and result.certificate.parts[0].hulls
+    ensure_evidence(system, profile, claim, result)
+
+
+def test_an_unstable_system_ends_with_its_budget():
+    variables = (Variable("x", "1", (F(-9), F(9))), Variable("y", "1", (F(-9), F(9))))
+    move = {"x": form(x=3, y=1), "y": form(x=-1, y=3)}
+    effect = {("a", "up"): {"x": form(1)}, ("a", "down"): {"y": form(-1)}}
+    features = {"a": {"f": Feature(form(x=1, y=-1)), "g": Feature(form(x=1, y=2))}}
+    start = box(x=(-1, 1), y=(-1, 1))
+    system = System("spiral", variables, features, start, (Piece({}, move, effect, {"x": (F(-1), F(1))}),), 40)
+    profile = team(policy("a", ["f", "g"], ["up", "down"], ((0, 0.0), ((1, 0.0), 0, 1), ((1, 1.0), 1, 0))))
+    (result,) = decide(profile, system, [stays(system, 40, x=(-(10**30), 10**30))], Budget(max_states=300))
+    assert result.verdict is Verdict.UNKNOWN
+    assert "symbolic state at step" in result.reason and "may help" in result.reason
+
+
+def test_an_episode_that_leaves_what_is_stated_is_not_judged():
+    variables = (Variable("x", "1", (F(-9), F(9))),)
+    piece = Piece({"x": (F(-1), F(1))}, {"x": form(1, x=1)}, {})
+    system = System("drift", variables, {"a": {"f": Feature(form(x=1))}}, box(x=(0, 0)), (piece,), 3)
+    profile = team(policy("a", ["f"], ["go"], 0))
+    claim = SystemClaim("avoids", SystemKind.AVOIDS, (box(x=(5, 6)),), 3)
+    (result,) = decide(profile, system, [claim])
+    assert result.verdict is Verdict.UNKNOWN and "stated" in result.reason
+    (short,) = decide(profile, system, [replace(claim, steps=2)])
+    assert short.verdict is Verdict.PROVED
+
+
+def test_an_empty_start_is_vacuous():
+    system, profile = double_integrator(axes=1), switching(axes=1)
+    empty = replace(system, start=(*system.start, HalfSpace(form(2, x=1, vx=1))))
+    (result,) = decide(profile, empty, [stays(system, 3, x=(-1, 1))])
+    assert result.verdict is Verdict.VACUOUS and result.certificate is None
+
+
+def test_what_the_system_does_not_state_is_refused():
+    system, profile = double_integrator(axes=1), switching(axes=1)
+    claim = stays(system, 3, x=(-1, 1))
+    with pytest.raises(UnknownNameError):
+        decide(profile, replace(system, features={"drone": {}}), [claim])
+    with pytest.raises(UnknownNameError):
+        decide(profile, replace(system, features={}), [claim])
+    with pytest.raises(InputError):
+        decide(profile, replace(system, pieces=()), [claim])

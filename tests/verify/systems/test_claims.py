@@ -1,0 +1,66 @@
+"""Claims about stated systems as data: what breaks and fulfils them at each step, and what is refused."""
+
+from fractions import Fraction as F
+
+import pytest
+
+from codegen.errors import InputError
+from verify.claims.formula import FALSE, holds
+from verify.systems.claims import SystemClaim, SystemKind
+from verify.systems.system import Affine, HalfSpace
+
+
+def interval(low, high):
+    x = Affine.of({"x": F(1)}, F(-high))
+    return (HalfSpace(x), HalfSpace(Affine.of({"x": F(-1)}, F(low))))
+
+
+NEAR, FAR = interval(-1, 1), interval(5, 6)
+
+
+def breaks(claim, step, x):
+    return holds(claim.broken(step), {"x": F(x)}, {})
+
+
+def test_stays_in_asks_every_state():
+    claim = SystemClaim("c", SystemKind.STAYS_IN, (NEAR, FAR), 3)
+    for step in range(4):
+        assert [breaks(claim, step, x) for x in (-2, -1, 1, 2, 5, 6, 7)] == [
+            True,
+            False,
+            False,
+            True,
+            False,
+            False,
+            True,
+        ]
+        assert claim.fulfilled(step) == FALSE
+
+
+def test_avoids_is_broken_in_any_region():
+    claim = SystemClaim("c", SystemKind.AVOIDS, (NEAR, FAR), 3)
+    assert [breaks(claim, 2, x) for x in (-2, -1, 1, 2, 5, 6, 7)] == [False, True, True, False, True, True, False]
+
+
+def test_reaches_is_broken_at_the_last_state_only():
+    claim = SystemClaim("c", SystemKind.REACHES, (NEAR,), 3)
+    assert claim.broken(2) == FALSE and breaks(claim, 3, 2) and not breaks(claim, 3, 0)
+    assert holds(claim.fulfilled(2), {"x": F(0)}, {}) and claim.fulfilled(3) == FALSE
+
+
+def test_reaches_and_stays_asks_from_a_step_on():
+    claim = SystemClaim("c", SystemKind.REACHES_AND_STAYS, (NEAR,), 3, by=2)
+    assert claim.broken(1) == FALSE and breaks(claim, 2, 2) and breaks(claim, 3, 2)
+
+
+@pytest.mark.parametrize(
+    ("steps", "by", "regions"), [(-1, 0, (NEAR,)), (2, 3, (NEAR,)), (1_001, 0, (NEAR,)), (2, 0, ())]
+)
+def test_what_means_nothing_is_refused(steps, by, regions):
+    with pytest.raises(InputError):
+        SystemClaim("c", SystemKind.REACHES_AND_STAYS, regions, steps, by).ensure()
+
+
+def test_words_name_the_regions_and_the_steps():
+    claim = SystemClaim("c", SystemKind.REACHES_AND_STAYS, (NEAR,), 30, by=20, region="near")
+    assert claim.sentence == "every episode is in near from step 20 to step 30"

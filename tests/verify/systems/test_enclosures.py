@@ -1,0 +1,107 @@
+"""Enclosures: the values of what is not affine lie within them, and they are not much wider than need be."""
+
+import math
+from fractions import Fraction as F
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from codegen.errors import InputError
+from tests.systems import CURVED, MOUNTAIN
+from verify.systems.enclosures import Enclosing
+from verify.systems.files import statement_of
+from verify.systems.language.expressions import value
+from verify.systems.language.parsing import Names, expression_of
+
+NAMES = Names({"x": (), "y": ()})
+TEXTS = (
+    "sin(x)",
+    "cos(3*x)",
+    "x**2",
+    "x**5 - y**3",
+    "x*y",
+    "x*y*(x - y)",
+    "1/(3 + x)",
+    "clip(x, -0.5, 0.25)",
+    "sin(x)*cos(y) - 0.1*x**2",
+    "(sin(x) - cos(x)*y)/(2 + y**2)",
+    "x/(1 + clip(y, 0, 1))",
+    "sin(12*x)",
+    "cos(25 + 0.1*x)",
+)
+END = st.fractions(-1, 1, max_denominator=50)
+
+
+def at(form, state):
+    return float(form.constant) + sum(float(factor) * state[name] for name, factor in form.terms)
+
+
+@pytest.mark.parametrize("text", TEXTS)
+@given(ends=st.tuples(END, END, END, END))
+def test_values_lie_in_the_enclosure(text, ends):
+    """By sampling, corners among the samples: no proof, but it knows nothing of the method."""
+    box = {"x": (min(ends[:2]), max(ends[:2])), "y": (min(ends[2:]), max(ends[2:]))}
+    expression = expression_of(text, NAMES, "").expression
+    form, (low, high) = Enclosing(box, "").of(expression)
+    for x in np.linspace(*map(float, box["x"]), 7):
+        for y in np.linspace(*map(float, box["y"]), 5):
+            state = {"x": float(x), "y": float(y)}
+            off = value(expression, state) - at(form, state)
+            assert float(low) - 1e-12 <= off <= float(high) + 1e-12
+
+
+@pytest.mark.parametrize("text", TEXTS[:11])
+def test_errors_fall_with_the_square_of_the_width(text):
+    """Unless a corner of a clip lies in the box, for which it falls with the width."""
+    expression = expression_of(text, NAMES, "").expression
+    wide, narrow = (
+        Enclosing({"x": (F(3, 10) - w, F(3, 10) + w), "y": (F(1, 5) - w, F(1, 5) + w)}, "").of(expression).error[1]
+        for w in (F(1, 10), F(1, 100))
+    )
+    assert narrow <= wide / 50 + F(1, 10**8) or "clip" in text
+
+
+def test_a_line_is_nearly_as_good_as_the_best_one():
+    """Of cos over [-w, w] the best line is off by (1 - cos w) / 2."""
+    for width in (F(1, 2), F(1, 20)):
+        error = Enclosing({"x": (-width, width)}, "").of(expression_of("cos(x)", NAMES, "").expression).error[1]
+        best = (1 - math.cos(width)) / 2
+        assert best <= float(error) <= 1.1 * best + 1e-9
+
+
+def test_what_may_be_undefined_is_refused():
+    for text in ("1/x", "1/(x - y)", "y/sin(x)", "sin(40*x)"):
+        with pytest.raises(InputError, match=r"a denominator may be 0|sin of more than"):
+            Enclosing({"x": (F(-1), F(1)), "y": (F(0), F(1))}, "f").of(expression_of(text, NAMES, "").expression)
+
+
+@pytest.mark.parametrize("text", [MOUNTAIN, CURVED])
+def test_pieces_hold_the_rules_they_come_from(text):
+    """The value of each rule, in floats, is a step of the piece with an error that the piece allows."""
+    found = statement_of(text, "f")
+    rng = np.random.default_rng(0)
+    rule = found.rules[0]
+    ranges = {each.name: each.range for each in found.system.variables}
+    for piece in found.system.pieces:
+        for _ in range(20):
+            bounds = {name: piece.where.get(name, whole) for name, whole in ranges.items()}
+            state = {name: F(rng.uniform(float(low), float(high))) for name, (low, high) in bounds.items()}
+            acts = {agent.name: str(rng.choice(list(agent.actions))) for agent in found.agents}
+            after = piece.step(state, acts, {})
+            floats = {name: float(each) for name, each in state.items()}
+            for name, move in rule.move.items():
+                told = value(move, floats)
+                told += sum(value(rule.effect[c][name], floats) for c in acts.items() if name in rule.effect.get(c, {}))
+                low, high = piece.error.get(name, (F(0), F(0)))
+                assert float(low) - 1e-12 <= told - float(after[name]) <= float(high) + 1e-12
+
+
+def test_ranges_are_cut_into_as_many_parts_as_asked():
+    pieces = statement_of(MOUNTAIN, "f").system.pieces
+    assert len(pieces) == 10 and pieces[0].where["position"] == (F(-11, 10), F(-937, 1000))
+    assert max(float(piece.error["velocity"][1]) for piece in pieces) < 0.0025 * (3 * 0.163) ** 2 / 16 * 1.1
+    assert len(statement_of(CURVED, "f").system.pieces) == 6
+    with pytest.raises(InputError, match="more than 4096 pieces"):
+        statement_of(CURVED.replace("x = 3\ny = 2", "x = 100\ny = 100"), "f")

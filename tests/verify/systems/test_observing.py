@@ -1,0 +1,47 @@
+"""What agents observe: the exact value, rounded once."""
+
+from fractions import Fraction as F
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from verify.systems.observing import measured, nearest
+from verify.systems.system import Affine, Feature, Measure
+
+FORM = Affine.of({"x": F(1), "y": F(-2)}, F(1, 2))
+
+
+NUMBER = st.fractions(-1000, 1000) | st.floats(-(2.0**90), 2.0**90, width=32).map(F)
+
+
+@given(NUMBER, st.integers(-3, 3), st.integers(25, 120))
+def test_nothing_is_nearer(number, off, bits):
+    """Numbers beside float32 numbers and their midpoints, against their neighbours by exact distances."""
+    exact = number + F(off, 2**bits)
+    found = nearest(exact)
+    distance = abs(F(float(found)) - exact)
+    for towards in (-np.inf, np.inf):
+        beside = np.nextafter(found, np.float32(towards))
+        other = abs(F(float(beside)) - exact)
+        even = not int(np.frombuffer(found.tobytes(), np.uint32)[0]) & 1
+        assert distance < other or (distance == other and even)
+
+
+@pytest.mark.parametrize("sign", [-1, 1])
+def test_a_number_just_beside_a_tie(sign):
+    """The nearest double is the tie itself, and would round to the even neighbour."""
+    tie = F(1) + F(1, 2**24)
+    assert nearest(tie) == 1
+    assert nearest(tie + F(sign, 2**90)) == (1 if sign < 0 else np.nextafter(np.float32(1), np.float32(2)))
+
+
+def test_measures():
+    state = {"x": F(1), "y": F(1)}
+    assert measured(Feature(FORM), state) == F(-1, 2)
+    assert measured(Feature(FORM, Measure.SIGN), state) == -1
+    assert measured(Feature(FORM, Measure.SIGN), {"x": F(3, 2), "y": F(1)}) == 0
+    assert measured(Feature(FORM, Measure.POSITIVE), state) == 0
+    assert measured(Feature(FORM, Measure.CLIP, (F(-1, 4), F(1))), state) == F(-1, 4)
+    assert nearest(measured(Feature(FORM), {"x": F(1, 10), "y": F(0)})) == np.float32(0.6)

@@ -1,0 +1,189 @@
+"""Decides claims about a team in a stated system: PROVED with a certificate, VIOLATED with an episode, or UNKNOWN.
+
+Does: the order in which counterexamples and proofs are looked for.
+Assumes: a checked profile; a system whose names, units and shapes were checked.
+Does not: read or write files.
+
+First random episodes are played. Then the claim is shown in parts, each of which follows only the variables that it
+depends on. If that fails, all variables are followed: then what a branch leaves open is an episode, which is replayed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+
+from codegen.errors import InputError, UnknownNameError
+from codegen.ir import PolicyProfile
+from codegen.policy_json import content_hash
+from verify.checker.system_certificates import SystemCertificate, accepted
+from verify.checker.system_reading import Reading
+from verify.checker.system_rows import UNIT, Branch
+from verify.checker.systems import Part
+from verify.claims.formula import agents
+from verify.claims.region import Verdict
+from verify.reach.parts import divided, whole
+from verify.reach.replay import replayed
+from verify.reach.results import Budget, Counterexample, SystemResult
+from verify.reach.samples import courses
+from verify.reach.search import BudgetError, Open, Prover
+from verify.reach.unfolding import Merging, Unfolding
+from verify.reach.witnesses import inhabitant, witnesses
+from verify.systems import documents
+from verify.systems.claims import SystemClaim
+from verify.systems.system import System
+
+LEFT_OPEN = "of a branch that may break the claim no episode was found that replays, and nothing shows that it is empty"
+UNSTATED = "an episode may leave the states for which dynamics are stated"
+HELP = "A smaller start region, fewer steps, smaller errors or a larger budget may help"
+NO_STATE = {
+    Verdict.VACUOUS: "the claim is about no state: its region is empty",
+    Verdict.UNKNOWN: "it holds of all states, but no exact state was found to show that there is one",
+}
+STAGES = (  # how symbolic states are merged; the shares of states and of linear programs for which that is tried
+    (None, (4, 100)),  # without errors bounds settle most questions
+    (Merging(16, 1), (10, 4)),
+    (Merging(64, 4), (10, 4)),
+    (Merging(256, 16), (5, 2)),
+)
+ALL = 1, 1
+MAX_OPEN = 64  # branches in which an episode is looked for
+
+
+def decide(
+    profile: PolicyProfile, system: System, claims: Sequence[SystemClaim], budget: Budget | None = None
+) -> list[SystemResult]:
+    """The result of each claim, in order. InputError for agents or features that the system does not state."""
+    _ensure_stated(profile, system)
+    return [_Decision(profile, system, claim, budget or Budget()).result() for claim in claims]
+
+
+def _ensure_stated(profile: PolicyProfile, system: System) -> None:
+    where = f"system {system.name}"
+    for policy in profile.agents:
+        if policy.agent not in system.features:
+            raise UnknownNameError("agent", policy.agent, system.features, where)
+        for feature in policy.features:
+            known = system.features[policy.agent]
+            if feature.name not in known:
+                raise UnknownNameError("feature", feature.name, known, f"{where}, agent {policy.agent}")
+
+
+class _OpenError(Exception):
+    """A branch of a part is left open."""
+
+
+@dataclass
+class _Spent:
+    states: int = 0
+    programs: int = 0
+
+
+class _Decision:
+    """The answer to one claim."""
+
+    def __init__(self, profile: PolicyProfile, system: System, claim: SystemClaim, budget: Budget) -> None:
+        claim.ensure()
+        strange = agents(claim.formula) - {policy.agent for policy in profile.agents}
+        if strange:
+            raise UnknownNameError("agent", min(strange), [policy.agent for policy in profile.agents], claim.shown)
+        if claim.steps and not claim.about_decisions and not system.pieces:
+            what = f"system {system.name} states no dynamics, so nothing can be said of episodes"
+            raise InputError(what, f"claim {claim.shown}", "state how it moves, or claim something about decisions")
+        self.profile, self.system, self.claim, self.budget = profile, system, claim, budget
+        self.spent = _Spent()
+        self.found: Counterexample | None = None
+        self.open: list[tuple[Branch, bool]] = []
+
+    def result(self) -> SystemResult:
+        """The verdict with its evidence and cost."""
+        result = self._result()
+        return replace(result, states=self.spent.states, programs=self.spent.programs)
+
+    def _result(self) -> SystemResult:
+        for course in courses(self.profile, self.system, self.claim, self.budget.samples):
+            found = replayed(self.profile, self.system, self.claim, course)
+            if found is not None:
+                return SystemResult(self.claim, Verdict.VIOLATED, counterexample=found)
+        for merging, shares in STAGES:
+            for parts in divided(self.system, self.claim):
+                with suppress(_OpenError, BudgetError):
+                    return self._proved([self._shown(part, self._stop, merging, shares) for part in parts])
+            with suppress(_OpenError, BudgetError):
+                return self._together(merging, shares)
+        try:
+            return self._together(None, ALL)
+        except BudgetError as error:
+            return SystemResult(self.claim, Verdict.UNKNOWN, _unfinished(error))
+
+    def _together(self, merging: Merging | None, shares: tuple[int, int]) -> SystemResult:
+        """The answer when all variables are followed. BudgetError; _OpenError where hulls leave something open."""
+        self.open.clear()
+        try:
+            open_ = self._try if merging is None else self._stop
+            part = self._shown(whole(self.system, self.claim), open_, merging, shares)
+        except _OpenError:
+            if self.found is None:
+                raise
+            return SystemResult(self.claim, Verdict.VIOLATED, counterexample=self.found)
+        if self.open:
+            branch, stated = self.open[0]
+            said = LEFT_OPEN if stated else UNSTATED
+            return SystemResult(self.claim, Verdict.UNKNOWN, f"{said}: {_left(branch)}. {HELP}")
+        return self._proved([part])
+
+    def _shown(self, part: Part, open_: Open, merging: Merging | None, shares: tuple[int, int]) -> Part:
+        """A part with its proof, for shares of the budget. BudgetError; what `open_` raises."""
+        states, programs = self.budget.max_states // shares[0], self.budget.max_programs // shares[1]
+        budget = replace(self.budget, max_states=states, max_programs=programs)
+        prover = Prover(budget, open_)
+        try:
+            return Unfolding(self.profile, self.system, self.claim, part, prover).run(merging)
+        finally:
+            self.spent.states += prover.states
+            self.spent.programs += prover.programs.solved
+
+    def _stop(self, branch: Branch, stated: bool) -> None:
+        raise _OpenError
+
+    def _try(self, branch: Branch, stated: bool) -> None:
+        """Looks for an episode in a branch that is left open; _OpenError once there is one."""
+        self.open.append((branch, stated))
+        start = self._start()
+        for course in witnesses(self.system, branch, start) if len(self.open) < MAX_OPEN and start else ():
+            self.found = replayed(self.profile, self.system, self.claim, course)
+            if self.found is not None:
+                raise _OpenError
+
+    def _start(self) -> Branch | None:
+        reading = Reading(self.system, [one.name for one in self.system.variables])
+        return reading.start(() if self.claim.about_decisions else self.system.start)
+
+    def _proved(self, parts: list[Part]) -> SystemResult:
+        state = inhabitant(self.system, self.claim)
+        if isinstance(state, Verdict):
+            return SystemResult(self.claim, state, NO_STATE[state])
+        hashes = content_hash(self.profile), documents.content_hash(self.system)
+        found = SystemCertificate(*hashes, self.claim, state, tuple(parts))
+        accepted(found, self.profile, self.system)
+        return SystemResult(self.claim, Verdict.PROVED, certificate=found)
+
+
+def _unfinished(error: BudgetError) -> str:
+    return f"the budget of {error} ended; {_left(error.branch)}. {HELP}"
+
+
+def _left(branch: Branch) -> str:
+    """A symbolic state in words: its step, and bounds of its variables that may be wider than it."""
+    bounds = [f"{name} in {_shown(branch, name)}" for name in branch.at]
+    return f"open is a symbolic state at step {branch.step} with {', '.join(bounds)}, as bounds alone tell"
+
+
+def _shown(branch: Branch, name: str) -> str:
+    low = high = float(branch.at[name])
+    for unknown, weight in branch.motion.weights[name].items():
+        span = branch.box.get(unknown, UNIT)
+        ends = sorted((float(weight * span.low), float(weight * span.high)))
+        low, high = low + ends[0], high + ends[1]
+    return f"[{low:.4g}, {high:.4g}]"

@@ -1,0 +1,160 @@
+"""Hulls of many symbolic states: polytopes that hold them, with short numbers.
+
+Does: groups symbolic states that decide alike; bounds each group in the directions that tests, claims and steps make.
+Assumes: bounds found by linear programs are proposals, so they are widened; the checker asks whether they hold.
+Does not: say whether a claim holds of the hulls, which hold more states than there are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from fractions import Fraction
+from math import ceil, floor, frexp
+from typing import NamedTuple
+
+from verify.checker.system_rows import Branch, Row, Terms
+from verify.checker.system_trees import Choices, Decision, Split
+from verify.checker.systems import Hull, Search
+from verify.claims.formula import Linear, atoms
+from verify.reach.programs import Programs, related
+from verify.systems.system import Affine, HalfSpace, Piece
+
+FINENESS = 12  # bits of a hull's width in which its bounds are given
+PULLED = 2  # steps over which directions are followed back
+MOST_EACH = 4  # directions for each variable
+
+
+class Extent(NamedTuple):
+    """Between which numbers a direction lies."""
+
+    low: Fraction
+    high: Fraction
+
+
+class Hulls:
+    """Hulls of symbolic states of one search."""
+
+    def __init__(self, search: Search, programs: Programs) -> None:
+        self._search, self._programs = search, programs
+        self._directions = _directions(search)
+
+    def grouped(self, branches: Sequence[Branch], parts: int) -> list[list[int]]:
+        """The numbers of branches that one hull is to hold: those that decide alike, each such group in `parts`."""
+        cells: dict[object, list[int]] = {}
+        centers = [self._center(branch) for branch in branches]
+        for number, center in enumerate(centers):
+            cells.setdefault(self._cell(center), []).append(number)
+        return [group for cell in cells.values() for group in _split(cell, centers, parts)]
+
+    def hull(self, branches: Sequence[Branch]) -> Hull:
+        """A polytope that holds some branches of one step."""
+        found: list[HalfSpace] = []
+        for terms in self._directions:
+            extents = [self._extent(branch, terms) for branch in branches]
+            low, high = min(each.low for each in extents), max(each.high for each in extents)
+            low, high = _widened(low, high) if low < high else (low, high)
+            form = Affine.of({name: weight for weight, name in terms})
+            found += [
+                HalfSpace(Affine.of({name: -weight for name, weight in form.terms}, low)),
+                HalfSpace(Affine.of(dict(form.terms), -high)),
+            ]
+        return Hull(branches[0].step, tuple(found))
+
+    def _extent(self, branch: Branch, terms: Terms) -> Extent:
+        reading = self._search.reading
+        direction, scale = reading.direction(branch.motion, reading.sum(terms))
+        constant = sum((weight * branch.at[name] for weight, name in terms), Fraction(0))
+        if direction is None:
+            return Extent(constant, constant)
+        if not related(branch, direction):
+            span = branch.span(direction)
+            ends = scale * span.low, scale * span.high
+        else:
+            least = self._programs.least(branch, Row(direction, True, Fraction(0), False)).value
+            most = -self._programs.least(branch, Row(direction, False, Fraction(0), False)).value
+            factor = scale * (1 << direction.bits)
+            ends = factor * Fraction(least), factor * Fraction(most)
+        return Extent(constant + min(ends), constant + max(ends))
+
+    def _center(self, branch: Branch) -> dict[str, Fraction]:
+        found: dict[str, Fraction] = {}
+        for name in self._search.reading.order:
+            low, high = self._extent(branch, ((Fraction(1), name),))
+            found[name] = (low + high) / 2
+        return found
+
+    def _cell(self, state: dict[str, Fraction]) -> object:
+        """What is decided in a state, and the pieces that may move it."""
+        effects = [_at(decision, state) for decision in self._search.decisions]
+        pieces = [number for number, piece in enumerate(self._search.system.pieces) if _holds(piece, state)]
+        return (*effects, *pieces)
+
+
+def _at(decision: Decision, state: dict[str, Fraction]) -> Choices:
+    """The effects of which each may be chosen in a state."""
+    while isinstance(decision, Split):
+        asked = decision.left_if
+        total = sum((weight * state[name] for weight, name in asked.sum.terms), Fraction(0))
+        left = total < asked.most or (total == asked.most and not asked.strict)
+        decision = decision.left if left else decision.right
+    return decision
+
+
+def _holds(piece: Piece, state: dict[str, Fraction]) -> bool:
+    return all(low <= state[name] <= high for name, (low, high) in piece.where.items() if name in state)
+
+
+def _split(group: list[int], centers: Sequence[dict[str, Fraction]], parts: int) -> list[list[int]]:
+    """A group in parts of equal size, along the variable that varies most."""
+    if parts <= 1 or len(group) <= 1:
+        return [group]
+
+    def varies(name: str) -> Fraction:
+        values = [centers[number][name] for number in group]
+        return max(values) - min(values)
+
+    along = max(centers[group[0]], key=varies)
+    ordered, half = sorted(group, key=lambda number: centers[number][along]), len(group) // 2
+    return _split(ordered[:half], centers, parts // 2) + _split(ordered[half:], centers, parts // 2)
+
+
+def _widened(low: Fraction, high: Fraction) -> tuple[Fraction, Fraction]:
+    """Bounds a little outside, as multiples of a power of two."""
+    grid = Fraction(2) ** (frexp(float(high - low))[1] - FINENESS)
+    return floor(low / grid - Fraction(1, 8)) * grid, ceil(high / grid + Fraction(1, 8)) * grid
+
+
+def _directions(search: Search) -> list[Terms]:
+    """Each variable alone, then the sums of tests and of the claim, then what these were some steps before."""
+    reading, system = search.reading, search.system
+    known = [feature.form for features in system.features.values() for feature in features.values()]
+    known += [
+        Affine.of({name: w for w, name in one.terms}) for one in atoms(search.claim.inside) if isinstance(one, Linear)
+    ]
+    sums = [form for form in known if len(form.terms) > 1 and all(name in reading.order for name, _ in form.terms)]
+    found = {_primitive(Affine.of({name: Fraction(1)})): None for name in reading.order}
+    found |= {_primitive(form): None for form in sums}
+    level = list(found)
+    for _ in range(PULLED):
+        level = [_primitive(pulled) for terms in level for pulled in _before(terms, system.pieces) if pulled.terms]
+        for terms in level:
+            if len(found) < MOST_EACH * len(reading.order):
+                found[terms] = None
+    return list(found)
+
+
+def _before(terms: Terms, pieces: Iterable[Piece]) -> list[Affine]:
+    """What a sum is made of before a step, by each piece."""
+    found: list[Affine] = []
+    for piece in pieces:
+        total = Affine()
+        for weight, name in terms:
+            total = total.plus(piece.move.get(name, Affine()), weight)
+        found.append(total)
+    return found
+
+
+def _primitive(form: Affine) -> Terms:
+    """The sum without its constant, its first weight 1."""
+    lead = form.terms[0][1]
+    return tuple((factor / lead, name) for name, factor in form.terms)

@@ -1,0 +1,66 @@
+"""How a claim about a stated system is divided into parts that follow few variables each.
+
+Does: the parts for each of which the variables that it speaks of are followed, and all that these depend on.
+Assumes: a checked system and claim.
+Does not: prove them. A part may fail although the claim holds, as it knows nothing of the variables not followed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+from verify.checker.system_certificates import depends_on, needs_stated
+from verify.checker.systems import Part, ways
+from verify.claims.formula import FALSE, Or, coordinates
+from verify.systems.claims import SystemClaim
+from verify.systems.system import System
+
+
+def whole(system: System, claim: SystemClaim) -> Part:
+    """All in one part, which follows every variable."""
+    shows = range(ways(claim) + needs_stated(claim, system))
+    return Part(tuple(one.name for one in system.variables), tuple(shows))
+
+
+def divided(system: System, claim: SystemClaim) -> Iterator[list[Part]]:
+    """Divisions worth trying, the finest one first."""
+    if claim.about_decisions:
+        return
+    everything, before = len(system.variables), list[Part]()
+    for features in (False, True):
+        parts = _parts(system, claim, features)
+        if parts != before and all(len(part.followed) < everything for part in parts):
+            yield parts
+        before = parts
+
+
+def _parts(system: System, claim: SystemClaim, features: bool) -> list[Part]:
+    """The parts, by the variables that the ways to break the claim speak of. `features`: also by those that features
+    join with them.
+    """
+    groups: dict[tuple[str, ...], list[int]] = {}
+    broken = claim.broken(claim.steps)
+    about = [coordinates(broken)] * ways(claim)
+    if isinstance(broken, Or) and claim.fulfilled(0) == FALSE:
+        about = [coordinates(part) for part in broken.parts]
+    if needs_stated(claim, system):
+        about.append(frozenset(name for piece in system.pieces for name in piece.where))
+    for way, names in enumerate(about):
+        groups.setdefault(_closed(system, names, features), []).append(way)
+    return [Part(followed, tuple(shows)) for followed, shows in groups.items()]
+
+
+def _closed(system: System, names: Iterable[str], features: bool) -> tuple[str, ...]:
+    """Variables with all that they depend on, in the system's order."""
+    depends, found = depends_on(system), set(names)
+    joined = [
+        {name for name, _ in feature.form.terms} for known in system.features.values() for feature in known.values()
+    ]
+    before = -1
+    while len(found) > before:
+        before = len(found)
+        found |= {read for name in found for read in depends[name]}
+        for together in joined if features else ():
+            if together & found:
+                found |= together
+    return tuple(one.name for one in system.variables if one.name in found)

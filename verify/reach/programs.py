@@ -1,0 +1,313 @@
+"""Linear programs about a symbolic state: which rows contradict each other, and points of it.
+
+Does: the least value of a direction with the rows that hold it there; whole-number multipliers that show the same
+  exactly; a point in the middle.
+Assumes: HiGHS, whose floating-point answers are proposals only.
+Does not: decide. What it proposes is checked by `Branch.contradicted`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import lru_cache
+from math import lcm
+
+import highspy
+import numpy as np
+
+from codegen.ir import Float64, Int32
+from verify.checker.system_rows import UNIT, Branch, Direction, Row
+
+TOLERANCE = 1e-9
+SCALES = (1, 2, 3, 5, 12, *(1 << power for power in (5, 8, 11, 16, 24, 44)))
+Equation = tuple[Mapping[int, Fraction], Fraction]  # weights of unknowns, and the value of the sum
+Used = list[tuple[int, int]]  # (place of a row on its branch, multiplier)
+
+
+@dataclass(frozen=True)
+class Least:
+    """The least value of a row's sum on the rows of a branch, per 2**bits; `point` is None where they contradict."""
+
+    value: float
+    places: Sequence[int]
+    duals: Float64  # of these rows
+    point: dict[int, float] | None
+
+
+@dataclass(frozen=True)
+class Middle:
+    """A point of a branch, and how far it is from the ends of rows, as a share of their widths; below 0: no point."""
+
+    slack: float
+    point: dict[int, float]
+    places: Sequence[int]
+    duals: Float64  # of these rows
+
+
+class Programs:
+    """One solver, which is given one small program after the other."""
+
+    def __init__(self) -> None:
+        self.solved = 0
+        self._solver = highspy.Highs()
+        self._solver.silent()
+        for option, value in (("presolve", "off"), ("threads", 1), ("random_seed", 0)):
+            self._solver.setOptionValue(option, value)
+
+    def least(self, branch: Branch, row: Row) -> Least:
+        """The least value of the sum that a row bounds from above."""
+        places = related(branch, row.direction)
+        unknowns = _unknowns([branch.rows[place].direction for place in places] + [row.direction])
+        cost = _dense(row, _columns(unknowns))
+        matrix, most = _table([branch.rows[place] for place in places], unknowns)
+        low, high = _box(branch, unknowns)
+        point, duals, value = self._solve(cost, matrix, most, low, high)
+        return Least(value, places, duals, None if point is None else dict(zip(unknowns, point.tolist(), strict=True)))
+
+    def middle(self, branch: Branch) -> Middle:
+        """A point of a branch as far from all its rows and open bounds as can be."""
+        places = _tightest(branch, range(len(branch.rows)))
+        rows = [branch.rows[place] for place in places]
+        unknowns = sorted({*_unknowns([row.direction for row in rows]), *branch.box})
+        low, high = _box(branch, unknowns)
+        matrix, most = _table(rows, unknowns)
+        ends, width = _open_ends(branch, unknowns)
+        table = np.vstack([matrix, ends])
+        sizes = np.concatenate([np.abs(matrix).sum(axis=1) / 2, np.abs(ends) @ (high - low) / 2])
+        cost = np.zeros(len(unknowns) + 1)
+        cost[-1] = -1
+        point, duals, value = self._solve(
+            cost,
+            np.hstack([table, sizes[:, None]]),
+            np.concatenate([most, width]),
+            np.append(low, -highspy.kHighsInf),
+            np.append(high, 1.0),
+        )
+        if point is None:
+            return Middle(0.0, {}, places, np.zeros(len(places)))
+        return Middle(-value, dict(zip(unknowns, point[:-1].tolist(), strict=True)), places, duals[: len(places)])
+
+    def _solve(
+        self, cost: Float64, matrix: Float64, most: Float64, low: Float64, high: Float64
+    ) -> tuple[Float64 | None, Float64, float]:
+        """Least cost for matrix x <= most, low <= x <= high: (x, or None without one; multipliers; cost)."""
+        self.solved += 1
+        solver, columns = self._solver, np.arange(len(cost), dtype=np.int32)
+        solver.clearModel()
+        solver.addVars(len(cost), low, high)
+        solver.changeColsCost(len(cost), columns, cost)
+        rows, filled = np.nonzero(matrix)
+        starts = np.searchsorted(rows, np.arange(len(most))).astype(np.int32)
+        below = np.full(len(most), -highspy.kHighsInf)
+        solver.addRows(len(most), below, most, len(rows), starts, filled.astype(np.int32), matrix[rows, filled])
+        solver.run()
+        status = solver.getModelStatus()
+        found = solver.getSolution()
+        if status != highspy.HighsModelStatus.kOptimal:
+            return None, np.zeros(len(most)), 0.0
+        return np.array(found.col_value), -np.array(found.row_dual), float(solver.getObjectiveValue())
+
+
+def multipliers(branch: Branch, aside: Row | None, found: Least | Middle) -> tuple[int, Used] | None:
+    """(times of a row beside the branch, 0 without one; multipliers of its own rows) that show exactly that no state of
+    the branch meets them all: the duals as small whole numbers, or the exact solution of the equations that they solve.
+    """
+    used = [(place, dual) for place, dual in zip(found.places, found.duals.tolist(), strict=True) if dual > TOLERANCE]
+    if aside is None:
+        top = max((dual for _, dual in used), default=1.0)
+        used = [(place, dual / top) for place, dual in used]
+    for scale in SCALES:
+        shown = _checked(branch, aside, scale, [(place, round(dual * scale)) for place, dual in used])
+        if shown is not None:
+            return shown
+    return _by_equations(branch, aside, [place for place, _ in used], found.point or {})
+
+
+def _checked(branch: Branch, aside: Row | None, scale: int, used: Used) -> tuple[int, Used] | None:
+    used = [(place, times) for place, times in used if times > 0]
+    beside = [] if aside is None else [(aside, scale)]
+    if branch.contradicted([*beside, *((branch.rows[place], times) for place, times in used)]):
+        return (0 if aside is None else scale), used
+    return None
+
+
+def _by_equations(
+    branch: Branch, aside: Row | None, places: Sequence[int], point: Mapping[int, float]
+) -> tuple[int, Used] | None:
+    """Multipliers with which rows cancel in all unknowns that the point has within their bounds."""
+    rows = ([] if aside is None else [aside]) + [branch.rows[place] for place in places]
+    inner = [unknown for unknown, value in point.items() if _is_inner(branch, unknown, value)]
+    weights = [dict(row.direction.weights) for row in rows]
+    scales = [Fraction(1 if row.upper else -1, 1 << row.direction.bits) for row in rows]
+    equations = [
+        [each.get(unknown, 0) * scale for each, scale in zip(weights, scales, strict=True)] for unknown in inner
+    ]
+    solution = kernel(equations, len(rows))
+    if solution is None:
+        return None
+    common = lcm(*(number.denominator for number in solution))
+    whole = [int(number * common) for number in solution]
+    if min(whole) < 0:
+        return None
+    times, used = (whole[0], whole[1:]) if aside is not None else (0, whole)
+    return _checked(branch, aside, times, list(zip(places, used, strict=True)))
+
+
+def _is_inner(branch: Branch, unknown: int, value: float) -> bool:
+    span = branch.box.get(unknown, UNIT)
+    return float(span.low) + TOLERANCE < value < float(span.high) - TOLERANCE
+
+
+def kernel(equations: Sequence[Sequence[Fraction]], count: int) -> list[Fraction] | None:
+    """The solution of homogeneous equations in `count` numbers whose first number that is not 0 is 1; None where there
+    is no such solution but 0, or more than one.
+    """
+    rows, pivots = [list(equation) for equation in equations], list[int]()
+    for column in range(count):
+        done = len(pivots)
+        pivot = next((place for place in range(done, len(rows)) if rows[place][column]), None)
+        if pivot is None:
+            continue
+        rows[done], rows[pivot] = rows[pivot], rows[done]
+        lead = rows[done][column]
+        rows[done] = [number / lead for number in rows[done]]
+        for place, row in enumerate(rows):
+            if place != done and row[column]:
+                rows[place] = [here - row[column] * there for here, there in zip(row, rows[done], strict=True)]
+        pivots.append(column)
+    free = [column for column in range(count) if column not in pivots]
+    if len(free) != 1:
+        return None
+    solution = [Fraction(0)] * count
+    solution[free[0]] = Fraction(1)
+    for place, column in enumerate(pivots):
+        solution[column] = -rows[place][free[0]]
+    first = next(number for number in solution if number)
+    return [number / first for number in solution]
+
+
+def solved(equations: Sequence[Equation], near: Mapping[int, Fraction]) -> dict[int, Fraction] | None:
+    """Exact values of unknowns, close to those given, with which each sum has its value; None where there are none."""
+    rows, found, exact = list(equations), dict(near), list[tuple[int, Mapping[int, Fraction], Fraction]]()
+    while rows:
+        weights, value = rows.pop()
+        if not weights:
+            if value:
+                return None
+            continue
+        pivot, lead = max(weights.items(), key=lambda one: abs(one[1]))
+        weights, value = {unknown: weight / lead for unknown, weight in weights.items()}, value / lead
+        exact.append((pivot, weights, value))
+        rows = [_without(row, pivot, weights, value) for row in rows]
+    for pivot, weights, value in reversed(exact):
+        found[pivot] = value - sum(
+            (weight * found[other] for other, weight in weights.items() if other != pivot), Fraction(0)
+        )
+    return found
+
+
+def _without(row: Equation, pivot: int, weights: Mapping[int, Fraction], value: Fraction) -> Equation:
+    """An equation from which a multiple of another one is taken, so that the pivot goes."""
+    times, left = row[0].get(pivot, Fraction(0)), dict(row[0])
+    for name, weight in weights.items() if times else ():
+        left[name] = left.get(name, Fraction(0)) - times * weight
+    return {name: weight for name, weight in left.items() if weight}, row[1] - times * value
+
+
+def gap(row: Row, point: Mapping[int, float]) -> float:
+    """How far a point is from the end of a row, per 2**bits."""
+    unknowns, weights = floats(row.direction)
+    total = sum(weight * point[unknown] for unknown, weight in zip(unknowns.tolist(), weights.tolist(), strict=True))
+    return total - scaled(row.end, row.direction)
+
+
+def related(branch: Branch, direction: Direction) -> list[int]:
+    """The rows of a branch that may bound a direction: those that share unknowns with it, or with such rows."""
+    mask, left, found = direction.mask, list(range(len(branch.rows))), list[int]()
+    while True:
+        near = [place for place in left if branch.rows[place].direction.mask & mask]
+        if not near:
+            return _tightest(branch, sorted(found))
+        found += near
+        for place in near:
+            mask |= branch.rows[place].direction.mask
+        left = [place for place in left if place not in near]
+
+
+def _tightest(branch: Branch, places: Sequence[int]) -> list[int]:
+    """The places without rows that another one of the same direction implies."""
+    best: dict[tuple[int, bool], int] = {}
+    for place in places:
+        row = branch.rows[place]
+        before = best.get((id(row.direction), row.upper))
+        if before is None or not _implies(branch.rows[before], row):
+            best[id(row.direction), row.upper] = place
+    return sorted(best.values())
+
+
+def _implies(one: Row, other: Row) -> bool:
+    """Whether a row implies another one of the same direction and side."""
+    if one.end == other.end:
+        return one.strict or not other.strict
+    return (one.end < other.end) == one.upper
+
+
+def _open_ends(branch: Branch, unknowns: Sequence[int]) -> tuple[Float64, Float64]:
+    """The open bounds of unknowns as rows."""
+    rows, ends = list[Float64](), list[float]()
+    for place, unknown in enumerate(unknowns):
+        span = branch.box.get(unknown, UNIT)
+        for is_open, sign, end in ((span.low_open, -1.0, span.low), (span.high_open, 1.0, span.high)):
+            if is_open:
+                rows.append(sign * np.eye(len(unknowns))[place])
+                ends.append(sign * float(end))
+    return np.array(rows).reshape(len(rows), len(unknowns)), np.array(ends)
+
+
+def _unknowns(directions: Sequence[Direction]) -> list[int]:
+    return sorted({unknown for direction in directions for unknown, _ in direction.weights})
+
+
+@lru_cache(maxsize=1 << 14)
+def floats(direction: Direction) -> tuple[Int32, Float64]:
+    """(the unknowns of a direction, its multiples per 2**bits)."""
+    unknowns = np.array([unknown for unknown, _ in direction.weights], dtype=np.int32)
+    return unknowns, np.array([scaled(weight, direction) for _, weight in direction.weights])
+
+
+def _dense(row: Row, columns: Int32) -> Float64:
+    """The weights of a row that is at most its end, per 2**bits. `columns`: the column of each unknown."""
+    unknowns, weights = floats(row.direction)
+    found = np.zeros(int(columns.max(initial=-1)) + 1)
+    found[columns[unknowns]] = weights
+    return found if row.upper else -found
+
+
+def _columns(unknowns: Sequence[int]) -> Int32:
+    """The place of each unknown, [largest unknown + 1]; -1 for those that are not among them."""
+    found = np.full(max(unknowns, default=-1) + 1, -1, dtype=np.int32)
+    found[unknowns] = np.arange(len(unknowns), dtype=np.int32)
+    return found
+
+
+def scaled(number: int | Fraction, direction: Direction) -> float:
+    """A number per 2**bits of a direction, as a float."""
+    return number.numerator / (number.denominator << direction.bits)
+
+
+def end_of(row: Row) -> float:
+    """The end of a row that is at most it, per 2**bits."""
+    return scaled(row.end if row.upper else -row.end, row.direction)
+
+
+def _table(rows: Sequence[Row], unknowns: Sequence[int]) -> tuple[Float64, Float64]:
+    columns = _columns(unknowns)
+    weights = np.array([_dense(row, columns) for row in rows]).reshape(len(rows), len(unknowns))
+    return weights, np.array([end_of(row) for row in rows])
+
+
+def _box(branch: Branch, unknowns: Sequence[int]) -> tuple[Float64, Float64]:
+    spans = [branch.box.get(unknown, UNIT) for unknown in unknowns]
+    return np.array([float(span.low) for span in spans]), np.array([float(span.high) for span in spans])

@@ -1,0 +1,91 @@
+"""Exact episodes of a stated system: played in rationals, and judged by a claim.
+
+Does: plays a start with given errors; says whether and where the episode breaks the claim.
+Assumes: a start within the start region, errors within their bounds; both are asked again here.
+Does not: look for counterexamples.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+
+from codegen.ir import PolicyProfile
+from verify.claims.formula import holds
+from verify.reach.results import Counterexample, Values
+from verify.systems.claims import SystemClaim
+from verify.systems.observing import chosen
+from verify.systems.system import Piece, State, System
+
+ZERO = (Fraction(0), Fraction(0))
+
+
+@dataclass(frozen=True)
+class Course:
+    """How an episode is to go: its start, the errors of each step, and the piece wherever two share a border."""
+
+    start: Values
+    errors: Sequence[Values] = ()  # what is not named is the bound nearest to 0
+    pieces: Sequence[int] = ()
+
+
+def replayed(profile: PolicyProfile, system: System, claim: SystemClaim, course: Course) -> Counterexample | None:
+    """The episode of a course as a counterexample; None where it breaks nothing, or leaves what is stated."""
+    if not is_start(system, claim, course.start):
+        return None
+    if claim.about_decisions:
+        actions = chosen(system, profile, course.start)
+        kept = holds(claim.formula, course.start, actions)
+        return None if kept else Counterexample((dict(course.start),), (_named(profile, actions),), (), (), 0)
+    return _played(profile, system, claim, course)
+
+
+def is_start(system: System, claim: SystemClaim, state: State) -> bool:
+    """Whether a claim is about episodes that start in a state, or about decisions there."""
+    if not all(one.range[0] <= state[one.name] <= one.range[1] for one in system.variables):
+        return False
+    if claim.about_decisions:
+        return not claim.regions or holds(claim.inside, state, {})
+    return all(half.holds(state) for half in system.start)
+
+
+def _played(profile: PolicyProfile, system: System, claim: SystemClaim, course: Course) -> Counterexample | None:
+    states, actions, errors, pieces = [dict(course.start)], list[Mapping[str, str]](), list[Values](), list[int]()
+    for step in range(claim.steps + 1):
+        state = states[-1]
+        if holds(claim.broken(step), state, {}):
+            return Counterexample(tuple(states), tuple(actions), tuple(errors), tuple(pieces), step)
+        if step == claim.steps or holds(claim.fulfilled(step), state, {}):
+            return None
+        wanted = course.pieces[step] if step < len(course.pieces) else None
+        piece = piece_of(system, state, wanted)
+        if piece is None:
+            return None
+        given: Values = course.errors[step] if step < len(course.errors) else {}
+        error = _within(system.pieces[piece], given)
+        joint = _named(profile, chosen(system, profile, state))
+        states.append(system.pieces[piece].step(state, joint, error))
+        actions.append(joint)
+        errors.append(error)
+        pieces.append(piece)
+    return None
+
+
+def piece_of(system: System, state: State, wanted: int | None = None) -> int | None:
+    """The first piece that holds a state, or the one wanted if it does; None where nothing is stated."""
+    holding = [
+        number
+        for number, piece in enumerate(system.pieces)
+        if all(low <= state[name] <= high for name, (low, high) in piece.where.items())
+    ]
+    return wanted if wanted in holding else holding[0] if holding else None
+
+
+def _within(piece: Piece, given: Values) -> dict[str, Fraction]:
+    """The errors of a step, each cut to its bounds."""
+    return {name: min(max(given.get(name, Fraction(0)), low), high) for name, (low, high) in piece.error.items()}
+
+
+def _named(profile: PolicyProfile, actions: Mapping[str, int]) -> dict[str, str]:
+    return {policy.agent: policy.actions[actions[policy.agent]].name for policy in profile.agents}

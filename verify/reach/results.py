@@ -1,0 +1,64 @@
+"""What deciding a claim about a stated system gives: a verdict with its evidence and its cost.
+
+Does: the data of a result, of a counterexample and of a budget.
+Assumes: nothing.
+Does not: decide.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from fractions import Fraction
+from typing import TYPE_CHECKING
+
+from verify.claims.region import Verdict
+from verify.systems.claims import SystemClaim
+
+if TYPE_CHECKING:
+    from verify.checker.system_certificates import SystemCertificate
+
+Values = Mapping[str, Fraction]
+
+
+@dataclass(frozen=True)
+class Budget:
+    """How much may be spent on a claim, in counts that do not depend on the machine."""
+
+    max_states: int = 200_000  # symbolic states, over all steps
+    max_programs: int = 200_000  # linear programs
+    samples: int = 4_096  # episodes that are played in search of a counterexample
+
+
+@dataclass(frozen=True)
+class Counterexample:
+    """An exact episode that breaks a claim."""
+
+    states: tuple[Values, ...]  # the start first; for a claim about decisions only that
+    actions: tuple[Mapping[str, str], ...]  # the joint action in each state but the last, by names
+    errors: tuple[Values, ...]  # of each step, by variable
+    pieces: tuple[int, ...]  # which piece moved each state but the last
+    step: int  # the state that breaks the claim; of `reaches` the last one
+
+    @property
+    def start(self) -> Values:
+        """Its start, exact."""
+        return self.states[0]
+
+    @property
+    def start_as_doubles(self) -> dict[str, float]:
+        """Its start, each number as the nearest float64."""
+        return {name: float(value) for name, value in self.start.items()}
+
+
+@dataclass(frozen=True)
+class SystemResult:
+    """The verdict on a claim. Of the stated system, with an error within its bounds at every step."""
+
+    claim: SystemClaim
+    verdict: Verdict
+    reason: str = ""  # what an UNKNOWN leaves open, and what would help
+    certificate: SystemCertificate | None = field(default=None, repr=False)  # of what is PROVED
+    counterexample: Counterexample | None = None  # of what is VIOLATED
+    states: int = 0  # symbolic states that were visited
+    programs: int = 0  # linear programs that were solved

@@ -1,0 +1,159 @@
+"""Starts and errors that may break a claim: played in float64, many at a time.
+
+Does: plays random episodes of a stated system, with starts and errors at bounds among them; the courses that break it.
+Assumes: nothing of what it finds is believed before it is replayed exactly.
+Does not: replay.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from fractions import Fraction
+from itertools import islice
+
+import numpy as np
+
+from codegen.ir import Bool, Float64, PolicyProfile, act
+from verify.checker.system_reading import Reading
+from verify.claims.formula import Batch
+from verify.reach.replay import Course
+from verify.systems.claims import SystemClaim
+from verify.systems.system import Affine, Feature, Interval, Measure, System
+
+MAX_COURSES = 16
+Planes = dict[str, Float64]  # variable -> [batch]
+
+
+def courses(profile: PolicyProfile, system: System, claim: SystemClaim, count: int) -> Iterator[Course]:
+    """Courses that break a claim in float64, at most MAX_COURSES."""
+    random = np.random.default_rng(0)
+    start = _starts(system, claim, count, random)
+    if start is None:
+        return
+    found = (
+        _decided(profile, system, claim, start)
+        if claim.about_decisions
+        else _Play(profile, system, claim).run(start, random)
+    )
+    yield from islice(found, MAX_COURSES)
+
+
+def _starts(system: System, claim: SystemClaim, count: int, random: np.random.Generator) -> Planes | None:
+    """Random starts, half of the numbers at a bound in half of them; None where none was found."""
+    polytope = () if claim.about_decisions else system.start
+    reading = Reading(system, [one.name for one in system.variables])
+    branch = reading.start(polytope)
+    if branch is None:
+        return None
+    found: Planes = {}
+    for name in reading.order:
+        where = random.random(count)
+        rounded = random.random(count) < np.where(np.arange(count) % 2, 0.5, 0.0)
+        where = np.where(rounded, np.round(where), where)
+        width = sum(map(float, branch.motion.weights[name].values()))
+        found[name] = float(branch.at[name]) + width * where
+    kept = np.ones(count, dtype=np.bool_)
+    for half in polytope:
+        kept &= _value(half.form, found) <= 0
+    if claim.about_decisions and claim.regions:
+        kept &= Batch(found, count).holds(claim.inside, {})
+    return {name: values[kept] for name, values in found.items()} if kept.any() else None
+
+
+def _decided(profile: PolicyProfile, system: System, claim: SystemClaim, start: Planes) -> Iterator[Course]:
+    count = len(next(iter(start.values())))
+    actions = {policy.agent: act(policy, _seen(system, profile, policy.agent, start)) for policy in profile.agents}
+    broken = ~Batch(start, count).holds(claim.formula, actions)
+    for place in np.flatnonzero(broken):
+        yield Course({name: Fraction(float(values[place])) for name, values in start.items()})
+
+
+class _Play:
+    """Episodes, a batch at a time."""
+
+    def __init__(self, profile: PolicyProfile, system: System, claim: SystemClaim) -> None:
+        self.profile, self.system, self.claim = profile, system, claim
+        self._errors: list[Planes] = []
+        self._pieces: list[Float64] = []
+
+    def run(self, start: Planes, random: np.random.Generator) -> Iterator[Course]:
+        """The courses that break the claim, at the earliest step first."""
+        state, count = start, len(next(iter(start.values())))
+        alive = np.ones(count, dtype=np.bool_)
+        extreme = random.random(count)
+        for step in range(self.claim.steps + 1):
+            batch = Batch(state, count)
+            broken = alive & batch.holds(self.claim.broken(step), {})
+            for place in np.flatnonzero(broken):
+                yield self._course(start, int(place))
+            alive &= ~broken & ~batch.holds(self.claim.fulfilled(step), {})
+            if step < self.claim.steps and alive.any():
+                state, moved = self._step(state, count, extreme, random)
+                alive &= moved
+
+    def _step(self, state: Planes, count: int, extreme: Float64, random: np.random.Generator) -> tuple[Planes, Bool]:
+        """The next states, and which of them are stated."""
+        after = {name: np.zeros(count) for name in state}
+        errors = {name: np.zeros(count) for name in state}
+        piece_of = np.full(count, -1)
+        actions = {
+            policy.agent: act(policy, _seen(self.system, self.profile, policy.agent, state))
+            for policy in self.profile.agents
+        }
+        for number, piece in enumerate(self.system.pieces):
+            here = piece_of < 0
+            for name, (low, high) in piece.where.items():
+                here &= (state[name] >= float(low)) & (state[name] <= float(high))
+            piece_of[here] = number
+            for name, form in piece.move.items():
+                error = _errors(piece.error.get(name), extreme, random)
+                errors[name][here] = error[here]
+                after[name][here] = (_value(form, state) + error)[here]
+            for policy in self.profile.agents:
+                for action, spec in enumerate(policy.actions):
+                    taken = here & (actions[policy.agent] == action)
+                    for name, form in piece.effect.get((policy.agent, spec.name), {}).items():
+                        after[name][taken] += np.broadcast_to(_value(form, state), (count,))[taken]
+        self._errors.append(errors)
+        self._pieces.append(piece_of)
+        return after, piece_of >= 0
+
+    def _course(self, start: Planes, place: int) -> Course:
+        def exactly(planes: Planes) -> Mapping[str, Fraction]:
+            return {name: Fraction(float(values[place])) for name, values in planes.items()}
+
+        return Course(exactly(start), list(map(exactly, self._errors)), [int(each[place]) for each in self._pieces])
+
+
+def _errors(bounds: Interval | None, extreme: Float64, random: np.random.Generator) -> Float64:
+    """Errors of a step: for a third always the lower bound, for a third always the upper one, else anywhere."""
+    low, high = map(float, bounds or (0, 0))
+    where = np.where(extreme < 1 / 3, 0.0, np.where(extreme < 2 / 3, 1.0, random.random(len(extreme))))
+    return low + (high - low) * where
+
+
+def _seen(system: System, profile: PolicyProfile, agent: str, state: Planes) -> Float64:
+    """Observations of an agent, [batch, n_features]."""
+    features = system.features[agent]
+    columns = [_measured(features[feature.name], state) for feature in profile.policy(agent).features]
+    return (
+        np.stack(np.broadcast_arrays(*columns), axis=1) if columns else np.zeros((len(next(iter(state.values()))), 0))
+    )
+
+
+def _measured(feature: Feature, state: Planes) -> Float64:
+    value = _value(feature.form, state)
+    if feature.measure is Measure.SIGN:
+        return np.sign(value)
+    if feature.measure is Measure.POSITIVE:
+        return np.asarray(value > 0, dtype=np.float64)
+    if feature.measure is Measure.CLIP and feature.bounds is not None:
+        return np.clip(value, float(feature.bounds[0]), float(feature.bounds[1]))
+    return value
+
+
+def _value(form: Affine, state: Planes) -> Float64:
+    total = np.full(len(next(iter(state.values()))), float(form.constant))
+    for name, factor in form.terms:
+        total = total + float(factor) * state[name]
+    return total

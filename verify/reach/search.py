@@ -1,0 +1,179 @@
+"""Finds the answers of a proof about a stated system, by linear programs and points that are known to be there.
+
+Does: answers each question of the checker's search, and writes the answers down as a proof.
+Assumes: linear programs whose answers are proposals; an emptiness counts once the checker's own arithmetic confirms it.
+Does not: decide what to follow, or play counterexamples.
+
+A side of a question that a known point lies on has states, so no program is asked about it. Points are proposals too:
+to hold a side open is always sound, it only makes the search longer.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from codegen.ir import Float64
+from verify.checker.system_certificates import encoded
+from verify.checker.system_rows import Branch, Row
+from verify.checker.systems import Answer, Answers
+from verify.reach.programs import TOLERANCE, Least, Programs, Used, end_of, floats, multipliers, related
+from verify.reach.results import Budget
+
+POINTS = 64
+Open = Callable[[Branch, bool], None]
+
+
+class BudgetError(Exception):
+    """The budget ended with a symbolic state at hand."""
+
+    def __init__(self, branch: Branch, what: str) -> None:
+        super().__init__(what)
+        self.branch = branch
+
+
+class Known:
+    """What is known of one branch: points of it, and the least values of directions."""
+
+    def __init__(self, branch: Branch, points: Float64) -> None:
+        self.branch = branch
+        self.points = points  # [count, unknowns]
+        self.rows = len(branch.rows)
+        self.box = branch.box
+        self.least: dict[tuple[int, bool], Least] = {}
+
+
+class Prover(Answers):
+    """The answers of a proof that is being made. `open_`: called with what is left open."""
+
+    def __init__(self, budget: Budget, open_: Open, fulfilled: bool = True) -> None:
+        self.numbers: list[int] = []
+        self.programs = Programs()
+        self.states = 0
+        self._open = open_
+        self._budget = budget
+        self._fulfilled = fulfilled
+        self._random = np.random.default_rng(0)
+
+    @property
+    def proof(self) -> bytes:
+        """The answers so far."""
+        return encoded(self.numbers)
+
+    def visited(self, branch: Branch) -> None:
+        """Counts; BudgetError."""
+        self.states += 1
+        if self.states > self._budget.max_states:
+            raise BudgetError(branch, f"{self._budget.max_states:,} symbolic states")
+        if self.programs.solved > self._budget.max_programs:
+            raise BudgetError(branch, f"{self._budget.max_programs:,} linear programs")
+
+    def hull(self, branch: Branch) -> int | None:
+        """None: whoever made this puts symbolic states into hulls."""
+        return None
+
+    def asks_fulfilled(self, branch: Branch) -> bool:
+        """As it was made."""
+        self.numbers.append(int(self._fulfilled))
+        return self._fulfilled
+
+    def left_open(self, branch: Branch, stated: bool) -> None:
+        """Tells whoever made this."""
+        self._open(branch, stated)
+
+    def side(self, branch: Branch, row: Row) -> Answer:
+        """Which sides have states, and what shows that one has none."""
+        if not related(branch, row.direction):  # then bounds tell all
+            self.numbers.append(Answer.BOTH)
+            return Answer.BOTH
+        known = self._known(branch)
+        this, other = _met(known.points, row), _met(known.points, row.opposite())
+        for met, asked, answer in ((this, row, Answer.NOT_THIS), (other, row.opposite(), Answer.ALL_THIS)):
+            if not met:
+                shown = self._refuted(branch, known, asked)
+                if shown is not None:
+                    return self._answered(answer, *shown)
+                if not self._nonempty(branch, known):
+                    empty = multipliers(branch, None, self.programs.middle(branch))
+                    if empty is not None:
+                        return self._answered(Answer.NEITHER, *empty)
+        self.numbers.append(Answer.BOTH)
+        return Answer.BOTH
+
+    def _nonempty(self, branch: Branch, known: Known) -> bool:
+        return all(least.point is not None for least in known.least.values())
+
+    def _answered(self, answer: Answer, times: int, used: Used) -> Answer:
+        self.numbers.append(answer)
+        if answer != Answer.NEITHER:
+            self.numbers.append(times)
+        self.numbers.append(len(used))
+        before = -1
+        for place, factor in sorted(used):
+            self.numbers += [place - before - 1, factor]
+            before = place
+        return answer
+
+    def _refuted(self, branch: Branch, known: Known, row: Row) -> tuple[int, Used] | None:
+        """Multipliers that show that a row holds nowhere; None where none are found."""
+        key = id(row.direction), row.upper
+        least = known.least.get(key)
+        if least is None:
+            least = known.least[key] = self.programs.least(branch, row)
+            if least.point is not None:
+                known.points = np.vstack([known.points, self._filled(branch, known, least.point)])
+        if least.point is None or least.value < end_of(row) - TOLERANCE:
+            return None
+        return multipliers(branch, row, least)
+
+    def _filled(self, branch: Branch, known: Known, point: dict[int, float]) -> Float64:
+        """A point as a row, the other unknowns as in a point that is known."""
+        if len(known.points):
+            found = known.points[0].copy()
+        else:
+            found = np.full(len(branch.motion.unknowns), 0.5)
+            for unknown, value in self.programs.middle(branch).point.items():
+                found[unknown] = value
+        for unknown, value in point.items():
+            found[unknown] = value
+        return found[None, :]
+
+    def _known(self, branch: Branch) -> Known:
+        """What is known of a branch: at first, what was known of that it came from."""
+        note = branch.note
+        if isinstance(note, Known) and note.branch is branch:
+            return note
+        points = note.points if isinstance(note, Known) else np.zeros((0, 0))
+        first = note.rows if isinstance(note, Known) else 0
+        box = note.box if isinstance(note, Known) else None
+        points = self._widened(points, len(branch.motion.unknowns), isinstance(note, Known))
+        if box is not branch.box:
+            for unknown, span in branch.box.items():
+                points = points[(points[:, unknown] >= float(span.low)) & (points[:, unknown] <= float(span.high))]
+        for row in branch.rows[first:]:
+            points = points[_values(points, row) <= end_of(row) + TOLERANCE]
+        known = Known(branch, points[:POINTS])
+        branch.note = known
+        return known
+
+    def _widened(self, points: Float64, unknowns: int, some: bool) -> Float64:
+        """Points with as many unknowns as there are now; the new ones anywhere, half of them at a bound."""
+        count, more = (len(points) if some else POINTS), unknowns - points.shape[1]
+        if more <= 0:
+            return points
+        fresh = self._random.random((count, more))
+        fresh[::2] = np.round(fresh[::2])
+        return np.hstack([points.reshape(count, points.shape[1]), fresh])
+
+
+def _values(points: Float64, row: Row) -> Float64:
+    """The sum of a row that is at most its end, at each point."""
+    unknowns, weights = floats(row.direction)
+    total = points[:, unknowns] @ weights
+    return total if row.upper else -total
+
+
+def _met(points: Float64, row: Row) -> bool:
+    """Whether some point meets a row clearly."""
+    return bool(len(points) and (_values(points, row) < end_of(row) - TOLERANCE).any())

@@ -1,0 +1,94 @@
+"""Exact starts and errors within a symbolic state.
+
+Does: candidates for the course of an episode to a branch that is left open; a state of the region of a claim.
+Assumes: whoever asks replays them, so that a candidate may be wrong.
+Does not: replay.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from fractions import Fraction
+
+from verify.checker.system_reading import Reading
+from verify.checker.system_rows import UNIT, Branch, Row
+from verify.claims.region import Verdict
+from verify.reach.programs import Middle, Programs, gap, multipliers, solved
+from verify.reach.replay import Course, is_start
+from verify.systems.claims import SystemClaim
+from verify.systems.system import System
+
+BITS = (4, 8, 14, 24, 40)  # of rounded starts
+NEAR = 1e-7
+Exactly = Mapping[int, Fraction]  # by unknown
+
+
+def witnesses(system: System, branch: Branch, start: Branch) -> Iterator[Course]:
+    """Courses to a branch, those with short numbers first. `start`: the symbolic state that it came from."""
+    middle = Programs().middle(branch)
+    for bits in BITS:
+        yield _course(system, branch, start, _rounded(branch, middle.point, bits), bits)
+    exact = _on_rows(branch, middle)
+    if exact is not None:
+        yield _course(system, branch, start, exact, None)
+
+
+def inhabitant(system: System, claim: SystemClaim) -> Mapping[str, Fraction] | Verdict:
+    """A state that a claim is about; VACUOUS where there is none, UNKNOWN where none was found."""
+    reading = Reading(system, [one.name for one in system.variables])
+    answer = Verdict.VACUOUS
+    for polytope in (claim.regions or ((),)) if claim.about_decisions else (system.start,):
+        branch = reading.start(polytope)
+        if branch is None:
+            continue
+        middle = Programs().middle(branch)
+        if middle.slack < 0 and multipliers(branch, None, middle) is not None:
+            continue
+        for course in witnesses(system, branch, branch):
+            if is_start(system, claim, course.start):
+                return course.start
+        answer = Verdict.UNKNOWN
+    return answer
+
+
+def _rounded(branch: Branch, point: Mapping[int, float], bits: int) -> Exactly:
+    """A point with short numbers, each within its bounds. What the point says nothing about is in the middle."""
+    found: dict[int, Fraction] = {}
+    for unknown in range(len(branch.motion.unknowns)):
+        low, _, high, _ = branch.box.get(unknown, UNIT)
+        value = Fraction(point[unknown]) if unknown in point else (low + high) / 2
+        found[unknown] = min(max(_short(value, bits), low), high)
+    return found
+
+
+def _short(number: Fraction, bits: int) -> Fraction:
+    return Fraction(round(number * (1 << bits)), 1 << bits)
+
+
+def _on_rows(branch: Branch, middle: Middle) -> Exactly | None:
+    """A point that meets the rows next to which a point lies exactly, where these have one."""
+    rounded = dict(_rounded(branch, middle.point, BITS[-1]))
+    rows = [row for row in branch.rows if abs(gap(row, middle.point)) < NEAR]
+    return solved([(_exactly(row), row.end) for row in rows], rounded)
+
+
+def _exactly(row: Row) -> dict[int, Fraction]:
+    return {unknown: Fraction(weight) for unknown, weight in row.direction.weights}
+
+
+def _course(system: System, branch: Branch, start: Branch, exact: Exactly, bits: int | None) -> Course:
+    """The course that values of the unknowns stand for. `bits`: of the start, where that may be rounded."""
+    places = {key: number for number, key in enumerate(branch.motion.unknowns)}
+    values: dict[str, Fraction] = {}
+    for name, least in start.at.items():
+        width = sum(start.motion.weights[name].values(), Fraction(0))
+        value = least + width * exact.get(places.get((-1, name), -1), Fraction(0))
+        values[name] = value if bits is None else min(max(_short(value, bits + 8), least), least + width)
+    errors: list[dict[str, Fraction]] = []
+    for step, number in enumerate(branch.pieces):
+        stated, error = system.pieces[number].error, dict[str, Fraction]()
+        for name, (low, high) in stated.items():
+            share = exact.get(places.get((step, name), -1), Fraction(0))
+            error[name] = low + (high - low) * share
+        errors.append(error)
+    return Course(values, errors, branch.pieces)

@@ -1,0 +1,69 @@
+"""Stated systems as plain data with exact numbers, and their content hash.
+
+Does: the document of a system, and the hash that certificates name.
+Assumes: nothing.
+Does not: read documents; users write files of another form.
+"""
+
+import hashlib
+import json
+from collections.abc import Mapping
+from typing import Any
+
+from codegen.floats import rational_literal
+from verify.systems.system import Affine, Feature, HalfSpace, Interval, Piece, System
+
+
+def content_hash(system: System) -> str:
+    """SHA-256 of the document of a system."""
+    canonical = json.dumps(document(system), sort_keys=True, separators=(",", ":"), allow_nan=False)
+    return hashlib.sha256(canonical.encode()).hexdigest()
+
+
+def document(system: System) -> dict[str, Any]:
+    """All that a system states, as plain data; numbers are exact texts."""
+    return {
+        "name": system.name,
+        "variables": [[one.name, one.unit, *_interval(one.range)] for one in system.variables],
+        "features": {
+            agent: {name: _feature(feature) for name, feature in features.items()}
+            for agent, features in system.features.items()
+        },
+        "start": [_half(half) for half in system.start],
+        "pieces": [_piece(piece) for piece in system.pieces],
+        "steps": system.steps,
+        "reference": system.reference,
+    }
+
+
+def _interval(bounds: Interval) -> list[str]:
+    return [rational_literal(bound) for bound in bounds]
+
+
+def _affine(form: Affine) -> dict[str, Any]:
+    return {
+        "terms": {name: rational_literal(factor) for name, factor in form.terms},
+        "constant": rational_literal(form.constant),
+    }
+
+
+def _half(half: HalfSpace) -> dict[str, Any]:
+    return {"below" if half.strict else "most": _affine(half.form)}
+
+
+def _feature(feature: Feature) -> dict[str, Any]:
+    bounds = None if feature.bounds is None else _interval(feature.bounds)
+    return {"form": _affine(feature.form), "measure": feature.measure.value, "bounds": bounds}
+
+
+def _forms(forms: Mapping[str, Affine]) -> dict[str, Any]:
+    return {name: _affine(form) for name, form in forms.items()}
+
+
+def _piece(piece: Piece) -> dict[str, Any]:
+    return {
+        "where": {name: _interval(bounds) for name, bounds in piece.where.items()},
+        "move": _forms(piece.move),
+        "effect": [[agent, action, _forms(forms)] for (agent, action), forms in sorted(piece.effect.items())],
+        "error": {name: _interval(bounds) for name, bounds in piece.error.items()},
+    }

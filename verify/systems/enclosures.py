@@ -1,0 +1,237 @@
+"""Affine enclosures of what is not affine: over a box, a form and an error that is proved.
+
+Does: carries each part of an expression as an affine form with a remainder, in exact numbers.
+Assumes: the box bounds every variable of the expression.
+Does not: trust itself alone: verify/checker/enclosures.py shows each enclosure again in another way.
+
+A part is known as a form around the middle of the box, and an interval that holds all that the form leaves out. sin,
+cos, powers, reciprocals and clips of a part are enclosed by a line over its range. Between points at a distance w a
+function whose second derivative is at most m stays within m w^2 / 8 of the chord, so a few points bound the error.
+Products keep their linear part; the product of the deviations goes into the interval.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from itertools import pairwise
+from typing import NamedTuple
+
+from codegen.errors import InputError
+from verify.systems.language.expressions import Call, Expression, Name, Number, Power, Product, Quotient, Sum
+from verify.systems.system import Affine, Box, Interval
+
+POINTS = 48  # at which a function is looked at for an enclosure
+GRID = 10**10  # forms and errors of an enclosure are multiples of 1 / GRID
+FINE = 2**64  # ... and of 1 / FINE on the way
+SLACK = Fraction(1, 16)  # by which errors are widened, so that another proof of them need not be as tight
+LARGEST = 32  # of what sin and cos are taken
+ZERO: Interval = (Fraction(0), Fraction(0))
+
+
+class Enclosure(NamedTuple):
+    """The values of an expression over a box: those of `form`, and an error anywhere in `error`."""
+
+    form: Affine
+    error: Interval
+
+
+class Undefined(Exception):
+    """Over the box a denominator may be 0, or numbers are too large."""
+
+
+@dataclass(frozen=True)
+class _Model:
+    """A form around the middle of the box, and what it leaves out."""
+
+    middle: Fraction
+    slopes: Mapping[str, Fraction]
+    rest: Interval
+
+
+class Enclosing:
+    """Enclosures over one box."""
+
+    def __init__(self, box: Box, where: str) -> None:
+        self.box, self._where = box, where
+        self._middle = {name: (low + high) / 2 for name, (low, high) in box.items()}
+        self._radius = {name: (high - low) / 2 for name, (low, high) in box.items()}
+        self._known: dict[Expression, _Model] = {}
+
+    def of(self, expression: Expression) -> Enclosure:
+        """The enclosure of an expression. InputError where it may be undefined."""
+        try:
+            return _coarse(self._model(expression), self.box)
+        except Undefined as undefined:
+            states = ", ".join(f"{name} in [{low}, {high}]" for name, (low, high) in self.box.items())
+            raise InputError(str(undefined), f"{self._where}: {states}", "narrow the ranges, or cut them") from None
+
+    def _model(self, expression: Expression) -> _Model:
+        if expression not in self._known:
+            self._known[expression] = self._made(expression)
+        return self._known[expression]
+
+    def _made(self, expression: Expression) -> _Model:
+        match expression:
+            case Number(value):
+                return _Model(value, {}, ZERO)
+            case Name(name):
+                return _Model(self._middle[name], {name: Fraction(1)}, ZERO)
+            case Sum(left, right):
+                return self._sum(self._model(left), self._model(right))
+            case Product(left, right):
+                return self._product(self._model(left), self._model(right))
+            case Quotient(left, right):
+                return self._product(self._model(left), self._curved(_reciprocal, self._model(right)))
+            case Power(base, exponent):
+                return self._curved(lambda a, b: _power(exponent, a, b), self._model(base))
+            case Call(_, argument, (low, high)):
+                return self._curved(lambda a, b: _clip(low, high, a, b), self._model(argument))
+            case Call(function, argument, _):
+                return self._curved(lambda a, b: _wave(function, a, b), self._model(argument))
+
+    def _deviation(self, model: _Model) -> Fraction:
+        """How far the form comes from its value in the middle."""
+        return sum((abs(slope) * self._radius[name] for name, slope in model.slopes.items()), Fraction(0))
+
+    def _range(self, model: _Model) -> Interval:
+        reach = self._deviation(model)
+        return model.middle - reach + model.rest[0], model.middle + reach + model.rest[1]
+
+    def _sum(self, one: _Model, other: _Model) -> _Model:
+        names = one.slopes.keys() | other.slopes.keys()
+        slopes = {name: one.slopes.get(name, 0) + other.slopes.get(name, 0) for name in sorted(names)}
+        return self._fine(one.middle + other.middle, slopes, _added(one.rest, other.rest))
+
+    def _scaled(self, model: _Model, factor: Fraction) -> _Model:
+        slopes = {name: slope * factor for name, slope in model.slopes.items()}
+        return self._fine(model.middle * factor, slopes, _scaled(model.rest, factor))
+
+    def _product(self, one: _Model, other: _Model) -> _Model:
+        for constant, factor in ((one, other), (other, one)):
+            if not constant.slopes and constant.rest == ZERO:
+                return self._scaled(factor, constant.middle)
+        names = sorted(one.slopes.keys() | other.slopes.keys())
+        slopes = {
+            name: one.middle * other.slopes.get(name, 0) + other.middle * one.slopes.get(name, 0) for name in names
+        }
+        both = self._deviation(one) * self._deviation(other)
+        reach = other.middle - self._deviation(other), other.middle + self._deviation(other)
+        rest = _added(_added((-both, both), _times(one.rest, reach)), _times(self._range(one), other.rest))
+        return self._fine(one.middle * other.middle, slopes, rest)
+
+    def _curved(self, line: Callable[[Fraction, Fraction], tuple[Fraction, Interval]], model: _Model) -> _Model:
+        """A function of a part, by a slope over the part's range and what is left when that is taken off."""
+        low, high = self._range(model)
+        slope, (least, most) = line(low, high)
+        scaled = self._scaled(model, slope)
+        middle = (least + most) / 2
+        rest = _added(scaled.rest, (least - middle, most - middle))
+        return self._fine(scaled.middle + middle, scaled.slopes, rest)
+
+    def _fine(self, middle: Fraction, slopes: Mapping[str, Fraction | int], rest: Interval) -> _Model:
+        """The model in short numbers."""
+        rounded = {name: Fraction(round(slope * FINE), FINE) for name, slope in slopes.items()}
+        lost = sum((abs(rounded[name] - slope) * self._radius[name] for name, slope in slopes.items()), Fraction(0))
+        near = Fraction(round(middle * FINE), FINE)
+        low, high = rest[0] + middle - near - lost, rest[1] + middle - near + lost
+        kept = {name: slope for name, slope in rounded.items() if slope}
+        return _Model(near, kept, (Fraction((low * FINE).__floor__(), FINE), Fraction((high * FINE).__ceil__(), FINE)))
+
+
+def _added(one: Interval, other: Interval) -> Interval:
+    return one[0] + other[0], one[1] + other[1]
+
+
+def _scaled(bounds: Interval, factor: Fraction) -> Interval:
+    low, high = bounds[0] * factor, bounds[1] * factor
+    return min(low, high), max(low, high)
+
+
+def _times(one: Interval, other: Interval) -> Interval:
+    ends = [a * b for a in one for b in other]
+    return min(ends), max(ends)
+
+
+# --- functions of one number: a slope, and the range of the function less the sloped line
+
+
+def _reciprocal(low: Fraction, high: Fraction) -> tuple[Fraction, Interval]:
+    if low <= 0 <= high:
+        raise Undefined("a denominator may be 0")
+    least = min(abs(low), abs(high))
+    return _line(lambda u: (1 / u, 1 / u), 2 / least**3, low, high)
+
+
+def _power(exponent: int, low: Fraction, high: Fraction) -> tuple[Fraction, Interval]:
+    most = max(abs(low), abs(high))
+    bend = exponent * (exponent - 1) * most ** (exponent - 2)
+    return _line(lambda u: (u**exponent, u**exponent), bend, low, high)
+
+
+def _wave(function: str, low: Fraction, high: Fraction) -> tuple[Fraction, Interval]:
+    if max(abs(low), abs(high)) > LARGEST:
+        raise Undefined(f"{function} of more than {LARGEST}")
+    return _line(lambda u: _wave_at(function, u), Fraction(1), low, high)
+
+
+def _clip(least: Fraction, most: Fraction, low: Fraction, high: Fraction) -> tuple[Fraction, Interval]:
+    """Of a clip, whose corners are all that counts."""
+    ends = [min(max(u, least), most) for u in (low, high)]
+    slope = (ends[1] - ends[0]) / (high - low) if low < high else Fraction(0)
+    corners = [low, high, *(corner for corner in (least, most) if low < corner < high)]
+    left = [min(max(u, least), most) - slope * u for u in corners]
+    return slope, (min(left), max(left))
+
+
+def _line(
+    at: Callable[[Fraction], Interval], bend: Fraction, low: Fraction, high: Fraction
+) -> tuple[Fraction, Interval]:
+    """For a function by its enclosed values and the largest second derivative."""
+    points = [_near(low + (high - low) * k / POINTS) for k in range(1, POINTS)]
+    points = [low, *points, high] if low < high else [low]
+    values = [at(u) for u in points]
+    rise = values[-1][0] - values[0][0]
+    slope = _near(rise / (high - low)) if low < high else Fraction(0)
+    step = max((b - a for a, b in pairwise(points)), default=Fraction(0))
+    beyond = bend * step * step / 8
+    left = [(value[0] - slope * u, value[1] - slope * u) for u, value in zip(points, values, strict=True)]
+    return slope, (min(bounds[0] for bounds in left) - beyond, max(bounds[1] for bounds in left) + beyond)
+
+
+def _near(number: Fraction) -> Fraction:
+    return Fraction(round(number * FINE), FINE)
+
+
+def _wave_at(function: str, u: Fraction) -> Interval:
+    """sin or cos of a number of at most LARGEST, by Taylor's series.
+
+    The remainder is at most the first term left out. Each term is rounded to 2^-128. Later terms carry that on, in sum
+    by a factor of e^LARGEST < 2^47 at most. Of less than 2^8 terms all this is below 2^-64.
+    """
+    k = 1 if function == "sin" else 0
+    term = found = u if k else Fraction(1)
+    while abs(term) * FINE > Fraction(1, 4) or k < abs(u):
+        k += 2
+        term = Fraction(round(-term * u * u / (k * (k - 1)) * FINE * FINE), FINE * FINE)
+        found += term
+    return found - Fraction(1, FINE), found + Fraction(1, FINE)
+
+
+# --- a short form
+
+
+def _coarse(model: _Model, box: Box) -> Enclosure:
+    """The enclosure in decimals, its error around 0 and widened."""
+    slopes = {name: Fraction(round(slope * GRID), GRID) for name, slope in model.slopes.items()}
+    lost = Fraction(0)
+    middle = model.middle + (model.rest[0] + model.rest[1]) / 2
+    for name, slope in slopes.items():
+        low, high = box[name]
+        lost += abs(slope - model.slopes[name]) * (high - low) / 2
+        middle -= slope * (low + high) / 2
+    constant = Fraction(round(middle * GRID), GRID)
+    half = (model.rest[1] - model.rest[0]) / 2 + lost + abs(constant - middle)
+    wide = Fraction((half * (1 + SLACK) * GRID).__ceil__() + 1, GRID)
+    return Enclosure(Affine.of(slopes, constant), (-wide, wide))

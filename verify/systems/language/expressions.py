@@ -1,0 +1,216 @@
+"""What a world's file writes about numbers, as trees: sums, products, quotients, powers, sin, cos and clip.
+
+Does: the data of expressions; which names stand in one; puts expressions in place of names; the affine form of one
+  that is affine; its value in floats.
+Assumes: constants of a file are numbers already.
+Does not: read text (parsing.py) or enclose what is not affine (enclosures.py).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from operator import itemgetter
+from typing import TypeAlias
+
+from verify.systems.system import Affine, Interval
+
+ONE, ZERO = Fraction(1), Fraction(0)
+
+
+@dataclass(frozen=True)
+class Number:
+    """A constant, exact."""
+
+    value: Fraction
+
+
+@dataclass(frozen=True)
+class Name:
+    """A variable, or an input that an agent's action sets."""
+
+    name: str
+
+
+@dataclass(frozen=True)
+class Sum:
+    """One expression and another."""
+
+    left: Expression
+    right: Expression
+
+
+@dataclass(frozen=True)
+class Product:
+    """One expression times another."""
+
+    left: Expression
+    right: Expression
+
+
+@dataclass(frozen=True)
+class Quotient:
+    """One expression over another, which is never 0 where the statement is made."""
+
+    left: Expression
+    right: Expression
+
+
+@dataclass(frozen=True)
+class Power:
+    """An expression to a whole power of at least 2."""
+
+    base: Expression
+    exponent: int
+
+
+@dataclass(frozen=True)
+class Call:
+    """`sin`, `cos` or `clip` of an expression; `bounds` are those of a clip."""
+
+    function: str
+    argument: Expression
+    bounds: Interval | None = None
+
+
+Expression: TypeAlias = Number | Name | Sum | Product | Quotient | Power | Call
+
+
+def parts(expression: Expression) -> tuple[Expression, ...]:
+    """What it is made of."""
+    match expression:
+        case Sum(left, right) | Product(left, right) | Quotient(left, right):
+            return left, right
+        case Power(base, _):
+            return (base,)
+        case Call(_, argument, _):
+            return (argument,)
+        case _:
+            return ()
+
+
+def names(expression: Expression) -> frozenset[str]:
+    """The names in it."""
+    if isinstance(expression, Name):
+        return frozenset((expression.name,))
+    return frozenset[str]().union(*map(names, parts(expression)))
+
+
+def extent(expression: Expression) -> tuple[int, int]:
+    """How many parts it has, parts of parts included, and how deep they lie."""
+    below = [extent(part) for part in parts(expression)]
+    return 1 + sum(count for count, _ in below), 1 + max((depth for _, depth in below), default=0)
+
+
+def terms(expression: Expression) -> Iterator[Expression]:
+    """What it is a sum of, signs carried along."""
+    match expression:
+        case Sum(left, right):
+            yield from terms(left)
+            yield from terms(right)
+        case Product(Number() as factor, Sum(left, right)):
+            yield from terms(Product(factor, left))
+            yield from terms(Product(factor, right))
+        case _:
+            yield expression
+
+
+def total(expressions: list[Expression]) -> Expression:
+    """Their sum; 0 of none."""
+    found: Expression | None = None
+    for each in expressions:
+        found = each if found is None else Sum(found, each)
+    return found or Number(ZERO)
+
+
+def replaced(expression: Expression, values: Mapping[str, Expression]) -> Expression:
+    """The expression with others in place of names."""
+    match expression:
+        case Name(name):
+            return values.get(name, expression)
+        case Number():
+            return expression
+        case Sum(left, right):
+            return Sum(replaced(left, values), replaced(right, values))
+        case Product(left, right):
+            return Product(replaced(left, values), replaced(right, values))
+        case Quotient(left, right):
+            return Quotient(replaced(left, values), replaced(right, values))
+        case Power(base, exponent):
+            return Power(replaced(base, values), exponent)
+        case Call(function, argument, bounds):
+            return Call(function, replaced(argument, values), bounds)
+
+
+def affine(expression: Expression) -> Affine | None:
+    """The affine form that it is; None for one that is none by its own writing."""
+    match expression:
+        case Number(value):
+            return Affine.of({}, value)
+        case Name(name):
+            return Affine.of({name: ONE})
+        case Sum(left, right):
+            one, other = affine(left), affine(right)
+            return None if one is None or other is None else one.plus(other)
+        case Product(left, right):
+            return _product(affine(left), affine(right))
+        case Quotient(left, right):
+            below = affine(right)
+            inverse = None if below is None or below.terms or not below.constant else Affine.of({}, 1 / below.constant)
+            return _product(affine(left), inverse)
+        case Power(base, exponent):
+            under = affine(base)
+            return None if under is None or under.terms else Affine.of({}, under.constant**exponent)
+        case Call():
+            return None
+
+
+def _product(one: Affine | None, other: Affine | None) -> Affine | None:
+    if one is None or other is None or (one.terms and other.terms):
+        return None
+    return Affine().plus(one, other.constant) if not other.terms else Affine().plus(other, one.constant)
+
+
+def of_affine(form: Affine) -> Expression:
+    """An affine form as an expression."""
+    made: list[Expression] = [Product(Number(factor), Name(name)) for name, factor in form.terms]
+    return total([*made, Number(form.constant)] if form.constant or not made else made)
+
+
+def function(expression: Expression) -> Callable[[Mapping[str, float]], float]:
+    """Its value in a state, in float64, operation by operation as it is written.
+
+    The function raises ZeroDivisionError and OverflowError as Python has them.
+    """
+    match expression:
+        case Number(constant):
+            number = float(constant)
+            return lambda state: number
+        case Name(name):
+            return itemgetter(name)
+        case Power(base, exponent):
+            under = function(base)
+            return lambda state: under(state) ** exponent
+        case Call(called, argument, bounds):
+            inner = function(argument)
+            if bounds is not None:
+                low, high = map(float, bounds)
+                return lambda state: min(max(inner(state), low), high)
+            wave = math.sin if called == "sin" else math.cos
+            return lambda state: wave(inner(state))
+        case Sum(left, right):
+            one, other = function(left), function(right)
+            return lambda state: one(state) + other(state)
+        case Product(left, right):
+            one, other = function(left), function(right)
+            return lambda state: one(state) * other(state)
+        case Quotient(left, right):
+            one, other = function(left), function(right)
+            return lambda state: one(state) / other(state)
+
+
+def value(expression: Expression, state: Mapping[str, float]) -> float:
+    """Its value in a state, as `function` computes it."""
+    return function(expression)(state)

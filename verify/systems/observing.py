@@ -1,0 +1,57 @@
+"""What agents observe in an exact state of a stated system, and what they do there.
+
+Does: the float32 nearest to an exact number; observations; joint actions.
+Assumes: a system that has the features of the profile.
+Does not: move states.
+"""
+
+import math
+from collections.abc import Mapping
+from fractions import Fraction
+
+import numpy as np
+
+from codegen.floats import neighbour
+from codegen.ir import AgentPolicy, Float32, PolicyProfile, act
+from verify.systems.system import Feature, Measure, State, System
+
+MAX_FLOAT32 = Fraction(float(np.finfo(np.float32).max))
+BEYOND = MAX_FLOAT32 + Fraction(2) ** 103  # from here on the nearest float32 is infinite
+
+
+def nearest(exact: Fraction) -> np.float32:
+    """The float32 nearest to a number, of two that are as near the even one; infinite beyond the largest."""
+    if abs(exact) >= BEYOND:
+        return np.float32(math.copysign(math.inf, exact))
+    close = np.float32(float(max(-MAX_FLOAT32, min(MAX_FLOAT32, exact))))
+    beside = [neighbour(close, -math.inf), close, neighbour(close, math.inf)]
+    return min((each for each in beside if np.isfinite(each)), key=lambda each: _distance(each, exact))
+
+
+def _distance(number: np.float32, exact: Fraction) -> tuple[Fraction, int]:
+    odd = int(np.float32(number).view(np.uint32)) & 1
+    return abs(Fraction(float(number)) - exact), odd
+
+
+def measured(feature: Feature, state: State) -> Fraction:
+    """The exact value of a feature in a state."""
+    value = feature.form.at(state)
+    if feature.measure is Measure.SIGN:
+        return Fraction((value > 0) - (value < 0))
+    if feature.measure is Measure.POSITIVE:
+        return Fraction(value > 0)
+    if feature.measure is Measure.CLIP and feature.bounds is not None:
+        return max(feature.bounds[0], min(feature.bounds[1], value))
+    return value
+
+
+def observed(system: System, policy: AgentPolicy, state: State) -> Float32:
+    """What an agent observes in a state, [n_features] float32. KeyError for a feature that the system does not have."""
+    features = system.features[policy.agent]
+    seen = [nearest(measured(features[feature.name], state)) for feature in policy.features]
+    return np.array(seen, dtype=np.float32)
+
+
+def chosen(system: System, profile: PolicyProfile, state: State) -> Mapping[str, int]:
+    """The number of the action that each agent takes in a state."""
+    return {policy.agent: int(act(policy, observed(system, policy, state))[0]) for policy in profile.agents}

@@ -1,0 +1,105 @@
+"""Sets of states by exact inequalities: is one empty, do boxes overlap, and what do they leave out?
+
+Does: Fourier-Motzkin elimination; cuts boxes by boxes.
+Assumes: few inequalities, as a file states them; beyond a limit emptiness stays open.
+Does not: decide claims.
+"""
+
+from collections.abc import Mapping, Sequence
+from fractions import Fraction
+from itertools import combinations
+
+from verify.systems.system import Affine, Box, HalfSpace, Interval, Polytope
+
+MAX_INEQUALITIES = 4_000  # of one elimination
+
+
+def box_of(bounds: Mapping[str, Interval]) -> Polytope:
+    """The half spaces of a box."""
+    found: list[HalfSpace] = []
+    for name, (low, high) in bounds.items():
+        found.append(HalfSpace(Affine.of({name: Fraction(-1)}, low)))
+        found.append(HalfSpace(Affine.of({name: Fraction(1)}, -high)))
+    return tuple(found)
+
+
+def is_empty(region: Polytope) -> bool | None:
+    """Whether no state lies in all half spaces; None where that takes too many steps to say."""
+    open_ = set(region)
+    while names := {name for half in open_ for name, _ in half.form.terms}:
+        if any(_false(half) for half in open_):
+            return True
+        name = min(names, key=lambda each: (_made(open_, each), each))
+        open_ = _without(open_, name)
+        if len(open_) > MAX_INEQUALITIES:
+            return None
+    return any(_false(half) for half in open_)
+
+
+def _false(half: HalfSpace) -> bool:
+    return not half.form.terms and not half.holds({})
+
+
+def _factor(half: HalfSpace, name: str) -> Fraction:
+    return dict(half.form.terms).get(name, Fraction(0))
+
+
+def _made(halves: set[HalfSpace], name: str) -> int:
+    """How many inequalities the elimination of a variable makes."""
+    above = sum(_factor(half, name) > 0 for half in halves)
+    return above * sum(_factor(half, name) < 0 for half in halves)
+
+
+def _without(halves: set[HalfSpace], name: str) -> set[HalfSpace]:
+    """What the others say once a variable is eliminated."""
+    above = [half for half in halves if _factor(half, name) > 0]
+    below = [half for half in halves if _factor(half, name) < 0]
+    found = {half for half in halves if not _factor(half, name)}
+    for one in above:
+        for other in below:
+            form = one.form.plus(other.form, _factor(one, name) / -_factor(other, name))
+            found.add(HalfSpace(_scaled(form), one.strict or other.strict))
+    return found
+
+
+def _scaled(form: Affine) -> Affine:
+    """A positive multiple in which the first factor is 1 or -1, so that equal half spaces are equal data."""
+    return Affine().plus(form, 1 / abs(form.terms[0][1])) if form.terms else form
+
+
+def overlapping(boxes: Sequence[Box]) -> tuple[int, int] | None:
+    """Two boxes that share more than a border, or None."""
+    for (i, one), (j, other) in combinations(enumerate(boxes), 2):
+        if not apart(one, other):
+            return i, j
+    return None
+
+
+def apart(one: Box, other: Box) -> bool:
+    """Whether two boxes share at most a border. A box of no width is apart from others only where it lies outside."""
+    for name in one.keys() & other.keys():
+        low, high = max(one[name][0], other[name][0]), min(one[name][1], other[name][1])
+        if low > high or (low == high and one[name] != other[name]):
+            return True
+    return False
+
+
+def left_out(whole: Box, boxes: Sequence[Box]) -> Box | None:
+    """A box of states of `whole` that lie in none of the boxes, but for borders; None where there is none."""
+    open_ = [dict(whole)]
+    for box in boxes:
+        open_ = [part for each in open_ for part in _less(each, box)]
+    return open_[0] if open_ else None
+
+
+def _less(whole: Box, box: Box) -> list[dict[str, Interval]]:
+    """A box without another, as boxes."""
+    rest, found = dict(whole), list[dict[str, Interval]]()
+    for name, (low, high) in box.items():
+        least, most = rest[name]
+        inner = max(least, low), min(most, high)
+        if inner[0] > inner[1] or (inner[0] == inner[1] and least != most):
+            return [dict(whole)]
+        found += [rest | {name: side} for side in ((least, inner[0]), (inner[1], most)) if side[0] < side[1]]
+        rest[name] = inner
+    return found

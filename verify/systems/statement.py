@@ -1,0 +1,55 @@
+"""A world's file as data: the system, who acts in it how, and the rules as they are written.
+
+Does: what a file states beyond the system that proofs are about.
+Assumes: whoever makes one has checked it (files.py).
+Does not: read files or play.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from verify.systems.language.expressions import Expression
+from verify.systems.language.parsing import Names
+from verify.systems.system import Box, Interval, System
+
+
+@dataclass(frozen=True)
+class Agent:
+    """Who acts: its team, and what each of its actions sets its inputs to, `AGENT.INPUT`. `reward` is what it is paid
+    on entering a state; claims and proofs do not know it.
+    """
+
+    name: str
+    team: str
+    actions: Mapping[str, Mapping[str, Expression]]
+    reward: Expression
+
+    @property
+    def inputs(self) -> frozenset[str]:
+        """The names of its inputs."""
+        return frozenset(name for values in self.actions.values() for name in values)
+
+
+@dataclass(frozen=True)
+class Rule:
+    """How the state moves in a box, as it is written: the next value of a variable is its `move`, the effects of all
+    agents' actions on it, and an error that the user states.
+    """
+
+    where: Box
+    move: Mapping[str, Expression]
+    effect: Mapping[tuple[str, str], Mapping[str, Expression]]  # (agent, action) -> variable -> what it adds
+    error: Mapping[str, Interval]
+    cuts: Mapping[str, int] = field(default_factory=dict[str, int])  # parts of a range where something is not affine
+
+
+@dataclass(frozen=True)
+class Statement:
+    """What a file states. `system.pieces` are the rules, with enclosures for what is not affine."""
+
+    system: System
+    agents: tuple[Agent, ...]
+    rules: tuple[Rule, ...]
+    names: Names = field(compare=False)  # what regions and claims may name
+    properties: tuple[object, ...] = field(default=(), compare=False)  # tables of claims, as they were read
+    state: str = ""  # the attribute of the reference environment that holds the variables in order

@@ -1,0 +1,118 @@
+"""Values of a parsed TOML document: tables, texts, counts, names and quantities, or an error that says where.
+
+Does: checks kinds, keys and names; reads numbers with their units.
+Assumes: floats were left as the texts that they are.
+Does not: know what a world's file is about (files.py).
+"""
+
+import re
+from collections.abc import Collection, Mapping
+from fractions import Fraction
+from keyword import iskeyword
+
+from codegen.errors import InputError, UnknownNameError, shown
+from verify.claims.region import Interval, is_list, is_table, number
+from verify.systems.language.expressions import Number, affine
+from verify.systems.language.parsing import FUNCTIONS, Names, Typed, expression_of, fitting
+from verify.systems.language.units import Unit, unit_of
+
+ADVICE = "`maviper worlds new FILE` writes a file to start from"
+NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,63}")
+DOTTED = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,63}(\.[A-Za-z][A-Za-z0-9_]{0,63})?")
+_QUANTITY = re.compile(r"\s*([-+]?[0-9.][0-9._]*(?:[eE][-+]?[0-9]+)?(?:/[0-9_]+)?)(?:\s+([A-Za-z%1(].*))?\s*")
+
+
+def table(document: Mapping[str, object], key: str, where: str) -> Mapping[str, object]:
+    """The table under a key; empty where there is none."""
+    return as_table(document.get(key, {}), f"{where}: {key}")
+
+
+def as_table(value: object, where: str) -> Mapping[str, object]:
+    """A value that must be a table."""
+    if not is_table(value):
+        raise InputError("not a table", where, ADVICE)
+    return value
+
+
+VALUES = ("unit", "range")  # keys of a variable's own table
+
+
+def flat(given: Mapping[str, object]) -> dict[str, object]:
+    """A table whose keys are names of variables: `cart.x` without quotes is TOML's way to nest, and means the same."""
+    found: dict[str, object] = {}
+    for name, value in given.items():
+        nested = is_table(value) and not any(key in value for key in VALUES)
+        found |= {f"{name}.{key}": each for key, each in value.items()} if nested and is_table(value) else {name: value}
+    return found
+
+
+def as_list(value: object, where: str, length: int | None = None) -> list[object]:
+    """A value that must be a list, of this length if one is given."""
+    if not is_list(value):
+        raise InputError("not a list", where, ADVICE)
+    if length is not None and len(value) != length:
+        raise InputError(f"a list of {len(value)}, where {length} are needed", where, ADVICE)
+    return value
+
+
+def only(given: Mapping[str, object], known: Collection[str], where: str, kind: str = "key") -> None:
+    """UnknownNameError for a key that is none of these."""
+    for key in given:
+        if key not in known:
+            raise UnknownNameError(kind, key, known, where)
+
+
+def text(value: object, where: str) -> str:
+    """A text of one line."""
+    if not isinstance(value, str) or not value.isprintable():
+        raise InputError("not a text of one line", where, 'write "..."')
+    return value
+
+
+def count(value: object, where: str, most: int) -> int:
+    """A whole number from 1."""
+    if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= most:
+        raise InputError(f"not a whole number from 1 to {most}", where, "write such as 25")
+    return value
+
+
+def named(name: str, where: str, dotted: bool = False) -> str:
+    """A name that expressions can hold."""
+    plain = (DOTTED if dotted else NAME).fullmatch(name)
+    if plain is None or name in FUNCTIONS or any(iskeyword(part) for part in name.split(".")):
+        raise InputError(f"not a name: {shown(name)[:60]!r}", where, "use letters, digits and _, a letter first")
+    return name
+
+
+def quantity(value: object, where: str) -> tuple[Fraction, Unit | None]:
+    """A number and its unit: 9.8, "1/3" or "9.8 m/s^2"; without a unit None. InputError for what is no number."""
+    found = _QUANTITY.fullmatch(value) if isinstance(value, str) else None
+    if found is None or found[2] is None:
+        return number(value, where), None
+    return number(found[1], where), unit_of(found[2], where)
+
+
+def typed(value: object, names: Names, where: str) -> Typed:
+    """A quantity or, of a text that is none, an expression."""
+    infinite = isinstance(value, str) and value.lstrip("+-") in ("inf", "nan")  # of TOML
+    if isinstance(value, str) and not infinite and not _QUANTITY.fullmatch(value):
+        return expression_of(value, names, where)
+    exact, unit = quantity(value, where)
+    return Typed(Number(exact), unit)
+
+
+def measured(value: object, unit: Unit, names: Names, where: str) -> Fraction:
+    """A number in a unit: a quantity, or an expression of constants."""
+    found = affine(fitting(typed(value, names, where), unit, where))
+    if found is None or found.terms:
+        raise InputError("not a constant", where, "name constants only")
+    return found.constant
+
+
+def interval(value: object, unit: Unit, names: Names, where: str) -> Interval:
+    """Bounds `[low, high]`, or one number for both."""
+    ends = as_list(value, where, 2) if is_list(value) else [value, value]
+    low, high = (measured(end, unit, names, where) for end in ends)
+    if low > high:
+        raise InputError(f"the lower bound {low} is above the upper one {high}", where, "swap them")
+    return low, high
