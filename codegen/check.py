@@ -15,6 +15,7 @@ from unicodedata import category
 import numpy as np
 
 from codegen.errors import STEERING, ProfileError, shown, suggestion
+from codegen.floats import FLOAT32, NUMBERS
 from codegen.ir import (
     FUNCTIONS,
     GOAL,
@@ -250,7 +251,11 @@ def _agent(path: str, policy: AgentPolicy, world: WorldSpec) -> Iterator[Violati
         yield violation
     if sound and int(depth(policy.tree).max()) > MAX_DEPTH:
         yield Violation(f"{path}.tree", f"deeper than {MAX_DEPTH} splits")
-    if policy.grown is not None:
+    if policy.numbers not in NUMBERS:
+        yield Violation(f"{path}.numbers", f"must be {' or '.join(NUMBERS)}")
+    if policy.grown is not None and policy.numbers != FLOAT32:
+        yield Violation(f"{path}.grown", f"must be null: a tree that compares {policy.numbers} is not rounded")
+    elif policy.grown is not None:
         yield from _tree(f"{path}.grown", policy.grown, len(policy.features), len(policy.actions), preorder=False)
 
 

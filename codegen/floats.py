@@ -1,7 +1,7 @@
 """Floats of observations and thresholds: rounding, and literals that every reader decodes to the same decision.
 
-Does: numbers of any type to float32; float64 to float32 downwards; the double that stands for a float32 threshold;
-  exact literals.
+Does: numbers of any type to those that an agent compares, float32 or float64; float64 to float32 downwards; the double
+  that stands for a float32 threshold; exact literals.
 Assumes: IEEE 754 binary32 and binary64, finite thresholds.
 Does not: know about trees.
 """
@@ -9,23 +9,26 @@ Does not: know about trees.
 import math
 import struct
 from fractions import Fraction
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
 from codegen.errors import InputError
 
+FLOAT32: Final = "float32"
+FLOAT64: Final = "float64"
+NUMBERS: Final = (FLOAT32, FLOAT64)  # that an agent compares, by the names that numpy and profiles give them
 PIECE_DIGITS = 4_000
 PIECE = 10**PIECE_DIGITS
 MANTISSA, LEAST_EXPONENT = 24, -125  # of a float32, as `math.frexp` counts
 NO_NUMBERS = "cmMSUV"  # numpy's kinds: complex, times, texts, records
 
 
-def observations(given: Any, n_features: int | None = None, agent: str = "an agent") -> Any:
-    """Observations as float32, [batch, n_features]: each number a double first, then the nearest float32, ties to even.
+def observations(given: Any, n_features: int | None = None, agent: str = "an agent", numbers: str = FLOAT32) -> Any:
+    """Observations in the `numbers` that an agent compares, [batch, n_features]: each number a double first, and then,
+    for float32, the nearest float32, ties to even.
 
-    One observation is a batch of one; a number beyond the largest float32 is infinite, a signalling NaN is quiet.
-    InputError for another number of features (None: any) or axes, and for what is no number.
+    One observation is a batch of one; a number beyond the largest is infinite, a signalling NaN is quiet. InputError for another number of features (None: any) or axes, and for what is no number.
     """
     try:
         x = np.asarray(given)
@@ -46,7 +49,7 @@ def observations(given: Any, n_features: int | None = None, agent: str = "an age
     with np.errstate(over="ignore", invalid="ignore"):
         if x.dtype.kind != "f" or x.dtype.itemsize > 8:
             x = x.astype(np.float64)
-        return x.astype(np.float32, copy=False)
+        return x.astype(numbers, copy=False)
 
 
 def _double(number: Any, agent: str) -> float:
@@ -56,10 +59,17 @@ def _double(number: Any, agent: str) -> float:
         raise InputError(f"{agent} observes numbers, given {type(number).__name__}", "", "give floats") from None
 
 
-def neighbour(values: Any, towards: float) -> Any:
-    """The next float32 towards minus or plus infinity, element by element; the step onto infinity is no error."""
+def neighbour(values: Any, towards: float, numbers: str = FLOAT32) -> Any:
+    """The next of the `numbers` towards minus or plus infinity, element by element; the step onto infinity is no
+    error.
+    """
     with np.errstate(over="ignore", under="ignore"):
-        return np.nextafter(np.asarray(values, dtype=np.float32), np.float32(towards))
+        return np.nextafter(np.asarray(values, dtype=numbers), np.dtype(numbers).type(towards))
+
+
+def at_most(threshold: Any, numbers: str) -> Any:
+    """The largest of the `numbers` that is not above a finite float64, element by element."""
+    return round_down(threshold) if numbers == FLOAT32 else np.asarray(threshold, dtype=np.float64)[()]
 
 
 def round_down(threshold: Any) -> Any:
@@ -88,9 +98,9 @@ def deciding_double(threshold: np.float32 | float) -> float:
     return middle if t / spacing % 2 == 0 else math.nextafter(middle, -math.inf)
 
 
-def hex_literal(threshold: np.float32) -> str:
-    """The exact value as a C99 hexadecimal float literal, e.g. `0x1.99999ap-4f`."""
-    return short_hex(float(threshold)) + "f"
+def hex_literal(threshold: np.float32 | np.float64) -> str:
+    """The exact value as a C99 hexadecimal literal of its type: `0x1.99999ap-4f` of float, `0x1.8p-4` of double."""
+    return short_hex(float(threshold)) + ("f" if threshold.dtype == np.float32 else "")
 
 
 def short_hex(value: float) -> str:

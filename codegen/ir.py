@@ -1,12 +1,13 @@
 """The policy IR: what a team of tree policies is, and what it decides.
 
 Does: frozen data for trees, features, actions, the world and the profile; the reference semantics (`act`); the checker.
-Assumes: observations are float32; coordinates are in the world's own length unit.
+Assumes: coordinates are in the world's own length unit.
 Does not: read files (policy_json.py), round thresholds (floats.py), make text (lowering/lower.py, targets/) or learn.
 
 Semantics, the same in every artefact that is made from a profile:
-- A split sends an observation x left iff `x[feature] <= threshold`, both float32. NaN compares false, so it goes
-  right; infinities follow `<=`. Numbers of other types are doubles first, then float32.
+- A split sends an observation x left iff `x[feature] <= threshold`. `Tree.numbers` says what both are, float32 or
+  float64. NaN compares false, so it goes right; infinities follow `<=`. Numbers of other types are doubles first, and
+  then float32 where that is compared.
 - A node's id is its index in the tree's arrays, which are in preorder; leaves are named by that id everywhere.
 """
 
@@ -19,12 +20,13 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from codegen.floats import observations
+from codegen.floats import FLOAT32, observations
 from codegen.region import RegionSpec
 
 Int32 = npt.NDArray[np.int32]
 Float32 = npt.NDArray[np.float32]
 Float64 = npt.NDArray[np.float64]
+Floats = Float32 | Float64  # of an agent's numbers
 Bool = npt.NDArray[np.bool_]
 
 ROOT: Final = 0
@@ -39,16 +41,20 @@ WEIGHTS: Final = tuple(2.0**power for power in range(-6, 7))  # of terms, with e
 FUNCTIONS: Final = ("sign", "positive", "zero")  # of a sum: -1, 0 or 1; 1 where it is above 0; 1 where it is 0
 NAME: Final = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,63}")
 _INT32: Final = {"dtype": np.int32}
-_FLOAT32: Final = {"dtype": np.float32}
 _FLOAT64: Final = {"dtype": np.float64}
+_NUMBERS: Final = {"dtype": ""}  # which the tree says
 
 
 class _Arrays:
     """Makes every array field of a frozen dataclass contiguous and read-only."""
 
+    numbers = FLOAT32  # what observations are
+
     def __post_init__(self) -> None:
         for item in fields(self):  # type: ignore[arg-type]
-            array = np.array(getattr(self, item.name), dtype=item.metadata["dtype"], ndmin=1)
+            if "dtype" not in item.metadata:
+                continue
+            array = np.array(getattr(self, item.name), dtype=item.metadata["dtype"] or self.numbers, ndmin=1)
             array.setflags(write=False)
             object.__setattr__(self, item.name, array)
 
@@ -58,10 +64,11 @@ class Tree(_Arrays):
     """A decision tree as arrays over its n nodes, in preorder, root first."""
 
     feature: Int32 = field(metadata=_INT32)  # [n] index of the tested feature; NO_FEATURE at a leaf
-    threshold: Float32 = field(metadata=_FLOAT32)  # [n] in the feature's unit; 0 at a leaf
+    threshold: Floats = field(metadata=_NUMBERS)  # [n] in the feature's unit; 0 at a leaf
     left: Int32 = field(metadata=_INT32)  # [n] node for `x <= threshold`; NO_CHILD at a leaf
     right: Int32 = field(metadata=_INT32)  # [n] node for everything else; NO_CHILD at a leaf
     action: Int32 = field(metadata=_INT32)  # [n] action at a leaf; NO_ACTION at a split
+    numbers: str = FLOAT32  # what observations and thresholds are, one of floats.NUMBERS
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,8 +89,8 @@ class GrownTree(_Arrays):
 class Meaning:
     """What a feature measures: a weighted sum of world coordinates (none: 0), or a function of it (see FUNCTIONS).
 
-    It is observed in float64, term after term, then rounded to float32. Weights are powers of two, so products are
-    exact: of n terms, n - 1 additions round.
+    It is observed in float64, term after term, then rounded to float32 for an agent that compares float32. Weights are
+    powers of two, so products are exact: of n terms, n - 1 additions round.
     """
 
     terms: tuple[tuple[float, str], ...]  # (weight, coordinate such as "agent_0.x"); a function's weights are +1 or -1
@@ -185,6 +192,11 @@ class AgentPolicy:
     tree: Tree
     grown: GrownTree | None = None
 
+    @property
+    def numbers(self) -> str:
+        """What it observes and compares: `float32` or `float64`."""
+        return self.tree.numbers
+
 
 @dataclass(frozen=True)
 class Provenance:
@@ -218,8 +230,8 @@ class PolicyProfile:
 
 
 def apply(tree: Tree | GrownTree, obs: npt.ArrayLike) -> Int32:
-    """Leaf id of each observation. `obs`: [batch, n_features], rounded to float32. Returns [batch] int32."""
-    x = observations(obs)
+    """Leaf id of each observation. `obs`: [batch, n_features], made the tree's numbers. Returns [batch] int32."""
+    x = observations(obs, numbers=tree.numbers)
     node = np.full(len(x), ROOT, dtype=np.int32)
     row = np.flatnonzero(tree.feature[node] != NO_FEATURE)
     while row.size:
@@ -233,9 +245,11 @@ def apply(tree: Tree | GrownTree, obs: npt.ArrayLike) -> Int32:
 def act(policy: AgentPolicy, obs: npt.ArrayLike) -> Int32:
     """The reference: the action that `policy` takes for each observation of a batch.
 
-    `obs`: [batch, n_features] (else InputError), rounded to float32. Returns [batch] int32, indices into `actions`.
+    `obs`: [batch, n_features] (else InputError), made the agent's numbers. Returns [batch] int32, indices into
+    `actions`.
     """
-    return policy.tree.action[apply(policy.tree, observations(obs, len(policy.features), policy.agent))]
+    x = observations(obs, len(policy.features), policy.agent, policy.numbers)
+    return policy.tree.action[apply(policy.tree, x)]
 
 
 def leaves(tree: Tree) -> Int32:

@@ -4,14 +4,15 @@ Does: encodes a profile to text that people and other programs can read; decodes
 Assumes: UTF-8 text in the shape of schema.py.
 Does not: touch files.
 
-A split states its threshold twice: `threshold` is the double that decides for doubles and float32 alike, `float32` is
-the float32 itself, exactly, in hexadecimal. They must agree.
+A split of an agent that compares float32 states its threshold twice: `threshold` is the double that decides for doubles
+and float32 alike, `float32` is the float32 itself, exactly, in hexadecimal. They must agree. Of an agent that compares
+float64, `threshold` is the threshold itself.
 """
 
 import hashlib
 import json
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from functools import lru_cache
 from typing import Any, cast
 
@@ -20,7 +21,7 @@ import numpy as np
 
 from codegen.check import ensure
 from codegen.errors import ProfileError, shown, suggestion
-from codegen.floats import deciding_double, short_hex
+from codegen.floats import FLOAT32, FLOAT64, deciding_double, short_hex
 from codegen.ir import (
     FUNCTIONS,
     NO_ACTION,
@@ -50,6 +51,7 @@ SEMANTICS = (
     "float32 observations; left iff x[feature] <= threshold; NaN goes right; a node's id is its place in the list; "
     "threshold decides for doubles and float32 alike, float32 is the exact threshold"
 )
+WITH_FLOAT64 = f"{SEMANTICS}; of agents whose numbers are float64: float64 observations, threshold is exact"
 
 
 @lru_cache(maxsize=8)  # a profile is frozen, its arrays too, and asked for its hash by everyone who writes a file
@@ -84,7 +86,7 @@ def loads(text: str | bytes, where: str = "profile") -> PolicyProfile:
         raise ProfileError(
             "a policy profile with another schema version", found, "extract it again or install a matching version"
         )
-    if raw.semantics != SEMANTICS:
+    if raw.semantics != _semantics(agent.numbers for agent in raw.agents):
         raise ProfileError(
             "a policy profile with other semantics", f"{where}: $.semantics: '{shown(raw.semantics[:80])}'", _ADVICE
         )
@@ -98,6 +100,11 @@ def loads(text: str | bytes, where: str = "profile") -> PolicyProfile:
             "restore the file; if the edit was on purpose, delete the content_hash line",
         )
     return profile
+
+
+def _semantics(numbers: Iterable[str]) -> str:
+    """What a profile says of its meaning; `numbers`: what its agents compare."""
+    return WITH_FLOAT64 if FLOAT64 in numbers else SEMANTICS
 
 
 _ADVICE = "extract it again, or undo the edit"
@@ -141,7 +148,7 @@ def _document(profile: PolicyProfile) -> dict[str, Any]:
     provenance = profile.provenance
     return {
         "schema_version": SCHEMA_VERSION,
-        "semantics": SEMANTICS,
+        "semantics": _semantics(policy.numbers for policy in profile.agents),
         "world": {
             "name": world.name,
             "reference": world.reference,
@@ -216,6 +223,7 @@ def _agent(policy: AgentPolicy) -> dict[str, Any]:
     return {
         "agent": policy.agent,
         "team": policy.team,
+        **({} if policy.numbers == FLOAT32 else {"numbers": policy.numbers}),
         "features": features,
         "actions": actions,
         "tree": _nodes(policy),
@@ -238,13 +246,18 @@ def _nodes(policy: AgentPolicy) -> list[dict[str, Any]]:
         if feature == NO_FEATURE
         else {
             "feature": names[feature],
-            "threshold": deciding_double(threshold),
-            "float32": short_hex(threshold),
+            **_threshold_of(threshold, policy.numbers),
             "left": left,
             "right": right,
         }
         for (feature, threshold), (left, right, action) in zip(splits, ends, strict=True)
     ]
+
+
+def _threshold_of(threshold: float, numbers: str) -> dict[str, float | str]:
+    if numbers == FLOAT64:
+        return {"threshold": threshold}
+    return {"threshold": deciding_double(threshold), "float32": short_hex(threshold)}
 
 
 # --- decoding
@@ -281,8 +294,8 @@ def _policy(raw: AgentJson, path: str) -> AgentPolicy:
     )
     actions = tuple(ActionSpec(item.name, item.effect) for item in raw.actions)
     names = ([feature.name for feature in features], [action.name for action in actions])
-    rows = [_row(node, names, f"{path}.tree[{index}]") for index, node in enumerate(raw.tree)]
-    tree = Tree(*(np.array([row[column] for row in rows]) for column in range(5)))
+    rows = [_row(node, names, raw.numbers, f"{path}.tree[{index}]") for index, node in enumerate(raw.tree)]
+    tree = Tree(*(np.array([row[column] for row in rows]) for column in range(5)), numbers=raw.numbers)
     grown = None
     if raw.grown is not None:
         columns: list[list[Any]] = list(msgspec.structs.astuple(raw.grown))
@@ -292,18 +305,23 @@ def _policy(raw: AgentJson, path: str) -> AgentPolicy:
     return AgentPolicy(raw.agent, raw.team, features, actions, tree, grown)
 
 
-def _row(node: NodeJson, names: tuple[list[str], list[str]], path: str) -> tuple[int, float, int, int, int]:
+def _row(
+    node: NodeJson, names: tuple[list[str], list[str]], numbers: str, path: str
+) -> tuple[int, float, int, int, int]:
     """One node as (feature, threshold, left, right, action)."""
     given = {name for name in NodeJson.__struct_fields__ if getattr(node, name) is not None}
     if given == {"action"}:
         action = _index(names[1], cast(str, node.action), "action", f"{path}.action")
         return NO_FEATURE, 0.0, NO_CHILD, NO_CHILD, action
-    if given != set(SplitJson.__struct_fields__):
+    wanted = [name for name in SplitJson.__struct_fields__ if numbers == FLOAT32 or name != FLOAT32]
+    if given != {*wanted}:
         found = ", ".join(sorted(given)) or "nothing"
-        fault = f"{path}: a node has feature, threshold, float32, left and right, or only action; found {found}"
+        fault = f"{path}: a node has {', '.join(wanted[:-1])} and {wanted[-1]}, or only action; found {found}"
         raise ProfileError("not a valid policy profile", fault, _ADVICE)
     feature = _index(names[0], cast(str, node.feature), "feature", f"{path}.feature")
-    threshold = _threshold(cast(float, node.threshold), cast(str, node.float32), path)
+    threshold = cast(float, node.threshold)
+    if numbers == FLOAT32:
+        threshold = _single(threshold, cast(str, node.float32), path)
     children = (cast(int, node.left), cast(int, node.right))
     if any(abs(child) >= 2**31 for child in children):
         raise ProfileError("not a valid policy profile", f"{path}: a child's number is out of range", _ADVICE)
@@ -316,7 +334,8 @@ def _index(names: list[str], name: str, kind: str, path: str) -> int:
     return names.index(name)
 
 
-def _threshold(double: float, text: str, path: str) -> float:
+def _single(double: float, text: str, path: str) -> float:
+    """The float32 threshold that a split states twice."""
     try:
         exact = float.fromhex(text)
     except (ValueError, OverflowError):

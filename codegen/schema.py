@@ -5,7 +5,7 @@ Assumes: the meaning of each field is that of its namesake in ir.py.
 Does not: check invariants that need more than one field (check.py).
 """
 
-from typing import Any
+from typing import Any, Literal
 
 import msgspec
 
@@ -18,7 +18,10 @@ class _Strict(msgspec.Struct, forbid_unknown_fields=True):
 
 
 class SplitJson(_Strict):
-    """`x[feature] <= threshold` goes to node `left`, everything else to node `right`."""
+    """`x[feature] <= threshold` goes to node `left`, everything else to node `right`.
+
+    An agent that compares float64 has no `float32`: `threshold` is what it compares.
+    """
 
     feature: str
     threshold: float
@@ -28,7 +31,7 @@ class SplitJson(_Strict):
 
 
 class NodeJson(_Strict, omit_defaults=True):
-    """Either a split (feature, threshold, float32, left, right) or a leaf (action)."""
+    """Either a split (feature, threshold, left, right, and float32 where that is compared) or a leaf (action)."""
 
     feature: str | None = None
     threshold: float | None = None
@@ -94,12 +97,15 @@ class WorldJson(_Strict):
 
 
 class AgentJson(_Strict):
+    """`numbers`: what the agent observes and compares."""
+
     agent: str
     team: str
     features: list[FeatureJson]
     actions: list[ActionJson]
     tree: list[NodeJson]
     grown: GrownJson | None
+    numbers: Literal["float32", "float64"] = "float32"
 
 
 class ProvenanceJson(_Strict):
