@@ -28,7 +28,8 @@ def observations(given: Any, n_features: int | None = None, agent: str = "an age
     """Observations in the `numbers` that an agent compares, [batch, n_features]: each number a double first, and then,
     for float32, the nearest float32, ties to even.
 
-    One observation is a batch of one; a number beyond the largest is infinite, a signalling NaN is quiet. InputError for another number of features (None: any) or axes, and for what is no number.
+    One observation is a batch of one; a number beyond the largest is infinite, a signalling NaN is quiet. InputError
+    for another number of features (None: any) or axes, and for what is no number.
     """
     try:
         x = np.asarray(given)
@@ -114,6 +115,11 @@ def short_hex(value: float) -> str:
 def decimal_literal(value: float) -> str:
     """The shortest decimal that reads back as the same double."""
     return repr(float(value))
+
+
+def factor(weight: float) -> str:
+    """What stands before a coordinate of this weight, its sign aside: "" or such as "0.5*"."""
+    return "" if abs(weight) == 1 else f"{abs(weight):g}*"
 
 
 def rational_literal(number: Fraction | int) -> str:

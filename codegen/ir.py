@@ -20,13 +20,13 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from codegen.floats import FLOAT32, observations
+from codegen.floats import FLOAT32, factor, observations
 from codegen.region import RegionSpec
 
 Int32 = npt.NDArray[np.int32]
 Float32 = npt.NDArray[np.float32]
 Float64 = npt.NDArray[np.float64]
-Floats = Float32 | Float64  # of an agent's numbers
+Floats = npt.NDArray[np.float32 | np.float64]  # of an agent's numbers
 Bool = npt.NDArray[np.bool_]
 
 ROOT: Final = 0
@@ -51,9 +51,7 @@ class _Arrays:
     numbers = FLOAT32  # what observations are
 
     def __post_init__(self) -> None:
-        for item in fields(self):  # type: ignore[arg-type]
-            if "dtype" not in item.metadata:
-                continue
+        for item in (each for each in fields(self) if each.metadata):  # type: ignore[arg-type]
             array = np.array(getattr(self, item.name), dtype=item.metadata["dtype"] or self.numbers, ndmin=1)
             array.setflags(write=False)
             object.__setattr__(self, item.name, array)
@@ -68,7 +66,7 @@ class Tree(_Arrays):
     left: Int32 = field(metadata=_INT32)  # [n] node for `x <= threshold`; NO_CHILD at a leaf
     right: Int32 = field(metadata=_INT32)  # [n] node for everything else; NO_CHILD at a leaf
     action: Int32 = field(metadata=_INT32)  # [n] action at a leaf; NO_ACTION at a split
-    numbers: str = FLOAT32  # what observations and thresholds are, one of floats.NUMBERS
+    numbers: str = field(default=FLOAT32, kw_only=True)  # what observations and thresholds are, see floats.NUMBERS
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,11 +98,6 @@ class Meaning:
         text = " ".join(f"{'-' if weight < 0 else '+'} {factor(weight)}{name}" for weight, name in self.terms)
         text = text.removeprefix("+ ") or "0"
         return f"{self.function}({text})" if self.function else text
-
-
-def factor(weight: float) -> str:
-    """What stands before a coordinate of this weight, its sign aside: "" or such as "0.5*"."""
-    return "" if abs(weight) == 1 else f"{abs(weight):g}*"
 
 
 @dataclass(frozen=True)
@@ -245,11 +238,9 @@ def apply(tree: Tree | GrownTree, obs: npt.ArrayLike) -> Int32:
 def act(policy: AgentPolicy, obs: npt.ArrayLike) -> Int32:
     """The reference: the action that `policy` takes for each observation of a batch.
 
-    `obs`: [batch, n_features] (else InputError), made the agent's numbers. Returns [batch] int32, indices into
-    `actions`.
+    `obs`: [batch, n_features] (else InputError), made its numbers. Returns [batch] int32, indices into `actions`.
     """
-    x = observations(obs, len(policy.features), policy.agent, policy.numbers)
-    return policy.tree.action[apply(policy.tree, x)]
+    return policy.tree.action[apply(policy.tree, observations(obs, len(policy.features), policy.agent, policy.numbers))]
 
 
 def leaves(tree: Tree) -> Int32:

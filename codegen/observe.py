@@ -1,7 +1,7 @@
 """What an agent observes in a world state, by the meanings of its features.
 
 Does: the two roundings of the reference environment: one subtraction in float64, then float32. Longer sums are added in
-  float64, one term after the other.
+  float64, one term after the other. An agent that compares float64 observes the sum itself.
 Assumes: coordinates in the order of `WorldSpec.coordinates()`.
 Does not: know games or dynamics.
 """
@@ -11,13 +11,15 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from codegen.ir import FeatureSpec, Float32, Float64, Meaning, WorldSpec
+from codegen.floats import FLOAT32
+from codegen.ir import FeatureSpec, Float64, Floats, Meaning, WorldSpec
 
 
 class Observer:
     """The meanings of some features, looked up once."""
 
-    def __init__(self, features: Sequence[FeatureSpec], spec: WorldSpec) -> None:
+    def __init__(self, features: Sequence[FeatureSpec], spec: WorldSpec, numbers: str = FLOAT32) -> None:
+        self.numbers = numbers  # that the agent compares
         index = {name: place for place, name in enumerate(spec.coordinates())}
         self.terms: list[list[tuple[float, int]]] = []  # per feature: (weight, row of the coordinate)
         self.meanings: list[Meaning] = []
@@ -27,12 +29,12 @@ class Observer:
             self.terms.append([(weight, index[name]) for weight, name in feature.meaning.terms])
             self.meanings.append(feature.meaning)
 
-    def __call__(self, planes: Float64) -> Float32:
-        """Observations [n_features, batch] float32 from coordinates `planes` [n_coordinates, batch] float64.
+    def __call__(self, planes: Float64) -> Floats:
+        """Observations [n_features, batch] in the agent's numbers, from `planes` [n_coordinates, batch] float64.
 
         Features and coordinates are rows: a row is contiguous, which is what makes this fast.
         """
-        seen = np.empty((len(self.terms), planes.shape[1]), dtype=np.float32)
+        seen = np.empty((len(self.terms), planes.shape[1]), dtype=self.numbers)
         rows = list(planes)
         total = np.empty(planes.shape[1])
         for out, terms, meaning in zip(seen, self.terms, self.meanings, strict=True):
@@ -61,9 +63,9 @@ def _sign(total: Float64) -> npt.NDArray[np.int8]:
     return np.subtract((total > 0).view(np.int8), (total < 0).view(np.int8))
 
 
-def observe(features: Sequence[FeatureSpec], coordinates: Float64, spec: WorldSpec) -> Float32:
-    """Observations of a batch of world states, [batch, n_features] float32.
+def observe(features: Sequence[FeatureSpec], coordinates: Float64, spec: WorldSpec, numbers: str) -> Floats:
+    """Observations of a batch of world states, [batch, n_features], in the `numbers` that the agent compares.
 
     `coordinates`: [batch, n_coordinates] float64. ValueError for a feature without a meaning.
     """
-    return Observer(features, spec)(coordinates.T).T
+    return Observer(features, spec, numbers)(coordinates.T).T

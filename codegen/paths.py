@@ -12,10 +12,11 @@ from typing import TypeAlias, TypeVar
 
 import numpy as np
 
-from codegen.ir import NO_ACTION, NO_CHILD, NO_FEATURE, ROOT, Float32, Tree
+from codegen.floats import neighbour
+from codegen.ir import NO_ACTION, NO_CHILD, NO_FEATURE, ROOT, Floats, Tree
 
 Node = TypeVar("Node")
-Corners: TypeAlias = tuple[Float32, Float32]  # the ends (low, high] of each feature, [n_features]
+Corners: TypeAlias = tuple[Floats, Floats]  # the ends (low, high] of each feature, [n_features]
 
 
 @dataclass(frozen=True)
@@ -35,13 +36,12 @@ class Box:
             right = self if low is not None and low >= threshold else Box(self.low | {feature: threshold}, self.high)
         return left, right
 
-    def point(self, n_features: int) -> Float32:
-        """An observation in it, [n_features]."""
-        found = np.zeros(n_features, dtype=np.float32)
+    def point(self, n_features: int, numbers: str) -> Floats:
+        """An observation in it, [n_features], of these numbers."""
+        found = np.zeros(n_features, dtype=numbers)
         for feature in self.low.keys() | self.high.keys():
             high, low = self.high.get(feature), self.low.get(feature, 0.0)
-            with np.errstate(over="ignore", under="ignore"):  # beyond the largest float32 is infinity
-                found[feature] = np.nextafter(np.float32(low), np.float32(np.inf)) if high is None else high
+            found[feature] = neighbour(low, np.inf, numbers) if high is None else high
         return found
 
 
@@ -82,7 +82,7 @@ def box_of(tree: Tree, node: int) -> Box:
     return Box(low, high)
 
 
-def parted(low: Float32, high: Float32, feature: int, threshold: np.float32) -> tuple[Corners, Corners]:
+def parted(low: Floats, high: Floats, feature: int, threshold: np.floating) -> tuple[Corners, Corners]:
     """What goes left and what goes right at a test, as arrays; a side is empty where its low end is not below."""
     most, least = high.copy(), low.copy()
     most[feature] = min(high[feature], threshold)
@@ -90,8 +90,10 @@ def parted(low: Float32, high: Float32, feature: int, threshold: np.float32) -> 
     return (low, most), (least, high)
 
 
-def in_preorder(root: Node, parts: Callable[[Node], int | tuple[int, float, Node, Node]]) -> Tree:
-    """A nested tree as arrays. `parts`: a leaf's action, or the feature, threshold and sides of a split."""
+def in_preorder(root: Node, parts: Callable[[Node], int | tuple[int, float, Node, Node]], numbers: str) -> Tree:
+    """A nested tree as arrays. `parts`: a leaf's action, or the feature, threshold and sides of a split; `numbers`:
+    what it compares.
+    """
     rows: list[list[float]] = []
     stack: list[tuple[Node, int, int]] = [(root, NO_CHILD, 0)]
     while stack:
@@ -106,4 +108,4 @@ def in_preorder(root: Node, parts: Callable[[Node], int | tuple[int, float, Node
         feature, threshold, left, right = found
         rows.append([feature, threshold, NO_CHILD, NO_CHILD, NO_ACTION])
         stack += [(right, place, 3), (left, place, 2)]
-    return Tree(*np.array(rows).T)
+    return Tree(*np.array(rows).T, numbers=numbers)

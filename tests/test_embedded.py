@@ -146,7 +146,7 @@ def acted(team, positions, goal):
     at_goal = positions[np.arange(episodes), :, 3 + goal][:, :, None]
     places = np.concatenate([positions, at_goal], axis=2).reshape(episodes * steps, -1)
     states = np.concatenate([places, np.zeros((len(places), 6))], axis=1)
-    found = [ir.act(policy, observe(policy.features, states, team.world)) for policy in team.agents]
+    found = [ir.act(policy, observe(policy.features, states, team.world, policy.numbers)) for policy in team.agents]
     return np.stack(found, axis=1).reshape(episodes, steps, -1)
 
 

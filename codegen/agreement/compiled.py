@@ -19,7 +19,7 @@ import numpy as np
 
 from codegen.errors import DisagreementError, InputError, MissingToolError
 from codegen.floats import observations
-from codegen.ir import Float32, Float64, Int32
+from codegen.ir import Float64, Floats, Int32
 from codegen.lowering.model import Model
 from codegen.targets import c
 
@@ -109,15 +109,15 @@ class CompiledC:
         """Removes the library's file."""
         self._folder.cleanup()
 
-    def act(self, agent: str, rows: Float32) -> Int32:
-        """The compiled decisions, [batch] int32. `rows`: [batch, n_features] float32."""
+    def act(self, agent: str, rows: Floats) -> Int32:
+        """The compiled decisions, [batch] int32. `rows`: [batch, n_features] in the agent's numbers."""
         return self._run(agent, rows)[0]
 
-    def checks(self, agent: str, rows: Float32) -> Int32:
+    def checks(self, agent: str, rows: Floats) -> Int32:
         """The compiled input checks, [batch] int32: 1 for finite, 2 for within the ranges, their sum for both."""
         return self._run(agent, rows)[1]
 
-    def batch(self, agent: str, rows: Float32) -> tuple[Int32, Int32]:
+    def batch(self, agent: str, rows: Floats) -> tuple[Int32, Int32]:
         """The decisions of the batch functions, over rows and over columns, [batch] each."""
         rows = self._held(agent, rows)
         kind = {"unsigned char": np.uint8, "unsigned short": np.uint16}.get(self._agents[agent].tables.action_type)
@@ -127,7 +127,7 @@ class CompiledC:
         run(_pointer(rows), _pointer(columns), ctypes.c_long(len(rows)), *map(_pointer, found))
         return found[0].astype(np.int32), found[1].astype(np.int32)
 
-    def all(self, rows: Sequence[Float32]) -> Int32:
+    def all(self, rows: Sequence[Floats]) -> Int32:
         """All agents' actions in one call, [batch, n_agents]. `rows`: each agent's observations, equally many."""
         held = [self._held(agent, each) for agent, each in zip(self._agents, rows, strict=True)]
         if len({len(each) for each in held}) != 1:
@@ -144,10 +144,10 @@ class CompiledC:
         self._library[self._names.exported_team](_pointer(worlds), ctypes.c_long(len(worlds)), _pointer(found))
         return found
 
-    def worlds(self, agent: str, worlds: Float64) -> tuple[Float32, Int32]:
+    def worlds(self, agent: str, worlds: Float64) -> tuple[Floats, Int32]:
         """An agent's observations in world states [batch, n_coordinates], [batch, n_features], and its actions."""
         worlds, lowered = self._states(worlds), self._agents[agent]
-        seen = np.zeros((len(worlds), len(lowered.features)), dtype=np.float32)
+        seen = np.zeros((len(worlds), len(lowered.features)), dtype=lowered.numbers)
         actions = np.full(len(worlds), -1, dtype=np.int32)
         run = self._library[lowered.names.exported_observe]
         run(_pointer(worlds), ctypes.c_long(len(worlds)), _pointer(seen), _pointer(actions))
@@ -166,7 +166,7 @@ class CompiledC:
         self._library[self._names.exported_region](_pointer(worlds), ctypes.c_long(len(worlds)), _pointer(within))
         return within
 
-    def _run(self, agent: str, rows: Float32) -> tuple[Int32, Int32]:
+    def _run(self, agent: str, rows: Floats) -> tuple[Int32, Int32]:
         rows = self._held(agent, rows)
         actions = np.full(len(rows), -1, dtype=np.int32)
         checks = np.full(len(rows), -1, dtype=np.int32)
@@ -174,9 +174,10 @@ class CompiledC:
         run(_pointer(rows), ctypes.c_long(len(rows)), _pointer(actions), _pointer(checks))
         return actions, checks
 
-    def _held(self, agent: str, rows: Any) -> Float32:
+    def _held(self, agent: str, rows: Any) -> Floats:
         """Rows as the library reads them, which knows of no length: another one is an InputError."""
-        return np.ascontiguousarray(observations(rows, len(self._agents[agent].features), agent))
+        lowered = self._agents[agent]
+        return np.ascontiguousarray(observations(rows, len(lowered.features), agent, lowered.numbers))
 
     def _states(self, worlds: Any) -> Float64:
         """World states as the library reads them."""

@@ -14,8 +14,8 @@ import numpy as np
 from codegen import ir
 from codegen.agreement import probes
 from codegen.check import identifier
-from codegen.floats import round_down
-from codegen.ir import Bool, Float32, Float64, Int32
+from codegen.floats import at_most
+from codegen.ir import Bool, Float64, Floats, Int32
 from codegen.observe import observe
 
 SEED = 20_220_526  # of the random probes
@@ -71,34 +71,37 @@ class Asked:
         return probes.bordering(self.profile.region, self.profile.world, np.random.default_rng(SEED))
 
     @cached_property
-    def rows(self) -> dict[str, Float32]:
+    def rows(self) -> dict[str, Floats]:
         """By agent, observations at special values and at the ends of the ranges."""
         rng = np.random.default_rng(SEED)
-        return {
-            policy.agent: np.concatenate([probes.special(policy.features, rng), probes.ends(policy.features, rng)])
-            for policy in self.profile.agents
-        }
+        found: dict[str, Floats] = {}
+        for policy in self.profile.agents:
+            features, numbers = policy.features, policy.numbers
+            rows = [probes.special(features, rng, numbers), probes.ends(features, rng, numbers)]
+            found[policy.agent] = np.concatenate(rows)
+        return found
 
 
 def constants_of(profile: ir.PolicyProfile) -> list[float | str]:
-    """Time of a step, damping, coordinates; then of each agent force, effects (NaN: none), ranges in float32, meanings
-    ("": none) and actions with their numbers.
+    """Time of a step, damping, coordinates; then of each agent force, effects (NaN: none), ranges in its numbers,
+    meanings ("": none) and actions with their numbers.
     """
     force = {entity.name: entity.force for entity in profile.world.agents}
     found: list[float | str] = [profile.world.dt, profile.world.damping, *profile.world.coordinates()]
     for policy in profile.agents:
         found.append(force[policy.agent])
         found += [value for action in policy.actions for value in action.effect or (np.nan, np.nan)]
-        found += [float(end) for each in policy.features for end in (round_down(each.low), -round_down(-each.high))]
+        ends = [(at_most(each.low, policy.numbers), -at_most(-each.high, policy.numbers)) for each in policy.features]
+        found += [float(end) for both in ends for end in both]
         found += [str(feature.meaning) if feature.meaning else "" for feature in policy.features]
         found += [f"{identifier(action.name).upper()}={place}" for place, action in enumerate(policy.actions)]
     return found
 
 
-def checks(policy: ir.AgentPolicy, rows: Float32) -> Int32:
+def checks(policy: ir.AgentPolicy, rows: Floats) -> Int32:
     """What the input checks should say of observations [n, n_features]: 1 for finite, 2 for within the ranges."""
     low, high = (np.array([getattr(feature, end) for feature in policy.features]) for end in ("low", "high"))
-    low, high = round_down(low), -round_down(-high)
+    low, high = at_most(low, policy.numbers), -at_most(-high, policy.numbers)
     within = ((rows >= low) & (rows <= high)).all(axis=1)
     return (np.isfinite(rows).all(axis=1) + 2 * within).astype(np.int32)
 
@@ -139,23 +142,23 @@ def compared(target: str, asked: Asked, told: Told) -> list[Agreement]:
 
 
 def observed(target: str, policy: ir.AgentPolicy, asked: Asked, given: Float64) -> list[Agreement]:
-    """Whether an agent's observations [n, n_features] of the states are the reference's float32 numbers, bit by bit."""
+    """Whether an agent's observations [n, n_features] of the states are the reference's numbers, bit by bit."""
     wrong = np.asarray(~same(given, _seen(policy, asked)).all(axis=1))
     return [_agreement(f"{target} {OBSERVE}", policy.agent, wrong, asked.states)]
 
 
-def same(a: Float64, b: Float32) -> Bool:
+def same(a: Float64, b: Floats) -> Bool:
     """Whether numbers are equal, as doubles, zeros with their signs; every NaN is the same."""
     bits = [np.ascontiguousarray(each, dtype=np.float64).view(np.uint64) for each in (a, b)]
     return (bits[0] == bits[1]) | (np.isnan(a) & np.isnan(b))
 
 
-def _seen(policy: ir.AgentPolicy, asked: Asked) -> Float32:
+def _seen(policy: ir.AgentPolicy, asked: Asked) -> Floats:
     with np.errstate(over="ignore", invalid="ignore"):  # infinite coordinates have no differences
-        return observe(policy.features, asked.states, asked.profile.world)
+        return observe(policy.features, asked.states, asked.profile.world, policy.numbers)
 
 
-def _agreement(target: str, agent: str, wrong: Bool, rows: Float32 | Float64) -> Agreement:
+def _agreement(target: str, agent: str, wrong: Bool, rows: Floats) -> Agreement:
     places = np.flatnonzero(wrong)
     first = f"for ({', '.join(repr(float(value)) for value in rows[places[0]])})" if places.size else ""
     return Agreement(target, agent, len(wrong), int(places.size), first)

@@ -12,17 +12,23 @@ from typing import Any
 import numpy as np
 
 from codegen import ir
-from codegen.floats import deciding_double, neighbour, round_down
-from codegen.ir import Float32, Float64, GrownTree, Tree
+from codegen.floats import FLOAT32, NUMBERS, at_most, deciding_double, neighbour
+from codegen.ir import Float64, Floats, GrownTree, Tree
 from codegen.paths import parted
 from codegen.region import RegionSpec
 
-INFINITY = np.float32(np.inf)
 HUGE = 1e30  # drawing beyond it overflows; paths that demand more get their own bounds
 FILLINGS = 16  # random completions of each boundary value
+
+
+def _special(numbers: str) -> Floats:
+    limits = np.finfo(numbers)
+    extremes = (limits.max, limits.tiny, limits.smallest_subnormal, np.inf, 0.0)
+    return np.array([np.nan, *extremes, *(-extreme for extreme in extremes)], dtype=numbers)
+
+
 _LIMITS = np.finfo(np.float32)
-_EXTREMES = (_LIMITS.max, _LIMITS.tiny, _LIMITS.smallest_subnormal, np.float32(np.inf), np.float32(0))
-SPECIAL = np.array([np.nan, *_EXTREMES, *(-extreme for extreme in _EXTREMES)], dtype=np.float32)
+SPECIAL = {numbers: _special(numbers) for numbers in NUMBERS}
 
 # halves of float32's smallest and of its distance to infinity, beside what doubles have of their own
 _HALVES = (2.0**-150, float(_LIMITS.max) + 2.0**103)
@@ -38,82 +44,89 @@ def _uniform(rng: np.random.Generator, low: Any, high: Any, shape: tuple[int, ..
     return rng.uniform(low + 0.0, high + 0.0, shape)
 
 
-def neighbours(threshold: float) -> Float32:
-    """The float32 values around a threshold, float32 or float64: at or below it, its two neighbours. [3]"""
-    at = round_down(threshold)
-    return np.array([neighbour(at, -np.inf), at, neighbour(at, np.inf)], dtype=np.float32)
+def neighbours(threshold: float, numbers: str) -> Floats:
+    """The numbers of that type around a threshold, float32 or float64: at or below it, its two neighbours. [3]"""
+    at = at_most(threshold, numbers)
+    return np.array([neighbour(at, -np.inf, numbers), at, neighbour(at, np.inf, numbers)], dtype=numbers)
 
 
-def paths(tree: Tree | GrownTree, n_features: int) -> Iterator[tuple[int, Float32, Float32]]:
+def paths(tree: Tree | GrownTree, n_features: int) -> Iterator[tuple[int, Floats, Floats]]:
     """Every split that some observation reaches, with the open-closed box (low, high] of those observations."""
-    stack = [(ir.ROOT, np.full(n_features, -INFINITY), np.full(n_features, INFINITY))]
+    infinity = np.dtype(tree.numbers).type(np.inf)
+    stack = [(ir.ROOT, np.full(n_features, -infinity), np.full(n_features, infinity))]
     while stack:
         node, low, high = stack.pop()
         feature = int(tree.feature[node])
         if feature == ir.NO_FEATURE:
             continue
         yield node, low, high
-        threshold = round_down(float(tree.threshold[node]))
+        threshold = at_most(float(tree.threshold[node]), tree.numbers)
         sides = zip((tree.left[node], tree.right[node]), parted(low, high, feature, threshold), strict=True)
         stack += [(int(child), least, most) for child, (least, most) in sides if least[feature] < most[feature]]
 
 
-def boundary(tree: Tree | GrownTree, features: tuple[ir.FeatureSpec, ...], rng: np.random.Generator) -> Float32:
-    """Observations that reach each split with its feature at the threshold and at both float32 neighbours.
+def boundary(tree: Tree | GrownTree, features: tuple[ir.FeatureSpec, ...], rng: np.random.Generator) -> Floats:
+    """Observations that reach each split with its feature at the threshold and at both its neighbours.
 
     [n, n_features]; every boundary value comes with FILLINGS random values of the other features. Where the path
     has a test of the same feature right beside the threshold, a neighbour may leave the path; it is asked all the same.
     """
-    rows: list[Float32] = [np.zeros((0, len(features)), dtype=np.float32)]
-    floor = np.array([feature.low for feature in features], dtype=np.float32)
-    ceiling = np.array([feature.high for feature in features], dtype=np.float32)
+    numbers = tree.numbers
+    rows: list[Floats] = [np.zeros((0, len(features)), dtype=numbers)]
+    floor = np.array([feature.low for feature in features], dtype=numbers)
+    ceiling = np.array([feature.high for feature in features], dtype=numbers)
     for node, low, high in paths(tree, len(features)):
-        start = np.maximum(neighbour(low, np.inf), np.minimum(floor, high))
+        start = np.maximum(neighbour(low, np.inf, numbers), np.minimum(floor, high))
         stop = np.maximum(np.minimum(high, np.maximum(ceiling, start)), start)
-        for value in neighbours(float(tree.threshold[node])):
+        for value in neighbours(float(tree.threshold[node]), numbers):
             drawn = _uniform(rng, start.clip(-HUGE, HUGE), stop.clip(-HUGE, HUGE), (FILLINGS, len(features)))
-            filled = drawn.astype(np.float32).clip(start, stop)
+            filled = drawn.astype(numbers).clip(start, stop)
             filled[:, int(tree.feature[node])] = value
             rows.append(filled)
     return np.concatenate(rows)
 
 
-def special(features: tuple[ir.FeatureSpec, ...], rng: np.random.Generator) -> Float32:
+def special(features: tuple[ir.FeatureSpec, ...], rng: np.random.Generator, numbers: str = FLOAT32) -> Floats:
     """Each feature at each special value among random ones, and all features at it at once. [n, n_features]"""
-    n = len(features)
-    rows = np.repeat(random(features, FILLINGS, rng), n * len(SPECIAL), axis=0).reshape(FILLINGS, n, len(SPECIAL), n)
+    n, values = len(features), SPECIAL[numbers]
+    rows = np.repeat(random(features, FILLINGS, rng, numbers), n * len(values), axis=0)
+    rows = rows.reshape(FILLINGS, n, len(values), n)
     for feature in range(n):
-        rows[:, feature, :, feature] = SPECIAL
-    return np.concatenate([rows.reshape(-1, n), np.repeat(SPECIAL[:, None], n, axis=1)])
+        rows[:, feature, :, feature] = values
+    return np.concatenate([rows.reshape(-1, n), np.repeat(values[:, None], n, axis=1)])
 
 
-def ends(features: tuple[ir.FeatureSpec, ...], rng: np.random.Generator) -> Float32:
+def ends(features: tuple[ir.FeatureSpec, ...], rng: np.random.Generator, numbers: str = FLOAT32) -> Floats:
     """Observations within the ranges, but for one feature at an end of its range or at a neighbour. [n, n_features]"""
-    rows = [np.zeros((0, len(features)), dtype=np.float32)]
+    rows = [np.zeros((0, len(features)), dtype=numbers)]
     for place, feature in enumerate(features):
-        low, high = round_down(feature.low), -round_down(-feature.high)
-        for value in (*neighbours(low), *neighbours(high)):
-            filled = random(features, FILLINGS // 4, rng)
+        low, high = at_most(feature.low, numbers), -at_most(-feature.high, numbers)
+        for value in (*neighbours(low, numbers), *neighbours(high, numbers)):
+            filled = random(features, FILLINGS // 4, rng, numbers)
             filled[:, place] = value
             rows.append(filled)
     return np.concatenate(rows)
 
 
-def random(features: tuple[ir.FeatureSpec, ...], count: int, rng: np.random.Generator) -> Float32:
+def random(
+    features: tuple[ir.FeatureSpec, ...], count: int, rng: np.random.Generator, numbers: str = FLOAT32
+) -> Floats:
     """Uniform in the features' ranges, half in the inner third, where most thresholds lie. [count, n_features]"""
     low = np.array([feature.low for feature in features])
     high = np.array([feature.high for feature in features])
     rows = _uniform(rng, low, high, (count, len(features)))
     middle, inner = (low + high) / 2, slice(0, count // 2)
     rows[inner] = middle + (rows[inner] - middle) / 3
-    return rows.astype(np.float32)
+    return rows.astype(numbers)
 
 
 def doubles(tree: Tree, features: tuple[ir.FeatureSpec, ...], rng: np.random.Generator) -> Float64:
-    """Double observations at and beside the doubles that decide: they must act as float32 rounding says."""
+    """Double observations at and beside the doubles that decide: they must act as the tree's numbers say."""
     rows: list[Float64] = [np.zeros((0, len(features)))]
     for node in ir.splits(tree):
-        turning = deciding_double(tree.threshold[node])
+        turning = float(tree.threshold[node])
+        if tree.numbers == FLOAT32:
+            turning = deciding_double(turning)
         for value in (np.nextafter(turning, -np.inf), turning, np.nextafter(turning, np.inf)):
             filled = random(features, FILLINGS, rng).astype(np.float64)
             filled[:, int(tree.feature[node])] = value
@@ -150,7 +163,7 @@ def worlds(profile: ir.PolicyProfile, rng: np.random.Generator) -> Float64:
             filled[::2] = np.round(filled[::2] * 4) / 4
             if meaning and meaning.terms:
                 (weight, first), *rest = meaning.terms
-                near = neighbours(float(policy.tree.threshold[node])).clip(-HUGE, HUGE)
+                near = neighbours(float(policy.tree.threshold[node]), policy.numbers).clip(-HUGE, HUGE)
                 at = near[rng.integers(3, size=FILLINGS)].astype(np.float64)
                 others = sum((w * filled[:, index[name]] for w, name in rest), np.zeros(FILLINGS))
                 filled[:, index[first]] = (at - others) / weight

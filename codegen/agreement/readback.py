@@ -23,8 +23,8 @@ from codegen.agreement import misuse
 from codegen.agreement.entries import Asked, Told
 from codegen.check import identifier
 from codegen.errors import DisagreementError, MissingToolError
-from codegen.ir import Float32, Float64, Int32
-from codegen.lowering.model import Model
+from codegen.ir import Float64, Floats, Int32
+from codegen.lowering.model import Agent, Model
 from codegen.targets import javascript, rust
 
 LIMIT_S = 120
@@ -118,8 +118,8 @@ def _python_constants(module: Mapping[str, Any], agents: Sequence[str]) -> list[
 
 
 class Ran(NamedTuple):
-    """What a module of another language did: decisions for numbers one by one, and for their float32 values in a batch;
-    how many wrong inputs it was given, and which of them it did not refuse.
+    """What a module of another language did: decisions for numbers one by one, and for their values in the agent's
+    numbers in a batch; how many wrong inputs it was given, and which of them it did not refuse.
     """
 
     single: Int32
@@ -147,7 +147,7 @@ def javascript_act(text: str, model: Model, rows: Mapping[str, Float64], asked: 
         return found, _told(folder, model)
 
 
-def rust_act(text: str, model: Model, rows: Mapping[str, Float32], asked: Asked) -> tuple[dict[str, Ran], Told]:
+def rust_act(text: str, model: Model, rows: Mapping[str, Floats], asked: Asked) -> tuple[dict[str, Ran], Told]:
     """Per agent its decisions, and what else the module answers. MissingToolError without rustc."""
     rustc = _tool("rustc", "install Rust, or leave the target rust out")
     with tempfile.TemporaryDirectory(prefix="maviper-") as name:
@@ -160,7 +160,7 @@ def rust_act(text: str, model: Model, rows: Mapping[str, Float32], asked: Asked)
         _run([rustc, "--edition=2021", "--crate-type=lib", "--emit=metadata", "alone.rs"], folder, failed)
         _run([rustc, "--edition=2021", "-O", "main.rs", "-o", "run"], folder, failed)
         for agent in model.agents:
-            (folder / f"{agent.lower}.rows").write_bytes(rows[agent.name].astype("<f4").tobytes())
+            (folder / f"{agent.lower}.rows").write_bytes(_bytes(agent, rows[agent.name]))
         _run([str(folder / "run")], folder, "the generated Rust does not run")
         acted = {agent.name: _integers(folder / f"{agent.lower}.actions") for agent in model.agents}
         halves = {name: np.split(both, 2) for name, both in acted.items()}
@@ -170,9 +170,14 @@ def rust_act(text: str, model: Model, rows: Mapping[str, Float32], asked: Asked)
 def _ask(folder: Path, model: Model, asked: Asked) -> None:
     """Writes what a harness reads: observations of each agent, and world states."""
     for agent in model.agents:
-        (folder / f"{agent.lower}.asked").write_bytes(asked.rows[agent.name].astype("<f4").tobytes())
+        (folder / f"{agent.lower}.asked").write_bytes(_bytes(agent, asked.rows[agent.name]))
     for name, states in (("states", asked.states), ("bordering", asked.bordering)):
         (folder / name).write_bytes(states.astype("<f8").tobytes())
+
+
+def _bytes(agent: Agent, rows: Floats) -> bytes:
+    """Observations as a harness reads them."""
+    return rows.astype("<f4" if agent.single else "<f8").tobytes()
 
 
 def _told(folder: Path, model: Model) -> Told:
@@ -193,12 +198,12 @@ def _told(folder: Path, model: Model) -> Told:
     )
 
 
-def onnx_act(model: bytes, agent: str, rows: Float32) -> Int32:
+def onnx_act(model: bytes, agent: str, rows: Floats) -> Int32:
     """Decisions of a model in a batch. MissingToolError without onnxruntime."""
     return onnx_session(model).run(["action"], {"x": rows})[0]
 
 
-def onnx_act_singly(model: bytes, agent: str, rows: Float32) -> Int32:
+def onnx_act_singly(model: bytes, agent: str, rows: Floats) -> Int32:
     """Decisions of a model row by row, which a runtime makes in another way than those of a batch."""
     session = onnx_session(model)
     return np.array([session.run(["action"], {"x": row[None]})[0][0] for row in rows], dtype=np.int32)
@@ -216,24 +221,24 @@ def onnx_session(model: bytes) -> Any:
     return runtime.InferenceSession(model, options, providers=["CPUExecutionProvider"])
 
 
-def jax_act(text: str, agent: str, rows: Float32) -> Any:
+def jax_act(text: str, agent: str, rows: Floats) -> Any:
     """Decisions of a batch under JAX."""
     return np.asarray(_array_module(text, "jax")["ACT"][agent](rows))
 
 
-def jax_compiled_act(text: str, agent: str, rows: Float32) -> Any:
+def jax_compiled_act(text: str, agent: str, rows: Floats) -> Any:
     """Decisions row by row, mapped over a batch and compiled."""
     act, jax = _array_module(text, "jax")["ACT"][agent], import_module("jax")
     return np.asarray(jax.jit(jax.vmap(act))(rows))
 
 
-def torch_act(text: str, agent: str, rows: Float32) -> Any:
+def torch_act(text: str, agent: str, rows: Floats) -> Any:
     """Decisions of a batch under PyTorch."""
     module, torch = _array_module(text, "torch"), import_module("torch")
     return module["ACT"][agent](torch.tensor(rows)).numpy()
 
 
-def torch_mapped_act(text: str, agent: str, rows: Float32) -> Any:
+def torch_mapped_act(text: str, agent: str, rows: Floats) -> Any:
     """Decisions row by row, mapped over a batch."""
     act, torch = _array_module(text, "torch")["ACT"][agent], import_module("torch")
     return torch.func.vmap(act)(torch.tensor(rows)).numpy()
@@ -249,7 +254,7 @@ def _array_module(text: str, library: str) -> Mapping[str, Any]:
     return load_python(text)
 
 
-def svg_act(text: str, agent: str, rows: Float32) -> Int32:
+def svg_act(text: str, agent: str, rows: Floats) -> Int32:
     """Decisions read from the attributes of a picture's elements. `agent`: whose picture it is."""
     nodes = {int(group.attrib["data-node"]): group.attrib for group in ElementTree.fromstring(text).iter(f"{_SVG}g")}
     found = np.empty(len(rows), dtype=np.int32)

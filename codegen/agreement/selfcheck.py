@@ -19,7 +19,7 @@ from codegen.agreement.compiled import ensure_strict
 from codegen.agreement.entries import CONSTANTS, OBSERVE, SEED, Agreement, Asked, Told
 from codegen.equivalence import structure
 from codegen.errors import DisagreementError, MissingToolError
-from codegen.ir import Float32, Int32
+from codegen.ir import Floats, Int32
 from codegen.lowering.lower import AUTO, ORDERED, lower
 from codegen.lowering.model import Model
 
@@ -59,13 +59,13 @@ class Report:
         return self
 
 
-def observations(policy: ir.AgentPolicy, random: int = RANDOM_OBSERVATIONS) -> Float32:
+def observations(policy: ir.AgentPolicy, random: int = RANDOM_OBSERVATIONS) -> Floats:
     """What every target is asked: boundaries of the deployed and the grown tree, special values, random ones."""
     rng = np.random.default_rng(SEED)
     parts = [
         probes.boundary(policy.tree, policy.features, rng),
-        probes.special(policy.features, rng),
-        probes.random(policy.features, random, rng),
+        probes.special(policy.features, rng, policy.numbers),
+        probes.random(policy.features, random, rng, policy.numbers),
     ]
     if policy.grown is not None:
         parts.append(probes.boundary(policy.grown, policy.features, rng))
@@ -135,7 +135,7 @@ def check(build: Build, random: int = RANDOM_OBSERVATIONS) -> Report:
 
 
 def _check_c(
-    build: Build, asked: Mapping[str, Float32], wanted: Mapping[str, Int32], skipped: list[str]
+    build: Build, asked: Mapping[str, Floats], wanted: Mapping[str, Int32], skipped: list[str]
 ) -> list[Agreement]:
     profile, model, compiled = build.profile, build.model, build.library
     found: list[Agreement] = []
@@ -183,7 +183,7 @@ def _read(
     profile: ir.PolicyProfile,
     files: Mapping[str, str | bytes],
     model: Model,
-    asked: Mapping[str, Float32],
+    asked: Mapping[str, Floats],
     wanted: Mapping[str, Int32],
     skipped: list[str],
 ) -> list[Agreement]:
@@ -236,7 +236,7 @@ def _parsed(profile: ir.PolicyProfile, header: str, model: Model) -> list[Agreem
 
 
 def _check_python(
-    profile: ir.PolicyProfile, module: str, model: Model, asked: Mapping[str, Float32], wanted: Mapping[str, Int32]
+    profile: ir.PolicyProfile, module: str, model: Model, asked: Mapping[str, Floats], wanted: Mapping[str, Int32]
 ) -> list[Agreement]:
     namespace, entry = readback.load_python(module), Asked(profile)
     found = entries.compared("python", entry, readback.python_told(namespace, entry))
@@ -265,7 +265,7 @@ def _check_python(
 
 
 def _check_javascript(
-    profile: ir.PolicyProfile, module: str, model: Model, asked: Mapping[str, Float32], wanted: Mapping[str, Int32]
+    profile: ir.PolicyProfile, module: str, model: Model, asked: Mapping[str, Floats], wanted: Mapping[str, Int32]
 ) -> list[Agreement]:
     near = {p.agent: probes.doubles(p.tree, p.features, np.random.default_rng(SEED)) for p in profile.agents}
     rows = {name: np.concatenate([seen.astype(np.float64), near[name]]) for name, seen in asked.items()}
@@ -283,7 +283,7 @@ def _check_javascript(
 
 
 def _check_rust(
-    profile: ir.PolicyProfile, module: str, model: Model, asked: Mapping[str, Float32], wanted: Mapping[str, Int32]
+    profile: ir.PolicyProfile, module: str, model: Model, asked: Mapping[str, Floats], wanted: Mapping[str, Int32]
 ) -> list[Agreement]:
     entry = Asked(profile)
     ran, told = readback.rust_act(module, model, asked, entry)
@@ -295,7 +295,7 @@ def _check_rust(
     return found
 
 
-def check_grown(policy: ir.AgentPolicy, on_policy: Float32) -> Agreement:
+def check_grown(policy: ir.AgentPolicy, on_policy: Floats) -> Agreement:
     """The deployed tree against the tree as it was grown, on the given and on all boundary observations."""
     grown = policy.grown
     assert grown is not None, "a profile without the grown tree has nothing to compare with"

@@ -21,17 +21,20 @@ TESTS = {"c": "c", "python": "py", "javascript": "mjs", "rust": "rs"}
 
 
 def vectors(profile: ir.PolicyProfile, model: Model) -> str:
-    """A line for each observation: the agent's place, the action's number, and the bits of every float32 in hex."""
-    lines = [f"# profile {model.content_hash}: agent's place, action's number, bits of each float32 in hex"]
+    """A line for each observation: the agent's place, the action's number, and the bits of every number in hex."""
+    kind = "float32" if model.single else "number"
+    lines = [f"# profile {model.content_hash}: agent's place, action's number, bits of each {kind} in hex"]
     for place, policy in enumerate(profile.agents):
         rng = np.random.default_rng(SEED)
         boundary = probes.boundary(policy.tree, policy.features, rng)
         kept = np.arange(len(boundary)) % probes.FILLINGS < EACH
-        special = probes.special(policy.features, rng)
+        special = probes.special(policy.features, rng, policy.numbers)
         chosen = rng.permutation(len(special))[:SPECIALS]
-        rows = np.concatenate([boundary[kept], special[chosen], probes.random(policy.features, ORDINARY, rng)])
-        for row, action in zip(np.ascontiguousarray(rows).view(np.uint32), ir.act(policy, rows), strict=True):
-            lines.append(" ".join([str(place), str(action), *(f"{value:08x}" for value in row)]))
+        ordinary = probes.random(policy.features, ORDINARY, rng, policy.numbers)
+        rows = np.ascontiguousarray(np.concatenate([boundary[kept], special[chosen], ordinary]))
+        bits = rows.view(f"u{rows.itemsize}")
+        for row, action in zip(bits, ir.act(policy, rows), strict=True):
+            lines.append(" ".join([str(place), str(action), *(f"{value:0{2 * rows.itemsize}x}" for value in row)]))
     return "\n".join(lines) + "\n"
 
 

@@ -31,6 +31,7 @@ STEP = {
 }
 WALK = "int i = 0; int level; for (level = 0; level < {levels}; level++) {{ {step} }} return (int) action[{place}];"
 
+KINDS = {"float": np.float32, "double": np.float64}  # of observations and thresholds
 COUNT = ["const long left = n - first;", "const long count = (left < 256) ? (left) : (256);"]
 LOOPS = ["first = 0;", "first < n;", "first += 256;", "row = 0;", "row < count;", "row++;"]
 COPIED = re.compile(r"for \(row = 0; row < count; row\+\+\) \{ actions\[first \+ row\] = \([a-z ]+\) chosen\[row\]; \}")
@@ -57,7 +58,7 @@ def faults(header: str, profile: ir.PolicyProfile, model: Model) -> dict[str, li
                 problems.append(f"there is no function {name}_{suffix}")
                 continue
             try:
-                problems += [f"{suffix}: {each}" for each in check(function.body, policy.tree, numbers)]
+                problems += [f"{suffix}: {each}" for each in check(function, policy.tree, numbers)]
             except NOT_PROVED as error:
                 problems.append(f"{suffix}: not of the form that is proved ({error})")
         found[policy.agent] = problems
@@ -106,9 +107,23 @@ def _shapes(numbers: Mapping[str, int], policy: ir.AgentPolicy, upper: str) -> l
     ]
 
 
-def act_faults(body: c_ast.Compound, tree: Tree, numbers: Mapping[str, int]) -> Iterator[str]:
+def _kinds(function: c_ast.FuncDef, numbers: str) -> Iterator[str]:
+    """Whether observations and tables of thresholds are of the type that the agent compares."""
+    given = function.decl.type.args.params[0].type
+    declared = [("observations", given)]
+    declared += [(item.name, item.type) for item in function.body.block_items or [] if _declares(item, "threshold")]
+    for name, kind in declared:
+        while not isinstance(kind, c_ast.TypeDecl):
+            kind = kind.type
+        found = kind.type.names
+        if len(found) != 1 or KINDS.get(found[0]) != np.dtype(numbers).type:
+            yield f"{name} are of {' '.join(found)}, not of {numbers}"
+
+
+def act_faults(function: c_ast.FuncDef, tree: Tree, numbers: Mapping[str, int]) -> Iterator[str]:
     """How an `..._act` differs from a tree; what is not of the form that is proved raises one of NOT_PROVED."""
-    items = [item for item in body.block_items or [] if not is_void(item)]
+    yield from _kinds(function, tree.numbers)
+    items = [item for item in function.body.block_items or [] if not is_void(item)]
     if any(isinstance(item, c_ast.For) or _declares(item, "action") for item in items):
         yield from _walk(items, tree)
     else:
@@ -129,14 +144,15 @@ def _nested(items: list[Any], tree: Tree, numbers: Mapping[str, int]) -> Iterato
         stack += [(item.iffalse.block_items, int(tree.right[node])), (item.iftrue.block_items, int(tree.left[node]))]
 
 
-def _differences(tree: Tree, node: int, feature: int, threshold: np.float32) -> Iterator[str]:
+def _differences(tree: Tree, node: int, feature: int, threshold: np.floating) -> Iterator[str]:
     if feature != tree.feature[node]:
         yield f"node {node} tests feature {feature}, not {tree.feature[node]}"
-    if threshold.view(np.uint32) != tree.threshold[node].view(np.uint32):
+    wanted = tree.threshold[node]
+    if threshold.dtype != wanted.dtype or threshold.tobytes() != wanted.tobytes():
         yield f"node {node} has the threshold {float(threshold).hex()}, not {float(tree.threshold[node]).hex()}"
 
 
-def tested(condition: c_ast.BinaryOp, numbers: Mapping[str, int]) -> tuple[int, np.float32]:
+def tested(condition: c_ast.BinaryOp, numbers: Mapping[str, int]) -> tuple[int, np.floating]:
     """Feature and threshold of `x[F] <= t`, or of its form by bits: signed for t >= 0, unsigned and turned below."""
     left, right = condition.left, condition.right
     if condition.op == "<=" and isinstance(left, c_ast.ArrayRef) and left.name.name == "x":
@@ -153,15 +169,15 @@ def tested(condition: c_ast.BinaryOp, numbers: Mapping[str, int]) -> tuple[int, 
     return numbers[call.args.exprs[0].subscript.name], np.uint32(bits).view(np.float32)
 
 
-def number(item: Any) -> np.float32:
-    """A float constant, with its sign."""
+def number(item: Any) -> np.floating:
+    """A constant of float or double, with its sign."""
     if isinstance(item, c_ast.UnaryOp) and item.op == "-":
         return -number(item.expr)
-    if not isinstance(item, c_ast.Constant) or item.type != "float":
-        raise ValueError("a threshold that is no float constant")
+    if not isinstance(item, c_ast.Constant) or item.type not in KINDS:
+        raise ValueError("a threshold that is no constant of float or double")
     if not item.value.lower().startswith("0x"):
         raise ValueError("a threshold that is not hexadecimal")
-    return np.float32(float.fromhex(item.value.rstrip("f")))
+    return KINDS[item.type](float.fromhex(item.value.rstrip("f")))
 
 
 # --- tables
@@ -229,9 +245,10 @@ def _text(item: Any) -> str:
 # --- batches over columns
 
 
-def _columns(body: c_ast.Compound, tree: Tree, numbers: Mapping[str, int]) -> Iterator[str]:
+def _columns(function: c_ast.FuncDef, tree: Tree, numbers: Mapping[str, int]) -> Iterator[str]:
     """The form with a select a split; a batch that walks is of the same tables as `act_rows`, and is replayed."""
-    items = list(body.block_items or [])
+    yield from _kinds(function, tree.numbers)
+    items = list(function.body.block_items or [])
     if any(_declares(item, "action") for item in items):
         return
     pointers = [item for item in items if isinstance(item, c_ast.Decl) and item.init is not None]

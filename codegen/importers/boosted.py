@@ -10,11 +10,13 @@ right, and the profile says where that differs.
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from codegen.errors import InputError, shown
+from codegen.floats import FLOAT64
 from codegen.importers.documents import second_class
 from codegen.importers.nodes import Leaf, Split, json_of, origin_of
 from codegen.importers.origin import AGENT, Origin
@@ -89,7 +91,8 @@ def from_lightgbm(content: bytes, where: str) -> dict[str, Origin]:
         names = model.get("feature_names", "").split(" ")
         width = int(model["max_feature_idx"]) + 1
         root = 0 if splits.features else -1
-        return {AGENT: origin_of(LIGHTGBM, root, splits.read, names if len(names) == width else (), width, where)}
+        origin = origin_of(LIGHTGBM, root, splits.read, names if len(names) == width else (), width, where)
+        return {AGENT: replace(origin, numbers=FLOAT64)}
     except (LookupError, ValueError, OverflowError) as error:
         raise InputError(f"not LightGBM's text: {shown(error)[:100]}", where, AGAIN) from None
 

@@ -4,16 +4,18 @@ Does: reads dtControl's `default.json` and treelite's `dump_as_json`, one tree e
 Assumes: the formats of dtControl 2.1 and treelite 4.
 Does not: take sums of features, categories, forests, or leaves that permit several actions.
 
-dtControl writes numbers as labels with six digits; these texts are the labels here.
+dtControl compares doubles, treelite what its models say. dtControl writes numbers as labels with six digits; these
+texts are the labels here.
 """
 
 import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, cast
 
 from codegen.errors import InputError, shown
+from codegen.floats import FLOAT32, FLOAT64, NUMBERS
 from codegen.importers.nodes import Leaf, Split, json_of, origin_of
 from codegen.importers.origin import AGENT, Origin
 
@@ -35,7 +37,8 @@ def from_dtcontrol(content: bytes, where: str) -> dict[str, Origin]:
             raise InputError(f"a node is not understood: {shown(error)[:100]}", where, AGAIN) from None
 
     try:
-        return {AGENT: origin_of(DTCONTROL, document, read, names.given, 0, where)}
+        origin = origin_of(DTCONTROL, document, read, names.given, 0, where)
+        return {AGENT: replace(origin, numbers=FLOAT64)}
     except RecursionError:
         raise InputError("the file is nested too deeply", where, "simplify it first") from None
 
@@ -92,7 +95,10 @@ def from_treelite(content: bytes, where: str) -> dict[str, Origin]:
         def read(place: int) -> Split | Leaf:
             return _treelite(document, nodes[place], where)
 
-        return {AGENT: origin_of(TREELITE, 0, read, (), width, where)}
+        numbers = str(document.get("threshold_type", FLOAT32))
+        if numbers not in NUMBERS:
+            raise InputError(f"the type of thresholds is not understood: {shown(numbers)}", where, AGAIN)
+        return {AGENT: replace(origin_of(TREELITE, 0, read, (), width, where), numbers=numbers)}
     except (LookupError, TypeError, AttributeError, ValueError, OverflowError) as error:
         raise InputError(f"not treelite's JSON: {shown(error)[:100]}", where, AGAIN) from None
 

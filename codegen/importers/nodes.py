@@ -18,7 +18,7 @@ import numpy as np
 from codegen.errors import InputError, shown
 from codegen.importers.origin import Origin
 from codegen.importers.rules import Value, at_most, below
-from codegen.ir import MAX_DEPTH, MAX_NODES, NO_ACTION, NO_CHILD, NO_FEATURE, ROOT, Float32, GrownTree, Int32
+from codegen.ir import MAX_DEPTH, MAX_NODES, NO_ACTION, NO_CHILD, NO_FEATURE, ROOT, Floats, GrownTree, Int32
 
 REPLAYED_BY = "a second reading of the file"
 MAX_FEATURES = 1 << 20
@@ -57,7 +57,12 @@ def json_of(content: bytes, where: str) -> dict[str, Any]:
 
 
 def origin_of(
-    kind: str, root: Node, read: Callable[[Node], Split | Leaf], features: Sequence[str], n_features: int, where: str
+    kind: str,
+    root: Node,
+    read: Callable[[Node], Split | Leaf],
+    features: Sequence[str],
+    n_features: int,
+    where: str,
 ) -> Origin:
     """The tree below `root`. `features`: names, or none; `n_features`: 0 where the file does not say.
 
@@ -76,7 +81,7 @@ def origin_of(
         raise InputError(what, where, "write the file again")
     kept = all(_keeps(found) for _, found in nodes if isinstance(found, Split))
 
-    def act(rows: Float32) -> Int32:
+    def act(rows: Floats) -> Int32:
         return np.array([place[label] for label in _followed(root, read, rows)], dtype=np.int32)
 
     return Origin(kind, grown, tuple(labels), act, REPLAYED_BY, tuple(features), n_features, kept)
@@ -120,7 +125,7 @@ def _ordered(
     return found, leaves
 
 
-def _followed(root: Node, read: Callable[[Node], Split | Leaf], rows: Float32) -> list[Value]:
+def _followed(root: Node, read: Callable[[Node], Split | Leaf], rows: Floats) -> list[Value]:
     """The label of each observation, by the file's own comparisons."""
     doubles = rows.astype(np.float64)
     labels: list[Value] = [ROOT] * len(rows)

@@ -13,7 +13,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from codegen.ir import Bool, Float32
+from codegen.ir import Bool, Floats
 
 COMPARE: Mapping[type[ast.cmpop], Any] = {
     ast.Lt: operator.lt, ast.LtE: operator.le, ast.Gt: operator.gt,
@@ -32,7 +32,7 @@ class _Observation:
     """The whole observation, as a value of the program."""
 
 
-def decided(function: ast.FunctionDef, constants: Mapping[str, Any], names: Sequence[str], rows: Float32) -> list[Any]:
+def decided(function: ast.FunctionDef, constants: Mapping[str, Any], names: Sequence[str], rows: Floats) -> list[Any]:
     """What the function returns for each observation; None where it returns nothing. `names`: of features."""
     doubles = rows.astype(np.float64)
     parameters = [each.arg for each in (*function.args.posonlyargs, *function.args.args)]

@@ -5,7 +5,7 @@ Assumes: Python's own grammar (the module ast); a caller that hands over observa
 Does not: run, import or evaluate anything of the file. Whatever is not understood is refused with its line.
 
 The function takes one observation and names features as `x[0]` or `x["speed"]`, or takes one parameter a feature.
-Python compares doubles; every float32 number is one, so that each test can be kept exactly (rules.py).
+Python compares doubles, so that each test can be kept exactly (rules.py).
 """
 
 import ast
@@ -17,6 +17,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from codegen.errors import InputError, shown
+from codegen.floats import FLOAT64
 from codegen.importers import python_meaning
 from codegen.importers.origin import Origin
 from codegen.importers.rules import (
@@ -33,7 +34,7 @@ from codegen.importers.rules import (
     labels_of,
     program,
 )
-from codegen.ir import Float32, Int32
+from codegen.ir import Floats, Int32
 
 KIND, REPLAYED_BY = "if/else Python", "an interpreter of the file's syntax tree"
 MAX_FEATURES = 1 << 20
@@ -131,7 +132,7 @@ def _origin(function: ast.FunctionDef, constants: Mapping[str, Number], where: s
     place = np.array([labels.place(value) for value in found.values], dtype=np.int32)
     action = np.where(found.tree.action < 0, found.tree.action, place[found.tree.action])
 
-    def act(rows: Float32) -> Int32:
+    def act(rows: Floats) -> Int32:
         values = python_meaning.decided(function, constants, tuple(reader.features), rows)
         return np.array([labels.place(value) for value in values], dtype=np.int32)
 
@@ -143,6 +144,7 @@ def _origin(function: ast.FunctionDef, constants: Mapping[str, Number], where: s
         replayed_by=REPLAYED_BY,
         features=tuple(reader.features),
         n_features=reader.width or len(reader.features),
+        numbers=FLOAT64,
         n_read=reader.last + 1,
         nan=found.nan,
     )

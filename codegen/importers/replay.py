@@ -1,6 +1,6 @@
 """An imported tree replayed against its origin: a count of observations on which both decide the same, or an error.
 
-Does: asks both at every threshold that can be reached and at both its float32 neighbours, at special values, at random.
+Does: asks both at every threshold that can be reached and at both its neighbours, at special values, at random.
 Assumes: the tree is sound; `act` decides as the origin does.
 Does not: know what the origin is.
 """
@@ -13,7 +13,7 @@ from codegen import ir
 from codegen.agreement import probes
 from codegen.errors import DisagreementError, InputError
 from codegen.floats import neighbour
-from codegen.ir import NO_FEATURE, AgentPolicy, FeatureSpec, Float32, Int32, Tree
+from codegen.ir import NO_FEATURE, AgentPolicy, FeatureSpec, Floats, Int32, Tree
 
 RANDOM = 4_000
 ROWS = 100_000  # at thresholds, beyond which each comes with fewer random values of the other features
@@ -22,11 +22,11 @@ MAX_SPECIAL = 64  # features that are put at special values, one by one
 
 
 def representable(tree: Tree) -> bool:
-    """Whether all thresholds are finite float32 numbers."""
+    """Whether all thresholds are finite numbers."""
     return bool(np.isfinite(tree.threshold).all())
 
 
-def observations(policy: AgentPolicy, *, nan: bool, finite: bool) -> Float32:
+def observations(policy: AgentPolicy, *, nan: bool, finite: bool) -> Floats:
     """What both are asked about, [n, n_features]. InputError where that is more than fits into memory."""
     rng, width = np.random.default_rng(0), len(policy.features)
     tested = policy.tree.feature != NO_FEATURE
@@ -39,52 +39,54 @@ def observations(policy: AgentPolicy, *, nan: bool, finite: bool) -> Float32:
     span = 2.0 * min(float(np.abs(policy.tree.threshold).max()) + 1.0, probes.HUGE)
     features = tuple(FeatureSpec(each.name, "none", -span, span, None) for each in policy.features)
     used = np.unique(policy.tree.feature[tested])[:MAX_SPECIAL]
-    special = probes.random(features, len(used) * len(probes.SPECIAL), rng)
+    numbers, values = policy.numbers, probes.SPECIAL[policy.numbers]
+    special = probes.random(features, len(used) * len(values), rng, numbers)
     for place, feature in enumerate(used):
-        special[place * len(probes.SPECIAL) : (place + 1) * len(probes.SPECIAL), feature] = probes.SPECIAL
+        special[place * len(values) : (place + 1) * len(values), feature] = values
     rows = np.concatenate(
         [
             _boundary(policy.tree, width, fillings, span, rng),
             special,
-            np.repeat(probes.SPECIAL[:, None], width, axis=1),
-            probes.random(features, RANDOM, rng),
-            _mixed(policy.tree, probes.random(features, RANDOM, rng), rng),
+            np.repeat(values[:, None], width, axis=1),
+            probes.random(features, RANDOM, rng, numbers),
+            _mixed(policy.tree, probes.random(features, RANDOM, rng, numbers), rng),
         ]
     )
     keep = np.isfinite(rows) if finite else ~np.isnan(rows) if not nan else np.ones_like(rows, dtype=bool)
     return rows[keep.all(axis=1)]
 
 
-def _boundary(tree: Tree, width: int, fillings: int, span: float, rng: np.random.Generator) -> Float32:
-    """Observations that reach each split with its feature at the threshold and at both float32 neighbours, as
+def _boundary(tree: Tree, width: int, fillings: int, span: float, rng: np.random.Generator) -> Floats:
+    """Observations that reach each split with its feature at the threshold and at both its neighbours, as
     `probes.boundary` makes them, but all at once. [n, width]
     """
     boxes = list(probes.paths(tree, width))
     if not boxes:
-        return np.zeros((0, width), dtype=np.float32)
+        return np.zeros((0, width), dtype=tree.numbers)
     nodes, low, high = (np.array(each) for each in zip(*boxes, strict=True))
-    at = tree.threshold[nodes]
-    start = np.maximum(neighbour(low, np.inf), np.minimum(-np.float32(span), high))
-    stop = np.maximum(np.minimum(high, np.maximum(np.float32(span), start)), start)
+    at, numbers = tree.threshold[nodes], tree.numbers
+    most = np.dtype(numbers).type(span)
+    start = np.maximum(neighbour(low, np.inf, numbers), np.minimum(-most, high))
+    stop = np.maximum(np.minimum(high, np.maximum(most, start)), start)
     rows = np.repeat(start[:, None], 3 * fillings, axis=1)
-    with np.errstate(over="ignore", invalid="ignore"):  # where an interval is wider than the largest float32
-        rows += (rng.random(rows.shape, dtype=np.float32) * (stop - start)[:, None]).astype(np.float32)
+    with np.errstate(over="ignore", invalid="ignore"):  # where an interval is wider than the largest number
+        rows += (rng.random(rows.shape, dtype=at.dtype.type) * (stop - start)[:, None]).astype(numbers)
     rows = np.where(np.isfinite(rows), rows, start[:, None]).clip(start[:, None], stop[:, None])
-    beside = np.stack([neighbour(at, -np.inf), at, neighbour(at, np.inf)], axis=1)
+    beside = np.stack([neighbour(at, -np.inf, numbers), at, neighbour(at, np.inf, numbers)], axis=1)
     rows[np.arange(len(nodes)), :, tree.feature[nodes]] = np.repeat(beside, fillings, axis=1)
     return rows.reshape(-1, width)
 
 
-def _mixed(tree: Tree, rows: Float32, rng: np.random.Generator) -> Float32:
+def _mixed(tree: Tree, rows: Floats, rng: np.random.Generator) -> Floats:
     """The rows, with every tested feature at or beside one of its thresholds, whatever the path."""
     for feature in np.unique(tree.feature[tree.feature != NO_FEATURE]):
         at = tree.threshold[tree.feature == feature]
-        beside = np.stack([neighbour(at, -np.inf), at, neighbour(at, np.inf)])
+        beside = np.stack([neighbour(at, -np.inf, tree.numbers), at, neighbour(at, np.inf, tree.numbers)])
         rows[:, feature] = rng.choice(beside.ravel(), len(rows))
     return rows
 
 
-def replayed(policy: AgentPolicy, act: Callable[[Float32], Int32], rows: Float32) -> int:
+def replayed(policy: AgentPolicy, act: Callable[[Floats], Int32], rows: Floats) -> int:
     """How many observations were compared. DisagreementError for the first one on which tree and origin differ."""
     ours, theirs = ir.act(policy, rows), np.asarray(act(rows))
     for place in np.flatnonzero(ours != theirs)[:1].tolist():

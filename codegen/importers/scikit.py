@@ -23,7 +23,7 @@ from codegen.errors import InputError
 from codegen.importers import steps
 from codegen.importers.folding import LARGEST, Asked, folded
 from codegen.importers.origin import AGENT, Names, Origin, profile_of
-from codegen.ir import NO_ACTION, NO_CHILD, NO_FEATURE, Bool, Float32, GrownTree, Int32
+from codegen.ir import NO_ACTION, NO_CHILD, NO_FEATURE, Bool, Float32, Floats, GrownTree, Int32
 
 KIND, REPLAYED_BY = "scikit-learn", "its own predict"
 
@@ -87,7 +87,7 @@ def _origin(model: Any, before: Sequence[tuple[str, Any]], classes: Any, tree: A
     grown = grown_from_sklearn(tree, tree.value[:, 0].argmax(axis=1))
     source = steps.columns(before, n_features)
 
-    def transformed(rows: Float32) -> tuple[Float32, Bool]:
+    def transformed(rows: Floats) -> tuple[Float32, Bool]:
         taken = np.ones(len(rows), dtype=np.bool_)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # arrays have no names, and its search for infinities adds everything up
@@ -98,7 +98,7 @@ def _origin(model: Any, before: Sequence[tuple[str, Any]], classes: Any, tree: A
                 rows = np.clip(after, -LARGEST, LARGEST)
         return rows.astype(np.float32), taken
 
-    def act(rows: Float32) -> Int32:
+    def act(rows: Floats) -> Int32:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             said = model.predict(rows).tolist()

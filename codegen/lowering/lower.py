@@ -6,6 +6,7 @@ Does not: write text of any language, or change a decision.
 """
 
 import re
+import sys
 from collections import Counter
 from collections.abc import Iterator
 
@@ -14,7 +15,7 @@ import numpy as np
 from codegen import ir
 from codegen.check import identifier
 from codegen.errors import InputError, UnknownNameError
-from codegen.floats import deciding_double, decimal_literal, hex_literal, round_down, short_hex
+from codegen.floats import FLOAT32, at_most, deciding_double, decimal_literal, hex_literal, short_hex
 from codegen.lowering.model import (
     Action,
     Agent,
@@ -38,6 +39,7 @@ NESTED_LEVELS = 100  # MSVC stops at 128 nested blocks
 NESTED_SPLITS = 10_000
 COMPLETE_LEVELS = 8
 SELECTS = 100  # splits up to which evaluating all of them beats walking
+C_TYPES = {"float32": "float", "float64": "double"}
 PREFIX = re.compile(r"[a-z][a-z0-9_]{0,40}")
 
 
@@ -67,7 +69,7 @@ def lower(profile: ir.PolicyProfile, prefix: str | None = None, style: str = AUT
         algorithm=profile.provenance.algorithm,
         preset=profile.provenance.preset,
         seed=profile.provenance.seed,
-        style=_automatic(profile) if style == AUTO else style,
+        style=_automatic(profile) if style == AUTO else _takes(profile, style),
         agents=tuple(_agent(policy, prefix, profile.world) for policy in profile.agents),
         region=None if profile.region is None else _region(profile.region),
         places=_places(profile, names),
@@ -76,6 +78,15 @@ def lower(profile: ir.PolicyProfile, prefix: str | None = None, style: str = AUT
     )
     ensure_distinct(model.names, {agent.lower: agent.names for agent in model.agents})
     return model
+
+
+def _takes(profile: ir.PolicyProfile, style: str) -> str:
+    """The style, where it takes the numbers that the agents compare."""
+    for policy in profile.agents:
+        if style == ORDERED and policy.numbers != FLOAT32:
+            what = f"the style {ORDERED} compares the bits of float32, and {policy.agent} compares {policy.numbers}"
+            raise InputError(what, "--style", f"use {NESTED} or {WALK}")
+    return style
 
 
 def _places(profile: ir.PolicyProfile, names: Names) -> dict[str, Place]:
@@ -91,8 +102,8 @@ def _places(profile: ir.PolicyProfile, names: Names) -> dict[str, Place]:
     return found
 
 
-def _feature(index: int, feature: ir.FeatureSpec) -> Feature:
-    low, high = round_down(feature.low), -round_down(-feature.high)
+def _feature(index: int, feature: ir.FeatureSpec, numbers: str) -> Feature:
+    low, high = at_most(feature.low, numbers), -at_most(-feature.high, numbers)
     return Feature(
         index=index,
         name=feature.name,
@@ -102,8 +113,8 @@ def _feature(index: int, feature: ir.FeatureSpec) -> Feature:
         high=decimal_literal(feature.high),
         low_hex=hex_literal(low),
         high_hex=hex_literal(high),
-        low_single=decimal_literal(low),
-        high_single=decimal_literal(high),
+        low_seen=decimal_literal(low),
+        high_seen=decimal_literal(high),
         meaning=str(feature.meaning) if feature.meaning else "",
         function=feature.meaning.function if feature.meaning else "",
         terms=None if feature.meaning is None else tuple(_term(*term) for term in feature.meaning.terms),
@@ -116,7 +127,7 @@ def _action(index: int, action: ir.ActionSpec) -> Action:
 
 
 def _agent(policy: ir.AgentPolicy, prefix: str, world: ir.WorldSpec) -> Agent:
-    features = tuple(_feature(index, feature) for index, feature in enumerate(policy.features))
+    features = tuple(_feature(index, feature, policy.numbers) for index, feature in enumerate(policy.features))
     actions = tuple(_action(index, action) for index, action in enumerate(policy.actions))
     nodes = tuple(_node(policy.tree, node, features, actions) for node in range(len(policy.tree.feature)))
     lower_name = identifier(policy.agent)
@@ -127,6 +138,7 @@ def _agent(policy: ir.AgentPolicy, prefix: str, world: ir.WorldSpec) -> Agent:
         lower=lower_name,
         names=of_agent(prefix, lower_name, [each.upper for each in features], [each.upper for each in actions]),
         team=policy.team,
+        numbers=policy.numbers,
         features=features,
         actions=actions,
         nodes=nodes,
@@ -173,11 +185,12 @@ def _term(weight: float, coordinate: str) -> tuple[str, str, str]:
 def _tables(policy: ir.AgentPolicy, nodes: tuple[Node, ...], levels: int) -> Tables:
     """Complete where that is not much larger than the tree: it needs no children and no test for the end."""
     types = (
+        C_TYPES[policy.numbers],
         unsigned(len(policy.features)),
         unsigned(len(nodes)),
         unsigned(len(policy.actions)),
     )
-    zero = hex_literal(np.float32(0))
+    zero = hex_literal(np.dtype(policy.numbers).type(0))
     if levels <= COMPLETE_LEVELS:
         n = 2**levels - 1
         features, thresholds, actions = [0] * n, [zero] * n, [0] * (n + 1)
@@ -186,7 +199,7 @@ def _tables(policy: ir.AgentPolicy, nodes: tuple[Node, ...], levels: int) -> Tab
             node, place = stack.pop()
             children = (2 * place + 1, 2 * place + 2)
             if node.feature:
-                features[place], thresholds[place] = node.feature.index, node.float_hex
+                features[place], thresholds[place] = node.feature.index, node.literal
                 stack += [(nodes[node.left], children[0]), (nodes[node.right], children[1])]
             elif place >= n:
                 assert node.action
@@ -198,7 +211,7 @@ def _tables(policy: ir.AgentPolicy, nodes: tuple[Node, ...], levels: int) -> Tab
         False,
         levels,
         tuple(node.feature.index if node.feature else 0 for node in nodes),
-        tuple(node.float_hex if node.feature else zero for node in nodes),
+        tuple(node.literal if node.feature else zero for node in nodes),
         tuple(child for node in nodes for child in ((node.left, node.right) if node.feature else (node.id, node.id))),
         tuple(node.action.index if node.action else 0 for node in nodes),
         *types,
@@ -208,15 +221,16 @@ def _tables(policy: ir.AgentPolicy, nodes: tuple[Node, ...], levels: int) -> Tab
 def _node(tree: ir.Tree, node: int, features: tuple[Feature, ...], actions: tuple[Action, ...]) -> Node:
     if tree.feature[node] == ir.NO_FEATURE:
         leaf = actions[int(tree.action[node])]
-        return Node(node, None, leaf, "", 0, "", "", ir.NO_CHILD, ir.NO_CHILD)
+        return Node(node, None, leaf, "", 0, 0, "", "", ir.NO_CHILD, ir.NO_CHILD)
     threshold = tree.threshold[node]
     return Node(
         id=node,
         feature=features[int(tree.feature[node])],
         action=None,
-        float_hex=hex_literal(threshold),
-        bits=int(threshold.view(np.uint32)),
-        double=decimal_literal(deciding_double(threshold)),
+        literal=hex_literal(threshold),
+        bits=int.from_bytes(threshold.tobytes(), sys.byteorder),
+        width=8 * threshold.itemsize,
+        double=decimal_literal(deciding_double(threshold) if tree.numbers == FLOAT32 else threshold),
         shown=f"{float(threshold):.6g}",
         left=int(tree.left[node]),
         right=int(tree.right[node]),

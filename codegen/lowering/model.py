@@ -9,15 +9,17 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
+from codegen.floats import FLOAT32
 from codegen.lowering.names import AgentNames, Names
 
 TILED = 5  # tested features from which on numpy copies columns faster in tiles than one by one
-_BYTES = {"unsigned char": 1, "unsigned short": 2, "unsigned int": 4}
+_BYTES = {"unsigned char": 1, "unsigned short": 2, "unsigned int": 4, "float": 4, "double": 8}
+_KINDS = ("unsigned char", "unsigned short", "unsigned int")
 
 
 def unsigned(count: int) -> str:
     """The smallest C type that holds so many numbers from 0 on."""
-    return next(kind for kind, width in _BYTES.items() if count <= 256**width)
+    return next(kind for kind in _KINDS if count <= 256 ** _BYTES[kind])
 
 
 @dataclass(frozen=True)
@@ -30,10 +32,10 @@ class Feature:
     unit: str
     low: str
     high: str
-    low_hex: str  # the range as float32, rounded outwards
+    low_hex: str  # the range in the agent's numbers, rounded outwards, as C literals
     high_hex: str
-    low_single: str  # the same as decimals, of the doubles that they are
-    high_single: str
+    low_seen: str  # the same as decimals, of the doubles that they are
+    high_seen: str
     meaning: str
     function: str  # of the sum of `terms`; "" for the sum itself
     terms: tuple[tuple[str, str, str], ...] | None  # (sign, weight unless it is 1, coordinate); None: no meaning
@@ -75,8 +77,9 @@ class Node:
     id: int
     feature: Feature | None
     action: Action | None
-    float_hex: str  # the float32 threshold, exact, as a C literal
+    literal: str  # the threshold, exact, as a C literal
     bits: int  # of it as an unsigned number
+    width: int  # how many these are
     double: str  # the deciding double, shortest decimal
     shown: str  # for comments only
     left: int
@@ -84,18 +87,19 @@ class Node:
 
     @property
     def hex_bits(self) -> str:
-        """`bits` in eight hexadecimal digits."""
-        return f"0x{self.bits:08x}"
+        """`bits` in hexadecimal digits, all of them."""
+        return f"0x{self.bits:0{self.width // 4}x}"
 
     @property
     def negative(self) -> bool:
         """Whether the threshold's sign is set, -0.0 included."""
-        return self.bits >= 2**31
+        return self.bits >= 1 << self.width - 1
 
     @property
     def ordered(self) -> int:
-        """The threshold as an integer in the order of float32 numbers: -0.0 is -1 there, but as a threshold 0."""
-        return 2**31 - 1 - self.bits if self.bits > 2**31 else self.bits % 2**31
+        """The threshold as an integer in the order of its numbers: -0.0 is -1 there, but as a threshold 0."""
+        half = 1 << self.width - 1
+        return half - 1 - self.bits if self.bits > half else self.bits % half
 
 
 @dataclass(frozen=True)
@@ -123,6 +127,7 @@ class Tables:
     thresholds: tuple[str, ...]  # hexadecimal floats
     children: tuple[int, ...]
     actions: tuple[int, ...]  # per path, or per node
+    threshold_type: str
     feature_type: str
     child_type: str
     action_type: str
@@ -131,11 +136,12 @@ class Tables:
     def size(self) -> int:
         """Bytes of all arrays."""
         widths = [
+            (self.thresholds, self.threshold_type),
             (self.features, self.feature_type),
             (self.children, self.child_type),
             (self.actions, self.action_type),
         ]
-        return 4 * len(self.thresholds) + sum(len(array) * _BYTES[kind] for array, kind in widths)
+        return sum(len(array) * _BYTES[kind] for array, kind in widths)
 
 
 @dataclass(frozen=True)
@@ -146,6 +152,7 @@ class Agent:
     lower: str
     names: AgentNames
     team: str
+    numbers: str  # that it observes and compares: float32 or float64
     features: tuple[Feature, ...]
     actions: tuple[Action, ...]
     nodes: tuple[Node, ...]
@@ -170,9 +177,19 @@ class Agent:
         return tuple(dict.fromkeys(term[2] for feature in self.features for term in feature.terms or ()))
 
     @property
+    def single(self) -> bool:
+        """Whether it compares float32."""
+        return self.numbers == FLOAT32
+
+    @property
+    def kind(self) -> str:
+        """The C type of its observations."""
+        return self.tables.threshold_type
+
+    @property
     def observation_bytes(self) -> int:
-        """Bytes of an observation of float32."""
-        return 4 * len(self.features)
+        """Bytes of an observation."""
+        return _BYTES[self.kind] * len(self.features)
 
     @property
     def tiled(self) -> bool:
@@ -212,6 +229,22 @@ class Model:
     def located(self) -> bool:
         """Whether every agent can decide from world coordinates."""
         return all(agent.located for agent in self.agents)
+
+    @property
+    def single(self) -> bool:
+        """Whether all agents compare float32."""
+        return all(agent.single for agent in self.agents)
+
+    @property
+    def kind(self) -> str:
+        """The C type of all agents' observations; "" where agents compare unlike numbers."""
+        kinds = {agent.kind for agent in self.agents}
+        return kinds.pop() if len(kinds) == 1 else ""
+
+    @property
+    def doubled(self) -> str:
+        """The agents that compare float64, in words."""
+        return ", ".join(agent.name for agent in self.agents if not agent.single)
 
     @property
     def signed(self) -> bool:

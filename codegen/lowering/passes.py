@@ -14,7 +14,7 @@ from typing import TypeAlias
 import numpy as np
 
 from codegen.errors import DisagreementError
-from codegen.ir import NO_FEATURE, ROOT, Float32, Tree
+from codegen.ir import NO_FEATURE, ROOT, Floats, Tree
 from codegen.paths import EVERYTHING, Box, in_preorder
 
 MERGE, DROP, REORDER = "merge", "drop", "reorder"
@@ -25,7 +25,7 @@ MAX_REORDERED = 500  # splits; the work grows with their square
 @dataclass(frozen=True)
 class _Split:
     feature: int
-    threshold: float  # a float32
+    threshold: float  # of the tree's numbers
     left: "_Node"
     right: "_Node"
     size: int  # splits in it
@@ -37,7 +37,7 @@ _Node: TypeAlias = _Split | int  # a leaf is its action
 
 def merged(tree: Tree) -> Tree:
     """Without splits whose sides decide alike, and without tests that the tests before them decide."""
-    return _proved(MERGE, tree, _arrays(_within(_nested(tree), EVERYTHING)))
+    return _proved(MERGE, tree, _arrays(_within(_nested(tree), EVERYTHING), tree.numbers))
 
 
 def dropped(tree: Tree, dead: Collection[int]) -> Tree:
@@ -45,10 +45,10 @@ def dropped(tree: Tree, dead: Collection[int]) -> Tree:
     found = _without(tree, ROOT, frozenset(dead))
     if found is None:
         raise ValueError("every leaf is dead: nothing can be observed")
-    return _proved(DROP, tree, _arrays(found), dead)
+    return _proved(DROP, tree, _arrays(found, tree.numbers), dead)
 
 
-def reordered(tree: Tree, seen: Float32) -> Tree:
+def reordered(tree: Tree, seen: Floats) -> Tree:
     """With fewer tests on average over `seen` [n, n_features]; never more splits, nor a longer longest path.
 
     From the root on, of all tests of a subtree the one comes first with which the subtree's tests are fewest; that
@@ -58,11 +58,12 @@ def reordered(tree: Tree, seen: Float32) -> Tree:
     if isinstance(nested, int) or nested.size > MAX_REORDERED:
         return tree
     tests = sorted(set(_tests(nested)))
-    signs = np.column_stack([seen[:, feature] <= np.float32(threshold) for feature, threshold in tests])
+    number = tree.threshold.dtype.type
+    signs = np.column_stack([seen[:, feature] <= number(threshold) for feature, threshold in tests])
     patterns, counts = np.unique(signs, axis=0, return_counts=True)
     column = {test: place for place, test in enumerate(tests)}
     found = _better(nested, EVERYTHING, np.arange(len(patterns)), _Seen(patterns, counts, column), nested.levels)
-    return _proved(REORDER, tree, _arrays(found))
+    return _proved(REORDER, tree, _arrays(found, tree.numbers))
 
 
 def grafted(tree: Tree, parts: Mapping[int, Tree]) -> Tree:
@@ -73,26 +74,29 @@ def grafted(tree: Tree, parts: Mapping[int, Tree]) -> Tree:
     for node in parts:
         if not 0 <= node < len(tree.feature):
             raise KeyError(node)
-    return _arrays(_nested(tree, parts))
+    return _arrays(_nested(tree, parts), tree.numbers)
 
 
-def average_tests(tree: Tree, seen: Float32) -> float:
+def average_tests(tree: Tree, seen: Floats) -> float:
     """The mean number of tests on the paths of observations [n, n_features]."""
     nested = _nested(tree)
     tests = sorted(set(_tests(nested)))
+    number = tree.threshold.dtype.type
     signs = np.column_stack(
-        [np.ones(len(seen), dtype=bool), *(seen[:, feature] <= np.float32(threshold) for feature, threshold in tests)]
+        [np.ones(len(seen), dtype=bool), *(seen[:, feature] <= number(threshold) for feature, threshold in tests)]
     )
     column = {test: 1 + place for place, test in enumerate(tests)}
     return _asked(nested, np.arange(len(seen)), _Seen(signs, np.ones(len(seen)), column)) / max(1, len(seen))
 
 
-def difference(a: Tree, b: Tree, n_features: int, aside: Collection[int] = ()) -> Float32 | None:
+def difference(a: Tree, b: Tree, n_features: int, aside: Collection[int] = ()) -> Floats | None:
     """An observation [n_features] for which two trees act differently, or None: a proof that there is none.
 
     Every leaf's box of `a`, NaN and infinities included, is followed through `b`. `aside`: nodes of `a` below which
-    decisions may differ.
+    decisions may differ. ValueError for trees that compare unlike numbers.
     """
+    if a.numbers != b.numbers:
+        raise ValueError(f"trees of {a.numbers} and of {b.numbers}")
     stack = [(ROOT, ROOT, EVERYTHING)]
     while stack:
         here, there, box = stack.pop()
@@ -102,7 +106,7 @@ def difference(a: Tree, b: Tree, n_features: int, aside: Collection[int] = ()) -
         tree, node = (a, here) if first else (b, there)
         if tree.feature[node] == NO_FEATURE:
             if a.action[here] != b.action[there]:
-                return box.point(n_features)
+                return box.point(n_features, a.numbers)
             continue
         sides = box.halved(int(tree.feature[node]), float(tree.threshold[node]))
         for child, part in zip((int(tree.left[node]), int(tree.right[node])), sides, strict=True):
@@ -157,8 +161,8 @@ def _nested(tree: Tree, parts: Mapping[int, Tree] = MappingProxyType({})) -> _No
     return found[ROOT]
 
 
-def _arrays(root: _Node) -> Tree:
-    return in_preorder(root, lambda node: node if isinstance(node, int) else _parts(node))
+def _arrays(root: _Node, numbers: str) -> Tree:
+    return in_preorder(root, lambda node: node if isinstance(node, int) else _parts(node), numbers)
 
 
 def _parts(node: _Split) -> tuple[int, float, _Node, _Node]:

@@ -8,7 +8,7 @@ Does not: write files or check them (agreement/selfcheck.py).
 from collections.abc import Callable, Iterable, Mapping
 
 from codegen import ir
-from codegen.errors import UnknownNameError
+from codegen.errors import InputError, UnknownNameError
 from codegen.lowering.lower import AUTO, lower
 from codegen.lowering.model import Model
 from codegen.targets import arrays, c, javascript, json, onnx, python, rust, smt, svg
@@ -27,6 +27,7 @@ TARGETS: dict[str, Emitter] = {
     "torch": arrays.torch,
 }
 USUAL = ("c", "python", "json")
+SINGLE = ("smt", "jax", "torch")  # which take float32 agents only
 
 
 def emit(
@@ -34,7 +35,8 @@ def emit(
 ) -> dict[str, str | bytes]:
     """File name -> text, or bytes where a target is no text, for the chosen targets; equal profiles give equal bytes.
 
-    `style`: of the C. UnknownNameError for another target, MissingToolError for one whose package is not installed.
+    `style`: of the C. UnknownNameError for another target, InputError for one that does not take the numbers that an
+    agent compares, MissingToolError for one whose package is not installed.
     """
     return written(lower(profile, prefix, style), profile, targets)
 
@@ -45,5 +47,8 @@ def written(model: Model, profile: ir.PolicyProfile, targets: Iterable[str]) -> 
     for target in targets:
         if target not in TARGETS:
             raise UnknownNameError("target", target, TARGETS, "--target")
+        if target in SINGLE and not model.single:
+            what = f"the target {target} has no float64 agents, and {model.doubled} compares float64"
+            raise InputError(what, "--target", f"leave {target} out, or import the tree with --numbers float32")
         files |= TARGETS[target](model, profile)
     return files

@@ -1,14 +1,15 @@
 """ONNX: a model for each agent, one TreeEnsembleClassifier, for runtimes that load files.
 
-Does: emits PREFIX_AGENT.onnx: `x`, float32 [N, n_features], in; `action`, int64 [N], the action's number, out.
+Does: emits PREFIX_AGENT.onnx: `x`, [N, n_features] in the agent's numbers, in; `action`, int64 [N], the action's
+  number, out.
 Assumes: the package onnx; a runtime with ai.onnx.ml that keeps subnormal numbers (onnxruntime does, unless told to set
   denormals to zero).
-Does not: round for its user: doubles become float32 first, as for the reference.
+Does not: round for its user: doubles become float32 first, as for the reference, where float32 is compared.
 
 One file an agent: agents observe different numbers of features, and a runtime's session holds one model, which whoever
-deploys one agent loads alone. BRANCH_LEQ compares float32, and missing values (NaN) do not track true, so NaN goes
-right. Each leaf has a weight for every class, 1 for its own and 0 for the others, and there are two classes at least:
-runtimes read ensembles whose leaves name one class only as binary, and answer another class then.
+deploys one agent loads alone. BRANCH_LEQ compares the input's numbers, and missing values (NaN) do not track true, so
+NaN goes right. Each leaf has a weight for every class, 1 for its own and 0 for the others, and there are two classes at
+least: runtimes read ensembles whose leaves name one class only as binary, and answer another class then.
 """
 
 from importlib import import_module
@@ -22,6 +23,7 @@ from codegen.lowering.model import Agent, Model
 from codegen.lowering.render import comment
 
 OPSETS = {"": 13, "ai.onnx.ml": 1}  # old ones, which every runtime of today reads
+DOUBLE_OPSETS = {"": 13, "ai.onnx.ml": 3}  # the first with thresholds of float64
 IR_VERSION = 7
 INPUT, OUTPUT = "x", "action"
 FEWEST_CLASSES = 2
@@ -41,7 +43,8 @@ def emit(model: Model, profile: ir.PolicyProfile) -> dict[str, bytes]:
 
 def _serialized(onnx: Any, model: Model, agent: Agent, tree: ir.Tree) -> bytes:
     helper, kind = onnx.helper, onnx.TensorProto
-    names = helper.make_tensor_value_info(INPUT, kind.FLOAT, ["N", len(agent.features)])
+    given = kind.FLOAT if agent.single else kind.DOUBLE
+    names = helper.make_tensor_value_info(INPUT, given, ["N", len(agent.features)])
     answer = helper.make_tensor_value_info(OUTPUT, kind.INT64, ["N"])
     ensemble = helper.make_node(
         "TreeEnsembleClassifier",
@@ -49,12 +52,11 @@ def _serialized(onnx: Any, model: Model, agent: Agent, tree: ir.Tree) -> bytes:
         [OUTPUT, "scores"],
         domain="ai.onnx.ml",
         post_transform="NONE",
-        **_nodes(tree),
-        **_classes(tree, max(len(agent.actions), FEWEST_CLASSES)),
+        **_typed(onnx, agent, _nodes(tree) | _classes(tree, max(len(agent.actions), FEWEST_CLASSES))),
     )
     made = helper.make_model(
         helper.make_graph([ensemble], f"{model.prefix}_{agent.lower}", [names], [answer]),
-        opset_imports=[helper.make_opsetid(domain, version) for domain, version in OPSETS.items()],
+        opset_imports=[helper.make_opsetid(*each) for each in (OPSETS if agent.single else DOUBLE_OPSETS).items()],
         ir_version=IR_VERSION,
         producer_name=comment(model.tool),
     )
@@ -70,6 +72,15 @@ def _serialized(onnx: Any, model: Model, agent: Agent, tree: ir.Tree) -> bytes:
     )
     onnx.checker.check_model(made, full_check=True)
     return made.SerializeToString(deterministic=True)
+
+
+def _typed(onnx: Any, agent: Agent, attributes: dict[str, list[Any]]) -> dict[str, Any]:
+    """The attributes, with numbers of float64 where that is compared: they are tensors there."""
+    if agent.single:
+        return attributes
+    doubles = {name: attributes.pop(name) for name in ("nodes_values", "class_weights")}
+    made = {f"{name}_as_tensor": onnx.numpy_helper.from_array(np.array(each)) for name, each in doubles.items()}
+    return {**attributes, **made}
 
 
 def _nodes(tree: ir.Tree) -> dict[str, list[Any]]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from codegen import ir
 from codegen.floats import smt_literal
-from codegen.ir import Float32, Int32
+from codegen.ir import Floats, Int32
 from codegen.lowering.model import Agent, Model
 from codegen.lowering.render import render
 
@@ -19,7 +19,7 @@ def emit(model: Model, profile: ir.PolicyProfile) -> dict[str, str]:
     return {f"{model.prefix}.smt2": render("smt/trees.smt2.j2", model=model)}
 
 
-def facts(model: Model, agent: Agent, rows: Float32, wanted: Int32) -> list[str]:
+def facts(model: Model, agent: Agent, rows: Floats, wanted: Int32) -> list[str]:
     """Formulas without variables that all hold iff the agent's function takes the wanted actions."""
     bits = np.ascontiguousarray(rows, dtype=np.float32).view(np.uint32)
     name = agent.names.act

@@ -44,6 +44,13 @@ def _agents(_context: click.Context, parameter: click.Parameter, value: str | No
 @option("--features", default=None, metavar="NAMES", callback=names, section=NAMES, help="Names of the features.")
 @option("--actions", default=None, metavar="NAMES", callback=names, section=NAMES, help="Names of the actions.")
 @option("--world", default="imported", show_default=True, metavar="NAME", section=NAMES, help="Name of the world.")
+@option(
+    "--numbers",
+    type=click.Choice(["float32"]),
+    default=None,
+    section=WHAT,
+    help="Round thresholds down for float32 observations where FILE compares doubles. Default: as FILE compares.",
+)
 @output("The profile's file, a .json.")
 @click.pass_context
 def import_verb(context: click.Context, file: Path | None, output: Path, **options: Any) -> int:
@@ -53,9 +60,9 @@ def import_verb(context: click.Context, file: Path | None, output: Path, **optio
     (text) or treelite (JSON), dtControl's JSON, or a C header of `maviper compile`. Its kind is detected. Nothing in
     it is run.
 
-    The profile decides as FILE does for every float32 observation. It is written only after a replay: both must decide
-    the same at every threshold, at its neighbours, and at random observations. A file that is not understood in full
-    is refused. `maviper guide importing` says what can come in.
+    The profile decides as FILE does for every observation of the numbers that FILE compares, float32 or float64. It is
+    written only after a replay: both must decide the same at every threshold, at its neighbours, and at random
+    observations. A file that is not understood in full is refused. `maviper guide importing` says what can come in.
     """
     console = console_of(context)
     console.line("importing", "" if file is None else str(file))
@@ -75,7 +82,7 @@ def import_verb(context: click.Context, file: Path | None, output: Path, **optio
 def _say(policy: Any, facts: Mapping[str, Any], console: Any) -> None:
     """What an agent's tree is, and what it was compared with."""
     leaves = int((policy.tree.feature < 0).sum())
-    size = f"{leaves} leaves, {len(policy.features)} features, {len(policy.actions)} actions"
+    size = f"{leaves} leaves, {len(policy.features)} features, {len(policy.actions)} actions, {policy.numbers}"
     console.line(policy.agent, f"{facts[f'{policy.agent} from']}: {size}")
     count, by = facts[f"{policy.agent} replayed"], facts[f"{policy.agent} replayed by"]
     console.line("replayed", f"{count:,} observations, by {by}: no difference")

@@ -22,30 +22,31 @@ def room(step: Step) -> float:
     return abs(float(step.value) - step.threshold)
 
 
-def lines(policy: ir.AgentPolicy, observation: ir.Float32) -> Iterator[str]:
+def lines(policy: ir.AgentPolicy, observation: ir.Floats) -> Iterator[str]:
     """A decision for one observation [n_features], for a reader: what is done, then each test."""
     leaf = int(ir.apply(policy.tree, observation[None])[0])
     yield f"{policy.agent}, team {policy.team}: {policy.actions[policy.tree.action[leaf]].name} (leaf {leaf})"
     yield from (f"  {step}, by {room(step):.3g}" for step in path(policy, observation.tolist()))
 
 
-def observation_of(policy: ir.AgentPolicy, text: str) -> ir.Float32:
-    """The observation that a text states: its numbers in order, or NAME=NUMBER for each feature, [n_features] float32.
+def observation_of(policy: ir.AgentPolicy, text: str) -> ir.Floats:
+    """The observation that a text states: its numbers in order, or NAME=NUMBER for each feature, [n_features], in the
+    numbers that it compares.
 
     InputError for what is no number, UnknownNameError for no feature, InputError where one is missing.
     """
     parts = [part.strip() for part in text.split(",")]
     names = [feature.name for feature in policy.features]
     if "=" not in text:
-        return observations([[_number(part, "--obs") for part in parts]], len(names), policy.agent)[0]
+        return observations([[_number(part, "--obs") for part in parts]], len(names), policy.agent, policy.numbers)[0]
     given = _named(parts, names, "feature", "--obs")
     missing = [name for name in names if name not in given]
     if missing:
         raise InputError(f"{policy.agent} also observes {', '.join(missing)}", "--obs", "give each as NAME=NUMBER")
-    return observations([[given[name] for name in names]], len(names), policy.agent)[0]
+    return observations([[given[name] for name in names]], len(names), policy.agent, policy.numbers)[0]
 
 
-def observed_in(profile: ir.PolicyProfile, text: str) -> dict[str, ir.Float32]:
+def observed_in(profile: ir.PolicyProfile, text: str) -> dict[str, ir.Floats]:
     """What each agent observes in the world state that a text states: NAME=NUMBER for each position, `goal=LANDMARK`
     where there is a goal; velocities that are left out are 0. Errors as `observation_of`.
     """
@@ -67,7 +68,7 @@ def observed_in(profile: ir.PolicyProfile, text: str) -> dict[str, ir.Float32]:
                 what = f"feature {feature.name} of {policy.agent} has no meaning"
                 raise InputError(what, "--state", f"give its observation: --agent {policy.agent} --obs ...")
     at = State(given, goals[-1] if goals else None).coordinates(profile)
-    return {policy.agent: observe(policy.features, at, world)[0] for policy in profile.agents}
+    return {policy.agent: observe(policy.features, at, world, policy.numbers)[0] for policy in profile.agents}
 
 
 def _named(parts: list[str], known: list[str], what: str, where: str) -> dict[str, float]:

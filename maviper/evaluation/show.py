@@ -17,7 +17,7 @@ def rules(policy: ir.AgentPolicy) -> Iterator[str]:
     """One line a leaf: the ranges that lead to it, the action, the leaf's id."""
     tree = policy.tree
     n = len(policy.features)
-    stack = [(ir.ROOT, np.full(n, -np.inf, np.float32), np.full(n, np.inf, np.float32))]
+    stack = [(ir.ROOT, np.full(n, -np.inf, tree.numbers), np.full(n, np.inf, tree.numbers))]
     while stack:
         node, low, high = stack.pop()
         if tree.feature[node] == ir.NO_FEATURE:
@@ -27,7 +27,7 @@ def rules(policy: ir.AgentPolicy) -> Iterator[str]:
         stack += [(int(tree.right[node]), *right), (int(tree.left[node]), *left)]
 
 
-def _condition(policy: ir.AgentPolicy, low: ir.Float32, high: ir.Float32) -> str:
+def _condition(policy: ir.AgentPolicy, low: ir.Floats, high: ir.Floats) -> str:
     parts = []
     for feature, least, most in zip(policy.features, low, high, strict=True):
         if np.isfinite(least) and np.isfinite(most):

@@ -25,16 +25,17 @@ class ImportOptions:
     features: tuple[str, ...] | None = None
     actions: tuple[str, ...] | None = None
     world: str = "imported"
+    numbers: str | None = None  # that agents compare: float32, or as the files do
 
 
 def imported(asked: ImportOptions) -> PolicyProfile:
     """The profile of the trees in a file, or of a team. InputError for what is not understood."""
     names = Names(asked.features, asked.actions, asked.world)
     if asked.file is not None and asked.agents is None:
-        return profile_of(_read(asked.file), names)
+        return profile_of(_read(asked.file), names, asked.numbers)
     if asked.file is not None or not asked.agents:
         raise InputError("nothing or too much is given", "", "give a file, or --agents with a file for each agent")
-    return profile_of({agent: _one(agent, path) for agent, path in asked.agents.items()}, names)
+    return profile_of({agent: _one(agent, path) for agent, path in asked.agents.items()}, names, asked.numbers)
 
 
 def _read(path: Path) -> dict[str, Origin]:

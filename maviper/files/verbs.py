@@ -21,12 +21,14 @@ def from_file(
     feature_names: Sequence[str] | None = None,
     action_names: Sequence[str] | None = None,
     name: str = "imported",
+    numbers: str | None = None,
 ) -> PolicyProfile:
     """A profile of the trees in a file of another program, as `maviper import` makes it; nothing in the file is run.
 
     `file`: if/else Python, ONNX, a single tree of XGBoost, LightGBM, treelite or dtControl, recognised by its name and
     content; or agent -> file, for a team. `feature_names`,
-    `action_names`: instead of the file's own, for every agent. InputError for a file that is not understood in full,
+    `action_names`: instead of the file's own, for every agent. `numbers`: "float32" for agents that compare float32
+    also where the file compares doubles. InputError for a file that is not understood in full,
     MissingToolError without a package that reading it needs.
     """
     from pathlib import Path
@@ -36,7 +38,7 @@ def from_file(
     features, actions = (None if each is None else tuple(each) for each in (feature_names, action_names))
     alone = Path(file) if isinstance(file, str | Path) else None
     team = None if isinstance(file, str | Path) else {agent: Path(each) for agent, each in file.items()}
-    return imported(ImportOptions(alone, team, features, actions, name))
+    return imported(ImportOptions(alone, team, features, actions, name, numbers))
 
 
 def from_sklearn(

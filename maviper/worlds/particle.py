@@ -160,7 +160,7 @@ class ParticleWorld(World):
         """Each agent's observation, [batch, n_features] float32: subtracted in float64, then rounded."""
         seen = self._observer(self.coordinates(state).T)
         ends = np.cumsum([len(features) for features in self.features])[:-1]
-        return tuple(part.T for part in np.split(seen, ends))
+        return tuple(part.T for part in np.split(seen.astype(np.float32, copy=False), ends))
 
 
 def distances(a: Float64, b: Float64) -> Float64:

@@ -38,6 +38,7 @@ from sklearn.tree import DecisionTreeClassifier
 
 from codegen import ir
 from codegen.check import ensure
+from codegen.floats import FLOAT32
 from codegen.observe import observe
 from codegen.policy_json import content_hash, dumps
 from maviper.worlds import find
@@ -121,7 +122,7 @@ class Game:
     def fitted(self, agent, actions, depth):
         """A tree of that depth, fitted to what the agent should do. Thresholds are rounded down."""
         place = self.world.agents.index(agent)
-        obs = observe(self.world.features[place], self.states, self.world.spec)
+        obs = observe(self.world.features[place], self.states, self.world.spec, FLOAT32)
         found = DecisionTreeClassifier(max_depth=depth, random_state=0).fit(obs, actions)
         classes, tree = found.classes_, found.tree_
 

@@ -1,8 +1,11 @@
 """Profiles of any of our games, with random trees: thresholds within the ranges, at 0 and at the ends of signs."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from codegen import ir
+from codegen.floats import FLOAT64
 from codegen.lowering.deploy import deployed
 from maviper.worlds import find
 
@@ -44,3 +47,13 @@ def random_profile(name, seed=0):
         grown = random_tree(features, len(actions), rng)
         agents.append(ir.AgentPolicy(agent, world.team_of(agent), features, actions, deployed(grown), grown))
     return ir.PolicyProfile(world.spec, tuple(agents), ir.Provenance("random", "none", seed, "", "tests"))
+
+
+def doubled(profile, *agents):
+    """The profile, in which the named agents, or all, compare float64 with the thresholds that were grown."""
+    wanted = agents or [policy.agent for policy in profile.agents]
+    policies = [
+        replace(policy, tree=deployed(policy.grown, FLOAT64), grown=None) if policy.agent in wanted else policy
+        for policy in profile.agents
+    ]
+    return replace(profile, agents=tuple(policies))

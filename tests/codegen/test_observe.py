@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from codegen.floats import FLOAT32
 from codegen.ir import FUNCTIONS, EntitySpec, FeatureSpec, Meaning, WorldSpec
 from codegen.observe import Observer, observe
 
@@ -53,7 +54,7 @@ def features_of(meanings):
 @given(st.lists(MEANINGS, min_size=1, max_size=6), st.lists(st.tuples(*[NUMBERS] * len(COORDINATES)), max_size=5))
 def test_observations_are_the_meanings_read_aloud(meanings, rows):
     coordinates = np.array(rows, dtype=np.float64).reshape(-1, len(COORDINATES))
-    found = observe(features_of(meanings), coordinates, SPEC)
+    found = observe(features_of(meanings), coordinates, SPEC, FLOAT32)
     assert found.shape == (len(rows), len(meanings)) and found.dtype == np.float32
     for seen, row in zip(found, rows, strict=True):
         wanted = [read_aloud(meaning, dict(zip(COORDINATES, row, strict=True))) for meaning in meanings]
@@ -66,7 +67,7 @@ def test_each_kind_of_meaning_by_example():
     coordinates = np.zeros((4, len(COORDINATES)))
     coordinates[:, COORDINATES.index("a.x")] = [0.5, 0.25, -1.0, 1e-300]
     coordinates[:, COORDINATES.index("b.x")] = [0.25, 0.25, 0.5, 0.0]
-    found = observe(features_of(kinds), coordinates, SPEC)
+    found = observe(features_of(kinds), coordinates, SPEC, FLOAT32)
     # the smallest difference has a sign, though as a number it rounds to 0
     assert found.tolist() == [[0, 0.25, 1, 1], [0, 0, 0, 0], [0, -1.5, -1, 0], [0, 0, 1, 1]]
 
@@ -85,7 +86,7 @@ def test_long_sums_round_after_each_addition():
     coordinates = np.zeros((2, len(COORDINATES)))
     for name, values in (("a.x", (2.0**53, 1)), ("b.x", (1, 1)), ("b.y", (1, 2.0**53)), ("c.x", (2.0**53,) * 2)):
         coordinates[:, COORDINATES.index(name)] = values
-    assert observe(features_of([ones]), coordinates, SPEC).tolist() == [[0], [2]]
+    assert observe(features_of([ones]), coordinates, SPEC, FLOAT32).tolist() == [[0], [2]]
 
 
 def test_one_observer_serves_many_batches():
@@ -94,9 +95,9 @@ def test_one_observer_serves_many_batches():
     rng = np.random.default_rng(0)
     for batch in (1, 7, 0, 1_000):
         coordinates = rng.normal(size=(batch, len(COORDINATES)))
-        assert observer(coordinates.T).T.tobytes() == observe(features, coordinates, SPEC).tobytes()
+        assert observer(coordinates.T).T.tobytes() == observe(features, coordinates, SPEC, FLOAT32).tobytes()
 
 
 def test_what_has_no_meaning_cannot_be_observed():
     with pytest.raises(ValueError, match="feature f has no meaning"):
-        observe([FeatureSpec("f", "none", 0.0, 1.0, None)], np.zeros((1, len(COORDINATES))), SPEC)
+        observe([FeatureSpec("f", "none", 0.0, 1.0, None)], np.zeros((1, len(COORDINATES))), SPEC, FLOAT32)

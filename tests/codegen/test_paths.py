@@ -27,13 +27,13 @@ def test_boxes_hold_what_the_reference_sends_to_their_leaves(name):
             above = [rows[:, feature] > low for feature, low in box.low.items()]
             below = [rows[:, feature] <= high for feature, high in box.high.items()]
             assert (np.all([reached >= 0, *above, *below], axis=0) == (reached == leaf)).all()
-            assert ir.apply(policy.tree, box.point(len(policy.features))[None])[0] == leaf
+            assert ir.apply(policy.tree, box.point(len(policy.features), policy.numbers)[None])[0] == leaf
 
 
 @pytest.mark.parametrize("name", NAMES[:2])
 def test_a_nested_tree_becomes_the_same_arrays(name):
     for policy in random_profile(name).agents:
-        found = in_preorder(nested(policy.tree), lambda node: node)
+        found = in_preorder(nested(policy.tree), lambda node: node, policy.numbers)
         for array in ("feature", "threshold", "left", "right", "action"):
             assert getattr(found, array).tobytes() == getattr(policy.tree, array).tobytes()
 

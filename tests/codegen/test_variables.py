@@ -9,6 +9,7 @@ import pytest
 from codegen import ir
 from codegen.check import check, ensure
 from codegen.dynamics import motionless
+from codegen.floats import FLOAT32
 from codegen.ir import FeatureSpec, Meaning, VariableSpec
 from codegen.observe import observe
 from codegen.policy_json import dumps, loads
@@ -49,7 +50,9 @@ def test_a_profile_without_them_says_nothing_of_them():
 
 
 def test_features_are_observed_from_them():
-    seen = observe(profile(ANGLE, SPIN).agents[0].features, np.array([[0.5, -2.0]]), profile(ANGLE, SPIN).world)
+    seen = observe(
+        profile(ANGLE, SPIN).agents[0].features, np.array([[0.5, -2.0]]), profile(ANGLE, SPIN).world, FLOAT32
+    )
     assert seen.tolist() == [[0.5, 1.5, 1.0]]
 
 

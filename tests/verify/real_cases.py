@@ -138,7 +138,12 @@ def machine_leaves(profile, position, goal):
     at = state_at(position, goal)
     row = np.array([[float(at.get(name, 0)) for name in profile.world.coordinates()]])
     return {
-        agent: int(ir.apply(profile.policy(agent).tree, observe(profile.policy(agent).features, row, profile.world))[0])
+        agent: int(
+            ir.apply(
+                profile.policy(agent).tree,
+                observe(profile.policy(agent).features, row, profile.world, profile.policy(agent).numbers),
+            )[0]
+        )
         for agent in TEAM
     }
 

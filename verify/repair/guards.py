@@ -18,7 +18,7 @@ import numpy as np
 
 from codegen.errors import InputError
 from codegen.floats import round_down
-from codegen.ir import NO_FEATURE, AgentPolicy, Float32, Float64, Int32, Tree
+from codegen.ir import NO_FEATURE, AgentPolicy, Float64, Floats, Int32, Tree
 from codegen.paths import box_of, in_preorder, leaves_below
 from verify.checker.thresholds import sides
 from verify.claims.decisions import DecisionClaim
@@ -65,7 +65,7 @@ class Post(NamedTuple):
 class Seen:
     """States to weigh by, as one agent observes them."""
 
-    rows: Float32  # [n, n_features]
+    rows: Floats  # [n, n_features]
     weight: Float64  # [n], of sum 1
     leaf: Int32  # [n] of the tree before
 
@@ -125,7 +125,7 @@ class _Grid:
         found = self._best((0, len(self._lines[0]) + 1, 0, len(self._lines[1]) + 1), levels)
         if found is None:
             return None
-        tree = in_preorder(found[1], lambda node: node)
+        tree = in_preorder(found[1], lambda node: node, self._policy.numbers)
         leaves = int((tree.feature == NO_FEATURE).sum())
         changed = found[0].price - PRICE * (leaves - 1)
         return Guard(self._policy.agent, self._node, self._landmark, tree, max(0.0, changed), _levels(found[1]))
@@ -185,7 +185,7 @@ class _Grid:
         assert isinstance(left, Linear), left
         return left.bound
 
-    def _counted(self, rows: Float32, weight: Float64) -> tuple[Float64, tuple[Float64, Float64]]:
+    def _counted(self, rows: Floats, weight: Float64) -> tuple[Float64, tuple[Float64, Float64]]:
         """Weight of the states in each cell, and their weighted sums of both offsets."""
         shape = (len(self._lines[0]) + 1, len(self._lines[1]) + 1)
         offsets = [rows[:, feature] for feature in self._features]

@@ -146,7 +146,7 @@ def _weighed(question: DecisionQuestion, policy: AgentPolicy, visited: Float64 |
     drawn, _ = sample(question.region, world, SAMPLES, SAMPLE_SEED)
     kinds = [drawn] if visited is None else [drawn, visited]
     kinds = [kind for kind in kinds if len(kind)] or [drawn]  # a region too thin to sample: only leaves have a price
-    rows = observe(policy.features, np.concatenate(kinds), world)
+    rows = observe(policy.features, np.concatenate(kinds), world, policy.numbers)
     weight = np.concatenate([np.full(len(kind), 1 / max(1, len(kind)) / len(kinds)) for kind in kinds])
     return Seen(rows, weight, ir.apply(policy.tree, rows))
 

@@ -60,7 +60,7 @@ def fails(question: DecisionQuestion, states: Sequence[State]) -> Bool:
     coordinates = _coordinates(profile, states)
     actions: dict[str, Int32] = {}
     for policy in profile.team(question.claim.team):
-        seen = observe(policy.features, coordinates, profile.world)
+        seen = observe(policy.features, coordinates, profile.world, policy.numbers)
         for row, state in enumerate(states):
             if state.errors:
                 seen[row] = observed(profile, policy, state)[0]

@@ -13,7 +13,7 @@ from fractions import Fraction
 import numpy as np
 
 from codegen import ir
-from codegen.ir import Bool, Float32, Float64, Int32, PolicyProfile
+from codegen.ir import Bool, Float64, Floats, Int32, PolicyProfile
 from codegen.observe import observe
 from verify.claims.decisions import DecisionClaim, engaged
 from verify.claims.formula import Batch, Formula, for_goal, holds, worth
@@ -65,17 +65,17 @@ def measurable(meaning: ir.Meaning) -> bool:
     return bool(meaning.terms) and meaning.function != "zero"
 
 
-def observed(profile: PolicyProfile, policy: ir.AgentPolicy, state: State) -> Float32:
+def observed(profile: PolicyProfile, policy: ir.AgentPolicy, state: State) -> Floats:
     """What an agent of the deployed arithmetic observes in a float64 state, errors included, [1, n_features].
 
-    An error is added to the exact coordinate or difference; then float64, the feature's function and float32 follow
-    as without it.
+    An error is added to the exact coordinate or difference; then float64, the feature's function and the agent's
+    numbers follow as without it.
     """
-    seen = observe(policy.features, state.coordinates(profile), profile.world)
+    seen = observe(policy.features, state.coordinates(profile), profile.world, policy.numbers)
     exact = measurements(profile, policy, state) if state.errors else []
     for place, feature in enumerate(policy.features):
         if state.errors.get(error_name(policy.agent, feature.name)) and measurable(meaning_of(feature)):
-            seen[0, place] = np.float32(float(exact[place]))
+            seen[0, place] = float(exact[place])
     return seen
 
 
@@ -117,7 +117,7 @@ def reached(policy: ir.AgentPolicy, coordinates: Float64, world: ir.WorldSpec, s
     """The leaves that one agent reaches in a batch of float64 states. [batch]"""
     if semantics == REAL:
         return leaves_of(policy.tree, comparable(policy.features, coordinates, world))
-    return ir.apply(policy.tree, observe(policy.features, coordinates, world))
+    return ir.apply(policy.tree, observe(policy.features, coordinates, world, policy.numbers))
 
 
 def chosen(policy: ir.AgentPolicy, coordinates: Float64, world: ir.WorldSpec, semantics: str = MACHINE) -> Int32:

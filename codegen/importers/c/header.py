@@ -21,6 +21,7 @@ from pycparser.c_parser import ParseError
 
 from codegen.equivalence import structure
 from codegen.errors import InputError, shown
+from codegen.floats import FLOAT32, FLOAT64
 from codegen.importers.nodes import Leaf, Split, origin_of
 from codegen.importers.origin import Origin
 from codegen.lowering.deploy import deployed
@@ -48,9 +49,8 @@ def from_header(content: bytes, where: str) -> dict[str, Origin]:
         for name, function in functions.items():
             agent = re.fullmatch(rf"{prefix[1].lower()}_(\w+)_act", name)
             if agent and f"{prefix[1]}_{agent[1].upper()}_N_ACTIONS" in numbers:
-                if c_generator.CGenerator().visit(function.decl.type.args) != "const float *x":
-                    raise ValueError("a function takes no float *x")
-                found[agent[1]] = _agent(function.body, f"{prefix[1]}_{agent[1].upper()}", names, numbers, where)
+                origin = _agent(function.body, f"{prefix[1]}_{agent[1].upper()}", names, numbers, where)
+                found[agent[1]] = _proved(function, origin, numbers)
     except (ParseError, RecursionError, *structure.NOT_PROVED) as error:
         raise InputError(f"not a header of ours: {shown(error)[:100]}", where, ADVICE) from None
     if not found:
@@ -73,10 +73,18 @@ def _agent(
         origin = origin_of(KIND, 0, _Tables(tables, labels).read, called, len(called), where)
     else:
         origin = origin_of(KIND, items, lambda node: _nested(node, numbers, labels), called, len(called), where)
-    grown = _numbered(origin, labels)
-    for fault in structure.act_faults(body, deployed(grown.grown), numbers):
+    return _numbered(origin, labels)
+
+
+def _proved(function: c_ast.FuncDef, origin: Origin, numbers: Mapping[str, int]) -> Origin:
+    """The origin, with what it compares; ValueError where the function is not its tree."""
+    given = c_generator.CGenerator().visit(function.decl.type.args)
+    compared = {"const float *x": FLOAT32, "const double *x": FLOAT64}.get(given)
+    if compared is None:
+        raise ValueError("a function takes neither float *x nor double *x")
+    for fault in structure.act_faults(function, deployed(origin.grown, compared), numbers):
         raise ValueError(fault)
-    return grown
+    return replace(origin, numbers=compared)
 
 
 def _numbered(origin: Origin, labels: Sequence[str]) -> Origin:

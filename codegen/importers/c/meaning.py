@@ -15,16 +15,14 @@ import numpy as np
 from pycparser import c_ast
 
 from codegen.importers.c.numbers import Literal, literal
-from codegen.ir import Bool, Float32
+from codegen.ir import Bool, Floats
 
 COMPARE: Mapping[str, Any] = {
     "<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge, "==": operator.eq, "!=": operator.ne,
 }  # fmt: skip
 
 
-def decided(
-    function: Any, enumerators: Mapping[str, int], constants: Mapping[str, Literal], rows: Float32
-) -> list[Any]:
+def decided(function: Any, enumerators: Mapping[str, int], constants: Mapping[str, Literal], rows: Floats) -> list[Any]:
     """What the function returns, or copies to its output, for each observation; None where it does neither."""
     names = [each.name for each in function.decl.type.args.params]
     single = not isinstance(function.decl.type.args.params[0].type, c_ast.PtrDecl | c_ast.ArrayDecl)

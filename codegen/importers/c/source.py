@@ -6,7 +6,8 @@ Does not: run anything, expand macros, or read what a file includes. Whatever is
   with its line.
 
 A function takes one array of float or double, or one parameter a feature. C compares a float with a double as doubles,
-and so every comparison is one of exact values (numbers.py), which rules.py keeps as it is.
+and so every comparison is one of exact values (numbers.py), which rules.py keeps as it is. A function all of whose
+numbers are double compares float64; any other one is taken for float32 observations.
 """
 
 # pyright: basic
@@ -22,6 +23,7 @@ from pycparser import CParser, c_ast
 from pycparser.c_parser import ParseError
 
 from codegen.errors import InputError, shown
+from codegen.floats import FLOAT32, FLOAT64
 from codegen.importers.c import meaning
 from codegen.importers.c.numbers import DOUBLE, EXACT, FLOAT, WHOLE, WHOLES, Literal, converted, fits, literal
 from codegen.importers.c.text import plain
@@ -40,7 +42,7 @@ from codegen.importers.rules import (
     labels_of,
     program,
 )
-from codegen.ir import Float32, Int32
+from codegen.ir import Floats, Int32
 
 KIND, REPLAYED_BY = "if/else C", "an interpreter of the file's syntax tree"
 TYPES = "".join(f"typedef int {name};" for name in WHOLES if name.endswith("_t") or name == "bool")
@@ -164,7 +166,7 @@ def _origin(node: Any, known: _Known, where: str) -> Origin:
     place = np.array([labels.place(value) for value in found.values], dtype=np.int32)
     action = np.where(found.tree.action < 0, found.tree.action, place[found.tree.action])
 
-    def act(rows: Float32) -> Int32:
+    def act(rows: Floats) -> Int32:
         values = meaning.decided(node, known.enumerators, known.constants, rows)
         return np.array([labels.place(value) for value in values], dtype=np.int32)
 
@@ -176,6 +178,7 @@ def _origin(node: Any, known: _Known, where: str) -> Origin:
         replayed_by=REPLAYED_BY,
         features=tuple(reader.features),
         n_features=reader.width,
+        numbers=FLOAT64 if {*reader.kinds, reader.kind} - {""} == {DOUBLE} else FLOAT32,
         n_read=reader.last + 1,
         nan=found.nan,
     )

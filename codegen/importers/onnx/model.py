@@ -17,7 +17,7 @@ from codegen.agreement.readback import onnx_session
 from codegen.errors import InputError, MissingToolError, shown
 from codegen.importers.onnx.graph import decision_tree
 from codegen.importers.origin import AGENT, Names, Origin, profile_of
-from codegen.ir import Float32, Int32
+from codegen.ir import Floats, Int32
 
 KIND = "ONNX"
 
@@ -51,7 +51,7 @@ def origin_of(content: bytes, feature_names: Sequence[str] | None = None) -> Ori
     place = {label: index for index, label in enumerate(found.labels)}
     run, replayed_by = _runner(content)
 
-    def act(rows: Float32) -> Int32:
+    def act(rows: Floats) -> Int32:
         (said,) = run([found.output], {found.input: rows})
         return np.array([place[each] for each in said.tolist()], dtype=np.int32)
 

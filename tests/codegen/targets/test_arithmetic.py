@@ -105,7 +105,7 @@ def test_wider_arithmetic_decides_from_world_states_as_the_reference(command, te
     with _library(command, made, tmp_path) as library, np.errstate(over="ignore", invalid="ignore"):
         acted, within = library.team(worlds), library.region(worlds)
         for policy, actions in zip(team.agents, acted.T, strict=True):
-            wanted = ir.act(policy, observe(policy.features, worlds, team.world))
+            wanted = ir.act(policy, observe(policy.features, worlds, team.world, policy.numbers))
             wrong = np.flatnonzero(actions != wanted)
             assert not wrong.size, (policy.agent, len(wrong), worlds[wrong[0]].tolist())
         held = team.region.holds(worlds, team.world.coordinates())

@@ -52,7 +52,7 @@ def test_a_state_is_observed_as_everywhere(profile):
     whole = given | {f"goal.{axis}": given[f"{goal}.{axis}"] for axis in "xy"}
     at = np.array([[whole[name] for name in profile.world.coordinates()]])
     for policy in profile.agents:
-        assert (seen[policy.agent] == observe(policy.features, at, profile.world)[0]).all()
+        assert (seen[policy.agent] == observe(policy.features, at, profile.world, policy.numbers)[0]).all()
         assert next(lines(policy, seen[policy.agent])).startswith(f"{policy.agent}, team {policy.team}: ")
 
 

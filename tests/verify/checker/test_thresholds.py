@@ -76,7 +76,7 @@ def left_of(meaning, threshold, position):
     """What the machine does: observe, round, compare."""
     names = WORLD.coordinates()
     row = np.array([[position.get(name, 0.0) for name in names]])
-    return bool(observe((spec(meaning),), row, WORLD)[0, 0] <= np.float32(threshold))
+    return bool(observe((spec(meaning),), row, WORLD, FLOAT32)[0, 0] <= np.float32(threshold))
 
 
 @pytest.mark.parametrize(

@@ -56,7 +56,7 @@ def unchanged(before, found, region):
     for old, new in zip(before.agents, found.profile.agents, strict=True):
         aside = {one.node for one in found.guards if one.agent == old.agent}
         assert difference(old.tree, new.tree, len(old.features), aside) is None
-        rows = observe(old.features, states, before.world)
+        rows = observe(old.features, states, before.world, old.numbers)
         below = [leaf for leaf in ir.leaves(old.tree) if aside & set(upwards(old.tree, int(leaf)))]
         kept = ~np.isin(ir.apply(old.tree, rows), below)
         assert (ir.act(old, rows)[kept] == ir.act(new, rows)[kept]).all()

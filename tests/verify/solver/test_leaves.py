@@ -82,7 +82,9 @@ def test_leaves_agree_with_exhaustive_sampling(profile, whole):
     coordinates, _ = sample(whole, profile.world, 20_000, 5)
     dead = dead_leaves(profile, whole)
     for policy in profile.agents:
-        reached = set(ir.apply(policy.tree, observe(policy.features, coordinates, profile.world)).tolist())
+        reached = set(
+            ir.apply(policy.tree, observe(policy.features, coordinates, profile.world, policy.numbers)).tolist()
+        )
         assert not reached & set(dead[policy.agent])
 
 

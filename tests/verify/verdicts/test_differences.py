@@ -152,13 +152,13 @@ def test_small_regions_are_answered_as_enumeration_does():
 
 def acting(profile, agent, coordinates):
     policy = profile.policy(agent)
-    return ir.act(policy, observe(policy.features, coordinates, profile.world))
+    return ir.act(policy, observe(policy.features, coordinates, profile.world, policy.numbers))
 
 
 def planted(profile, agent="agent_0", seed=0):
     """The profile with another action at one leaf that some state of the start region reaches."""
     policy, (coordinates, _) = profile.policy(agent), sample(everywhere(profile), profile.world, 2_000, seed)
-    reached = ir.apply(policy.tree, observe(policy.features, coordinates, profile.world))
+    reached = ir.apply(policy.tree, observe(policy.features, coordinates, profile.world, policy.numbers))
     leaf = int(np.bincount(reached).argmax())
     action = policy.tree.action.copy()
     action[leaf] = (action[leaf] + 1) % len(policy.actions)
