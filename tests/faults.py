@@ -382,7 +382,7 @@ EDGE = float(np.float32(0.3))
 def pinned_states():
     """World states in which the sum of SUM, rounded after each addition, lies beyond EDGE, and the exact sum does not."""
     rng = np.random.default_rng(7)
-    half = encode.last_double(EDGE).end
+    half = encode.last_double(EDGE, True).end
     for _ in range(400):
         position = {f"{name}.{axis}": float(rng.uniform(-3, 3)) for name in ENTITIES for axis in "xy"}
         a, b, c = (position[name] for name in SUM[:3])
@@ -508,12 +508,16 @@ def steady_fault(owner, name: str, attribute: str, change: Callable[[Callable], 
 
 
 THRESHOLD = [
-    encoder_fault("thresholds as real numbers", "half_line", lambda _: lambda t: encode.HalfLine(Fraction(t), False)),
-    encoder_fault("the second rounding only", "half_line", lambda _: lambda t: encode.last_double(t)),
-    encoder_fault("ties always included", "half_line", lambda f: lambda t: f(t)._replace(strict=False)),
-    encoder_fault("ties never included", "half_line", lambda f: lambda t: f(t)._replace(strict=True)),
     encoder_fault(
-        "one float32 too far", "half_line", lambda f: lambda t: f(float(np.nextafter(np.float32(t), np.float32(9))))
+        "thresholds as real numbers", "half_line", lambda _: lambda t, _: encode.HalfLine(Fraction(t), False)
+    ),
+    encoder_fault("the second rounding only", "half_line", lambda _: lambda t, _: encode.last_double(t, True)),
+    encoder_fault("ties always included", "half_line", lambda f: lambda t, _: f(t, True)._replace(strict=False)),
+    encoder_fault("ties never included", "half_line", lambda f: lambda t, _: f(t, True)._replace(strict=True)),
+    encoder_fault(
+        "one float32 too far",
+        "half_line",
+        lambda f: lambda t, _: f(float(np.nextafter(np.float32(t), np.float32(9))), True),
     ),
 ]
 ENCODER = [

@@ -81,14 +81,16 @@ def _write(folder: Path, found: "Compared", console: "Console") -> None:
     """All files, and the command that reads the certificate."""
     from maviper.files import runs
     from maviper.page.differences import page_of
-    from maviper.page.page import FILE
+    from maviper.page.page import FILE, unplayable
     from maviper.verification.difference import CERTIFICATE_FILE, REPORT_FILE
 
     runs.folder(folder)
     for name, text in found.files.items():
         runs.write(folder / name, text)
-    runs.write(folder / FILE, page_of(found))
     console.line("wrote", str(folder / REPORT_FILE))
-    console.line("page", str(folder / FILE))
+    no_page = unplayable(found.found.first, found.found.second)
+    if not no_page:
+        runs.write(folder / FILE, page_of(found))
+    console.line("no page" if no_page else "page", no_page or str(folder / FILE))
     if CERTIFICATE_FILE in found.files:
         console.line("certificate", f"{folder / CERTIFICATE_FILE}; maviper check {folder / CERTIFICATE_FILE}")

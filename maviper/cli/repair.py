@@ -85,7 +85,7 @@ def repair(context: click.Context, profile: Path, output: Path, **options: Any) 
     from maviper.cli.results import exit_code, say_repair, say_results
     from maviper.files import runs
     from maviper.files.profiles import load
-    from maviper.page.page import FILE
+    from maviper.page.page import FILE, unplayable
     from maviper.page.results import page_of
     from maviper.verification.repair import RepairOptions, repaired
     from verify.progress import listening
@@ -104,7 +104,8 @@ def repair(context: click.Context, profile: Path, output: Path, **options: Any) 
     say_results(found.after, found.results, console)
     for name, text in found.files.items():
         runs.write(output / name, text)
-    runs.write(output / FILE, page_of(found.after, found.results))
+    if not unplayable(found.after):
+        runs.write(output / FILE, page_of(found.after, found.results))
     console.line("wrote", f"{output / runs.PROFILE_FILE}  id {content_hash(found.after)[:16]}")
     for name in found.certificates:
         console.line("certificate", f"{output / name}; maviper check {output / name}")

@@ -169,14 +169,16 @@ def _export(asked: "Sequence[Asked]", options: "VerifyOptions", console: "Consol
 def _write(folder: Path, profile: Path, done: "Verified", console: "Console") -> None:
     """All files, and the command that reads each kind."""
     from maviper.files import runs
-    from maviper.page.page import FILE
+    from maviper.page.page import FILE, unplayable
     from maviper.page.results import page_of
 
     for name, text in done.files.items():
         runs.write(folder / name, text)
-    runs.write(folder / FILE, page_of(done.profile, done.results))
     console.line("report", str(folder / "report.html"))
-    console.line("page", str(folder / FILE))
+    no_page = unplayable(done.profile)
+    if not no_page:
+        runs.write(folder / FILE, page_of(done.profile, done.results))
+    console.line("no page" if no_page else "page", no_page or str(folder / FILE))
     for name in done.certificates:
         console.line("certificate", f"{folder / name}; maviper check {folder / name} --profile {profile}")
     for name in done.places:

@@ -14,6 +14,8 @@ from markupsafe import Markup
 
 from codegen import ir
 from codegen.check import ensure
+from codegen.errors import InputError
+from codegen.floats import FLOAT32
 from codegen.lowering.lower import NESTED, lower
 from codegen.lowering.render import render
 from maviper.episodes.on_policy import on_policy
@@ -54,8 +56,17 @@ def _visits(policy: ir.AgentPolicy, observations: ir.Float32) -> list[int]:
     return np.bincount(ir.apply(policy.tree, observations), minlength=len(policy.tree.feature)).tolist()
 
 
+def unplayable(*profiles: ir.PolicyProfile) -> str:
+    """Why no page plays these profiles, in words; "": one does."""
+    doubled = [policy.agent for profile in profiles for policy in profile.agents if policy.numbers != FLOAT32]
+    return f"a page rounds observations to float32, and {doubled[0]} compares float64" if doubled else ""
+
+
 def page(profile: ir.PolicyProfile, contents: Contents) -> str:
-    """The page's HTML. ProfileError for a profile that is not sound."""
+    """The page's HTML. ProfileError for a profile that is not sound, InputError where an agent compares float64."""
+    why = unplayable(profile, *([] if contents.second is None else [contents.second.profile]))
+    if why:
+        raise InputError(why, "", "leave the page out, or import the tree with --numbers float32")
     data = document(ensure(profile), contents)
     leaves = sum(len(ir.leaves(policy.tree)) for policy in profile.agents)
     return render(

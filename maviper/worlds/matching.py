@@ -9,11 +9,12 @@ from collections.abc import Iterable
 
 from codegen import ir
 from codegen.errors import InputError
+from codegen.floats import FLOAT32
 from codegen.ir import FeatureSpec
 from maviper.worlds import ParticleWorld, World, built_in
 from maviper.worlds.world import world_name
 
-NO_WORLD = "no world of this version has the profile's spec, agents, features and actions"
+NO_WORLD = "no world of this version has the profile's spec, agents, features and actions, and float32 observations"
 OBSERVED = "claim what agents do over observations: see `maviper guide claims`"
 
 
@@ -40,10 +41,13 @@ def ensure_places(world: ir.WorldSpec, features: Iterable[FeatureSpec], advice: 
 
 
 def plays(profile: ir.PolicyProfile, world: World) -> bool:
-    """Whether a world has exactly the profile's spec, agents, teams, features and actions."""
+    """Whether a world has exactly the profile's spec, agents, teams, features and actions, and shows agents what they
+    compare.
+    """
     ours = [
         (agent, world.team_of(agent), features, actions)
         for agent, features, actions in zip(world.agents, world.features, world.actions, strict=True)
     ]
     theirs = [(policy.agent, policy.team, policy.features, policy.actions) for policy in profile.agents]
-    return world.spec == profile.world and ours == theirs
+    single = all(policy.numbers == FLOAT32 for policy in profile.agents)  # as worlds show what agents observe
+    return single and world.spec == profile.world and ours == theirs

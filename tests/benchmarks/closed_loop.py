@@ -100,7 +100,7 @@ def _pushes(policy, place, goal):
             continue
         terms = policy.features[tree.feature[node]].meaning.terms
         measured = z3.Sum(*(weight * at[name] for weight, name in terms))
-        line = half_line(float(tree.threshold[node]))
+        line = half_line(float(tree.threshold[node]), True)
         below = measured < number(line.end) if line.strict else measured <= number(line.end)
         sides = zip(found[int(tree.left[node])], found[int(tree.right[node])], strict=True)
         found[node] = [z3.If(below, left, right) for left, right in sides]

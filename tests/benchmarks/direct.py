@@ -54,7 +54,7 @@ def _action(policy: AgentPolicy, node: int, at: dict[str, z3.ArithRef]) -> z3.Ar
         return z3.IntVal(int(tree.action[node]))
     meaning = policy.features[int(tree.feature[node])].meaning
     measured = sum(at[name] if weight > 0 else -at[name] for weight, name in meaning.terms)
-    line = half_line(float(tree.threshold[node]))
+    line = half_line(float(tree.threshold[node]), True)
     end = z3.RealVal(str(line.end))
     left, right = (_action(policy, int(side[node]), at) for side in (tree.left, tree.right))
     return z3.If(measured < end if line.strict else measured <= end, left, right)

@@ -122,7 +122,7 @@ class Reading:
                 continue
             if split not in seen:
                 try:
-                    left, right = sides(policy.features[int(split[0])], split[1], *semantics)
+                    left, right = sides(policy.features[int(split[0])], split[1], policy.numbers, *semantics)
                 except InputError as error:
                     raise RejectedError(error.what) from None
                 cut = (left.bound, not left.strict) if semantics.eps and isinstance(left, Linear) else None

@@ -1,7 +1,8 @@
 """Machine thresholds for zone engine and checker: when a split goes left, as a formula over world coordinates.
 
 Does: the exact ends of half lines by integer arithmetic on significands; the two sides of a split, for every meaning.
-Assumes: coordinates are finite float64, observed with one rounding to float64 (a sum of two) and one to float32.
+Assumes: coordinates are finite float64, observed with one rounding to float64 (a sum of two) and, by an agent that
+  compares float32, one to float32; weights of an agent that compares float64 are 1 or more, so that products are exact.
 Does not: share code with solver/encode.py, the other engine's account of the same arithmetic.
 
 A float is n * 2**e with the significand n normalised. What rounds to a float or below it are the numbers up to the
@@ -15,6 +16,7 @@ from math import ldexp
 from typing import NamedTuple, TypeAlias
 
 from codegen.errors import InputError
+from codegen.floats import FLOAT32, FLOAT64
 from codegen.ir import FeatureSpec
 from verify.claims.formula import FALSE, TRUE, And, Formula, Linear, Or
 from verify.claims.region import MACHINE, REAL
@@ -22,6 +24,7 @@ from verify.claims.region import MACHINE, REAL
 NO_ERROR = Fraction(0)
 AT_ONCE = 2  # coordinates that are added with one rounding
 SINGLE, DOUBLE = (24, -149), (53, -1074)  # bits of a significand, least exponent
+FORMATS = {FLOAT32: SINGLE, FLOAT64: DOUBLE}
 _Terms: TypeAlias = tuple[tuple[Fraction, str], ...]
 _Sums: TypeAlias = tuple[_Terms, _Terms]  # a sum and its opposite
 
@@ -67,28 +70,33 @@ def _below(n: int, e: int, form: tuple[int, int]) -> tuple[int, int]:
 
 
 @lru_cache(maxsize=1 << 16)
-def rounded_once(threshold: float) -> End:
-    """The float64 numbers z with fl32(z) <= `threshold`, a float32."""
-    return _up_to(*_normalised(threshold, SINGLE), SINGLE)
+def rounded_once(threshold: float, numbers: str) -> End:
+    """The float64 numbers z that are at most `threshold` once they are the agent's numbers, as the threshold is."""
+    form = FORMATS[numbers]
+    n, e = _normalised(threshold, form)
+    return End(n, e, strict=False) if form is DOUBLE else _up_to(n, e, form)
 
 
 @lru_cache(maxsize=1 << 16)
-def rounded_twice(threshold: float) -> End:
-    """The real numbers d with fl32(fl64(d)) <= `threshold`, a float32."""
-    tie = rounded_once(threshold)
+def rounded_twice(threshold: float, numbers: str) -> End:
+    """The real numbers d that are at most `threshold` once they are float64 and then the agent's numbers."""
+    if FORMATS[numbers] is DOUBLE:
+        return _up_to(*_normalised(threshold, DOUBLE), DOUBLE)
+    tie = rounded_once(threshold, numbers)
     n, e = _normalised(ldexp(tie.numerator, tie.exponent), DOUBLE)
     return _up_to(*(_below(n, e, DOUBLE) if tie.strict else (n, e)), DOUBLE)
 
 
 @lru_cache(maxsize=1 << 15)  # the same for every goal, and for engine and checker
 def sides(
-    feature: FeatureSpec, threshold: float, semantics: str = MACHINE, eps: Fraction = NO_ERROR
+    feature: FeatureSpec, threshold: float, numbers: str, semantics: str = MACHINE, eps: Fraction = NO_ERROR
 ) -> tuple[Formula, Formula]:
-    """(goes left, goes right) of a split on `feature` at a float32 `threshold`, over world coordinates.
+    """(goes left, goes right) of a split on `feature` at a `threshold`, over world coordinates; `numbers`: what the
+    agent compares, float32 or float64.
 
     With an `eps`, where some error of at most that much, added to the exact sum, leads to the side: the sides overlap.
     Constants and what says that two things are equal have no error. One coordinate with an error is no float64 number,
-    so it is rounded twice, as a difference is.
+    so it is rounded as a difference is.
 
     InputError when the feature has no meaning, or is a sum of more than two coordinates (or a function of one) and the
     deployed arithmetic is asked about: it rounds after each addition, so its sides are no half lines.
@@ -103,7 +111,8 @@ def sides(
         return _of_function(meaning.function, terms, threshold, eps)
     if semantics == REAL:
         return _cut(terms, Fraction(threshold), False, eps)
-    end = rounded_once(threshold) if len(meaning.terms) == 1 and not eps else rounded_twice(threshold)
+    ends = rounded_once if len(meaning.terms) == 1 and not eps else rounded_twice
+    end = ends(threshold, numbers)
     return _cut(terms, end.value(), end.strict, eps)
 
 

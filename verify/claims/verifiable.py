@@ -11,6 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from codegen.errors import InputError, UnknownNameError
+from codegen.floats import FLOAT32
 from codegen.ir import NO_FEATURE, AgentPolicy, PolicyProfile
 from verify.claims.region import ensure_team, teams
 
@@ -37,15 +38,19 @@ def read_by(policy: AgentPolicy) -> frozenset[str]:
 
 def readable(policy: AgentPolicy) -> None:
     """InputError when world states do not say what an agent decides: a feature without meaning, a threshold that
-    processors may flush to zero.
+    processors may flush to zero, a product of a float64 agent that may be rounded.
     """
     for feature in policy.features:
         if feature.meaning is None:
             raise InputError(
                 f"feature {feature.name} of {policy.agent} has no meaning", "", "claims need every meaning"
             )
+        # of the smallest float64 numbers a half is none; rounding to float32 hides that
+        if policy.numbers != FLOAT32 and any(abs(weight) < 1 for weight, _ in feature.meaning.terms):
+            what = f"feature {feature.name} of {policy.agent}, which compares {policy.numbers}, has a weight below 1"
+            raise InputError(what, str(feature.meaning), "claims about it need weights of at least 1")
     threshold = policy.tree.threshold
-    tiny = (threshold != 0) & (np.abs(threshold) < np.finfo(np.float32).tiny)
+    tiny = (threshold != 0) & (np.abs(threshold) < np.finfo(policy.numbers).tiny)
     for node in np.flatnonzero(tiny):
         raise InputError(
             f"node {node} of {policy.agent} has a subnormal threshold",

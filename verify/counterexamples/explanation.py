@@ -75,8 +75,8 @@ class Tested:
     """The observed values of one feature, low < value <= high, with which an agent's path stays the same."""
 
     feature: str
-    low: float  # float32, or -infinity
-    high: float  # float32, or infinity
+    low: float  # of the agent's numbers, or -infinity
+    high: float  # of the agent's numbers, or infinity
 
 
 @dataclass(frozen=True)
@@ -217,10 +217,11 @@ def _tests(policy: AgentPolicy, view: AgentView, state: State, semantics: str) -
     for step in view.path:
         feature = next(one for one in policy.features if one.name == step.feature)
         error = Fraction(state.errors.get(error_name(policy.agent, feature.name), 0.0))
-        left, right = sides(feature, step.threshold, REAL if _summed(feature, semantics) else semantics)
+        numbers, by = policy.numbers, REAL if _summed(feature, semantics) else semantics
+        left, right = sides(feature, step.threshold, numbers, by)
         meaning = feature.meaning
         if error and meaning is not None and not meaning.function and semantics == MACHINE:
-            end = rounded_twice(step.threshold)  # no float64 number any more, so rounded twice
+            end = rounded_twice(step.threshold, numbers)  # no float64 number any more, so rounded as a sum is
             terms = tuple((Fraction(weight), name) for weight, name in meaning.terms)
             left = Linear(terms, end.value(), end.strict)
             right = negated(left)

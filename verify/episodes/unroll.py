@@ -150,7 +150,7 @@ class _Resolver:
             return children[0]
         return self._split(policy.features[int(tree.feature[place])], tree.threshold[place], children)
 
-    def _split(self, feature: ir.FeatureSpec, threshold: np.float32, children: tuple[Node, Node]) -> Node:
+    def _split(self, feature: ir.FeatureSpec, threshold: np.floating, children: tuple[Node, Node]) -> Node:
         meaning = feature.meaning
         if meaning and len(meaning.terms) > 2:  # what cancels would still round
             raise BeyondZonesError(f"feature {feature.name} is not a coordinate or a difference of two")
@@ -163,7 +163,7 @@ class _Resolver:
         function = meaning.function if meaning else ""
         if not weights:  # such as the goal's offset from the landmark that it is
             return children[0] if (1.0 if function == "zero" else 0.0) <= threshold else children[1]
-        line = _line(function, float(threshold))
+        line = _line(function, threshold)
         if isinstance(line, bool):
             return children[0] if line else children[1]
         axis, p, q, moved = self._terms(feature, weights)
@@ -199,14 +199,15 @@ class _Resolver:
         return AXES.index(axes.pop()), ends[1], ends[-1], tuple(moved)
 
 
-def _line(function: str, threshold: float) -> tuple[float, bool] | bool:
+def _line(function: str, threshold: np.floating) -> tuple[float, bool] | bool:
     """(end, strict) of the sums that go left: up to the end, below it when strict; for "zero" those beside it. A bool
-    when all or none go left.
+    when all or none go left. A threshold has the type of the numbers that are compared.
     """
+    at = float(threshold)
     if function == "":
-        return deciding_double(np.float32(threshold)), False
+        return (deciding_double(at) if threshold.dtype == np.float32 else at), False
     low = -1 if function == "sign" else 0
-    return (0.0, threshold < 0) if low <= threshold < 1 else threshold >= 1
+    return (0.0, at < 0) if low <= at < 1 else at >= 1
 
 
 def _grid(value: float) -> int:

@@ -1,6 +1,7 @@
 """How far an observation may be off before an agent acts otherwise: the exact L-infinity distance to another action.
 
-Does: searches a tree for the nearest leaf of another action, over all finite numbers that are rounded to float32.
+Does: searches a tree for the nearest leaf of another action, over all finite numbers, which are rounded to float32 if
+  the tree compares that.
 Assumes: a checked tree; finite observations.
 Does not: prove what it finds to anybody else (the box around an observation is a claim like any other).
 
@@ -44,7 +45,9 @@ class Radius:
 
 
 def radius(tree: Tree, observation: Sequence[float]) -> Radius:
-    """The radius around a finite observation [n_features] of float64 numbers, each read as the float32 next to it."""
+    """The radius around a finite observation [n_features] of float64 numbers, each read as the agent's number next to
+    it.
+    """
     at = [Fraction(value) for value in observation]
     leaf: int | None = None
     turn = count()
@@ -65,7 +68,7 @@ def radius(tree: Tree, observation: Sequence[float]) -> Radius:
 
 def _sides(tree: Tree, node: int, value: Fraction, line: tuple[Cut, Cut]) -> list[tuple[int, tuple[Cut, Cut], Gap]]:
     """(child, what its feature may be, gap from the value) of the sides that some number reaches."""
-    end = rounded_once(float(tree.threshold[node]))
+    end = rounded_once(float(tree.threshold[node]), tree.numbers)
     number = end.value()
     cut = (number, not end.strict)
     low, high = line

@@ -181,7 +181,7 @@ class _Grid:
 
     def _end(self, feature: int, threshold: float) -> Fraction:
         """Where the left side of a test ends, as an exact offset."""
-        left = sides(self._policy.features[feature], threshold, self._semantics)[0]
+        left = sides(self._policy.features[feature], threshold, self._policy.numbers, self._semantics)[0]
         assert isinstance(left, Linear), left
         return left.bound
 

@@ -211,6 +211,7 @@ def _leaf(policy: AgentPolicy, semantics: str, at: Mapping[str, Fraction]) -> in
     """The leaf that an exact point reaches."""
     tree, node = policy.tree, ir.ROOT
     while tree.feature[node] != ir.NO_FEATURE:
-        left = sides(policy.features[int(tree.feature[node])], float(tree.threshold[node]), semantics)[0]
+        feature, threshold = policy.features[int(tree.feature[node])], float(tree.threshold[node])
+        left = sides(feature, threshold, policy.numbers, semantics)[0]
         node = int(tree.left[node] if holds(left, at, {}) else tree.right[node])
     return node

@@ -274,7 +274,9 @@ class _Encoder:
         terms = self._terms(feature)
         threshold = float(policy.tree.threshold[node])
         noisy = bool(self._eps) and measurable(meaning)
-        line = None if meaning.function == "zero" else _line(meaning, threshold, self._semantics, bool(self._eps))
+        single = policy.tree.threshold.dtype == np.float32  # read here, as the checker reads it elsewhere
+        arithmetic = _Arithmetic(self._semantics, bool(self._eps), single)
+        line = None if meaning.function == "zero" else _line(meaning, threshold, arithmetic)
         rounds = self._semantics == MACHINE and len(meaning.terms) > ROUNDED_ONCE
         if line is not None and not (noisy or slack or rounds):
             return _compared(terms, line)
@@ -343,13 +345,22 @@ def _grouped(parts: Sequence[Formula], kind: type[And] | type[Or]) -> list[Formu
     return joined
 
 
-def _line(meaning: ir.Meaning, threshold: float, semantics: str, noisy: bool) -> HalfLine | None:
+class _Arithmetic(NamedTuple):
+    """What becomes of a sum before it is compared."""
+
+    semantics: str
+    noisy: bool  # an error is added to it
+    single: bool  # it is rounded to float32 at last
+
+
+def _line(meaning: ir.Meaning, threshold: float, by: _Arithmetic) -> HalfLine | None:
     """The sums whose test goes left; None when all or none do. One coordinate with an error is no float64 number."""
     if meaning.function:
         return _sign_line(threshold) if meaning.function == "sign" else _positive_line(threshold)
-    if semantics == REAL:
+    if by.semantics == REAL:
         return HalfLine(Fraction(threshold), strict=False)
-    return last_double(threshold) if len(meaning.terms) == 1 and not noisy else half_line(threshold)
+    alone = len(meaning.terms) == 1 and not by.noisy
+    return last_double(threshold, by.single) if alone else half_line(threshold, by.single)
 
 
 def _zero_tests(measured: z3.ArithRef, threshold: float, slack: Fraction) -> tuple[z3.BoolRef, z3.BoolRef]:

@@ -1,10 +1,11 @@
 """Tests of the deployed arithmetic as half lines of the unrounded difference: Z3's own reading of thresholds.
 
 Does: gives the exact end of the differences, or coordinates, that a threshold lets go left.
-Assumes: thresholds are float32.
+Assumes: thresholds are numbers of the type that their agent compares, float32 or float64.
 Does not: share the arithmetic of thresholds with codegen or with any other engine, so that consensus means something.
 
-Machine rounding: a difference d of two float64 positions is observed as fl32(fl64(d)). Rounding is monotone, so
+Machine rounding: a difference d of two float64 positions is observed as fl32(fl64(d)), or as fl64(d) by an agent that
+compares float64. Rounding is monotone, so
 "fl32(fl64(d)) <= t" is a half line of d. Its end is where the second rounding ties, then where the first one does; a
 tie belongs to it iff the lower neighbour has an even significand. Replacing the threshold by that end makes the
 question over the reals the machine's own question.
@@ -56,14 +57,20 @@ def _rounded_at_most(rank: int, form: _Format) -> HalfLine:
 
 
 @lru_cache(maxsize=MAX_KNOWN)
-def half_line(threshold: float) -> HalfLine:
-    """The differences d with fl32(fl64(d)) <= `threshold` (a float32)."""
-    single = _rounded_at_most(_rank(threshold, _SINGLE), _SINGLE)
+def half_line(threshold: float, single: bool) -> HalfLine:
+    """The differences d with fl32(fl64(d)) <= `threshold` (a float32); unless `single`, with fl64(d) <= `threshold`."""
+    if not single:
+        return _rounded_at_most(_rank(threshold, _DOUBLE), _DOUBLE)
+    last = _rounded_at_most(_rank(threshold, _SINGLE), _SINGLE)
     # midpoints of neighbouring float32 values are float64 values
-    rank = _rank(float(single.end), _DOUBLE) - (1 if single.strict else 0)
+    rank = _rank(float(last.end), _DOUBLE) - (1 if last.strict else 0)
     return _rounded_at_most(rank, _DOUBLE)
 
 
-def last_double(threshold: float) -> HalfLine:
-    """The float64 values z with fl32(z) <= `threshold`: for a feature that is one coordinate, rounded once."""
+def last_double(threshold: float, single: bool) -> HalfLine:
+    """The float64 values z with fl32(z) <= `threshold`: for a feature that is one coordinate, rounded once. Unless
+    `single`, it is not rounded.
+    """
+    if not single:
+        return HalfLine(Fraction(threshold), strict=False)
     return _rounded_at_most(_rank(threshold, _SINGLE), _SINGLE)

@@ -277,7 +277,7 @@ def split_sides(
         if feature.meaning and len(feature.meaning.terms) > AT_ONCE:
             raise BeyondZonesError(f"{feature.name} of {policy.agent} adds more than two coordinates")
     return {
-        (feature, threshold): sides(policy.features[feature], threshold, semantics, eps)
+        (feature, threshold): sides(policy.features[feature], threshold, policy.numbers, semantics, eps)
         for feature, threshold in splits
     }
 

@@ -291,11 +291,9 @@ def test_the_checker_bars_what_contradicts_and_no_more(profile):
             ends = {node for node, _ in alive}
             false = {
                 (node, side)
-                for node, feature in enumerate(policy.tree.feature.tolist())
-                if node in ends
+                for node in ends
                 for side in (0, 1)
-                if (node, side) not in alive
-                and thresholds.sides(policy.features[feature], float(policy.tree.threshold[node]))[side] != FALSE
+                if (node, side) not in alive and _sides(policy, node)[side] != FALSE
             }
             linear = {(node, side) for node, side in false if _linear(policy, node)}
             assert linear == {(node, side) for node, side in theirs if node in ends}
@@ -303,9 +301,13 @@ def test_the_checker_bars_what_contradicts_and_no_more(profile):
     assert barred > 20
 
 
+def _sides(policy, node):
+    feature = policy.features[int(policy.tree.feature[node])]
+    return thresholds.sides(feature, float(policy.tree.threshold[node]), policy.numbers)
+
+
 def _linear(policy, node):
-    meaning = policy.features[int(policy.tree.feature[node])]
-    left, right = thresholds.sides(meaning, float(policy.tree.threshold[node]))
+    left, right = _sides(policy, node)
     return isinstance(left, Linear) and TRUE not in (left, right)
 
 

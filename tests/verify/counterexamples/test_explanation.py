@@ -207,7 +207,11 @@ def in_leaves(profile, leaves):
         while node != ir.ROOT:
             parent = int(np.flatnonzero((policy.tree.left == node) | (policy.tree.right == node))[0])
             feature = policy.features[policy.tree.feature[parent]]
-            tests.append(sides(feature, float(policy.tree.threshold[parent]))[int(policy.tree.right[parent] == node)])
+            tests.append(
+                sides(feature, float(policy.tree.threshold[parent]), policy.numbers)[
+                    int(policy.tree.right[parent] == node)
+                ]
+            )
             node = parent
     return conjunction(*tests)
 

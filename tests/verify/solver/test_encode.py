@@ -36,7 +36,7 @@ def holds(line, d):
 def test_half_line_is_what_two_roundings_do(threshold, steps, b):
     """For float64 a and b near the end, fl32(fl64(a - b)) <= t iff the exact a - b lies on the half line."""
     assume(abs(threshold) < 1e30)
-    line = half_line(threshold)
+    line = half_line(threshold, True)
     a = float(line.end + Fraction(b))
     for _ in range(abs(steps)):
         a = math.nextafter(a, math.copysign(math.inf, steps))
@@ -47,7 +47,7 @@ def test_half_line_is_what_two_roundings_do(threshold, steps, b):
 @given(NORMAL, st.integers(-3, 3))
 def test_one_rounding_of_a_coordinate(threshold, steps):
     assume(abs(threshold) < 1e38)
-    line = last_double(threshold)
+    line = last_double(threshold, True)
     z = float(line.end)
     for _ in range(abs(steps)):
         z = math.nextafter(z, math.copysign(math.inf, steps))
@@ -58,16 +58,16 @@ def test_one_rounding_of_a_coordinate(threshold, steps):
 def test_ties_are_decided_by_the_even_significand():
     one, above = np.float32(1), np.nextafter(np.float32(1), np.float32(2))
     tie = (Fraction(float(one)) + Fraction(float(above))) / 2
-    assert last_double(1.0) == (tie, False)  # 1 is even: the tie rounds to it
+    assert last_double(1.0, True) == (tie, False)  # 1 is even: the tie rounds to it
     higher = np.nextafter(above, np.float32(2))
     tie = (Fraction(float(above)) + Fraction(float(higher))) / 2
-    assert last_double(float(above)) == (tie, True)
+    assert last_double(float(above), True) == (tie, True)
 
 
 @pytest.mark.parametrize("threshold", [0.1, -0.1, 0.25, 1.0, 0.0])
 def test_naive_real_semantics_would_differ(threshold):
     """The end of the half line is never the threshold itself."""
-    assert half_line(float(np.float32(threshold))).end != Fraction(float(np.float32(threshold)))
+    assert half_line(float(np.float32(threshold)), True).end != Fraction(float(np.float32(threshold)))
 
 
 @pytest.mark.solver
@@ -79,7 +79,7 @@ def test_float32_theory_agrees_with_the_half_line():
     d = z3.FP("d", z3.Float64())
     for threshold in (0.0, 0.1, -0.3, 1.0, float(np.nextafter(np.float32(1), np.float32(2)))):
         single = z3.fpFPToFP(mode, d, z3.Float32())
-        line = last_double(float(np.float32(threshold)))
+        line = last_double(float(np.float32(threshold)), True)
         end = float(line.end)
         assert Fraction(end) == line.end
         bound = z3.FPVal(end, z3.Float64())
