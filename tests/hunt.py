@@ -1,6 +1,6 @@
 """A standing hunt for false words of the verifier: random questions, every answer judged by other means.
 
-    python -m tests.hunt FOLDER [--kinds decisions,episodes,contacts] [--minutes 60] [--count N] [--first SEED]
+    python -m tests.hunt FOLDER [--kinds decisions,episodes,contacts,doubles,double-episodes] [--minutes 60] [--count N] [--first SEED]
     python -m tests.hunt FOLDER --show
     python -m tests.hunt --seed 4711 [--kinds episodes]        one question again, with every check
 
@@ -26,6 +26,8 @@ KINDS: dict[str, Callable[[int, bool], Any]] = {
     "decisions": lambda seed, thorough: asking.ask(questions.drawn(seed), thorough),
     "episodes": lambda seed, thorough: episodes.ask(episodes.drawn(seed), thorough),
     "contacts": lambda seed, thorough: episodes.ask(episodes.drawn(seed, episodes.PUSHING), thorough),
+    "doubles": lambda seed, thorough: asking.ask(questions.drawn(seed, doubled=True), thorough),
+    "double-episodes": lambda seed, thorough: episodes.ask(episodes.drawn(seed, doubled=True), thorough),
 }
 
 

@@ -61,14 +61,16 @@ class Asked:
     question: EpisodeQuestion
 
 
-def drawn(seed: int, worlds: Mapping[str, int] = WORLDS) -> Asked:
-    """The question of a seed, in one of some worlds, by their weights."""
+def drawn(seed: int, worlds: Mapping[str, int] = WORLDS, doubled: bool = False) -> Asked:
+    """The question of a seed, in one of some worlds, by their weights. `doubled`: some agents compare float64."""
     rng = np.random.default_rng([seed, 7])
     weights = np.array(list(worlds.values()), dtype=float)
     world = str(rng.choice(list(worlds), p=weights / weights.sum()))
     profile, team = teams.bare(world), teams.TEAMS[world.split(",")[0]]
     goes = bool(rng.random() < 0.92)
     profile, meeting = _team(rng, profile, team, goes)
+    if doubled:
+        (profile,) = teams.doubled(np.random.default_rng([seed, 64]), profile)
     start = everywhere(profile)
     claim = _claim(rng, profile, team, goes)
     box = _box(rng, start.box, claim)

@@ -188,7 +188,9 @@ def _errors(case: Case, states: Array, goal: str | None, rng: np.random.Generato
                 continue
             limits = agent.threshold[agent.feature == number].astype(float)
             limit = rng.choice([0.0] if feature.function else limits, len(states))
-            seen = measured(feature, at, MACHINE) if not feature.function else np.zeros(len(states))
+            seen = (
+                measured(feature, at, MACHINE, agent.threshold.dtype) if not feature.function else np.zeros(len(states))
+            )
             wanted = np.clip(np.nextafter(limit - seen, rng.choice([-9.0, 9.0], len(states))), -most, most)
             kinds = rng.integers(0, 4, len(states))
             made = np.choose(kinds, [wanted, np.full(len(states), most), np.full(len(states), -most), 0.0 * wanted])

@@ -158,10 +158,10 @@ def _to_tests(case: Case, states: Array, goal: str | None, rng: np.random.Genera
 
 
 def _edges(thresholds: Array, feature: Feature, rng: np.random.Generator) -> Array:
-    """Where tests turn: thresholds, the float32 numbers beside them, and the middles between these; 0 for functions."""
+    """Where tests turn: thresholds, the numbers beside them, and the middles between these; 0 for functions."""
     if feature.function:
         return np.zeros(len(thresholds))
-    side = rng.choice([-np.inf, np.inf], len(thresholds)).astype(np.float32)
+    side = rng.choice([-np.inf, np.inf], len(thresholds)).astype(thresholds.dtype)
     with np.errstate(over="ignore"):
         beside = np.clip(np.nextafter(thresholds, side).astype(float), -1e30, 1e30)
     exact = thresholds.astype(float)
@@ -280,12 +280,12 @@ def _turns(case: Case, name: str, goal: str | None, first: float, last: float) -
     """Where tests turn in machine arithmetic: by bisection over the float64 numbers of an interval."""
     base = case.bounds[:, 0]
     for _, feature, _, thresholds in _tests(case, name, goal):
-        limits = np.unique(np.array([-0.5, 0.5], dtype=np.float32)) if feature.function else thresholds
+        limits = np.unique(np.array([-0.5, 0.5], dtype=thresholds.dtype)) if feature.function else thresholds
 
         def left(values: Array, feature: Feature = feature, limits: Array = limits) -> Array:
             states = np.tile(base, (len(values), 1))
             states[:, case.names.index(name)] = values
-            return measured(feature, case.at(states, goal), MACHINE) <= limits
+            return measured(feature, case.at(states, goal), MACHINE, limits.dtype) <= limits
 
         low = np.full(len(limits), _ordinal(first), dtype=np.int64)
         high = np.full(len(limits), _ordinal(last), dtype=np.int64)

@@ -66,8 +66,8 @@ def team_of(rng: np.random.Generator, profile: ir.PolicyProfile, claim: Mapping[
     return teams.with_trees(whole, {one.agent: wrong}), whole
 
 
-def drawn(seed: int) -> Asked:
-    """The question of a seed."""
+def drawn(seed: int, doubled: bool = False) -> Asked:
+    """The question of a seed. `doubled`: some agents compare float64."""
     rng = np.random.default_rng([seed, 0])
     names, weights = list(teams.WORLDS), np.array(list(teams.WORLDS.values()), dtype=float)
     world = str(rng.choice(names, p=weights / weights.sum()))
@@ -76,6 +76,8 @@ def drawn(seed: int) -> Asked:
     claim = claims.drawn(rng, profile, team)
     semantics = REAL if rng.random() < 0.12 else MACHINE
     made, twin = team_of(rng, profile, claim)
+    if doubled:
+        made, twin = teams.doubled(np.random.default_rng([seed, 64]), made, twin)
     if rng.random() < (0.3 if semantics == REAL else 0.02) and (found := regions.sliver(rng, made, team)):
         region, agent, action = found
         claim |= {"name": "formula", "of": "", "eps": Fraction(0), "assume": None, "landmarks": (), "mixed": False}

@@ -49,7 +49,7 @@ class Agent:
     actions: tuple[str, ...]
     effects: Array  # [actions, 2]
     feature: Array  # [nodes]; -1 at leaves
-    threshold: Array  # [nodes] float32
+    threshold: Array  # [nodes] of the type that the agent observes and compares: float32 or float64
     left: Array
     right: Array
     action: Array
@@ -115,7 +115,7 @@ def read(text: str) -> Profile:
 def _agent(document: Mapping[str, Any]) -> Agent:
     features = tuple(_feature(one["name"], one["meaning"]) for one in document["features"])
     names, actions = [one.name for one in features], [one["name"] for one in document["actions"]]
-    nodes = document["tree"]
+    nodes, double = document["tree"], document.get("numbers", "float32") == "float64"
 
     def column(key: str, none: Any, made: Any) -> Array:
         return np.array([made(node[key]) if key in node else none for node in nodes])
@@ -127,7 +127,7 @@ def _agent(document: Mapping[str, Any]) -> Agent:
         tuple(actions),
         np.array([one["effect"] for one in document["actions"]], dtype=float),
         column("feature", -1, names.index),
-        column("float32", 0.0, float.fromhex).astype(np.float32),
+        column("threshold", 0.0, float) if double else column("float32", 0.0, float.fromhex).astype(np.float32),
         column("left", -1, int),
         column("right", -1, int),
         column("action", -1, actions.index),
@@ -162,19 +162,19 @@ def function_of(function: str, total: Array) -> Array:
     return (total > 0).astype(int) - (total < 0).astype(int) if function == "sign" else total
 
 
-def measured(feature: Feature, at: At, semantics: str, error: Any = None) -> Array:
-    """What an agent observes, [batch]: float32 in machine arithmetic, where states are float64 numbers.
+def measured(feature: Feature, at: At, semantics: str, kind: Any, error: Any = None) -> Array:
+    """What an agent observes, [batch]: of type `kind` in machine arithmetic, where states are float64 numbers.
 
-    `error`: exact, added to the exact sum; then float64, the function and float32 follow.
+    `error`: exact, added to the exact sum; then float64, the function and the type follow.
     """
     if not feature.terms:
-        return np.zeros(len(next(iter(at.values()))), dtype=np.float32)
+        return np.zeros(len(next(iter(at.values()))), dtype=kind)
     total = summed(feature, at)
     if error is not None and feature.measurable:
         total = summed(feature, {name: fractions(at[name]) for _, name in feature.terms}) + error
         total = total.astype(float) if semantics == MACHINE else total
     seen = function_of(feature.function, total)
-    return seen.astype(np.float32) if semantics == MACHINE else seen
+    return seen.astype(kind) if semantics == MACHINE else seen
 
 
 def paths(agent: Agent, at: At, semantics: str, errors: Mapping[str, Any] | None = None) -> Array:
@@ -183,12 +183,12 @@ def paths(agent: Agent, at: At, semantics: str, errors: Mapping[str, Any] | None
     Real arithmetic on float64 numbers is rounded, and so only a hint.
     """
     some = next(iter(at.values()))
-    count, kind = len(some), np.dtype(np.float32) if semantics == MACHINE else some.dtype
+    count, kind = len(some), agent.threshold.dtype if semantics == MACHINE else some.dtype
     seen = np.zeros((len(agent.features), count), dtype=kind)
     for number in agent.tested:
         feature = agent.features[number]
         error = None if errors is None else errors.get(f"{agent.name}:{feature.name}")
-        seen[number] = measured(feature, at, semantics, error)
+        seen[number] = measured(feature, at, semantics, kind, error)
     limits = agent.thresholds if kind.kind == "O" else agent.threshold
     node, rows, found = np.zeros(count, dtype=int), np.arange(count), []
     for _ in range(agent.depth + 1):

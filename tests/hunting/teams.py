@@ -5,6 +5,7 @@ Assumes: the worlds of maviper.worlds; actions in the games' order: stay, left, 
 Does not: say what holds: whether a role is fulfilled is asked of the judge.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
@@ -106,6 +107,27 @@ def _beside(value: np.float32, side: np.float32) -> np.float32:
     if not np.isfinite(found):
         return value
     return np.float32(np.copysign(tiny, found)) if 0 < abs(found) < tiny else found
+
+
+def doubled(rng: np.random.Generator, *profiles: ir.PolicyProfile) -> list[ir.PolicyProfile]:
+    """The profiles with one or more agents that compare float64, the same ones and alike in each: thresholds where they
+    were, or one or two float64 numbers beside.
+    """
+    names = [policy.agent for policy in profiles[0].agents]
+    chosen = names if rng.random() < 0.4 else [str(rng.choice(names))]
+    steps: dict[float, int] = {}
+
+    def moved(value: float) -> float:
+        count = steps.setdefault(value, int(rng.choice([0, 0, 0, 1, -1, 2, -2])))
+        for _ in range(abs(count) if abs(value) > 1e-300 else 0):  # beside 0 are subnormal numbers, which claims refuse
+            value = math.nextafter(value, math.copysign(math.inf, count))
+        return value
+
+    def tree(old: ir.Tree) -> ir.Tree:
+        columns = (old.feature, np.array([moved(value) for value in old.threshold.tolist()]), old.left, old.right)
+        return ir.Tree(*columns, old.action, numbers="float64")
+
+    return [with_trees(one, {name: tree(one.policy(name).tree) for name in chosen}) for one in profiles]
 
 
 def useful(policy: ir.AgentPolicy) -> list[int]:

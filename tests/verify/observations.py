@@ -32,16 +32,28 @@ def blind_tree(rng, n_features, max_depth=3):
 
 
 def acts(tree, values):
-    """The action at one observation: float64 numbers that are read as float32."""
-    node = 0
+    """The action at one observation: float64 numbers, which a tree of float32 reads as such."""
+    node, read = 0, tree.threshold.dtype.type
     while tree.left[node] >= 0:
-        left = np.float32(values[tree.feature[node]]) <= tree.threshold[node]
+        left = read(values[tree.feature[node]]) <= tree.threshold[node]
         node = int(tree.left[node] if left else tree.right[node])
     return int(tree.action[node])
 
 
+def doubled(tree, rng):
+    """The tree with float64 numbers: some thresholds a float64 number or two beside where they were."""
+    off = {each: int(rng.integers(-2, 3)) for each in np.unique(tree.threshold).tolist()}
+    beside = [each + off[each] * 2.0**-52 for each in tree.threshold.tolist()]
+    columns = (tree.feature, np.where(tree.feature < 0, 0.0, beside), tree.left, tree.right, tree.action)
+    return ir.Tree(*columns, numbers="float64")
+
+
 def tie(threshold):
-    """The middle between a float32 number and the next one, a float64 number; what reads as which is decided there."""
+    """The middle between a float32 number and the next one, a float64 number; what reads as which is decided there.
+    What is compared with a float64 threshold is read as it is.
+    """
+    if isinstance(threshold, np.float64):
+        return float(threshold)
     above = np.nextafter(np.float32(threshold), np.float32(np.inf))
     return (float(np.float32(threshold)) + float(above)) / 2
 

@@ -218,8 +218,8 @@ def errors_too_small(patch):
 def one_side_exact(patch):
     real = tables.sides
 
-    def half(feature, threshold, semantics, eps):
-        return real(feature, threshold, semantics, eps)[0], real(feature, threshold, semantics)[1]
+    def half(feature, threshold, numbers, semantics, eps):
+        return real(feature, threshold, numbers, semantics, eps)[0], real(feature, threshold, numbers, semantics)[1]
 
     patch.setattr(tables, "sides", half)
 

@@ -10,7 +10,7 @@ import pytest
 from codegen.errors import InputError
 from codegen.policy_json import content_hash
 from tests.teams import tree
-from tests.verify.observations import ACTIONS, NAMES, acts, blind, blind_tree, breaks, cells, representatives
+from tests.verify.observations import ACTIONS, NAMES, acts, blind, blind_tree, breaks, cells, doubled, representatives
 from verify.checker.certificates import accepted, from_json, to_json
 from verify.checker.reading import RejectedError
 from verify.claims.decisions import OwnFormula
@@ -43,14 +43,20 @@ def verdicts(question):
     return {zoned.opinion.verdict, second.verdict}
 
 
+def typed(grown, numbers):
+    """The tree with these numbers; equal trees stay equal."""
+    return grown if numbers == "float32" else doubled(grown, np.random.default_rng(0))
+
+
 def expected(holds):
     return {Verdict.PROVED if holds else Verdict.VIOLATED}
 
 
+@pytest.mark.parametrize("numbers", ["float32", "float64"])
 @pytest.mark.parametrize("seed", range(30))
-def test_a_formula_about_one_agent(seed):
+def test_a_formula_about_one_agent(seed, numbers):
     rng = np.random.default_rng(seed)
-    grown = blind_tree(rng, 2, 4)
+    grown = typed(blind_tree(rng, 2, 4), numbers)
     profile = blind({"agent": grown}, {"agent": NAMES[:2]})
     low, high = sorted(Fraction(int(n), 8) for n in rng.integers(-12, 13, 2))
     most, allowed = Fraction(int(rng.integers(-12, 13)), 8), {0, int(rng.integers(3))}
@@ -68,10 +74,12 @@ def test_a_formula_about_one_agent(seed):
 
 @pytest.mark.parametrize("seed", range(20))
 @pytest.mark.parametrize("shared", [(), ("angle",), ("angle", "spin")])
-def test_two_agents_agree(seed, shared):
+@pytest.mark.parametrize("numbers", [("float32", "float32"), ("float64", "float64"), ("float32", "float64")])
+def test_two_agents_agree(seed, shared, numbers):
     rng = np.random.default_rng(100 + seed)
     first = blind_tree(rng, 2)
     second = first if seed % 3 == 0 else blind_tree(rng, 2)
+    first, second = typed(first, numbers[0]), typed(second, numbers[1])
     profile = blind({"a": first, "b": second}, {"a": NAMES[:2], "b": NAMES[:2]})
     both = [sorted({*breaks([(first, 0), (second, 0)], 0)}), sorted({*breaks([(first, 1), (second, 1)], 1)})]
     lines = [representatives(line, -SIDE, SIDE) for line in both]
@@ -86,9 +94,10 @@ def test_two_agents_agree(seed, shared):
 
 @pytest.mark.parametrize("seed", range(20))
 @pytest.mark.parametrize("direction", [INCREASING, DECREASING])
-def test_a_feature_is_raised_alone(seed, direction):
+@pytest.mark.parametrize("numbers", ["float32", "float64"])
+def test_a_feature_is_raised_alone(seed, direction, numbers):
     rng = np.random.default_rng(200 + seed)
-    grown = blind_tree(rng, 2)
+    grown = typed(blind_tree(rng, 2), numbers)
     order = [int(n) for n in rng.permutation(3)] if seed % 2 else [0, 1, 2]
     profile = blind({"agent": grown}, {"agent": NAMES[:2]})
     sign = 1 if direction == INCREASING else -1
