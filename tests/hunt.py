@@ -1,6 +1,6 @@
 """A standing hunt for false words of the verifier: random questions, every answer judged by other means.
 
-    python -m tests.hunt FOLDER [--kinds decisions,episodes,contacts,doubles,double-episodes] [--minutes 60] [--count N] [--first SEED]
+    python -m tests.hunt FOLDER [--kinds decisions,episodes,...] [--minutes 60] [--count N] [--first SEED]
     python -m tests.hunt FOLDER --show
     python -m tests.hunt --seed 4711 [--kinds episodes]        one question again, with every check
 
