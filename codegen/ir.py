@@ -5,9 +5,8 @@ Assumes: coordinates are in the world's own length unit.
 Does not: read files (policy_json.py), round thresholds (floats.py), make text (lowering/lower.py, targets/) or learn.
 
 Semantics, the same in every artefact that is made from a profile:
-- A split sends an observation x left iff `x[feature] <= threshold`. `Tree.numbers` says what both are, float32 or
-  float64. NaN compares false, so it goes right; infinities follow `<=`. Numbers of other types are doubles first, and
-  then float32 where that is compared.
+- A split sends an observation x left iff `x[feature] <= threshold`, both float32 or both float64: `Tree.numbers`. NaN
+  compares false, so it goes right; infinities follow `<=`. Numbers of other types are doubles first, then the tree's.
 - A node's id is its index in the tree's arrays, which are in preorder; leaves are named by that id everywhere.
 """
 

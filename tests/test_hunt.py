@@ -17,8 +17,13 @@ from verify.solver.decide import decide
 pytestmark = pytest.mark.solver
 
 JUDGING = ("reading", "meaning", "places", "judge", "playing")
-SLICE = {"decisions": 300, "episodes": 60}  # about a minute in all
-LEAST = {"decisions": 0.3, "episodes": 0.2}  # of each verdict: a third in the long run, a few of sixty by chance
+SLICE = {"decisions": 300, "episodes": 60, "doubles": 200, "double-episodes": 30}  # about a minute and a half in all
+LEAST = {
+    "decisions": 0.3,
+    "episodes": 0.2,
+    "doubles": 0.25,
+    "double-episodes": 0.15,
+}  # of each verdict: a third in the long run, a few of sixty by chance
 FOUND_WITHIN = 2_000  # questions
 OUTSIDE = 200  # questions for another solver
 

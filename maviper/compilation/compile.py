@@ -18,6 +18,7 @@ from codegen.agreement.build import Build, build
 from codegen.agreement.selfcheck import Agreement, Report
 from codegen.check import ensure
 from codegen.errors import DisagreementError
+from codegen.floats import FLOAT32
 from codegen.lowering.lower import AUTO
 from codegen.policy_json import layout
 from codegen.targets import USUAL, smt
@@ -76,7 +77,8 @@ def checked(made: Build) -> Compiled:
     faithful: tuple[Fidelity, ...] = ()
     # trees that were changed after they were grown, by a repair or for a region, have no such form any more
     changed = profile.region is not None or BEFORE_REPAIR in profile.provenance.training
-    missing = [policy.agent for policy in profile.agents if policy.grown is None and not changed]
+    rounded = [policy for policy in profile.agents if policy.numbers == FLOAT32]  # others are deployed as they grew
+    missing = [policy.agent for policy in rounded if policy.grown is None and not changed]
     if missing:
         skipped.append(f"the tree as grown: the profile does not hold it for {', '.join(missing)}")
     world = matching_world(profile)

@@ -72,6 +72,9 @@ def prove(build: Build, budget: int | None = None) -> Proofs:
     for target, text in texts.items():
         if text is None:
             continue
+        if not model.single:
+            skipped.append(f"{target}: it is about float32 agents, and {model.doubled} compares float64")
+            continue
         if nodes > MAX_PARSED:
             skipped.append(f"{target}: more than {MAX_PARSED} nodes")
             continue

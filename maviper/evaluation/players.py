@@ -11,6 +11,7 @@ from pathlib import Path
 
 from codegen import ir, policy_json
 from codegen.errors import InputError, UnknownNameError
+from codegen.floats import FLOAT32
 from maviper.episodes.play import Controller, tree_policies
 from maviper.evaluation.crossplay import Uniform
 from maviper.experts import store
@@ -88,6 +89,10 @@ def _profile(text: str, where: str, world: World | None) -> tuple[Player, World]
     if played is None:
         advice = "extract it again, or name your environment: --world module:function"
         raise InputError("the profile's world cannot be played", f"{where}: {text}: {NO_WORLD}", advice)
+    for policy in profile.agents:
+        if policy.numbers != FLOAT32:
+            what = f"{policy.agent} compares {policy.numbers}, and worlds show float32 observations"
+            raise InputError(what, f"{where}: {text}", "import the tree with --numbers float32")
     if not plays(profile, played):
         theirs = world_name(profile.world)
         found = f"{theirs}, not {played.name}" if theirs != played.name else f"{theirs} in another version"

@@ -12,6 +12,7 @@ from typing import Any
 
 from codegen.dynamics import partners
 from codegen.errors import visible
+from codegen.floats import FLOAT32
 from codegen.intervals import percent
 from codegen.ir import NO_FEATURE, PolicyProfile, Tree
 from codegen.lowering.render import render
@@ -42,6 +43,7 @@ SEMANTICS = (
     "So a proof over real positions is a proof for the deployed arithmetic. A counterexample is a float64 world state "
     "that was replayed."
 )
+DOUBLES = "Agents that compare float64 ({agents}): what they observe is not rounded to float32."
 LONG_SUMS = (
     "A sum of more than two coordinates is rounded after each addition. For such tests Z3 takes the exact sum and an "
     "unknown of bounded size, so a proof covers every rounding."
@@ -114,6 +116,8 @@ def document(
         kinds = [MACHINE, REAL]
     touching = bool(partners(profile.world))
     contacts = loop_report.CONTACTS if episodes and touching else ()
+    double = ", ".join(policy.agent for policy in profile.agents if policy.numbers != FLOAT32)
+    doubled = [DOUBLES.format(agents=double)] if double and MACHINE in kinds else []
     replayed = [{MACHINE: trusted.REPLAYED, REAL: trusted.REFEREED}[kind] for kind in kinds]
     return {
         "report": "maviper-verification-1",
@@ -129,7 +133,9 @@ def document(
         "evaluation": dict(profile.provenance.evaluation),
         "files": dict(files or {}),
         "results": [result_facts(profile, result, command) for result, command in zip(results, commands, strict=True)],
-        "semantics": " ".join([OBSERVED] if observing else [_semantics(profile, kind) for kind in kinds]),
+        "semantics": " ".join(
+            [*([OBSERVED] if observing else [_semantics(profile, kind) for kind in kinds]), *doubled]
+        ),
         "trusted": trusted.texts(None if observing else known, touching, bool(single), bool(episodes), replayed),
         "limits": [*_limits(single), *(loop_report.LIMITS if episodes else ()), *contacts],
     }

@@ -1,7 +1,7 @@
 """The graph of an ONNX model, followed from the observation to the tree and from the tree's label to an output.
 
 Does: checks that every node is understood; folds the operators before the tree into its thresholds.
-Assumes: the package onnx; float32 observations, [N, n_features].
+Assumes: the package onnx; observations [N, n_features] of float32, or of float64 where the tree takes them as they are.
 Does not: run a model, read a file that it refers to, or guess. Another operator, or another way for an observation or a
   label, ends in an InputError that names the node.
 """
@@ -34,6 +34,7 @@ class OnnxTree(NamedTuple):
     input: str  # the observation's name in the graph
     output: str  # the name of an output that is the label
     nan: bool  # whether a NaN, which goes right, goes where the model sends it
+    double: bool = False  # whether observations are float64
 
 
 def decision_tree(model: bytes, n_features: int = 0) -> OnnxTree:
@@ -54,7 +55,7 @@ def decision_tree(model: bytes, n_features: int = 0) -> OnnxTree:
     except Exception as error:  # ValidationError, or what the parser of types raises
         raise InputError("not a valid ONNX model", str(error)[:200], "export it again") from None
     found = _Flow(onnx, loaded.graph, n_features)
-    grown, labels = grown_of(onnx, found.tree)
+    grown, labels = grown_of(onnx, found.tree, found.double)
     n_columns = len(found.before) or found.width
     last = int(grown.feature.max())
     if 0 < n_columns <= last:
@@ -62,7 +63,8 @@ def decision_tree(model: bytes, n_features: int = 0) -> OnnxTree:
             f"the tree tests feature {last}, the input has {n_columns}", shown(found.tree), "export it again"
         )
     whole = _folded(grown, found.before) if found.before else Folded(grown, True)
-    return OnnxTree(whole.tree, labels, found.width, found.input, found.output, whole.nan and found.nan)
+    nan = whole.nan and found.nan
+    return OnnxTree(whole.tree, labels, found.width, found.input, found.output, nan, found.double)
 
 
 def _folded(grown: GrownTree, columns: Columns) -> Folded:
@@ -119,6 +121,7 @@ class _Flow:
     def __init__(self, onnx: Any, graph: Any, n_features: int) -> None:
         self.onnx, self.work = onnx, 0
         self.before: Columns = ()  # what the tree is given; (): the observation itself
+        self.double = False  # whether observations are float64
         self.nan = True  # whether it is known what becomes of a NaN
         self.tree: Any = next(node for node in graph.node if node.op_type == TREE)
         self.values: dict[str, Value] = {}
@@ -128,7 +131,7 @@ class _Flow:
         self.values[self.input] = OBSERVATION
         if not self.width:
             self.width = n_features
-        if 0 < self.width <= MAX_COLUMNS:
+        if 0 < self.width <= MAX_COLUMNS and not self.double:
             self.values[self.input] = tuple(Column(place) for place in range(self.width))
         for node in graph.node:
             self.values |= dict(zip(node.output, self.made(node), strict=False))
@@ -142,9 +145,11 @@ class _Flow:
         if given.name in {*self.values, *(each.values.name for each in graph.sparse_initializer)}:
             raise InputError("the model's input has a constant value", repr(given.name), ADVICE)
         tensor = given.type.tensor_type
-        if tensor.elem_type != self.onnx.TensorProto.FLOAT:
-            what = f"the model's input is {_type(self.onnx, tensor.elem_type)}, but observations are FLOAT"
+        types = self.onnx.TensorProto
+        if tensor.elem_type not in (types.FLOAT, types.DOUBLE):
+            what = f"the model's input is {_type(self.onnx, tensor.elem_type)}, but observations are FLOAT or DOUBLE"
             raise InputError(what, repr(given.name), "export it with a float32 input")
+        self.double = tensor.elem_type == types.DOUBLE
         shape = tensor.shape.dim
         if tensor.HasField("shape") and len(shape) != 2:
             raise InputError(f"the model's input has {len(shape)} axes, two are needed", repr(given.name), ADVICE)
@@ -227,6 +232,9 @@ class _Flow:
 
     def passed(self, node: Any, attributes: Mapping[str, Any], origin: str) -> Value:
         """What becomes of the tree's label or scores."""
+        if origin == OBSERVATION and self.double:
+            what = "operators work on float64 observations before the tree"
+            raise InputError(what, shown(node), "export it with a float32 input")
         if origin == OBSERVATION:
             what = "the model does not say how many features it takes, or takes too many"
             raise InputError(what, shown(node), "give their names")

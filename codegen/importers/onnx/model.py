@@ -1,7 +1,7 @@
 """ONNX models that are one decision tree, as profiles.
 
 Does: reads a model (graph.py), and replays the tree under onnxruntime, or under the reference of ONNX without it.
-Assumes: the package onnx; float32 observations.
+Assumes: the package onnx; float32 or float64 observations.
 Does not: take a model that is understood in part.
 """
 
@@ -15,6 +15,7 @@ import numpy as np
 from codegen import ir
 from codegen.agreement.readback import onnx_session
 from codegen.errors import InputError, MissingToolError, shown
+from codegen.floats import FLOAT32, FLOAT64
 from codegen.importers.onnx.graph import decision_tree
 from codegen.importers.origin import AGENT, Names, Origin, profile_of
 from codegen.ir import Floats, Int32
@@ -31,9 +32,10 @@ def from_onnx(
     """A profile of one agent from an ONNX model (bytes, or a path) that is one TreeEnsembleClassifier of one tree, with
     scalers, selections, casts and comparisons with constants before it (columns.py).
 
-    It decides as the model does for every float32 observation. InputError for every other model: one with a node that
-    is not understood, whatever stands before or after the tree; another type of input; tests other than `<=` and `<`;
-    nodes that send NaN to the left; scores that are changed; leaves that runtimes read in different ways. Names as for
+    It decides as the model does for every observation of its input's type, float32 or float64. InputError for every
+    other model: one with a node that is not understood, whatever stands before or after the tree; another type of
+    input; tests other than `<=` and `<`; nodes that send NaN to the left; scores that are changed; leaves that
+    runtimes read in different ways. Names as for
     `from_sklearn`, labels in the model's order. MissingToolError without the package onnx.
     """
     try:
@@ -55,7 +57,10 @@ def origin_of(content: bytes, feature_names: Sequence[str] | None = None) -> Ori
         (said,) = run([found.output], {found.input: rows})
         return np.array([place[each] for each in said.tolist()], dtype=np.int32)
 
-    return Origin(KIND, found.grown, found.labels, act, replayed_by, n_features=found.n_features, nan=found.nan)
+    numbers = FLOAT64 if found.double else FLOAT32
+    return Origin(
+        KIND, found.grown, found.labels, act, replayed_by, n_features=found.n_features, nan=found.nan, numbers=numbers
+    )
 
 
 def _runner(content: bytes) -> tuple[Callable[..., Any], str]:

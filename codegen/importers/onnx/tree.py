@@ -23,7 +23,8 @@ MAX_FEATURES = 1 << 20
 NODE_LISTS = ("nodes_modes", "nodes_nodeids", "nodes_featureids", "nodes_truenodeids", "nodes_falsenodeids")
 CLASS_LISTS = ("class_treeids", "class_nodeids", "class_ids")
 HARMLESS = {"nodes_hitrates", "nodes_hitrates_as_tensor", "nodes_missing_value_tracks_true", "post_transform"}
-READ = {*NODE_LISTS, *CLASS_LISTS, "nodes_treeids", "nodes_values", "class_weights"}
+NUMBERS = ("nodes_values", "class_weights")  # lists of float, or tensors where float64 is compared
+READ = {*NODE_LISTS, *CLASS_LISTS, "nodes_treeids", *NUMBERS}
 ADVICE = "export one decision tree classifier, with no more than scalers and selections before it"
 
 
@@ -33,18 +34,24 @@ def shown(node: Any) -> str:
     return f"operator {operator!r}, node {node.name!r}, output {list(node.output)!r}"
 
 
-def grown_of(onnx: Any, node: Any) -> tuple[GrownTree, tuple[int | str, ...]]:
-    """The tree of a node, and the labels of its classes."""
-    given = _attributes(onnx, node)
+def grown_of(onnx: Any, node: Any, double: bool) -> tuple[GrownTree, tuple[int | str, ...]]:
+    """The tree of a node, and the labels of its classes. `double`: whether it compares float64."""
+    given = _attributes(onnx, node, double)
     labels = tuple(
         each.decode(errors="replace") if isinstance(each, bytes) else each for name in LABELS for each in given[name]
     )
     return _grown(given, labels), labels
 
 
-def _attributes(onnx: Any, node: Any) -> dict[str, Any]:
+def _attributes(onnx: Any, node: Any, double: bool) -> dict[str, Any]:
     """The attributes by name; missing lists are empty. InputError for one that would change what the tree decides."""
     given = {item.name: onnx.helper.get_attribute_value(item) for item in node.attribute}
+    for name in NUMBERS if double else ():
+        tensor = given.pop(f"{name}_as_tensor", None)
+        if tensor is None or name in given or tensor.external_data or tensor.data_type != onnx.TensorProto.DOUBLE:
+            what = f"the model's input is DOUBLE, and the tree's {name} are no tensor of doubles"
+            raise InputError(what, shown(node), "export it with a float32 input")
+        given[name] = onnx.numpy_helper.to_array(tensor).ravel().tolist()
     unknown = sorted(set(given) - READ - HARMLESS - {*LABELS})
     changing = [name for name in unknown if name.endswith("_as_tensor") or len(given[name])]
     if changing:
@@ -95,7 +102,7 @@ def _grown(given: dict[str, Any], labels: Sequence[int | str]) -> GrownTree:
     left, right = (np.array([NO_CHILD if each is None else each for each in side]) for side in sides.values())
     return GrownTree(
         np.where(split, features, NO_FEATURE),
-        # x < t and x <= (the double before t) say the same of a float32 x
+        # x < t and x <= (the double before t) say the same
         np.where(split, np.where(less, np.nextafter(values, -np.inf), values), 0.0),
         np.where(split, left, NO_CHILD),
         np.where(split, right, NO_CHILD),

@@ -48,7 +48,7 @@ def test_boundary_observations_are_those_of_the_probes():
     rows = replay.observations(policy, nan=False, finite=False)
     for node, low, high in probes.paths(policy.tree, 3):
         feature = policy.tree.feature[node]
-        for value in probes.neighbours(float(policy.tree.threshold[node])):
+        for value in probes.neighbours(float(policy.tree.threshold[node]), policy.numbers):
             here = rows[rows[:, feature] == value]
             others = [k for k in range(3) if k != feature]
             assert ((here[:, others] > low[others]) & (here[:, others] <= high[others])).all(axis=1).sum() >= 16

@@ -9,6 +9,7 @@ import pytest
 
 from codegen import ir
 from codegen.agreement import probes, readback, selfcheck
+from codegen.floats import FLOAT32
 from codegen.lowering.lower import lower
 from codegen.targets import emit
 from tests.codegen.games import random_profile
@@ -47,7 +48,13 @@ def test_subnormal_numbers_are_not_zero(library, threshold, profile):
     """XLA on a CPU takes them for zero where floats are compared."""
     made = with_trees({"agent_0": tree((0, threshold, 1, 2), 1, 2)}, profile)
     act, policy = module_of(made, library)["act_agent_0"], made.policy("agent_0")
-    around = [*probes.neighbours(threshold), *probes.SPECIAL, -np.float32(np.nan), np.float32(TINY), -np.float32(TINY)]
+    around = [
+        *probes.neighbours(threshold, FLOAT32),
+        *probes.SPECIAL[FLOAT32],
+        -np.float32(np.nan),
+        np.float32(TINY),
+        -np.float32(TINY),
+    ]
     rows = np.zeros((len(around), len(policy.features)), dtype=np.float32)
     rows[:, 0] = around
     assert np.asarray(act(given(library, rows))).tolist() == ir.act(policy, rows).tolist()

@@ -44,7 +44,7 @@ def test_any_number_of_rows(n_features, rows):
     assert tiled == (n_features >= TILED)
     x = rng.uniform(-1, 1, (rows, n_features)).astype(np.float32)
     x[rng.random(x.shape) < 0.05] = np.nan
-    x[: rows // 2 : 7] = rng.choice(probes.SPECIAL, (len(x[: rows // 2 : 7]), n_features))
+    x[: rows // 2 : 7] = rng.choice(probes.SPECIAL["float32"], (len(x[: rows // 2 : 7]), n_features))
     found = batch(x)
     assert found.dtype == np.int64
     np.testing.assert_array_equal(found, ir.act(policy, x))
