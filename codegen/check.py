@@ -33,6 +33,7 @@ from codegen.ir import (
     WorldSpec,
     depth,
 )
+from codegen.legality import illegal_leaves, mask_of
 from codegen.region import RegionSpec
 
 MAX_VIOLATIONS: Final = 20
@@ -241,7 +242,11 @@ def _agent(path: str, policy: AgentPolicy, world: WorldSpec) -> Iterator[Violati
                 yield Violation(f"{here}.meaning", f"weights are powers of two, +1 or -1 in functions, not {weight:g}")
             if coordinate not in known:
                 yield Violation(f"{here}.meaning", f"no coordinate '{coordinate}'; {suggestion(coordinate, known)}")
+    names = [feature.name for feature in policy.features]
     for index, action in enumerate(policy.actions):
+        if action.legal_if and action.legal_if not in names:
+            what = f"no feature '{shown(action.legal_if)}'; {suggestion(action.legal_if, names)}"
+            yield Violation(f"{path}.actions[{index}].legal_if", what)
         if action.effect is not None and not all(abs(part) <= MAX_LENGTH for part in action.effect):
             yield Violation(f"{path}.actions[{index}].effect", f"must be within {MAX_LENGTH:g} on each axis")
     sound = True
@@ -250,6 +255,10 @@ def _agent(path: str, policy: AgentPolicy, world: WorldSpec) -> Iterator[Violati
         yield violation
     if sound and int(depth(policy.tree).max()) > MAX_DEPTH:
         yield Violation(f"{path}.tree", f"deeper than {MAX_DEPTH} splits")
+    mask = mask_of(policy.features, policy.actions)
+    for leaf in illegal_leaves(policy.tree, mask) if sound and mask else ():
+        what = f"takes '{shown(policy.actions[policy.tree.action[leaf]].name)}' where it may be illegal"
+        yield Violation(f"{path}.tree[{leaf}]", what)
     if policy.grown is not None:
         yield from _tree(f"{path}.grown", policy.grown, len(policy.features), len(policy.actions), preorder=False)
 

@@ -117,6 +117,7 @@ class ActionSpec:
 
     name: str
     effect: tuple[float, float] | None
+    legal_if: str = ""  # the feature that is 1 where the action is legal, else 0; "": it always is
 
 
 @dataclass(frozen=True)

@@ -58,6 +58,7 @@ class FeatureJson(_Strict):
 class ActionJson(_Strict):
     name: str
     effect: tuple[float, float] | None
+    legal_if: str = ""
 
 
 class EntityJson(_Strict):

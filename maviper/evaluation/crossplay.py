@@ -97,7 +97,7 @@ def cast(
 
 
 class Uniform:
-    """Every action as likely as any other. The draws of an episode follow from its seed, whoever else plays."""
+    """Every legal action as likely as any other. The draws of an episode follow from its seed, whoever else plays."""
 
     def __init__(self, world: World, seeds: Sequence[int] = ()) -> None:
         self.world = world
@@ -114,7 +114,7 @@ class Uniform:
 
     def act(self, agents: Sequence[int], observations: Sequence[Float32], state: Any) -> Int:
         """As `Controller.act`, once a step of the episodes that it was started for."""
-        return next(self._steps)[:, list(agents)]
+        return self.world.drawn(agents, observations, next(self._steps)[:, list(agents)])
 
 
 class Stage:

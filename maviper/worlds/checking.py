@@ -20,6 +20,7 @@ from maviper.worlds import World, built_in
 from maviper.worlds.outside.sources import (
     MAX_STEPS,
     Source,
+    attribute,
     fault,
     imported,
     made,
@@ -27,7 +28,7 @@ from maviper.worlds.outside.sources import (
     parsed,
     space,
 )
-from maviper.worlds.pettingzoo import PROBE_STEPS, PettingZooWorld, attribute, faults
+from maviper.worlds.pettingzoo import PROBE_STEPS, PettingZooWorld, faults
 from maviper.worlds.processes import Copy
 from maviper.worlds.seeds import folded
 from maviper.worlds.world import Outcome
@@ -220,18 +221,20 @@ def _play(env: Any, world: World, play: Player, fresh: Copy) -> Iterator[Finding
 
 
 def _by_copy(copy: Copy, seed: int, actions: Sequence[list[int]]) -> list[Outcome]:
-    return [copy.ask("reset", seed), *(copy.ask("step", acted) for acted in actions)]
+    found = [copy.ask("reset", seed)]
+    for acted in actions:
+        found.append(copy.ask("step", copy.lawful(acted, found[-1])))
+    return found
 
 
 def _by_world(world: PettingZooWorld, seed: int, actions: Sequence[list[int]]) -> list[Outcome]:
     """By the world's own copy, in whatever process that lives."""
-    states = [world.start_from_seeds([seed])]
-    for acted in actions:
-        states.append(world.step(states[-1], np.array([acted])))
-    found = []
-    for each in states:
-        others = (part[0].tolist() for part in (each.rewards, each.done, each.terminated))
-        found.append(Outcome([seen[0] for seen in each.observations], *others))
+    state, found = world.start_from_seeds([seed]), []
+    for acted in [*actions, None]:
+        others = (part[0].tolist() for part in (state.rewards, state.done, state.terminated, state.acting))
+        found.append(Outcome([seen[0] for seen in state.observations], *others))
+        if acted is not None:
+            state = world.step(state, world.drawn(range(len(acted)), state.observations, np.array([acted])))
     return found
 
 

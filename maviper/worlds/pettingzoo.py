@@ -27,12 +27,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from codegen import ir
-from codegen.check import check, identifier
+from codegen.check import check
 from codegen.dynamics import motionless
 from codegen.errors import InputError
 from codegen.ir import MAX_LENGTH, ActionSpec, Bool, FeatureSpec, Float32, Float64, WorldSpec
 from maviper.worlds.outside.branching import Pasts, continued, copies_of, ensure_copies, started
-from maviper.worlds.outside.sources import MAX_STEPS, Source, fault, imported, made, parsed, space
+from maviper.worlds.outside.flattening import legal_names
+from maviper.worlds.outside.sources import MAX_STEPS, Source, attribute, imported, made, parsed, space
 from maviper.worlds.processes import Copies, Copy, copies_at_once, undisturbed
 from maviper.worlds.seeds import TRAINING, folded
 from maviper.worlds.world import RETURN, Int, Measure, Outcome, World
@@ -53,6 +54,7 @@ class EnvStates:
     rewards: Float64  # [batch, n_agents] on entering the state
     done: Bool  # [batch, n_agents] whose episode has ended
     terminated: Bool  # [batch, n_agents] ... and was not just cut
+    acting: Bool  # [batch, n_agents] who acts in the next step
     moment: int = PAST
     pasts: Pasts | None = None  # how each game got here, where it may be branched
     copies: tuple[Copy, ...] = ()  # of its own, where it was branched
@@ -63,17 +65,17 @@ class EnvStates:
     def __getitem__(self, rows: Any) -> "EnvStates":
         observations = tuple(seen[rows] for seen in self.observations)
         pasts = None if self.pasts is None else self.pasts[rows]
-        return EnvStates(observations, self.rewards[rows], self.done[rows], self.terminated[rows], pasts=pasts)
+        others = (each[rows] for each in (self.rewards, self.done, self.terminated, self.acting))
+        return EnvStates(observations, *others, pasts=pasts)
 
     @staticmethod
     def joined(states: Sequence["EnvStates"]) -> "EnvStates":
         """Several batches as one, in their order."""
         observations = zip(*(state.observations for state in states), strict=True)
-        others = zip(*((state.rewards, state.done, state.terminated) for state in states), strict=True)
-        rewards, done, terminated = map(np.concatenate, others)
+        others = zip(*((state.rewards, state.done, state.terminated, state.acting) for state in states), strict=True)
         known = [state.pasts for state in states if state.pasts is not None]
         pasts = np.concatenate(known) if len(known) == len(states) else None
-        return EnvStates(tuple(map(np.concatenate, observations)), rewards, done, terminated, pasts=pasts)
+        return EnvStates(tuple(map(np.concatenate, observations)), *map(np.concatenate, others), pasts=pasts)
 
 
 class PettingZooWorld(World):
@@ -127,10 +129,12 @@ class PettingZooWorld(World):
 
     def _ensure(self) -> None:
         """InputError where a profile could not be what the environment says about itself."""
+        # a leaf takes no heed of masks, which are checked where they are declared
+        lawless = [tuple(replace(action, legal_if="") for action in choices) for choices in self.actions]
         leaf = ir.Tree(*(np.array([value]) for value in (ir.NO_FEATURE, 0, ir.NO_CHILD, ir.NO_CHILD, 0)))
         policies = tuple(
             ir.AgentPolicy(agent, self.team_of(agent), features, actions, leaf)
-            for agent, features, actions in zip(self.agents, self.features, self.actions, strict=True)
+            for agent, features, actions in zip(self.agents, self.features, lawless, strict=True)
         )
         profile = ir.PolicyProfile(self.spec, policies, ir.Provenance("", "", 0, "", ""))
         wrong = "\n".join(f"{self.source.text}: {each.path}: {each.message}" for each in check(profile))
@@ -193,7 +197,7 @@ class PettingZooWorld(World):
 
     def alive(self, state: EnvStates) -> Bool:
         """Who acts in `state`, [batch, n_agents]."""
-        return ~state.done
+        return state.acting
 
     def terminated(self, state: EnvStates) -> Bool:
         """Whose episode has ended by itself, [batch, n_agents]: the environment did not say that it was cut."""
@@ -216,9 +220,8 @@ class PettingZooWorld(World):
 
 def _states(outcomes: Sequence[Outcome]) -> EnvStates:
     observations = zip(*(outcome.observations for outcome in outcomes), strict=True)
-    others = zip(*((outcome.rewards, outcome.done, outcome.terminated) for outcome in outcomes), strict=True)
-    rewards, done, terminated = map(np.array, others)
-    return EnvStates(tuple(map(np.array, observations)), rewards, done, terminated)
+    others = zip(*(outcome[1:] for outcome in outcomes), strict=True)
+    return EnvStates(tuple(map(np.array, observations)), *map(np.array, others))
 
 
 def user_world(text: str) -> PettingZooWorld:
@@ -270,37 +273,16 @@ def _observation_fault(found: Any) -> Fault | None:
     from gymnasium.spaces import Box
 
     if not isinstance(found, Box):
-        advice = "flatten it to a vector: gymnasium.spaces.flatten"
+        advice = "flatten it: the option wrap=flatten"
         return Fault(f"the space is a {type(found).__name__}, not a Box", advice)
     if len(found.shape) != 1 or found.shape[0] < 1:
-        return Fault(f"the space has shape {found.shape}, not (n,)", "flatten it to a vector")
+        return Fault(f"the space has shape {found.shape}, not (n,)", "flatten it: the option wrap=flatten")
     if not np.issubdtype(found.dtype, np.floating):
         return Fault(f"the space holds {found.dtype}, not floats", "make it a Box of float32")
     return None
 
 
 # --- what an environment says about itself
-
-
-def attribute(env: Any, name: str, source: Source) -> Any:
-    """An attribute of the environment or of the one that it wraps, or None; InputError when it raises."""
-    try:
-        given = (getattr(place, name, None) for place in (env, getattr(env, "unwrapped", None)))
-        return next((value for value in given if value is not None), None)
-    except (Exception, SystemExit) as error:
-        raise fault(error, source, f"the environment's {name}") from error
-
-
-def legal_names(names: Sequence[str], kind: str) -> tuple[str, ...]:
-    """Names as a profile may have them, all different, each as much like the given one as it can be."""
-    found: dict[str, str] = {}
-    for name in names:
-        legal = re.sub(r"[^A-Za-z0-9_-]+", "_", name)[:50]
-        legal = legal if legal[:1].isalpha() else f"{kind}_{legal}"
-        tries = (f"{legal}_{k}" if k > 1 else legal for k in count(1))
-        chosen = next(each for each in tries if identifier(each) not in found)
-        found[identifier(chosen)] = chosen
-    return tuple(found.values())
 
 
 def _spec(source: Source, agents: Sequence[str], steps: int) -> WorldSpec:
@@ -344,8 +326,9 @@ def _features(env: Any, agent: Any, source: Source) -> tuple[FeatureSpec, ...]:
 
 def _actions(env: Any, agent: Any, source: Source) -> tuple[ActionSpec, ...]:
     named = attribute(env, "action_names", source) or {}
-    size = int(space(env, "action", agent).n)
-    return tuple(ActionSpec(name, None) for name in named.get(agent) or [f"action_{k}" for k in range(size)])
+    names = named.get(agent) or [f"action_{k}" for k in range(int(space(env, "action", agent).n))]
+    legal = (attribute(env, "legal", source) or {}).get(agent) or [""] * len(names)
+    return tuple(ActionSpec(name, None, feature) for name, feature in zip(names, legal, strict=True))
 
 
 def _within(bounds: Any) -> list[float]:
@@ -369,9 +352,9 @@ def episode_steps(env: Any, source: Source) -> tuple[int, bool]:
     rng = np.random.default_rng(0)
     copy = Copy(env, source)
     sizes = [space(env, "action", agent).n for agent in copy.names]
-    copy.ask("reset", 0)
+    outcome = copy.ask("reset", 0)
     for step in range(1, PROBE_STEPS + 1):
-        outcome = copy.ask("step", rng.integers(sizes).tolist())
+        outcome = copy.ask("step", copy.lawful(rng.integers(sizes).tolist(), outcome))
         if all(outcome.done):
             return (step, True) if copy.truncated else (max(step, DEFAULT_STEPS), False)
     return DEFAULT_STEPS, False

@@ -21,8 +21,9 @@ import numpy as np
 
 from codegen.errors import InputError, MaviperError
 from codegen.ir import Float32
+from codegen.legality import Mask
 from maviper.worlds.outside.sources import Source, fault, imported, made, parsed, space
-from maviper.worlds.world import Outcome
+from maviper.worlds.world import Outcome, drawn_legally
 
 BESIDE = "beside"  # the request that `_beside` answers
 PROBED = 10  # steps of an episode that is played alone, then beside another one
@@ -46,6 +47,7 @@ class Copy:
         self._seen: list[Float32] = []
         self._ended: set[Any] = set()
         self._cut: set[Any] = set()  # those of them whose episode did not end by itself
+        self.masks = [_mask(env, name) for name in self.names]
 
     def ask(self, verb: str, argument: Any) -> Outcome:
         """`reset` with a seed or `step` with all agents' actions; InputError when the environment raises."""
@@ -99,13 +101,30 @@ class Copy:
                         raise InputError(found, self.source.text, "return what observation_space says")
         gained = [float(rewards.get(name, 0.0)) if name in acted else 0.0 for name in self.names]
         done, ended = ([name in which for name in self.names] for which in (self._ended, self._ended - self._cut))
-        return Outcome(list(self._seen), gained, done, ended)
+        turn = getattr(self.env, "acting", None)
+        acting = [name not in self._ended and (turn is None or name in turn) for name in self.names]
+        return Outcome(list(self._seen), gained, done, ended, acting)
+
+    def lawful(self, drawn: Sequence[int], seen: Outcome) -> list[int]:
+        """Legal actions in place of drawn ones, agent by agent, after an outcome."""
+        found = zip(self.masks, seen.observations, drawn, strict=True)
+        return [
+            action if mask is None else int(drawn_legally(mask, obs[None], np.array([action]))[0])
+            for mask, obs, action in found
+        ]
 
     def _parts(self, given: Any, verb: str, wanted: str) -> tuple[Any, ...]:
         n = 2 if verb == "reset" else 5
         if not isinstance(given, tuple) or len(given) != n:
             raise InputError(f"{verb} does not return {wanted}", self.source.text, "see PettingZoo's parallel API")
         return given
+
+
+def _mask(env: Any, name: Any) -> Mask | None:
+    """The places of an agent's mask among its features, if the environment says that it has one."""
+    legal, features = getattr(env, "legal", {}).get(name), getattr(env, "features", {}).get(name, ())
+    places = {feature.name: place for place, feature in enumerate(features)}
+    return tuple(places[each] for each in legal) if legal else None
 
 
 class Copies:
@@ -174,14 +193,13 @@ def _beside(one: Copy, other: Copy) -> tuple[float, bool]:
     actions = rng.integers(sizes, size=(PROBED, len(sizes))).tolist()
     alone, times = [one.ask("reset", 0)], []
     for acted in actions:
-        started = time.perf_counter()
-        alone.append(one.ask("step", acted))
+        chosen, started = one.lawful(acted, alone[-1]), time.perf_counter()
+        alone.append(one.ask("step", chosen))
         times.append(time.perf_counter() - started)
-    beside = [one.ask("reset", 0)]
-    other.ask("reset", 1)
+    beside, others = [one.ask("reset", 0)], other.ask("reset", 1)
     for acted in actions:
-        beside.append(one.ask("step", acted))
-        other.ask("step", acted)
+        beside.append(one.ask("step", one.lawful(acted, beside[-1])))
+        others = other.ask("step", other.lawful(acted, others))
     return min(times), [each.bytes for each in alone] == [each.bytes for each in beside]
 
 

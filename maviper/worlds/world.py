@@ -18,6 +18,7 @@ import numpy.typing as npt
 
 from codegen.errors import InputError, UnknownNameError
 from codegen.ir import ActionSpec, Bool, FeatureSpec, Float32, Float64, WorldSpec
+from codegen.legality import LEGAL, Mask, mask_of
 
 Int = npt.NDArray[np.integer[Any]]
 Options = Mapping[str, int | str]
@@ -46,12 +47,30 @@ class Outcome(NamedTuple):
     rewards: list[float]
     done: list[bool]  # the agent's episode has ended
     terminated: list[bool]  # ... by itself; it was not just cut
+    acting: list[bool]  # the agent acts in the next step
 
     @property
-    def bytes(self) -> tuple[list[bytes], bytes, list[bool], list[bool]]:
+    def bytes(self) -> tuple[list[bytes], bytes, list[list[bool]]]:
         """All of it, to compare: NaN is like itself."""
         vectors = [vector.tobytes() for vector in self.observations]
-        return vectors, np.array(self.rewards).tobytes(), self.done, self.terminated
+        return vectors, np.array(self.rewards).tobytes(), [self.done, self.terminated, self.acting]
+
+
+def legal_in(mask: Mask, obs: Float32) -> Bool:
+    """Which actions are legal in each observation, [batch, n_actions]. `obs`: [batch, n_features]."""
+    columns = [np.ones(len(obs), bool) if place is None else obs[:, place] > LEGAL for place in mask]
+    return np.stack(columns, axis=1)
+
+
+def drawn_legally(mask: Mask, obs: Float32, drawn: Int) -> Int:
+    """Legal actions in place of drawn ones, [batch], all of them as likely as one another; the draw where none is.
+    `obs`: [batch, n_features].
+    """
+    legal = legal_in(mask, obs)
+    count = legal.sum(axis=1)
+    order = np.argsort(~legal, axis=1, kind="stable")  # the legal ones first
+    chosen = order[np.arange(len(obs)), drawn % np.maximum(count, 1)]
+    return np.where(count > 0, chosen, drawn)
 
 
 def world_name(spec: WorldSpec) -> str:
@@ -94,6 +113,24 @@ class World(ABC):
         """Indices of a team's agents."""
         return [self.agents.index(agent) for agent in self.teams[team]]
 
+    def mask(self, agent: int) -> Mask | None:
+        """The features that tell which actions of an agent are legal; None: all are, always."""
+        return mask_of(self.features[agent], self.actions[agent])
+
+    def drawn(self, agents: Sequence[int], observations: Sequence[Float32], drawn: Int) -> Int:
+        """Legal actions in place of those drawn for some agents, [batch, len(agents)]; see `drawn_legally`."""
+        masks = [self.mask(agent) for agent in agents]
+        columns = [
+            column if mask is None else drawn_legally(mask, observations[agent], column)
+            for agent, mask, column in zip(agents, masks, drawn.T, strict=True)
+        ]
+        return np.stack(columns, axis=1)
+
+    @property
+    def masked(self) -> bool:
+        """Whether some agent's actions may be illegal."""
+        return any(self.mask(agent) is not None for agent in range(len(self.agents)))
+
     def primary(self, team: str) -> Measure:
         """The measure that a team is judged by."""
         mine = [measure for measure in self.measures if measure.team == team]
@@ -133,7 +170,7 @@ class World(ABC):
         """The environment's rewards on entering `state`, [batch, n_agents]; 0 for whom the episode had ended before."""
 
     def alive(self, state: Any) -> Bool:
-        """Who acts in `state`, [batch, n_agents]: all but those whose episode has ended. They never come back."""
+        """Who acts in `state`, [batch, n_agents]: those whose episode has not ended, and whose turn it is."""
         return np.ones((len(state), len(self.agents)), dtype=bool)
 
     def terminated(self, state: Any) -> Bool:

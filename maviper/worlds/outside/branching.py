@@ -80,9 +80,9 @@ def ensure_copies(make: Callable[[], Copy], where: str) -> None:
     """InputError where an environment cannot be copied in play, or a copy goes on in another way."""
     walker = make()
     try:
-        walker.ask("reset", 0)
+        begun = walker.ask("reset", 0)
         twin = deepcopy(walker)
-        stands = [0] * len(walker.names)
+        stands = walker.lawful([0] * len(walker.names), begun)
         same = _alike(walker.ask("step", stands), twin.ask("step", stands))
     except (InputError, TypeError, RecursionError, NotImplementedError, AttributeError, RuntimeError) as error:
         said = " ".join(str(error).split())[:120]

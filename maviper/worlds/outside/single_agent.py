@@ -8,24 +8,23 @@ Does not: choose actions for people: continuous ones are refused, with the wrapp
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from difflib import get_close_matches
-from itertools import product
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 from pettingzoo import ParallelEnv
 
 from codegen.errors import InputError, MissingToolError
-from codegen.ir import MAX_LENGTH, FeatureSpec
-from maviper.worlds.outside.described import DESCRIBED, FLAG
+from codegen.ir import FeatureSpec
+from maviper.worlds.outside.described import DESCRIBED
+from maviper.worlds.outside.flattening import OWN, ensure_small, names_of, specs_of, vector, vector_space
+from maviper.worlds.outside.sources import Source
 
 if TYPE_CHECKING:
     import gymnasium
     from gymnasium import spaces
 
 AGENT = "agent"
-MAX_FEATURES = 1_024  # of a flattened observation: beyond it, it is a picture
 ID = re.compile(r"(?:[A-Za-z_][\w.]*:)?(?:[\w.-]+/)?[\w.-]+")  # MODULE:NAMESPACE/NAME-v1
 ELSEWHERE = (  # environments that left Gymnasium or were never in it: how their names begin, and who has them
     (
@@ -38,7 +37,6 @@ ELSEWHERE = (  # environments that left Gymnasium or were never in it: how their
     (r"highway|merge-v|roundabout-v|parking-v|intersection-v", "highway-env", "highway_env"),
     (r"procgen", "procgen", "procgen"),
 )
-OWN = "return it wrapped from a function of your own, and name that: mygame:make"
 
 
 def registered(name: str) -> Callable[..., gymnasium.Env]:
@@ -104,31 +102,35 @@ def _known() -> list[str]:
 
 
 class SingleAgent(ParallelEnv[str, Any, Any]):
-    """`env` with its one agent. `text`: how it was named, for errors.
+    """`env` with its one agent. `source`: how it was named, for errors.
 
-    It says about itself what `maviper.worlds.pettingzoo` reads. InputError for spaces that no tree can read or play.
+    `as_it_is`: somebody else flattens what it observes. It says about itself what `maviper.worlds.pettingzoo` reads.
+    InputError for spaces that no tree can read or play.
     """
 
     metadata: dict[str, Any]
     plays_here = True  # many copies in one process: its steps are short beside ours
 
-    def __init__(self, env: gymnasium.Env, text: str) -> None:
-        self.env, self.metadata = env, {"name": text}
+    def __init__(self, env: gymnasium.Env, source: Source, as_it_is: bool = False) -> None:
+        text = source.text
+        self.env, self.metadata, self.as_it_is = env, {"name": text}, as_it_is
         self.possible_agents, self.agents = [AGENT], []
         self._choices, self._first = _numbered(env.action_space, text)
-        self._flat = _vector(env.observation_space, text)
         limit = getattr(env.spec, "max_episode_steps", None)
         self.max_cycles = limit if limit is None or limit > 0 else None
         called = _described(env)
-        names = called.features if called and len(called.features) == self._flat.shape[0] else {}
-        bounds = (np.clip(np.asarray(each, np.float64), -MAX_LENGTH, MAX_LENGTH) for each in _ends(self._flat))
-        parts = zip(names.items() or _names(env.observation_space), *(each.tolist() for each in bounds), strict=True)
-        self.features = {AGENT: [FeatureSpec(name, unit, low, high, None) for (name, unit), low, high in parts]}
         self.action_names = {AGENT: called.actions} if called and len(called.actions) == self._choices.n else {}
+        self.features: dict[str, list[FeatureSpec]] = {}
+        if as_it_is:
+            self._seen: spaces.Space = env.observation_space
+            return
+        flat = self._seen = _vector_space(env.observation_space, text)
+        names = called.features.items() if called and len(called.features) == flat.shape[0] else ()
+        self.features = {AGENT: specs_of(names or names_of(env.observation_space), flat)}
 
-    def observation_space(self, agent: str) -> spaces.Box:
-        """The flattened space, [n_features]."""
-        return self._flat
+    def observation_space(self, agent: str) -> spaces.Space:
+        """The flattened space, [n_features], or the environment's own."""
+        return self._seen
 
     def action_space(self, agent: str) -> spaces.Discrete:
         """The actions, counted from 0."""
@@ -156,14 +158,7 @@ class SingleAgent(ParallelEnv[str, Any, Any]):
         self.env.close()
 
     def _vector(self, seen: Any) -> Any:
-        from gymnasium.spaces import flatten
-
-        plain = isinstance(seen, np.ndarray) and seen.ndim == 1
-        return seen if plain else flatten(self.env.observation_space, seen)
-
-
-def _ends(box: spaces.Box) -> tuple[Any, Any]:
-    return box.low, box.high
+        return seen if self.as_it_is else vector(self.env.observation_space, seen)
 
 
 def _described(env: gymnasium.Env) -> Any:
@@ -186,30 +181,12 @@ def _numbered(space: spaces.Space, text: str) -> tuple[spaces.Discrete, int]:
     raise InputError(f"the environment has {kind}; trees choose among numbered ones", text, f"{wrapper}; {OWN}")
 
 
-def _vector(space: spaces.Space, text: str) -> spaces.Box:
+def _vector_space(space: spaces.Space, text: str) -> spaces.Box:
     """The space of flattened observations, float32."""
-    from gymnasium.spaces import Box, Discrete, MultiBinary, flatten_space
+    from gymnasium.spaces import Box, Discrete, MultiBinary
 
     if not isinstance(space, Box | Discrete | MultiBinary):
-        wrapper = "gymnasium.wrappers.FlattenObservation(env)"
         what = f"the environment's observations are a {type(space).__name__}; trees read numbers in a row"
-        raise InputError(what, text, f"{wrapper}; {OWN}")
-    flat: Any = flatten_space(space)
-    size = int(np.prod(flat.shape))
-    if not 1 <= size <= MAX_FEATURES:
-        wrapper = "reduce it: gymnasium.wrappers.TransformObservation"
-        raise InputError(f"an observation has {size:,} numbers, of at most {MAX_FEATURES:,}", text, f"{wrapper}; {OWN}")
-    low, high = (np.asarray(each, np.float32).reshape(size) for each in (flat.low, flat.high))
-    return Box(low, high, dtype=np.float32)
-
-
-def _names(space: spaces.Space) -> Iterator[tuple[str, str]]:
-    """A name and a unit for each number of a flattened space."""
-    from gymnasium.spaces import Box, Discrete
-
-    if isinstance(space, Discrete):
-        yield from ((f"is_{space.start + k}".replace("-", "minus_"), FLAG) for k in range(int(space.n)))
-        return
-    kind, unit = ("feature", "none") if isinstance(space, Box) else ("bit", FLAG)
-    for place in product(*map(range, space.shape or ())):
-        yield "_".join([kind, *map(str, place)]), unit
+        raise InputError(what, text, f"write {text},wrap=flatten (gymnasium's FlattenObservation); or {OWN}")
+    ensure_small(space, text)
+    return vector_space(space)

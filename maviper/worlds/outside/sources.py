@@ -21,7 +21,7 @@ from warnings import catch_warnings, simplefilter
 from codegen.errors import InputError, MaviperError, UnknownNameError
 
 GYMNASIUM = "gymnasium"  # the module whose functions are the ids of its registered environments
-MAX_STEPS = "max_steps"  # the one option that is ours: how long an episode may be
+MAX_STEPS, WRAP = "max_steps", "wrap"  # the options that are ours: how long an episode may be, and wrappers
 NUMBER = re.compile(r"-?[0-9]{1,18}")
 OURS = Path(__file__).parent.parent
 MAX_MESSAGE = 300  # characters of what an environment says when it raises
@@ -101,40 +101,20 @@ def _module(source: Source) -> ModuleType:
 
 def made(function: Callable[..., Any], source: Source) -> Any:
     """A fresh environment; InputError when the function raises or returns something else."""
-    import gymnasium
-    from pettingzoo import AECEnv, ParallelEnv
-
     known = _parameters(function)
-    options = {key: value for key, value in source.options.items() if key != MAX_STEPS or key in (known or ())}
+    mine = [key for key in (MAX_STEPS, WRAP) if key not in (known or ())]
+    options = {key: value for key, value in source.options.items() if key not in mine}
     unknown = [] if known is None else sorted(set(options) - set(known))
     if unknown:
-        raise UnknownNameError("option", unknown[0], [*(known or ()), MAX_STEPS], source.text)
+        raise UnknownNameError("option", unknown[0], [*(known or ()), *mine], source.text)
     try:
         with redirect_stdout(sys.stderr):
             env = function(**options)
     except (Exception, SystemExit) as error:
         raise fault(error, source, source.function) from error
-    if isinstance(env, gymnasium.Env):
-        from maviper.worlds.outside.single_agent import SingleAgent
+    from maviper.worlds.outside.wrappers import wrapped
 
-        return SingleAgent(env, source.text)
-    if isinstance(env, AECEnv):
-        advice = "wrap it: pettingzoo.utils.conversions.aec_to_parallel(env)"
-        raise InputError("the environment is an AEC one, in which agents take turns", source.text, advice)
-    if not isinstance(env, ParallelEnv):
-        advice = "return a pettingzoo.ParallelEnv or a gymnasium.Env"
-        advice = (
-            "it is of the old package gym: shimmy.GymV26CompatibilityV0 makes it a new one" if _old(env) else advice
-        )
-        raise InputError(
-            f"the function returns a {type(env).__name__}, not a PettingZoo environment", source.text, advice
-        )
-    return env
-
-
-def _old(env: Any) -> bool:
-    """Whether a class of the old package gym is among an environment's."""
-    return any(kind.__module__.partition(".")[0] == "gym" for kind in type(env).__mro__)
+    return wrapped(env, source.options.get(WRAP, "") if WRAP in mine else "", source)
 
 
 def _parameters(function: Callable[..., Any]) -> list[str] | None:
@@ -158,6 +138,15 @@ def fault(error: BaseException, source: Source, doing: str) -> MaviperError:
     message = " ".join(str(error).split())[:MAX_MESSAGE]
     said = f"{type(error).__name__}: {message}" if message else type(error).__name__
     return InputError(f"{doing} raised {said}", source.text + place, "fix it there, then run `maviper worlds check`")
+
+
+def attribute(env: Any, name: str, source: Source) -> Any:
+    """An attribute of the environment or of the one that it wraps, or None; InputError when it raises."""
+    try:
+        given = (getattr(place, name, None) for place in (env, getattr(env, "unwrapped", None)))
+        return next((value for value in given if value is not None), None)
+    except (Exception, SystemExit) as error:
+        raise fault(error, source, f"the environment's {name}") from error
 
 
 def space(env: Any, kind: str, agent: Any) -> Any:

@@ -1,0 +1,219 @@
+"""Environments of other kinds as parallel ones with vectors, by the option `wrap`: `mygame:make,wrap=turns+flatten`.
+
+Does: turns AEC environments into parallel ones by PettingZoo's own wrappers, says who has the turn; flattens
+  observations; takes masks of legal actions from dictionaries or infos.
+Assumes: PettingZoo's interfaces.
+Does not: choose wrappers for people: an environment that needs one is refused with the text that asks for it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import gymnasium
+import numpy as np
+from pettingzoo import AECEnv, ParallelEnv
+from pettingzoo.utils.conversions import aec_to_parallel_wrapper, turn_based_aec_to_parallel_wrapper
+
+from codegen.errors import InputError, UnknownNameError
+from codegen.ir import FeatureSpec
+from maviper.worlds.outside.described import FLAG
+from maviper.worlds.outside.flattening import (
+    MASK,
+    ensure_small,
+    legal_names,
+    names_of,
+    parts_of,
+    specs_of,
+    unreadable,
+    vector,
+    vector_space,
+)
+from maviper.worlds.outside.single_agent import SingleAgent
+from maviper.worlds.outside.sources import WRAP, Source, attribute, space
+
+PARALLEL, TURNS, FLATTEN, MASKS = "parallel", "turns", "flatten", "masks"
+WRAPPERS = (PARALLEL, TURNS, FLATTEN, MASKS)
+SEPARATOR = "+"
+
+
+def asked_for(text: int | str) -> tuple[str, ...]:
+    """The wrappers that an option's value names; UnknownNameError for another."""
+    found = tuple(part for part in str(text).split(SEPARATOR) if part)
+    for name in found:
+        if name not in WRAPPERS:
+            raise UnknownNameError("wrapper", name, WRAPPERS, f"wrap={text}")
+    return found
+
+
+def wrapped(env: Any, text: int | str, source: Source) -> ParallelEnv:
+    """What a function made as a parallel environment, by the wrappers that `text` names. InputError where another one
+    is needed, or where no wrapper helps.
+    """
+    wrappers = asked_for(text)
+    found = _parallel(env, wrappers, source)
+    if FLATTEN in wrappers or MASKS in wrappers:
+        return Flattened(found, MASKS in wrappers, source)
+    return found
+
+
+def _parallel(env: Any, wrappers: Sequence[str], source: Source) -> ParallelEnv:
+    if isinstance(env, gymnasium.Env):
+        return SingleAgent(env, source, FLATTEN in wrappers or MASKS in wrappers)
+    if isinstance(env, AECEnv):
+        return in_parallel(env, wrappers, source)
+    if isinstance(env, ParallelEnv):
+        return env
+    what = f"the function returns a {type(env).__name__}, not a PettingZoo environment"
+    advice = "return a pettingzoo.ParallelEnv or a gymnasium.Env"
+    old = any(kind.__module__.partition(".")[0] == "gym" for kind in type(env).__mro__)
+    advice = "it is of the old package gym: shimmy.GymV26CompatibilityV0 makes it a new one" if old else advice
+    raise InputError(what, source.text, advice)
+
+
+def in_parallel(env: AECEnv, wrappers: Sequence[str], source: Source) -> ParallelEnv:
+    """An AEC environment as a parallel one; InputError where nobody said in which way, or it is not of that kind."""
+    together = bool(env.metadata.get("is_parallelizable", False))
+    if PARALLEL in wrappers and together:
+        return aec_to_parallel_wrapper(env)
+    if TURNS in wrappers:
+        return Turns(env)
+    way, by = (PARALLEL, "aec_to_parallel") if together else (TURNS, "turn_based_aec_to_parallel")
+    what = "the environment is an AEC one, in which agents take turns"
+    if PARALLEL in wrappers:
+        what += ", and it does not say that they may act at once (is_parallelizable)"
+    raise InputError(what, source.text, f"write {_with(source, way)} (pettingzoo's {by})")
+
+
+def _with(source: Source, way: str) -> str:
+    """The text that asks for the environment, its agents acting in that way."""
+    asked = {part for part in asked_for(source.options.get(WRAP, "")) if part not in (PARALLEL, TURNS)}
+    options = {**source.options, WRAP: SEPARATOR.join([way, *sorted(asked)])}
+    return Source(source.module, source.function, options).text
+
+
+class Turns(turn_based_aec_to_parallel_wrapper):  # type: ignore[misc]
+    """An AEC environment in whose steps one agent acts: the one that has the turn."""
+
+    @property
+    def acting(self) -> tuple[Any, ...]:
+        """Who acts in the next step."""
+        return (self.aec_env.agent_selection,) if self.aec_env.agents else ()
+
+
+class Flattened(ParallelEnv[Any, Any, Any]):
+    """A parallel environment whose agents observe vectors, at their end the mask of their actions where there is one.
+
+    `masks`: masks are in infos. It says about itself what `maviper.worlds.pettingzoo` reads.
+    """
+
+    def __init__(self, env: ParallelEnv, masks: bool, source: Source) -> None:
+        self.env, self.source, self.in_infos = env, source, masks
+        self.metadata, self.possible_agents = env.metadata, env.possible_agents
+        self.agents: list[Any] = []
+        named = attribute(env, "action_names", source) or {}
+        self._spaces, self._boxes, self._legal = {}, {}, {}
+        self.action_names: dict[Any, Sequence[str]] = {}
+        self.legal: dict[Any, tuple[str, ...]] = {}  # agent -> the feature that says whether an action is legal
+        self.features: dict[Any, list[FeatureSpec]] = {}
+        for agent in self.possible_agents:
+            self._add(agent, named.get(agent))
+
+    def _add(self, agent: Any, named: Sequence[str] | None) -> None:
+        whole, choices = space(self.env, "observation", agent), space(self.env, "action", agent)
+        n_actions = int(getattr(choices, "n", 0))
+        inner, masked = parts_of(whole, n_actions)
+        wrong = unreadable(inner)
+        if wrong:
+            what = f"{agent}'s observations are a {wrong}, or hold one: it has no vector of a fixed length"
+            raise InputError(what, self.source.text, "observe numbers in a row")
+        ensure_small(inner, self.source.text)
+        masked = masked or self.in_infos
+        actions = list(named or [f"action_{k}" for k in range(n_actions)])
+        box = vector_space(inner)
+        names = names_of(inner)
+        legal = legal_names([*(name for name, _ in names), *(f"legal_{each}" for each in actions)], "feature")
+        self.legal[agent] = legal[len(names) :] if masked else ()
+        self._spaces[agent], self._legal[agent] = inner, (n_actions if masked else 0)
+        self._boxes[agent] = _widened(box, self._legal[agent])
+        self.action_names[agent] = actions
+        self.features[agent] = self._own(agent, box, names) + [
+            FeatureSpec(name, FLAG, 0.0, 1.0, None) for name in self.legal[agent]
+        ]
+
+    def _own(self, agent: Any, box: Any, names: Sequence[tuple[str, str]]) -> list[FeatureSpec]:
+        """What the environment says of its features, or what follows from their space."""
+        given = attribute(self.env, "features", self.source)
+        if isinstance(given, Mapping) and len(given.get(agent, ())) == box.shape[0]:
+            return list(given[agent])
+        return specs_of(names, box)
+
+    @property
+    def unwrapped(self) -> Any:
+        """As the environment's."""
+        return self.env.unwrapped
+
+    @property
+    def acting(self) -> tuple[Any, ...]:
+        """Who acts in the next step: who has the turn, and a legal action."""
+        turn = getattr(self.env, "acting", None)
+        return tuple(agent for agent in self.agents if (turn is None or agent in turn) and agent not in self._stuck)
+
+    def observation_space(self, agent: Any) -> Any:
+        """The flattened space, [n_features]."""
+        return self._boxes[agent]
+
+    def action_space(self, agent: Any) -> Any:
+        """As the environment's."""
+        return space(self.env, "action", agent)
+
+    def reset(self, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[dict[Any, Any], Any]:
+        """Starts an episode."""
+        seen, infos = self.env.reset(seed=seed, options=options)
+        self.agents = list(self.env.agents)
+        return self._vectors(seen, infos), infos
+
+    def step(self, actions: Mapping[Any, int]) -> tuple[Any, ...]:
+        """One step: observations, rewards, terminations, truncations and infos."""
+        seen, *others, infos = self.env.step(actions)  # type: ignore[arg-type]
+        self.agents = list(self.env.agents)
+        return self._vectors(seen, infos), *others, infos
+
+    def _vectors(self, seen: Mapping[Any, Any], infos: Mapping[Any, Any]) -> dict[Any, Any]:
+        self._stuck: set[Any] = set()
+        return {agent: self._vector(agent, each, infos.get(agent, {})) for agent, each in seen.items()}
+
+    def _vector(self, agent: Any, seen: Any, info: Mapping[str, Any]) -> Any:
+        wanted = self._legal[agent]
+        given = seen
+        if isinstance(seen, Mapping):
+            given = {key: part for key, part in seen.items() if key != MASK or not wanted or self.in_infos}
+        found = np.asarray(vector(self._spaces[agent], given), np.float32)
+        if not wanted:
+            return found
+        mask = (info if self.in_infos else seen).get(MASK)
+        if mask is None and agent not in self.agents:  # its last observation
+            mask = np.zeros(wanted)
+        if mask is None or np.size(mask) != wanted:
+            what = f"{agent} has no {MASK} of {wanted} numbers in its {'infos' if self.in_infos else 'observation'}"
+            raise InputError(what, self.source.text, "give one in every reset and step, 1 where an action is legal")
+        if not np.any(mask):
+            self._stuck.add(agent)
+        return np.concatenate([found, np.ravel(mask) != 0], dtype=np.float32)
+
+    def render(self) -> Any:
+        """As the environment does."""
+        return self.env.render()
+
+    def close(self) -> None:
+        """As the environment does."""
+        self.env.close()
+
+
+def _widened(box: Any, n_flags: int) -> Any:
+    from gymnasium.spaces import Box
+
+    ends = np.zeros(n_flags, np.float32), np.ones(n_flags, np.float32)
+    low, high = (np.concatenate([end, flags]) for end, flags in zip((box.low, box.high), ends, strict=True))
+    return Box(low, high, dtype=np.float32)
