@@ -257,7 +257,8 @@ def _agent(path: str, policy: AgentPolicy, world: WorldSpec) -> Iterator[Violati
         yield Violation(f"{path}.tree", f"deeper than {MAX_DEPTH} splits")
     mask = mask_of(policy.features, policy.actions)
     for leaf in illegal_leaves(policy.tree, mask) if sound and mask else ():
-        what = f"takes '{shown(policy.actions[policy.tree.action[leaf]].name)}' where it may be illegal"
+        action = policy.actions[int(policy.tree.action[leaf])].name
+        what = f"takes '{shown(action)}' where it may be illegal"
         yield Violation(f"{path}.tree[{leaf}]", what)
     if policy.grown is not None:
         yield from _tree(f"{path}.grown", policy.grown, len(policy.features), len(policy.actions), preorder=False)

@@ -112,7 +112,7 @@ def _feature(index: int, feature: ir.FeatureSpec) -> Feature:
 
 def _action(index: int, action: ir.ActionSpec) -> Action:
     effect = None if action.effect is None else (decimal_literal(action.effect[0]), decimal_literal(action.effect[1]))
-    return Action(index, action.name, identifier(action.name).upper(), effect)
+    return Action(index, action.name, identifier(action.name).upper(), effect, identifier(action.legal_if).upper())
 
 
 def _agent(policy: ir.AgentPolicy, prefix: str, world: ir.WorldSpec) -> Agent:

@@ -47,6 +47,7 @@ class Action:
     name: str
     upper: str
     effect: tuple[str, str] | None  # the direction in which it pushes, where there is one
+    legal_if: str  # the upper-case name of the feature that is 1 where it is legal; "": it always is
 
 
 @dataclass(frozen=True)
@@ -158,6 +159,11 @@ class Agent:
     selects: bool  # whether a batch over columns evaluates every split (else it walks)
     located: bool  # whether every feature has a meaning
     force: str  # the acceleration of a unit action, length / s^2
+
+    @property
+    def masked(self) -> bool:
+        """Whether it observes which of its actions are legal, and takes no others."""
+        return any(action.legal_if for action in self.actions)
 
     @property
     def splits(self) -> int:

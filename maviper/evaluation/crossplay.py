@@ -101,12 +101,10 @@ class Uniform:
 
     def __init__(self, world: World, seeds: Sequence[int] = ()) -> None:
         self.world = world
-        self._sizes = np.array([len(choices) for choices in world.actions])
-        shape = (world.spec.episode_steps, len(self._sizes))
+        shape = (world.spec.episode_steps, len(world.agents))
         # all steps of one episode from one generator, [batch, steps, n_agents]
         drawn = [np.random.default_rng([UNIFORM_SEED, seed]).random(shape) for seed in seeds]
-        actions = (np.array(drawn).reshape(-1, *shape) * self._sizes).astype(np.int64)
-        self._steps: Iterator[Int] = iter(actions.swapaxes(0, 1))
+        self._steps: Iterator[Float64] = iter(np.array(drawn).reshape(-1, *shape).swapaxes(0, 1))
 
     def started(self, seeds: Sequence[int]) -> "Uniform":
         """One that plays the episodes `seeds` from their start."""

@@ -12,7 +12,7 @@ from maviper.experts.expert import Expert
 from maviper.experts.foreign import named
 from maviper.experts.measured import Measured
 from maviper.experts.scripted import SCRIPTS, scripted
-from maviper.experts.wrapped import Narrowed, Unweighted
+from maviper.experts.wrapped import Narrowed, Unweighted, lawful_expert
 from maviper.worlds import WORLDS, ParticleWorld, World, built_in, find
 from maviper.worlds.outside.sources import imported, named_by_user, parsed
 
@@ -31,6 +31,10 @@ def find_expert(text: str, critic: str = LEARNED, world: str | None = None, feat
     expert, played = _found(text, None if world is None else find(world))
     if features:
         expert, played = seeing(expert, played, features)
+    if critic == MEASURED and played.masked:
+        what = "Q cannot be measured where actions may be illegal: every action would be played"
+        raise InputError(what, played.name, "choose --critic learned or none")
+    expert = lawful_expert(expert, played)
     if critic == NONE:
         return Unweighted(expert), played
     measured = critic == MEASURED and not isinstance(expert, Measured)

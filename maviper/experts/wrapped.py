@@ -11,12 +11,13 @@ from typing import Any
 
 import numpy as np
 
+from codegen.errors import InputError
 from codegen.ir import Float32, Float64
 from maviper.experts import cards
-from maviper.experts.expert import Expert
+from maviper.experts.expert import AS_GIVEN, Expert
 from maviper.experts.measured import Measured
 from maviper.worlds import World
-from maviper.worlds.world import Int
+from maviper.worlds.world import Int, legal_in
 
 
 @dataclass(frozen=True)
@@ -105,6 +106,49 @@ class Unweighted(Wrapped):
         """As `Expert.q`: 0."""
         del agent, observations, state
         return np.zeros((len(given), len(joint)))
+
+
+@dataclass(frozen=True)
+class Lawful(Wrapped):
+    """An expert in a world of masks: where its action is illegal, the legal one that its Q likes best."""
+
+    world: World
+
+    def act(self, agents: Sequence[int], observations: Sequence[Float32], state: Any) -> Int:
+        """As `Controller.act`; InputError where it acts illegally and its Q cannot be asked."""
+        chosen, acting = np.array(super().act(agents, observations, state)), self.world.alive(state)
+        for place, agent in enumerate(agents):
+            mask = self.world.mask(agent)
+            if mask is None:
+                continue
+            legal = legal_in(mask, observations[agent])
+            wrong = np.flatnonzero(acting[:, agent] & ~legal[np.arange(len(legal)), chosen[:, place]])
+            if len(wrong):
+                worth = self._worth(agent, [seen[wrong] for seen in observations], state[wrong])
+                chosen[wrong, place] = np.where(legal[wrong], worth, -np.inf).argmax(axis=1)
+        return chosen
+
+    def _worth(self, agent: int, observations: Sequence[Float32], state: Any) -> Float64:
+        """Q of the agent's own actions, the others' being the expert's, [batch, n_actions]."""
+        n_agents, n_actions = len(self.agents), len(self.world.actions[agent])
+        joint = np.full((n_actions, n_agents), AS_GIVEN)
+        joint[:, agent] = np.arange(n_actions)
+        given = super().act(range(n_agents), observations, state)
+        try:
+            return self.expert.q(agent, observations, state, joint, given)
+        except (NotImplementedError, InputError):
+            what = f"the expert takes illegal actions for {self.agents[agent]}, and has no Q to choose another by"
+            raise InputError(what, self.world.name, "let it read the mask, the last features it observes") from None
+
+
+def lawful_expert(expert: Expert, world: World) -> Expert:
+    """The expert, taking legal actions only where a world has masks."""
+    inner = expert
+    while isinstance(inner, Wrapped):
+        if isinstance(inner, Lawful):
+            return expert
+        inner = inner.expert
+    return Lawful(expert, world) if world.masked else expert
 
 
 def critic_of(expert: Expert) -> str:

@@ -13,6 +13,7 @@ from codegen.errors import InputError, UnknownNameError
 from codegen.ir import GrownTree
 from maviper.episodes.trees import agent_policies
 from maviper.experts.expert import Expert
+from maviper.experts.wrapped import lawful_expert
 from maviper.extraction import dagger, fitted_q, rgmdt
 from maviper.extraction.bundles import AGENT, FITTED_Q, IMITATION, IVIPER, RGMDT, TEAM, VIPER, grouped
 from maviper.extraction.examples import NO_EXAMPLES, Examples
@@ -44,6 +45,7 @@ def extract(
     world, settings = settings.judged(world), replace(settings, measure=settings.measure_in(world))
     refine.check(settings)
     check(world, settings, examples)
+    expert = lawful_expert(expert, world)
     agents = [_agent(world, settings)] if settings.algorithm == VIPER else list(range(len(world.agents)))
     asked = Extraction(world, expert, settings, journal, examples)
     chosen, facts = _iterates(asked, agents, running)
@@ -66,10 +68,28 @@ def _agent(world: World, settings: Settings) -> int:
 def check(world: World, settings: Settings, examples: Examples) -> None:
     """InputError where the algorithm cannot learn from examples, or the preset's weight is beyond computing."""
     released.check(world, settings)
+    _check_masks(world, settings)
     learns = {FITTED_Q: "rewards", RGMDT: "the expert's Q"}.get(settings.algorithm)
     if len(examples) and learns:
         what = f"{settings.algorithm} learns from {learns}, not from labelled states"
         raise InputError(what, "--counterexamples", "choose another --algorithm, or leave them out")
+
+
+def _check_masks(world: World, settings: Settings) -> None:
+    """InputError for what does not know that actions may be illegal, or has no room to make sure that they are not."""
+    if not world.masked:
+        return
+    where, advice = f"{world.name}: its actions have masks", "leave it out"
+    if settings.algorithm in (FITTED_Q, RGMDT):
+        raise InputError(f"{settings.algorithm} takes no heed of illegal actions", where, "choose another --algorithm")
+    if settings.preset == RELEASED:
+        raise InputError("the authors' code takes no heed of illegal actions", where, "choose another --preset")
+    if settings.refinement:
+        raise InputError("refinement takes no heed of illegal actions", f"{where} (--refinement-episodes)", advice)
+    for agent, choices in zip(world.agents, world.actions, strict=True):
+        if settings.max_depth + len(choices) - 1 > ir.MAX_DEPTH:
+            what = f"{agent} has {len(choices)} actions: with tests of their mask a tree may be too deep"
+            raise InputError(what, where, f"depth and actions together may be {ir.MAX_DEPTH + 1}")
 
 
 Iterates = tuple[list[list[GrownTree]], dict[str, int]]

@@ -20,9 +20,11 @@ from maviper.extraction.dataset import Dataset, Met, collect, resample
 from maviper.extraction.examples import counts_of
 from maviper.extraction.extraction import Extraction
 from maviper.extraction.growth.growing import Growth
+from maviper.extraction.growth.lawful import Labelled, lawful
 from maviper.extraction.growth.weights import iviper_weights, maviper_weights
 from maviper.extraction.journal import Arrays, packed, unpacked
 from maviper.extraction.selection.selection import Selection
+from maviper.extraction.selection.stack import merged
 from maviper.extraction.settings import Settings
 from maviper.worlds import World
 from maviper.worlds.world import Int
@@ -168,9 +170,17 @@ def grow_teams(
     for members in grouped(world, TEAM, agents):
         kept: list[float] = []
         grown = growth.team(members, data, counts, seeds, settings.votes_of(len(members)), kept)
-        trees |= dict(zip(members, grown, strict=True))
+        trees |= {agent: _lawful(world, data, agent, tree) for agent, tree in zip(members, grown, strict=True)}
         shares[world.team_of(world.agents[members[0]])] = float(np.mean(kept))
     return [trees[agent] for agent in agents], shares
+
+
+def _lawful(world: World, data: Dataset, agent: int, tree: GrownTree) -> GrownTree:
+    """An agent's tree as it may play: with legal actions only."""
+    mask, alive = world.mask(agent), data.alive[:, agent]
+    if mask is None:
+        return tree
+    return lawful(merged(tree), mask, Labelled(data.observations[agent][alive], data.labels[alive, agent]))
 
 
 def _drawn(column: Float64, alive: ir.Bool, settings: Settings, rng: np.random.Generator) -> Int:

@@ -229,12 +229,14 @@ def _by_copy(copy: Copy, seed: int, actions: Sequence[list[int]]) -> list[Outcom
 
 def _by_world(world: PettingZooWorld, seed: int, actions: Sequence[list[int]]) -> list[Outcome]:
     """By the world's own copy, in whatever process that lives."""
+    sizes = [len(choices) for choices in world.actions]
     state, found = world.start_from_seeds([seed]), []
     for acted in [*actions, None]:
         others = (part[0].tolist() for part in (state.rewards, state.done, state.terminated, state.acting))
         found.append(Outcome([seen[0] for seen in state.observations], *others))
         if acted is not None:
-            state = world.step(state, world.drawn(range(len(acted)), state.observations, np.array([acted])))
+            drawn = world.drawn(range(len(acted)), state.observations, (np.array([acted]) + 0.5) / sizes)
+            state = world.step(state, drawn)
     return found
 
 

@@ -65,17 +65,18 @@ class EnvStates:
     def __getitem__(self, rows: Any) -> "EnvStates":
         observations = tuple(seen[rows] for seen in self.observations)
         pasts = None if self.pasts is None else self.pasts[rows]
-        others = (each[rows] for each in (self.rewards, self.done, self.terminated, self.acting))
-        return EnvStates(observations, *others, pasts=pasts)
+        ends = self.done[rows], self.terminated[rows], self.acting[rows]
+        return EnvStates(observations, self.rewards[rows], *ends, pasts=pasts)
 
     @staticmethod
     def joined(states: Sequence["EnvStates"]) -> "EnvStates":
         """Several batches as one, in their order."""
         observations = zip(*(state.observations for state in states), strict=True)
-        others = zip(*((state.rewards, state.done, state.terminated, state.acting) for state in states), strict=True)
+        parts = zip(*((state.rewards, state.done, state.terminated, state.acting) for state in states), strict=True)
+        rewards, done, terminated, acting = map(np.concatenate, parts)
         known = [state.pasts for state in states if state.pasts is not None]
         pasts = np.concatenate(known) if len(known) == len(states) else None
-        return EnvStates(tuple(map(np.concatenate, observations)), *map(np.concatenate, others), pasts=pasts)
+        return EnvStates(tuple(map(np.concatenate, observations)), rewards, done, terminated, acting, pasts=pasts)
 
 
 class PettingZooWorld(World):
@@ -220,8 +221,8 @@ class PettingZooWorld(World):
 
 def _states(outcomes: Sequence[Outcome]) -> EnvStates:
     observations = zip(*(outcome.observations for outcome in outcomes), strict=True)
-    others = zip(*(outcome[1:] for outcome in outcomes), strict=True)
-    return EnvStates(tuple(map(np.array, observations)), *map(np.array, others))
+    rewards, done, terminated, acting = map(np.array, zip(*(outcome[1:] for outcome in outcomes), strict=True))
+    return EnvStates(tuple(map(np.array, observations)), rewards, done, terminated, acting)
 
 
 def user_world(text: str) -> PettingZooWorld:

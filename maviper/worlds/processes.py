@@ -109,7 +109,7 @@ class Copy:
         """Legal actions in place of drawn ones, agent by agent, after an outcome."""
         found = zip(self.masks, seen.observations, drawn, strict=True)
         return [
-            action if mask is None else int(drawn_legally(mask, obs[None], np.array([action]))[0])
+            action if mask is None else int(drawn_legally(mask, obs[None], np.array([(action + 0.5) / len(mask)]))[0])
             for mask, obs, action in found
         ]
 

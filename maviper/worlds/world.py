@@ -62,15 +62,14 @@ def legal_in(mask: Mask, obs: Float32) -> Bool:
     return np.stack(columns, axis=1)
 
 
-def drawn_legally(mask: Mask, obs: Float32, drawn: Int) -> Int:
-    """Legal actions in place of drawn ones, [batch], all of them as likely as one another; the draw where none is.
-    `obs`: [batch, n_features].
+def drawn_legally(mask: Mask, obs: Float32, uniform: Float64) -> Int:
+    """A legal action in each observation, [batch], all of them as likely as one another; any where none is legal.
+    `obs`: [batch, n_features]; `uniform`: [batch] in [0, 1), the draws.
     """
     legal = legal_in(mask, obs)
-    count = legal.sum(axis=1)
+    legal |= ~legal.any(axis=1, keepdims=True)
     order = np.argsort(~legal, axis=1, kind="stable")  # the legal ones first
-    chosen = order[np.arange(len(obs)), drawn % np.maximum(count, 1)]
-    return np.where(count > 0, chosen, drawn)
+    return order[np.arange(len(obs)), (uniform * legal.sum(axis=1)).astype(np.int64)]
 
 
 def world_name(spec: WorldSpec) -> str:
@@ -117,13 +116,15 @@ class World(ABC):
         """The features that tell which actions of an agent are legal; None: all are, always."""
         return mask_of(self.features[agent], self.actions[agent])
 
-    def drawn(self, agents: Sequence[int], observations: Sequence[Float32], drawn: Int) -> Int:
-        """Legal actions in place of those drawn for some agents, [batch, len(agents)]; see `drawn_legally`."""
-        masks = [self.mask(agent) for agent in agents]
-        columns = [
-            column if mask is None else drawn_legally(mask, observations[agent], column)
-            for agent, mask, column in zip(agents, masks, drawn.T, strict=True)
-        ]
+    def drawn(self, agents: Sequence[int], observations: Sequence[Float32], uniform: Float64) -> Int:
+        """Random actions of some agents, [batch, len(agents)], legal ones where they have masks. `uniform`: the draws,
+        of the same shape, in [0, 1).
+        """
+        columns = []
+        for agent, draws in zip(agents, uniform.T, strict=True):
+            mask = self.mask(agent)
+            free = (draws * len(self.actions[agent])).astype(np.int64)
+            columns.append(free if mask is None else drawn_legally(mask, observations[agent], draws))
         return np.stack(columns, axis=1)
 
     @property

@@ -3,7 +3,8 @@
 Does: the paper's weights of MAVIPER and IVIPER from an expert's Q, for centralized critics and for value networks.
 Assumes: the expert acts greedily, so that V is Q at the expert's joint action.
 Does not: average over every joint action where there are too many: beyond MAX_JOINT a fixed sample stands for them;
-  weigh states in which the agent no longer acts (0), or average over the actions of others who no longer do.
+  weigh states in which the agent no longer acts (0), or average over the actions of others who no longer do; look at
+  what illegal actions are worth.
 """
 
 from collections.abc import Iterator, Sequence
@@ -15,7 +16,7 @@ import numpy as np
 from codegen.ir import Bool, Float32, Float64
 from maviper.experts.expert import AS_GIVEN, Expert
 from maviper.worlds import World
-from maviper.worlds.world import Int
+from maviper.worlds.world import Int, legal_in
 
 ROWS_AT_ONCE = 25_600  # bounds the memory: states x joint actions, each with a row of hidden units
 MAX_JOINT = 625  # joint actions of others that are enumerated
@@ -81,8 +82,29 @@ def _weight(
             q = expert.q(agent, [seen[part] for seen in observations], state[part], joint, labels[part])
             by_own = q.reshape(len(q), n_own, -1)  # the agent's own action varies slowest
             chosen = np.take_along_axis(by_own, labels[part][:, agent, None, None], axis=1)[:, 0]
-            weights[part] = (chosen - by_own.min(axis=1)).mean(axis=1)
+            seen = [obs[part] for obs in observations]
+            least = np.where(_legal(world, agent, seen)[..., None], by_own, np.inf).min(axis=1)
+            theirs = joint[: by_own.shape[2]]  # joint actions of the others
+            weights[part] = _mean(world, chosen - least, playing if expert.centralized else [], seen, theirs)
     return weights
+
+
+def _legal(world: World, agent: int, observations: Sequence[Float32]) -> Bool:
+    """Which of an agent's actions are legal in each state, [n, n_actions]."""
+    mask = world.mask(agent)
+    if mask is None:
+        return np.ones((len(observations[agent]), len(world.actions[agent])), dtype=bool)
+    return legal_in(mask, observations[agent])
+
+
+def _mean(world: World, values: Float64, others: list[int], observations: Sequence[Float32], joint: Int) -> Float64:
+    """The mean of values [n, n_joint] over the joint actions of others that are legal, [n]; over all where none is."""
+    masked = [other for other in others if world.mask(other) is not None]
+    if not masked:
+        return values.mean(axis=1)
+    legal = np.all([_legal(world, other, observations)[:, joint[:, other]] for other in masked], axis=0)
+    legal |= ~legal.any(axis=1, keepdims=True)
+    return np.where(legal, values, 0).sum(axis=1) / legal.sum(axis=1)
 
 
 def parts(rows: slice | Int, count: int, at_once: int) -> Iterator[slice | Int]:

@@ -1,7 +1,7 @@
 """Environments of other kinds as parallel ones with vectors, by the option `wrap`: `mygame:make,wrap=turns+flatten`.
 
 Does: turns AEC environments into parallel ones by PettingZoo's own wrappers, says who has the turn; flattens
-  observations; takes masks of legal actions from dictionaries or infos.
+  observations; takes masks of legal actions from dictionaries or infos; makes each agent a team of its own.
 Assumes: PettingZoo's interfaces.
 Does not: choose wrappers for people: an environment that needs one is refused with the text that asks for it.
 """
@@ -33,8 +33,8 @@ from maviper.worlds.outside.flattening import (
 from maviper.worlds.outside.single_agent import SingleAgent
 from maviper.worlds.outside.sources import WRAP, Source, attribute, space
 
-PARALLEL, TURNS, FLATTEN, MASKS = "parallel", "turns", "flatten", "masks"
-WRAPPERS = (PARALLEL, TURNS, FLATTEN, MASKS)
+PARALLEL, TURNS, FLATTEN, MASKS, RIVALS = "parallel", "turns", "flatten", "masks", "rivals"
+WRAPPERS = (PARALLEL, TURNS, FLATTEN, MASKS, RIVALS)
 SEPARATOR = "+"
 
 
@@ -54,7 +54,9 @@ def wrapped(env: Any, text: int | str, source: Source) -> ParallelEnv:
     wrappers = asked_for(text)
     found = _parallel(env, wrappers, source)
     if FLATTEN in wrappers or MASKS in wrappers:
-        return Flattened(found, MASKS in wrappers, source)
+        found = Flattened(found, MASKS in wrappers, source)
+    if RIVALS in wrappers:
+        found.teams = {agent: [agent] for agent in found.possible_agents}  # type: ignore[attr-defined]
     return found
 
 

@@ -1,0 +1,157 @@
+"""AEC environments, dictionaries and masks as worlds, against what the libraries' own environments say."""
+
+import gymnasium
+import numpy as np
+import pytest
+from pettingzoo.classic.tictactoe import tictactoe
+
+from codegen.errors import InputError
+from maviper.cli import main
+from maviper.episodes.play import rollout
+from maviper.evaluation.crossplay import Uniform
+from maviper.worlds import find
+from maviper.worlds.checking import check, usable
+from maviper.worlds.outside.flattening import names_of
+from maviper.worlds.seeds import folded
+
+TICTACTOE = "pettingzoo.classic.tictactoe.tictactoe:env,wrap=flatten+turns"
+
+
+def test_tictactoe_is_played_as_pettingzoo_plays_it():
+    """Move by move, in PettingZoo's own order of turns; observations flattened as Gymnasium flattens them."""
+    world = find(TICTACTOE)
+    names = [feature.name for feature in world.features[0]]
+    assert names[:3] == ["observation_0_0_0", "observation_0_0_1", "observation_0_1_0"]
+    assert names[18:20] == ["legal_action_0", "legal_action_1"] and len(names) == 27
+    assert [action.legal_if for action in world.actions[0]] == names[18:]
+    (played,) = rollout(world, [Uniform(world, [7])] * 2, [7])
+    theirs = tictactoe.env()
+    theirs.reset(seed=7)
+    over = False
+    for step, acted in enumerate(played.actions[:, 0]):
+        assert not over
+        mover = theirs.possible_agents.index(theirs.agent_selection)
+        assert played.alive[step, 0].tolist() == [mover == 0, mover == 1]
+        for place, agent in enumerate(theirs.possible_agents):
+            seen = theirs.observe(agent)
+            wanted = np.concatenate([seen["observation"].ravel(), seen["action_mask"]])
+            assert np.array_equal(played.observations[place][step, 0], wanted)
+        theirs.step(int(acted[mover]))
+        over = any(theirs.terminations.values())
+    assert over
+    assert played.returns[:, 0].tolist() == [theirs._cumulative_rewards[each] for each in theirs.possible_agents]
+    world.close()
+
+
+def test_one_team_or_rivals():
+    assert dict(find(TICTACTOE).teams) == {"player": ("player_1", "player_2")}
+    assert dict(find(f"{TICTACTOE}+rivals").teams) == {"player_1": ("player_1",), "player_2": ("player_2",)}
+
+
+def test_those_who_may_act_at_once_do():
+    world = find("pettingzoo.classic.rps.rps:env,wrap=parallel+flatten,max_cycles=4")
+    assert world.spec.episode_steps == 4
+    assert [feature.name for feature in world.features[0]] == ["is_0", "is_1", "is_2", "is_3"]
+    state = world.start_from_seeds([0])
+    state = world.step(state, np.array([[0, 1]]))  # paper beats rock
+    assert world.alive(state).all() and world.rewards(state).tolist() == [[-1.0, 1.0]]
+    assert world.observe(state)[0].tolist() == [[0, 1, 0, 0]]
+    world.close()
+
+
+def test_masks_in_infos_are_observed():
+    """Taxi says in `info` which moves change anything."""
+    world = find("gymnasium:Taxi-v4,wrap=masks")
+    state = world.start_from_seeds([3])
+    env = gymnasium.make("Taxi-v4")
+    _, info = env.reset(seed=folded(3))
+    assert len(world.features[0]) == 506
+    for _ in range(20):
+        obs = world.observe(state)[0]
+        assert obs[0, 500:].tolist() == info["action_mask"].tolist()
+        action = int(np.flatnonzero(info["action_mask"])[-1])
+        state = world.step(state, np.array([[action]]))
+        *_, info = env.step(action)
+
+
+def test_agents_that_die_take_no_part_and_the_others_go_on():
+    """Knights, archers and zombies: a knight can be eaten while the archers play on."""
+    game = "pettingzoo.butterfly.knights_archers_zombies.knights_archers_zombies:parallel_env"
+    world = find(f"{game},max_cycles=400,wrap=flatten")
+    assert len(world.features[0]) == 27 * 5 and world.features[0][5].name == "feature_1_0"
+    eaten = 0
+    for seed in range(4):
+        state, alive = world.start_from_seeds([seed]), []
+        while world.alive(state).any() and len(alive) < 400:
+            alive.append(world.alive(state)[0])
+            state = world.step(state, np.zeros((1, 4), int))
+            assert not world.rewards(state)[0, ~alive[-1]].any()
+        counts = np.sum(alive, axis=1)
+        assert counts[0] == 4 and (np.diff(counts) <= 0).all()
+        eaten += 0 < counts[-1] < 4
+    assert eaten  # the environment's zombies do not follow from its seed alone
+    world.close()
+
+
+@pytest.mark.parametrize(
+    ("space", "names"),
+    [
+        (
+            gymnasium.spaces.Dict({"speed": gymnasium.spaces.Box(-1, 1, (1,)), "seat": gymnasium.spaces.Discrete(2)}),
+            ["seat_is_0", "seat_is_1", "speed"],
+        ),
+        (
+            gymnasium.spaces.Tuple((gymnasium.spaces.MultiBinary(2), gymnasium.spaces.Box(0, 1, (2,)))),
+            ["part_0_0", "part_0_1", "part_1_0", "part_1_1"],
+        ),
+        (gymnasium.spaces.MultiDiscrete([2, 3]), ["0_is_0", "0_is_1", "1_is_0", "1_is_1", "1_is_2"]),
+        (
+            gymnasium.spaces.Dict({"arm": gymnasium.spaces.Dict({"x y": gymnasium.spaces.Box(0, 1, (2,))})}),
+            ["arm_x_y_0", "arm_x_y_1"],
+        ),
+    ],
+)
+def test_every_number_of_a_flattened_space_has_a_name_of_its_own(space, names):
+    found = [name for name, _ in names_of(space)]
+    assert found == [name if name[0].isalpha() else f"feature_{name}" for name in names]
+    assert len(found) == gymnasium.spaces.flatten_space(space).shape[0]
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("pettingzoo.classic.tictactoe.tictactoe:env", ["AEC", "wrap=turns", "turn_based_aec_to_parallel"]),
+        (
+            "pettingzoo.classic.tictactoe.tictactoe:env,wrap=parallel+flatten",
+            ["is_parallelizable", "wrap=turns+flatten"],
+        ),
+        ("pettingzoo.classic.rps.rps:env", ["wrap=parallel", "aec_to_parallel"]),
+        ("pettingzoo.classic.tictactoe.tictactoe:env,wrap=turns", ["is a Dict, not a Box", "wrap=flatten"]),
+        ("pettingzoo.classic.tictactoe.tictactoe:env,wrap=turn", ["unknown wrapper 'turn'", "did you mean 'turns'"]),
+        ("pettingzoo.classic.rps.rps:env,wrap=parallel+masks", ["no action_mask of 3 numbers in its infos"]),
+        ("gymnasium:Blackjack-v1", ["Tuple", "wrap=flatten"]),
+        ("gymnasium:CartPole-v1,wrap=masks", ["no action_mask of 2 numbers"]),
+        ("tests.environments:walker,shows=picture,wrap=flatten", ["4,800 numbers"]),
+        ("tests.environments:walker,shows=words,wrap=flatten", ["are a Text", "numbers in a row"]),
+    ],
+)
+def test_what_is_refused_and_the_way_out(name, said):
+    with pytest.raises(InputError) as caught:
+        find(name).start_from_seeds([0])
+    assert all(part in str(caught.value) for part in said), str(caught.value)
+
+
+def test_single_agents_with_tuples_and_dictionaries_are_flattened():
+    world = find("gymnasium:Blackjack-v1,wrap=flatten,max_steps=20")
+    assert [world.features[0][place].name for place in (0, 32, 43)] == ["part_0_is_0", "part_1_is_0", "part_2_is_0"]
+    assert find("tests.environments:walker,shows=parts,wrap=flatten").features[0][0].name == "x"
+
+
+def test_commands_take_the_option(capsys):
+    findings = check(TICTACTOE)
+    assert usable(findings) and any("repeats" in str(finding) for finding in findings)
+    assert main.run(["worlds", "show", TICTACTOE]) == 0
+    out = capsys.readouterr().out
+    assert "legal_action_8" in out and "0 or 1 [0, 1]" in out
+    assert main.run(["train", TICTACTOE, "-o", "nowhere"]) == 2
+    assert "no training here knows that actions may be illegal" in capsys.readouterr().err
