@@ -126,6 +126,7 @@ def extract(
     weights: str | None = None,
     least_right: str | None = None,
     selection_by: str | None = None,
+    share: str | None = None,
     max_leaves: int | None = None,
     explore: float = 0.0,
     critic: str = "learned",
@@ -144,7 +145,8 @@ def extract(
     instead of the other counts. `measure`: what teams are judged by. `rollouts_by` (agent, team, all, experts),
     `weights` (own, averaged, equal), `least_right` (N, N-1, a number or a share of a team of N) and `selection_by`
     (agent, team, all): as the algorithm's name says, unless given. `explore`: fitted-q's share of uniform actions.
-    `max_leaves`: of each tree. `counterexamples`: files of `maviper verify -o` to learn from. InputError: a wrong name.
+    `share`: `team` for one tree per team. `max_leaves`: of each tree. `counterexamples`: files of `maviper verify -o`
+    to learn from. InputError: a wrong name.
     """
     from pathlib import Path
 
@@ -156,7 +158,7 @@ def extract(
     episodes = (max_episodes, iterations, rollouts, patience, selection, selection_episodes, refinement_episodes)
     parts = (rollouts_by, weights, least_right, selection_by)
     asked = ExtractOptions(
-        *trees, *episodes, measure, *parts, max_leaves, explore, critic, world, paths, seed, seeds, jobs, resume
+        *trees, *episodes, measure, *parts, share, max_leaves, explore, critic, world, paths, seed, seeds, jobs, resume
     )
     return extracted(str(expert), None if output is None else Path(output), asked, Console(quiet=True))
 

@@ -240,6 +240,13 @@ def described():
     return env
 
 
+def unequal():
+    """One team, whose agents observe numbers in other units."""
+    env = described()
+    env.teams = {"all": env.possible_agents}
+    return env
+
+
 def misdescribed():
     env = described()
     env.features["runner_1"][0] = FeatureSpec("place", "length", -1.0, 1.0, Meaning(((1, "runer_1.x"),)))

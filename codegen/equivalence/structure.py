@@ -52,7 +52,7 @@ def faults(header: str, profile: ir.PolicyProfile, model: Model) -> dict[str, li
         name = f"{model.prefix}_{agent.lower}"
         problems = _shapes(numbers, policy, name.upper())
         for suffix, check in (("act", act_faults), ("act_columns", _columns)):
-            function = functions.get(f"{name}_{suffix}")
+            function = followed(functions, f"{name}_{suffix}")
             if function is None:
                 problems.append(f"there is no function {name}_{suffix}")
                 continue
@@ -62,6 +62,29 @@ def faults(header: str, profile: ir.PolicyProfile, model: Model) -> dict[str, li
                 problems.append(f"{suffix}: not of the form that is proved ({error})")
         found[policy.agent] = problems
     return found
+
+
+def followed(functions: Mapping[str, Any], name: str) -> Any:
+    """The function of that name, or the one that it does nothing but call, with its own parameters in their order: how
+    agents that share a tree share its code. None where there is no such function.
+    """
+    passed: set[str] = set()
+    while name in functions and name not in passed:
+        passed.add(name)
+        items = [item for item in functions[name].body.block_items or [] if not is_void(item)]
+        call = getattr(items[0], "expr", items[0]) if len(items) == 1 else None
+        if not isinstance(call, c_ast.FuncCall) or not isinstance(call.name, c_ast.ID):
+            return functions[name]
+        declared, name = functions[name].decl.type, call.name.name
+        given = [item.name if isinstance(item, c_ast.ID) else "" for item in call.args.exprs]
+        alike = name in functions and _signature(functions[name].decl.type) == _signature(declared)
+        if given != [each.name for each in declared.args.params] or not alike:
+            return None
+    return None
+
+
+def _signature(declared: Any) -> list[str]:
+    return [_text(declared.args), " ".join(declared.type.type.names)]
 
 
 def plain(header: str) -> str:

@@ -20,7 +20,7 @@ import numpy as np
 from pycparser import CParser, c_ast, c_generator
 from pycparser.c_parser import ParseError
 
-from codegen.equivalence.structure import TYPES, enumerators, odd_lines, plain
+from codegen.equivalence.structure import TYPES, enumerators, followed, odd_lines, plain
 from codegen.floats import neighbour
 
 MAX_STEPS = 1_000_000  # statements run for one function, on all its paths together
@@ -113,7 +113,9 @@ class Header:
         """
         if name not in self.functions:
             raise Unreadable(f"there is no function {name}")
-        function = self.functions[name]
+        function = followed(self.functions, name)
+        if function is None:
+            raise Unreadable(f"{name} calls another function in another way")
         try:
             if _text(function.decl.type.type.type) != "int" or _text(function.decl.type.args) != SHAPE:
                 raise Unreadable(f"{name} is not int {name}({SHAPE})")

@@ -7,7 +7,8 @@ Does not: write text of any language, or change a decision.
 
 import re
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -68,7 +69,7 @@ def lower(profile: ir.PolicyProfile, prefix: str | None = None, style: str = AUT
         preset=profile.provenance.preset,
         seed=profile.provenance.seed,
         style=_automatic(profile) if style == AUTO else style,
-        agents=tuple(_agent(policy, prefix, profile.world) for policy in profile.agents),
+        agents=_sharing(profile, [_agent(policy, prefix, profile.world) for policy in profile.agents]),
         region=None if profile.region is None else _region(profile.region),
         places=_places(profile, names),
         dt=decimal_literal(profile.world.dt),
@@ -140,6 +141,18 @@ def _agent(policy: ir.AgentPolicy, prefix: str, world: ir.WorldSpec) -> Agent:
         located=all(feature.terms is not None for feature in features),
         force=decimal_literal(next((each.force for each in world.agents if each.name == policy.agent), 0.0)),
     )
+
+
+def _sharing(profile: ir.PolicyProfile, agents: Sequence[Agent]) -> tuple[Agent, ...]:
+    """The agents, each with the first one that has the same tree over as many features and actions."""
+    first: dict[tuple[object, ...], Agent] = {}
+    found: list[Agent] = []
+    for policy, agent in zip(profile.agents, agents, strict=True):
+        tree = policy.tree
+        arrays = (tree.feature, tree.threshold, tree.left, tree.right, tree.action)
+        same = first.setdefault((len(agent.features), len(agent.actions), *(each.tobytes() for each in arrays)), agent)
+        found.append(agent if same is agent else replace(agent, twin=same.names))
+    return tuple(found)
 
 
 def _region(region: RegionSpec) -> Region:

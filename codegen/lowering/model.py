@@ -159,6 +159,7 @@ class Agent:
     selects: bool  # whether a batch over columns evaluates every split (else it walks)
     located: bool  # whether every feature has a meaning
     force: str  # the acceleration of a unit action, length / s^2
+    twin: AgentNames | None = None  # of the first agent that has the same tree, where this is not the first
 
     @property
     def masked(self) -> bool:

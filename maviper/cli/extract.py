@@ -53,6 +53,13 @@ RENAMED = {"--budget": "--max-episodes", "--refinement": "--refinement-episodes"
     section=WHAT,
     help="Leaves of each tree, grown best first; not where members vote.",
 )
+@option(
+    "--share",
+    default=None,
+    metavar="WHO",
+    section=WHAT,
+    help="team: one tree for all agents of a team, whose spaces must be equal.",
+)
 @option("--agent", default=None, metavar="NAME", section=WHAT, help="The agent to extract, for viper.")
 @option("--splits", default=None, metavar="NAME", section=WHAT, help="exact or histogram (default: the preset's).")
 @option(

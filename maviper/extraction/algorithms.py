@@ -69,6 +69,7 @@ def check(world: World, settings: Settings, examples: Examples) -> None:
     """InputError where the algorithm cannot learn from examples, or the preset's weight is beyond computing."""
     released.check(world, settings)
     _check_masks(world, settings)
+    _check_shared(world, settings)
     learns = {FITTED_Q: "rewards", RGMDT: "the expert's Q"}.get(settings.algorithm)
     if len(examples) and learns:
         what = f"{settings.algorithm} learns from {learns}, not from labelled states"
@@ -90,6 +91,23 @@ def _check_masks(world: World, settings: Settings) -> None:
         if settings.max_depth + len(choices) - 1 > ir.MAX_DEPTH:
             what = f"{agent} has {len(choices)} actions: with tests of their mask a tree may be too deep"
             raise InputError(what, where, f"depth and actions together may be {ir.MAX_DEPTH + 1}")
+
+
+def _check_shared(world: World, settings: Settings) -> None:
+    """InputError where the agents of a team cannot share a tree, since what they observe or do differs."""
+    for team in world.teams if settings.share else ():
+        first, *others = world.members(team)
+        for other in others:
+            if _space(world, other) != _space(world, first):
+                what = f"{world.agents[first]} and {world.agents[other]} cannot share a tree"
+                where = f"--share: {world.name}: team {team}: they differ in features' number or units, or in actions"
+                raise InputError(what, where, "leave --share out, or make their spaces equal")
+
+
+def _space(world: World, agent: int) -> tuple[object, ...]:
+    """What must be equal of agents that share a tree: features by place, whatever they are called, and actions."""
+    units = [feature.unit for feature in world.features[agent]]
+    return units, [(action.name, action.effect) for action in world.actions[agent]], world.mask(agent)
 
 
 Iterates = tuple[list[list[GrownTree]], dict[str, int]]

@@ -18,6 +18,7 @@ DESCRIBED = {RGMDT: "after the description in arXiv 2410.16517"}
 JOINT = (MAVIPER, NO_PREDICTION, IVIPER_RESAMPLING)  # the trees of all agents come from the same episodes
 
 AGENT, TEAM, ALL = "agent", "team", "all"  # who plays, or is chosen, together
+NOTHING, SHARES = "", ("", TEAM)  # for whom there is one tree
 EXPERTS = "experts"  # no tree plays while data are collected
 ROLLOUTS_BY, SELECTION_BY = (EXPERTS, AGENT, TEAM, ALL), (AGENT, TEAM, ALL)
 OWN, AVERAGED, EQUAL = "own", "averaged", "equal"
@@ -52,9 +53,14 @@ RUNGS: dict[str, dict[str, str]] = {
 }
 
 
-def bundle(algorithm: str, selection: str) -> dict[str, str]:
-    """The settings that an algorithm's name stands for. `selection`: how an iterate is chosen."""
-    return {"selection_by": CHOSEN_BY[selection], **BUNDLES[algorithm]}
+def bundle(algorithm: str, selection: str, share: str = NOTHING) -> dict[str, str]:
+    """The settings that an algorithm's name stands for. `selection`: how an iterate is chosen; `share`: members of a
+    team that share a tree play and choose together, where each would do so alone.
+    """
+    found = {"selection_by": CHOSEN_BY[selection], **BUNDLES[algorithm]}
+    if share == TEAM:
+        found |= {name: TEAM for name in ("rollouts_by", "selection_by") if found[name] == AGENT}
+    return found
 
 
 def grouped(world: World, by: str, agents: Sequence[int]) -> list[list[int]]:

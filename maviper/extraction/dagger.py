@@ -19,7 +19,7 @@ from maviper.extraction.bundles import ALL, EQUAL, EXPERTS, OWN, TEAM, grouped
 from maviper.extraction.dataset import Dataset, Met, collect, resample
 from maviper.extraction.examples import counts_of
 from maviper.extraction.extraction import Extraction
-from maviper.extraction.growth.growing import Growth
+from maviper.extraction.growth.growing import Growth, pooled
 from maviper.extraction.growth.lawful import Labelled, lawful
 from maviper.extraction.growth.weights import iviper_weights, maviper_weights
 from maviper.extraction.journal import Arrays, packed, unpacked
@@ -170,17 +170,23 @@ def grow_teams(
     for members in grouped(world, TEAM, agents):
         kept: list[float] = []
         grown = growth.team(members, data, counts, seeds, settings.votes_of(len(members)), kept)
-        trees |= {agent: _lawful(world, data, agent, tree) for agent, tree in zip(members, grown, strict=True)}
+        trees |= dict(zip(members, _legally(world, data, members, grown), strict=True))
         shares[world.team_of(world.agents[members[0]])] = float(np.mean(kept))
     return [trees[agent] for agent in agents], shares
 
 
-def _lawful(world: World, data: Dataset, agent: int, tree: GrownTree) -> GrownTree:
-    """An agent's tree as it may play: with legal actions only."""
-    mask, alive = world.mask(agent), data.alive[:, agent]
-    if mask is None:
-        return tree
-    return lawful(merged(tree), mask, Labelled(data.observations[agent][alive], data.labels[alive, agent]))
+def _legally(world: World, data: Dataset, members: Sequence[int], trees: Sequence[GrownTree]) -> list[GrownTree]:
+    """The trees of a team as they may play: with legal actions only. Those who share a tree still do."""
+    found: list[GrownTree] = []
+    for agent, tree in zip(members, trees, strict=True):
+        mask, sharing = world.mask(agent), [other for other, its in zip(members, trees, strict=True) if its is tree]
+        if mask is None or sharing[0] != agent:
+            found.append(tree if mask is None else found[members.index(sharing[0])])
+            continue
+        points = pooled(data, sharing, data.alive.T)
+        known = Labelled(points.obs[points.alive], points.labels[points.alive])
+        found.append(lawful(merged(tree), mask, known))
+    return found
 
 
 def _drawn(column: Float64, alive: ir.Bool, settings: Settings, rng: np.random.Generator) -> Int:

@@ -70,6 +70,7 @@ class ExtractOptions:
     weights: str | None = None  # own, averaged, equal
     least_right: str | None = None  # right predictions that a point needs: N, N-1, a number, a share
     selection_by: str | None = None  # for whom one round is chosen: agent, team, all
+    share: str | None = None  # who shares a tree: the agents of a team
     max_leaves: int | None = None  # of each tree
     explore: float = 0.0  # Fitted Q's share of uniform actions
     critic: str = "learned"
@@ -100,6 +101,7 @@ class ExtractOptions:
             "patience",
             "selection",
             "measure",
+            "share",
             "max_leaves",
             "explore",
             *PARTS,

@@ -25,12 +25,14 @@ from maviper.extraction.bundles import (
     KNOWN,
     MAVIPER,
     NO_VOTES,
+    NOTHING,
     PARTS,
     RACE,
     RETURN,
     RGMDT,
     ROLLOUTS_BY,
     SELECTION_BY,
+    SHARES,
     UNIFORM,
     VIPER,
     WEIGHTS,
@@ -105,6 +107,7 @@ class Settings:
     weights: str = ""  # others at expert actions, averaged over the others' actions, or every state alike
     least_right: str = ""  # right predictions that a point needs in joint growth: a number, or a share of the N
     selection_by: str = ""  # for whom one iterate is chosen
+    share: str = NOTHING  # who shares a tree: nobody, or the agents of a team
     max_leaves: int = 0  # of each tree, which then grows best first; 0: as many as the depth allows
     explore: float = 0.0  # Fitted Q's: share of uniform actions while it collects
     measure: str = ""  # what teams are judged by; "": the preset's, or the world's first
@@ -127,7 +130,7 @@ class Settings:
         said = {name: value for name, value in given.items() if value is not None}
         usual = {"preset": preset, **PROTOCOL.get(algorithm, {}), **PRESETS[preset]}
         usual |= papers(algorithm, world) if preset == PAPER else {}
-        unrefined = (world is not None and world.games is not None) or said.get("max_leaves")
+        unrefined = (world is not None and world.games is not None) or said.get("max_leaves") or said.get("share")
         usual |= {"refinement": 0} if unrefined else {}
         if said.get("budget"):
             both = [option_of(name) for name in DEALT if name in said]
@@ -136,18 +139,18 @@ class Settings:
                     f"--max-episodes already determines {', '.join(both)}", "--max-episodes", "give one or the other"
                 )
         selection = said.get("selection", usual["selection"])
-        usual |= bundle(algorithm, selection) if selection in SELECTIONS else {}
+        usual |= bundle(algorithm, selection, said.get("share", NOTHING)) if selection in SELECTIONS else {}
         return Settings(**{**usual, **said})._ensured()
 
     def filled(self) -> "Settings":
         """The settings, with what the algorithm's name stands for where nothing else was asked for."""
-        usual = bundle(self.algorithm, self.selection)
+        usual = bundle(self.algorithm, self.selection, self.share)
         return replace(self, **{name: getattr(self, name) or usual[name] for name in PARTS})
 
     @property
     def changed(self) -> list[str]:
         """The names of the settings that are not as the algorithm's name says, of settings that are filled."""
-        usual = bundle(self.algorithm, self.selection)
+        usual = bundle(self.algorithm, self.selection, self.share)
         return [name for name in PARTS if getattr(self, name) != usual[name]]
 
     @property
@@ -189,7 +192,7 @@ class Settings:
         runs, loops = (len(grouped(world, by, agents)) for by in (self.rollouts_by, self.together))
         alone = self.selection_by == AGENT  # then candidates are scored for each agent, otherwise for each team
         sides = len(agents) if alone else len(world.teams)
-        large = self.budget >= LARGE_BUDGET and world.games is None and not self.max_leaves
+        large = self.budget >= LARGE_BUDGET and world.games is None and not self.max_leaves and not self.share
         rollouts = min(MAX_ROLLOUTS, self.budget // 2)
         selection = rollouts if large else self.budget - rollouts
         iterations = max(1, round((rollouts / runs / EPISODES_AN_ITERATION) ** 0.5))
@@ -224,6 +227,7 @@ class Settings:
 
     def _ensured(self) -> "Settings":
         self._check_names({"algorithm": KNOWN, "preset": PRESETS, "splits": SPLITS, "selection": SELECTIONS})
+        self._check_names({"share": SHARES})
         self._check_names({"rollouts_by": ROLLOUTS_BY, "weights": WEIGHTS, "selection_by": SELECTION_BY})
         for name in ("refinement", "budget"):
             if not 0 <= getattr(self, name) <= MAX_EPISODES:
@@ -239,6 +243,7 @@ class Settings:
         if not 0 <= self.explore <= 1 or (self.explore and self.algorithm != FITTED_Q):
             raise InputError("explore is a share from 0 to 1, and fitted-q's", "--explore", "leave it out")
         self._check_leaves()
+        self._check_share()
         if self.preset == RELEASED and self.algorithm == FITTED_Q:
             what = "the released Fitted Q always stands still, because its look-ups never hit"
             raise InputError(what, "--preset released", "choose --preset paper")
@@ -276,6 +281,19 @@ class Settings:
         if self.refinement:
             what = "refinement keeps to a depth, but not to a number of leaves"
             raise InputError(what, "--max-leaves, --refinement-episodes", "leave one of them out")
+
+    def _check_share(self) -> None:
+        """Refuses one tree for a team where its members' trees would come apart."""
+        if not self.share:
+            return
+        advice = "choose --algorithm maviper, iviper or imitation, and leave the other option out"
+        if self.algorithm in (VIPER, FITTED_Q, RGMDT) or self.preset == RELEASED:
+            what = "the authors' code grows" if self.preset == RELEASED else f"{self.algorithm} grows"
+            raise InputError(f"{what} a tree for each agent alone", "--share", advice)
+        if self.refinement:
+            raise InputError("refinement changes the trees of a team one by one", "--share", advice)
+        if AGENT in (self.rollouts_by, self.selection_by):
+            raise InputError("agents that share a tree play and choose together", "--share", advice)
 
     def _check_parts(self) -> None:
         """Refuses what an algorithm or a preset does not have, and what means nothing together."""

@@ -29,7 +29,7 @@ import numpy as np
 from codegen import ir
 from codegen.check import check
 from codegen.dynamics import motionless
-from codegen.errors import InputError
+from codegen.errors import InputError, UnknownNameError
 from codegen.ir import MAX_LENGTH, ActionSpec, Bool, FeatureSpec, Float32, Float64, WorldSpec
 from maviper.worlds.outside.branching import Pasts, continued, copies_of, ensure_copies, started
 from maviper.worlds.outside.flattening import legal_names
@@ -130,7 +130,12 @@ class PettingZooWorld(World):
 
     def _ensure(self) -> None:
         """InputError where a profile could not be what the environment says about itself."""
-        # a leaf takes no heed of masks, which are checked where they are declared
+        for features, choices in zip(self.features, self.actions, strict=True):
+            names = [feature.name for feature in features]
+            for action in choices:
+                if action.legal_if and action.legal_if not in names:
+                    raise UnknownNameError("feature in `legal`", action.legal_if, names, self.source.text)
+        # a leaf takes no heed of masks
         lawless = [tuple(replace(action, legal_if="") for action in choices) for choices in self.actions]
         leaf = ir.Tree(*(np.array([value]) for value in (ir.NO_FEATURE, 0, ir.NO_CHILD, ir.NO_CHILD, 0)))
         policies = tuple(
@@ -329,6 +334,9 @@ def _actions(env: Any, agent: Any, source: Source) -> tuple[ActionSpec, ...]:
     named = attribute(env, "action_names", source) or {}
     names = named.get(agent) or [f"action_{k}" for k in range(int(space(env, "action", agent).n))]
     legal = (attribute(env, "legal", source) or {}).get(agent) or [""] * len(names)
+    if len(legal) != len(names):
+        what = f"`legal` names {len(legal)} features for the {len(names)} actions of {agent}"
+        raise InputError(what, source.text, 'name one for each action, "" where it is always legal')
     return tuple(ActionSpec(name, None, feature) for name, feature in zip(names, legal, strict=True))
 
 

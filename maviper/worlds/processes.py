@@ -22,7 +22,7 @@ import numpy as np
 from codegen.errors import InputError, MaviperError
 from codegen.ir import Float32
 from codegen.legality import Mask
-from maviper.worlds.outside.sources import Source, fault, imported, made, parsed, space
+from maviper.worlds.outside.sources import Source, attribute, fault, imported, made, parsed, space
 from maviper.worlds.world import Outcome, drawn_legally
 
 BESIDE = "beside"  # the request that `_beside` answers
@@ -47,7 +47,7 @@ class Copy:
         self._seen: list[Float32] = []
         self._ended: set[Any] = set()
         self._cut: set[Any] = set()  # those of them whose episode did not end by itself
-        self.masks = [_mask(env, name) for name in self.names]
+        self.masks = [_mask(env, name, source) for name in self.names]
 
     def ask(self, verb: str, argument: Any) -> Outcome:
         """`reset` with a seed or `step` with all agents' actions; InputError when the environment raises."""
@@ -120,9 +120,9 @@ class Copy:
         return given
 
 
-def _mask(env: Any, name: Any) -> Mask | None:
+def _mask(env: Any, name: Any, source: Source) -> Mask | None:
     """The places of an agent's mask among its features, if the environment says that it has one."""
-    legal, features = getattr(env, "legal", {}).get(name), getattr(env, "features", {}).get(name, ())
+    legal, features = ((attribute(env, what, source) or {}).get(name, ()) for what in ("legal", "features"))
     places = {feature.name: place for place, feature in enumerate(features)}
     return tuple(places[each] for each in legal) if legal else None
 

@@ -150,6 +150,24 @@ def grow_jointly(
     return [agent.tree() for agent in team]
 
 
+def grow_shared(
+    tree: Growing, max_depth: int, least_right: int, alive: Bool, kept: list[float] | None = None
+) -> list[GrownTree]:
+    """As `grow_jointly`, with one tree for all members: [the tree] * N. Its points are those of `alive` [n, N], one row
+    per member and point; a point that the votes drop loses all its rows.
+    """
+    n, members = alive.shape
+    for _ in range(max_depth):
+        keep = np.ones(n * members, dtype=bool)
+        if least_right > 0:
+            right = tree.predicted_right().reshape(n, members) | ~alive
+            keep = np.repeat(right.sum(axis=1) >= least_right, members)
+        if kept is not None:
+            kept.append(float(tree.counts[keep].sum() / max(1, tree.counts.sum())))
+        tree.build(keep)
+    return [tree.tree()] * members
+
+
 def grown_tree(
     feature: Sequence[int], threshold: Sequence[float], children: Sequence[tuple[int, int]], action: Sequence[int]
 ) -> GrownTree:

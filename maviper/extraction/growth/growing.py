@@ -1,18 +1,19 @@
 """Growing trees by either way of searching splits: every threshold (scikit-learn's CART), or histograms.
 
-Does: keeps the bins of a data set that only grows; grows a team jointly, or one agent alone.
+Does: keeps the bins of a data set that only grows; grows a team jointly, or one agent alone, or one tree for a team.
 Assumes: points are appended, never changed.
 Does not: know where the points come from.
 """
 
 from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from codegen.ir import Bool, Float32, GrownTree
 from maviper.extraction.dataset import Dataset
 from maviper.extraction.growth.best_first import BestFirstTree, gini
-from maviper.extraction.growth.grow import CartTree, Growing, grow_jointly
+from maviper.extraction.growth.grow import CartTree, Growing, grow_jointly, grow_shared
 from maviper.extraction.growth.histogram import Bins, Codes, HistogramTree
 from maviper.extraction.settings import EXACT, Settings
 from maviper.worlds import World
@@ -21,6 +22,29 @@ from maviper.worlds.world import Int
 # Bins are those of the first REFIT_FACTOR**k points, k as large as there are points: a matter of their number alone, so
 # that a run that goes on makes the same ones.
 REFIT_FACTOR = 1.5
+
+
+class Part(NamedTuple):
+    """The points of one tree."""
+
+    agent: int  # whose tree it is, or the first of those who share it
+    obs: Float32  # [n, n_features]
+    labels: Int  # [n]
+    counts: Int  # [n] how often its data set holds each point
+    alive: Bool  # [n] whether the agent takes part
+
+
+def _part(data: Dataset, agent: int, counts: Int) -> Part:
+    labels = np.ascontiguousarray(data.labels[:, agent])
+    return Part(agent, data.observations[agent], labels, counts, data.alive[:, agent])
+
+
+def pooled(data: Dataset, members: Sequence[int], counts: Mapping[int, Int] | Sequence[Int]) -> Part:
+    """The points of agents that share a tree: of each point one row per member, so that later points stand behind."""
+    obs = np.stack([data.observations[agent] for agent in members], axis=1)
+    columns = np.stack([counts[agent] for agent in members], axis=1)
+    rows = [data.labels[:, members], columns, data.alive[:, members]]
+    return Part(members[0], obs.reshape(-1, obs.shape[2]), *(each.reshape(-1) for each in rows))
 
 
 class Growth:
@@ -43,34 +67,40 @@ class Growth:
         """TrainJointTrees for agents over shared points; with a budget of leaves, each tree best first by itself.
 
         `counts`, `seeds`: by agent. A point counts at a level when at least `least_right` members are predicted right,
-        or take no part in it. `kept`: as in `grow_jointly`.
+        or take no part in it. `kept`: as in `grow_jointly`. Members that share a tree get the same one.
         """
+        alive = data.alive[:, members]
+        shared = bool(self.settings.share) and len(members) > 1
+        parts = [pooled(data, members, counts)] if shared else [_part(data, agent, counts[agent]) for agent in members]
         if self.settings.max_leaves:
             assert not least_right, "growth with votes goes level by level"
             if kept is not None:
                 kept += [1.0] * len(members)
-            return [self._best_first(agent, data, counts[agent]) for agent in members]
-        team = [self._member(agent, data, counts[agent], seeds[agent]) for agent in members]
-        return grow_jointly(team, self.settings.max_depth, least_right, data.alive[:, members], kept)
+            trees = [self._best_first(part) for part in parts]
+            return trees * len(members) if shared else trees
+        growing = [self._member(part, seeds[part.agent]) for part in parts]
+        if shared:
+            return grow_shared(growing[0], self.settings.max_depth, least_right, alive, kept)
+        return grow_jointly(growing, self.settings.max_depth, least_right, alive, kept)
 
-    def _best_first(self, agent: int, data: Dataset, counts: Int) -> GrownTree:
-        obs, rows, settings = data.observations[agent], np.flatnonzero(counts), self.settings
+    def _best_first(self, part: Part) -> GrownTree:
+        rows, settings = np.flatnonzero(part.counts), self.settings
         if settings.splits == EXACT:
-            bins = Bins.of(obs[rows], len(rows) + 1)
-            codes = bins.codes(obs[rows])
+            bins = Bins.of(part.obs[rows], len(rows) + 1)
+            codes = bins.codes(part.obs[rows])
         else:
-            bins, codes = self._coded(agent, obs, data.alive[:, agent])
+            bins, codes = self._coded(part.agent, part.obs, part.alive)
             codes = codes[:, rows]
-        vectors = np.zeros((len(rows), self.n_actions[agent]))
-        vectors[np.arange(len(rows)), data.labels[rows, agent]] = counts[rows]
+        vectors = np.zeros((len(rows), self.n_actions[part.agent]))
+        vectors[np.arange(len(rows)), part.labels[rows]] = part.counts[rows]
         return BestFirstTree(codes, vectors, bins, settings.max_depth, gini).deciding(settings.max_leaves)
 
-    def _member(self, agent: int, data: Dataset, counts: Int, seed: int) -> Growing:
-        obs, labels = data.observations[agent], np.ascontiguousarray(data.labels[:, agent])
-        depth, n_actions = self.settings.max_depth, self.n_actions[agent]
+    def _member(self, part: Part, seed: int) -> Growing:
+        obs, labels, counts = part.obs, part.labels, part.counts
+        depth, n_actions = self.settings.max_depth, self.n_actions[part.agent]
         if self.settings.splits == EXACT:
             return CartTree(obs, labels, counts, n_actions, depth, seed)
-        return HistogramTree(*self._coded(agent, obs, data.alive[:, agent]), labels, counts, n_actions, depth)
+        return HistogramTree(*self._coded(part.agent, obs, part.alive), labels, counts, n_actions, depth)
 
     def _coded(self, agent: int, obs: Float32, alive: Bool) -> tuple[Bins, Codes]:
         """An agent's bins and the codes of all points; only new points are coded. Bins are of points in which it takes
