@@ -253,6 +253,9 @@ def _agent(path: str, policy: AgentPolicy, world: WorldSpec) -> Iterator[Violati
     for violation in _tree(f"{path}.tree", policy.tree, len(policy.features), len(policy.actions), preorder=True):
         sound = False
         yield violation
+    visits = policy.tree.visits
+    if len(visits) and (len(visits) != len(policy.tree.feature) or (visits < 0).any()):
+        yield Violation(f"{path}.tree", "visits are one number for each node, from 0")
     if sound and int(depth(policy.tree).max()) > MAX_DEPTH:
         yield Violation(f"{path}.tree", f"deeper than {MAX_DEPTH} splits")
     mask = mask_of(policy.features, policy.actions)

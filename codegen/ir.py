@@ -25,6 +25,7 @@ from codegen.region import RegionSpec
 Int32 = npt.NDArray[np.int32]
 Float32 = npt.NDArray[np.float32]
 Float64 = npt.NDArray[np.float64]
+Int64 = npt.NDArray[np.int64]
 Bool = npt.NDArray[np.bool_]
 
 ROOT: Final = 0
@@ -41,6 +42,7 @@ NAME: Final = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,63}")
 _INT32: Final = {"dtype": np.int32}
 _FLOAT32: Final = {"dtype": np.float32}
 _FLOAT64: Final = {"dtype": np.float64}
+_INT64: Final = {"dtype": np.int64}
 
 
 class _Arrays:
@@ -55,13 +57,14 @@ class _Arrays:
 
 @dataclass(frozen=True, eq=False)
 class Tree(_Arrays):
-    """A decision tree as arrays over its n nodes, in preorder, root first."""
+    """A decision tree as arrays over its n nodes, in preorder, root first; `visits` is empty where nobody counted."""
 
     feature: Int32 = field(metadata=_INT32)  # [n] index of the tested feature; NO_FEATURE at a leaf
     threshold: Float32 = field(metadata=_FLOAT32)  # [n] in the feature's unit; 0 at a leaf
     left: Int32 = field(metadata=_INT32)  # [n] node for `x <= threshold`; NO_CHILD at a leaf
     right: Int32 = field(metadata=_INT32)  # [n] node for everything else; NO_CHILD at a leaf
     action: Int32 = field(metadata=_INT32)  # [n] action at a leaf; NO_ACTION at a split
+    visits: Int64 = field(default_factory=lambda: np.zeros(0, np.int64), metadata=_INT64)  # [n] a leaf's decisions
 
 
 @dataclass(frozen=True, eq=False)

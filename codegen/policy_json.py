@@ -11,7 +11,7 @@ the float32 itself, exactly, in hexadecimal. They must agree.
 import hashlib
 import json
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from functools import lru_cache
 from typing import Any, cast
 
@@ -31,6 +31,7 @@ from codegen.ir import (
     EntitySpec,
     FeatureSpec,
     GrownTree,
+    Int64,
     Meaning,
     PolicyProfile,
     Provenance,
@@ -43,6 +44,7 @@ from codegen.region import RegionSpec
 from codegen.schema import SCHEMA_VERSION, AgentJson, GrownJson, NodeJson, ProfileJson, SplitJson
 
 LINE_WIDTH = 140
+MAX_VISITS = 2**53  # which every reader of JSON takes in exactly
 MAX_BYTES = 256 * 2**20  # a profile beyond this is not one of ours
 
 
@@ -233,12 +235,13 @@ def _nodes(policy: AgentPolicy) -> list[dict[str, Any]]:
     tree = policy.tree
     names = [feature.name for feature in policy.features]
     leaves = [{"action": action.name} for action in policy.actions]
+    visits = [{"visits": count} for count in tree.visits.tolist()] or [{}] * len(tree.feature)
     splits: Iterator[tuple[int, float]] = zip(tree.feature.tolist(), tree.threshold.tolist(), strict=True)
     ends: Iterator[tuple[int, int, int]] = zip(
         tree.left.tolist(), tree.right.tolist(), tree.action.tolist(), strict=True
     )
     return [
-        dict(leaves[action])
+        leaves[action] | count
         if feature == NO_FEATURE
         else {
             "feature": names[feature],
@@ -247,7 +250,7 @@ def _nodes(policy: AgentPolicy) -> list[dict[str, Any]]:
             "left": left,
             "right": right,
         }
-        for (feature, threshold), (left, right, action) in zip(splits, ends, strict=True)
+        for (feature, threshold), (left, right, action), count in zip(splits, ends, visits, strict=True)
     ]
 
 
@@ -286,7 +289,8 @@ def _policy(raw: AgentJson, path: str) -> AgentPolicy:
     actions = tuple(ActionSpec(item.name, item.effect, item.legal_if) for item in raw.actions)
     names = ([feature.name for feature in features], [action.name for action in actions])
     rows = [_row(node, names, f"{path}.tree[{index}]") for index, node in enumerate(raw.tree)]
-    tree = Tree(*(np.array([row[column] for row in rows]) for column in range(5)))
+    arrays = (np.array([row[column] for row in rows]) for column in range(5))
+    tree = Tree(*arrays, visits=_visits(raw.tree, path))
     grown = None
     if raw.grown is not None:
         columns: list[list[Any]] = list(msgspec.structs.astuple(raw.grown))
@@ -298,7 +302,7 @@ def _policy(raw: AgentJson, path: str) -> AgentPolicy:
 
 def _row(node: NodeJson, names: tuple[list[str], list[str]], path: str) -> tuple[int, float, int, int, int]:
     """One node as (feature, threshold, left, right, action)."""
-    given = {name for name in NodeJson.__struct_fields__ if getattr(node, name) is not None}
+    given = {name for name in NodeJson.__struct_fields__ if getattr(node, name) is not None} - {"visits"}
     if given == {"action"}:
         action = _index(names[1], cast(str, node.action), "action", f"{path}.action")
         return NO_FEATURE, 0.0, NO_CHILD, NO_CHILD, action
@@ -312,6 +316,20 @@ def _row(node: NodeJson, names: tuple[list[str], list[str]], path: str) -> tuple
     if any(abs(child) >= 2**31 for child in children):
         raise ProfileError("not a valid policy profile", f"{path}: a child's number is out of range", _ADVICE)
     return feature, threshold, *children, NO_ACTION
+
+
+def _visits(nodes: Sequence[NodeJson], path: str) -> Int64:
+    """The leaves' visits, [n], 0 at splits; [0] where no leaf has any."""
+    known = [node.visits for node in nodes if node.visits is not None]
+    if not known:
+        return np.zeros(0, np.int64)
+    leaves = sum(node.action is not None for node in nodes)
+    if len(known) != leaves or any(node.visits is not None and node.action is None for node in nodes):
+        fault = f"{path}.tree: {len(known)} nodes have visits, but there are {leaves} leaves"
+        raise ProfileError("not a valid policy profile", fault, _ADVICE)
+    if not all(0 <= count <= MAX_VISITS for count in known):
+        raise ProfileError("not a valid policy profile", f"{path}.tree: visits are from 0 to {MAX_VISITS}", _ADVICE)
+    return np.array([node.visits or 0 for node in nodes], np.int64)
 
 
 def _index(names: list[str], name: str, kind: str, path: str) -> int:

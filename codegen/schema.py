@@ -28,7 +28,9 @@ class SplitJson(_Strict):
 
 
 class NodeJson(_Strict, omit_defaults=True):
-    """Either a split (feature, threshold, float32, left, right) or a leaf (action)."""
+    """Either a split (feature, threshold, float32, left, right) or a leaf (action; visits: its decisions in held-out
+    episodes, of all leaves or of none).
+    """
 
     feature: str | None = None
     threshold: float | None = None
@@ -36,6 +38,7 @@ class NodeJson(_Strict, omit_defaults=True):
     left: int | None = None
     right: int | None = None
     action: str | None = None
+    visits: int | None = None
 
 
 class GrownJson(_Strict):

@@ -114,6 +114,7 @@ def extract(
     agent: str | None = None,
     splits: str | None = None,
     features: str = "",
+    features_file: str | Path | None = None,
     max_episodes: int | None = None,
     iterations: int | None = None,
     rollouts: int | None = None,
@@ -153,8 +154,8 @@ def extract(
     from maviper.console import Console
     from maviper.extraction.run import ExtractOptions, extracted
 
-    paths = tuple(map(Path, counterexamples))
-    trees = (algorithm, preset, max_depth, agent, splits, features)
+    paths, file = tuple(map(Path, counterexamples)), None if features_file is None else Path(features_file)
+    trees = (algorithm, preset, max_depth, agent, splits, features, file)
     episodes = (max_episodes, iterations, rollouts, patience, selection, selection_episodes, refinement_episodes)
     parts = (rollouts_by, weights, least_right, selection_by)
     asked = ExtractOptions(

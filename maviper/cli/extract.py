@@ -92,6 +92,13 @@ RENAMED = {"--budget": "--max-episodes", "--refinement": "--refinement-episodes"
 )
 @option("--features", default="", metavar="NAMES", section=WHAT, help=f"Additional features: {FEATURES}, or auto.")
 @option(
+    "--features-file",
+    type=PATH,
+    default=None,
+    section=WHAT,
+    help="Names and units of what agents observe in your own game (TOML).",
+)
+@option(
     "--max-episodes",
     type=int,
     default=None,

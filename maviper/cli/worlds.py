@@ -5,10 +5,13 @@ Assumes: `maviper.worlds` knows the worlds.
 Does not: play.
 """
 
+from pathlib import Path
+
 import click
 
 from codegen.errors import ExitCode
 from maviper.cli.group import Verb, Verbs
+from maviper.cli.options import PATH, option
 
 
 @click.group(cls=Verbs, example="maviper worlds list")
@@ -36,14 +39,16 @@ def worlds_list() -> int:
 
 @worlds.command("show", cls=Verb, example="maviper worlds show physical-deception,defenders=3")
 @click.argument("world")
-def worlds_show(world: str) -> int:
+@option("--features-file", type=PATH, default=None, help="Names and units of what agents observe (TOML).")
+def worlds_show(world: str, features_file: Path | None) -> int:
     """Print the agents of WORLD, their features and actions.
 
     Each feature is shown with its unit, range and meaning.
     """
     from maviper.worlds import find
+    from maviper.worlds.outside.naming import with_names
 
-    found = find(world)
+    found = find(world) if features_file is None else with_names(find(world), features_file)
     pace = f" of {found.spec.dt} s" if found.spec.dt else ""
     click.echo(f"{found.name}, after {found.spec.reference}, {found.spec.episode_steps} steps{pace}")
     for agent, features, actions in zip(found.agents, found.features, found.actions, strict=True):

@@ -10,6 +10,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from codegen import ir
+from codegen.intervals import percent
 from codegen.paths import parted
 
 
@@ -21,10 +22,18 @@ def rules(policy: ir.AgentPolicy) -> Iterator[str]:
     while stack:
         node, low, high = stack.pop()
         if tree.feature[node] == ir.NO_FEATURE:
-            yield f"{_condition(policy, low, high)} -> {policy.actions[tree.action[node]].name}  (leaf {node})"
+            action = policy.actions[tree.action[node]].name
+            yield f"{_condition(policy, low, high)} -> {action}  (leaf {node}{_visits(tree, node)})"
             continue
         left, right = parted(low, high, int(tree.feature[node]), tree.threshold[node])
         stack += [(int(tree.right[node]), *right), (int(tree.left[node]), *left)]
+
+
+def _visits(tree: ir.Tree, node: int) -> str:
+    """How often a leaf decided, where that was counted."""
+    if not len(tree.visits):
+        return ""
+    return f", {percent(float(tree.visits[node] / max(1, tree.visits.sum())))} of {tree.visits.sum():,} decisions"
 
 
 def _condition(policy: ir.AgentPolicy, low: ir.Float32, high: ir.Float32) -> str:

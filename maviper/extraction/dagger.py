@@ -183,7 +183,7 @@ def _legally(world: World, data: Dataset, members: Sequence[int], trees: Sequenc
         if mask is None or sharing[0] != agent:
             found.append(tree if mask is None else found[members.index(sharing[0])])
             continue
-        points = pooled(data, sharing, data.alive.T)
+        points = pooled(data, sharing, dict(enumerate(data.alive.T.astype(np.int64))))
         known = Labelled(points.obs[points.alive], points.labels[points.alive])
         found.append(lawful(merged(tree), mask, known))
     return found

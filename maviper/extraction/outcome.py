@@ -18,13 +18,14 @@ from maviper.episodes.measures import Estimate
 from maviper.episodes.play import Controller
 from maviper.episodes.trees import among
 from maviper.evaluation import held_out
-from maviper.evaluation.held_out import evaluation
+from maviper.evaluation.held_out import evaluated
 from maviper.experts.expert import Expert
 from maviper.experts.wrapped import critic_of, reward_weighed_by
 from maviper.extraction.bundles import BUNDLES, DESCRIBED, NO_VOTES, PARTS
 from maviper.extraction.settings import RELEASED, Settings
 from maviper.files.profiles import version
 from maviper.worlds import Measure, World
+from maviper.worlds.matching import FEATURES_FILE
 
 
 def joint_ratio(
@@ -71,6 +72,7 @@ def profile_of(
 ) -> ir.PolicyProfile:
     """Policies of all agents, or of some, with where they come from and what they reach on held-out episodes."""
     training = asdict(settings) | dict(facts) | {"opponents_in_selection": "expert"}
+    training |= {FEATURES_FILE: world.features_from} if world.features_from else {}
     training["critic"] = critic_of(expert)
     training["critic_reward"] = reward_weighed_by(expert, world)
     training["expert_algorithm"] = str(expert.card.get("algorithm", "unknown"))
@@ -83,6 +85,7 @@ def profile_of(
     unsaid += [name for name in PARTS if name not in settings.changed and not (name == "least_right" and counted)]
     for name in ("seed", "preset", "algorithm", *unsaid):
         del training[name]
+    reached, visited = evaluated(world, agents, expert)
     provenance = ir.Provenance(
         algorithm=settings.algorithm,
         preset=settings.preset,
@@ -90,6 +93,6 @@ def profile_of(
         expert=expert.hash,
         tool=f"maviper {version()}",
         training=MappingProxyType(training),
-        evaluation=MappingProxyType(evaluation(world, agents, expert)),
+        evaluation=MappingProxyType(reached),
     )
-    return ensure(ir.PolicyProfile(world.spec, tuple(agents), provenance))
+    return ensure(ir.PolicyProfile(world.spec, visited, provenance))

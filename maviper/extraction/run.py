@@ -39,12 +39,13 @@ from maviper.files.jobs import side_by_side
 from maviper.files.profiles import version
 from maviper.files.seeds import Scored, best_of, ensure_counts, folder_of, resumed
 from maviper.worlds import ParticleWorld, World
+from maviper.worlds.outside.naming import with_names
 
 AUTOMATIC = "auto"
 WEIGHED = {"measured": "measured critic", LOG_PROBABILITIES: "states weigh by its log-probabilities"}
-FORMAT = "maviper-extraction-4"
+FORMAT = "maviper-extraction-5"
 METRICS_FILE, STEPS = "metrics.jsonl", "steps"
-SAME = ("format", "tool", "world", "expert", "critic", "counterexamples")  # in every call for one run
+SAME = ("format", "tool", "world", "expert", "critic", "counterexamples", "features_file")  # in every call for one run
 PACKAGES = ("maviper", "mpe2", "numpy", "scikit-learn")
 
 
@@ -58,6 +59,7 @@ class ExtractOptions:
     agent: str | None = None  # VIPER's
     splits: str | None = None
     features: str = ""  # further ones, or AUTOMATIC
+    features_file: Path | None = None  # that names those of a user's own world
     max_episodes: int | None = None  # in all, instead of the counts below
     iterations: int | None = None
     rollouts: int | None = None  # episodes an iteration
@@ -129,6 +131,8 @@ def _find(expert: str, options: ExtractOptions, console: Console) -> Found:
         features = helpful_features(world, found, settings) if isinstance(world, ParticleWorld) else ""
         console.line("features", features or "none helps")
         found, world = seeing(found, world, features) if features else (found, world)
+    if options.features_file is not None:
+        world = with_names(world, options.features_file)
     lessons = refitting.task_of(options.counterexamples, world, found, console)
     check(world, settings, lessons.examples)
     return Found(expert, found, world, settings, lessons)
@@ -197,6 +201,7 @@ def _run(task: _Task, console: Console | None = None, jobs: int = 1) -> ir.Polic
         "critic": task.critic,
         "command": task.command,
         "counterexamples": asked.lessons.digests,
+        "features_file": asked.world.features_from,
         "versions": {"python": platform.python_version()} | {name: metadata.version(name) for name in PACKAGES},
         "settings": asdict(asked.settings),
     }

@@ -14,6 +14,7 @@ from maviper.worlds import ParticleWorld, World, built_in
 from maviper.worlds.world import world_name
 
 NO_WORLD = "no world of this version has the profile's spec, agents, features and actions"
+FEATURES_FILE = "features_file"  # in a provenance: the hash of a file that named the features
 OBSERVED = "claim what agents do over observations: see `maviper guide claims`"
 
 
@@ -40,10 +41,16 @@ def ensure_places(world: ir.WorldSpec, features: Iterable[FeatureSpec], advice: 
 
 
 def plays(profile: ir.PolicyProfile, world: World) -> bool:
-    """Whether a world has exactly the profile's spec, agents, teams, features and actions."""
+    """Whether a world has exactly the profile's spec, agents, teams, features and actions. Where a file named the
+    profile's features, they are what the world has by their number alone.
+    """
+    named = FEATURES_FILE in profile.provenance.training
     ours = [
-        (agent, world.team_of(agent), features, actions)
+        (agent, world.team_of(agent), len(features) if named else features, actions)
         for agent, features, actions in zip(world.agents, world.features, world.actions, strict=True)
     ]
-    theirs = [(policy.agent, policy.team, policy.features, policy.actions) for policy in profile.agents]
+    theirs = [
+        (policy.agent, policy.team, len(policy.features) if named else policy.features, policy.actions)
+        for policy in profile.agents
+    ]
     return world.spec == profile.world and ours == theirs

@@ -92,6 +92,7 @@ class World(ABC):
     actions: tuple[tuple[ActionSpec, ...], ...]  # per agent
     measures: tuple[Measure, ...]  # the first of each team is its primary one, if `judged_by` names no other
     main = ""  # the name of the primary measures; "": the first of each team
+    features_from = ""  # the hash of a file that names its features, if there is one
     games: int | None = None  # how many games are played at once; None: as many as asked
 
     @property
