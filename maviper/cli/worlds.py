@@ -67,8 +67,8 @@ def worlds_check(world: str) -> int:
 
     Prints one line per finding. Exits with 2 if the world cannot be used.
 
-    WORLD is a name from `maviper worlds list`, gymnasium:ID for a single-agent environment of Gymnasium, or
-    module:function for your own PettingZoo parallel environment. Options follow after commas:
+    WORLD is a name from `maviper worlds list`, gymnasium:ID for a single-agent environment of Gymnasium, vmas:SCENARIO,
+    or module:function for your own PettingZoo environment. Options follow after commas:
     module:function,n=3,max_steps=50.
     """
     from maviper.worlds.checking import check, usable

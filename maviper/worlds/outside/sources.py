@@ -21,6 +21,7 @@ from warnings import catch_warnings, simplefilter
 from codegen.errors import InputError, MaviperError, UnknownNameError
 
 GYMNASIUM = "gymnasium"  # the module whose functions are the ids of its registered environments
+VMAS = "vmas"  # the module whose functions are the names of its scenarios
 MAX_STEPS, WRAP = "max_steps", "wrap"  # the options that are ours: how long an episode may be, and wrappers
 NUMBER = re.compile(r"-?[0-9]{1,18}")
 OURS = Path(__file__).parent.parent
@@ -64,6 +65,16 @@ def parsed(text: str) -> Source:
             raise InputError(f"cannot read the option '{choice}'", text, f"write {reference},OPTION=VALUE")
         options[key] = int(value) if NUMBER.fullmatch(value) else value
     return Source(module, function, options)
+
+
+def value_of(text: int | str) -> Any:
+    """An option's value: True, False and numbers are that, anything else is text."""
+    if text in ("True", "False"):
+        return text == "True"
+    try:
+        return float(text) if isinstance(text, str) else text
+    except ValueError:
+        return text
 
 
 def imported(source: Source) -> Callable[..., Any]:
