@@ -17,18 +17,8 @@ import numpy as np
 
 from codegen.errors import InputError
 from maviper.worlds import VmasWorld, World, built_in
-from maviper.worlds.outside.sources import (
-    MAX_STEPS,
-    VMAS,
-    Source,
-    attribute,
-    fault,
-    imported,
-    made,
-    named_by_user,
-    parsed,
-    space,
-)
+from maviper.worlds.outside.making import imported, made
+from maviper.worlds.outside.sources import MAX_STEPS, VMAS, Source, attribute, fault, named_by_user, parsed, space
 from maviper.worlds.pettingzoo import PROBE_STEPS, PettingZooWorld, faults
 from maviper.worlds.processes import Copy
 from maviper.worlds.seeds import folded

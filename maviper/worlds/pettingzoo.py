@@ -33,7 +33,8 @@ from codegen.errors import InputError, UnknownNameError
 from codegen.ir import MAX_LENGTH, ActionSpec, Bool, FeatureSpec, Float32, Float64, WorldSpec
 from maviper.worlds.outside.branching import Pasts, continued, copies_of, ensure_copies, started
 from maviper.worlds.outside.flattening import legal_names
-from maviper.worlds.outside.sources import MAX_STEPS, Source, attribute, imported, made, parsed, space
+from maviper.worlds.outside.making import imported, made
+from maviper.worlds.outside.sources import MAX_STEPS, Source, attribute, parsed, space
 from maviper.worlds.processes import Copies, Copy, copies_at_once, undisturbed
 from maviper.worlds.seeds import TRAINING, folded
 from maviper.worlds.world import RETURN, Int, Measure, Outcome, World
