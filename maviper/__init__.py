@@ -143,11 +143,7 @@ def extract(
     `expert`: a world's name, an expert file, a run folder, or module:function. `output`: the profile's .json file, or a
     run folder, which several seeds and `resume` need; None: nothing is written. None elsewhere: as the preset says.
     Counts are episodes, but `iterations` and `patience` (rounds) and `max_depth` (splits). `max_episodes`: in all,
-    instead of the other counts. `measure`: what teams are judged by. `rollouts_by` (agent, team, all, experts),
-    `weights` (own, averaged, equal), `least_right` (N, N-1, a number or a share of a team of N) and `selection_by`
-    (agent, team, all): as the algorithm's name says, unless given. `explore`: fitted-q's share of uniform actions.
-    `share`: `team` for one tree per team. `max_leaves`: of each tree. `counterexamples`: files of `maviper verify -o`
-    to learn from. InputError: a wrong name.
+    instead of the other counts. `explore`: fitted-q's share of uniform actions. InputError: a wrong name or value.
     """
     from pathlib import Path
 

@@ -23,7 +23,15 @@ VERBS = (
     "maviper.verification.verb",
 )  # load what they do when they are called
 HEAVY = {"highspy", "joblib", "matplotlib", "mpe2", "pettingzoo", "scipy", "sklearn", "torch", "z3"}
-EXTRAS = {"dask", "distributed", "matplotlib", "onnx", "onnxruntime", "torch"}  # asked for where they are missing
+EXTRAS = {  # asked for where they are missing
+    "dask",
+    "distributed",
+    "matplotlib",
+    "onnx",
+    "onnxruntime",
+    "torch",
+    "vmas",
+}
 
 
 @cache

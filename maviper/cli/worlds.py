@@ -82,8 +82,8 @@ def worlds_check(world: str) -> int:
 
     Prints one line per finding. Exits with 2 if the world cannot be used.
 
-    WORLD is a name from `maviper worlds list`, gymnasium:ID for a single-agent environment of Gymnasium,
-    module:function for your own PettingZoo parallel environment, or a world's file (TOML). Options follow after commas:
+    WORLD is a name from `maviper worlds list`, gymnasium:ID for a single-agent environment of Gymnasium, vmas:SCENARIO,
+    module:function for your own PettingZoo environment, or a world's file (TOML). Options follow after commas:
     module:function,n=3,max_steps=50.
 
     If a world's file names a reference, 100,000 steps of that environment are compared with what the file states. A

@@ -14,7 +14,8 @@ from maviper.experts.measured import Measured
 from maviper.experts.scripted import SCRIPTS, scripted
 from maviper.experts.wrapped import Narrowed, Unweighted, lawful_expert
 from maviper.worlds import WORLDS, ParticleWorld, World, built_in, find
-from maviper.worlds.outside.sources import imported, named_by_user, parsed
+from maviper.worlds.outside.making import imported
+from maviper.worlds.outside.sources import named_by_user, parsed
 
 FEATURES = "features"  # the option of our worlds
 LEARNED, MEASURED, NONE = "learned", "measured", "none"

@@ -15,7 +15,8 @@ from typing import TYPE_CHECKING
 from codegen.errors import InputError, UnknownNameError
 from maviper.worlds.cooperative_navigation import CooperativeNavigation
 from maviper.worlds.coordination import Coordination
-from maviper.worlds.outside.sources import named_by_user
+from maviper.worlds.outside.sources import VMAS, named_by_user, parsed
+from maviper.worlds.outside.vmas import VmasWorld
 from maviper.worlds.particle import ParticleWorld, WorldState
 from maviper.worlds.pettingzoo import PettingZooWorld, user_world
 from maviper.worlds.physical_deception import PhysicalDeception
@@ -40,7 +41,9 @@ def find(name: str) -> World:
 
     `module:function` imports and runs a user's code, so a name that a data file states goes to `built_in` instead.
     """
-    return user_world(name) if named_by_user(name) else built_in(name)
+    if not named_by_user(name):
+        return built_in(name)
+    return VmasWorld(name) if parsed(name).module == VMAS else user_world(name)
 
 
 def built_in(name: str) -> World:
@@ -100,6 +103,7 @@ __all__ = [
     "PettingZooWorld",
     "PhysicalDeception",
     "PredatorPrey",
+    "VmasWorld",
     "World",
     "WorldState",
     "built_in",

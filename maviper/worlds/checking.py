@@ -18,16 +18,16 @@ import numpy as np
 from codegen.errors import InputError
 from codegen.lowering.render import render
 from maviper.files import runs
-from maviper.worlds import World, built_in
+from maviper.worlds import VmasWorld, World, built_in
 from maviper.worlds.outside.findings import Finding, Mark, usable
+from maviper.worlds.outside.making import imported, made
 from maviper.worlds.outside.sources import (
     MAX_STEPS,
     SYSTEM,
+    VMAS,
     Source,
     attribute,
     fault,
-    imported,
-    made,
     named_by_user,
     parsed,
     space,
@@ -37,7 +37,7 @@ from maviper.worlds.outside.systems import read
 from maviper.worlds.pettingzoo import PROBE_STEPS, PettingZooWorld, faults
 from maviper.worlds.processes import Copy
 from maviper.worlds.seeds import folded
-from maviper.worlds.world import Outcome
+from maviper.worlds.world import Int, Outcome
 
 WORLD_FILE = ".toml"  # how the name of a world's file ends
 SEED = folded(2_000_000_000_000_000)  # as large as those of an extraction
@@ -51,8 +51,11 @@ def check(name: str) -> list[Finding]:
     They end where a fault leaves nothing more to look at. UnknownNameError or InputError for a name that is neither.
     """
     name = f"{SYSTEM}:{name}" if name.endswith(WORLD_FILE) and not named_by_user(name) else name
-    source = parsed(name) if named_by_user(name) else None
-    steps = _built_in(name) if source is None else _stated(source) if source.module == SYSTEM else _user(source)
+    if named_by_user(name):
+        source = parsed(name)
+        steps = {VMAS: _vmas, SYSTEM: _stated}.get(source.module, _user)(source)
+    else:
+        steps = _built_in(name)
     found: list[Finding] = []
     try:
         with redirect_stdout(sys.stderr):  # whatever an environment prints
@@ -114,6 +117,44 @@ def _stated(source: Source) -> Iterator[Finding]:
         yield from measured(statement)
 
 
+def _vmas(source: Source) -> Iterator[Finding]:
+    """A random episode in the first place of a batch, and the same in the last place of another one."""
+    name = source.text
+    world = VmasWorld(name)
+    yield Finding(Mark.OK, f"scenario: {name}, {world.games} games at once")
+    yield Finding(Mark.OK, f"agents: {', '.join(world.agents)}")
+    yield Finding(Mark.OK, f"actions: Discrete, {', '.join(str(len(choices)) for choices in world.actions)}")
+    seen = ", ".join(str(len(features)) for features in world.features)
+    yield Finding(Mark.OK, f"observations: vectors of {seen} numbers")
+    if world.length_known:
+        yield from _length(world)
+    else:
+        said = f"episode length: scenarios have none, so {world.spec.episode_steps} steps are taken"
+        yield Finding(Mark.MISSING, said, f"write {name},{MAX_STEPS}=NUMBER")
+    yield from _names(world)
+    sizes = [len(choices) for choices in world.actions]
+    steps = min(world.spec.episode_steps, PROBE_STEPS)
+    actions = np.random.default_rng(0).integers(sizes, size=(steps, len(sizes)))
+    played = [_in_place(game, place, actions) for game, place in ((world, 0), (world.apart(), world.games - 1))]
+    if played[0] == played[1]:
+        yield Finding(Mark.OK, "repeats: the same seed and actions give the same episode anywhere in a batch")
+    else:
+        advice = "take a scenario or options without noise: only a start may be random"
+        yield Finding(Mark.WRONG, "repeats: the same seed and actions give another episode elsewhere", advice)
+    yield from _meanings(world)
+
+
+def _in_place(world: VmasWorld, place: int, actions: Int) -> list[bytes]:
+    """What one game of a batch gives in an episode, step by step."""
+    seeds = np.arange(place + 1)
+    seeds[place] = SEED
+    state, found = world.start_from_seeds(seeds), []
+    for acted in actions:
+        state = world.step(state, np.tile(acted, (place + 1, 1)))
+        found += [seen[place].tobytes() for seen in state.observations] + [state.rewards[place].tobytes()]
+    return found
+
+
 def _built_in(name: str) -> Iterator[Finding]:
     world = built_in(name)
     module, _, function = world.spec.reference.rpartition(".")
@@ -166,7 +207,7 @@ def _start(env: Any, source: Source) -> Iterator[Finding]:
 # --- what the environment says about itself
 
 
-def _length(world: PettingZooWorld) -> Iterator[Finding]:
+def _length(world: PettingZooWorld | VmasWorld) -> Iterator[Finding]:
     steps = world.spec.episode_steps
     if world.length_known:
         yield Finding(Mark.OK, f"episode length: {steps} steps")

@@ -33,7 +33,8 @@ from codegen.errors import InputError, UnknownNameError
 from codegen.ir import MAX_LENGTH, ActionSpec, Bool, FeatureSpec, Float32, Float64, WorldSpec
 from maviper.worlds.outside.branching import Pasts, continued, copies_of, ensure_copies, started
 from maviper.worlds.outside.flattening import legal_names
-from maviper.worlds.outside.sources import MAX_STEPS, Source, attribute, imported, made, parsed, space
+from maviper.worlds.outside.making import imported, made
+from maviper.worlds.outside.sources import MAX_STEPS, Source, attribute, parsed, space
 from maviper.worlds.processes import Copies, Copy, copies_at_once, undisturbed
 from maviper.worlds.seeds import TRAINING, folded
 from maviper.worlds.world import RETURN, Int, Measure, Outcome, World
@@ -296,14 +297,19 @@ def _spec(source: Source, agents: Sequence[str], steps: int) -> WorldSpec:
     return motionless(name or "environment", source.reference, agents, steps, source.options)
 
 
+def teams_by_name(agents: Sequence[str]) -> dict[str, tuple[str, ...]]:
+    """Teams of agents whose names are alike before the last `_`."""
+    teams: dict[str, tuple[str, ...]] = {}
+    for name in agents:
+        team = name.rsplit("_", 1)[0]
+        teams[team] = (*teams.get(team, ()), name)
+    return teams
+
+
 def _teams(env: Any, called: Mapping[Any, str], source: Source) -> dict[str, tuple[str, ...]]:
     given = attribute(env, "teams", source)
     if not isinstance(given, Mapping):
-        teams: dict[str, tuple[str, ...]] = {}
-        for name in called.values():
-            team = name.rsplit("_", 1)[0]
-            teams[team] = (*teams.get(team, ()), name)
-        return teams
+        return teams_by_name(tuple(called.values()))
     members = [agent for team in given.values() for agent in team]
     if sorted(map(str, members)) != sorted(map(str, called)) or not all(given.values()):
         places = f"{source.text}: teams: {', '.join(map(str, members))}; agents: {', '.join(map(str, called))}"

@@ -22,7 +22,8 @@ import numpy as np
 from codegen.errors import InputError, MaviperError
 from codegen.ir import Float32
 from codegen.legality import Mask
-from maviper.worlds.outside.sources import Source, attribute, fault, imported, made, parsed, space
+from maviper.worlds.outside.making import imported, made
+from maviper.worlds.outside.sources import Source, attribute, fault, parsed, space
 from maviper.worlds.world import Outcome, drawn_legally
 
 BESIDE = "beside"  # the request that `_beside` answers

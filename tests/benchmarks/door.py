@@ -17,7 +17,8 @@ from pathlib import Path
 
 import numpy as np
 
-from maviper.worlds.outside.sources import imported, parsed
+from maviper.worlds.outside.making import imported
+from maviper.worlds.outside.sources import parsed
 from maviper.worlds.pettingzoo import PettingZooWorld
 
 REACH, STRETCH = 0.5, 0.8

@@ -15,7 +15,8 @@ import numpy as np
 
 from codegen.errors import InputError
 from codegen.ir import Float32
-from maviper.worlds.outside.sources import GYMNASIUM, imported, made, named_by_user, parsed
+from maviper.worlds.outside.making import imported, made
+from maviper.worlds.outside.sources import GYMNASIUM, named_by_user, parsed
 from maviper.worlds.outside.systems import Floats
 from maviper.worlds.processes import Copy
 from verify.systems.statement import Statement

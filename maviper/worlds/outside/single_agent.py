@@ -18,7 +18,7 @@ from codegen.errors import InputError, MissingToolError
 from codegen.ir import FeatureSpec
 from maviper.worlds.outside.described import DESCRIBED
 from maviper.worlds.outside.flattening import OWN, ensure_small, names_of, specs_of, vector, vector_space
-from maviper.worlds.outside.sources import Source
+from maviper.worlds.outside.sources import Source, value_of
 
 if TYPE_CHECKING:
     import gymnasium
@@ -51,23 +51,13 @@ def registered(name: str) -> Callable[..., gymnasium.Env]:
     def make(**options: int | str) -> gymnasium.Env:
         import gymnasium
 
-        given = {key: _value(value) for key, value in options.items()}
+        given = {key: value_of(value) for key, value in options.items()}
         try:
             return gymnasium.make(name, disable_env_checker=True, **given)
         except (gymnasium.error.Error, ImportError) as error:
             raise _refused(name, error) from error
 
     return make
-
-
-def _value(text: int | str) -> Any:
-    """An option's value: True, False and numbers are that, anything else is text."""
-    if text in ("True", "False"):
-        return text == "True"
-    try:
-        return float(text) if isinstance(text, str) else text
-    except ValueError:
-        return text
 
 
 def _refused(name: str, error: Exception) -> InputError | MissingToolError:

@@ -1,27 +1,23 @@
-"""Environments by name, `module:function,option=value`, `gymnasium:ID` or `system:FILE`: found, imported and made.
+"""Environments by name: `module:function,option=value`, `gymnasium:ID`, `vmas:SCENARIO` or `system:FILE`.
 
-Does: imports and calls the function, or makes the registered environment; turns what it raises into an InputError.
+Does: reads such a name; asks an environment for its spaces and attributes; turns what it raises into an InputError.
 Assumes: whoever names an environment means to run its code.
-Does not: play one, or know what a world is.
+Does not: import or make one (making.py), play one, or know what a world is.
 """
 
-import importlib
-import inspect
 import re
-import sys
 import traceback
-from collections.abc import Callable, Mapping
-from contextlib import redirect_stdout
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 from warnings import catch_warnings, simplefilter
 
-from codegen.errors import InputError, MaviperError, UnknownNameError
+from codegen.errors import InputError, MaviperError
 
 GYMNASIUM = "gymnasium"  # the module whose functions are the ids of its registered environments
 SYSTEM = "system"  # the module whose functions are paths of world's files
+VMAS = "vmas"  # the module whose functions are the names of its scenarios
 MAX_STEPS, WRAP = "max_steps", "wrap"  # the options that are ours: how long an episode may be, and wrappers
 NUMBER = re.compile(r"-?[0-9]{1,18}")
 OURS = Path(__file__).parent.parent
@@ -74,71 +70,14 @@ def parsed(text: str) -> Source:
     return Source(module, function, options)
 
 
-def imported(source: Source) -> Callable[..., Any]:
-    """The function, or what makes a registered environment of Gymnasium or that of a file. InputError when it cannot be
-    imported.
-
-    The current folder comes first, as for `python -m`.
-    """
-    folder = str(Path.cwd())
-    if source.module == GYMNASIUM:
-        from maviper.worlds.outside.single_agent import registered
-
-        return registered(source.function)
-    if source.module == SYSTEM:
-        from maviper.worlds.outside.systems import stated
-
-        return stated(source.function)
-    if folder not in sys.path:
-        sys.path.insert(0, folder)
-    importlib.invalidate_caches()
-    module = _module(source)
-    known = [name for name, value in vars(module).items() if callable(value) and not name.startswith("_")]
-    if not callable(getattr(module, source.function, None)):
-        raise UnknownNameError(f"function in {source.module}", source.function, known, source.text)
-    return getattr(module, source.function)
-
-
-def _module(source: Source) -> ModuleType:
+def value_of(text: int | str) -> Any:
+    """An option's value: True, False and numbers are that, anything else is text."""
+    if text in ("True", "False"):
+        return text == "True"
     try:
-        with redirect_stdout(sys.stderr):  # ours is for results
-            return importlib.import_module(source.module)
-    except ModuleNotFoundError as error:
-        if error.name is not None and f"{source.module}.".startswith(f"{error.name}."):
-            advice = "install it, or run maviper in the folder that contains it"
-            raise InputError(f"no module '{error.name}'", source.text, advice) from None
-        raise fault(error, source, f"importing {source.module}") from error
-    except (Exception, SystemExit) as error:
-        raise fault(error, source, f"importing {source.module}") from error
-
-
-def made(function: Callable[..., Any], source: Source) -> Any:
-    """A fresh environment; InputError when the function raises or returns something else."""
-    known = _parameters(function)
-    mine = [key for key in (MAX_STEPS, WRAP) if key not in (known or ())]
-    options = {key: value for key, value in source.options.items() if key not in mine}
-    unknown = [] if known is None else sorted(set(options) - set(known))
-    if unknown:
-        raise UnknownNameError("option", unknown[0], [*(known or ()), *mine], source.text)
-    try:
-        with redirect_stdout(sys.stderr):
-            env = function(**options)
-    except (Exception, SystemExit) as error:
-        raise fault(error, source, source.function) from error
-    from maviper.worlds.outside.wrappers import wrapped
-
-    return wrapped(env, source.options.get(WRAP, "") if WRAP in mine else "", source)
-
-
-def _parameters(function: Callable[..., Any]) -> list[str] | None:
-    """The names of a function's keyword arguments, or None where it takes any, or Python cannot tell."""
-    try:
-        found = inspect.signature(function).parameters.values()
-    except (TypeError, ValueError):  # not written in Python
-        return None
-    if any(each.kind is each.VAR_KEYWORD for each in found):
-        return None
-    return [each.name for each in found if each.kind in (each.POSITIONAL_OR_KEYWORD, each.KEYWORD_ONLY)]
+        return float(text) if isinstance(text, str) else text
+    except ValueError:
+        return text
 
 
 def fault(error: BaseException, source: Source, doing: str) -> MaviperError:

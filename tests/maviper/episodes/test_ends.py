@@ -29,7 +29,8 @@ from maviper.extraction.selection import refine
 from maviper.extraction.selection.arena import Arena
 from maviper.extraction.settings import HISTOGRAM, PRESETS, Settings
 from maviper.worlds import PettingZooWorld, find
-from maviper.worlds.outside.sources import imported, parsed
+from maviper.worlds.outside.making import imported
+from maviper.worlds.outside.sources import parsed
 from tests.growing import train_joint_trees
 
 PLACE, TIME, OVER = range(3)  # what everybody observes in tests.environments.Relay

@@ -5,6 +5,7 @@ import json
 from dataclasses import replace
 from itertools import pairwise, product
 
+import numpy as np
 import pytest
 
 from codegen import policy_json
@@ -65,8 +66,10 @@ def settings_of(world, **given):
 
 
 def text_of(world, expert, **given):
+    """A profile as it was before leaves were counted."""
     found = extract(world, expert, settings_of(world, **given))
-    return policy_json.dumps(replace(found, provenance=replace(found.provenance, tool="any")))
+    agents = tuple(replace(each, tree=replace(each.tree, visits=np.zeros(0))) for each in found.agents)
+    return policy_json.dumps(replace(found, agents=agents, provenance=replace(found.provenance, tool="any")))
 
 
 def test_the_names_give_the_bytes_that_they_gave_before_they_were_bundles(games, golden):

@@ -21,7 +21,7 @@ from maviper.episodes import measures, trees
 from maviper.episodes.measures import Mean
 from maviper.episodes.on_policy import ON_POLICY_EPISODES
 from maviper.episodes.play import Policies, play, points, tree_policies
-from maviper.evaluation.held_out import EVALUATION_EPISODES, measured_of
+from maviper.evaluation.held_out import EVALUATION_EPISODES, Counting, measured_of
 from maviper.experts.expert import AS_GIVEN, labels
 from maviper.experts.scripted import Scripted, scripted
 from maviper.extraction.algorithms import extract
@@ -385,7 +385,11 @@ class Recorder:
 
     def trees_of(self, controllers):
         """The tree policies that a list of controllers, one an agent, plays."""
-        return [self.trees[id(controller)][1][agent] for agent, controller in enumerate(controllers)]
+        found = []
+        for agent, controller in enumerate(controllers):
+            counting = isinstance(controller, Counting)
+            found.append((controller.policies if counting else self.trees[id(controller)][1])[agent])
+        return found
 
 
 def small(**settings):

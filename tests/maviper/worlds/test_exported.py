@@ -18,7 +18,8 @@ from maviper import manual
 from maviper.worlds import built_in, find, parallel_env
 from maviper.worlds.checking import Mark, check
 from maviper.worlds.exported import WorldEnv
-from maviper.worlds.outside.sources import imported, parsed
+from maviper.worlds.outside.making import imported
+from maviper.worlds.outside.sources import parsed
 from maviper.worlds.pettingzoo import PettingZooWorld
 from maviper.worlds.physical_deception import PhysicalDeception
 from maviper.worlds.seeds import TRAINING

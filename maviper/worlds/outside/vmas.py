@@ -1,0 +1,203 @@
+"""Scenarios of VMAS as worlds, `vmas:balance,n_agents=3`: many games in one batch, by VMAS's own vectorisation.
+
+Does: makes a scenario with discrete actions; starts each game of the batch from its own seed; steps all at once.
+Assumes: the package `vmas` (extra `interop`); randomness in a scenario's start only, so that a seed and actions decide.
+Does not: know what observations mean; end one agent's episode before the others' (VMAS does not either).
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+import warnings
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, redirect_stdout
+from copy import copy
+from itertools import count, product
+from typing import Any
+
+import numpy as np
+
+from codegen.dynamics import motionless
+from codegen.errors import InputError, MissingToolError, UnknownNameError
+from codegen.ir import MAX_LENGTH, ActionSpec, Bool, FeatureSpec, Float32, Float64
+from maviper.worlds.outside.flattening import MAX_FEATURES, legal_names
+from maviper.worlds.outside.sources import MAX_STEPS, fault, parsed, value_of
+from maviper.worlds.pettingzoo import PAST, EnvStates, teams_by_name
+from maviper.worlds.seeds import TRAINING, folded
+from maviper.worlds.world import RETURN, Int, Measure, World
+
+GAMES = 256  # in a batch
+USUAL_STEPS = 100  # most scenarios go on until somebody stops them
+OURS = ("device", "num_envs", "continuous_actions", "seed", "wrapper", "dict_spaces", "multidiscrete_actions")
+_moments = count()  # unlike in all worlds
+
+
+class VmasWorld(World):
+    """The scenario that `text` names, GAMES games of it at once. Seeds of games are `folded`.
+
+    MissingToolError without the package; UnknownNameError or InputError for what cannot be played.
+    """
+
+    games: int = GAMES
+
+    def __init__(self, text: str) -> None:
+        self.source = parsed(text)
+        self._env = self._made(GAMES)
+        agents = legal_names([agent.name for agent in self._env.agents], "agent")
+        steps = self.source.options.get(MAX_STEPS)
+        if steps is not None and (not isinstance(steps, int) or steps < 1):
+            raise InputError(f"{MAX_STEPS} is '{steps}'", text, "give a number from 1")
+        name = re.sub(r"[^A-Za-z0-9_-]+", "-", f"vmas-{self.source.function}")
+        self.length_known = steps is not None
+        self.spec = motionless(name, self.source.reference, agents, steps or USUAL_STEPS, self.source.options)
+        self.teams = teams_by_name(agents)
+        self.measures = tuple(Measure(team, RETURN) for team in self.teams)
+        with self._at_work("reset"):
+            self._env.seed(0)
+            seen = self._env.reset()
+        self.features = tuple(self._features(agent, each) for agent, each in zip(agents, seen, strict=True))
+        self.actions = tuple(
+            tuple(ActionSpec(name, None) for name in _called(agent, int(choices.n)))
+            for agent, choices in zip(self._env.agents, self._env.action_space, strict=True)
+        )
+        self._moment = PAST
+
+    def _made(self, n_games: int) -> Any:
+        """A batch of games of the scenario."""
+        try:
+            import vmas
+        except ImportError:
+            advice = "install the extra: pip install 'maviper[interop]'"
+            raise MissingToolError("VMAS scenarios need the package vmas", self.source.text, advice) from None
+        scenario, options = self.source.function, dict(self.source.options)
+        known = sorted({*vmas.scenarios, *vmas.mpe_scenarios, *vmas.debug_scenarios})
+        if scenario not in known:
+            raise UnknownNameError("VMAS scenario", scenario, known, self.source.text)
+        taken = [key for key in options if key in OURS]
+        if taken:
+            what = f"{taken[0]} is not a scenario's option: actions are discrete, and {GAMES} games play at once"
+            raise InputError(what, self.source.text, "leave it out")
+        given = {key: value_of(value) for key, value in options.items() if key != MAX_STEPS}
+        settings: dict[str, Any] = {"continuous_actions": False, "terminated_truncated": True, "seed": 0}
+        with self._at_work("make_env"), warnings.catch_warnings(record=True) as said:
+            warnings.simplefilter("always")
+            env = vmas.make_env(scenario, num_envs=n_games, **settings, **given)
+        unused = [str(each.message) for each in said if "passed but not used" in str(each.message)]
+        if unused:
+            raise InputError(
+                "the scenario has no such option", f"{self.source.text}: {unused[0][:120]}", "leave it out"
+            )
+        return env
+
+    @contextmanager
+    def _at_work(self, doing: str) -> Iterator[None]:
+        """What VMAS prints goes to standard error, and what it raises becomes an InputError."""
+        try:
+            with redirect_stdout(sys.stderr):
+                yield
+        except (Exception, SystemExit) as error:
+            raise fault(error, self.source, f"VMAS's {doing}") from error
+
+    def _features(self, agent: str, seen: Any) -> tuple[FeatureSpec, ...]:
+        """Features of one agent's observations in the whole batch, which may be a tensor or a dictionary of them."""
+        parts = seen.items() if isinstance(seen, Mapping) else [("feature", seen)]
+        names = [f"{key}_{place}" for key, part in parts for place in range(int(np.prod(part.shape[1:])))]
+        if not 1 <= len(names) <= MAX_FEATURES:
+            what = f"{agent} observes {len(names):,} numbers, of 1 to {MAX_FEATURES:,}"
+            raise InputError(what, self.source.text, "choose another scenario, or other options")
+        bounds = -MAX_LENGTH, MAX_LENGTH
+        return tuple(FeatureSpec(name, "none", *bounds, None) for name in legal_names(names, "feature"))
+
+    @property
+    def name(self) -> str:
+        """`vmas:SCENARIO,option=value`."""
+        return self.source.text
+
+    def start(self, n: int, rng: np.random.Generator) -> EnvStates:
+        """`n` random start states, `n` at most `games`."""
+        return self.start_from_seeds(rng.integers(*TRAINING, size=n))
+
+    def start_from_seeds(self, seeds: Sequence[int] | Int) -> EnvStates:
+        """The start states of at most `games` games, each after VMAS's `seed` and its `reset_at`."""
+        assert 0 < len(seeds) <= self.games, f"{len(seeds)} games asked of {self.games}"
+        self._moment = PAST
+        with self._at_work("reset"):
+            for place, seed in enumerate(seeds):
+                self._env.seed(folded(int(seed)))
+                self._env.reset_at(place, return_observations=False)
+            self._env.seed(0)
+            seen, ended = self._env.get_from_scenario(
+                get_observations=True, get_rewards=False, get_infos=False, get_dones=True
+            )[:2]
+        n = len(seeds)
+        done = np.repeat(_array(ended)[:n, None] != 0, len(self.agents), axis=1)
+        return self._entered(tuple(self._rows(each, n) for each in seen), np.zeros(done.shape), done)
+
+    def step(self, state: EnvStates, actions: Int) -> EnvStates:
+        """The next states; RuntimeError for any state but the newest. A game that has ended keeps its observations."""
+        if state.moment == PAST or state.moment != self._moment:
+            raise RuntimeError("only the newest state of all games can be stepped: the batch has moved on")
+        acted = np.zeros((GAMES, len(self.agents)), np.float32)
+        acted[: len(state)] = np.asarray(actions)
+        self._moment = PAST  # in case it fails
+        with self._at_work("step"):
+            seen, paid, ended, _, _ = self._env.step([column[:, None].copy() for column in acted.T])
+        n, over = len(state), state.done
+        rows = [self._rows(each, n) for each in seen]
+        found = tuple(np.where(over[:, [k]], state.observations[k], each) for k, each in enumerate(rows))
+        rewards = np.stack([_array(each)[:n].reshape(n).astype(np.float64) for each in paid], axis=1)
+        return self._entered(found, np.where(over, 0.0, rewards), over | (_array(ended)[:n, None] != 0))
+
+    def _entered(self, observations: tuple[Float32, ...], rewards: Float64, done: Bool) -> EnvStates:
+        self._moment = next(_moments)
+        return EnvStates(observations, rewards, done, done, ~done, self._moment)
+
+    def _rows(self, seen: Any, n: int) -> Float32:
+        """The first `n` games' observations, [n, n_features]."""
+        parts = seen.values() if isinstance(seen, Mapping) else [seen]
+        found = [_array(part)[:n].reshape(n, -1) for part in parts]
+        return np.concatenate(found, axis=1).astype(np.float32)
+
+    def observe(self, state: EnvStates) -> tuple[Float32, ...]:
+        """Each agent's observation, [batch, n_features] float32."""
+        return state.observations
+
+    def rewards(self, state: EnvStates) -> Float64:
+        """VMAS's rewards on entering `state`, [batch, n_agents]; 0 at the start and in games that had ended."""
+        return state.rewards
+
+    def alive(self, state: EnvStates) -> Bool:
+        """Who acts in `state`, [batch, n_agents]."""
+        return state.acting
+
+    def terminated(self, state: EnvStates) -> Bool:
+        """Whose episode has ended by itself, [batch, n_agents]."""
+        return state.terminated
+
+    def values(self, states: Sequence[EnvStates]) -> Float64:
+        """Each team's return, [n_teams, batch]: the mean over its agents of the rewards of an episode, summed."""
+        total = np.sum([state.rewards for state in states], axis=0)
+        return np.stack([total[:, self.members(team)].mean(axis=1) for team in self.teams])
+
+    def reference_env(self) -> Any:
+        """A fresh batch of one game, as VMAS makes it."""
+        return self._made(1)
+
+    def apart(self) -> VmasWorld:
+        """The same world with a batch of its own, so that both can play."""
+        found = copy(self)
+        found._env, found._moment = self._made(GAMES), PAST
+        return found
+
+
+def _called(agent: Any, n_actions: int) -> list[str]:
+    """Names of an agent's actions. Of three on each of two axes the first stays, as VMAS has it."""
+    if list(agent.discrete_action_nvec) != [3, 3] or n_actions != 9:
+        return [f"action_{k}" for k in range(n_actions)]
+    pairs = product(("", "left", "right"), ("", "down", "up"))
+    return ["_".join(filter(None, pair)) or "stay" for pair in pairs]
+
+
+def _array(tensor: Any) -> Any:
+    return tensor.detach().cpu().numpy()
