@@ -11,7 +11,7 @@ import click
 
 from codegen.errors import ExitCode
 from maviper.cli.group import Verb, Verbs
-from maviper.cli.options import PATH
+from maviper.cli.options import PATH, option
 
 
 @click.group(cls=Verbs, example="maviper worlds list")
@@ -75,7 +75,8 @@ def worlds_new(file: Path) -> int:
 
 @worlds.command("check", cls=Verb, example="maviper worlds check mygame:make,n=2")
 @click.argument("world")
-def worlds_check(world: str) -> int:
+@option("--run-reference", is_flag=True, help="Also run an environment of somebody's own that a world's file names.")
+def worlds_check(world: str, run_reference: bool) -> int:
     """Report what WORLD provides, what is missing and what is wrong.
 
     Prints one line per finding. Exits with 2 if the world cannot be used.
@@ -89,7 +90,7 @@ def worlds_check(world: str) -> int:
     """
     from maviper.worlds.checking import check, usable
 
-    findings = check(world)
+    findings = check(world, run_reference)
     for finding in findings:
         click.echo(str(finding))
     return ExitCode.DONE if usable(findings) else ExitCode.INPUT

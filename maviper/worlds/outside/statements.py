@@ -9,6 +9,7 @@ from collections.abc import Iterator
 
 from maviper.worlds.outside.deviation import deviation
 from maviper.worlds.outside.findings import Finding, Mark
+from maviper.worlds.outside.reference import is_known
 from verify.checker.enclosures import ensure_enclosed
 from verify.checker.reading import RejectedError
 from verify.systems.statement import Statement
@@ -42,12 +43,17 @@ def _enclosed(statement: Statement) -> Finding:
     return Finding(Mark.OK, f"enclosures: {shown} bounds shown" if shown else "enclosures: none, every rule is affine")
 
 
-def measured(statement: Statement) -> Iterator[Finding]:
-    """How far a statement is from its reference."""
+def measured(statement: Statement, run: bool) -> Iterator[Finding]:
+    """How far a statement is from its reference. `run`: also where that is code that the file names."""
+    name = statement.system.reference
+    if not (run or is_known(name)):
+        said = f"reference: {name} is code that the file names, and was not run"
+        yield Finding(Mark.MISSING, said, "add --run-reference to run it and measure the statement")
+        return
     found = deviation(statement)
     reach = ", ".join(f"{name} [{low:.2g}, {high:.2g}]" for name, (low, high) in found.off.items())
     where = "all over the ranges" if found.placed else "where its episodes lead"
-    yield Finding(Mark.OK, f"reference: {statement.system.reference}, {found.steps} steps {where}, off by {reach}")
+    yield Finding(Mark.OK, f"reference: {name}, {found.steps} steps {where}, off by {reach}")
     if found.outside:
         yield Finding(Mark.MISSING, f"reference: {found.outside} steps began where nothing is stated")
     if found.beyond:
