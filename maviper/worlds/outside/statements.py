@@ -12,7 +12,10 @@ from maviper.worlds.outside.findings import Finding, Mark
 from maviper.worlds.outside.reference import is_known
 from verify.checker.enclosures import ensure_enclosed
 from verify.checker.reading import RejectedError
+from verify.systems.properties import ensure_claims
 from verify.systems.statement import Statement
+
+NO_CLAIMS = "add [[property]], or give `maviper verify` a file of them"
 
 
 def stated(statement: Statement) -> Iterator[Finding]:
@@ -25,6 +28,8 @@ def stated(statement: Statement) -> Iterator[Finding]:
         f"{agent.name} {len(system.features[agent.name])} and {len(agent.actions)}" for agent in statement.agents
     )
     yield Finding(Mark.OK, f"features and actions: {sizes}")
+    claims = ensure_claims(statement, system.name)
+    yield Finding(Mark.OK, f"claims: {claims}") if claims else Finding(Mark.MISSING, "claims: none", NO_CLAIMS)
     if not statement.rules:
         said = "dynamics: none, so claims are about single decisions"
         yield Finding(Mark.MISSING, said, "add [dynamics.next] for claims about episodes")
