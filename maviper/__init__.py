@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 from maviper.files.verbs import from_file, from_onnx, from_sklearn
 from maviper.reproduction.verb import reproduce
-from maviper.verification.verb import diff, robust
+from maviper.verification.verb import diff, robust, verify_system
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -53,6 +53,7 @@ __all__ = [
     "train",
     "verify",
     "verify_file",
+    "verify_system",
     "version",
 ]
 
@@ -325,9 +326,10 @@ def check(
     certificate: str | Path,
     profile: PolicyProfile | str | Path | None = None,
     against: PolicyProfile | str | Path | None = None,
+    world: str | Path | None = None,
 ) -> Checked:
-    """What the certificate in a file proves of a profile (default: profile.json beside it), and of a second one where
-    it is by `diff` (default: against.json beside it).
+    """What the certificate in a file proves of a profile (default: profile.json beside it), of a second one where it is
+    by `diff` (default: against.json beside it), in a world's file if it is by `verify_system` (world.toml beside it).
 
     RefusedError when its proof does not hold; InputError when it cannot be read or is about another profile.
     """
@@ -336,11 +338,15 @@ def check(
     from maviper.verification.certificates import checked
 
     first, second = (Path(one) if isinstance(one, str) else one for one in (profile, against))
-    return checked(Path(certificate), first, second)
+    return checked(Path(certificate), first, second, None if world is None else Path(world))
 
 
-def replay(counterexample: str | Path, profile: PolicyProfile | str | Path | None = None) -> Replayed:
+def replay(
+    counterexample: str | Path, profile: PolicyProfile | str | Path | None = None, world: str | Path | None = None
+) -> Replayed:
     """The counterexample in a file, replayed with a profile (default: profile.json beside it): does the claim fail?
+
+    `world`: the world's file of one by `verify_system` (default: world.toml beside it).
 
     InputError when the file is damaged or about another world; DisagreementError when reference, compiled C and
     environment act differently.
@@ -350,7 +356,8 @@ def replay(counterexample: str | Path, profile: PolicyProfile | str | Path | Non
     from maviper.files.profiles import loaded
     from maviper.verification.counterexamples import replay as replayed
 
-    return replayed(Path(counterexample), loaded(profile, beside=Path(counterexample)))
+    about = loaded(profile, beside=Path(counterexample))
+    return replayed(Path(counterexample), about, None if world is None else Path(world))
 
 
 def repair(

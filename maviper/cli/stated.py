@@ -40,7 +40,7 @@ def taken(options: dict[str, Any]) -> "StatedOptions | None":
             raise InputError(f"{option} has no effect with --world", option, advice)
     from maviper.verification.stated import StatedOptions
 
-    return StatedOptions(own["world"], options["file"], own["max_states"], own["run_reference"])
+    return StatedOptions(own["world"], options.get("file"), own["max_states"], own["run_reference"])
 
 
 def answered(

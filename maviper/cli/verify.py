@@ -80,16 +80,25 @@ def verify(
       [apart]
       "landmark_0 - landmark_1" = 0.2
     """
-    from maviper.cli.results import exit_code, say_results
     from maviper.cli.stated import answered, taken
+
+    console, stated = console_of(context), taken(options)
+    full = full or context.obj["verbose"]
+    if stated is not None:
+        return answered(profile, stated, output, as_json, full, console)
+    return _decided(profile, options, output, as_json, full, console)
+
+
+def _decided(
+    profile: Path, options: dict[str, Any], output: Path | None, as_json: bool, full: bool, console: "Console"
+) -> int:
+    """Decides claims about a game, prints and writes; the exit code."""
+    from maviper.cli.results import exit_code, say_results
     from maviper.files.profiles import load
     from maviper.verification.ask import VerifyOptions, questions
     from maviper.verification.run import verified
     from verify.progress import listening
 
-    console, stated = console_of(context), taken(options)
-    if stated is not None:
-        return answered(profile, stated, output, as_json, full or context.obj["verbose"], console)
     asking = VerifyOptions(**options).checked()
     loaded = load(profile)
     found = questions(loaded, profile.name, asking)
@@ -102,7 +111,7 @@ def verify(
         done = verified(loaded, found, asking, lambda result: say_results(loaded, [result], console))
     if output is not None:
         _write(output, profile, done, console)
-    if as_json or full or context.obj["verbose"]:
+    if as_json or full:
         click.echo(done.printed(as_json), nl=False)
     if len(done.results) < len(found):
         console.line("interrupted", f"{len(done.results)} of {len(found)} claims were decided")

@@ -77,7 +77,8 @@ def worlds_new(file: Path) -> int:
 
 @worlds.command("check", cls=Verb, example="maviper worlds check mygame:make,n=2")
 @click.argument("world")
-def worlds_check(world: str) -> int:
+@option("--run-reference", is_flag=True, help="Also run an environment of somebody's own that a world's file names.")
+def worlds_check(world: str, run_reference: bool) -> int:
     """Report what WORLD provides, what is missing and what is wrong.
 
     Prints one line per finding. Exits with 2 if the world cannot be used.
@@ -91,7 +92,7 @@ def worlds_check(world: str) -> int:
     """
     from maviper.worlds.checking import check, usable
 
-    findings = check(world)
+    findings = check(world, run_reference)
     for finding in findings:
         click.echo(str(finding))
     return ExitCode.DONE if usable(findings) else ExitCode.INPUT

@@ -20,6 +20,7 @@ TOPICS = (
     "pseudocode",
     "claims",
     "verdicts",
+    "systems",
     "repair",
     "compiling",
     "embedding",

@@ -1,4 +1,4 @@
-"""The functions `maviper.robust` and `maviper.diff`.
+"""The functions `maviper.robust`, `maviper.diff` and `maviper.verify_system`.
 
 Does: what the commands do, with their options as parameters.
 Assumes: heavy libraries are imported when they are called.
@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from codegen.ir import PolicyProfile
     from maviper.verification.difference import Compared
     from maviper.verification.robust import Radii
+    from maviper.verification.stated import StatedVerified
 
 
 def robust(
@@ -49,3 +50,23 @@ def diff(
     from maviper.verification.difference import DiffOptions, compared
 
     return compared(first, second, DiffOptions(tuple(agents), str(region), semantics, max_nodes, max_cells))
+
+
+def verify_system(
+    profile: PolicyProfile,
+    world: str | Path,
+    properties: str | Path | None = None,
+    *,
+    max_states: int | None = None,
+    run_reference: bool = False,
+) -> StatedVerified:
+    """The verdicts on the claims of a world's file, or of a property file, about the system that the file states.
+
+    `StatedVerified.results` has verdicts and evidence, `document` the report; `max_states` limits symbolic states for
+    each claim; `run_reference`: also run an environment of somebody's own that the file names. InputError for files
+    that cannot be used, a profile of another world, and a statement that is further from its reference than it says.
+    """
+    from maviper.verification.stated import StatedOptions, verified
+
+    file = None if properties is None else Path(properties)
+    return verified(profile, StatedOptions(Path(world), file, max_states, run_reference))

@@ -45,17 +45,14 @@ COMPARED = 10  # episode seeds whose first observations are compared with the re
 FIRST_STEPS = 5  # played before the episode that is repeated, so that what an environment keeps would show
 
 
-def check(name: str) -> list[Finding]:
-    """The findings on a world by its name, `module:function` or world's file.
+def check(name: str, run_reference: bool = False) -> list[Finding]:
+    """The findings on a world by its name, `module:function` or world's file. `run_reference`: also run an environment
+    of somebody's own that such a file names.
 
     They end where a fault leaves nothing more to look at. UnknownNameError or InputError for a name that is neither.
     """
     name = f"{SYSTEM}:{name}" if name.endswith(WORLD_FILE) and not named_by_user(name) else name
-    if named_by_user(name):
-        source = parsed(name)
-        steps = {VMAS: _vmas, SYSTEM: _stated}.get(source.module, _user)(source)
-    else:
-        steps = _built_in(name)
+    steps = _named(parsed(name), run_reference) if named_by_user(name) else _built_in(name)
     found: list[Finding] = []
     try:
         with redirect_stdout(sys.stderr):  # whatever an environment prints
@@ -75,6 +72,12 @@ def new(path: Path) -> None:
         raise InputError("the file exists", str(path), "choose another name")
     name = re.sub(r"[^A-Za-z0-9_-]", "-", path.stem)
     runs.write(path, render("systems/starter.toml.j2", name=name))
+
+
+def _named(source: Source, run_reference: bool) -> Iterator[Finding]:
+    if source.module == SYSTEM:
+        return _stated(source, run_reference)
+    return _vmas(source) if source.module == VMAS else _user(source)
 
 
 def _user(source: Source) -> Iterator[Finding]:
@@ -100,7 +103,7 @@ def _user(source: Source) -> Iterator[Finding]:
     yield from _meanings(world)
 
 
-def _stated(source: Source) -> Iterator[Finding]:
+def _stated(source: Source, run_reference: bool) -> Iterator[Finding]:
     """Of a world's file: what it states, whether that can be played, and how far it is from its reference."""
     statement = read(source.function)
     yield from stated(statement)
@@ -114,7 +117,7 @@ def _stated(source: Source) -> Iterator[Finding]:
     finally:
         world.close()
     if statement.system.reference:
-        yield from measured(statement)
+        yield from measured(statement, run_reference)
 
 
 def _vmas(source: Source) -> Iterator[Finding]:

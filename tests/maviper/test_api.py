@@ -94,7 +94,20 @@ def test_every_option_of_a_command_is_a_parameter():
         "least",
     }  # of the command line alone
     renamed = {"name", "names", "file"}  # claim; of property files there is verify_file
-    assert {name: left - printed - renamed for name, left in missing.items() if left - printed - renamed} == {}
+    assert {name: left - printed - renamed for name, left in missing.items() if left - printed - renamed} == {
+        "verify": {"world", "run_reference", "max_states"}
+    }
+    stated = inspect.signature(maviper.verify_system).parameters
+    assert {"world", "run_reference", "max_states"} < set(stated)
+
+
+def test_a_stated_system_by_function_and_by_command():
+    """The same answers as tests/test_worlds.py has from the command line."""
+    folder = ROOT / "generated" / "worlds"
+    found = maviper.verify_system(maviper.load(folder / "corridor.json"), str(folder / "corridor.toml"))
+    assert [result.verdict for result in found.results] == [Verdict.PROVED]
+    with pytest.raises(InputError, match="unknown agent"):
+        maviper.verify_system(maviper.load(folder / "pendulum.json"), folder / "corridor.toml")
 
 
 def test_options_are_read_by_name_nowhere():

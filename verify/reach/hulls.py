@@ -21,7 +21,7 @@ from verify.systems.system import Affine, HalfSpace, Piece
 
 FINENESS = 12  # bits of a hull's width in which its bounds are given
 PULLED = 2  # steps over which directions are followed back
-MOST_EACH = 4  # directions for each variable
+MAX_EACH = 4  # directions for each variable
 
 
 class Extent(NamedTuple):
@@ -138,7 +138,7 @@ def _directions(search: Search) -> list[Terms]:
     for _ in range(PULLED):
         level = [_primitive(pulled) for terms in level for pulled in _before(terms, system.pieces) if pulled.terms]
         for terms in level:
-            if len(found) < MOST_EACH * len(reading.order):
+            if len(found) < MAX_EACH * len(reading.order):
                 found[terms] = None
     return list(found)
 

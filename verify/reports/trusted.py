@@ -34,6 +34,19 @@ EPISODES = {
     ),
     "verify/claims": (*CLAIMS, "episodes"),
 }
+SYSTEMS = {
+    "codegen": CODEGEN,
+    "verify/checker": (
+        *CHECKER,
+        "system_certificates",
+        "system_reading",
+        "system_rows",
+        "system_trees",
+        "systems",
+    ),
+    "verify/claims": CLAIMS,
+    "verify/systems": ("claims", "documents", "system"),
+}
 REFEREE = {
     "codegen": ("dynamics", "errors", "floats", "ir", "observe", "region"),
     "verify": ("question",),
@@ -74,6 +87,9 @@ EPISODES_WITH_CERTIFICATE = (
 EPISODES_WITHOUT_CERTIFICATE = (
     "for a proof about episodes without a certificate: one reading, which nothing checks, by the zones and their steps "
     "(verify/episodes: composition, contacts, cuts, unroll, zones), and the dynamics in the profile's world spec"
+)
+SYSTEMS_WITH_CERTIFICATE = (
+    f"for a proof about a stated system: {listed(SYSTEMS)}; and that the statement is true of what it is about"
 )
 REPLAYED = "for a counterexample: none of this, since it can be replayed"
 REFEREED = f"for a counterexample in real arithmetic: the referee ({listed(REFEREE)}); `maviper replay` asks it again"

@@ -20,7 +20,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 
 from codegen.errors import InputError
-from verify.claims.formula import FALSE, TRUE, Formula, below, conjunction, disjunction, negated
+from verify.claims.formula import FALSE, TRUE, Formula, Goal, atoms, below, conjunction, disjunction, negated
 from verify.systems.system import HalfSpace, Polytope
 
 MAX_STEPS = 1_000
@@ -94,7 +94,9 @@ class SystemClaim:
         return self.inside if self.kind is SystemKind.REACHES and step < self.steps else FALSE
 
     def ensure(self) -> None:
-        """InputError for steps out of range, and for a claim about episodes that names no region."""
+        """InputError for steps out of range, for a claim about episodes that names no region, and for a goal."""
+        if any(isinstance(part, Goal) for part in atoms(self.formula)):
+            raise InputError("a stated system has no goal", f"claim {self.shown}", "name its variables instead")
         if self.about_decisions:
             return
         if not 0 <= self.steps <= MAX_STEPS:

@@ -8,8 +8,10 @@ Does not: decide. Formulas are parsed, never evaluated.
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 
+import numpy as np
+
 from codegen.errors import InputError
-from codegen.ir import PolicyProfile
+from codegen.ir import NO_CHILD, NO_FEATURE, ActionSpec, AgentPolicy, PolicyProfile, Tree
 from verify.claims.formula import Formula
 from verify.claims.language.parser import Vocabulary, parse
 from verify.claims.region import is_list, is_table
@@ -25,10 +27,27 @@ MAX_PROPERTIES = 200
 ZERO = Fraction(0)
 
 
+def ensure_claims(statement: Statement, where: str) -> int:
+    """How many claims a world's file has. InputError with the place of the first fault."""
+    tables = [as_table(table, f"{where}: property {index}") for index, table in enumerate(statement.properties, 1)]
+    return len(_claims(tables, statement, _stated(statement), where)) if tables else 0
+
+
+def _stated(statement: Statement) -> dict[str, AgentPolicy]:
+    """The agents of a file, with all of their actions and a tree that nobody asks."""
+    leaf = Tree(*(np.array([number]) for number in (NO_FEATURE, 0, NO_CHILD, NO_CHILD, 0)))
+    return {
+        agent.name: AgentPolicy(
+            agent.name, agent.team, (), tuple(ActionSpec(name, None) for name in agent.actions), leaf
+        )
+        for agent in statement.agents
+    }
+
+
 def claims_of(statement: Statement, profile: PolicyProfile, where: str) -> tuple[SystemClaim, ...]:
     """The claims of a world's file. InputError with the place of the first fault."""
     tables = [as_table(table, f"{where}: property {index}") for index, table in enumerate(statement.properties, 1)]
-    return _claims(tables, statement, profile, where)
+    return _claims(tables, statement, {policy.agent: policy for policy in profile.agents}, where)
 
 
 def claims_in(source: str, statement: Statement, profile: PolicyProfile, where: str) -> tuple[SystemClaim, ...]:
@@ -37,21 +56,23 @@ def claims_in(source: str, statement: Statement, profile: PolicyProfile, where: 
     only(document, ("property",), where)
     given = as_list(document.get("property", []), f"{where}: property")
     tables = [as_table(table, f"{where}: property {index}") for index, table in enumerate(given, 1)]
-    return _claims(tables, statement, profile, where)
+    return _claims(tables, statement, {policy.agent: policy for policy in profile.agents}, where)
 
 
 def _claims(
-    tables: Sequence[Mapping[str, object]], statement: Statement, profile: PolicyProfile, where: str
+    tables: Sequence[Mapping[str, object]], statement: Statement, acting: Mapping[str, AgentPolicy], where: str
 ) -> tuple[SystemClaim, ...]:
     if not 1 <= len(tables) <= MAX_PROPERTIES:
         advice = "begin each with a line [[property]]"
         raise InputError(f"{len(tables)} properties, of 1 to {MAX_PROPERTIES}", where, advice)
     return tuple(
-        _claim(table, statement, profile, f"{where}: property {index}") for index, table in enumerate(tables, 1)
+        _claim(table, statement, acting, f"{where}: property {index}") for index, table in enumerate(tables, 1)
     )
 
 
-def _claim(table: Mapping[str, object], statement: Statement, profile: PolicyProfile, where: str) -> SystemClaim:
+def _claim(
+    table: Mapping[str, object], statement: Statement, acting: Mapping[str, AgentPolicy], where: str
+) -> SystemClaim:
     only(table, KEYS, where)
     label = text(table.get("label", ""), f"{where}: label")
     given = table.get("region", [])
@@ -67,7 +88,7 @@ def _claim(table: Mapping[str, object], statement: Statement, profile: PolicyPro
         if key in table:
             raise InputError(f"{name} has no {key}", f"{where}: {key}", "remove it")
     if kind is SystemKind.DECIDES:
-        found = _formula(table, profile, statement, where)
+        found = _formula(table, acting, statement, where)
         return SystemClaim(name, kind, regions, formula=found, label=label, region=f"with {words}" if words else "")
     if not regions:
         raise InputError(f"{name} needs a region", where, "write region = { box = { x = [0, 1] } }")
@@ -82,12 +103,13 @@ def _claim(table: Mapping[str, object], statement: Statement, profile: PolicyPro
     return SystemClaim(name, kind, regions, steps, by, label=label, region=words)
 
 
-def _formula(table: Mapping[str, object], profile: PolicyProfile, statement: Statement, where: str) -> Formula:
+def _formula(
+    table: Mapping[str, object], acting: Mapping[str, AgentPolicy], statement: Statement, where: str
+) -> Formula:
     """What is claimed of variables and actions."""
     if "formula" not in table:
         raise InputError("a property needs a name or a formula", where, f"names: {', '.join(KINDS)}")
     written = text(table["formula"], f"{where}: formula")
-    acting = {policy.agent: policy for policy in profile.agents}
     known = Vocabulary(tuple(statement.names.known), acting, (), (), ZERO, ZERO)
     return parse(written, known, lambda place: f"{where}: formula, column {place + 1}")
 

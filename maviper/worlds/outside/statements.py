@@ -9,9 +9,13 @@ from collections.abc import Iterator
 
 from maviper.worlds.outside.deviation import deviation
 from maviper.worlds.outside.findings import Finding, Mark
+from maviper.worlds.outside.reference import is_known
 from verify.checker.enclosures import ensure_enclosed
 from verify.checker.reading import RejectedError
+from verify.systems.properties import ensure_claims
 from verify.systems.statement import Statement
+
+NO_CLAIMS = "add [[property]], or give `maviper verify` a file of them"
 
 
 def stated(statement: Statement) -> Iterator[Finding]:
@@ -24,6 +28,8 @@ def stated(statement: Statement) -> Iterator[Finding]:
         f"{agent.name} {len(system.features[agent.name])} and {len(agent.actions)}" for agent in statement.agents
     )
     yield Finding(Mark.OK, f"features and actions: {sizes}")
+    claims = ensure_claims(statement, system.name)
+    yield Finding(Mark.OK, f"claims: {claims}") if claims else Finding(Mark.MISSING, "claims: none", NO_CLAIMS)
     if not statement.rules:
         said = "dynamics: none, so claims are about single decisions"
         yield Finding(Mark.MISSING, said, "add [dynamics.next] for claims about episodes")
@@ -42,12 +48,17 @@ def _enclosed(statement: Statement) -> Finding:
     return Finding(Mark.OK, f"enclosures: {shown} bounds shown" if shown else "enclosures: none, every rule is affine")
 
 
-def measured(statement: Statement) -> Iterator[Finding]:
-    """How far a statement is from its reference."""
+def measured(statement: Statement, run: bool) -> Iterator[Finding]:
+    """How far a statement is from its reference. `run`: also where that is code that the file names."""
+    name = statement.system.reference
+    if not (run or is_known(name)):
+        said = f"reference: {name} is code that the file names, and was not run"
+        yield Finding(Mark.MISSING, said, "add --run-reference to run it and measure the statement")
+        return
     found = deviation(statement)
     reach = ", ".join(f"{name} [{low:.2g}, {high:.2g}]" for name, (low, high) in found.off.items())
     where = "all over the ranges" if found.placed else "where its episodes lead"
-    yield Finding(Mark.OK, f"reference: {statement.system.reference}, {found.steps} steps {where}, off by {reach}")
+    yield Finding(Mark.OK, f"reference: {name}, {found.steps} steps {where}, off by {reach}")
     if found.outside:
         yield Finding(Mark.MISSING, f"reference: {found.outside} steps began where nothing is stated")
     if found.beyond:

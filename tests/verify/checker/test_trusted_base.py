@@ -12,6 +12,7 @@ from verify.reports import trusted
 
 ROOT = Path(__file__).parents[3]
 README = Path(certificates.__file__).with_name("README.md")
+SYSTEMS_ROW = re.compile(r"^\| `([\w/]+)\.py` \| (\d+) \| [^|]+ \|$", re.MULTILINE)
 ROW = re.compile(r"^\| `([\w/]+)\.py` \| (\d+) \| (yes|) \| (.+) \|$", re.MULTILINE)
 
 
@@ -30,6 +31,7 @@ def imported(module):
     [
         ("verify.checker.certificates", trusted.DECISIONS),
         ("verify.checker.episode_certificates", trusted.EPISODES),
+        ("verify.checker.system_certificates", trusted.SYSTEMS),
         ("verify.states.state", trusted.REFEREE),
     ],
 )
@@ -50,7 +52,15 @@ def test_the_readme_lists_the_trusted_base_and_its_sizes():
     assert abs(int(total.group(1).replace(",", "")) - sum(sizes.values())) <= sum(sizes.values()) / 10
 
 
+def test_the_readme_lists_what_proofs_about_systems_need_beside():
+    listed = {path.replace("/", "."): int(size) for path, size in SYSTEMS_ROW.findall(README.read_text())}
+    assert set(listed) == set(trusted.modules(trusted.SYSTEMS)) - set(trusted.modules(trusted.DECISIONS))
+    for name, said in listed.items():
+        size = len((ROOT / f"{name.replace('.', '/')}.py").read_text().splitlines())
+        assert abs(said - size) <= size / 10, (name, said, size)
+
+
 def test_packages_of_the_trusted_base_are_empty():
-    for name in ("codegen", "verify", "verify.checker", "verify.claims", "verify.states"):
+    for name in ("codegen", "verify", "verify.checker", "verify.claims", "verify.states", "verify.systems"):
         lines = (ROOT / name.replace(".", "/") / "__init__.py").read_text().splitlines()
         assert lines[0].startswith('"""') and lines[-1] == '"""', name

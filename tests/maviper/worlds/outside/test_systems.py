@@ -136,10 +136,13 @@ def test_a_reference_that_cannot_be_compared(old, new, what):
 def test_check_a_file(cart, tmp_path):
     found = check(str(cart))
     assert usable(found) and found == check(f"system:{cart}")
-    assert "cart" in found[0].what and all(finding.mark is Mark.OK for finding in found)
+    assert [finding.what for finding in found if finding.mark is not Mark.OK] == ["claims: none"]
+    assert "cart" in found[0].what
     broken = tmp_path / "broken.toml"
     broken.write_text(CART.replace('"x + dt*v"', '"x + v"'))
     told = check(str(broken))
+    cart.write_text(CART + '[[property]]\nformula = "acts(cart) == up"\n')
+    assert not usable(check(str(cart))) and "unknown action of cart 'up'" in check(str(cart))[-1].what
     assert not usable(told) and "units do not fit: m and m/s (broken.toml: dynamics.next.x" in told[0].what
 
 

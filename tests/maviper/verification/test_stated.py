@@ -1,0 +1,193 @@
+"""`maviper verify --world`: verdicts about a stated system, and the files that are left."""
+
+import json
+from dataclasses import replace
+
+import pytest
+
+from codegen.dynamics import motionless
+from codegen.errors import ExitCode
+from codegen.policy_json import dumps
+from maviper.cli.main import run as command
+from tests.systems import CART, MOUNTAIN
+from tests.verify.system_cases import policy, team
+
+PROPERTIES = """
+[[property]]
+label = "it stays near"
+name = "stays_in"
+region = { box = { x = [-2, 2] } }
+
+[[property]]
+label = "it stays slow"
+name = "stays_in"
+region = { box = { v = [-0.15, 0.15] } }
+
+[[property]]
+region = { where = ["v <= 0"] }
+formula = "x <= -1/2 implies not acts(cart) == left"
+"""
+CAR = """
+[[property]]
+label = "it stays in the valley"
+name = "stays_in"
+steps = 4
+region = { box = { position = [-0.9, 0.1] } }
+
+[[property]]
+label = "it stays left"
+name = "stays_in"
+steps = 8
+region = { box = { position = [-0.9, -0.46] } }
+"""
+BRAKES = policy("cart", ["ahead"], ["stay", "left", "right"], ((0, 0.0), 2, 1))
+DRIVES = policy("agent", ["velocity"], ["accelerate_left", "coast", "accelerate_right"], ((0, -0.001), 0, 2))
+
+
+def profile(own):
+    """The text of a profile with one agent."""
+    return dumps(replace(team(own), world=motionless("stated", "", (own.agent,), 10, {})))
+
+
+@pytest.fixture
+def cart(tmp_path):
+    (tmp_path / "profile.json").write_text(profile(BRAKES))
+    (tmp_path / "cart.toml").write_text(CART + PROPERTIES)
+    return tmp_path
+
+
+def verify(folder, *more, world="cart.toml"):
+    return command(["verify", str(folder / "profile.json"), "--world", str(folder / world), *more])
+
+
+def test_verdicts_files_checks_and_replays(cart, capsys):
+    out = cart / "report"
+    assert verify(cart, "-o", str(out), "--json") == ExitCode.VIOLATED
+    told = json.loads(capsys.readouterr().out)
+    assert [each["verdict"] for each in told["results"]] == ["PROVED", "VIOLATED", "PROVED"]
+    assert told["of"] == "of the stated dynamics, exactly" and told["reference"] == {}
+    assert {path.name for path in out.iterdir()} == {
+        "report.json",
+        "report.txt",
+        "profile.json",
+        "world.toml",
+        "certificate-1-stays_in.json",
+        "counterexample-2-stays_in.json",
+        "certificate-3-decides.json",
+    }
+    for name in ("certificate-1-stays_in.json", "certificate-3-decides.json"):
+        assert command(["check", str(out / name)]) == ExitCode.DONE
+    assert "of the stated dynamics, exactly" in capsys.readouterr().out
+    assert command(["replay", str(out / "counterexample-2-stays_in.json")]) == ExitCode.VIOLATED
+    still = policy("cart", ["ahead"], ["stay", "left", "right"], 0)
+    (cart / "still.json").write_text(profile(still))
+    replayed = ["replay", str(out / "counterexample-2-stays_in.json"), "--profile", str(cart / "still.json")]
+    assert command(replayed) == ExitCode.DONE
+
+
+def test_a_certificate_is_about_its_world(cart, capsys):
+    out = cart / "report"
+    verify(cart, "-o", str(out))
+    certificate = str(out / "certificate-1-stays_in.json")
+    other = cart / "other.toml"
+    for old, new in (("x = [-1, 1], v", "x = [-1, 1.1], v"), ('"v + dt*cart.a"', '"v + 1.01*dt*cart.a"')):
+        other.write_text((CART + PROPERTIES).replace(old, new))
+        assert command(["check", certificate, "--world", str(other)]) == ExitCode.INPUT
+        assert "another system" in capsys.readouterr().err
+    edited = (out / "certificate-1-stays_in.json").read_text().replace('"steps": 10', '"steps": 11')
+    (out / "edited.json").write_text(edited)
+    assert command(["check", str(out / "edited.json")]) != ExitCode.DONE
+
+
+def test_claims_in_a_file_of_their_own(cart, capsys):
+    (cart / "claims.toml").write_text(PROPERTIES.split("[[property]]")[1].join(["[[property]]", ""]))
+    assert verify(cart, "--properties", str(cart / "claims.toml")) == ExitCode.DONE
+    assert "PROVED" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        (["--property", "reaches"], "--property has no effect with --world"),
+        (["--region", "near.toml"], "--region has no effect with --world"),
+        (["--steps", "3"], "--steps has no effect with --world"),
+        (["--where"], "--where has no effect with --world"),
+        (["--properties", "none.toml"], "cannot read the file"),
+    ],
+)
+def test_options_that_do_not_fit(cart, capsys, more, said):
+    assert verify(cart, *more) == ExitCode.INPUT
+    assert said in capsys.readouterr().err
+
+
+def test_options_that_need_a_world(cart, capsys):
+    assert command(["verify", str(cart / "profile.json"), "--max-states", "3"]) == ExitCode.INPUT
+    assert "--max-states has no effect without --world" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("[agents.cart", "[agents.car", "unknown agent 'cart'"),
+        ('ahead = "x', 'before = "x', "unknown feature 'ahead'"),
+        ("stay = {}", "rest = {}", "unknown action 'stay'"),
+        ("[[property]]", "[[proberty]]", "unknown key 'proberty'"),
+    ],
+)
+def test_a_profile_of_another_world(cart, capsys, old, new, said):
+    text = (CART + PROPERTIES).replace(old, new).replace("cart.a", "car.a" if "car" in new else "cart.a")
+    (cart / "cart.toml").write_text(text)
+    assert verify(cart) == ExitCode.INPUT
+    assert said in capsys.readouterr().err
+
+
+def test_a_budget_ends_in_an_honest_answer(cart, capsys):
+    assert verify(cart, "--max-states", "2") == ExitCode.VIOLATED  # what is found by playing needs none
+    (cart / "cart.toml").write_text(CART + PROPERTIES.split("[[property]]")[1].join(["[[property]]", ""]))
+    assert verify(cart, "--max-states", "2") == ExitCode.INCONCLUSIVE
+    assert "UNKNOWN" in capsys.readouterr().err
+
+
+def test_an_unstable_system_ends_with_its_budget(cart, capsys):
+    text = (
+        CART.replace('"x + dt*v"', '"3*x + dt*v"').replace("steps = 10", "steps = 200").replace("x = [-1, 1]", "x = 0")
+    )
+    claim = '[[property]]\nname = "avoids"\nregion = { box = { x = [1000000, 1000001], v = [4, 5] } }\n'
+    (cart / "cart.toml").write_text(text + "[dynamics.error]\nx = 0.1\n" + claim)
+    assert verify(cart, "--max-states", "60") == ExitCode.INCONCLUSIVE
+    assert "the budget of" in capsys.readouterr().err
+
+
+def test_the_environment_is_measured_and_asked(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr("maviper.worlds.outside.deviation.STEPS", 400)
+    (tmp_path / "profile.json").write_text(profile(DRIVES))
+    (tmp_path / "car.toml").write_text(MOUNTAIN + CAR)
+    assert verify(tmp_path, "-o", str(tmp_path / "report"), world="car.toml") == ExitCode.VIOLATED
+    said = capsys.readouterr().err
+    assert "with an error of at most e a step" in said and "400 steps were measured" in said
+    assert "MountainCar-v0 breaks the claim from there too" in said
+    assert command(["check", str(tmp_path / "report" / "certificate-1-stays_in.json")]) == ExitCode.DONE
+    (tmp_path / "car.toml").write_text((MOUNTAIN + CAR).replace("0.0025", "0.0024"))
+    assert verify(tmp_path, world="car.toml") == ExitCode.INPUT
+    assert "the statement is not that of gymnasium:MountainCar-v0" in capsys.readouterr().err
+
+
+def test_a_counterexample_of_the_statement_only(tmp_path, capsys, monkeypatch):
+    """With a large stated error the statement may leave where the environment stays."""
+    monkeypatch.setattr("maviper.worlds.outside.deviation.STEPS", 400)
+    (tmp_path / "profile.json").write_text(profile(DRIVES))
+    (tmp_path / "car.toml").write_text((MOUNTAIN + CAR).replace("position = 1e-12", "position = 0.2"))
+    assert verify(tmp_path, world="car.toml") == ExitCode.VIOLATED
+    assert "this is a counterexample of the statement only" in capsys.readouterr().err
+
+
+def test_code_that_a_file_names_is_not_run(tmp_path, capsys):
+    (tmp_path / "profile.json").write_text(profile(DRIVES))
+    text = (MOUNTAIN + CAR).replace("gymnasium:MountainCar-v0", "tests.nowhere:make")
+    (tmp_path / "car.toml").write_text(text)
+    assert verify(tmp_path, world="car.toml") == ExitCode.VIOLATED
+    assert "was not run" in capsys.readouterr().err
+    assert verify(tmp_path, "--run-reference", world="car.toml") == ExitCode.INPUT
+    assert "no module 'tests.nowhere'" in capsys.readouterr().err
+    assert command(["worlds", "check", str(tmp_path / "car.toml")]) == ExitCode.DONE
+    assert "was not run" in capsys.readouterr().out

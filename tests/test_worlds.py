@@ -1,0 +1,74 @@
+"""generated/worlds/: systems that files state, with experts, extracted trees, certificates and counterexamples."""
+
+import json
+import re
+import sys
+from pathlib import Path
+
+import pytest
+
+from codegen.errors import ExitCode
+from maviper.cli.main import run as command
+from maviper.files.profiles import load
+from maviper.verification.stated import StatedOptions, ensure_plays, verified
+from maviper.worlds.outside.systems import read
+from verify.checker.enclosures import ensure_enclosed
+from verify.claims.region import Verdict
+
+PLACE = Path(__file__).parent.parent / "generated" / "worlds"
+TEXT = (PLACE / "README.md").read_text()
+VERDICTS = dict(re.findall(r"^\| `(\w+)` .*\| (PROVED|VIOLATED|UNKNOWN) *\|$", TEXT, re.MULTILINE))
+
+
+def profile_of(name):
+    return PLACE / f"{name.removesuffix('_wide')}.json"
+
+
+def test_the_table_has_every_world():
+    assert sorted(VERDICTS) == sorted(path.stem for path in PLACE.glob("*.toml"))
+    assert sorted(VERDICTS) == sorted(path.name for path in PLACE.iterdir() if path.is_dir() and path.name[0] != "_")
+
+
+@pytest.mark.parametrize("name", VERDICTS)
+def test_what_was_written_is_what_the_table_says(name):
+    told = json.loads((PLACE / name / "report.json").read_text())
+    assert {each["verdict"] for each in told["results"]} == {VERDICTS[name]}
+    assert (PLACE / name / "world.toml").read_bytes() == (PLACE / f"{name}.toml").read_bytes()
+    assert (PLACE / name / "profile.json").read_bytes() == profile_of(name).read_bytes()
+
+
+@pytest.mark.parametrize("name", VERDICTS)
+def test_trees_play_in_their_worlds(name):
+    statement = read(PLACE / f"{name}.toml")
+    ensure_plays(load(profile_of(name)), statement)
+    assert ensure_enclosed(statement) >= 0
+
+
+@pytest.mark.parametrize("path", sorted(PLACE.glob("*/certificate-*.json")), ids=lambda path: path.parent.name)
+def test_certificates_are_accepted(path, capsys):
+    assert command(["check", str(path)]) == ExitCode.DONE
+    assert "of the stated dynamics" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("path", sorted(PLACE.glob("*/counterexample-*.json")), ids=lambda path: path.parent.name)
+def test_counterexamples_replay(path):
+    assert command(["replay", str(path)]) == ExitCode.VIOLATED
+
+
+@pytest.mark.parametrize("name", ["pendulum", "corridor", "pendulum_wide"])
+def test_the_quick_ones_are_decided_again(name):
+    done = verified(load(profile_of(name)), StatedOptions(PLACE / f"{name}.toml"))
+    assert {result.verdict for result in done.results} == {Verdict(VERDICTS[name])}
+
+
+@pytest.mark.slow
+def test_trees_are_extracted_again(tmp_path, monkeypatch):
+    """The command of README.md, for the world that takes least."""
+    monkeypatch.chdir(PLACE)
+    monkeypatch.syspath_prepend(str(PLACE))
+    line = re.search(r"maviper extract experts:\$world (.*) -o", TEXT)[1].replace("$depth", "2")
+    assert command(["extract", "experts:corridor", *line.split(), "-o", str(tmp_path / "again.json")]) == ExitCode.DONE
+    sys.modules.pop("experts", None)
+    assert load(tmp_path / "again.json").agents[1].tree.threshold.tolist() == (
+        load(PLACE / "corridor.json").agents[1].tree.threshold.tolist()
+    )

@@ -1,0 +1,92 @@
+"""Claims of files: kinds, regions, steps and formulas, and what is wrong in one."""
+
+from fractions import Fraction as F
+
+import pytest
+
+from codegen.errors import InputError
+from tests.systems import CART
+from tests.verify.system_cases import policy, team
+from verify.claims.formula import holds
+from verify.systems.claims import SystemKind
+from verify.systems.files import statement_of
+from verify.systems.properties import claims_in, claims_of
+
+PROFILE = team(policy("cart", ["place"], ["stay", "left", "right"], 0))
+ALL = """
+[[property]]
+label = "near"
+name = "stays_in"
+region = { box = { x = [-2, 2] }, where = ["x + 1[s]*v < 3/2"] }
+
+[[property]]
+name = "avoids"
+steps = 5
+region = [{ box = { x = [3, 4] } }, { where = ["v >= 2"] }]
+
+[[property]]
+name = "reaches"
+region = { box = { x = 1 } }
+
+[[property]]
+name = "reaches_and_stays"
+by = 4
+region = { box = { v = [0, 1] } }
+
+[[property]]
+formula = "x > 1/2 implies not acts(cart) == right"
+"""
+
+
+def test_claims_of_every_kind():
+    statement = statement_of(CART + ALL, "f")
+    near, far, there, slow, acts = claims_of(statement, PROFILE, "f")
+    assert [claim.kind for claim in (near, far, there, slow, acts)] == [
+        SystemKind.STAYS_IN,
+        SystemKind.AVOIDS,
+        SystemKind.REACHES,
+        SystemKind.REACHES_AND_STAYS,
+        SystemKind.DECIDES,
+    ]
+    assert [claim.steps for claim in (near, far, there, slow, acts)] == [10, 5, 10, 10, 0] and slow.by == 4
+    assert near.sentence == "every episode of 10 steps stays in x in [-2, 2] and x + 1[s]*v < 3/2"
+    assert len(far.regions) == 2 and far.region == "x in [3, 4] or v >= 2"
+    for x, v, inside in ((F(2), F(0), False), (F(1), F(0), True), (F(1), F(1, 2), False), (F(-3), F(0), False)):
+        assert holds(near.inside, {"x": x, "v": v}, {}) is inside
+    assert holds(there.inside, {"x": F(1)}, {}) and not holds(there.inside, {"x": F(9, 10)}, {})
+    assert not holds(acts.formula, {"x": F(1), "v": F(0)}, {"cart": 2})
+    assert holds(acts.formula, {"x": F(1), "v": F(0)}, {"cart": 1})
+    assert claims_in(ALL, statement, PROFILE, "g") == (near, far, there, slow, acts)
+
+
+@pytest.mark.parametrize(
+    ("text", "what"),
+    [
+        ("", "0 properties"),
+        ("[[property]]\n", "needs a name or a formula"),
+        ('[[property]]\nname = "stay_in"\n', "unknown property 'stay_in'"),
+        ('[[property]]\nname = "stays_in"\n', "needs a region"),
+        ('[[property]]\nname = "stays_in"\nregion = { box = { w = 1 } }\n', "unknown variable 'w'"),
+        ('[[property]]\nname = "stays_in"\nregion = { where = ["x"] }\n', "not a comparison"),
+        ('[[property]]\nname = "stays_in"\nregion = { where = ["x <= v"] }\n', "units do not fit"),
+        ('[[property]]\nname = "stays_in"\nregion = { where = ["x*x <= 1"] }\n', "not an affine form"),
+        ('[[property]]\nname = "stays_in"\nregion = { where = ["x != 1"] }\n', "not a comparison"),
+        ('[[property]]\nname = "stays_in"\nregion = 3\n', "not a list"),
+        ('[[property]]\nname = "stays_in"\nregion = { box = { x = 1 } }\nsteps = 0\n', "not a whole number"),
+        ('[[property]]\nname = "stays_in"\nregion = { box = { x = 1 } }\nby = 3\n', "stays_in has no by"),
+        ('[[property]]\nname = "reaches_and_stays"\nregion = { box = { x = 1 } }\n', "needs the step"),
+        ('[[property]]\nname = "reaches_and_stays"\nregion = { box = { x = 1 } }\nby = 11\n', "from 1 to 10"),
+        ('[[property]]\nname = "stays_in"\nformula = "x > 0"\n', "stays_in has no formula"),
+        ('[[property]]\nformula = "x > 0"\nsteps = 3\n', "decides has no steps"),
+        ('[[property]]\nformula = "acts(cart) == up"\n', "unknown action of cart 'up'"),
+        ('[[property]]\nformula = "acts(car) == left"\n', "unknown agent 'car'"),
+        ('[[property]]\nformula = "x >"\n', "ends too early"),
+        ("[[property]]\nspeed = 3\n", "unknown key 'speed'"),
+        ("[[proberty]]\n", "unknown key 'proberty'"),
+        ("property = 3\n", "not a list"),
+    ],
+)
+def test_bad_properties(text, what):
+    with pytest.raises(InputError) as raised:
+        claims_in(text, statement_of(CART, "f"), PROFILE, "g")
+    assert what in raised.value.what and raised.value.where.startswith("g")
