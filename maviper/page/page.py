@@ -35,11 +35,16 @@ def contents_of(profile: ir.PolicyProfile, claims: tuple[Shown, ...], states: tu
     """What a page shows of these claims and states, with visits in on-policy episodes and the shipped expert."""
     world = matching_world(profile)
     if world is None:
-        return Contents(claims, states)
+        return Contents(claims, states, kept_visits(profile))
     visits = visits_of(profile, world)
     player = shipped_expert(profile.provenance.expert, world)
     expert = player.controller if player is not None and isinstance(player.controller, NetworkExpert) else None
     return Contents(claims, states, visits, expert)
+
+
+def kept_visits(profile: ir.PolicyProfile) -> dict[str, list[int]]:
+    """As `visits_of`, from what the profile itself says: in held-out episodes of its extraction, against experts."""
+    return {policy.agent: policy.tree.visits.tolist() for policy in profile.agents if len(policy.tree.visits)}
 
 
 def visits_of(profile: ir.PolicyProfile, world: World) -> dict[str, list[int]]:

@@ -1,7 +1,8 @@
 """The trees of a profile as one SVG, with how often each leaf decides.
 
 Does: lays trees out one below the other; widths of edges and numbers at leaves are shares of on-policy decisions.
-Assumes: trees that are looked at (`codegen.targets.svg` refuses larger ones); visits are known for worlds of ours.
+Assumes: trees that are looked at (`codegen.targets.svg` refuses larger ones); visits are known for worlds of ours,
+  or kept in the profile.
 Does not: play.
 """
 
@@ -12,7 +13,7 @@ from codegen import ir
 from codegen.lowering.lower import lower
 from codegen.lowering.render import render
 from codegen.targets.svg import Box, Edge, Picture, picture
-from maviper.page.page import visits_of
+from maviper.page.page import kept_visits, visits_of
 from maviper.worlds.matching import matching_world
 
 GAP = 34  # above a tree, for its title
@@ -32,7 +33,7 @@ class Drawn:
 def svg(profile: ir.PolicyProfile, agents: Sequence[str]) -> str:
     """The picture of these agents' trees. InputError for a tree that no page shows."""
     world = matching_world(profile)
-    visits = {} if world is None else visits_of(profile, world)
+    visits = kept_visits(profile) if world is None else visits_of(profile, world)
     drawn = tuple(_stacked(profile, agents, visits))
     width = max(one.picture.width for one in drawn)
     height = drawn[-1].top + drawn[-1].picture.height

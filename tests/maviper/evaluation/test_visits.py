@@ -89,3 +89,14 @@ def test_visits_of_another_tree_are_refused(profile):
     wrong = replace(policy, tree=replace(policy.tree, visits=policy.tree.visits[1:]))
     assert any("visits" in each.message for each in check(replace(profile, agents=(wrong, *profile.agents[1:]))))
     assert find("physical-deception").agents[0] == policy.agent
+
+
+def test_pictures_of_other_people_s_games_have_the_kept_shares(profile):
+    """Where no world of ours can be played, the shares below leaves are those of the profile."""
+    from maviper.page.trees import svg
+
+    elsewhere = replace(profile, world=replace(profile.world, name="elsewhere", reference="mygame:make"))
+    policy = profile.agents[0]
+    bare = replace(policy, tree=replace(policy.tree, visits=np.zeros(0)))
+    unknown = replace(elsewhere, agents=(bare, *profile.agents[1:]))
+    assert "%" in svg(elsewhere, [policy.agent]) and "%" not in svg(unknown, [policy.agent])
