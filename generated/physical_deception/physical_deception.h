@@ -1,6 +1,6 @@
 /* Decision tree policies of 3 agents for the world physical-deception. Generated: do not edit.
  *
- * profile     e2c19636b2f8dd8ec02a0f1ec0629ac6c52587a957e945df343916bd5199ce70
+ * profile     1193000e2b7ad578cb8eec2c5a09ce9cddb5e3d479d4845858ee044fc4dda4d9
  * made by     maviper 0.1.0, maviper, preset default, seed 0
  * style       nested
  *
@@ -27,8 +27,8 @@
  * From a world state an observation is made as the reference environment makes it: added in double, then rounded to float,
  * to nearest each time; so it does on machines that calculate with more digits (FLT_EVAL_METHOD), too.
  */
-#ifndef PHYSICAL_DECEPTION_E2C19636B2F8DD8E_H
-#define PHYSICAL_DECEPTION_E2C19636B2F8DD8E_H
+#ifndef PHYSICAL_DECEPTION_1193000E2B7AD578_H
+#define PHYSICAL_DECEPTION_1193000E2B7AD578_H
 
 #include <float.h>
 
@@ -42,7 +42,7 @@
 #error "sums of doubles are rounded in an unknown way here: compile for SSE2 (-msse2 -mfpmath=sse, /arch:SSE2)"
 #endif
 
-#define PHYSICAL_DECEPTION_PROFILE "e2c19636b2f8dd8ec02a0f1ec0629ac6c52587a957e945df343916bd5199ce70"
+#define PHYSICAL_DECEPTION_PROFILE "1193000e2b7ad578cb8eec2c5a09ce9cddb5e3d479d4845858ee044fc4dda4d9"
 #define PHYSICAL_DECEPTION_DT 0.1
 #define PHYSICAL_DECEPTION_DAMPING 0.25
 #define PHYSICAL_DECEPTION_ADVERSARY_0_FORCE 5.0
@@ -837,4 +837,4 @@ static inline void physical_deception_act_team(const double *w, int *actions)
     actions[2] = physical_deception_agent_1_act_world(w);
 }
 
-#endif /* PHYSICAL_DECEPTION_E2C19636B2F8DD8E_H */
+#endif /* PHYSICAL_DECEPTION_1193000E2B7AD578_H */
