@@ -85,3 +85,82 @@ def switching(axes=3):
 
 def stays(system, steps, label="", **bounds):
     return SystemClaim("stays_in", SystemKind.STAYS_IN, (box(**bounds),), steps, label=label)
+
+
+def pendulum(half=F(1, 20), error=F(0), steps=20):
+    """A cart under an inverted pendulum, linearised around the top, 0.02 s a step; all four variables are coupled."""
+    dt = F(1, 50)
+    names = {"x": "m", "v": "m/s", "angle": "rad", "rate": "rad/s"}
+    variables = tuple(Variable(name, unit, (F(-5), F(5))) for name, unit in names.items())
+    move = {
+        "x": form(x=1, v=dt),
+        "v": form(v=1, angle=-F(72, 100) * dt),
+        "angle": form(angle=1, rate=dt),
+        "rate": form(rate=1, angle=F(158, 10) * dt),
+    }
+    effect = {
+        ("cart", action): {"v": form(push * F(976, 1000) * dt), "rate": form(-push * F(146, 100) * dt)}
+        for action, push in (("left", F(-5)), ("rest", F(0)), ("right", F(5)))
+    }
+    features = {name: Feature(form(**{name: 1})) for name in names}
+    features["lean"] = Feature(form(angle=1, rate=F(1, 4), x=F(1, 50), v=F(1, 25)))
+    start = box(**dict.fromkeys(names, (-half, half)))
+    piece = Piece({}, move, effect, dict.fromkeys(move, (-error, error)) if error else {})
+    return System("inverted pendulum", variables, {"cart": features}, start, (piece,), steps)
+
+
+def balancing():
+    """Pushes to the side to which the pendulum leans, and rests near the top."""
+    return team(policy("cart", ["lean"], ["left", "rest", "right"], ((0, -0.02), 0, ((0, 0.02), 1, 2))))
+
+
+def corridor(start=F(1, 2), steps=15):
+    """Two agents face each other in a corridor; each sees how far the other is, and may pass at its own side."""
+    variables = tuple(Variable(name, "m", (F(-9), F(9))) for name in ("x1", "y1", "x2", "y2"))
+    move = {name: form(**{name: 1}) for name in ("x1", "y1", "x2", "y2")}
+    steps_of = {"on": (F(1, 5), F(0)), "aside": (F(0), F(1, 5)), "stay": (F(0), F(0))}
+    effect = {}
+    for agent, sign in (("1", 1), ("2", -1)):
+        for action, (along, across) in steps_of.items():
+            effect[f"agent{agent}", action] = {f"x{agent}": form(sign * along), f"y{agent}": form(sign * across)}
+    gap, side = form(x2=1, x1=-1), form(y1=1, y2=-1)
+    features = {name: {"gap": Feature(gap), "side": Feature(side)} for name in ("agent1", "agent2")}
+    at = box(x1=(-2 - start, -2 + start), x2=(2 - start, 2 + start), y1=(F(-1, 10), F(1, 10)), y2=(F(-1, 10), F(1, 10)))
+    piece = Piece({}, move, effect, {"x1": (F(-1, 100), F(1, 100)), "x2": (F(-1, 100), F(1, 100))})
+    return System("corridor", variables, features, at, (piece,), steps)
+
+
+def passing():
+    """Each goes aside when the other is near and in front, else on."""
+    tests = ((0, 1.5), ((0, -0.5), 0, ((1, 0.5), 1, 0)), 0)
+    actions = ["on", "aside", "stay"]
+    return team(*(policy(agent, ["gap", "side"], actions, tests) for agent in ("agent1", "agent2")))
+
+
+def collision(near=F(2, 5)):
+    """The states in which the two agents of the corridor are close on both axes."""
+    gaps = [form(-near, x2=1, x1=-1), form(-near, x2=-1, x1=1), form(-near, y1=1, y2=-1), form(-near, y1=-1, y2=1)]
+    return tuple(HalfSpace(gap) for gap in gaps)
+
+
+def queue(start=F(6), steps=20):
+    """Two queues at a crossing: each grows by 0 to 1 car a step, a green light lets 3 of them leave; none below 0."""
+    variables = (Variable("north", "cars", (F(0), F(40))), Variable("east", "cars", (F(0), F(40))))
+    pieces = []
+    for north in ((F(0), F(3)), (F(3), F(40))):
+        for east in ((F(0), F(3)), (F(3), F(40))):
+            leave = {"north": north, "east": east}
+            effect = {
+                ("light", f"green_{name}"): {name: form(-3) if low else form(**{name: -1})}
+                for name, (low, _) in leave.items()
+            }
+            move = {"north": form(north=1), "east": form(east=1)}
+            pieces.append(Piece(leave, move, effect, dict.fromkeys(move, (F(0), F(1)))))
+    features = {"light": {"longer": Feature(form(north=1, east=-1)), "north": Feature(form(north=1))}}
+    at = box(north=(0, start), east=(0, start))
+    return System("crossing", variables, features, at, tuple(pieces), steps)
+
+
+def serving():
+    """Green for the longer queue."""
+    return team(policy("light", ["longer"], ["green_north", "green_east"], ((0, 0.0), 1, 0)))

@@ -42,9 +42,9 @@ NO_STATE = {
     Verdict.UNKNOWN: "it holds of all states, but no exact state was found to show that there is one",
 }
 STAGES = (  # how symbolic states are merged; the shares of states and of linear programs for which that is tried
-    (None, (4, 100)),  # without errors bounds settle most questions
-    (Merging(16, 1), (10, 4)),
-    (Merging(64, 4), (10, 4)),
+    (None, (4, 30)),  # without errors bounds settle most questions
+    (Merging(16, 1), (10, 3)),
+    (Merging(64, 4), (10, 3)),
     (Merging(256, 16), (5, 2)),
 )
 ALL = 1, 1

@@ -20,6 +20,8 @@ from verify.reach.programs import Programs, related
 from verify.systems.system import Affine, HalfSpace, Piece
 
 FINENESS = 12  # bits of a hull's width in which its bounds are given
+SHORT = 32  # bits of a number that stays as it is; those that programs find have more
+NEAR = Fraction(1, 10**9)
 PULLED = 2  # steps over which directions are followed back
 MAX_EACH = 4  # directions for each variable
 
@@ -37,6 +39,10 @@ class Hulls:
     def __init__(self, search: Search, programs: Programs) -> None:
         self._search, self._programs = search, programs
         self._directions = _directions(search)
+        self._stated: dict[str, list[Fraction]] = {}  # bounds of a variable by boxes of pieces
+        for piece in search.system.pieces:
+            for name, bounds in piece.where.items():
+                self._stated.setdefault(name, []).extend(bounds)
 
     def grouped(self, branches: Sequence[Branch], parts: int) -> list[list[int]]:
         """The numbers of branches that one hull is to hold: those that decide alike, each such group in `parts`."""
@@ -52,13 +58,24 @@ class Hulls:
         for terms in self._directions:
             extents = [self._extent(branch, terms) for branch in branches]
             low, high = min(each.low for each in extents), max(each.high for each in extents)
-            low, high = _widened(low, high) if low < high else (low, high)
             form = Affine.of({name: weight for weight, name in terms})
+            low, high = self._bounds(form, low, high)
             found += [
                 HalfSpace(Affine.of({name: -weight for name, weight in form.terms}, low)),
                 HalfSpace(Affine.of(dict(form.terms), -high)),
             ]
         return Hull(branches[0].step, tuple(found))
+
+    def _bounds(self, form: Affine, low: Fraction, high: Fraction) -> tuple[Fraction, Fraction]:
+        """Short bounds of a direction: as they are, or where the system has a bound, or a little outside."""
+        wide = _widened(low, high) if low < high else (low, high)
+        stated = self._stated.get(form.terms[0][0], ()) if len(form.terms) == 1 else ()
+        below = [each for each in stated if wide[0] < each <= low + NEAR]
+        above = [each for each in stated if high - NEAR <= each < wide[1]]
+        return (
+            low if _is_short(low) else max(below, default=wide[0]),
+            high if _is_short(high) else min(above, default=wide[1]),
+        )
 
     def _extent(self, branch: Branch, terms: Terms) -> Extent:
         reading = self._search.reading
@@ -116,6 +133,10 @@ def _split(group: list[int], centers: Sequence[dict[str, Fraction]], parts: int)
     along = max(centers[group[0]], key=varies)
     ordered, half = sorted(group, key=lambda number: centers[number][along]), len(group) // 2
     return _split(ordered[:half], centers, parts // 2) + _split(ordered[half:], centers, parts // 2)
+
+
+def _is_short(number: Fraction) -> bool:
+    return number.denominator.bit_length() + number.numerator.bit_length() <= SHORT
 
 
 def _widened(low: Fraction, high: Fraction) -> tuple[Fraction, Fraction]:

@@ -8,7 +8,7 @@ Does not: decide. What it proposes is checked by `Branch.contradicted`.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
@@ -56,9 +56,9 @@ class Programs:
         for option, value in (("presolve", "off"), ("threads", 1), ("random_seed", 0)):
             self._solver.setOptionValue(option, value)
 
-    def least(self, branch: Branch, row: Row) -> Least:
-        """The least value of the sum that a row bounds from above."""
-        places = related(branch, row.direction)
+    def least(self, branch: Branch, row: Row, without: Collection[int] = ()) -> Least:
+        """The least value of the sum that a row bounds from above; `without`: rows of the branch that are left out."""
+        places = [place for place in related(branch, row.direction) if place not in without]
         unknowns = _unknowns([branch.rows[place].direction for place in places] + [row.direction])
         cost = _dense(row, _columns(unknowns))
         matrix, most = _table([branch.rows[place] for place in places], unknowns)

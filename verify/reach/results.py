@@ -26,7 +26,7 @@ class Budget:
     """How much may be spent on a claim, in counts that do not depend on the machine."""
 
     max_states: int = 200_000  # symbolic states, over all steps
-    max_programs: int = 200_000  # linear programs
+    max_programs: int = 60_000  # linear programs
     samples: int = 4_096  # episodes that are played in search of a counterexample
 
 
