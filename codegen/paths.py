@@ -58,9 +58,14 @@ def upwards(tree: Tree, node: int) -> list[int]:
 
 def leaves_below(tree: Tree, node: int) -> list[int]:
     """The leaves of the part of a tree that begins at a node, from left to right; of a leaf itself."""
-    if tree.feature[node] == NO_FEATURE:
-        return [node]
-    return leaves_below(tree, int(tree.left[node])) + leaves_below(tree, int(tree.right[node]))
+    found, waiting = list[int](), [node]
+    while waiting:  # no recursion: chains of tests may be thousands long
+        first = waiting.pop()
+        if tree.feature[first] == NO_FEATURE:
+            found.append(first)
+        else:
+            waiting += [int(tree.right[first]), int(tree.left[first])]
+    return found
 
 
 def box_of(tree: Tree, node: int) -> Box:

@@ -43,6 +43,7 @@ LEARNED = {  # networks that learned by reward alone
 MADDPG = {  # by the paper's algorithm, reward alone
     "physical-deception": ("physical_deception.maddpg", (0,), 0),
     "cooperative-navigation": ("cooperative_navigation.maddpg", (0,), 0),
+    "predator-prey": ("predator_prey.maddpg", (0,), 0),
 }
 CLONE = "clone"
 

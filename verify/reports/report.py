@@ -13,8 +13,9 @@ from typing import Any
 from codegen.dynamics import partners
 from codegen.errors import visible
 from codegen.intervals import percent
-from codegen.ir import NO_FEATURE, PolicyProfile
+from codegen.ir import NO_FEATURE, PolicyProfile, Tree
 from codegen.lowering.render import render
+from codegen.paths import leaves_below
 from codegen.policy_json import content_hash, layout
 from verify.checker.thresholds import AT_ONCE
 from verify.claims.decisions import formula
@@ -254,7 +255,10 @@ def _counterexample(profile: PolicyProfile, result: Result, found: Counterexampl
     return {
         "goal": goal_text(found.state.goal),
         "position": written_all(found.state.position),
-        "agents": [_view(profile, view) for view in found.agents],
+        "agents": [
+            _view(view, profile.policy(view.agent).tree) | {"code": _code(profile, result, view)}
+            for view in found.agents
+        ],
         "replayed_by": list(found.replayed),
         **real,
         "explanation": None if result.explanation is None else result.explanation.document(),
@@ -267,11 +271,21 @@ def deployed_facts(found: Counterexample) -> dict[str, Any] | None:
     return None if found.deployed is None else asdict(found.deployed)
 
 
-def _view(profile: PolicyProfile, view: AgentView) -> dict[str, Any]:
+def _code(profile: PolicyProfile, result: Result, view: AgentView) -> dict[str, Any] | None:
+    """The lines of a decision in the header of the profile that is compiled, which is never a view."""
+    nodes = [*(step.node for step in view.path), view.leaf]
+    if result.viewed is None:
+        return code_of(profile, view.agent, nodes)
+    return code_of(result.viewed.origin, result.viewed.view.original(view.agent), nodes)
+
+
+def _view(view: AgentView, tree: Tree) -> dict[str, Any]:
     steps = [
         {
             "node": step.node,
             "test": str(step),
+            "feature": step.feature,
+            "others": len(leaves_below(tree, int((tree.right if step.left else tree.left)[step.node]))),
             "value": written(step.value),
             "threshold": step.threshold,
             "left": step.left,
@@ -285,7 +299,6 @@ def _view(profile: PolicyProfile, view: AgentView) -> dict[str, Any]:
         "engaged_with": list(view.engaged_with),
         "errors": written_all(dict(view.errors)),
         "path": steps,
-        "code": code_of(profile, view.agent, [*(step.node for step in view.path), view.leaf]),
     }
 
 

@@ -5,6 +5,7 @@ Assumes: a page as `maviper.page.page` renders it.
 Does not: judge what comes back.
 """
 
+import html
 import json
 import re
 import shutil
@@ -19,12 +20,12 @@ QUIETLY = ("--headless", "--no-sandbox", "--disable-gpu")
 SECONDS = 300
 
 
-def in_node(html, script, given, folder):
+def in_node(page, script, given, folder):
     """What `script` returns, with `data`, `Policy`, `Engine`, `game`, `judges` and `given` at hand."""
     if shutil.which("node") is None:
         pytest.skip("node is not installed")
-    module, engine, _ = SCRIPTS.findall(html)
-    (data,) = DATA.findall(html)
+    module, engine, _ = SCRIPTS.findall(page)
+    (data,) = DATA.findall(page)
     lines = [
         f"const data = {data};",
         module,
@@ -41,7 +42,7 @@ def in_node(html, script, given, folder):
     return json.loads(done.stdout)
 
 
-def in_chromium(html, script, given, folder, width=1200):
+def in_chromium(page, script, given, folder, width=1200):
     """As `in_node`, in the page itself as Chromium opens it from a file; also the page's own errors are errors."""
     if CHROMIUM is None:
         pytest.skip("chromium is not installed")
@@ -62,21 +63,38 @@ def in_chromium(html, script, given, folder, width=1200):
     </script>"""
     watch = '<script type="text/javascript">window.onerror = (what) => { window.failed = what; };</script>'
     file = folder / "run.html"
-    file.write_text(html.replace("<body>", f"<body>{watch}").replace("</body>", told + "</body>"), encoding="utf-8")
-    command = [
-        CHROMIUM,
-        "--headless",
-        "--no-sandbox",
-        "--disable-gpu",
-        f"--user-data-dir={folder / 'user'}",
-        "--dump-dom",
-    ]
-    done = subprocess.run([*command, file.as_uri()], capture_output=True, text=True, check=False, timeout=SECONDS)
-    found = re.search(r'<pre id="told">(.*?)</pre>', done.stdout, re.DOTALL)
-    assert found is not None, done.stderr[-2000:]
-    text = found[1].replace("&amp;", "&").replace("&lt;", "<").replace("&gt;", ">")
+    file.write_text(page.replace("<body>", f"<body>{watch}").replace("</body>", told + "</body>"), encoding="utf-8")
+    (text,) = _framed([file], width, "inside.getElementById('told').textContent", folder)
     assert not text.startswith("error"), text
     return json.loads(text)
+
+
+def overhang(files, folder, width):
+    """By how many pixels each page is wider than a screen of this width, in Chromium; pages as files."""
+    if CHROMIUM is None:
+        pytest.skip("chromium is not installed")
+    wider = "inside.documentElement.scrollWidth - inside.documentElement.clientWidth"
+    return [int(text) for text in _framed(files, width, wider, folder)]
+
+
+def _framed(files, width, expression, folder):
+    """What an expression is in each page, as text. Pages stand in frames, as a window is never narrower than 500."""
+    frames = "".join(
+        f'<iframe src="{file.as_uri()}" style="width:{width}px; height:900px; border:0" onload="read(this)"></iframe>'
+        for file in files
+    )
+    script = f"""function read(frame) {{
+      const inside = frame.contentDocument, told = document.createElement("pre");
+      told.textContent = [...document.querySelectorAll("iframe")].indexOf(frame) + ":" + ({expression});
+      document.body.append(told);
+    }}"""
+    outer = folder / "frames.html"
+    outer.write_text(f"<!DOCTYPE html><meta charset=utf-8><script>{script}</script><body>{frames}</body>", "utf-8")
+    command = [CHROMIUM, *QUIETLY, "--allow-file-access-from-files", f"--user-data-dir={folder / 'user'}", "--dump-dom"]
+    done = subprocess.run([*command, outer.as_uri()], capture_output=True, text=True, check=False, timeout=SECONDS)
+    found = dict(re.findall(r"<pre>(\d+):(.*?)</pre>", done.stdout, re.DOTALL))
+    assert len(found) == len(files), done.stderr[-2000:]
+    return [html.unescape(found[str(place)]) for place in range(len(files))]
 
 
 RUNNERS = {"node": in_node, "chromium": in_chromium}

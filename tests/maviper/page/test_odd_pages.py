@@ -10,8 +10,8 @@ from codegen import ir
 from codegen.check import ensure
 from maviper.page.document import Contents, Shown, Stored, usual_claims
 from maviper.page.page import MAX_RULES, contents_of, page
-from tests.maviper.page.browsers import in_chromium, in_node
-from tests.maviper.page.test_page import committed
+from tests.maviper.page.browsers import in_chromium, in_node, overhang
+from tests.maviper.page.test_page import GENERATED, committed
 
 SHOWN = """
   const count = (what) => document.querySelectorAll(what).length;
@@ -108,6 +108,15 @@ def test_nothing_is_wider_than_a_small_page(name, tmp_path):
     profile = committed(name)
     found = in_chromium(page(profile, contents_of(profile, usual_claims(profile))), SHOWN, [], tmp_path, width=400)
     assert found["wide"] == 0 and found["trees"] == len(profile.agents)
+
+
+def test_no_committed_page_is_wider_than_a_small_screen(tmp_path):
+    pages = sorted(GENERATED.rglob("*.html"))
+    assert len(pages) > 10
+    assert dict(zip(pages, overhang(pages, tmp_path, 400), strict=True)) == dict.fromkeys(pages, 0)
+    wide = tmp_path / "wide.html"
+    wide.write_text("<!DOCTYPE html><body style='margin:0'><div style='width:409px'>a</div></body>")
+    assert overhang([wide], tmp_path, 400) == [9]
 
 
 def test_many_agents_show_the_tree_of_one(tmp_path):

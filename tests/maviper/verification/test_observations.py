@@ -48,6 +48,14 @@ region = { default = [-1, 1], difference = { "angle - spin" = [-1, 0.5] } }
 name = "alive_leaves"
 region = { box = { angle = [-1, -0.1] } }
 """
+FALLS = """
+[[property]]
+name = "monotone"
+agent = "cart"
+feature = "spin"
+order = ["right", "left"]
+region = { default = [-1, 1] }
+"""
 
 
 @pytest.fixture(scope="module")
@@ -67,6 +75,26 @@ def folder(tmp_path_factory):
     ]
     assert main.run(asked) == 1
     return place
+
+
+def test_a_report_names_lines_of_the_header_that_is_compiled(folder):
+    falls = f"{CLAIMS}{FALLS}"
+    (folder / "falls.toml").write_text(falls)
+    profile = str(folder / "profile.json")
+    asked = ["--properties", str(folder / "falls.toml"), "-o", str(folder / "falls")]
+    assert main.run(["verify", profile, *asked]) == 1
+    main.run(
+        ["compile", profile, "--target", "c", "-o", str(folder / "code")]
+    )  # of no world: it skips a check, and says so
+    (header,) = (folder / "code").glob("*.h")
+    lines = header.read_text().split("\n")
+    results = json.loads((folder / "falls" / "report.json").read_text())["results"]
+    found = [agent for one in results if one.get("counterexample") for agent in one["counterexample"]["agents"]]
+    assert [agent["agent"] for agent in found] == ["cart", "cart", "cart_raised"]  # the last has another's tree
+    for agent in found:
+        assert agent["code"]["file"] == header.name and len(agent["code"]["lines"]) > 1
+        for line in agent["code"]["lines"]:
+            assert lines[line["number"] - 1].strip() == line["text"]
 
 
 def test_verdicts_and_words_are_about_observations(folder):

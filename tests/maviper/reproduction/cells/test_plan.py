@@ -81,7 +81,9 @@ def test_cells_of_several_profiles_need_the_extractions_of_its_own_seed():
             assert (known[id_].algorithm, known[id_].seed) == (name, task.cell.seed)
 
 
-def test_missing_experts_are_told_with_the_command_that_trains_one():
+def test_missing_experts_are_told_with_the_command_that_trains_one(monkeypatch):
+    kept = {name: file for name, file in store.SHIPPED.items() if name != "predator-prey@maddpg"}
+    monkeypatch.setattr(store, "SHIPPED", kept)
     plan = planned(Asked(experts=("maddpg",), seeds=1), "")
     assert {task.cell.game for task in plan.tasks} == {"physical-deception", "cooperative-navigation"}
     told = dict(plan.left_out)
@@ -117,21 +119,13 @@ def test_experts_of_one_name_are_told_apart_and_one_without_a_card_says_so(tmp_p
     assert {cell.expert for cell in cells(tier="quick", experts=("my:expert",))} == {"my:expert (no card)"}
 
 
-@pytest.fixture
-def three_by_maddpg(monkeypatch):
-    """The shipped experts as they are once the paper's algorithm has one for every game."""
-    more = {f"{game}@maddpg": store.SHIPPED[game] for game in ("cooperative-navigation", "predator-prey")}
-    monkeypatch.setattr(store, "SHIPPED", {**store.SHIPPED, **more})
-
-
-@pytest.mark.usefixtures("three_by_maddpg")
 def test_a_family_is_every_shipped_expert_of_its_kind():
     plan = planned(Asked(experts=("maddpg",), seeds=1), "")
     assert {(c.game, c.expert) for c in (task.cell for task in plan.tasks)} == {(g, "maddpg") for g in plans.GAMES}
     assert all("torch" in reason for _, reason in plan.left_out)  # nothing else is ever left out
 
 
-def test_experts_of_a_family_may_be_named_one_by_one(tmp_path, three_by_maddpg):
+def test_experts_of_a_family_may_be_named_one_by_one(tmp_path):
     shipped = Path(store.__file__).parent / "shipped"
     run = tmp_path / "run"
     run.mkdir()
