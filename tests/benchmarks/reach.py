@@ -98,7 +98,7 @@ def reached(system, policy, box):
             found.add(policy.actions[int(tree.action[node])].name)
             continue
         feature = system.features[policy.agent][policy.features[int(tree.feature[node])].name]
-        side = goes_left(feature, float(tree.threshold[node]))
+        side = goes_left(feature, float(tree.threshold[node]), tree.numbers)
         if isinstance(side, Linear):
             ends = spread(feature.form, box)
             shift = side.bound + feature.form.constant

@@ -35,15 +35,15 @@ class Split(NamedTuple):
 Decision = Split | Choices  # at a leaf, the effects of which each may be taken
 
 
-def goes_left(feature: Feature, threshold: float) -> Formula:
-    """Where a split on a feature at a float32 threshold goes left: an inequality, or always, or never."""
+def goes_left(feature: Feature, threshold: float, numbers: str) -> Formula:
+    """Where a split on a feature goes left, for an agent that compares such numbers: an inequality, always or never."""
     terms = dict(feature.form.terms)
     if feature.measure in (Measure.SIGN, Measure.POSITIVE):
         least = -1 if feature.measure is Measure.SIGN else 0
         if threshold < least or threshold >= 1:
             return TRUE if threshold >= 1 else FALSE
         return below(terms, -feature.form.constant, threshold < 0)
-    end = rounded_once(threshold)
+    end = rounded_once(threshold, numbers)
     most, strict = end.value(), end.strict
     if feature.measure is Measure.CLIP and feature.bounds is not None:
         low, high = (bound < most or (bound == most and not strict) for bound in feature.bounds)
@@ -84,7 +84,7 @@ def _sides_of(system: System, policy: AgentPolicy) -> dict[int, Formula]:
         name = policy.features[int(policy.tree.feature[node])].name
         if name not in features:
             raise UnknownNameError("feature", name, features, f"system {system.name}, agent {policy.agent}")
-        found[node] = goes_left(features[name], float(policy.tree.threshold[node]))
+        found[node] = goes_left(features[name], float(policy.tree.threshold[node]), policy.numbers)
     return found
 
 

@@ -1,6 +1,6 @@
 """What agents observe in an exact state of a stated system, and what they do there.
 
-Does: the float32 nearest to an exact number; observations; joint actions.
+Does: the float32 or float64 nearest to an exact number; observations; joint actions.
 Assumes: a system that has the features of the profile.
 Does not: move states.
 """
@@ -11,8 +11,8 @@ from fractions import Fraction
 
 import numpy as np
 
-from codegen.floats import neighbour
-from codegen.ir import AgentPolicy, Float32, PolicyProfile, act
+from codegen.floats import FLOAT32, neighbour
+from codegen.ir import AgentPolicy, Floats, PolicyProfile, act
 from verify.systems.system import Feature, Measure, State, System
 
 MAX_FLOAT32 = Fraction(float(np.finfo(np.float32).max))
@@ -45,11 +45,15 @@ def measured(feature: Feature, state: State) -> Fraction:
     return value
 
 
-def observed(system: System, policy: AgentPolicy, state: State) -> Float32:
-    """What an agent observes in a state, [n_features] float32. KeyError for a feature that the system does not have."""
+def observed(system: System, policy: AgentPolicy, state: State) -> Floats:
+    """What an agent observes in a state, [n_features] of the numbers that it compares. KeyError for a feature that the
+    system does not have.
+    """
     features = system.features[policy.agent]
-    seen = [nearest(measured(features[feature.name], state)) for feature in policy.features]
-    return np.array(seen, dtype=np.float32)
+    exact = [measured(features[feature.name], state) for feature in policy.features]
+    if policy.numbers == FLOAT32:
+        return np.array([nearest(value) for value in exact], dtype=np.float32)
+    return np.array([float(value) for value in exact])  # a fraction's float is the nearest one, ties to even
 
 
 def chosen(system: System, profile: PolicyProfile, state: State) -> Mapping[str, int]:

@@ -10,7 +10,7 @@ The state is a number for each variable. In one step, with the joint action a, t
 
 for each variable x. Boxes of pieces share borders only, and on a shared border each of them may be taken. Outside all
 boxes nothing is stated. An agent observes each of its features as the exact value of what it measures, rounded once to
-the nearest float32, ties to even.
+the nearest number of those that it compares, float32 or float64, ties to even.
 """
 
 from __future__ import annotations

@@ -246,7 +246,7 @@ def ignore_the_motion_of_others(patch):
 
 def swap_sides(patch):
     right = system_trees.goes_left
-    patch.setattr(system_trees, "goes_left", lambda feature, threshold: negated(right(feature, threshold)))
+    patch.setattr(system_trees, "goes_left", lambda *given: negated(right(*given)))
 
 
 def false_claims():

@@ -9,6 +9,7 @@ import pytest
 import z3
 
 from codegen.errors import InputError, UnknownNameError
+from codegen.floats import FLOAT64
 from tests.verify.reach import random_systems, unrolled
 from tests.verify.system_cases import (
     balancing,
@@ -88,6 +89,25 @@ def test_verdicts_are_those_of_direct_queries(budget, seeds):
         met[claim.kind, result.verdict] += 1
     assert all(met[kind, verdict] >= 3 for kind in KINDS for verdict in (Verdict.PROVED, Verdict.VIOLATED)), met
     assert sum(met[kind, Verdict.UNKNOWN] for kind in KINDS) >= 1
+
+
+@pytest.mark.solver
+def test_agents_may_compare_float64():
+    """The same team with the decimals themselves for thresholds, which float32 only comes near."""
+    written = {np.float32(text): np.float64(text) for text in ("0.1", str(1 / 3))}
+    met = Counter()
+    for seed in range(40):
+        system, profile, claim = random_systems.case(np.random.default_rng(seed))
+        policies = []
+        for one in profile.agents:
+            thresholds = [written.get(threshold, np.float64(threshold)) for threshold in one.tree.threshold]
+            policies.append(replace(one, tree=replace(one.tree, threshold=thresholds, numbers=FLOAT64)))
+        profile = replace(profile, agents=tuple(policies))
+        (result,) = decide(profile, system, [claim], PLAYED)
+        assert result.verdict is expected(system, profile, claim), (seed, result)
+        ensure_evidence(system, profile, claim, result)
+        met[result.verdict] += 1
+    assert met[Verdict.PROVED] >= 5 and met[Verdict.VIOLATED] >= 5, met
 
 
 KINDS = [kind for kind in SystemKind if kind is not SystemKind.DECIDES]

@@ -31,11 +31,10 @@ def in_some(regions, state):
 
 
 def rounds_to_at_most(exact, threshold):
-    """That the nearest float32 of a number is at most a float32: up to the middle between it and the next one."""
-    here = np.float32(threshold)
-    after = np.nextafter(here, np.float32(np.inf))
-    middle = (Fraction(float(here)) + Fraction(float(after))) / 2
-    even = int(here.view(np.uint32)) % 2 == 0
+    """That the nearest number of a threshold's kind is at most it: up to the middle between it and the next one."""
+    after = np.nextafter(threshold, threshold.dtype.type(np.inf))
+    middle = (Fraction(float(threshold)) + Fraction(float(after))) / 2
+    even = int.from_bytes(threshold.tobytes(), "little") % 2 == 0
     return exact <= number(middle) if even else exact < number(middle)
 
 

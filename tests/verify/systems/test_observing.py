@@ -1,5 +1,6 @@
 """What agents observe: the exact value, rounded once."""
 
+from dataclasses import replace
 from fractions import Fraction as F
 
 import numpy as np
@@ -7,8 +8,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from verify.systems.observing import measured, nearest
-from verify.systems.system import Affine, Feature, Measure
+from codegen.floats import NUMBERS
+from tests.verify.system_cases import policy, team
+from verify.checker.system_trees import goes_left
+from verify.claims.formula import holds
+from verify.systems.observing import chosen, measured, nearest
+from verify.systems.system import Affine, Feature, Measure, System, Variable
 
 FORM = Affine.of({"x": F(1), "y": F(-2)}, F(1, 2))
 
@@ -45,3 +50,21 @@ def test_measures():
     assert measured(Feature(FORM, Measure.POSITIVE), state) == 0
     assert measured(Feature(FORM, Measure.CLIP, (F(-1, 4), F(1))), state) == F(-1, 4)
     assert nearest(measured(Feature(FORM), {"x": F(1, 10), "y": F(0)})) == np.float32(0.6)
+
+
+@pytest.mark.parametrize("numbers", NUMBERS)
+@pytest.mark.parametrize("threshold", [0.1, -0.1, 1.0, 1e-3])
+def test_a_test_goes_left_where_the_rounded_number_does(numbers, threshold):
+    """The checker's inequality against what the referee observes, at the tie beside a threshold and next to it."""
+    here = np.dtype(numbers).type(threshold)
+    after = np.nextafter(here, here.dtype.type(np.inf))
+    tie = (F(float(here)) + F(float(after))) / 2
+    nested = ((0, 0.0), 0, 1)
+    found = policy("a", ["f"], ["go", "rest"], nested)
+    tree = replace(found.tree, threshold=np.array([here, 0, 0], numbers), numbers=numbers)
+    profile = team(replace(found, tree=tree))
+    feature = Feature(Affine.of({"x": F(1)}))
+    system = System("line", (Variable("x", "1", (F(-2), F(2))),), {"a": {"f": feature}}, ())
+    for x in (F(float(here)), tie - F(1, 2**200), tie, tie + F(1, 2**200), F(float(after))):
+        left = holds(goes_left(feature, float(here), numbers), {"x": x}, {})
+        assert left == (chosen(system, profile, {"x": x})["a"] == 0)
