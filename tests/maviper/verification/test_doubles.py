@@ -1,0 +1,81 @@
+"""Agents that compare float64 from file to certificate: verdicts exact to the last double, and what refuses them."""
+
+import csv
+import json
+import math
+
+import pytest
+
+from codegen.errors import InputError
+from maviper.cli import main
+from maviper.page.document import Contents
+from maviper.page.page import FILE, page
+from maviper.worlds.matching import matching_world
+from tests.codegen.games import NAMES, doubled, random_profile
+
+pytestmark = pytest.mark.solver
+CART = """
+def cart(x):
+    angle, spin = x
+    if angle <= 0.1:
+        return "left"
+    return "right" if spin > 0.3 else "left"
+"""
+ABOVE = math.nextafter(0.1, 1.0)
+CLAIMS = """
+[[property]]
+label = "right just above"
+formula = "angle > 0.1000000000000000055511151231257827021181583404541015625 and spin > 0.5 implies acts(cart) == right"
+
+[[property]]
+label = "false at the threshold"
+formula = "angle >= 0.1 and spin > 0.5 implies acts(cart) == right"
+"""
+
+
+@pytest.fixture
+def place(tmp_path, monkeypatch):
+    """A folder with the tree, imported, its claims and an observation."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "cart.py").write_text(CART)
+    (tmp_path / "cart.toml").write_text(CLAIMS)
+    (tmp_path / "seen.csv").write_text(f"angle,spin\n{ABOVE!r},0.5\n")
+    assert main.run(["import", "--agents", "cart=cart.py", "-o", "cart.json"]) == 0
+    return tmp_path
+
+
+def test_verdicts_and_certificates(place, capsys):
+    assert main.run(["verify", "cart.json", "--properties", "cart.toml", "-o", "answers"]) == 1
+    said = capsys.readouterr().err
+    assert "PROVED" in said and "VIOLATED" in said and "no page" in said
+    assert not (place / "answers" / FILE).exists()
+    assert main.run(["check", "answers/certificate-1-formula.json", "--profile", "cart.json"]) == 0
+    assert (
+        "cart): what they observe is not rounded"
+        in json.loads((place / "answers/report.json").read_text())["semantics"]
+    )
+    # the certificate is about these numbers: with float32 thresholds it is not this profile's
+    assert main.run(["import", "--agents", "cart=cart.py", "--numbers", "float32", "-o", "single.json"]) == 0
+    assert main.run(["check", "answers/certificate-1-formula.json", "--profile", "single.json"]) != 0
+
+
+def test_the_radius_is_exact_among_doubles(place):
+    assert main.run(["robust", "cart.json", "seen.csv", "--certify", "-o", "radii"]) == 0
+    (row,) = csv.DictReader((place / "radii" / "radii.csv").read_text().splitlines())
+    assert 0 < float(row["radius"]) < ABOVE - 0.1 == 2.0**-56
+
+
+def test_worlds_refuse_them():
+    profile = random_profile(NAMES[1])
+    assert matching_world(profile) is not None and matching_world(doubled(profile)) is None
+
+
+def test_pages_refuse_them():
+    profile = doubled(random_profile(NAMES[1]))
+    with pytest.raises(InputError, match=f"{profile.agents[0].agent} compares float64"):
+        page(profile, Contents((), ()))
+
+
+def test_evaluation_refuses_them(place, capsys):
+    assert main.run(["evaluate", "cart.json"]) == 2
+    assert "float32 observations" in capsys.readouterr().err
