@@ -48,6 +48,7 @@ STAGES = (  # how symbolic states are merged; the shares of states and of linear
     (Merging(256, 16), (5, 2)),
 )
 ALL = 1, 1
+PARTED = 5  # a part that can be shown alone takes few symbolic states; what it does not follow may make many
 MAX_OPEN = 64  # branches in which an episode is looked for
 
 
@@ -109,7 +110,8 @@ class _Decision:
         for merging, shares in STAGES:
             for parts in divided(self.system, self.claim):
                 with suppress(_OpenError, BudgetError):
-                    return self._proved([self._shown(part, self._stop, merging, shares) for part in parts])
+                    fewer = shares[0] * PARTED, shares[1]
+                    return self._proved([self._shown(part, self._stop, merging, fewer) for part in parts])
             with suppress(_OpenError, BudgetError):
                 return self._together(merging, shares)
         try:

@@ -20,17 +20,19 @@ from verify.reach.programs import Programs, related
 from verify.systems.system import Affine, HalfSpace, Piece
 
 FINENESS = 12  # bits of a hull's width in which its bounds are given
-SHORT = 32  # bits of a number that stays as it is; those that programs find have more
+SHORT = 32  # bits of a number that stays as it is
+LEAST = 2.0**-16  # width by which what programs know nearly is widened
 NEAR = Fraction(1, 10**9)
 PULLED = 2  # steps over which directions are followed back
 MAX_EACH = 4  # directions for each variable
 
 
 class Extent(NamedTuple):
-    """Between which numbers a direction lies."""
+    """Between which numbers a direction lies, and whether these are exact: a program knows them nearly only."""
 
     low: Fraction
     high: Fraction
+    exact: bool
 
 
 class Hulls:
@@ -59,22 +61,22 @@ class Hulls:
             extents = [self._extent(branch, terms) for branch in branches]
             low, high = min(each.low for each in extents), max(each.high for each in extents)
             form = Affine.of({name: weight for weight, name in terms})
-            low, high = self._bounds(form, low, high)
+            low, high = self._bounds(form, low, high, all(each.exact for each in extents))
             found += [
                 HalfSpace(Affine.of({name: -weight for name, weight in form.terms}, low)),
                 HalfSpace(Affine.of(dict(form.terms), -high)),
             ]
         return Hull(branches[0].step, tuple(found))
 
-    def _bounds(self, form: Affine, low: Fraction, high: Fraction) -> tuple[Fraction, Fraction]:
+    def _bounds(self, form: Affine, low: Fraction, high: Fraction, exact: bool) -> tuple[Fraction, Fraction]:
         """Short bounds of a direction: as they are, or where the system has a bound, or a little outside."""
-        wide = _widened(low, high) if low < high else (low, high)
+        wide = _widened(low, high) if low < high or not exact else (low, high)
         stated = self._stated.get(form.terms[0][0], ()) if len(form.terms) == 1 else ()
         below = [each for each in stated if wide[0] < each <= low + NEAR]
         above = [each for each in stated if high - NEAR <= each < wide[1]]
         return (
-            low if _is_short(low) else max(below, default=wide[0]),
-            high if _is_short(high) else min(above, default=wide[1]),
+            low if exact and _is_short(low) else max(below, default=wide[0]),
+            high if exact and _is_short(high) else min(above, default=wide[1]),
         )
 
     def _extent(self, branch: Branch, terms: Terms) -> Extent:
@@ -82,21 +84,21 @@ class Hulls:
         direction, scale = reading.direction(branch.motion, reading.sum(terms))
         constant = sum((weight * branch.at[name] for weight, name in terms), Fraction(0))
         if direction is None:
-            return Extent(constant, constant)
+            return Extent(constant, constant, True)
         if not related(branch, direction):
             span = branch.span(direction)
             ends = scale * span.low, scale * span.high
-        else:
-            least = self._programs.least(branch, Row(direction, True, Fraction(0), False)).value
-            most = -self._programs.least(branch, Row(direction, False, Fraction(0), False)).value
-            factor = scale * (1 << direction.bits)
-            ends = factor * Fraction(least), factor * Fraction(most)
-        return Extent(constant + min(ends), constant + max(ends))
+            return Extent(constant + min(ends), constant + max(ends), True)
+        least = self._programs.least(branch, Row(direction, True, Fraction(0), False)).value
+        most = -self._programs.least(branch, Row(direction, False, Fraction(0), False)).value
+        factor = scale * (1 << direction.bits)
+        ends = factor * Fraction(least), factor * Fraction(most)
+        return Extent(constant + min(ends), constant + max(ends), False)
 
     def _center(self, branch: Branch) -> dict[str, Fraction]:
         found: dict[str, Fraction] = {}
         for name in self._search.reading.order:
-            low, high = self._extent(branch, ((Fraction(1), name),))
+            low, high, _ = self._extent(branch, ((Fraction(1), name),))
             found[name] = (low + high) / 2
         return found
 
@@ -141,7 +143,7 @@ def _is_short(number: Fraction) -> bool:
 
 def _widened(low: Fraction, high: Fraction) -> tuple[Fraction, Fraction]:
     """Bounds a little outside, as multiples of a power of two."""
-    grid = Fraction(2) ** (frexp(float(high - low))[1] - FINENESS)
+    grid = Fraction(2) ** (frexp(max(float(high - low), LEAST))[1] - FINENESS)
     return floor(low / grid - Fraction(1, 8)) * grid, ceil(high / grid + Fraction(1, 8)) * grid
 
 

@@ -10,7 +10,22 @@ import z3
 
 from codegen.errors import InputError, UnknownNameError
 from tests.verify.reach import random_systems, unrolled
-from tests.verify.system_cases import box, double_integrator, form, policy, stays, switching, team
+from tests.verify.system_cases import (
+    balancing,
+    box,
+    collision,
+    corridor,
+    double_integrator,
+    form,
+    passing,
+    pendulum,
+    policy,
+    queue,
+    serving,
+    stays,
+    switching,
+    team,
+)
 from verify.checker.system_certificates import accepted, from_json, to_json
 from verify.claims.formula import Acts, And, Not, Or, holds, negated
 from verify.claims.region import Verdict
@@ -119,6 +134,7 @@ def test_claims_about_decisions_are_those_of_direct_queries():
     assert met[Verdict.PROVED] > 20 and met[Verdict.VIOLATED] > 20
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("error", [F(0), F(1, 1000)])
 def test_a_double_integrator_is_proved_axis_by_axis(error):
     system, profile = double_integrator(axes=2, error=error), switching(axes=2)
@@ -139,6 +155,26 @@ def test_merging_proves_what_takes_too_many_symbolic_states_otherwise():
     (result,) = decide(profile, system, [claim], Budget(max_states=5_000))
     assert result.verdict is Verdict.PROVED and result.certificate.parts[0].hulls
     ensure_evidence(system, profile, claim, result)
+
+
+CASES = {
+    "pendulum": (pendulum(), balancing(), stays(pendulum(), 20, angle=(F(-1, 10), F(1, 10)))),
+    "corridor": (corridor(), passing(), SystemClaim("avoids", SystemKind.AVOIDS, (collision(F(1, 5)),), 15)),
+    "crossing": (queue(), serving(), stays(queue(), 20, north=(0, 12), east=(0, 12))),
+}
+LARGER = {"pendulum": pendulum(half=F(1, 10)), "corridor": corridor(start=F(3)), "crossing": queue(start=F(25, 2))}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", CASES)
+def test_cases_are_proved_from_a_start_and_broken_from_a_larger_one(name):
+    system, profile, claim = CASES[name]
+    (result,) = decide(profile, system, [claim])
+    assert result.verdict is Verdict.PROVED, result
+    ensure_evidence(system, profile, claim, result)
+    (broken,) = decide(profile, LARGER[name], [claim])
+    assert broken.verdict is Verdict.VIOLATED, broken
+    ensure_evidence(LARGER[name], profile, claim, broken)
 
 
 def test_an_unstable_system_ends_with_its_budget():
