@@ -5,7 +5,7 @@ Does: the exact side of a split on what a feature measures; a tree as a decision
 Assumes: thresholds.py; belongs to what must be right for a certificate to mean something.
 Does not: walk the trees of a branch.
 
-A feature is the exact value of what it measures, rounded once to the nearest float32. Rounding never changes an order,
+A feature is the exact value of what it measures, rounded once to what the agent compares. Rounding never changes an order,
 so a side of a split is a half line of the exact value, whose end thresholds.py gives.
 """
 
@@ -17,7 +17,7 @@ from typing import NamedTuple
 from codegen.errors import UnknownNameError
 from codegen.ir import NO_FEATURE, ROOT, AgentPolicy, splits
 from verify.checker.system_reading import Effect, Inequality, Reading
-from verify.checker.thresholds import rounded_once
+from verify.checker.thresholds import rounded
 from verify.claims.formula import FALSE, TRUE, Formula, below
 from verify.systems.system import Affine, Feature, Measure, Piece, System
 
@@ -43,7 +43,7 @@ def goes_left(feature: Feature, threshold: float, numbers: str) -> Formula:
         if threshold < least or threshold >= 1:
             return TRUE if threshold >= 1 else FALSE
         return below(terms, -feature.form.constant, threshold < 0)
-    end = rounded_once(threshold, numbers)
+    end = rounded(threshold, numbers)
     most, strict = end.value(), end.strict
     if feature.measure is Measure.CLIP and feature.bounds is not None:
         low, high = (bound < most or (bound == most and not strict) for bound in feature.bounds)

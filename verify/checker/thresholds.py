@@ -70,18 +70,24 @@ def _below(n: int, e: int, form: tuple[int, int]) -> tuple[int, int]:
 
 
 @lru_cache(maxsize=1 << 16)
+def rounded(threshold: float, numbers: str) -> End:
+    """The real numbers that are at most `threshold` once one rounding makes them the agent's numbers."""
+    form = FORMATS[numbers]
+    return _up_to(*_normalised(threshold, form), form)
+
+
 def rounded_once(threshold: float, numbers: str) -> End:
     """The float64 numbers z that are at most `threshold` once they are the agent's numbers, as the threshold is."""
-    form = FORMATS[numbers]
-    n, e = _normalised(threshold, form)
-    return End(n, e, strict=False) if form is DOUBLE else _up_to(n, e, form)
+    if FORMATS[numbers] is DOUBLE:  # nothing rounds
+        return End(*_normalised(threshold, DOUBLE), strict=False)
+    return rounded(threshold, numbers)
 
 
 @lru_cache(maxsize=1 << 16)
 def rounded_twice(threshold: float, numbers: str) -> End:
     """The real numbers d that are at most `threshold` once they are float64 and then the agent's numbers."""
     if FORMATS[numbers] is DOUBLE:
-        return _up_to(*_normalised(threshold, DOUBLE), DOUBLE)
+        return rounded(threshold, numbers)
     tie = rounded_once(threshold, numbers)
     n, e = _normalised(ldexp(tie.numerator, tie.exponent), DOUBLE)
     return _up_to(*(_below(n, e, DOUBLE) if tie.strict else (n, e)), DOUBLE)
