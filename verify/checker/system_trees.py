@@ -5,8 +5,8 @@ Does: the exact side of a split on what a feature measures; a tree as a decision
 Assumes: thresholds.py; belongs to what must be right for a certificate to mean something.
 Does not: walk the trees of a branch.
 
-A feature is the exact value of what it measures, rounded once to what the agent compares. Rounding never changes an order,
-so a side of a split is a half line of the exact value, whose end thresholds.py gives.
+A feature is the exact value of what it measures, rounded once to what the agent compares. Rounding never changes an
+order, so a side of a split is a half line of the exact value, whose end thresholds.py gives.
 """
 
 from __future__ import annotations
