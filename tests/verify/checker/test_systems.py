@@ -47,8 +47,8 @@ def proved():
         (coupled(), switching(axes=1), {"x": (F(-7, 10), F(7, 10))}),
         (double_integrator(axes=1, error=F(1, 1000), steps=20), switching(axes=1), {"x": (F(-7, 10), F(7, 10))}),
     ]
-    for system, profile, bounds in cases:
-        (result,) = decide(profile, system, [stays(system, system.steps, **bounds)], Budget(max_states=4_000))
+    for (system, profile, bounds), states in zip(cases, (Budget().max_states, 4_000, 4_000), strict=True):
+        (result,) = decide(profile, system, [stays(system, system.steps, **bounds)], Budget(max_states=states))
         assert result.verdict is Verdict.PROVED, (result, system.name)
         found.append((result.certificate, profile, system))
     for seed in range(120):
