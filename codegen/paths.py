@@ -2,7 +2,8 @@
 
 Does: intervals (low, high] of features, halved test by test; the box of a node, what is above and below it; preorder.
 Assumes: sound trees.
-Does not: serve what checks a claim or a proof: those read trees on their own.
+Does not: serve what checks a claim or a proof, beside refusing trees that may act illegally (legality.py): those read
+  trees on their own.
 """
 
 from collections.abc import Callable

@@ -41,10 +41,10 @@ from codegen.ir import (
     WorldSpec,
 )
 from codegen.json_fault import place
+from codegen.json_layout import layout
 from codegen.region import RegionSpec
 from codegen.schema import SCHEMA_VERSION, AgentJson, GrownJson, NodeJson, ProfileJson, SplitJson
 
-LINE_WIDTH = 140
 MAX_VISITS = 2**53  # which every reader of JSON takes in exactly
 MAX_BYTES = 256 * 2**20  # a profile beyond this is not one of ours
 
@@ -119,22 +119,6 @@ def _broken_at(text: str | bytes, error: Exception) -> str:
     offset = re.search(r"\(byte (\d+)\)", str(error))
     readable = data[: int(offset[1])] if offset else data
     return shown(f"{place(readable.decode(errors='replace'))}: {error}")
-
-
-def layout(value: Any, indent: int = 0) -> str:
-    """JSON text in which whatever fits on a line stays on one: one node, one feature, one line."""
-    flat = json.dumps(value, ensure_ascii=False, allow_nan=False)
-    if len(flat) + indent <= LINE_WIDTH or not isinstance(value, (dict, list)):
-        return flat
-    inner = " " * (indent + 2)
-    if isinstance(value, dict):
-        mapping = cast(dict[str, Any], value)
-        rows = [f"{inner}{json.dumps(key)}: {layout(item, indent + 2)}" for key, item in mapping.items()]
-        return "{\n" + ",\n".join(rows) + "\n" + " " * indent + "}"
-    items = cast(list[Any], value)
-    if all(isinstance(item, (int, float)) for item in items):
-        return flat
-    return "[\n" + ",\n".join(f"{inner}{layout(item, indent + 2)}" for item in items) + "\n" + " " * indent + "]"
 
 
 def _hash(document: dict[str, Any]) -> str:

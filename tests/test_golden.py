@@ -13,9 +13,10 @@ from codegen.agreement import compiled, probes, selfcheck, vectors
 from codegen.agreement.build import build
 from codegen.check import ensure
 from codegen.equivalence import obligations
+from codegen.json_layout import layout
 from codegen.lowering.deploy import deployed
 from codegen.lowering.lower import AUTO, ORDERED, STYLES, lower
-from codegen.policy_json import layout, loads
+from codegen.policy_json import loads
 from codegen.schema import schema
 from codegen.targets import TARGETS, c, emit
 from tests.strategies import WORLD

@@ -19,8 +19,8 @@ from codegen.agreement.selfcheck import Agreement, Report
 from codegen.check import ensure
 from codegen.errors import DisagreementError
 from codegen.floats import FLOAT32
+from codegen.json_layout import layout
 from codegen.lowering.lower import AUTO
-from codegen.policy_json import layout
 from codegen.targets import USUAL, smt
 from maviper.episodes.on_policy import on_policy
 from maviper.episodes.play import Episodes, Policies

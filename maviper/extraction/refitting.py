@@ -16,7 +16,8 @@ from typing import Any
 from codegen.errors import InputError
 from codegen.intervals import Share
 from codegen.ir import PolicyProfile
-from codegen.policy_json import content_hash, layout
+from codegen.json_layout import layout
+from codegen.policy_json import content_hash
 from maviper.console import Console
 from maviper.evaluation import comparison
 from maviper.evaluation.held_out import EVALUATION_EPISODES

@@ -16,8 +16,9 @@ import msgspec
 
 from codegen.errors import InputError, shown
 from codegen.ir import PolicyProfile
+from codegen.json_layout import layout
 from codegen.lowering.render import render
-from codegen.policy_json import content_hash, layout
+from codegen.policy_json import content_hash
 from maviper.files import kinds, runs
 from maviper.verification import episode_files
 from maviper.verification.join import replayed

@@ -22,7 +22,8 @@ import numpy as np
 
 from codegen.errors import InputError, shown
 from codegen.ir import GrownTree, PolicyProfile, Provenance
-from codegen.policy_json import content_hash, layout
+from codegen.json_layout import layout
+from codegen.policy_json import content_hash
 from maviper.episodes.trees import agent_policies
 from maviper.experts.finding import plain_name
 from maviper.files import kinds, runs

@@ -17,6 +17,7 @@ from typing import Any
 from codegen import ir, policy_json
 from codegen.check import ensure
 from codegen.errors import InputError, visible
+from codegen.json_layout import layout
 from codegen.policy_json import content_hash
 from maviper.compilation import compile
 from maviper.evaluation.comparison import Cost, measured, sizes_document
@@ -114,7 +115,7 @@ def _files(done: Repaired, name: str, options: RepairOptions) -> dict[str, str |
     made += ["--max-depth", str(options.max_depth)] if options.max_depth is not None else []
     files: dict[str, str | bytes] = {
         runs.PROFILE_FILE: policy_json.dumps(done.after),
-        COST_FILE: policy_json.layout(document(done, shlex.join(made))) + "\n",
+        COST_FILE: layout(document(done, shlex.join(made))) + "\n",
     }
     files |= {} if options.region == "start" else {Path(options.region).name: done.region.toml()}
     return files | report_files(done.after, done.results, [asked], files) | done.certificates

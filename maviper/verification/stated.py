@@ -17,7 +17,8 @@ import msgspec
 
 from codegen.errors import InputError, RefusedError, UnknownNameError, shown
 from codegen.ir import PolicyProfile, act
-from codegen.policy_json import content_hash, dumps, layout
+from codegen.json_layout import layout
+from codegen.policy_json import content_hash, dumps
 from maviper.files import runs
 from maviper.files.profiles import loaded
 from maviper.worlds.outside.deviation import deviation

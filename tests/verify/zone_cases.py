@@ -197,7 +197,7 @@ def _left(meaning, threshold, at, machine, error=0, noisy=False):
     if not meaning.terms or not machine:
         return total <= Fraction(threshold)
     once = len(meaning.terms) == 1 and not noisy
-    line = encode.last_double(threshold) if once else encode.half_line(threshold)
+    line = encode.last_double(threshold, True) if once else encode.half_line(threshold, True)
     return total < line.end or (total == line.end and not line.strict)
 
 
@@ -235,7 +235,7 @@ def _tried(policy, at, eps, machine):
             continue
         total = sum((weight * at[name] for weight, name in spec.meaning.terms), Fraction(0))
         thresholds = [float(t) for t in policy.tree.threshold[policy.tree.feature == feature]]
-        ends = [Fraction(t) if not machine else encode.half_line(t).end for t in thresholds]
+        ends = [Fraction(t) if not machine else encode.half_line(t, True).end for t in thresholds]
         ends = [Fraction(0)] * bool(ends) if spec.meaning.function else ends
         errors = sorted({-eps, eps, *(end - total for end in ends if abs(end - total) <= eps)})
         found[feature] = [*errors, *((a + b) / 2 for a, b in pairwise(errors))]

@@ -20,7 +20,8 @@ import msgspec
 from codegen.errors import InputError, shown
 from codegen.floats import rational_literal
 from codegen.ir import GOAL, PolicyProfile
-from codegen.policy_json import content_hash, layout
+from codegen.json_layout import layout
+from codegen.policy_json import content_hash
 from verify.checker import decisions
 from verify.checker.reading import RejectedError, region_formula
 from verify.checker.thresholds import NO_ERROR

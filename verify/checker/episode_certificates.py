@@ -15,7 +15,8 @@ import msgspec
 from codegen.errors import InputError, shown
 from codegen.floats import rational_literal
 from codegen.ir import PolicyProfile
-from codegen.policy_json import content_hash, layout
+from codegen.json_layout import layout
+from codegen.policy_json import content_hash
 from verify.checker import episodes
 from verify.checker.certificates import (
     Certificate,

@@ -17,7 +17,8 @@ import msgspec
 from codegen.errors import InputError, shown
 from codegen.floats import rational_literal
 from codegen.ir import PolicyProfile
-from codegen.policy_json import content_hash, layout
+from codegen.json_layout import layout
+from codegen.policy_json import content_hash
 from verify.checker.certificates import REMAKE, body_hash, ensure_whole, proof_lines, read_proof, undamaged
 from verify.checker.reading import RejectedError
 from verify.checker.systems import Hull, Part, Proof, Search, ways

@@ -217,8 +217,8 @@ def _tests(policy: AgentPolicy, view: AgentView, state: State, semantics: str) -
     for step in view.path:
         feature = next(one for one in policy.features if one.name == step.feature)
         error = Fraction(state.errors.get(error_name(policy.agent, feature.name), 0.0))
-        numbers, by = policy.numbers, REAL if _summed(feature, semantics) else semantics
-        left, right = sides(feature, step.threshold, numbers, by)
+        numbers = policy.numbers
+        left, right = sides(feature, step.threshold, numbers, REAL if _summed(feature, semantics) else semantics)
         meaning = feature.meaning
         if error and meaning is not None and not meaning.function and semantics == MACHINE:
             end = rounded_twice(step.threshold, numbers)  # no float64 number any more, so rounded as a sum is

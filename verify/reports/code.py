@@ -14,7 +14,7 @@ from codegen.ir import PolicyProfile
 from codegen.lowering.lower import NESTED, lower
 from codegen.targets import c
 
-_FUNCTION = re.compile(r"^static inline int (\w+)_act\(const float \*x\)$")
+_FUNCTION = re.compile(r"^static inline int (\w+)\(const (?:float|double) \*x\)$")
 _NUMBER = re.compile(r"/\* (?:node|leaf) (\d+)\b")
 
 
@@ -34,14 +34,14 @@ def _lines(profile: PolicyProfile) -> tuple[str, Mapping[str, Mapping[int, tuple
     ((name, header),) = c.emit(model, profile).items()
     if model.style != NESTED:
         return name, {}
-    functions = {f"{model.prefix}_{agent.lower}": agent.name for agent in model.agents}
-    found: dict[str, dict[int, tuple[int, str]]] = {agent.name: {} for agent in model.agents}
+    functions = {agent.name: (agent.twin or agent.names).act for agent in model.agents}  # equal trees share their code
+    found: dict[str, dict[int, tuple[int, str]]] = {function: {} for function in functions.values()}
     own: dict[int, tuple[int, str]] | None = None
     for number, line in enumerate(header.split("\n"), 1):
         if begins := _FUNCTION.match(line):
-            own = found.get(functions.get(begins[1], ""))
+            own = found.get(begins[1])
         elif line == "}":
             own = None
         elif own is not None and (node := _NUMBER.search(line)):
             own[int(node[1])] = number, line.strip()
-    return name, found
+    return name, {agent: found[function] for agent, function in functions.items()}

@@ -11,7 +11,8 @@ from typing import Any
 
 from codegen.floats import rational_literal
 from codegen.intervals import Share
-from codegen.policy_json import content_hash, layout
+from codegen.json_layout import layout
+from codegen.policy_json import content_hash
 from verify.claims.region import called, goal_text
 from verify.reports.where import FIRST, needed_words, zone_facts
 from verify.states.real import written_all

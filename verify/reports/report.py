@@ -15,9 +15,10 @@ from codegen.errors import visible
 from codegen.floats import FLOAT32
 from codegen.intervals import percent
 from codegen.ir import NO_FEATURE, PolicyProfile, Tree
+from codegen.json_layout import layout
 from codegen.lowering.render import render
 from codegen.paths import leaves_below
-from codegen.policy_json import content_hash, layout
+from codegen.policy_json import content_hash
 from verify.checker.thresholds import AT_ONCE
 from verify.claims.decisions import formula
 from verify.claims.formula_json import formula_document

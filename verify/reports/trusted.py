@@ -7,7 +7,19 @@ Does not: import them.
 
 from collections.abc import Mapping, Sequence
 
-CODEGEN = ("check", "errors", "floats", "ir", "json_fault", "policy_json", "region", "schema")
+CODEGEN = (
+    "check",
+    "errors",
+    "floats",
+    "ir",
+    "json_fault",
+    "json_layout",
+    "legality",
+    "paths",
+    "policy_json",
+    "region",
+    "schema",
+)
 CLAIMS = (
     "decisions",
     "formula",

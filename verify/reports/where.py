@@ -16,7 +16,8 @@ from typing import Any, TypeAlias
 
 from codegen.floats import rational_literal
 from codegen.ir import AgentPolicy, PolicyProfile
-from codegen.policy_json import content_hash, layout
+from codegen.json_layout import layout
+from codegen.policy_json import content_hash
 from verify.claims.region import Region, goal_text, plain
 from verify.claims.region import text as decimal
 from verify.extent.found import Where

@@ -13,6 +13,7 @@ import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, redirect_stdout
 from copy import copy
+from importlib import import_module
 from itertools import count, product
 from typing import Any
 
@@ -66,7 +67,7 @@ class VmasWorld(World):
     def _made(self, n_games: int) -> Any:
         """A batch of games of the scenario."""
         try:
-            import vmas
+            vmas = import_module("vmas")
         except ImportError:
             advice = "install the extra: pip install 'maviper[interop]'"
             raise MissingToolError("VMAS scenarios need the package vmas", self.source.text, advice) from None

@@ -56,7 +56,7 @@ def test_planted_faults_are_found_without_running_anything(fault, profile):
         ("walk", lambda text: re.sub(r"action\[8\] = \{\d", "action[8] = {9", text, count=1), "takes action 9"),
         ("nested", lambda text: text.replace("static inline int", "static inline long int", 0) + "int x = ;", "not C"),
         ("nested", lambda text: re.sub(r"\w+_agent_0_act\(const", "gone(const", text, count=1), "there is no function"),
-        ("nested", lambda text: re.sub(r"(<= -?0x[\w.+-]+)f\)", r"\1)", text, count=1), "no float constant"),
+        ("nested", lambda text: re.sub(r"(<= -?0x[\w.+-]+)f\)", r"\1)", text, count=1), "has the threshold"),
         ("nested", lambda text: text.replace("const float n0 =", "const float n00 =", 1), "too many or too few"),
         ("ordered", lambda text: text.replace("(uint32_t)", "(int32_t)"), "another type"),
         ("ordered", lambda text: re.sub(r"<= INT32_C", "< INT32_C", text, count=1), "another way"),

@@ -144,7 +144,7 @@ def reachable(agent, at, eps):
     for number, feature in enumerate(agent.features):
         for sign, seen in sides.items():
             error = fractions([sign * eps] * count) if feature.measurable else None
-            seen[number] = measured(feature, at, MACHINE, error)
+            seen[number] = measured(feature, at, MACHINE, np.float32, error)
     found = [set() for _ in range(count)]
     waiting = [(0, {})]
     while waiting:

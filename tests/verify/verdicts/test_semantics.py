@@ -26,7 +26,7 @@ from verify.verdicts.margins import MAX_QUESTIONS, STEP, largest_margin
 pytestmark = pytest.mark.solver
 
 T = Fraction(float(np.float32(0.3)))  # a threshold as it is written; the machine turns half a float32 step above it
-END = half_line(float(T)).end
+END = half_line(float(T), True).end
 
 
 def between(profile, low, high):

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from codegen import ir
+from codegen.floats import FLOAT32
 from codegen.ir import Meaning
 from tests.teams import RIGHT, STAY, UP, team, towards, tree
 from tests.verify.verdicts.test_steady import CLAIM, EPS
@@ -147,14 +148,14 @@ def test_sides_of_functions_move_where_the_sum_does(function, threshold):
             if abs(error) <= eps:
                 exact = total + error
                 values.add((exact > 0) - (exact < 0) if function == "sign" else int(exact > 0))
-        left, right = (holds(side, {"agent_0.x": total}, {}) for side in sides(spec, threshold, MACHINE, eps))
+        left, right = (holds(side, {"agent_0.x": total}, {}) for side in sides(spec, threshold, FLOAT32, MACHINE, eps))
         assert left == any(value <= threshold for value in values), (total, values)
         assert right == any(value > threshold for value in values), (total, values)
 
 
 def test_one_coordinate_with_an_error_is_rounded_twice():
     spec = ir.FeatureSpec("x", "", -9.0, 9.0, Meaning(((1, "agent_0.x"),)))
-    exact, off = (sides(spec, 0.5, MACHINE, eps)[0] for eps in (Fraction(0), EPS))
+    exact, off = (sides(spec, 0.5, FLOAT32, MACHINE, eps)[0] for eps in (Fraction(0), EPS))
     assert off.bound - EPS > exact.bound
 
 
@@ -162,7 +163,7 @@ def test_equalities_and_constants_have_no_errors():
     equal = ir.FeatureSpec("e", "", 0.0, 1.0, Meaning(((1, "agent_0.x"), (-1, "agent_1.x")), "zero"))
     nothing = ir.FeatureSpec("n", "", 0.0, 0.0, Meaning(()))
     for spec in (equal, nothing):
-        assert sides(spec, 0.5, MACHINE, EPS) == sides(spec, 0.5, MACHINE)
+        assert sides(spec, 0.5, FLOAT32, MACHINE, EPS) == sides(spec, 0.5, FLOAT32, MACHINE)
 
 
 def test_zones_alone_give_a_counterexample_with_errors(profile):

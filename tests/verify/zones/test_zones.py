@@ -60,7 +60,7 @@ def agree(profile, claim, region, semantics, seed):
 
 def real_thresholds(monkeypatch):
     for name in ("half_line", "last_double"):
-        monkeypatch.setattr(encode, name, lambda threshold: encode.HalfLine(Fraction(threshold), False))
+        monkeypatch.setattr(encode, name, lambda threshold, single: encode.HalfLine(Fraction(threshold), False))
 
 
 @pytest.mark.parametrize("semantics", [MACHINE, REAL])
