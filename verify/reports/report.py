@@ -13,6 +13,7 @@ from typing import Any
 from codegen.dynamics import partners
 from codegen.errors import visible
 from codegen.floats import FLOAT32
+from codegen.floats import FLOAT32
 from codegen.intervals import percent
 from codegen.ir import NO_FEATURE, PolicyProfile, Tree
 from codegen.json_layout import layout
@@ -37,6 +38,7 @@ from verify.verdicts.decisions import Result
 from verify.verdicts.episodes import EpisodeResult
 from verify.verdicts.margins import Margin
 
+NO_PAGE = "no page plays them: agents compare float64 numbers"
 SEMANTICS = (
     "Verdicts are about the deployed arithmetic. Each observation is a float32, made from float64 positions by one "
     "subtraction and one rounding. A split goes left iff x <= threshold. With the rounding, this is true exactly on a "
@@ -49,7 +51,8 @@ LONG_SUMS = (
     "A sum of more than two coordinates is rounded after each addition. For such tests Z3 takes the exact sum and an "
     "unknown of bounded size, so a proof covers every rounding."
 )
-REAL_SEMANTICS = (
+REAL_NO_PAGE = "no page plays them: agents compare float64 numbers"
+SEMANTICS = (
     "Verdicts are about real arithmetic, not the deployed one: a split compares the exact coordinate or difference "
     "with the threshold as it is written. A proof says nothing about what rounding does at thresholds. A "
     "counterexample is judged in exact arithmetic. It is a float64 world state if one was found, preferably one in "
@@ -124,6 +127,7 @@ def document(
         "report": "maviper-verification-1",
         "profile": content_hash(profile),
         "world": {"name": profile.world.name, "reference": profile.world.reference},
+        **({"no_page": NO_PAGE} if any(policy.numbers != FLOAT32 for policy in profile.agents) else {}),
         "provenance": {
             "algorithm": profile.provenance.algorithm,
             "preset": profile.provenance.preset,

@@ -1,6 +1,6 @@
 """Decision tree policies of 3 agents for the world physical-deception, over arrays of jax. Generated: do not edit.
 
-profile     e2c19636b2f8dd8ec02a0f1ec0629ac6c52587a957e945df343916bd5199ce70
+profile     1193000e2b7ad578cb8eec2c5a09ce9cddb5e3d479d4845858ee044fc4dda4d9
 made by     maviper 0.1.0, maviper, preset default, seed 0
 
 For each agent A: act_A(x) takes observations, an array [..., n_features], and returns the actions' numbers, [...]
@@ -21,7 +21,7 @@ import jax.numpy as jnp
 
 Array = Any  # a jax.Array, or what becomes one
 
-PROFILE = "e2c19636b2f8dd8ec02a0f1ec0629ac6c52587a957e945df343916bd5199ce70"
+PROFILE = "1193000e2b7ad578cb8eec2c5a09ce9cddb5e3d479d4845858ee044fc4dda4d9"
 AGENTS = ("adversary_0", "agent_0", "agent_1",)
 FEATURES = {
     "adversary_0": ("landmark_0_dx", "landmark_0_dy", "landmark_1_dx", "landmark_1_dy", "agent_0_dx", "agent_0_dy", "agent_1_dx", "agent_1_dy",),

@@ -360,7 +360,7 @@ def sides_swapped(patch):
 
 def thresholds_as_written(patch):
     real = tables.sides
-    patch.setattr(tables, "sides", lambda feature, threshold, *_: real(feature, threshold, REAL))
+    patch.setattr(tables, "sides", lambda feature, threshold, numbers, *_: real(feature, threshold, numbers, REAL))
 
 
 def lemmas_believed(patch):
