@@ -13,7 +13,6 @@ from typing import Any
 from codegen.dynamics import partners
 from codegen.errors import visible
 from codegen.floats import FLOAT32
-from codegen.floats import FLOAT32
 from codegen.intervals import percent
 from codegen.ir import NO_FEATURE, PolicyProfile, Tree
 from codegen.json_layout import layout
