@@ -50,8 +50,7 @@ LONG_SUMS = (
     "A sum of more than two coordinates is rounded after each addition. For such tests Z3 takes the exact sum and an "
     "unknown of bounded size, so a proof covers every rounding."
 )
-REAL_NO_PAGE = "no page plays them: agents compare float64 numbers"
-SEMANTICS = (
+REAL_SEMANTICS = (
     "Verdicts are about real arithmetic, not the deployed one: a split compares the exact coordinate or difference "
     "with the threshold as it is written. A proof says nothing about what rounding does at thresholds. A "
     "counterexample is judged in exact arithmetic. It is a float64 world state if one was found, preferably one in "
