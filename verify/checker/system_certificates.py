@@ -115,6 +115,11 @@ def depends_on(system: System) -> dict[str, frozenset[str]]:
     return {name: frozenset(read) for name, read in found.items()}
 
 
+def acting(system: System) -> set[str]:
+    """The agents of a system. One without a tree may do anything, of which no proof speaks."""
+    return {*system.features, *(agent for piece in system.pieces for agent, _ in piece.effect)}
+
+
 def _ensure_about(what: str, stated: str, found: str) -> None:
     if found != stated:
         where = f"it names {shown(stated[:16])}..., the {what} is {found[:16]}..."
@@ -129,6 +134,11 @@ def _ensure_known(certificate: SystemCertificate, profile: PolicyProfile, system
     hulls = [hull for part in certificate.parts for hull in part.hulls]
     used |= {name for hull in hulls for half in hull.region for name, _ in half.form.terms}
     strange = sorted(used - names) + sorted(agents(claim.formula) - {policy.agent for policy in profile.agents})
+    silent = sorted(acting(system) - {policy.agent for policy in profile.agents})
+    if silent:
+        raise InputError(
+            "the profile has no tree for agents that move the system", ", ".join(map(shown, silent)), REMAKE
+        )
     if strange or set(certificate.inhabitant) != names:
         what = "the certificate names what the profile and the system do not have"
         raise InputError(what, ", ".join(map(shown, strange)) or "$.inhabitant", REMAKE)
@@ -147,6 +157,8 @@ def _ensure_all_shown(certificate: SystemCertificate, system: System) -> None:
     claim = certificate.claim
     if claim.steps and not system.pieces and not claim.about_decisions:
         raise RejectedError("the system states no dynamics, so nothing is known of its episodes")
+    if any(low > high for piece in system.pieces for low, high in piece.error.values()):
+        raise RejectedError("an error of the system has its low end above its high end, so there is none")
     asked = set(range(ways(claim) + needs_stated(claim, system)))
     missing = asked - {way for part in certificate.parts for way in part.shows}
     if missing:

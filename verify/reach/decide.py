@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 from codegen.errors import InputError, UnknownNameError
 from codegen.ir import PolicyProfile
 from codegen.policy_json import content_hash
-from verify.checker.system_certificates import SystemCertificate, accepted
+from verify.checker.system_certificates import SystemCertificate, accepted, acting
 from verify.checker.system_reading import Reading
 from verify.checker.system_rows import UNIT, Branch
 from verify.checker.systems import Part
@@ -69,6 +69,10 @@ def _ensure_stated(profile: PolicyProfile, system: System) -> None:
             known = system.features[policy.agent]
             if feature.name not in known:
                 raise UnknownNameError("feature", feature.name, known, f"{where}, agent {policy.agent}")
+    silent = sorted(acting(system) - {policy.agent for policy in profile.agents})
+    if silent:
+        what = f"the profile has no tree for {', '.join(silent)}"
+        raise InputError(what, where, "name the profile of all agents that move the system")
 
 
 class _OpenError(Exception):

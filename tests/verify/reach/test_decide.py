@@ -27,12 +27,14 @@ from tests.verify.system_cases import (
     switching,
     team,
 )
+from verify.checker.reading import RejectedError
 from verify.checker.system_certificates import accepted, from_json, to_json
 from verify.claims.formula import Acts, And, Not, Or, holds, negated
 from verify.claims.region import Verdict
 from verify.reach.decide import decide
 from verify.reach.results import Budget
 from verify.systems.claims import SystemClaim, SystemKind
+from verify.systems.documents import content_hash
 from verify.systems.observing import chosen
 from verify.systems.system import Feature, HalfSpace, Piece, System, Variable
 
@@ -238,3 +240,22 @@ def test_what_the_system_does_not_state_is_refused():
         decide(profile, replace(system, features={}), [claim])
     with pytest.raises(InputError):
         decide(profile, replace(system, pieces=()), [claim])
+
+
+def test_what_moves_a_system_is_never_left_out():
+    """An agent without a tree is none that rests, and an error that no number meets is none."""
+    system, profile = double_integrator(axes=1), switching(axes=1)
+    claim = stays(system, 3, x=(-1, 1))
+    (alone,) = decide(profile, system, [claim])
+    assert alone.verdict is Verdict.PROVED
+    (piece,) = system.pieces
+    pushed = replace(piece, effect={**piece.effect, ("wind", "blows"): {"x": form(5)}})
+    with pytest.raises(InputError, match="no tree for wind"):
+        decide(profile, replace(system, pieces=(pushed,)), [claim])
+    backwards = replace(system, pieces=(replace(piece, error={"x": (F(1), F(-1))}),))
+    with pytest.raises(RejectedError, match="low end"):
+        accepted(replace(alone.certificate, system=content_hash(backwards)), profile, backwards)
+    windy = replace(system, pieces=(pushed,))
+    forged = replace(alone.certificate, system=content_hash(windy))
+    with pytest.raises(InputError, match="no tree for agents"):
+        accepted(forged, profile, windy)
