@@ -141,6 +141,16 @@ def test_pettingzoo_plays_the_trees_to_the_end(tictactoe, monkeypatch, algorithm
         assert set(played.returns[0]) <= {-1.0, 0.0, 1.0} and (played.returns.sum(axis=0) == 0).all()
 
 
+def test_generated_code_acts_legally_in_pettingzoos_own_loop(monkeypatch):
+    from tests.benchmarks import outside
+
+    monkeypatch.setattr(held_out, "EVALUATION_EPISODES", 4)
+    settings = {**SMALL, "algorithm": "iviper", "iterations": 1}
+    illegal, differences, share = outside.turns(settings, episodes=6)
+    assert illegal["value"] == differences["value"] == 0
+    assert "of 0 " not in illegal["name"] and np.isfinite(share["value"])
+
+
 def test_refined_trees_are_legal_and_no_deeper_than_grown_ones(tictactoe, monkeypatch):
     monkeypatch.setattr(held_out, "EVALUATION_EPISODES", 6)
     for name, value in (("FIRST", 8), ("LAST", 16), ("MOVES", 8)):
