@@ -23,7 +23,7 @@ from maviper.worlds import find
 from tests.maviper.extraction.test_lawful import Player
 
 REACH, STRETCH = 0.9, 1.0
-TURNS = {"algorithm": "iviper", "max_depth": 6, "iterations": 8, "rollouts": 50, "selection_episodes": 50}
+TURNS = {"algorithm": "iviper", "max_depth": 10, "iterations": 8, "rollouts": 200, "selection_episodes": 50}
 TURN_EPISODES = 400  # in each seat
 NAVIGATION = {"n_agents": 2, "collisions": False}
 TRAINED = {"steps": 384_000, "games": 256, "minibatch": 3_200, "checkpoint_steps": 128_000}
