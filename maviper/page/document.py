@@ -94,8 +94,8 @@ def document(profile: ir.PolicyProfile, contents: Contents) -> dict[str, Any]:
     """The data of a page."""
     experts = None if contents.expert is None else [_network(contents.expert, one.agent) for one in profile.agents]
     second = contents.second
-    claims = [shown.claim for shown in contents.claims]
-    erring = {claim.team for claim in claims if isinstance(claim, DecisionClaim) and claim.eps}
+    claims = [_claim(profile, shown) for shown in contents.claims]
+    erring = {claim["team"] for claim in claims if claim["eps"] is not None}
     return {
         "profile": content_hash(profile),
         "against": None if second is None else content_hash(second.profile),
@@ -106,7 +106,7 @@ def document(profile: ir.PolicyProfile, contents: Contents) -> dict[str, Any]:
             | {"cuts": _cuts(policy) if policy.team in erring else None}
             for policy in profile.agents
         ],
-        "claims": [*_alike(profile, second), *(_claim(profile, shown) for shown in contents.claims)],
+        "claims": [*_alike(profile, second), *claims],
         "states": [
             {"label": state.label, "claim": state.claim, "position": dict(state.position), "goal": state.goal}
             for state in contents.states
