@@ -48,7 +48,7 @@ STAGES = (  # how symbolic states are merged; the shares of states and of linear
     (Merging(256, 16), (5, 2)),
 )
 ALL = 1, 1
-PARTED = 5  # a part that can be shown alone takes few symbolic states; what it does not follow may make many
+PARTED = 3  # a part that can be shown alone takes few symbolic states; what it does not follow may make many
 MAX_OPEN = 64  # branches in which an episode is looked for
 
 
