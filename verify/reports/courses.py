@@ -5,7 +5,7 @@ Assumes: facts of systems.py.
 Does not: change the facts, which are also the JSON report.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from fractions import Fraction
 from itertools import groupby
 from typing import Any
@@ -14,11 +14,12 @@ from codegen.lowering.render import brief
 from verify.reports.drawing import MIDDLE, VIEW
 from verify.systems.claims import SystemKind
 
+DECISIONS = "decisions"  # the kind of a claim that is not about episodes
 HEIGHT = 120.0  # of a picture, picture units
 LEFT, RIGHT, TOP, BOTTOM = 48.0, 48.0, 10.0, 20.0  # margins around what is plotted
 MAX_DRAWN = 12  # variables
 MAX_DOTS = 40  # steps up to which each state is a dot
-STRETCH = 4  # bounds farther away than this many times the span of the values are not drawn
+STRETCH = 10  # bounds farther away than this many times the span of the values are not drawn
 LABEL = 11.0  # least distance of two labels
 TOGETHER = "A state lies in a region if all of its variables do at once."
 BANDS = {
@@ -35,7 +36,7 @@ def drawn(result: Mapping[str, Any], variables: Sequence[Mapping[str, Any]]) -> 
     if not found:
         return dict(result)
     ready = {**found, "runs": {agent: runs(actions) for agent, actions in found["actions"].items()}}
-    if result["name"] != SystemKind.DECIDES.value:
+    if result["kind"] != DECISIONS:
         units = {each["name"]: each["unit"] for each in variables}
         named = [name for name in found["states"] if any(name in region["box"] for region in result["regions"])]
         shown = [*named, *(name for name in found["states"] if name not in named)]
@@ -77,7 +78,8 @@ def _plot(result: Mapping[str, Any], name: str, unit: str) -> dict[str, Any]:
     values = result["counterexample"]["states"][name]
     last = result["steps"] if result["by"] else len(values) - 1
     bounds = [_ends(region["box"][name]) for region in result["regions"] if name in region["box"]]
-    low, high = _span(values, [end for ends in bounds for end in ends if end is not None])
+    known = {end for ends in bounds for end in ends if end is not None}
+    low, high = _span(values, known)
     width, height = VIEW - LEFT - RIGHT, HEIGHT - TOP - BOTTOM
 
     def x(step: int) -> float:
@@ -87,7 +89,7 @@ def _plot(result: Mapping[str, Any], name: str, unit: str) -> dict[str, Any]:
         return round(TOP + height * (high - min(max(value, low), high)) / (high - low), 2)
 
     bands = [_band(ends, x(result["by"]), x(max(last, 1)), y, (low, high)) for ends in bounds]
-    inside = sorted({end for ends in bounds for end in ends if end is not None and low < end < high}, reverse=True)
+    inside = sorted((end for end in known if low < end < high), reverse=True)
     places = [(x(step), y(value)) for step, value in enumerate(values)]
     return {
         "name": name,
@@ -102,6 +104,7 @@ def _plot(result: Mapping[str, Any], name: str, unit: str) -> dict[str, Any]:
         "ceiling": TOP,
         "bands": bands,
         "bounds": [y(end) for end in inside],
+        "beyond": len(inside) < len(known),
         "labels": _apart([(y(end) + MIDDLE, f"{end:.4g}") for end in inside]),
         "ends": [{"y": y(end) + MIDDLE, "text": f"{end:.3g}"} for end in sorted({max(values), min(values)})],
         "line": " ".join(f"{at},{up}" for at, up in places),
@@ -115,7 +118,7 @@ def _ends(written: Sequence[str | None]) -> tuple[float | None, ...]:
     return tuple(None if end is None else float(Fraction(end)) for end in written)
 
 
-def _span(values: Sequence[float], bounds: Sequence[float]) -> tuple[float, float]:
+def _span(values: Sequence[float], bounds: Collection[float]) -> tuple[float, float]:
     """What is plotted: all values, and the bounds that are not far from them."""
     low, high = min(values), max(values)
     far = STRETCH * (high - low or abs(low) or 1.0)

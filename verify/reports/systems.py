@@ -19,7 +19,7 @@ from codegen.policy_json import content_hash
 from verify.claims.region import Verdict, plain
 from verify.reach.results import Counterexample, SystemResult
 from verify.reports import trusted
-from verify.reports.courses import drawn, runs
+from verify.reports.courses import DECISIONS, drawn, runs
 from verify.systems import documents
 from verify.systems.claims import SystemClaim
 from verify.systems.pieces import curved
@@ -193,6 +193,7 @@ def facts(result: SystemResult, place: int) -> dict[str, Any]:
     claim, certificate = result.claim, result.certificate
     meanings = MEANINGS | (OF_DECISIONS if claim.about_decisions else {})
     found: dict[str, Any] = {
+        "kind": DECISIONS if claim.about_decisions else "episodes",
         "property": claim.shown,
         "name": claim.name,
         "sentence": claim.sentence,
@@ -251,7 +252,7 @@ def lines(told: Mapping[str, Any]) -> list[str]:
     found += _open(told)
     if "counterexample" in told:
         broken = told["counterexample"]
-        found.append(f"from {_state(broken['start_float64'])}")
+        found.append(f"{'in' if told['kind'] == DECISIONS else 'from'} {_state(broken['start_float64'])}")
         found += [f"{agent}: {runs(actions)}" for agent, actions in broken["actions"].items()]
         if broken["step"]:
             last = {name: values[-1] for name, values in broken["states"].items()}
@@ -266,7 +267,7 @@ def _open(told: Mapping[str, Any]) -> list[str]:
     """What an answer lacks, and what may help."""
     found: list[str] = []
     if "open" in told:
-        where = f" at step {told['open']['step']} of {told['steps']}" if told["steps"] else ""
+        where = f" at step {told['open']['step']} of {told['steps']}" if told["kind"] != DECISIONS else ""
         bounds = within(told)
         found.append(
             f"open: a set of states{where}, within {', '.join(bounds[:SHOWN])}{', ...' * (len(bounds) > SHOWN)}"
