@@ -16,7 +16,7 @@ import numpy as np
 from pettingzoo import AECEnv, ParallelEnv
 from pettingzoo.utils.conversions import aec_to_parallel_wrapper, turn_based_aec_to_parallel_wrapper
 
-from codegen.errors import InputError, UnknownNameError
+from codegen.errors import InputError, UnknownNameError, shown
 from codegen.ir import FeatureSpec
 from maviper.worlds.outside.described import FLAG
 from maviper.worlds.outside.flattening import (
@@ -195,9 +195,13 @@ class Flattened(ParallelEnv[Any, Any, Any]):
         if mask is None or np.size(mask) != wanted:
             what = f"{agent} has no {MASK} of {wanted} numbers in its {'infos' if self.in_infos else 'observation'}"
             raise InputError(what, self.source.text, "give one in every reset and step, 1 where an action is legal")
-        if not np.any(mask):
+        flags = np.ravel(mask)
+        if flags.dtype.kind not in "biuf" or not np.isin(flags, (0, 1)).all():
+            what = f"{agent}'s {MASK} is {shown(flags.tolist())[:60]}"
+            raise InputError(what, self.source.text, "give 1 where an action is legal, else 0")
+        if not flags.any():
             self._stuck.add(agent)
-        return np.concatenate([found, np.ravel(mask) != 0], dtype=np.float32)
+        return np.concatenate([found, flags], dtype=np.float32)
 
     def render(self) -> Any:
         """As the environment does."""
