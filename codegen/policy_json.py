@@ -326,9 +326,10 @@ def _visits(nodes: Sequence[NodeJson], path: str) -> Int64:
     if not known:
         return np.zeros(0, np.int64)
     leaves = sum(node.action is not None for node in nodes)
-    if len(known) != leaves or any(node.visits is not None and node.action is None for node in nodes):
-        fault = f"{path}.tree: {len(known)} nodes have visits, but there are {leaves} leaves"
-        raise ProfileError("not a valid policy profile", fault, _ADVICE)
+    splits = [place for place, node in enumerate(nodes) if node.visits is not None and node.action is None]
+    if splits or len(known) != leaves:
+        fault = f"[{splits[0]}]: a split has visits" if splits else f": {len(known)} of {leaves} leaves have visits"
+        raise ProfileError("not a valid policy profile", f"{path}.tree{fault}", _ADVICE)
     if not all(0 <= count <= MAX_VISITS for count in known):
         raise ProfileError("not a valid policy profile", f"{path}.tree: visits are from 0 to {MAX_VISITS}", _ADVICE)
     return np.array([node.visits or 0 for node in nodes], np.int64)

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from codegen import ir
-from codegen.floats import FLOAT32, NUMBERS, at_most, deciding_double, neighbour
+from codegen.floats import FLOAT32, FLOAT64, NUMBERS, at_most, deciding_double, neighbour
 from codegen.ir import Float64, Floats, GrownTree, Tree
 from codegen.paths import parted
 from codegen.region import RegionSpec
@@ -127,7 +127,7 @@ def doubles(tree: Tree, features: tuple[ir.FeatureSpec, ...], rng: np.random.Gen
         turning = float(tree.threshold[node])
         if tree.numbers == FLOAT32:
             turning = deciding_double(turning)
-        for value in (np.nextafter(turning, -np.inf), turning, np.nextafter(turning, np.inf)):
+        for value in neighbours(turning, FLOAT64):
             filled = random(features, FILLINGS, rng).astype(np.float64)
             filled[:, int(tree.feature[node])] = value
             rows.append(filled)
@@ -143,7 +143,8 @@ def typed(rows: Float64) -> list[Any]:
     with np.errstate(over="ignore"):  # beyond the largest number of a type is infinity
         found: list[Any] = [few.astype(kind) for kind in (np.float16, np.float32)]
         found.append(np.nextafter(few.astype(np.longdouble), np.longdouble(np.inf)))
-    above = [[Fraction(x) + abs(Fraction(x)) / 2**70 for x in row] for row in few.tolist()]
+    finite = few[np.isfinite(few).all(axis=1)]  # no fraction is infinite, as what lies beside the largest double
+    above = [[Fraction(x) + abs(Fraction(x)) / 2**70 for x in row] for row in finite.tolist()]
     return [*found, np.array(above)]
 
 

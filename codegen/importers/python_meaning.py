@@ -97,7 +97,7 @@ class _Here:
         if isinstance(node, ast.Constant):
             return node.value
         if isinstance(node, ast.UnaryOp):
-            return -self.value(node.operand) if isinstance(node.op, ast.USub) else self.value(node.operand)
+            return -self.value(node.operand) if isinstance(node.op, ast.USub) else +self.value(node.operand)
         if isinstance(node, ast.List | ast.Tuple):
             return tuple(self.value(each) for each in node.elts)
         if isinstance(node, ast.Subscript):

@@ -10,6 +10,7 @@ Python compares doubles, so that each test can be kept exactly (rules.py).
 
 import ast
 import math
+import warnings
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -45,6 +46,8 @@ OPERATORS: Mapping[type[ast.cmpop], str] = {
 TURNED = {"<": ">", "<=": ">=", ">": "<", ">=": "<=", "==": "==", "!=": "!="}
 TEST_ADVICE = "compare one feature with a number; give a sum or a difference as a feature of its own"
 RETURN_ADVICE = "return a number, a text, a name or a list of numbers"
+NUMBER_ADVICE = "write a finite number, or a name that the file gives to one"
+MAX_SHOWN = 60
 
 
 def from_python(text: bytes, where: str) -> dict[str, Origin]:
@@ -52,7 +55,10 @@ def from_python(text: bytes, where: str) -> dict[str, Origin]:
     everything that is no such file.
     """
     try:
-        parsed = ast.parse(text)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # about spellings, which would stand on the screen
+            parsed = ast.parse(text)
+            compile(parsed, "file", "exec", dont_inherit=True)  # refuses what the grammar allows: a parameter twice
         functions, constants = _module(parsed, where)
         return {function.name: _origin(function, constants, where) for function in functions}
     except SyntaxError as error:
@@ -74,10 +80,10 @@ def _module(parsed: ast.Module, where: str) -> tuple[list[ast.FunctionDef], dict
     functions: list[ast.FunctionDef] = []
     constants: dict[str, Number] = {}
     bound: Counter[str] = Counter()
+    _ensure_idle(parsed, where)
     for node in parsed.body:
         if isinstance(node, ast.FunctionDef):
             functions.append(node)
-            _ensure_idle(node, where)
             bound[node.name] += 1
         elif isinstance(node, ast.Import | ast.ImportFrom):
             bound.update((each.asname or each.name).split(".")[0] for each in node.names)
@@ -94,16 +100,25 @@ def _module(parsed: ast.Module, where: str) -> tuple[list[ast.FunctionDef], dict
     return functions, constants
 
 
-def _ensure_idle(function: ast.FunctionDef, where: str) -> None:
+def _ensure_idle(parsed: ast.Module, where: str) -> None:
     """InputError for annotations that do something: Python evaluates them, and they may give names other values."""
-    for argument in (function.returns, *(each.annotation for each in ast.walk(function) if isinstance(each, ast.arg))):
-        for node in () if argument is None else ast.walk(argument):
+    for given in ast.walk(parsed):
+        annotation = getattr(given, "annotation", None) or getattr(given, "returns", None)
+        for node in ast.walk(annotation) if isinstance(annotation, ast.AST) else ():
             if isinstance(node, ast.Call | ast.NamedExpr):
-                raise _refused(node, where, "an annotation does something", "name types only")
+                raise _refused(node, where, "an annotation calls or assigns something", "name types only")
 
 
 def _words(node: ast.AST) -> str:
     return f"{type(node).__name__!r}"
+
+
+def _text(node: ast.expr) -> str:
+    """An expression as Python, short enough for a line."""
+    try:
+        return shown(ast.unparse(node))[:MAX_SHOWN]
+    except ValueError:  # of integers with thousands of digits
+        return _words(node)
 
 
 def _named(node: ast.stmt) -> tuple[str, ast.expr] | None:
@@ -116,10 +131,10 @@ def _named(node: ast.stmt) -> tuple[str, ast.expr] | None:
 
 
 def _number(node: ast.expr) -> Number | None:
-    """A finite number with its sign; None: it is none."""
+    """A finite number with its signs; None: it is none."""
     if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub | ast.UAdd):
-        inner = _number(node.operand) if not isinstance(node.operand, ast.UnaryOp) else None
-        return None if inner is None or isinstance(inner, bool) else -inner if isinstance(node.op, ast.USub) else inner
+        inner = _number(node.operand)
+        return None if inner is None else -inner if isinstance(node.op, ast.USub) else +inner
     value = node.value if isinstance(node, ast.Constant) else None
     return value if isinstance(value, int | float) and (isinstance(value, int) or math.isfinite(value)) else None
 
@@ -221,9 +236,8 @@ class _Reader:
             return self.assigned(named[0], named[1])
         if isinstance(node, ast.Pass) or (isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)):
             return ()
-        raise self.refused(
-            node, f"a statement is not understood: {_words(node)}", "use if, elif, else, return and name = value"
-        )
+        what = f"a statement is not understood: {_words(node)}"
+        raise self.refused(node, what, "use if, elif, else, return and name = value")
 
     def returned(self, node: ast.expr) -> tuple[Statement, ...]:
         """The return of an expression."""
@@ -242,9 +256,8 @@ class _Reader:
         feature = self.feature(node)
         if feature is not None:
             if name not in self.once:
-                raise self.refused(
-                    node, f"{shown(name)!r} is a feature on some paths only", "name features first, once each"
-                )
+                what = f"{shown(name)!r} is a feature on some paths only"
+                raise self.refused(node, what, "name features first, once each")
             self.aliases[name] = feature
             return ()
         value = self.value(node)
@@ -293,7 +306,7 @@ class _Reader:
                 raise self.refused(node, "a number has no attributes", RETURN_ADVICE)
             self.names.add(name)
             return name
-        raise self.refused(node, f"a value is not understood: {_words(node)}", RETURN_ADVICE)
+        raise self.refused(node, f"a value is not understood: {_text(node)}", RETURN_ADVICE)
 
     def condition(self, node: ast.expr) -> Condition:
         """What an `if` asks."""
@@ -309,23 +322,25 @@ class _Reader:
             return node.value
         feature = self.feature(node)
         if feature is None:
-            raise self.refused(node, f"a condition is not understood: {_words(node)}", TEST_ADVICE)
+            raise self.refused(node, f"a condition is not understood: {_text(node)}", TEST_ADVICE)
         return compared(feature, "!=", 0)
 
     def comparison(self, node: ast.Compare, left: ast.expr, operator: ast.cmpop, right: ast.expr) -> Condition:
         """A comparison of a feature with a number, on either side."""
         name = OPERATORS.get(type(operator))
         if name is None:
-            raise self.refused(
-                node, f"a comparison is not understood: {_words(operator)}", "use <, <=, >, >=, == or !="
-            )
+            what = f"a comparison is not understood: {_words(operator)}"
+            raise self.refused(node, what, "use <, <=, >, >=, == or !=")
         for one, other, said in ((left, right, name), (right, left, TURNED[name])):
             feature, number = self.feature(one), self.threshold(other)
             if feature is not None and number is not None:
                 return compared(feature, said, number)
-        two = self.feature(left) is not None and self.feature(right) is not None
-        what = "two features are compared" if two else "a comparison is not of a feature and a number"
-        raise self.refused(node, what, TEST_ADVICE)
+        others = [each for each in (left, right) if self.feature(each) is None]
+        if len(others) == 1:
+            what = f"a feature is compared with what is not read as a number: {_text(others[0])}"
+            raise self.refused(node, what, NUMBER_ADVICE)
+        what = "a comparison is not of a feature and a number" if others else "two features are compared"
+        raise self.refused(node, f"{what}: {_text(node)}", TEST_ADVICE)
 
     def threshold(self, node: ast.expr) -> Number | None:
         """A number, or the name of one."""

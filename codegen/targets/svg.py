@@ -74,7 +74,7 @@ class Picture:
 def emit(model: Model, profile: ir.PolicyProfile) -> dict[str, str]:
     """The pictures."""
     return {
-        f"{model.prefix}_{agent.lower}.svg": render("svg/tree.svg.j2", model=model, picture=picture(agent))
+        f"{model.prefix}_{agent.lower}.svg": render("svg/tree.svg.j2", model=model, agent=agent, picture=picture(agent))
         for agent in model.agents
     }
 

@@ -8,8 +8,9 @@ Does not: decide verdicts, print or write files.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -42,6 +43,7 @@ from verify.systems.properties import claims_in, claims_of
 from verify.systems.statement import Statement
 
 WORLD_FILE = "world.toml"  # beside certificates and counterexamples
+PROPERTY_FILE = "properties.toml"
 FORM = "maviper-system-counterexample-1"
 ADVICE = "make it again with `maviper verify --world -o`"
 
@@ -54,6 +56,15 @@ class StatedOptions:
     file: Path | None = None  # a property file; None: the properties of the world's file
     max_states: int | None = None
     run_reference: bool = False  # also where the file names code of somebody's own
+    verdict_only: bool = False  # the environment is neither measured nor asked
+
+    @property
+    def command(self) -> str:
+        """What asks the same again, in the folder of the report."""
+        words = ["maviper", "verify", runs.PROFILE_FILE, "--world", WORLD_FILE]
+        words += [] if self.file is None else ["--properties", PROPERTY_FILE]
+        words += [] if self.max_states is None else ["--max-states", str(self.max_states)]
+        return " ".join([*words, *(["--run-reference"] if self.run_reference else [])])
 
 
 @dataclass(frozen=True)
@@ -63,24 +74,23 @@ class StatedVerified:
     profile: PolicyProfile
     statement: Statement
     source: str  # of the world's file
+    properties: str | None  # the property file's text, where one was asked
+    options: StatedOptions
     results: tuple[SystemResult, ...]
     reference: Mapping[str, Any]
     replays: tuple[str, ...]  # of each result: what the environment says of its counterexample
 
-    @property
+    @cached_property
     def document(self) -> dict[str, Any]:
         """The report as plain data."""
-        found = report.document(self.profile, self.statement.system, self.results, self.reference)
-        for told, said in zip(found["results"], self.replays, strict=True):
-            if said:
-                told["counterexample"]["replay"] = said
-        return found
+        command = self.options.command
+        return report.document(self.profile, self.statement, self.results, self.reference, self.replays, command)
 
     @property
     def certificates(self) -> dict[str, str]:
         """A certificate for each claim that is proved."""
         return {
-            f"certificate-{place}-{result.claim.name}.json": system_certificates.to_json(result.certificate)
+            report.certificate_name(place, result.claim): system_certificates.to_json(result.certificate)
             for place, result in enumerate(self.results, 1)
             if result.certificate is not None
         }
@@ -89,7 +99,7 @@ class StatedVerified:
     def counterexamples(self) -> dict[str, str]:
         """A counterexample for each claim that is violated."""
         return {
-            f"counterexample-{place}-{result.claim.name}.json": self._counterexample(result, result.counterexample)
+            report.counterexample_name(place, result.claim): self._counterexample(result, result.counterexample)
             for place, result in enumerate(self.results, 1)
             if result.counterexample is not None
         }
@@ -107,15 +117,15 @@ class StatedVerified:
 
     @property
     def files(self) -> dict[str, str]:
-        """All of them, with the profile and the world's file."""
+        """All of them, with the profile, the world's file and the property file."""
         told = self.document
-        reports = {"report.json": layout(told) + "\n", "report.txt": report.as_text(told)}
-        return (
-            reports
-            | self.certificates
-            | self.counterexamples
-            | {runs.PROFILE_FILE: dumps(self.profile), WORLD_FILE: self.source}
-        )
+        reports = {
+            "report.json": report.as_json(told),
+            "report.txt": report.as_text(told),
+            "report.html": report.as_html(told),
+        }
+        stated = {WORLD_FILE: self.source} | ({} if self.properties is None else {PROPERTY_FILE: self.properties})
+        return reports | self.certificates | self.counterexamples | {runs.PROFILE_FILE: dumps(self.profile)} | stated
 
 
 def verified(profile: PolicyProfile, options: StatedOptions) -> StatedVerified:
@@ -125,17 +135,16 @@ def verified(profile: PolicyProfile, options: StatedOptions) -> StatedVerified:
     source = _source(options.world)
     statement = read(options.world)
     ensure_plays(profile, statement)
-    if options.file is None:
+    properties = None if options.file is None else _source(options.file)
+    if options.file is None or properties is None:
         claims = claims_of(statement, profile, options.world.name)
     else:
-        text = runs.read(options.file, MAX_WORLD_BYTES).decode(errors="replace")
-        claims = claims_in(text, statement, profile, options.file.name)
-    reference = _measured(statement, options.run_reference)
-    budget = Budget() if options.max_states is None else replace(Budget(), max_states=options.max_states)
-    results = decide(profile, statement.system, claims, budget)
+        claims = claims_in(properties, statement, profile, options.file.name)
+    reference = {} if options.verdict_only else _measured(statement, options.run_reference)
+    results = tuple(decide(profile, statement.system, claims, Budget.of(options.max_states)))
     playable = bool(reference.get("steps"))
     replays = tuple(_replay_words(statement, profile, result) if playable else "" for result in results)
-    return StatedVerified(profile, statement, source, tuple(results), reference, replays)
+    return StatedVerified(profile, statement, source, properties, options, results, reference, replays)
 
 
 def _source(path: Path) -> str:
@@ -177,9 +186,9 @@ def _measured(statement: Statement, run: bool) -> dict[str, Any]:
         what = f"the statement is not that of {name}: {found.beyond} of {found.steps} steps are beyond its error"
         raise InputError(what, found.worst, "widen the error of the variable, narrow its range, or mend the rule")
     off = {variable: list(bounds) for variable, bounds in found.off.items()}
-    reach = ", ".join(f"{variable} {max(map(abs, bounds)):.2g}" for variable, bounds in off.items())
+    reach = ", ".join(f"{variable} {report.upwards(max(map(abs, bounds)), 2)}" for variable, bounds in off.items())
     said = f"{name}: {found.steps} steps were measured, off by at most {reach}"
-    return {"name": name, "steps": found.steps, "off": off, "said": [said]}
+    return {"name": name, "steps": found.steps, "anywhere": found.placed, "off": off, "said": [said]}
 
 
 def _replay_words(statement: Statement, profile: PolicyProfile, result: SystemResult) -> str:

@@ -17,7 +17,7 @@ An environment may say more about itself by attributes (its own, or its `unwrapp
 
 import re
 import weakref
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
@@ -34,7 +34,7 @@ from codegen.ir import MAX_LENGTH, ActionSpec, Bool, FeatureSpec, Float32, Float
 from maviper.worlds.outside.branching import Pasts, continued, copies_of, ensure_copies, started
 from maviper.worlds.outside.flattening import legal_names
 from maviper.worlds.outside.making import imported, made
-from maviper.worlds.outside.sources import MAX_STEPS, Source, attribute, parsed, space
+from maviper.worlds.outside.sources import MAX_STEPS, Source, action_names, attribute, parsed, space, table
 from maviper.worlds.processes import Copies, Copy, copies_at_once, undisturbed
 from maviper.worlds.seeds import TRAINING, folded
 from maviper.worlds.world import RETURN, Int, Measure, Outcome, World
@@ -146,7 +146,8 @@ class PettingZooWorld(World):
         profile = ir.PolicyProfile(self.spec, policies, ir.Provenance("", "", 0, "", ""))
         wrong = "\n".join(f"{self.source.text}: {each.path}: {each.message}" for each in check(profile))
         if wrong:
-            raise InputError("a profile cannot hold what the environment declares", wrong, "fix its `features`")
+            advice = "fix its `features` or `action_names`"
+            raise InputError("a profile cannot hold what the environment declares", wrong, advice)
 
     def start(self, n: int, rng: np.random.Generator) -> EnvStates:
         """`n` random start states, `n` at most `games`: every copy is reset with a seed of its own."""
@@ -311,8 +312,8 @@ def teams_by_name(agents: Sequence[str]) -> dict[str, tuple[str, ...]]:
 
 
 def _teams(env: Any, called: Mapping[Any, str], source: Source) -> dict[str, tuple[str, ...]]:
-    given = attribute(env, "teams", source)
-    if not isinstance(given, Mapping):
+    given = table(env, "teams", source)
+    if not given:
         return teams_by_name(tuple(called.values()))
     members = [agent for team in given.values() for agent in team]
     if sorted(map(str, members)) != sorted(map(str, called)) or not all(given.values()):
@@ -329,9 +330,9 @@ def _teams(env: Any, called: Mapping[Any, str], source: Source) -> dict[str, tup
 
 def _features(env: Any, agent: Any, source: Source) -> tuple[FeatureSpec, ...]:
     box = space(env, "observation", agent)
-    given = attribute(env, "features", source)
-    if isinstance(given, Mapping) and agent in given:
-        features = tuple(given[agent])
+    given = table(env, "features", source)
+    if agent in given:
+        features = tuple(given[agent]) if isinstance(given[agent], Iterable) else ()
         if len(features) != box.shape[0] or not all(isinstance(feature, FeatureSpec) for feature in features):
             what = f"the features of {agent} are not {box.shape[0]} FeatureSpecs, one for each number that it observes"
             raise InputError(what, source.text, "fix the environment's `features`, or leave this agent out of it")
@@ -341,9 +342,8 @@ def _features(env: Any, agent: Any, source: Source) -> tuple[FeatureSpec, ...]:
 
 
 def _actions(env: Any, agent: Any, source: Source) -> tuple[ActionSpec, ...]:
-    named = attribute(env, "action_names", source) or {}
-    names = named.get(agent) or [f"action_{k}" for k in range(int(space(env, "action", agent).n))]
-    legal = (attribute(env, "legal", source) or {}).get(agent) or [""] * len(names)
+    names = action_names(env, agent, source)
+    legal = table(env, "legal", source).get(agent) or [""] * len(names)
     if len(legal) != len(names):
         what = f"`legal` names {len(legal)} features for the {len(names)} actions of {agent}"
         raise InputError(what, source.text, 'name one for each action, "" where it is always legal')

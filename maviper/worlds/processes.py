@@ -23,7 +23,7 @@ from codegen.errors import InputError, MaviperError
 from codegen.ir import Float32
 from codegen.legality import Mask
 from maviper.worlds.outside.making import imported, made
-from maviper.worlds.outside.sources import Source, attribute, fault, parsed, space
+from maviper.worlds.outside.sources import Source, fault, parsed, space, table
 from maviper.worlds.world import Outcome, drawn_legally
 
 BESIDE = "beside"  # the request that `_beside` answers
@@ -123,7 +123,7 @@ class Copy:
 
 def _mask(env: Any, name: Any, source: Source) -> Mask | None:
     """The places of an agent's mask among its features, if the environment says that it has one."""
-    legal, features = ((attribute(env, what, source) or {}).get(name, ()) for what in ("legal", "features"))
+    legal, features = (table(env, what, source).get(name, ()) for what in ("legal", "features"))
     places = {feature.name: place for place, feature in enumerate(features)}
     return tuple(places[each] for each in legal) if legal else None
 

@@ -57,6 +57,7 @@ class SystemClaim:
     formula: Formula = TRUE  # decides: over variables and actions
     label: str = field(default="", compare=False)  # what a user calls it
     region: str = field(default="", compare=False)  # what a user calls the regions
+    written: str = field(default="", compare=False)  # decides: the formula as a user wrote it
 
     @property
     def shown(self) -> str:

@@ -8,7 +8,9 @@ Does not: run anything that a file holds: expressions are parsed, never evaluate
 import tomllib
 from collections.abc import Mapping
 
+from codegen.check import identifier
 from codegen.errors import InputError, UnknownNameError
+from codegen.ir import GOAL
 from verify.claims.region import Interval
 from verify.systems.actors import agents_of, features_of
 from verify.systems.language.expressions import Number
@@ -114,6 +116,10 @@ def _variables(
         only(value, ("unit", "range"), place)
         if name in constants.meant:
             raise InputError(f"'{name}' is a constant too", place, "give each a name of its own")
+        if identifier(name.split(".")[0]) == GOAL:
+            raise InputError("'goal' is the place of a game's goal", place, "give the variable another name")
+        if identifier(name) in map(identifier, units):
+            raise InputError(f"another variable is '{name}' but for its case", place, "give each a name of its own")
         if "range" not in value:
             raise InputError("a variable needs a range", place, "write range = [-1, 1]")
         units[named(name, place, dotted=True)] = unit = unit_of(text(value.get("unit", ""), place), place)

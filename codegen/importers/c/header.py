@@ -46,9 +46,10 @@ def from_header(content: bytes, where: str) -> dict[str, Origin]:
         names = [[each.name for each in enum.values.enumerators] for enum in enums]
         functions = {node.decl.name: node for node in parsed.ext if isinstance(node, c_ast.FuncDef)}
         found: dict[str, Origin] = {}
-        for name, function in functions.items():
+        for name in functions:
             agent = re.fullmatch(rf"{prefix[1].lower()}_(\w+)_act", name)
             if agent and f"{prefix[1]}_{agent[1].upper()}_N_ACTIONS" in numbers:
+                function = structure.followed(functions, name)  # agents with the same tree share its code
                 origin = _agent(function.body, f"{prefix[1]}_{agent[1].upper()}", names, numbers, where)
                 found[agent[1]] = _proved(function, origin, numbers)
     except (ParseError, RecursionError, *structure.NOT_PROVED) as error:

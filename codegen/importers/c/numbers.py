@@ -1,8 +1,8 @@
 """Numbers of C: the value of a literal in its own type, and in the type that it is converted to.
 
-Does: reads decimal, hexadecimal and whole literals; rounds to float as a compiler does.
+Does: reads decimal, hexadecimal, octal and character literals; rounds to float as a compiler does.
 Assumes: IEEE binary32 `float`, binary64 `double`, `int` of 32 bits, and evaluation in a type's own precision.
-Does not: take long double, octal or character literals.
+Does not: take long double, unsigned or binary literals, escapes, or several characters.
 """
 
 import math
@@ -26,8 +26,11 @@ WHOLES: Final = {  # values of types of whole numbers
     **dict.fromkeys(("unsigned", "unsigned int", "unsigned long", "uint32_t", "size_t"), (0, 2**31 - 1)),
 }
 EXACT = {FLOAT: 2**24, DOUBLE: 2**53}  # up to which whole numbers are numbers of the type
+BEYOND_FLOAT = 2**128  # from here on, no float is near
 DECIMAL = re.compile(r"(\d+\.\d*|\.\d+|\d+)([eE][+-]?\d{1,4})?([fF]?)")
 HEXADECIMAL = re.compile(r"(0[xX][01](?:\.[0-9a-fA-F]{0,13})?[pP][+-]?\d{1,4})([fF]?)")  # so that a double holds it
+WHOLE_NUMBER = re.compile(r"(?:(?P<more>0[xX][0-9a-fA-F]+|0[0-7]*)|[1-9]\d*)(?:[lL]|ll|LL)?", re.ASCII)
+CHARACTER = re.compile(r"'([ -&(-\[\]-~])'")  # of ASCII, and no escape
 MAX_DIGITS = 1_000
 
 
@@ -42,8 +45,10 @@ def literal(text: str) -> Literal | None:
     """A literal without its sign; None: it is not understood, or not finite."""
     if len(text) > MAX_DIGITS:
         return None
-    if re.fullmatch(r"0|[1-9]\d{0,8}", text):
-        return Literal(int(text), WHOLE)
+    if match := CHARACTER.fullmatch(text):
+        return Literal(ord(match[1]), WHOLE)
+    if match := WHOLE_NUMBER.fullmatch(text):
+        return _whole(text.rstrip("lL"), octal=match["more"] is not None)
     match = DECIMAL.fullmatch(text)
     if match and (match[2] or "." in match[1]):
         value = _single(Fraction(match[1] + (match[2] or ""))) if match[3] else float(match[1] + (match[2] or ""))
@@ -60,8 +65,16 @@ def literal(text: str) -> Literal | None:
     return Literal(value, FLOAT if match[2] else DOUBLE)
 
 
+def _whole(digits: str, *, octal: bool) -> Literal | None:
+    """A whole number of a signed type. `octal`: or hexadecimal, which beyond int is unsigned for some compilers."""
+    value = int(digits, 16 if digits[:2] in ("0x", "0X") else 8 if octal else 10)
+    return Literal(value, WHOLE) if value <= WHOLES["int" if octal else "long long"][1] else None
+
+
 def _single(exact: Fraction) -> float:
     """The nearest float32, ties to even; infinite beyond the largest."""
+    if exact >= BEYOND_FLOAT:
+        return math.inf
     with np.errstate(over="ignore"):
         near = np.float32(float(exact))
         beside = [near, np.nextafter(near, np.float32(-np.inf)), np.nextafter(near, np.float32(np.inf))]

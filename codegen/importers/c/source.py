@@ -26,6 +26,7 @@ from codegen.errors import InputError, shown
 from codegen.floats import FLOAT32, FLOAT64
 from codegen.importers.c import meaning
 from codegen.importers.c.numbers import DOUBLE, EXACT, FLOAT, WHOLE, WHOLES, Literal, converted, fits, literal
+from codegen.importers.c.refusals import ADVICE, NUMBER_ADVICE, TEST_ADVICE, kind_of, line_of, refused, text_of
 from codegen.importers.c.text import plain
 from codegen.importers.origin import Origin
 from codegen.importers.rules import (
@@ -48,8 +49,6 @@ KIND, REPLAYED_BY = "if/else C", "an interpreter of the file's syntax tree"
 TYPES = "".join(f"typedef int {name};" for name in WHOLES if name.endswith("_t") or name == "bool")
 TURNED = {"<": ">", "<=": ">=", ">": "<", ">=": "<=", "==": "==", "!=": "!="}
 MAX_FEATURES = 1 << 20
-ADVICE = "give functions of ifs, comparisons with numbers, and returns, as m2cgen writes them"
-TEST_ADVICE = "compare one feature with a number; give a sum or a difference as a feature of its own"
 
 
 def from_c(content: bytes, where: str) -> dict[str, Origin]:
@@ -66,18 +65,6 @@ def from_c(content: bytes, where: str) -> dict[str, Origin]:
         raise InputError(f"not C that is understood: {shown(what)[:100]}", place, ADVICE) from None
     except RecursionError:
         raise InputError("the file is nested too deeply", where, "simplify it first") from None
-
-
-def _line(node: Any) -> int:
-    return int(getattr(getattr(node, "coord", None), "line", None) or 0)
-
-
-def _refused(node: Any, where: str, what: str, advice: str = ADVICE) -> InputError:
-    return InputError(what, f"{where}, line {_line(node)}" if _line(node) else where, advice)
-
-
-def _words(node: Any) -> str:
-    return f"{type(node).__name__!r}"
 
 
 # --- a file
@@ -108,8 +95,8 @@ def _functions(parsed: Any, where: str) -> dict[str, tuple[Any, _Known]]:
         elif isinstance(node, c_ast.Decl) and "const" in node.quals and node.init and node.name not in constants:
             constants[node.name] = _constant(node, where)
         else:
-            raise _refused(
-                node, where, f"{_words(node)} stands outside a function", "keep functions and constants only"
+            raise refused(
+                node, where, f"{kind_of(node)} stands outside a function", "keep functions and constants only"
             )
     names = [*functions, *enumerators, *constants]
     for name in [name for name, count in Counter(names).items() if count > 1]:
@@ -122,12 +109,13 @@ def _functions(parsed: Any, where: str) -> dict[str, tuple[Any, _Known]]:
 def _enumerated(node: Any, found: dict[str, int], where: str) -> None:
     after = 0
     for each in node.values.enumerators if node.values else ():
-        number = None if each.value is None else _number(each.value)
-        if each.value is not None and (number is None or number.kind != WHOLE):
-            raise _refused(each, where, "an enumerator is no whole number")
-        after = int(number.value) if number else after
+        number = Literal(after, WHOLE) if each.value is None else _number(each.value)
+        if number is None or number.kind != WHOLE or not fits(number.value, WHOLE):
+            what = f"the enumerator {shown(each.name)!r} is not understood"
+            raise refused(each, where, what, "give it a whole number of int")
+        after = int(number.value)
         if each.name in found:
-            raise _refused(each, where, f"the name {shown(each.name)!r} may mean several things")
+            raise refused(each, where, f"the name {shown(each.name)!r} may mean several things")
         found[each.name], after = after, after + 1
 
 
@@ -142,9 +130,7 @@ def _constant(node: Any, where: str) -> Literal:
     kind, number = _type(node.type), _number(node.init)
     value = None if number is None or kind not in (FLOAT, DOUBLE, *WHOLES) else converted(number, kind)
     if value is None:
-        raise _refused(
-            node, where, f"the constant {shown(node.name)!r} is not understood", "give it a number that fits"
-        )
+        raise refused(node, where, f"the constant {shown(node.name)!r} is not understood", "give it a number that fits")
     return Literal(value, kind if kind in EXACT else WHOLE)
 
 
@@ -203,7 +189,7 @@ class _Reader:
 
     def refused(self, node: Any, what: str, advice: str = ADVICE) -> InputError:
         """What is wrong at a node's line."""
-        return _refused(node, self.where, what, advice)
+        return refused(node, self.where, what, advice)
 
     def function(self, node: Any) -> tuple[Statement, ...]:
         """The statements of a function."""
@@ -257,16 +243,16 @@ class _Reader:
             return self.statements(node.block_items or [], top=last)
         if isinstance(node, c_ast.If):
             condition = self.condition(node.cond)
-            return (If(condition, self.statement(node.iftrue), self.statement(node.iffalse), _line(node)),)
+            return (If(condition, self.statement(node.iftrue), self.statement(node.iffalse), line_of(node)),)
         if isinstance(node, c_ast.Return) and node.expr is not None and self.result != "void":
-            return self.returned(node.expr, _line(node))
+            return self.returned(node.expr, line_of(node))
         if isinstance(node, c_ast.Decl):
             return self.declared(node)
         if isinstance(node, c_ast.Assignment) and node.op == "=" and isinstance(node.lvalue, c_ast.ID):
             return (Set(node.lvalue.name, self.value(node.rvalue, *self.variable(node.lvalue))),)
         if isinstance(node, c_ast.FuncCall) and isinstance(node.name, c_ast.ID) and node.name.name == "memcpy":
             return self.copied(node, last=last)
-        raise self.refused(node, f"a statement is not understood: {_words(node)}")
+        raise self.refused(node, f"a statement is not understood: {kind_of(node)}")
 
     def returned(self, node: Any, line: int) -> tuple[Statement, ...]:
         """The return of an expression."""
@@ -314,7 +300,7 @@ class _Reader:
         ):
             raise self.refused(node, "a memcpy is not understood", "copy a whole array, and to the output at the end")
         if ends:
-            return (Return(None, source.name, _line(node)),)
+            return (Return(None, source.name, line_of(node)),)
         literal_type = source.type.type if isinstance(source, c_ast.CompoundLiteral) else None
         if not isinstance(literal_type, c_ast.ArrayDecl) or literal_type.dim or _type(literal_type.type) != kind:
             raise self.refused(node, "a memcpy is not understood", "copy a list of numbers of the same type")
@@ -339,7 +325,7 @@ class _Reader:
                 raise self.refused(node, f"a list of {len(numbers)} numbers is set, {length} are declared")
             return tuple(each for each in numbers if isinstance(each, int | float))
         if length:
-            raise self.refused(node, f"a value is not understood: {_words(node)}")
+            raise self.refused(node, f"a value is not understood: {text_of(node)}")
         if isinstance(node, c_ast.ID) and node.name in self.known.enumerators:
             number: Literal | None = Literal(self.known.enumerators[node.name], WHOLE)
             self.called.setdefault(self.known.enumerators[node.name], node.name)
@@ -348,7 +334,11 @@ class _Reader:
         else:
             number = _number(node)
         if number is None or not fits(number.value, kind):
-            what = f"a value is not understood: {_words(node)}" if number is None else f"a number is no {kind}"
+            what = (
+                f"a value is not understood: {text_of(node)}"
+                if number is None
+                else f"a number is no {kind}: {text_of(node)}"
+            )
             raise self.refused(node, what, "give a number of the type that is declared")
         return float(number.value) if kind in EXACT else number.value
 
@@ -359,15 +349,30 @@ class _Reader:
         if isinstance(node, c_ast.UnaryOp) and node.op == "!":
             return Not(self.condition(node.expr))
         if not isinstance(node, c_ast.BinaryOp) or node.op not in TURNED:
-            raise self.refused(node, f"a condition is not understood: {_words(node)}", TEST_ADVICE)
+            raise self.refused(node, f"a condition is not understood: {text_of(node)}", TEST_ADVICE)
         for one, other, said in ((node.left, node.right, node.op), (node.right, node.left, TURNED[node.op])):
             feature = self.feature(one)
             number = None if feature is None else self.threshold(other, feature[1])
             if feature is not None and number is not None:
                 return compared(feature[0], said, number)
-        two = self.feature(node.left) is not None and self.feature(node.right) is not None
-        what = "two features are compared" if two else "a comparison is not of a feature and a number"
-        raise self.refused(node, what, TEST_ADVICE)
+        raise self.odd(node)
+
+    def odd(self, node: Any) -> InputError:
+        """What is wrong with a comparison."""
+        places = [self.feature(each) for each in (node.left, node.right)]
+        if places.count(None) != 1:
+            what = (
+                "two features are compared" if None not in places else "a comparison is not of a feature and a number"
+            )
+            return self.refused(node, f"{what}: {text_of(node)}", TEST_ADVICE)
+        feature, number = places[0] or places[1], node.left if places[0] is None else node.right
+        read = number.name in self.known.constants if isinstance(number, c_ast.ID) else _number(number) is not None
+        what = (
+            f"a number is no {feature[1]}"
+            if read and feature
+            else "a feature is compared with what is not read as a number"
+        )
+        return self.refused(node, f"{what}: {text_of(number)}", NUMBER_ADVICE)
 
     def threshold(self, node: Any, kind: str) -> Number | None:
         """A number that a feature of this type is compared with, exactly as C compares them."""

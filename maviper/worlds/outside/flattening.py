@@ -8,6 +8,7 @@ Does not: wrap environments (wrappers.py), or judge what is too large for a tree
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import count, product
@@ -66,14 +67,23 @@ def unreadable(space: spaces.Space) -> str:
 
 def ensure_small(space: spaces.Space, where: str) -> None:
     """InputError for a space of more numbers than a tree can be learned from."""
-    from gymnasium.spaces import flatten_space
-
-    size = int(np.prod(flatten_space(space).shape or ()))
+    size = _size(space)
     if not 1 <= size <= MAX_FEATURES:
         wrapper = "reduce it: gymnasium.wrappers.TransformObservation"
         raise InputError(
             f"an observation has {size:,} numbers, of at most {MAX_FEATURES:,}", where, f"{wrapper}; {OWN}"
         )
+
+
+def _size(space: spaces.Space) -> int:
+    """How many numbers a flattened space has; nothing of that size is made."""
+    from gymnasium.spaces import Dict, Discrete, MultiDiscrete, Tuple
+
+    if isinstance(space, Dict | Tuple):
+        return sum(map(_size, space.spaces.values() if isinstance(space, Dict) else space.spaces))
+    if isinstance(space, Discrete):
+        return int(space.n)
+    return sum(map(int, np.ravel(space.nvec))) if isinstance(space, MultiDiscrete) else math.prod(space.shape or ())
 
 
 def vector_space(space: spaces.Space) -> spaces.Box:

@@ -7,7 +7,7 @@ Does not: import or make one (making.py), play one, or know what a world is.
 
 import re
 import traceback
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -22,6 +22,7 @@ MAX_STEPS, WRAP = "max_steps", "wrap"  # the options that are ours: how long an 
 NUMBER = re.compile(r"-?[0-9]{1,18}")
 OURS = Path(__file__).parent.parent
 MAX_MESSAGE = 300  # characters of what an environment says when it raises
+MAX_ACTIONS = 1 << 16  # of an agent: beyond it, they are numbers rather than choices
 
 
 @dataclass(frozen=True)
@@ -99,6 +100,30 @@ def attribute(env: Any, name: str, source: Source) -> Any:
         return next((value for value in given if value is not None), None)
     except (Exception, SystemExit) as error:
         raise fault(error, source, f"the environment's {name}") from error
+
+
+def table(env: Any, name: str, source: Source) -> Mapping[Any, Any]:
+    """Such an attribute by agents or teams; empty where there is none, or one that means something else."""
+    given = attribute(env, name, source)
+    return given if isinstance(given, Mapping) else {}
+
+
+def action_names(env: Any, agent: Any, source: Source) -> tuple[str, ...]:
+    """A name for each of an agent's actions; () where they are not numbered. InputError for too many actions, and for
+    an environment's names that are not as many texts.
+    """
+    n = int(getattr(space(env, "action", agent), "n", 0))
+    if n > MAX_ACTIONS:
+        what = f"{agent} has {n:,} actions, of at most {MAX_ACTIONS:,}"
+        raise InputError(what, source.text, "let agents choose among fewer, such as a few values of each number")
+    given = table(env, "action_names", source).get(agent)
+    if not n or given is None:
+        return tuple(f"action_{k}" for k in range(n))
+    names = tuple(given) if isinstance(given, Sequence) and not isinstance(given, str) else ()
+    if len(names) != n or not all(isinstance(name, str) for name in names):
+        what = f"the action names of {agent} are not {n} texts, one for each action"
+        raise InputError(what, source.text, "fix the environment's `action_names`, or leave this agent out of it")
+    return names
 
 
 def space(env: Any, kind: str, agent: Any) -> Any:

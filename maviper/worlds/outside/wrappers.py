@@ -16,7 +16,7 @@ import numpy as np
 from pettingzoo import AECEnv, ParallelEnv
 from pettingzoo.utils.conversions import aec_to_parallel_wrapper, turn_based_aec_to_parallel_wrapper
 
-from codegen.errors import InputError, UnknownNameError
+from codegen.errors import InputError, UnknownNameError, shown
 from codegen.ir import FeatureSpec
 from maviper.worlds.outside.described import FLAG
 from maviper.worlds.outside.flattening import (
@@ -31,7 +31,7 @@ from maviper.worlds.outside.flattening import (
     vector_space,
 )
 from maviper.worlds.outside.single_agent import SingleAgent
-from maviper.worlds.outside.sources import WRAP, Source, attribute, space
+from maviper.worlds.outside.sources import WRAP, Source, action_names, space, table
 
 PARALLEL, TURNS, FLATTEN, MASKS, RIVALS = "parallel", "turns", "flatten", "masks", "rivals"
 WRAPPERS = (PARALLEL, TURNS, FLATTEN, MASKS, RIVALS)
@@ -116,30 +116,27 @@ class Flattened(ParallelEnv[Any, Any, Any]):
         self.env, self.source, self.in_infos = env, source, masks
         self.metadata, self.possible_agents = env.metadata, env.possible_agents
         self.agents: list[Any] = []
-        named = attribute(env, "action_names", source) or {}
         self._spaces, self._boxes, self._legal = {}, {}, {}
         self.action_names: dict[Any, Sequence[str]] = {}
         self.legal: dict[Any, tuple[str, ...]] = {}  # agent -> the feature that says whether an action is legal
         self.features: dict[Any, list[FeatureSpec]] = {}
         for agent in self.possible_agents:
-            self._add(agent, named.get(agent))
+            self._add(agent)
 
-    def _add(self, agent: Any, named: Sequence[str] | None) -> None:
-        whole, choices = space(self.env, "observation", agent), space(self.env, "action", agent)
-        n_actions = int(getattr(choices, "n", 0))
-        inner, masked = parts_of(whole, n_actions)
+    def _add(self, agent: Any) -> None:
+        whole, actions = space(self.env, "observation", agent), action_names(self.env, agent, self.source)
+        inner, masked = parts_of(whole, len(actions))
         wrong = unreadable(inner)
         if wrong:
             what = f"{agent}'s observations are a {wrong}, or hold one: it has no vector of a fixed length"
             raise InputError(what, self.source.text, "observe numbers in a row")
         ensure_small(inner, self.source.text)
         masked = masked or self.in_infos
-        actions = list(named or [f"action_{k}" for k in range(n_actions)])
         box = vector_space(inner)
         names = names_of(inner)
         legal = legal_names([*(name for name, _ in names), *(f"legal_{each}" for each in actions)], "feature")
         self.legal[agent] = legal[len(names) :] if masked else ()
-        self._spaces[agent], self._legal[agent] = inner, (n_actions if masked else 0)
+        self._spaces[agent], self._legal[agent] = inner, (len(actions) if masked else 0)
         self._boxes[agent] = _widened(box, self._legal[agent])
         self.action_names[agent] = actions
         self.features[agent] = self._own(agent, box, names) + [
@@ -148,10 +145,8 @@ class Flattened(ParallelEnv[Any, Any, Any]):
 
     def _own(self, agent: Any, box: Any, names: Sequence[tuple[str, str]]) -> list[FeatureSpec]:
         """What the environment says of its features, or what follows from their space."""
-        given = attribute(self.env, "features", self.source)
-        if isinstance(given, Mapping) and len(given.get(agent, ())) == box.shape[0]:
-            return list(given[agent])
-        return specs_of(names, box)
+        given = table(self.env, "features", self.source).get(agent)
+        return list(given) if isinstance(given, Sequence) and len(given) == box.shape[0] else specs_of(names, box)
 
     @property
     def unwrapped(self) -> Any:
@@ -207,9 +202,13 @@ class Flattened(ParallelEnv[Any, Any, Any]):
         if mask is None or np.size(mask) != wanted:
             what = f"{agent} has no {MASK} of {wanted} numbers in its {'infos' if self.in_infos else 'observation'}"
             raise InputError(what, self.source.text, "give one in every reset and step, 1 where an action is legal")
-        if not np.any(mask):
+        flags = np.ravel(mask)
+        if flags.dtype.kind not in "biuf" or not np.isin(flags, (0, 1)).all():
+            what = f"{agent}'s {MASK} is {shown(flags.tolist())[:60]}"
+            raise InputError(what, self.source.text, "give 1 where an action is legal, else 0")
+        if not flags.any():
             self._stuck.add(agent)
-        return np.concatenate([found, np.ravel(mask) != 0], dtype=np.float32)
+        return np.concatenate([found, flags], dtype=np.float32)
 
     def render(self) -> Any:
         """As the environment does."""

@@ -9,6 +9,7 @@ from codegen import ir
 from codegen.dynamics import motionless
 from codegen.equivalence.structure import faults
 from codegen.equivalence.symbolic import Definitions, Header, Unreadable
+from codegen.importers.c.header import from_header
 from codegen.lowering.lower import lower
 from codegen.targets import c
 
@@ -40,6 +41,21 @@ def test_the_tree_stands_there_once_and_is_proved_for_all(style):
     assert faults(header, profile, model) == {"walker_0": [], "walker_1": [], "walker_2": []}
     asked = [Header(header).decide(f"walk_walker_{k}_act", ["x"], {"x": "b"}, Definitions("")) for k in (0, 2)]
     assert asked[0] == asked[1]
+
+
+@pytest.mark.parametrize("style", ["nested", "walk"])
+def test_agents_share_code_with_those_that_compare_the_same_numbers(style):
+    wide = replace(STUMP, numbers="float64")
+    profile = profile_of(STUMP, wide, STUMP, wide)
+    header, model = header_of(profile, style)
+    assert [agent.twin and agent.twin.act for agent in model.agents] == [
+        None,
+        None,
+        *map("walk_walker_{}_act".format, (0, 1)),
+    ]
+    assert not any(faults(header, profile, model).values())
+    origins = from_header(header.encode(), "walk.h")
+    assert [origin.numbers for origin in origins.values()] == ["float32", "float64"] * 2
 
 
 @pytest.mark.parametrize(

@@ -107,6 +107,15 @@ def test_every_form_of_an_observation():
     assert [feature.name for feature in imported(text).agents[0].features] == ["v", "gap"]
 
 
+def test_numbers_may_have_several_signs():
+    text = "A = -True\ndef act(x):\n    if x[0] <= --0.1 and x[1] < A:\n        return +True\n    return -(-2)\n"
+    same(text, label=int)
+
+
+def test_spellings_that_python_warns_of_are_read_without_a_word():
+    imported("def act(x):\n    '\\d'\n    return 1 if x[0] < 1else 0\n")  # warnings are errors here
+
+
 def test_variables_and_results_assigned_on_the_way():
     same(
         "def act(x):\n    limit = 0.5\n    v: float = x[1]\n    a = 0\n    if v > limit:\n        a = 1\n"
@@ -174,7 +183,9 @@ REFUSED = [
     ("def act(x):\n    if x[0] + x[1] < 1:\n        return 1\n    return 0\n", 2, "not of a feature and a number"),
     ("def act(x):\n    if abs(x[0]) < 1:\n        return 1\n    return 0\n", 2, "not of a feature and a number"),
     ("def act(x):\n    if 1 < 2:\n        return 1\n    return 0\n", 2, "not of a feature and a number"),
-    ("def act(x):\n    if x[0] < 1e999:\n        return 1\n    return 0\n", 2, "not of a feature and a number"),
+    ("def act(x):\n    if x[0] < 1e999:\n        return 1\n    return 0\n", 2, "not read as a number: 1e309"),
+    ("def act(x):\n    if 2 + 2 < x[0]:\n        return 1\n    return 0\n", 2, "not read as a number: 2 + 2"),
+    (f"def act(x):\n    if x[0] < 2 + 0x{'f' * 5000}:\n        return 1\n    return 0\n", 2, "as a number: 'BinOp'"),
     ("def act(x):\n    if x[-1] < 1:\n        return 1\n    return 0\n", 2, "a feature is not understood"),
     ("def act(x):\n    if x[0:2] < 1:\n        return 1\n    return 0\n", 2, "a feature is not understood"),
     ("def act(x):\n    if x[0] in (1, 2):\n        return 1\n", 2, "a comparison is not understood: 'In'"),
@@ -188,10 +199,10 @@ REFUSED = [
     ("def act(x):\n    if x[0] < 1:\n        y = x[1]\n    return 0\n", 3, "on some paths only"),
     ("def act(x):\n    a, a = x\n    return 0\n", 2, "an unpacking is not understood"),
     ("def act(x):\n    a, *b = x\n    return 0\n", 2, "an unpacking is not understood"),
-    ("def act(x):\n    return print(x)\n", 2, "a value is not understood: 'Call'"),
-    ("def act(x):\n    return x[0]\n", 2, "a value is not understood: 'Subscript'"),
-    ("def act(x):\n    return x\n", 2, "a value is not understood: 'Name'"),
-    ("def act(x):\n    return None\n", 2, "a value is not understood: 'Constant'"),
+    ("def act(x):\n    return print(x)\n", 2, "a value is not understood: print(x)"),
+    ("def act(x):\n    return x[0]\n", 2, "a value is not understood: x[0]"),
+    ("def act(x):\n    return x\n", 2, "a value is not understood: x"),
+    ("def act(x):\n    return None\n", 2, "a value is not understood: None"),
     ("def act(x):\n    return\n", 2, "nothing is returned"),
     ("def act(x):\n    if x[0] > 0:\n        return 1\n", None, "a path ends without a return"),
     ("def act(x):\n    if x[0] > 0:\n        a = 1\n    return a\n", 4, "'a' is returned, but holds nothing"),
@@ -214,8 +225,12 @@ REFUSED = [
     (f"def act(x):\n    return 0x{'f' * 5000}\n", 2, "a number is too long for a name"),
     ("A = 3\ndef act(a, A):\n    if a < A:\n        return 1\n    return 0\n", 2, "'A' means several things"),
     ("def act(x):\n    if x:\n        return 0\n    return 1 if x[0] < 1 else 2\n", 4, "a feature is not understood"),
-    ("Y = 1\ndef act(x: (Y := 3)):\n    return 1 if x[0] < Y else 0\n", 2, "an annotation does something"),
-    ("Y = 1\ndef act(x) -> globals().clear():\n    return 1 if x[0] < Y else 0\n", 2, "an annotation does something"),
+    ("Y = 1\ndef act(x: (Y := 3)):\n    return 1 if x[0] < Y else 0\n", 2, "an annotation calls or assigns"),
+    ("Y = 1\ndef act(x) -> globals().clear():\n    return 1 if x[0] < Y else 0\n", 2, "an annotation calls or assigns"),
+    ("Y = 1\nZ: (Y := 3) = 2\ndef act(x):\n    return 1 if x[0] < Y else 0\n", 2, "an annotation calls or assigns"),
+    ("Y = 1\ndef act(x):\n    z: (Y := 3) = 2\n    return 1 if x[0] < Y else z\n", 3, "an annotation calls or assigns"),
+    ("def act(x, x):\n    return 1 if x < 1 else 0\n", 1, "not Python: duplicate argument 'x'"),
+    ("from __future__ import nothing\ndef act(x):\n    return 1 if x < 1 else 0\n", 1, "not Python: future feature"),
     ("def act(x):\n    if x[0] <= 1 or x['a'] < 1:\n        return 1\n", 2, "a feature is not understood"),
 ]  # fmt: skip
 

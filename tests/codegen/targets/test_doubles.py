@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from dataclasses import replace
 from shutil import which
 
 import numpy as np
@@ -79,6 +80,23 @@ def test_every_target_that_takes_them_agrees(name, how):
     assert found >= {"c", "python", "python doubles", "python batch", "json", "json reader", "svg"}
     missing = {each.split(":")[0] for each in report.skipped}
     assert {"javascript", "rust", "onnx"} <= found or missing & {"mjs", "rs", "onnx"}
+
+
+def test_nothing_speaks_of_float32_where_no_agent_compares_it():
+    files = emit(profile_of(NAMES[0], ALL), [target for target in TAKEN if target != "onnx"])
+    ended = {name.rpartition(".")[2]: text for name, text in files.items()}
+    assert "both float64" in ended["svg"] and "`ordered`" not in ended["h"]
+    assert not any("float32 of each feature" in ended[each] for each in ("py", "mjs"))
+
+
+@pytest.mark.parametrize("threshold", [np.finfo(np.float64).max, -np.finfo(np.float64).max, 5e-324])
+def test_thresholds_at_the_ends_of_the_doubles_agree(threshold):
+    profile = profile_of(NAMES[2], ALL)
+    policy = profile.agents[0]
+    thresholds = np.where(policy.tree.threshold == 0, 0.0, threshold)  # warnings are errors here
+    agents = (replace(policy, tree=replace(policy.tree, threshold=thresholds)), *profile.agents[1:])
+    ended = replace(profile, agents=agents)
+    selfcheck.check_files(ended, emit(ended, ["python", "json"]), random=FEW).ensure()
 
 
 @pytest.mark.parametrize("target", SINGLE)

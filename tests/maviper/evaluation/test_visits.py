@@ -80,7 +80,13 @@ def test_some_leaves_without_visits_are_refused(profile):
     import re
 
     text = re.sub(r', "visits": \d+', "", policy_json.dumps(profile), count=1)
-    with pytest.raises(ProfileError, match="nodes have visits, but there are"):
+    with pytest.raises(ProfileError, match=r"of \d+ leaves have visits"):
+        policy_json.loads(text)
+
+
+def test_a_split_with_visits_is_refused(profile):
+    text = policy_json.dumps(profile).replace('"left": 1,', '"left": 1, "visits": 5,', 1)
+    with pytest.raises(ProfileError, match=r"tree\[0\]: a split has visits"):
         policy_json.loads(text)
 
 

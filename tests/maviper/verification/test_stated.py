@@ -67,6 +67,7 @@ def test_verdicts_files_checks_and_replays(cart, capsys):
     assert [each["verdict"] for each in told["results"]] == ["PROVED", "VIOLATED", "PROVED"]
     assert told["of"] == "of the stated dynamics, exactly" and told["reference"] == {}
     assert {path.name for path in out.iterdir()} == {
+        "report.html",
         "report.json",
         "report.txt",
         "profile.json",

@@ -209,7 +209,11 @@ def test_an_unstable_system_ends_with_its_budget():
     profile = team(policy("a", ["f", "g"], ["up", "down"], ((0, 0.0), ((1, 0.0), 0, 1), ((1, 1.0), 1, 0))))
     (result,) = decide(profile, system, [stays(system, 40, x=(-(10**30), 10**30))], Budget(max_states=300))
     assert result.verdict is Verdict.UNKNOWN
-    assert "symbolic state at step" in result.reason and "may help" in result.reason
+    assert "the budget of 300 symbolic states ended" in result.reason
+    assert 0 < result.open.step < 40 and result.open.bounds.keys() == {"x", "y"}
+    assert all(low < high for low, high in result.open.bounds.values())
+    said = " ".join(result.helps)
+    assert "--max-states than 300" in said and "fewer steps" in said and "errors" in said
 
 
 def test_an_episode_that_leaves_what_is_stated_is_not_judged():
@@ -220,6 +224,8 @@ def test_an_episode_that_leaves_what_is_stated_is_not_judged():
     claim = SystemClaim("avoids", SystemKind.AVOIDS, (box(x=(5, 6)),), 3)
     (result,) = decide(profile, system, [claim])
     assert result.verdict is Verdict.UNKNOWN and "stated" in result.reason
+    assert result.open.bounds == {"x": (2.0, 2.0)} and "wider ranges" in result.helps[0]
+    assert not any("error" in each or "max-states" in each for each in result.helps)
     (short,) = decide(profile, system, [replace(claim, steps=2)])
     assert short.verdict is Verdict.PROVED
 

@@ -130,6 +130,8 @@ def test_a_world_without_dynamics():
         (changed("steps = 10", "steps = 10\nspeed = 3"), "unknown key 'speed'", "f"),
         (changed("x = [-1, 1], v", "x = [-1, 1], w = 0, v"), "unknown variable 'w'", "start: box"),
         (changed("v = { unit", "lambda = { unit"), "not a name: 'lambda'", "variables.lambda"),
+        (changed("v = { unit", "goal = { unit"), "'goal' is the place of a game's goal", "variables.goal"),
+        (changed("v = { unit", "X = { unit"), "another variable is 'X' but for its case", "variables.X"),
         (changed("v = { unit", "push = { unit"), "'push' is a constant too", "variables.push"),
         (changed("stay = {}", '"s tay" = {}'), "not a name", "actions.s tay"),
         (MATRICES.replace("left = [", "lefd = ["), "unknown action 'lefd'", "B.cart"),

@@ -18,6 +18,14 @@ from codegen.importers.c.numbers import DOUBLE, FLOAT, WHOLE, Literal, converted
         ("1e3", 1000.0, DOUBLE),
         ("12", 12, WHOLE),
         ("0", 0, WHOLE),
+        ("010", 8, WHOLE),
+        ("0x1F", 31, WHOLE),
+        ("0X1fL", 31, WHOLE),
+        ("017777777777", 2**31 - 1, WHOLE),
+        ("9223372036854775807", 2**63 - 1, WHOLE),
+        ("2147483648ll", 2**31, WHOLE),
+        ("'a'", 97, WHOLE),
+        ("'\"'", 34, WHOLE),
         ("0x1.8p1", 3.0, DOUBLE),
         ("0x1.8p1f", 3.0, FLOAT),
         # the double nearest to it is the middle of two floats, and would round to the even one below
@@ -32,8 +40,10 @@ def test_literals(text, value, kind):
 
 @pytest.mark.parametrize(
     "text",
-    ["010", "0x10", "1u", "1L", "1.0L", "'a'", '"1"', "1e400", "1e39f", "0x1.000000000000008p0f", "1_0", "", "١"],
-)
+    ["1u", "1UL", "1.0L", "1lL", "0b1", "08", "0x", "0x80000000", "020000000000", "9223372036854775808", "'ab'",
+     "'\\n'", "L'a'", "'é'", "''", '"1"', "1e400", "1e39f", "1e400f", "1e9999f", "0x1.000000000000008p0f",
+     "1_0", "", "١"],
+)  # fmt: skip
 def test_what_is_not_understood_or_not_finite_is_none(text):
     assert literal(text) is None
 

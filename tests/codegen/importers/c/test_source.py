@@ -52,6 +52,7 @@ BODIES = [
     "int a = 1; if (x[0] <= 0.3) { a = 2; if (x[1] > .5) a = 3; } ; return a;",
     "if (x[0] == 0.1) return 1; /* never for float */ return 0; // the end\n",
     "const float t = 1; if (x[1] <= T) return ON; return OFF;",
+    "if (x[0] <= 010) return 'a'; if (x[1] == '!' || -0x1F < x[2]) return 0777; return 2147483647L;",
 ]
 HEAD = "#include <stdint.h>\nenum { OFF, ON = 4 };\nstatic const float T = 0.7;\n"
 
@@ -104,8 +105,12 @@ def test_random_trees_of_m2cgen_decide_as_its_compiled_c(seed, tmp_path):
         ("int f(const float *x)\n{ if (x[0]) return 1; return 0; }", 2, "condition is not understood"),
         ("int f(const float *x)\n{ if (0 < x[0] < 1) return 1; return 0; }", 2, "not of a feature"),
         ("int f(const float *x)\n{ if (sqrt(x[0]) > 1) return 1; return 0; }", 2, "not of a feature"),
-        ("int f(const float *x)\n{ if (x[0] > 16777217) return 1; return 0; }", 2, "not of a feature"),
-        ("int f(const float *x)\n{ if (x[0] > 0x10) return 1; return 0; }", 2, "not of a feature"),
+        ("int f(const float *x)\n{ if (x[0] > 16777217) return 1; return 0; }", 2, "a number is no float: 16777217"),
+        ("int f(const float *x)\n{ if (x[0] > 0.1L) return 1; return 0; }", 2, "not read as a number: 0.1L"),
+        ("int f(const float *x)\n{ if (10u > x[0]) return 1; return 0; }", 2, "not read as a number: 10u"),
+        ("int f(const float *x)\n{ if (x[0] > 1e400f) return 1; return 0; }", 2, "not read as a number: 1e400f"),
+        ("int f(const float *x)\n{ if (x[0] > (float)1) return 1; return 0; }", 2, r"as a number: \(float\) 1"),
+        ("enum { A = 2147483647, B };\nint f(const float *x) { return B; }", 1, "enumerator 'B' is not understood"),
         ("int f(const float *x)\n{ if (x[-1] > 1) return 1; return 0; }", 2, "feature is not understood"),
         ("int f(const float x[2])\n{ if (x[2] > 1) return 1; return 0; }", 2, "feature is not understood"),
         ("int f(const float *x)\n{ return x[0] > 1; }", 2, "value is not understood"),
@@ -143,7 +148,7 @@ def test_random_trees_of_m2cgen_decide_as_its_compiled_c(seed, tmp_path):
         ("enum { f };\nint f(const float *x) { return 1; }", None, "several things"),
         ("const int a = 1; const int a = 2;\nint f(const float *x) { return a; }", 1, "'Decl' stands outside"),
         ("int f(const float *x)\n{ return 1 }", 2, "not C that is understood"),
-        ("int f(const float *x)\n{ return '1'; }", 2, "value is not understood"),
+        ("int f(const float *x)\n{ return '12'; }", 2, "value is not understood: '12'"),
         ("void f(double *x, double *y)\n{ double v[2]; memcpy(v, (double[]){1, 0}, 1 * sizeof(double));\n"
          "memcpy(y, v, 2 * sizeof(double)); }", 2, "memcpy is not understood"),
         ("void f(double *x, double *y)\n{ double v[2]; memcpy(v, (double[]){1, 0, 0}, 2 * sizeof(double));\n"

@@ -13,7 +13,10 @@ from maviper.evaluation.crossplay import Uniform
 from maviper.worlds import find
 from maviper.worlds.checking import check, usable
 from maviper.worlds.outside.flattening import names_of
+from maviper.worlds.outside.sources import parsed
+from maviper.worlds.outside.wrappers import Flattened
 from maviper.worlds.seeds import folded
+from tests.environments import Line
 
 TICTACTOE = "pettingzoo.classic.tictactoe.tictactoe:env,wrap=flatten+turns"
 
@@ -90,6 +93,26 @@ def test_masks_in_infos_are_observed():
         action = int(np.flatnonzero(info["action_mask"])[-1])
         state = world.step(state, np.array([[action]]))
         *_, info = env.step(action)
+
+
+def masked(mask):
+    """A line whose agents are told this mask."""
+    env = Line(goal=3)
+    seen, _ = env.reset(seed=0)
+    env.reset = lambda seed=None, options=None: (seen, {each: {"action_mask": mask} for each in env.possible_agents})
+    return Flattened(env, True, parsed("tests.environments:early,wrap=masks"))
+
+
+@pytest.mark.parametrize("mask", [[1, 0, 1], np.array([True, False, True]), np.array([[1.0], [-0.0], [1.0]])])
+def test_masks_are_zeros_and_ones(mask):
+    seen, _ = masked(mask).reset()
+    assert seen["runner_1"].dtype == np.float32 and seen["runner_1"].tolist()[3:] == [1, 0, 1]
+
+
+@pytest.mark.parametrize("mask", [["no", "yes", "no"], [0, -np.inf, 0], [np.nan, 1, 0], [2, 0, 1], [None] * 3])
+def test_what_is_no_mask_is_refused(mask):
+    with pytest.raises(InputError, match="'s action_mask is"):
+        masked(mask).reset()
 
 
 def test_agents_that_die_take_no_part_and_the_others_go_on():
