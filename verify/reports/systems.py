@@ -6,9 +6,11 @@ Does not: decide or measure.
 """
 
 from collections.abc import Mapping, Sequence
+from fractions import Fraction
+from math import isfinite
 from typing import Any
 
-from codegen.floats import rational_literal
+from codegen.floats import nearest_double, rational_literal
 from codegen.ir import PolicyProfile
 from codegen.lowering.render import brief
 from codegen.policy_json import content_hash
@@ -81,11 +83,17 @@ def counterexample(found: Counterexample) -> dict[str, Any]:
         "step": found.step,
         "start": {name: rational_literal(value) for name, value in found.start.items()},
         "start_float64": found.start_as_doubles,
-        "broken": {name: float(value) for name, value in found.states[-1].items()},
+        "broken": {name: _number(value) for name, value in found.states[-1].items()},
         "actions": {agent: [joint[agent] for joint in found.actions] for agent in agents},
         "errors": [{name: rational_literal(value) for name, value in each.items()} for each in found.errors],
         "pieces": list(found.pieces),
     }
+
+
+def _number(exact: Fraction) -> float | str:
+    """The nearest float64, or in words that there is none near."""
+    found = nearest_double(exact)
+    return found if isfinite(found) else "above 1.79e308" if found > 0 else "below -1.79e308"
 
 
 def lines(told: Mapping[str, Any]) -> list[str]:
@@ -106,7 +114,7 @@ def lines(told: Mapping[str, Any]) -> list[str]:
     return found
 
 
-def _state(state: Mapping[str, float]) -> str:
+def _state(state: Mapping[str, float | str]) -> str:
     shown = [f"{name} {brief(value)}" for name, value in state.items()]
     return ", ".join(shown[:SHOWN]) + (", ..." if len(shown) > SHOWN else "")
 
