@@ -126,3 +126,29 @@ def test_a_piece_that_is_missing_is_noticed():
         left = replace(statement.system, pieces=pieces[:number] + pieces[number + 1 :])
         with pytest.raises(RejectedError, match="leave out"):
             ensure_enclosed(replace(statement, system=left))
+
+
+def many(moved):
+    """Twelve agents with five actions each: a quarter of a billion joint actions. `moved`: what each agent moves."""
+    agents = [f"a{k}" for k in range(12)]
+    variables = dict.fromkeys(moved.format(agent) for agent in agents)
+    lines = ["steps = 3", "[variables]", *(f"{name} = {{ range = [-1, 1] }}" for name in variables)]
+    for agent in agents:
+        lines += [f"[agents.{agent}.features]", f'f = "{moved.format(agent)}"', f"[agents.{agent}.actions]"]
+        lines += [f"act{k} = {{ u = {k} }}" for k in range(5)]
+    lines += ["[start.box]", *(f"{name} = 0" for name in variables), "[dynamics.next]"]
+    for name in variables:
+        acting = [agent for agent in agents if moved.format(agent) == name]
+        lines.append(f'{name} = "{" + ".join([f"{name} - 0.1*{name}**2", *(f"{agent}.u" for agent in acting)])}"')
+    return statement_of("\n".join(lines), "many")
+
+
+@pytest.mark.parametrize("moved", ["x_{}", "x"])
+def test_agents_that_act_as_the_rule_says_are_not_multiplied(moved):
+    statement = many(moved)
+    assert ensure_enclosed(statement) == len(statement.system.variables)
+    piece = statement.system.pieces[0]
+    (name, form), *_ = piece.effect["a7", "act3"].items()
+    wrong = {**piece.effect, ("a7", "act3"): {name: form.plus(Affine.of({}, F(1)))}}
+    with pytest.raises(RejectedError):
+        ensure_enclosed(with_piece(statement, 0, effect=wrong))
