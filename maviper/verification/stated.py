@@ -35,7 +35,7 @@ from verify.reach.replay import Course, replayed
 from verify.reach.results import Budget, Counterexample, SystemResult
 from verify.reports import systems as report
 from verify.systems import documents
-from verify.systems.claims import SystemClaim
+from verify.systems.claims import SystemClaim, spelled
 from verify.systems.files import MAX_BYTES as MAX_WORLD_BYTES
 from verify.systems.observing import observed
 from verify.systems.properties import claims_in, claims_of
@@ -248,8 +248,14 @@ def checked(path: Path, profile: PolicyProfile | Path | None, world: Path | None
     except RejectedError as error:
         advice = "do not rely on it; run `maviper verify` again"
         raise RefusedError("the certificate is refused", f"{path}: {shown(error)}", advice) from None
-    subject = f"{found.claim.shown}: {found.claim.sentence}, {report.sentence(statement.system)}"
-    return subject, closed, found.size
+    actions = {policy.agent: [action.name for action in policy.actions] for policy in about.agents}
+    said = f"{spelled(found.claim, actions)}, {report.sentence(statement.system)}"
+    return f"{called(found.claim)}: {said}", closed, found.size
+
+
+def called(claim: SystemClaim) -> str:
+    """What a claim in a file is called: its kind, and its label as the file's word."""
+    return claim.kind.value + (f" (in the file: '{shown(claim.label)}')" if claim.label else "")
 
 
 def replay(path: Path, profile: PolicyProfile, world: Path | None) -> tuple[CounterexampleJson, SystemClaim, Any]:

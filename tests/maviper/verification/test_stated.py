@@ -7,10 +7,12 @@ import pytest
 
 from codegen.dynamics import motionless
 from codegen.errors import ExitCode
+from codegen.json_layout import layout
 from codegen.policy_json import dumps
 from maviper.cli.main import run as command
 from tests.systems import CART, MOUNTAIN
 from tests.verify.system_cases import policy, team
+from verify.checker.certificates import body_hash
 
 PROPERTIES = """
 [[property]]
@@ -65,6 +67,7 @@ def test_verdicts_files_checks_and_replays(cart, capsys):
     assert verify(cart, "-o", str(out), "--json") == ExitCode.VIOLATED
     told = json.loads(capsys.readouterr().out)
     assert [each["verdict"] for each in told["results"]] == ["PROVED", "VIOLATED", "PROVED"]
+    assert told["results"][2]["property"] == "x <= -1/2 implies not acts(cart) == left"
     assert told["of"] == "of the stated dynamics, exactly" and told["reference"] == {}
     assert {path.name for path in out.iterdir()} == {
         "report.json",
@@ -97,6 +100,47 @@ def test_a_certificate_is_about_its_world(cart, capsys):
     edited = (out / "certificate-1-stays_in.json").read_text().replace('"steps": 10', '"steps": 11')
     (out / "edited.json").write_text(edited)
     assert command(["check", str(out / "edited.json")]) != ExitCode.DONE
+
+
+def forged(text, **words):
+    """A certificate whose claim calls itself otherwise, with a hash that fits again."""
+    document = json.loads(text)
+    document["claim"] |= words
+    return layout(document | {"content_hash": body_hash({k: v for k, v in document.items() if k != "content_hash"})})
+
+
+def test_a_certificate_is_told_by_what_it_proves(cart, capsys):
+    """Its own words may say more: the region is not what it is called, nor the formula what its label says."""
+    out = cart / "report"
+    verify(cart, "-o", str(out))
+    words = {"name": "avoids", "label": "never \x1b[31mfails", "region": "x in [0, 0]"}
+    for name, said in (
+        ("certificate-1-stays_in.json", "every episode of 10 steps stays in x >= -2 and x <= 2, of the stated"),
+        (
+            "certificate-3-decides.json",
+            "in every state with v <= 0, (x > -0.5 or not acts(cart) == left), of the stated",
+        ),
+    ):
+        (out / "forged.json").write_text(forged((out / name).read_text(), **words))
+        capsys.readouterr()
+        assert command(["check", str(out / "forged.json")]) == ExitCode.DONE
+        told = capsys.readouterr().out
+        assert said in told and "\x1b" not in told and "[0, 0]" not in told
+        kind = name.split("-")[-1].removesuffix(".json")
+        assert told.startswith(f"accepted  {kind} (in the file: 'never ")
+
+
+def test_a_certificate_about_an_action_that_there_is_not(cart, capsys):
+    out = cart / "report"
+    verify(cart, "-o", str(out))
+    text = (out / "certificate-3-decides.json").read_text()
+    formula = json.loads(text)["claim"]["formula"]
+    for number in (3, -1):
+        other = json.loads(json.dumps(formula).replace('"takes": 1', f'"takes": {number}'))
+        assert other != formula
+        (out / "forged.json").write_text(forged(text, formula=other))
+        assert command(["check", str(out / "forged.json")]) == ExitCode.INPUT
+        assert "do not have" in capsys.readouterr().err
 
 
 def test_claims_in_a_file_of_their_own(cart, capsys):
