@@ -13,6 +13,7 @@ from maviper.cli.main import run as command
 from tests.systems import CART, MOUNTAIN
 from tests.verify.system_cases import policy, team
 from verify.checker.certificates import body_hash
+from verify.checker.reading import RejectedError
 
 PROPERTIES = """
 [[property]]
@@ -141,6 +142,35 @@ def test_a_certificate_about_an_action_that_there_is_not(cart, capsys):
         (out / "forged.json").write_text(forged(text, formula=other))
         assert command(["check", str(out / "forged.json")]) == ExitCode.INPUT
         assert "do not have" in capsys.readouterr().err
+
+
+def test_nothing_is_proved_of_an_enclosure_that_is_not_shown_again(cart, capsys, monkeypatch):
+    def refusing(statement):
+        raise RejectedError("piece 1: v: its error is exceeded")
+
+    monkeypatch.setattr("maviper.verification.stated.ensure_enclosed", refusing)
+    assert verify(cart) == ExitCode.INPUT
+    assert "an enclosure was not shown again" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda found: found["start"].update(x="2"), "does not start where the world's file has starts"),
+        (lambda found: found["start"].update(v="1/10"), "does not start where the world's file has starts"),
+        (lambda found: found["claim"].update(steps=10**15), "an episode has 0 to 1000 steps"),
+        (lambda found: found["claim"].update(by=-1), "is no step of an episode"),
+    ],
+)
+def test_a_counterexample_that_asks_for_more_is_refused(cart, capsys, change, said):
+    """Not told as a claim that holds, and not played for ever."""
+    out = cart / "report"
+    verify(cart, "-o", str(out))
+    found = json.loads((out / "counterexample-2-stays_in.json").read_text())
+    change(found)
+    (out / "other.json").write_text(json.dumps(found))
+    assert command(["replay", str(out / "other.json")]) == ExitCode.INPUT
+    assert said in capsys.readouterr().err
 
 
 def test_claims_in_a_file_of_their_own(cart, capsys):
