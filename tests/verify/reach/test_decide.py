@@ -230,6 +230,28 @@ def test_states_beyond_float64_are_judged_and_told(numbers):
     assert kept.verdict is Verdict.PROVED
 
 
+TINY = F(1, 10**30)
+
+
+@pytest.mark.parametrize(
+    ("start", "error", "bound"),
+    [
+        ((F(0), 1 + TINY), F(0), F(1)),  # the upper end alone is above 1
+        ((F(0), F(1)), TINY, 1 + TINY / 2),  # it, and an error that no float adds to it
+        ((F(0), F(1)), TINY, 1 + TINY - TINY**2),  # with an error at its bound
+    ],
+)
+def test_what_no_float_tells_apart_is_found(start, error, bound):
+    variables = (Variable("x", "1", (F(-9), F(9))),)
+    piece = Piece({}, {"x": form(x=1)}, {("a", "rest"): {"x": form()}}, {"x": (-error, error)} if error else {})
+    system = System("tiny", variables, {"a": {"f": Feature(form(x=1))}}, box(x=start), (piece,), 1)
+    profile = team(policy("a", ["f"], ["rest"], 0))
+    (broken,) = decide(profile, system, [stays(system, 1, x=(-1, bound))])
+    assert broken.verdict is Verdict.VIOLATED and broken.counterexample.states[-1]["x"] > bound
+    (kept,) = decide(profile, system, [stays(system, 1, x=(-1, start[1] + error))])
+    assert kept.verdict is Verdict.PROVED
+
+
 def test_an_episode_that_leaves_what_is_stated_is_not_judged():
     variables = (Variable("x", "1", (F(-9), F(9))),)
     piece = Piece({"x": (F(-1), F(1))}, {"x": form(1, x=1)}, {})
