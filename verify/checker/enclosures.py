@@ -173,13 +173,13 @@ def _ensure_within(expression: Expression, form: Affine, box: Box, allowed: Inte
         except _Unbounded:
             found, worst = Range(least - 1, most + 1), _widest(here)
         if not least <= found.low or not found.high <= most:
-            if here[worst].high - here[worst].low < 4:
+            if not here or here[worst].high - here[worst].low < 4:
                 raise RejectedError(f"{where}: its error is exceeded")
             open_ += _halves(here, worst)
 
 
 def _widest(box: Mapping[str, Range]) -> str:
-    return max(box, key=lambda name: box[name].high - box[name].low)
+    return max(box, key=lambda name: box[name].high - box[name].low, default="")
 
 
 def _halves(box: Mapping[str, Range], name: str) -> list[dict[str, Range]]:
@@ -194,7 +194,7 @@ def _over(expression: Expression, form: Affine, box: Mapping[str, Range]) -> tup
     slopes = _part(expression, box).slopes
     at = _part(expression, middle).value
     found = _minus(at, _affine(form, middle))
-    widest, most = next(iter(box)), -1
+    widest, most = next(iter(box), ""), -1
     factors = dict(form.terms)
     for name, (low, high) in box.items():
         slope = _minus(slopes.get(name, Range(0, 0)), _exact(factors.get(name, Fraction(0))))

@@ -128,6 +128,16 @@ def test_a_piece_that_is_missing_is_noticed():
             ensure_enclosed(replace(statement, system=left))
 
 
+@pytest.mark.parametrize("text", ["sin(1)", "0.5*x + sin(1)*cos(2)", "1/(2 + sin(1))"])
+def test_what_is_curved_without_a_variable(text):
+    """sin 1 is a constant that no fraction is."""
+    statement = statement_of(PIECES.replace('"sin(x)"', f'"{text}"'), "f")
+    assert ensure_enclosed(statement)
+    form = statement.system.pieces[-1].move["x"]
+    with pytest.raises(RejectedError):
+        ensure_enclosed(with_piece(statement, -1, move={"x": form.plus(Affine.of({}, F(1, 10**6)))}))
+
+
 def many(moved):
     """Twelve agents with five actions each: a quarter of a billion joint actions. `moved`: what each agent moves."""
     agents = [f"a{k}" for k in range(12)]
