@@ -74,8 +74,7 @@ def _claim(
     table: Mapping[str, object], statement: Statement, acting: Mapping[str, AgentPolicy], where: str
 ) -> SystemClaim:
     only(table, KEYS, where)
-    usual = text(table.get("formula", ""), f"{where}: formula")  # says more than that it is a decision
-    label = text(table.get("label", usual), f"{where}: label")
+    label = text(table.get("label", ""), f"{where}: label")
     given = table.get("region", [])
     stated = [given] if is_table(given) else as_list(given, f"{where}: region")
     regions = tuple(
