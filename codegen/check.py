@@ -159,8 +159,8 @@ def _world(world: WorldSpec) -> Iterator[Violation]:
     path = "$.world"
     if not NAME.fullmatch(world.name):
         yield Violation(f"{path}.name", f"not a legal name: {world.name!r}")
-    # one name, one coordinate: agents, landmarks and the alias of the goal share a name space
-    taken = [GOAL] if world.goals else []
+    # one name, one coordinate: agents, landmarks and the alias of the goal share a name space, with goals or without
+    taken = [GOAL]
     yield from _names(f"{path}.agents", "entity", [entity.name for entity in world.agents], taken)
     taken += [entity.name for entity in world.agents]
     yield from _names(f"{path}.landmarks", "entity", [entity.name for entity in world.landmarks], taken)
@@ -183,7 +183,7 @@ def _variables(world: WorldSpec) -> Iterator[Violation]:
         parts = variable.name.split(".")
         if len(parts) > MAX_PARTS or not all(NAME.fullmatch(part) for part in parts):
             yield Violation(here, f"not a legal name of a variable: {variable.name!r} (a name, or NAME.NAME)")
-        if identifier(variable.name) in seen:
+        if identifier(variable.name) in seen or identifier(parts[0]) == GOAL:
             yield Violation(here, f"variable '{variable.name}' appears twice, or is taken")
         seen.add(identifier(variable.name))
         if not -MAX_LENGTH <= variable.low <= variable.high <= MAX_LENGTH:

@@ -12,8 +12,10 @@ from maviper.cli.main import run as command
 from maviper.files.profiles import load
 from maviper.verification.stated import StatedOptions, ensure_plays, verified
 from maviper.worlds.outside.systems import read
+from tests.maviper.page.browsers import overhang
 from verify.checker.enclosures import ensure_enclosed
 from verify.claims.region import Verdict
+from verify.reports import systems as report
 
 PLACE = Path(__file__).parent.parent / "generated" / "worlds"
 TEXT = (PLACE / "README.md").read_text()
@@ -55,10 +57,25 @@ def test_counterexamples_replay(path):
     assert command(["replay", str(path)]) == ExitCode.VIOLATED
 
 
-@pytest.mark.parametrize("name", ["pendulum", "corridor", "pendulum_wide"])
-def test_the_quick_ones_are_decided_again(name):
+@pytest.mark.parametrize("name", VERDICTS)
+def test_reports_are_those_of_their_facts(name):
+    told = json.loads((PLACE / name / "report.json").read_text())
+    for kind, made in (("json", report.as_json), ("txt", report.as_text), ("html", report.as_html)):
+        assert (PLACE / name / f"report.{kind}").read_text() == made(told)
+    assert (PLACE / name / "report.html").stat().st_size < 60_000
+
+
+def test_no_report_is_wider_than_a_phone(tmp_path):
+    pages = [PLACE / name / "report.html" for name in VERDICTS]
+    assert overhang(pages, tmp_path, 400) == [0] * len(pages)
+
+
+@pytest.mark.parametrize("name", ["quadrotor", "pendulum", "corridor", "crossing", "pendulum_wide"])
+def test_the_quick_ones_are_decided_again(name, golden):
     done = verified(load(profile_of(name)), StatedOptions(PLACE / f"{name}.toml"))
     assert {result.verdict for result in done.results} == {Verdict(VERDICTS[name])}
+    assert set(done.files) == {path.name for path in (PLACE / name).iterdir()}
+    golden(f"generated/worlds/{name}", done.files)
 
 
 @pytest.mark.slow

@@ -5,6 +5,7 @@ Assumes: `maviper.verification.stated` decides.
 Does not: decide verdicts.
 """
 
+import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -40,24 +41,31 @@ def taken(options: dict[str, Any]) -> "StatedOptions | None":
             raise InputError(f"{option} has no effect with --world", option, advice)
     from maviper.verification.stated import StatedOptions
 
-    return StatedOptions(own["world"], options.get("file"), own["max_states"], own["run_reference"])
+    alone = bool(options.get("verdict_only"))
+    if alone and own["run_reference"]:
+        advice = "leave one of them out"
+        raise InputError("--run-reference has no effect with --verdict-only", "--run-reference", advice)
+    return StatedOptions(own["world"], options.get("file"), own["max_states"], own["run_reference"], alone)
 
 
 def answered(
     profile: Path, asked: "StatedOptions", output: Path | None, as_json: bool, full: bool, console: "Console"
 ) -> int:
     """Decides, prints and writes; the exit code."""
-    from codegen.policy_json import layout
     from maviper.cli.results import exit_code
     from maviper.files import runs
     from maviper.files.profiles import load
     from maviper.verification.stated import verified
     from verify.reports import systems as report
 
+    if output is not None and asked.verdict_only:
+        raise InputError("--verdict-only writes no report", "-o", "leave one of them out")
     loaded = load(profile)
     if output is not None:
         runs.folder(output)
     done = verified(loaded, asked)
+    if asked.verdict_only:
+        return _verdicts(done, as_json)
     told = done.document
     console.line("about", told["of"])
     for said in told["reference"].get("said", []):
@@ -69,7 +77,27 @@ def answered(
     if output is not None:
         _write(output, done, console)
     if as_json or full:
-        click.echo(layout(told) + "\n" if as_json else report.as_text(told), nl=False)
+        click.echo(report.as_json(told) if as_json else report.as_text(told), nl=False)
+    return exit_code([result.verdict for result in done.results])
+
+
+def _verdicts(done: "StatedVerified", as_json: bool) -> int:
+    """A line of standard output for each verdict, or an object for all; the exit code."""
+    from maviper.cli.results import exit_code
+    from maviper.console import say
+    from verify.reports.systems import sentence
+
+    of = sentence(done.statement.system)
+    if as_json:
+        found = [
+            {"verdict": each.verdict.value, "property": each.claim.shown, "reason": each.reason}
+            for each in done.results
+        ]
+        click.echo(json.dumps({"of": of, "results": found}, indent=2))
+    else:
+        for each in done.results:
+            told = f"{each.verdict.value:<11} {each.claim.shown}, {of}"
+            say(told + (f": {each.reason}" if each.reason else ""))
     return exit_code([result.verdict for result in done.results])
 
 
@@ -78,7 +106,7 @@ def _write(folder: Path, done: "StatedVerified", console: "Console") -> None:
 
     for name, text in done.files.items():
         runs.write(folder / name, text)
-    console.line("report", str(folder / "report.txt"))
+    console.line("report", str(folder / "report.html"))
     for name in done.certificates:
         console.line("certificate", f"{folder / name}; maviper check {folder / name}")
     for name in done.counterexamples:

@@ -5,7 +5,6 @@ Assumes: paths from the caller.
 Does not: write profiles.
 """
 
-from importlib import metadata
 from pathlib import Path
 
 from codegen import policy_json
@@ -15,6 +14,8 @@ from maviper.files import kinds, runs
 
 def version() -> str:
     """The installed version of the package."""
+    from importlib import metadata  # reads mail's headers: a fiftieth of a second that only writers need
+
     return metadata.version("maviper")
 
 

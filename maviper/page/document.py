@@ -94,13 +94,19 @@ def document(profile: ir.PolicyProfile, contents: Contents) -> dict[str, Any]:
     """The data of a page."""
     experts = None if contents.expert is None else [_network(contents.expert, one.agent) for one in profile.agents]
     second = contents.second
+    claims = [_claim(profile, shown) for shown in contents.claims]
+    erring = {claim["team"] for claim in claims if claim["eps"] is not None}
     return {
         "profile": content_hash(profile),
         "against": None if second is None else content_hash(second.profile),
         "tool": profile.provenance.tool,
         "world": _world(profile.world),
-        "agents": [_agent(policy, contents.visits.get(policy.agent), second) for policy in profile.agents],
-        "claims": [*_alike(profile, second), *(_claim(profile, shown) for shown in contents.claims)],
+        "agents": [
+            _agent(policy, contents.visits.get(policy.agent), second)
+            | {"cuts": _cuts(policy) if policy.team in erring else None}
+            for policy in profile.agents
+        ],
+        "claims": [*_alike(profile, second), *claims],
         "states": [
             {"label": state.label, "claim": state.claim, "position": dict(state.position), "goal": state.goal}
             for state in contents.states
@@ -213,17 +219,23 @@ def _cuts(policy: ir.AgentPolicy) -> list[dict[str, Any] | bool | None]:
         meaning = policy.features[int(tree.feature[node])].meaning
         if meaning is not None and measurable(meaning):
             found[node] = cut_of(meaning, tree.threshold[node])
-    order: dict[int, list[Cut]] = {}
-    for feature in range(len(policy.features)):
-        cuts = {cut for node, cut in found.items() if tree.feature[node] == feature and isinstance(cut, Cut)}
-        order[feature] = sorted(cuts)
-    return [_placed(found.get(node), order.get(int(tree.feature[node]), [])) for node in range(len(tree.feature))]
+    of_feature: dict[int, set[Cut]] = {}
+    for node, cut in found.items():
+        if isinstance(cut, Cut):
+            of_feature.setdefault(int(tree.feature[node]), set()).add(cut)
+    ranks = {feature: {cut: rank for rank, cut in enumerate(sorted(cuts))} for feature, cuts in of_feature.items()}
 
+    def placed(node: int) -> dict[str, Any] | bool | None:
+        cut = found.get(node)
+        if not isinstance(cut, Cut):
+            return cut
+        return {
+            "at": rational_literal(cut.at),
+            "closed": cut.closed,
+            "rank": ranks[int(tree.feature[node])][cut],
+        }
 
-def _placed(cut: Cut | bool | None, order: Sequence[Cut]) -> dict[str, Any] | bool | None:
-    if not isinstance(cut, Cut):
-        return cut
-    return {"at": rational_literal(cut.at), "closed": cut.closed, "rank": order.index(cut)}
+    return [placed(node) for node in range(len(tree.feature))]
 
 
 # --- claims
@@ -239,7 +251,6 @@ def _claim(profile: ir.PolicyProfile, shown: Shown) -> dict[str, Any]:
         "verdict": shown.verdict,
         "formula": None,
         "eps": None,
-        "cuts": None,
         "episode": None,
         "unjudged": "about no single state",
     }
@@ -259,7 +270,7 @@ def _alike(profile: ir.PolicyProfile, second: Second | None) -> list[dict[str, A
         for agent, place, verdict in zip(second.agents, places, second.verdicts, strict=True)
     ]
     everyone = [{"title": "all agents act alike", "alike": places, "verdict": ""}] if len(each) > 1 else []
-    unsaid: dict[str, Any] = {"name": ALIKE, "team": "", "formula": None, "eps": None, "cuts": None, "episode": None}
+    unsaid: dict[str, Any] = {"name": ALIKE, "team": "", "formula": None, "eps": None, "episode": None}
     said = "the same action in both profiles"
     return [unsaid | {"sentence": said, "unjudged": ""} | one for one in (*everyone, *each)]
 
@@ -272,8 +283,7 @@ def _decisions(profile: ir.PolicyProfile, claim: DecisionClaim) -> dict[str, Any
         return {"unjudged": f"not judged here: more than {MAX_ATOMS:,} inequalities and actions"}
     if not claim.eps:
         return {"formula": formula_document(stated)}
-    cuts = {policy.agent: _cuts(policy) for policy in profile.team(claim.team)}
-    return {"formula": formula_document(stated), "eps": rational_literal(claim.eps), "cuts": cuts}
+    return {"formula": formula_document(stated), "eps": rational_literal(claim.eps)}
 
 
 def _episode(profile: ir.PolicyProfile, claim: EpisodeClaim) -> dict[str, Any]:

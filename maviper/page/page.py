@@ -88,8 +88,10 @@ def _module(profile: ir.PolicyProfile) -> Markup | None:
     """The generated JavaScript without its exports, since a page from a file path loads no modules; None where it is
     too large for a page, or would be a walk over tables.
     """
+    if sum(len(policy.tree.feature) for policy in profile.agents) > MAX_CODE_NODES:
+        return None
     model = lower(profile)
-    if model.style != NESTED or sum(len(agent.nodes) for agent in model.agents) > MAX_CODE_NODES:
+    if model.style != NESTED:
         return None
     code = render("javascript/module.js.j2", model=model).replace("\nexport ", "\n")
     # in strings alone, which stay what they are

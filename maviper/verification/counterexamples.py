@@ -144,7 +144,7 @@ def _replayed_statement(path: Path, profile: PolicyProfile, world: Path | None) 
     found, claim, again = stated.replay(path, profile, world)
     actions = {} if again is None else report.counterexample(again)["actions"]
     return Replayed(
-        property=claim.shown,
+        property=stated.called(claim),
         violated=again is not None,
         actions={agent: " ".join(names) for agent, names in actions.items()},
         before={agent: " ".join(names) for agent, names in found.actions.items()},

@@ -7,9 +7,11 @@ Does not: decide verdicts, print or write files.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import cached_property
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -24,25 +26,35 @@ from maviper.files.profiles import loaded
 from maviper.worlds.outside.deviation import deviation
 from maviper.worlds.outside.reference import Reference, is_known
 from maviper.worlds.outside.systems import read
+from maviper.worlds.outside.written import episodes
 from verify.checker import system_certificates
 from verify.checker.certificates import MAX_BYTES
 from verify.checker.enclosures import ensure_enclosed
 from verify.checker.reading import RejectedError
 from verify.claims.formula import holds
 from verify.claims.formula_json import read_number
+from verify.claims.region import Verdict
 from verify.reach.decide import decide
-from verify.reach.replay import Course, replayed
+from verify.reach.replay import Course, is_start, piece_of, replayed
 from verify.reach.results import Budget, Counterexample, SystemResult
 from verify.reports import systems as report
 from verify.systems import documents
-from verify.systems.claims import SystemClaim
+from verify.systems.claims import SystemClaim, spelled
 from verify.systems.files import MAX_BYTES as MAX_WORLD_BYTES
-from verify.systems.observing import observed
+from verify.systems.observing import chosen, observed
+from verify.systems.pieces import curved
 from verify.systems.properties import claims_in, claims_of
 from verify.systems.statement import Statement
+from verify.systems.system import System
 
 WORLD_FILE = "world.toml"  # beside certificates and counterexamples
+PROPERTY_FILE = "properties.toml"
 FORM = "maviper-system-counterexample-1"
+ENCLOSED = (
+    "an episode breaks the claim with the error of enclosures, and none was found that does by the rules as they are"
+    " written"
+)
+NARROWER = ("more `cuts` where rules are not affine", "a smaller start region", "fewer steps")
 ADVICE = "make it again with `maviper verify --world -o`"
 
 
@@ -54,6 +66,15 @@ class StatedOptions:
     file: Path | None = None  # a property file; None: the properties of the world's file
     max_states: int | None = None
     run_reference: bool = False  # also where the file names code of somebody's own
+    verdict_only: bool = False  # the environment is neither measured nor asked
+
+    @property
+    def command(self) -> str:
+        """What asks the same again, in the folder of the report."""
+        words = ["maviper", "verify", runs.PROFILE_FILE, "--world", WORLD_FILE]
+        words += [] if self.file is None else ["--properties", PROPERTY_FILE]
+        words += [] if self.max_states is None else ["--max-states", str(self.max_states)]
+        return " ".join([*words, *(["--run-reference"] if self.run_reference else [])])
 
 
 @dataclass(frozen=True)
@@ -63,24 +84,23 @@ class StatedVerified:
     profile: PolicyProfile
     statement: Statement
     source: str  # of the world's file
+    properties: str | None  # the property file's text, where one was asked
+    options: StatedOptions
     results: tuple[SystemResult, ...]
     reference: Mapping[str, Any]
     replays: tuple[str, ...]  # of each result: what the environment says of its counterexample
 
-    @property
+    @cached_property
     def document(self) -> dict[str, Any]:
         """The report as plain data."""
-        found = report.document(self.profile, self.statement.system, self.results, self.reference)
-        for told, said in zip(found["results"], self.replays, strict=True):
-            if said:
-                told["counterexample"]["replay"] = said
-        return found
+        command = self.options.command
+        return report.document(self.profile, self.statement, self.results, self.reference, self.replays, command)
 
     @property
     def certificates(self) -> dict[str, str]:
         """A certificate for each claim that is proved."""
         return {
-            f"certificate-{place}-{result.claim.name}.json": system_certificates.to_json(result.certificate)
+            report.certificate_name(place, result.claim): system_certificates.to_json(result.certificate)
             for place, result in enumerate(self.results, 1)
             if result.certificate is not None
         }
@@ -89,7 +109,7 @@ class StatedVerified:
     def counterexamples(self) -> dict[str, str]:
         """A counterexample for each claim that is violated."""
         return {
-            f"counterexample-{place}-{result.claim.name}.json": self._counterexample(result, result.counterexample)
+            report.counterexample_name(place, result.claim): self._counterexample(result, result.counterexample)
             for place, result in enumerate(self.results, 1)
             if result.counterexample is not None
         }
@@ -107,15 +127,15 @@ class StatedVerified:
 
     @property
     def files(self) -> dict[str, str]:
-        """All of them, with the profile and the world's file."""
+        """All of them, with the profile, the world's file and the property file."""
         told = self.document
-        reports = {"report.json": layout(told) + "\n", "report.txt": report.as_text(told)}
-        return (
-            reports
-            | self.certificates
-            | self.counterexamples
-            | {runs.PROFILE_FILE: dumps(self.profile), WORLD_FILE: self.source}
-        )
+        reports = {
+            "report.json": report.as_json(told),
+            "report.txt": report.as_text(told),
+            "report.html": report.as_html(told),
+        }
+        stated = {WORLD_FILE: self.source} | ({} if self.properties is None else {PROPERTY_FILE: self.properties})
+        return reports | self.certificates | self.counterexamples | {runs.PROFILE_FILE: dumps(self.profile)} | stated
 
 
 def verified(profile: PolicyProfile, options: StatedOptions) -> StatedVerified:
@@ -125,17 +145,19 @@ def verified(profile: PolicyProfile, options: StatedOptions) -> StatedVerified:
     source = _source(options.world)
     statement = read(options.world)
     ensure_plays(profile, statement)
-    if options.file is None:
+    properties = None if options.file is None else _source(options.file)
+    if options.file is None or properties is None:
         claims = claims_of(statement, profile, options.world.name)
     else:
-        text = runs.read(options.file, MAX_WORLD_BYTES).decode(errors="replace")
-        claims = claims_in(text, statement, profile, options.file.name)
-    reference = _measured(statement, options.run_reference)
-    budget = Budget() if options.max_states is None else replace(Budget(), max_states=options.max_states)
-    results = decide(profile, statement.system, claims, budget)
+        claims = claims_in(properties, statement, profile, options.file.name)
+    reference = {} if options.verdict_only else _measured(statement, options.run_reference)
+    decided = decide(profile, statement.system, claims, Budget.of(options.max_states))
+    results = tuple(as_written(statement, profile, each) for each in decided)
+    if any(result.certificate is not None for result in results):
+        _ensure_enclosed(statement)
     playable = bool(reference.get("steps"))
     replays = tuple(_replay_words(statement, profile, result) if playable else "" for result in results)
-    return StatedVerified(profile, statement, source, tuple(results), reference, replays)
+    return StatedVerified(profile, statement, source, properties, options, results, reference, replays)
 
 
 def _source(path: Path) -> str:
@@ -161,6 +183,58 @@ def ensure_plays(profile: PolicyProfile, statement: Statement) -> None:
         raise InputError(f"the profile has no {', '.join(missing)}", statement.system.name, "name the file it plays in")
 
 
+# --- rules that are not affine
+
+
+def _ensure_enclosed(statement: Statement) -> None:
+    """InputError where the checker does not show again that pieces hold what the rules say: then nothing is proved."""
+    try:
+        ensure_enclosed(statement)
+    except RejectedError as error:
+        advice = "cut the ranges of more variables, or into more parts"
+        raise InputError("an enclosure was not shown again", f"{statement.system.name}: {error}", advice) from None
+
+
+def as_written(statement: Statement, profile: PolicyProfile, result: SystemResult) -> SystemResult:
+    """The result, unless only the error of enclosures breaks the claim: then nothing is known of the rules themselves.
+
+    Where rules are not affine, an episode by them as they are written, with errors that the file states, must break the
+    claim too.
+    """
+    found, claim, system = result.counterexample, result.claim, statement.system
+    if found is None or claim.about_decisions or not any(map(curved, statement.rules)):
+        return result
+    for states in episodes(statement, profile, claim.steps, found.states):
+        if _breaks(claim, states):
+            again = replayed(profile, system, claim, _course(system, profile, states))
+            if again is not None:
+                return replace(result, counterexample=again)
+    return replace(result, verdict=Verdict.UNKNOWN, reason=ENCLOSED, helps=NARROWER, counterexample=None)
+
+
+def _breaks(claim: SystemClaim, states: Sequence[Mapping[str, Fraction]]) -> bool:
+    for step, state in enumerate(states):
+        if holds(claim.broken(step), state, {}):
+            return True
+        if holds(claim.fulfilled(step), state, {}):
+            return False
+    return False
+
+
+def _course(system: System, profile: PolicyProfile, states: Sequence[Mapping[str, Fraction]]) -> Course:
+    """How an episode of the pieces goes through given states, as far as their errors allow."""
+    errors: list[Mapping[str, Fraction]] = []
+    for state, after in pairwise(states):
+        number = piece_of(system, state)
+        if number is None:
+            break
+        piece, actions = system.pieces[number], chosen(system, profile, state)
+        joint = {policy.agent: policy.actions[actions[policy.agent]].name for policy in profile.agents}
+        exact = piece.step(state, joint, {})
+        errors.append({name: after[name] - exact[name] for name in piece.error})
+    return Course(states[0], errors)
+
+
 # --- the environment that a statement is about
 
 
@@ -177,9 +251,9 @@ def _measured(statement: Statement, run: bool) -> dict[str, Any]:
         what = f"the statement is not that of {name}: {found.beyond} of {found.steps} steps are beyond its error"
         raise InputError(what, found.worst, "widen the error of the variable, narrow its range, or mend the rule")
     off = {variable: list(bounds) for variable, bounds in found.off.items()}
-    reach = ", ".join(f"{variable} {max(map(abs, bounds)):.2g}" for variable, bounds in off.items())
+    reach = ", ".join(f"{variable} {report.upwards(max(map(abs, bounds)), 2)}" for variable, bounds in off.items())
     said = f"{name}: {found.steps} steps were measured, off by at most {reach}"
-    return {"name": name, "steps": found.steps, "off": off, "said": [said]}
+    return {"name": name, "steps": found.steps, "anywhere": found.placed, "off": off, "said": [said]}
 
 
 def _replay_words(statement: Statement, profile: PolicyProfile, result: SystemResult) -> str:
@@ -248,8 +322,14 @@ def checked(path: Path, profile: PolicyProfile | Path | None, world: Path | None
     except RejectedError as error:
         advice = "do not rely on it; run `maviper verify` again"
         raise RefusedError("the certificate is refused", f"{path}: {shown(error)}", advice) from None
-    subject = f"{found.claim.shown}: {found.claim.sentence}, {report.sentence(statement.system)}"
-    return subject, closed, found.size
+    actions = {policy.agent: [action.name for action in policy.actions] for policy in about.agents}
+    said = f"{spelled(found.claim, actions)}, {report.sentence(statement.system)}"
+    return f"{called(found.claim)}: {said}", closed, found.size
+
+
+def called(claim: SystemClaim) -> str:
+    """What a claim in a file is called: its kind, and its label as the file's word."""
+    return claim.kind.value + (f" (in the file: '{shown(claim.label)}')" if claim.label else "")
 
 
 def replay(path: Path, profile: PolicyProfile, world: Path | None) -> tuple[CounterexampleJson, SystemClaim, Any]:
@@ -263,6 +343,10 @@ def replay(path: Path, profile: PolicyProfile, world: Path | None) -> tuple[Coun
         errors = [{name: read_number(value) for name, value in each.items()} for each in found.errors]
         if set(start) != {each.name for each in statement.system.variables}:
             raise ValueError("its start names other variables than the world's file")
+        claim.ensure()
+        if not is_start(statement.system, claim, start):
+            where = f"{path}: $.start: {statement.system.name}"
+            raise InputError("the counterexample does not start where the world's file has starts", where, ADVICE)
         again = replayed(profile, statement.system, claim, Course(start, errors, found.pieces))
     except (ValueError, LookupError, TypeError, ZeroDivisionError) as error:
         raise InputError("not a readable counterexample", f"{path}: {shown(error)}", ADVICE) from None

@@ -212,11 +212,11 @@ const Engine = (() => {
   }
 
   /** The actions that errors of at most eps in every feature can cause: a test can go either way where its cut is near.
-   * `cuts`: by node, where the test divides what the feature measures; true or false where it has one answer, null where
-   * nothing is measured.
+   * An agent's `cuts`: by node, where the test divides what the feature measures; true or false where it has one answer,
+   * null where nothing is measured.
    */
-  function reachable(game, number, eps, cuts) {
-    const { tree, features } = game.agents[number];
+  function reachable(game, number, eps) {
+    const { tree, features, cuts } = game.agents[number];
     const [over, under] = rational(eps);
     const sides = cuts.map((cut, node) => {
       if (cut === null || typeof cut === "boolean") return null;
@@ -263,10 +263,9 @@ const Engine = (() => {
     if (claim.eps === null) {
       return (state, at = coordinates(game, state), chosen = actions(game, at)) => holds(at, chosen, state.goal);
     }
-    const ways = game.agents.map((agent, number) => {
-      const cuts = claim.cuts[agent.name];
-      return cuts === undefined ? null : reachable(game, number, claim.eps, cuts);
-    });
+    const ways = game.agents.map((agent, number) =>
+      agent.team === claim.team ? reachable(game, number, claim.eps) : null,
+    );
     return (state, at = coordinates(game, state), chosen = actions(game, at)) => {
       const choices = ways.map((way, number) => [...new Set([...(way === null ? [] : way(at)), chosen[number]])]);
       for (const each of joint(choices)) {

@@ -40,16 +40,15 @@ from codegen import ir
 from codegen.check import ensure
 from codegen.floats import FLOAT32
 from codegen.observe import observe
-from codegen.policy_json import content_hash, dumps
+from codegen.policy_json import dumps
 from maviper.worlds import find
 from tests.benchmarks import direct
 from tests.verify.zone_cases import stated
-from verify.checker import decisions, thresholds
+from verify.checker import decisions
 from verify.checker.certificates import numbers
 from verify.claims.decisions import BUILT_IN, DistinctTargets, NoDouble, formula
 from verify.claims.region import Semantics, Verdict, start_region
 from verify.question import Question
-from verify.solver import encode
 from verify.solver.decide import decide
 from verify.solver.encode import query
 from verify.solver.solve import ask
@@ -321,16 +320,11 @@ def _by_solver(question):
 
 def forget():
     """Clears what is kept between questions, so that every way starts as in a process of its own."""
-    for kept in (
-        encode.half_line,
-        encode._compared,
-        thresholds.rounded_once,
-        thresholds.rounded_twice,
-        content_hash,
-        thresholds.sides,
-        formula,
-    ):
-        kept.cache_clear()
+    ours = [module for name, module in sys.modules.items() if name.split(".")[0] in ("codegen", "verify")]
+    for module in ours:
+        for kept in vars(module).values():
+            if hasattr(kept, "cache_clear"):
+                kept.cache_clear()
 
 
 def cpu_seconds(work):

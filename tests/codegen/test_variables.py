@@ -68,6 +68,8 @@ def test_features_are_observed_from_them():
         ((ANGLE, replace(SPIN, high=1e10)), "within 1e\\+09"),
         ((ANGLE, replace(SPIN, unit="rad\u202e")), "invisible character"),
         ((ANGLE,), "no coordinate 'pole.spin'"),
+        ((ANGLE, SPIN, replace(SPIN, name="goal.x")), "'goal.x' appears twice, or is taken"),  # it is the goal's place
+        ((ANGLE, SPIN, replace(ANGLE, name="Goal")), "'Goal' appears twice, or is taken"),
     ],
 )
 def test_what_is_broken_is_told(variables, said):
@@ -79,6 +81,15 @@ def test_no_name_of_a_coordinate_is_taken_twice():
     world = replace(small_profile().world, variables=(replace(ANGLE, name="agent_0.x"),))
     found = check(replace(small_profile(), world=world))
     assert [violation.path for violation in found] == ["$.world.variables[0]"]
+
+
+def test_the_name_of_the_goals_place_is_taken_where_there_is_no_goal_too():
+    """Claims, tables and certificates read "goal.x" as the goal's place."""
+    made = small_profile()
+    landmark = ir.EntitySpec("goal", 0.1, 0.0, None, False)
+    world = replace(made.world, goals=(), landmarks=(*made.world.landmarks, landmark))
+    found = check(replace(made, world=world))
+    assert f"$.world.landmarks[{len(made.world.landmarks)}]" in [violation.path for violation in found]
 
 
 def test_agents_are_entities_where_there_are_entities():

@@ -15,6 +15,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 
 from codegen.errors import InputError, UnknownNameError
+from codegen.floats import nearest_double
 from codegen.ir import PolicyProfile
 from codegen.policy_json import content_hash
 from verify.checker.system_certificates import SystemCertificate, accepted, acting
@@ -25,7 +26,7 @@ from verify.claims.formula import agents
 from verify.claims.region import Verdict
 from verify.reach.parts import divided, whole
 from verify.reach.replay import replayed
-from verify.reach.results import Budget, Counterexample, SystemResult
+from verify.reach.results import Budget, Counterexample, OpenState, SystemResult
 from verify.reach.samples import courses
 from verify.reach.search import BudgetError, Open, Prover
 from verify.reach.unfolding import Merging, Unfolding
@@ -34,13 +35,17 @@ from verify.systems import documents
 from verify.systems.claims import SystemClaim
 from verify.systems.system import System
 
-LEFT_OPEN = "of a branch that may break the claim no episode was found that replays, and nothing shows that it is empty"
+LEFT_OPEN = (
+    "some states may break the claim: no episode into them was found that replays, nor a proof that none gets there"
+)
 UNSTATED = "an episode may leave the states for which dynamics are stated"
-HELP = "A smaller start region, fewer steps, smaller errors or a larger budget may help"
 NO_STATE = {
     Verdict.VACUOUS: "the claim is about no state: its region is empty",
     Verdict.UNKNOWN: "it holds of all states, but no exact state was found to show that there is one",
 }
+ROOM = "a region whose bounds lie further apart"
+NEAR = "a region that is a little larger or smaller, as its bounds may be met exactly"
+WIDER = "wider ranges or boxes of pieces, so that dynamics are stated of more states"
 STAGES = (  # how symbolic states are merged; the shares of states and of linear programs for which that is tried
     (None, (4, 30)),  # without errors bounds settle most questions
     (Merging(16, 1), (10, 3)),
@@ -48,7 +53,7 @@ STAGES = (  # how symbolic states are merged; the shares of states and of linear
     (Merging(256, 16), (5, 2)),
 )
 ALL = 1, 1
-PARTED = 5  # a part that can be shown alone takes few symbolic states; what it does not follow may make many
+PARTED = 3  # a part that can be shown alone takes few symbolic states; what it does not follow may make many
 MAX_OPEN = 64  # branches in which an episode is looked for
 
 
@@ -121,7 +126,8 @@ class _Decision:
         try:
             return self._together(None, ALL)
         except BudgetError as error:
-            return SystemResult(self.claim, Verdict.UNKNOWN, _unfinished(error))
+            said = f"the budget of {error} ended before the proof did"
+            return self._unknown(said, error.branch, f"a larger --max-states than {self.budget.max_states:,}")
 
     def _together(self, merging: Merging | None, shares: tuple[int, int]) -> SystemResult:
         """The answer when all variables are followed. BudgetError; _OpenError where hulls leave something open."""
@@ -135,8 +141,7 @@ class _Decision:
             return SystemResult(self.claim, Verdict.VIOLATED, counterexample=self.found)
         if self.open:
             branch, stated = self.open[0]
-            said = LEFT_OPEN if stated else UNSTATED
-            return SystemResult(self.claim, Verdict.UNKNOWN, f"{said}: {_left(branch)}. {HELP}")
+            return self._unknown(LEFT_OPEN, branch, NEAR) if stated else self._unknown(UNSTATED, branch, WIDER)
         return self._proved([part])
 
     def _shown(self, part: Part, open_: Open, merging: Merging | None, shares: tuple[int, int]) -> Part:
@@ -166,30 +171,31 @@ class _Decision:
         reading = Reading(self.system, [one.name for one in self.system.variables])
         return reading.start(() if self.claim.about_decisions else self.system.start)
 
+    def _unknown(self, reason: str, branch: Branch, first: str) -> SystemResult:
+        """No answer, with what is left open and what may help."""
+        system, claim = self.system, self.claim
+        helps = [first, "a smaller region" if claim.about_decisions else "a smaller start region"]
+        helps += ["fewer steps"] if claim.steps > 1 else []
+        if not claim.about_decisions and any(piece.error for piece in system.pieces):
+            helps.append("smaller errors, or more `cuts` where rules are not affine")
+        left = OpenState(branch.step, {name: _bounds(branch, name) for name in branch.at})
+        return SystemResult(claim, Verdict.UNKNOWN, reason, left, tuple(helps))
+
     def _proved(self, parts: list[Part]) -> SystemResult:
         state = inhabitant(self.system, self.claim)
         if isinstance(state, Verdict):
-            return SystemResult(self.claim, state, NO_STATE[state])
+            return SystemResult(self.claim, state, NO_STATE[state], helps=(ROOM,))
         hashes = content_hash(self.profile), documents.content_hash(self.system)
         found = SystemCertificate(*hashes, self.claim, state, tuple(parts))
-        accepted(found, self.profile, self.system)
-        return SystemResult(self.claim, Verdict.PROVED, certificate=found)
+        closed = accepted(found, self.profile, self.system)
+        return SystemResult(self.claim, Verdict.PROVED, certificate=found, branches=closed)
 
 
-def _unfinished(error: BudgetError) -> str:
-    return f"the budget of {error} ended; {_left(error.branch)}. {HELP}"
-
-
-def _left(branch: Branch) -> str:
-    """A symbolic state in words: its step, and bounds of its variables that may be wider than it."""
-    bounds = [f"{name} in {_shown(branch, name)}" for name in branch.at]
-    return f"open is a symbolic state at step {branch.step} with {', '.join(bounds)}, as bounds alone tell"
-
-
-def _shown(branch: Branch, name: str) -> str:
-    low = high = float(branch.at[name])
+def _bounds(branch: Branch, name: str) -> tuple[float, float]:
+    """Bounds of a variable in a symbolic state, which may be wider than it."""
+    low = high = nearest_double(branch.at[name])
     for unknown, weight in branch.motion.weights[name].items():
         span = branch.box.get(unknown, UNIT)
-        ends = sorted((float(weight * span.low), float(weight * span.high)))
+        ends = sorted((nearest_double(weight * span.low), nearest_double(weight * span.high)))
         low, high = low + ends[0], high + ends[1]
-    return f"[{low:.4g}, {high:.4g}]"
+    return low, high

@@ -29,6 +29,14 @@ class Budget:
     max_programs: int = 60_000  # linear programs
     samples: int = 4_096  # episodes that are played in search of a counterexample
 
+    @classmethod
+    def of(cls, max_states: int | None) -> Budget:
+        """The budget with this limit on symbolic states; a larger one than usual allows more linear programs too."""
+        usual = cls()
+        if max_states is None:
+            return usual
+        return cls(max_states, max(usual.max_programs, max_states * usual.max_programs // usual.max_states))
+
 
 @dataclass(frozen=True)
 class Counterexample:
@@ -52,13 +60,27 @@ class Counterexample:
 
 
 @dataclass(frozen=True)
+class OpenState:
+    """A symbolic state, a set of states that is followed as one, of which nothing is known.
+
+    `bounds`: of each variable, in its unit; as bounds alone tell, so the set may be smaller.
+    """
+
+    step: int
+    bounds: Mapping[str, tuple[float, float]]
+
+
+@dataclass(frozen=True)
 class SystemResult:
     """The verdict on a claim. Of the stated system, with an error within its bounds at every step."""
 
     claim: SystemClaim
     verdict: Verdict
-    reason: str = ""  # what an UNKNOWN leaves open, and what would help
+    reason: str = ""  # why there is no answer
+    open: OpenState | None = None  # what an UNKNOWN leaves open, where that is a set of states
+    helps: tuple[str, ...] = ()  # what may give an answer
     certificate: SystemCertificate | None = field(default=None, repr=False)  # of what is PROVED
+    branches: int = 0  # that the checker closed
     counterexample: Counterexample | None = None  # of what is VIOLATED
     states: int = 0  # symbolic states that were visited
     programs: int = 0  # linear programs that were solved

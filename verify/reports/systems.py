@@ -1,39 +1,108 @@
-"""Verdicts about a stated system, as plain data and as text.
+"""The report about a stated system: one set of facts, shown as JSON, text and one self-contained HTML page.
 
-Does: the document of a report, and its lines.
-Assumes: results of verify/reach.
-Does not: decide or measure.
+Does: collects what is stated and claimed, the verdicts and their evidence; words them.
+Assumes: results of verify/reach; commands and what was measured are given by the caller.
+Does not: decide or measure. It holds no times, paths or facts about the machine.
 """
 
 from collections.abc import Mapping, Sequence
+from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
+from fractions import Fraction
+from math import isfinite
 from typing import Any
 
-from codegen.floats import rational_literal
+from codegen.errors import visible
+from codegen.floats import nearest_double, rational_literal
 from codegen.ir import PolicyProfile
-from codegen.lowering.render import brief
+from codegen.json_layout import layout
+from codegen.lowering.render import brief, render
 from codegen.policy_json import content_hash
-from verify.claims.region import Verdict
+from verify.claims.region import Verdict, plain
 from verify.reach.results import Counterexample, SystemResult
+from verify.reports import trusted
+from verify.reports.courses import DECISIONS, drawn, runs
 from verify.systems import documents
-from verify.systems.system import System
+from verify.systems.claims import SystemClaim
+from verify.systems.pieces import curved
+from verify.systems.statement import Statement
+from verify.systems.system import HalfSpace, Interval, Polytope, System
 
 FORM = "maviper-system-verification-1"
 SHOWN = 8  # variables of a state in a line
+DIGITS = 6  # of an error in words
+MEANINGS = {
+    Verdict.PROVED: "holds in every episode, from every start and for all errors within their bounds",
+    Verdict.VIOLATED: "fails in the episode shown, which was replayed in exact numbers",
+    Verdict.VACUOUS: "no state is claimed anything of",
+    Verdict.UNKNOWN: "no answer",
+}
+OF_DECISIONS = {
+    Verdict.PROVED: "holds in every such state",
+    Verdict.VIOLATED: "fails in the state shown, which was judged in exact numbers",
+}
+SEMANTICS = (
+    "A state is an exact number for each variable. In a step, the next value of a variable is what the rule of the "
+    "world's file gives for the state and the actions, and an error anywhere within its bounds is added. An agent "
+    "observes the exact value of each feature, rounded once to what it compares, float32 or float64. A split goes left "
+    "iff x <= threshold. The engines use the exact end of the half line on which this is true after rounding."
+)
+ENCLOSED = (
+    "Rules that are not affine are enclosed: over parts of the ranges, an affine form stands for them, and the proved "
+    "bound of what it leaves out is part of the error."
+)
+STATEMENT = "Verdicts are about the statement. That anything else moves like it is not proved."
+SAMPLED = "Steps of {name} were compared with the statement, from states {where}. At others it may be off by more."
+ANYWHERE = {True: "all over the ranges", False: "that its own episodes come to"}
+STEPS = "A claim about episodes says nothing of later steps than it names."
+OUTSIDE = "Outside the boxes of all pieces nothing is stated. An episode that may get there is no proof."
+SINGLE = "A claim about single decisions does not say that an episode gets into such a state."
+
+
+def certificate_name(place: int, claim: SystemClaim) -> str:
+    """The file of a claim's certificate; claims are counted from 1."""
+    return f"certificate-{place}-{claim.name}.json"
+
+
+def counterexample_name(place: int, claim: SystemClaim) -> str:
+    """The file of a claim's counterexample; claims are counted from 1."""
+    return f"counterexample-{place}-{claim.name}.json"
 
 
 def document(
-    profile: PolicyProfile, system: System, results: Sequence[SystemResult], reference: Mapping[str, Any]
+    profile: PolicyProfile,
+    statement: Statement,
+    results: Sequence[SystemResult],
+    reference: Mapping[str, Any],
+    replays: Sequence[str],
+    command: str,
 ) -> dict[str, Any]:
-    """All that is known. `reference`: what was measured of the environment that the statement is about, if one was."""
+    """All that is known. `reference`: what was measured of the environment that the statement is about, if one was;
+    `replays`: what it says of each result's counterexample, or ""; `command`: what asks the same again.
+    """
+    system, made = statement.system, profile.provenance
+    enclosed = any(map(curved, statement.rules))
+    kinds = {result.claim.about_decisions for result in results}
     return {
         "report": FORM,
         "profile": content_hash(profile),
         "system": documents.content_hash(system),
         "name": system.name,
         "of": sentence(system),
-        "errors": {name: brief(error) for name, error in largest_errors(system).items()},
+        "provenance": {name: getattr(made, name) for name in ("algorithm", "preset", "seed", "expert", "tool")},
+        "agents": [policy.agent for policy in profile.agents],
+        "steps": system.steps,
+        "pieces": len(system.pieces),
+        "variables": _variables(system),
+        "start": region_facts(system.start),
         "reference": dict(reference),
-        "results": [facts(result) for result in results],
+        "results": [
+            facts(result, place) | ({"replay": said} if said else {})
+            for place, (result, said) in enumerate(zip(results, replays, strict=True), 1)
+        ],
+        "command": command,
+        "semantics": f"{SEMANTICS} {ENCLOSED}" if enclosed else SEMANTICS,
+        "trusted": trusted.systems(enclosed),
+        "limits": _limits(system, reference, kinds),
     }
 
 
@@ -41,79 +110,241 @@ def sentence(system: System) -> str:
     """What verdicts are about."""
     if not system.pieces:
         return "of single decisions; no dynamics are stated"
-    errors = largest_errors(system)
+    errors = {name: max(map(abs, bounds)) for name, bounds in _errors(system).items()}
     if not any(errors.values()):
         return "of the stated dynamics, exactly"
-    told = ", ".join(f"{name} {brief(error)}" for name, error in errors.items() if error)
+    told = ", ".join(f"{name} {upwards(error)}" for name, error in errors.items() if error)
     return f"of the stated dynamics, with an error of at most e a step: {told}"
 
 
-def largest_errors(system: System) -> dict[str, float]:
-    """By how much each variable may be off in a step at most, enclosures included."""
-    return {
-        each.name: max((float(max(map(abs, piece.error.get(each.name, (0, 0))))) for piece in system.pieces), default=0)
+def upwards(number: Fraction | float, digits: int = DIGITS) -> str:
+    """A number with so many digits at most, never below it."""
+    return _short(Fraction(number), digits, ROUND_CEILING)
+
+
+def _short(number: Fraction, digits: int, rounding: str) -> str:
+    exact = Context(prec=digits, rounding=rounding).divide(Decimal(number.numerator), Decimal(number.denominator))
+    near = float(exact)
+    return f"{near:.{digits}g}" if near or not number else str(exact)
+
+
+def _errors(system: System) -> dict[str, Interval]:
+    """By how much each variable may be off in a step, enclosures included."""
+    found: dict[str, Interval] = {}
+    for each in system.variables:
+        bounds = [piece.error.get(each.name, (Fraction(0), Fraction(0))) for piece in system.pieces]
+        lows, highs = [low for low, _ in bounds], [high for _, high in bounds]
+        found[each.name] = min(lows, default=Fraction(0)), max(highs, default=Fraction(0))
+    return found
+
+
+def _variables(system: System) -> list[dict[str, Any]]:
+    """Unit, range and error of each variable; numbers are exact texts."""
+    errors = _errors(system)
+    return [
+        {
+            "name": each.name,
+            "unit": each.unit,
+            "range": list(map(plain, each.range)),
+            "error": list(map(plain, errors[each.name])),
+        }
         for each in system.variables
-    }
+    ]
 
 
-def facts(result: SystemResult) -> dict[str, Any]:
-    """One result."""
+def region_facts(region: Polytope) -> dict[str, Any]:
+    """A polytope: bounds of single variables, and all else as conditions; numbers are exact texts."""
+    box: dict[str, list[Fraction | None]] = {}
+    conditions: list[str] = []
+    for half in region:
+        if len(half.form.terms) != 1 or half.strict:
+            conditions.append(_condition(half))
+            continue
+        ((name, factor),) = half.form.terms
+        end, side = -half.form.constant / factor, int(factor > 0)
+        ends = box.setdefault(name, [None, None])
+        known = ends[side]
+        ends[side] = end if known is None else min(known, end) if side else max(known, end)
+    bounds = {name: [None if end is None else plain(end) for end in ends] for name, ends in box.items()}
+    return {"box": bounds, "conditions": conditions}
+
+
+def _condition(half: HalfSpace) -> str:
+    """An inequality between variables in words."""
+    told = ""
+    for name, factor in half.form.terms:
+        times = "" if abs(factor) == 1 else f"{plain(abs(factor))}*"
+        sign = (" - " if told else "-") if factor < 0 else " + " if told else ""
+        told += f"{sign}{times}{name}"
+    return f"{told or '0'} {'<' if half.strict else '<='} {plain(-half.form.constant)}"
+
+
+def _limits(system: System, reference: Mapping[str, Any], kinds: set[bool]) -> list[str]:
+    """What verdicts do not say. `kinds`: whether claims are about single decisions."""
+    found = [STATEMENT]
+    if reference.get("steps"):
+        found.append(SAMPLED.format(name=reference["name"], where=ANYWHERE[reference["anywhere"]]))
+    found += [STEPS] if False in kinds else []
+    found += [OUTSIDE] if False in kinds and all(piece.where for piece in system.pieces) else []
+    return found + ([SINGLE] if True in kinds else [])
+
+
+def facts(result: SystemResult, place: int) -> dict[str, Any]:
+    """One result; claims are counted from 1."""
+    claim, certificate = result.claim, result.certificate
+    meanings = MEANINGS | (OF_DECISIONS if claim.about_decisions else {})
     found: dict[str, Any] = {
-        "property": result.claim.shown,
-        "name": result.claim.name,
-        "sentence": result.claim.sentence,
+        "kind": DECISIONS if claim.about_decisions else "episodes",
+        "property": claim.shown,
+        "name": claim.name,
+        "sentence": claim.sentence,
+        "formula": claim.written.strip(),
+        "regions": list(map(region_facts, claim.regions)),
+        "steps": claim.steps,
+        "by": claim.by,
         "verdict": result.verdict.value,
+        "meaning": meanings[result.verdict],
         "reason": result.reason,
         "symbolic_states": result.states,
         "linear_programs": result.programs,
     }
-    if result.certificate is not None:
-        found["proof_bytes"] = result.certificate.size
+    if result.open is not None:
+        found["open"] = {
+            "step": result.open.step,
+            "bounds": {name: [_number(end) for end in ends] for name, ends in result.open.bounds.items()},
+        }
+    if result.helps:
+        found["helps"] = list(result.helps)
+    if certificate is not None:
+        found["certificate"] = {
+            "file": certificate_name(place, claim),
+            "bytes": certificate.size,
+            "parts": [list(part.followed) for part in certificate.parts],
+            "branches": result.branches,
+            "checker": "accepted",
+        }
     if result.counterexample is not None:
-        found["counterexample"] = counterexample(result.counterexample)
+        found["counterexample"] = {"file": counterexample_name(place, claim)} | counterexample(result.counterexample)
     return found
 
 
 def counterexample(found: Counterexample) -> dict[str, Any]:
-    """An episode as plain data: exact numbers as texts, the start as float64 numbers too."""
+    """An episode as plain data: exact numbers as texts; the states of all steps as float64 numbers."""
     agents = list(found.actions[0]) if found.actions else []
     return {
         "step": found.step,
         "start": {name: rational_literal(value) for name, value in found.start.items()},
         "start_float64": found.start_as_doubles,
-        "broken": {name: float(value) for name, value in found.states[-1].items()},
+        "states": {name: [_number(state[name]) for state in found.states] for name in found.start},
         "actions": {agent: [joint[agent] for joint in found.actions] for agent in agents},
         "errors": [{name: rational_literal(value) for name, value in each.items()} for each in found.errors],
         "pieces": list(found.pieces),
     }
 
 
+def _number(value: Fraction | float) -> float | str:
+    """The nearest float64, or in words that there is none near."""
+    found = nearest_double(value) if isinstance(value, Fraction) else value
+    return found if isfinite(found) else "above 1.79e308" if found > 0 else "below -1.79e308"
+
+
+# --- words
+
+
 def lines(told: Mapping[str, Any]) -> list[str]:
     """What a person reads of one result, below its verdict."""
-    found = [told["sentence"]]
+    found = [told["sentence"], *told["formula"].split("\n")] if told["formula"] else [told["sentence"]]
     if told["reason"]:
         found.append(told["reason"])
+    found += _open(told)
     if "counterexample" in told:
         broken = told["counterexample"]
-        found.append(f"from {_state(broken['start_float64'])}")
-        if broken["actions"]:
-            found += [f"{agent}: {' '.join(actions)}" for agent, actions in broken["actions"].items()]
-            found.append(f"at step {broken['step']}: {_state(broken['broken'])}")
-        if "replay" in broken:
-            found.append(broken["replay"])
+        found.append(f"{'in' if told['kind'] == DECISIONS else 'from'} {_state(broken['start_float64'])}")
+        found += [f"{agent}: {runs(actions)}" for agent, actions in broken["actions"].items()]
+        if broken["step"]:
+            last = {name: values[-1] for name, values in broken["states"].items()}
+            found.append(f"at step {broken['step']}: {_state(last)}")
+        found += [told["replay"]] if "replay" in told else []
     if told["verdict"] == Verdict.PROVED.value:
-        found.append(f"{told['symbolic_states']} symbolic states, {told['proof_bytes']} bytes of proof")
+        found.append(f"{told['symbolic_states']} symbolic states, {told['certificate']['bytes']} bytes of proof")
     return found
 
 
-def _state(state: Mapping[str, float]) -> str:
+def _open(told: Mapping[str, Any]) -> list[str]:
+    """What an answer lacks, and what may help."""
+    found: list[str] = []
+    if "open" in told:
+        where = f" at step {told['open']['step']} of {told['steps']}" if told["kind"] != DECISIONS else ""
+        bounds = within(told)
+        found.append(
+            f"open: a set of states{where}, within {', '.join(bounds[:SHOWN])}{', ...' * (len(bounds) > SHOWN)}"
+        )
+    return found + ([f"may help: {'; '.join(told['helps'])}"] if "helps" in told else [])
+
+
+def within(told: Mapping[str, Any]) -> list[str]:
+    """The bounds of what an answer leaves open."""
+    if "open" not in told:
+        return []
+    ends = {name: map(_in_few, each) for name, each in told["open"]["bounds"].items()}
+    return [f"{name} in [{', '.join(each)}]" for name, each in ends.items()]
+
+
+def _in_few(number: float | str) -> str:
+    return number if isinstance(number, str) else f"{number:.4g}"
+
+
+def _state(state: Mapping[str, float | str]) -> str:
     shown = [f"{name} {brief(value)}" for name, value in state.items()]
     return ", ".join(shown[:SHOWN]) + (", ..." if len(shown) > SHOWN else "")
 
 
+def _rows(told: Mapping[str, Any]) -> list[dict[str, str]]:
+    """Each variable in words: its range, where it starts, by how much a step may be off, and what was measured."""
+    off = told["reference"].get("off", {})
+    return [
+        {
+            "name": each["name"],
+            "unit": "" if each["unit"] == "1" else each["unit"],
+            "range": _bounds(each["range"]),
+            "start": _bounds(told["start"]["box"][each["name"]]),
+            "error": _error(each["error"]),
+            "measured": upwards(max(map(abs, off[each["name"]])), 2) if each["name"] in off else "",
+        }
+        for each in told["variables"]
+    ]
+
+
+def _bounds(ends: Sequence[str]) -> str:
+    low, high = ends
+    return low if low == high else f"[{low}, {high}]"
+
+
+def _error(ends: Sequence[str]) -> str:
+    low, high = map(Fraction, ends)
+    if low == high == 0:
+        return "0"
+    if low == -high:
+        return f"±{upwards(high)}"
+    return f"[{_short(low, DIGITS, ROUND_FLOOR)}, {upwards(high)}]"
+
+
+def as_json(told: Mapping[str, Any]) -> str:
+    """The report as JSON text."""
+    return layout(dict(told)) + "\n"
+
+
+def _ready(told: Mapping[str, Any]) -> dict[str, Any]:
+    """The facts with what templates only place."""
+    results = [drawn(result, told["variables"]) | {"within": within(result)} for result in told["results"]]
+    return {**told, "rows": _rows(told), "results": results}
+
+
 def as_text(told: Mapping[str, Any]) -> str:
-    """The report as text."""
-    found = [f"{told['name']}: verdicts {told['of']}", *told["reference"].get("said", [])]
-    for number, each in enumerate(told["results"], 1):
-        found += ["", f"{number}. {each['verdict']}  {each['property']}", *(f"   {line}" for line in lines(each))]
-    return "\n".join(found) + "\n"
+    """The report as text; what a terminal would not print as it stands is escaped."""
+    return "\n".join(map(visible, render("systems/report.txt.j2", **_ready(told)).split("\n")))
+
+
+def as_html(told: Mapping[str, Any]) -> str:
+    """The report as one HTML page: inline styles and drawings, no scripts, nothing loaded from elsewhere."""
+    return render("systems/report.html.j2", **_ready(told))

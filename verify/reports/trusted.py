@@ -103,6 +103,15 @@ EPISODES_WITHOUT_CERTIFICATE = (
 SYSTEMS_WITH_CERTIFICATE = (
     f"for a proof about a stated system: {listed(SYSTEMS)}; and that the statement is true of what it is about"
 )
+SYSTEM_READ = "that the world's file was read as it is meant: verify/systems (files, and what it imports)"
+SYSTEM_ENCLOSED = (
+    "for rules that are not affine: that their enclosures hold (verify/systems/enclosures.py). `maviper check` shows "
+    "them again in an arithmetic of its own (verify/checker/enclosures.py)"
+)
+SYSTEM_REPLAYED = (
+    "for a counterexample: no engine, but the exact replay (verify/reach/replay.py, verify/systems/observing.py), "
+    "which `maviper replay` runs again"
+)
 REPLAYED = "for a counterexample: none of this, since it can be replayed"
 REFEREED = f"for a counterexample in real arithmetic: the referee ({listed(REFEREE)}); `maviper replay` asks it again"
 MEANINGS = "the meanings of the features in the profile"
@@ -124,3 +133,8 @@ def texts(checked: bool | None, contacts: bool, decisions: bool, episodes: bool,
     if episodes:
         found += [EPISODES_WITH_CERTIFICATE, EPISODES_WITHOUT_CERTIFICATE]
     return [*found, *replayed]
+
+
+def systems(enclosed: bool) -> list[str]:
+    """All lines of a report about a stated system. `enclosed`: some of its rules are not affine."""
+    return [SYSTEMS_WITH_CERTIFICATE, SYSTEM_READ, *([SYSTEM_ENCLOSED] if enclosed else []), SYSTEM_REPLAYED]

@@ -7,8 +7,11 @@ Does not: run anything that a file holds: expressions are parsed, never evaluate
 
 import tomllib
 from collections.abc import Mapping
+from fractions import Fraction
 
+from codegen.check import identifier
 from codegen.errors import InputError, UnknownNameError
+from codegen.ir import GOAL
 from verify.claims.region import Interval
 from verify.systems.actors import agents_of, features_of
 from verify.systems.language.expressions import Number
@@ -74,7 +77,9 @@ def statement_of(source: str, where: str) -> Statement:
     if "dynamics" in document:
         steps = count(document.get("steps"), f"{where}: steps", MAX_STEPS)
         moved = as_table(document["dynamics"], f"{where}: dynamics")
-        rules = rules_of(moved, variables, agents, Names(units | inputs, constants.meant), f"{where}: dynamics")
+        still = {name: Typed(Number(Fraction(0)), None) for each in agents for name in each.inputs - inputs.keys()}
+        known = Names(units | inputs, {**constants.meant, **still})
+        rules = rules_of(moved, variables, agents, known, f"{where}: dynamics")
     start = _start(table(document, "start", where), variables, names, f"{where}: start")
     name, reference, state = (text(document.get(key, ""), f"{where}: {key}") for key in ("name", "reference", "state"))
     made = pieces(rules, variables, f"{where}: dynamics")
@@ -114,6 +119,10 @@ def _variables(
         only(value, ("unit", "range"), place)
         if name in constants.meant:
             raise InputError(f"'{name}' is a constant too", place, "give each a name of its own")
+        if identifier(name.split(".")[0]) == GOAL:
+            raise InputError("'goal' is the place of a game's goal", place, "give the variable another name")
+        if identifier(name) in map(identifier, units):
+            raise InputError(f"another variable is '{name}' but for its case", place, "give each a name of its own")
         if "range" not in value:
             raise InputError("a variable needs a range", place, "write range = [-1, 1]")
         units[named(name, place, dotted=True)] = unit = unit_of(text(value.get("unit", ""), place), place)

@@ -12,7 +12,6 @@ import numpy as np
 
 from codegen.errors import InputError
 from codegen.ir import NO_CHILD, NO_FEATURE, ActionSpec, AgentPolicy, PolicyProfile, Tree
-from verify.claims.formula import Formula
 from verify.claims.language.parser import Vocabulary, parse
 from verify.claims.region import is_list, is_table
 from verify.systems.claims import MAX_STEPS, SystemClaim, SystemKind
@@ -88,8 +87,11 @@ def _claim(
         if key in table:
             raise InputError(f"{name} has no {key}", f"{where}: {key}", "remove it")
     if kind is SystemKind.DECIDES:
-        found = _formula(table, acting, statement, where)
-        return SystemClaim(name, kind, regions, formula=found, label=label, region=f"with {words}" if words else "")
+        written = _written(table, where)
+        known = Vocabulary(tuple(statement.names.known), acting, (), (), ZERO, ZERO)
+        found = parse(written, known, lambda place: f"{where}: formula, column {place + 1}")
+        region = f"with {words}" if words else ""
+        return SystemClaim(name, kind, regions, formula=found, label=label, region=region, written=written)
     if not regions:
         raise InputError(f"{name} needs a region", where, "write region = { box = { x = [0, 1] } }")
     steps = count(table["steps"], f"{where}: steps", MAX_STEPS) if "steps" in table else statement.system.steps
@@ -103,15 +105,11 @@ def _claim(
     return SystemClaim(name, kind, regions, steps, by, label=label, region=words)
 
 
-def _formula(
-    table: Mapping[str, object], acting: Mapping[str, AgentPolicy], statement: Statement, where: str
-) -> Formula:
+def _written(table: Mapping[str, object], where: str) -> str:
     """What is claimed of variables and actions."""
     if "formula" not in table:
         raise InputError("a property needs a name or a formula", where, f"names: {', '.join(KINDS)}")
-    written = text(table["formula"], f"{where}: formula")
-    known = Vocabulary(tuple(statement.names.known), acting, (), (), ZERO, ZERO)
-    return parse(written, known, lambda place: f"{where}: formula, column {place + 1}")
+    return text(table["formula"], f"{where}: formula")
 
 
 def _words(region: object) -> str:

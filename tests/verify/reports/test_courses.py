@@ -1,0 +1,82 @@
+"""Pictures of a counterexample over the steps: what is drawn is what the facts say, and no more."""
+
+import pytest
+
+from verify.reports.courses import drawn, runs
+
+VARIABLES = [{"name": "x", "unit": "m"}, {"name": "v", "unit": "1"}]
+
+
+def told(name, values, box, steps=4, by=0, more=()):
+    """The facts of a result with a counterexample in which v stays 0."""
+    return {
+        "kind": "decisions" if name == "decides" else "episodes",
+        "name": name,
+        "steps": steps,
+        "by": by,
+        "regions": [{"box": box, "conditions": list(more)}],
+        "counterexample": {
+            "step": len(values) - 1,
+            "states": {"v": [0.0] * len(values), "x": values},
+            "actions": {"cart": ["left"] * 3 + ["stay"]},
+            "errors": [{"x": "-1/8"}, {"x": "1/10", "v": "0"}],
+        },
+    }
+
+
+def plot(*given, **more):
+    return drawn(told(*given, **more), VARIABLES)["counterexample"]["plots"][0]
+
+
+def test_actions_in_a_row():
+    assert runs(["left", "left", "stay", "left"]) == "left 2x, stay, left"
+    assert runs([]) == ""
+
+
+@pytest.mark.parametrize(
+    ("name", "values", "inside"),
+    [("stays_in", [0.0, 0.5, 1.25], False), ("stays_in", [0.0, -1.01], False), ("avoids", [3.0, 2.0, 0.9], True)],
+)
+def test_the_last_state_lies_in_its_band_as_the_claim_says(name, values, inside):
+    made = plot(name, values, {"x": ["-1", "1"]})
+    (band,), (_, y) = made["bands"], made["end"]
+    assert made["name"] == "x" and made["unit"] == "m"
+    assert (band["y"] <= y <= band["y"] + band["height"]) is inside
+    assert len(made["line"].split()) == len(values) == len(made["dots"]) + 1
+    assert band["x"] == made["left"] and band["x"] + band["width"] == pytest.approx(made["right"])
+
+
+def test_a_region_counts_from_its_step_on():
+    made = plot("reaches_and_stays", [3.0, 2.0, 1.5], {"x": ["-1", "1"]}, steps=4, by=2)
+    assert made["steps"] == 4
+    middle = (made["left"] + made["right"]) / 2
+    assert made["bands"][0]["x"] == made["end"][0] == pytest.approx(middle)
+
+
+def test_a_bound_that_is_far_away_is_not_drawn_and_one_side_may_be_open():
+    made = plot("stays_in", [0.0, 0.5, 1.25], {"x": ["-1e9", "1"]})
+    assert [label["text"] for label in made["labels"]] == ["1"]
+    half = plot("stays_in", [0.0, 0.5, 1.25], {"x": [None, "1"]})
+    assert half == {**made, "beyond": False} and made["beyond"]
+
+
+def test_a_start_alone_is_drawn():
+    made = plot("stays_in", [2.0], {"x": ["-1", "1"]})
+    assert made["dots"] == [] and made["end"][0] == made["left"]
+
+
+def test_what_is_not_drawn_is_said():
+    result = drawn(told("stays_in", [0.0, 2.0], {"x": ["-1", "1"]}, more=["x + v <= 2"]), VARIABLES)
+    found = result["counterexample"]
+    assert "Not drawn: x + v <= 2." in found["legend"]
+    assert found["errs"] == "x up to 0.125" and found["last"] == {"v": 0.0, "x": 2.0}
+    many = [{"name": f"y{number}", "unit": "1"} for number in range(14)]
+    wide = told("avoids", [0.0, 2.0], {"y13": ["0", "1"]})
+    wide["counterexample"]["states"] = {each["name"]: [0.0, 1.0] for each in many}
+    found = drawn(wide, many)["counterexample"]
+    assert [each["name"] for each in found["plots"]][:2] == ["y13", "y0"] and found["not_drawn"] == ["y11", "y12"]
+
+
+def test_a_state_of_single_decisions_has_no_course():
+    found = drawn(told("decides", [0.0], {}), VARIABLES)["counterexample"]
+    assert "plots" not in found and found["runs"] == {"cart": "left 3x, stay"}
