@@ -23,9 +23,7 @@ SEED = 0
 State = Mapping[str, Fraction]
 
 
-def episodes(
-    statement: Statement, profile: PolicyProfile, steps: int, near: Sequence[Mapping[str, Fraction]]
-) -> Iterator[list[State]]:
+def episodes(statement: Statement, profile: PolicyProfile, steps: int, near: Sequence[State]) -> Iterator[list[State]]:
     """The states of episodes, each as far as something is stated. A start is exact, what follows is float64.
 
     `near`: states that the first episode keeps to as closely as the errors that the file states allow.
@@ -44,7 +42,7 @@ class _Play:
         self._system, self._profile, self._steps = statement.system, profile, steps
         self._moving = Moving(statement)
 
-    def states(self, begun: Floats, near: Sequence[Mapping[str, Fraction]], rng: np.random.Generator) -> list[State]:
+    def states(self, begun: State, near: Sequence[State], rng: np.random.Generator) -> list[State]:
         """The states of an episode."""
         exact, found = begun, list[State]()
         try:
