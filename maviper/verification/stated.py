@@ -332,8 +332,10 @@ def called(claim: SystemClaim) -> str:
     return claim.kind.value + (f" (in the file: '{shown(claim.label)}')" if claim.label else "")
 
 
-def replay(path: Path, profile: PolicyProfile, world: Path | None) -> tuple[CounterexampleJson, SystemClaim, Any]:
-    """A counterexample of a file, the claim in it, and the episode that breaks it again; None where none does."""
+def replay(path: Path, profile: PolicyProfile, world: Path | None) -> tuple[CounterexampleJson, SystemClaim, Any, bool]:
+    """A counterexample of a file, the claim in it, the episode that breaks it again (None where none does), and whether
+    the system is the one that it was made of.
+    """
     found = runs.decoded(path, MAX_BYTES, CounterexampleJson, "not a readable counterexample", ADVICE)
     statement = read(world or path.parent / WORLD_FILE)
     ensure_plays(profile, statement)
@@ -350,4 +352,4 @@ def replay(path: Path, profile: PolicyProfile, world: Path | None) -> tuple[Coun
         again = replayed(profile, statement.system, claim, Course(start, errors, found.pieces))
     except (ValueError, LookupError, TypeError, ZeroDivisionError) as error:
         raise InputError("not a readable counterexample", f"{path}: {shown(error)}", ADVICE) from None
-    return found, claim, again
+    return found, claim, again, found.system == documents.content_hash(statement.system)

@@ -13,26 +13,28 @@ from fractions import Fraction
 import numpy as np
 
 from codegen.ir import PolicyProfile
-from maviper.worlds.outside.systems import Floats, Moving, MovingRule, start
+from maviper.worlds.outside.systems import Floats, Moving, MovingRule, box, start
 from verify.reach.replay import piece_of
 from verify.systems.observing import chosen
 from verify.systems.statement import Statement
 
 EPISODES = 256
 SEED = 0
-State = dict[str, Fraction]  # each number is a float64
+State = Mapping[str, Fraction]
 
 
-def episodes(
-    statement: Statement, profile: PolicyProfile, steps: int, near: Sequence[Mapping[str, Fraction]]
-) -> Iterator[list[State]]:
-    """The states of episodes, each as far as something is stated. `near`: those that the first one keeps to as closely
-    as the errors that the file states allow.
+def episodes(statement: Statement, profile: PolicyProfile, steps: int, near: Sequence[State]) -> Iterator[list[State]]:
+    """The states of episodes, each as far as something is stated. A start is exact, what follows is float64.
+
+    `near`: states that the first episode keeps to as closely as the errors that the file states allow.
     """
     play, rng = _Play(statement, profile, steps), np.random.default_rng(SEED)
-    yield play.states({name: float(value) for name, value in near[0].items()}, near, rng)
+    yield play.states(near[0], near, rng)
+    bounds = box(statement)
     for _ in range(EPISODES):
-        yield play.states(start(statement, rng), (), rng)
+        begun = {name: Fraction(number) for name, number in start(statement, rng).items()}
+        kept = {name: min(max(number, bounds[name][0]), bounds[name][1]) for name, number in begun.items()}
+        yield play.states(kept, (), rng)
 
 
 class _Play:
@@ -40,18 +42,19 @@ class _Play:
         self._system, self._profile, self._steps = statement.system, profile, steps
         self._moving = Moving(statement)
 
-    def states(self, begun: Floats, near: Sequence[Mapping[str, Fraction]], rng: np.random.Generator) -> list[State]:
+    def states(self, begun: State, near: Sequence[State], rng: np.random.Generator) -> list[State]:
         """The states of an episode."""
-        state, found = begun, list[State]()
+        exact, found = begun, list[State]()
         try:
             for step in range(self._steps + 1):
-                exact = {name: Fraction(number) for name, number in state.items()}
                 found.append(exact)
-                if piece_of(self._system, exact) is None:
-                    break
+                state = {name: float(number) for name, number in exact.items()}
                 rules = self._moving.stated(state)
+                if piece_of(self._system, exact) is None or not rules:
+                    break
                 after = rules[0].moved(state, self._joint(exact))
                 state = _off(rules[0], after, near[step + 1] if step + 1 < len(near) else None, rng)
+                exact = {name: Fraction(number) for name, number in state.items()}
         except (OverflowError, ZeroDivisionError, ValueError):  # no float64 is near, or sin of such a number
             pass
         return found

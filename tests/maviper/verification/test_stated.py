@@ -82,7 +82,12 @@ def test_verdicts_files_checks_and_replays(cart, capsys):
     for name in ("certificate-1-stays_in.json", "certificate-3-decides.json"):
         assert command(["check", str(out / name)]) == ExitCode.DONE
     assert "of the stated dynamics, exactly" in capsys.readouterr().out
-    assert command(["replay", str(out / "counterexample-2-stays_in.json")]) == ExitCode.VIOLATED
+    replay = ["replay", str(out / "counterexample-2-stays_in.json")]
+    assert command(replay) == ExitCode.VIOLATED
+    assert "not the one" not in capsys.readouterr().err
+    (cart / "other.toml").write_text((CART + PROPERTIES).replace("range = [-5, 5]", "range = [-6, 6]"))
+    assert command([*replay, "--world", str(cart / "other.toml")]) == ExitCode.VIOLATED
+    assert "the world's file is not the one" in capsys.readouterr().err
     still = policy("cart", ["ahead"], ["stay", "left", "right"], 0)
     (cart / "still.json").write_text(profile(still))
     replayed = ["replay", str(out / "counterexample-2-stays_in.json"), "--profile", str(cart / "still.json")]

@@ -54,3 +54,12 @@ def test_verdicts_are_of_the_rules_and_the_stated_errors(tmp_path, old, new, ver
 def test_an_episode_ends_where_nothing_is_stated():
     grows = statement_of(SINE.replace("sin(x)", "x + 2*x*x").replace("steps = 1\n", "steps = 40\n"), "f")
     assert next(episodes(grows, GOES, 40, [{"x": F(1)}])) == [{"x": 1}, {"x": 3}]
+
+
+def test_starts_that_are_no_float64_stay_as_they_are(tmp_path):
+    """A start of a tenth is the only one there is; the nearest float64 lies above it."""
+    text = SINE.replace("[0, 1] }", '["1/10", "1/10"] }').replace("0.85", "0.09")
+    (tmp_path / "sine.toml").write_text(text)
+    (result,) = verified(GOES, StatedOptions(tmp_path / "sine.toml")).results
+    assert result.verdict is Verdict.VIOLATED and result.counterexample.start == {"x": F(1, 10)}
+    assert abs(result.counterexample.states[-1]["x"] - F("0.0998334166")) < F(1, 10**9)
