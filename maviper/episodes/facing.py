@@ -67,8 +67,12 @@ class Facing(World):
         return self.whole.rewards(state)[:, self.mine]
 
     def alive(self, state: Any) -> Bool:
-        """As `World.alive`: an episode goes on while one of these agents acts."""
+        """As `World.alive`."""
         return self.whole.alive(state)[:, self.mine]
+
+    def playing(self, state: Any) -> Bool:
+        """As `World.playing`: an episode goes on while one of these agents plays."""
+        return self.whole.playing(state)[:, self.mine]
 
     def terminated(self, state: Any) -> Bool:
         """As `World.terminated`."""

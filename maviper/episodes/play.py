@@ -82,7 +82,7 @@ def play(world: World, controllers: Sequence[Controller], start: Any) -> Episode
         observations.append(seen)
         actions.append(chosen)
         alive.append(world.alive(states[-1]))
-        if not alive[-1].any():
+        if not world.playing(states[-1]).any():
             break
     per_agent = tuple(np.stack([seen[agent] for seen in observations]) for agent in range(len(controllers)))
     acting = np.stack(alive[: len(actions)])

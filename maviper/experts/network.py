@@ -16,8 +16,9 @@ import numpy as np
 
 from codegen.errors import InputError
 from codegen.ir import Float32, Float64
+from codegen.legality import Mask
 from maviper.experts.expert import AS_GIVEN
-from maviper.worlds.world import Int
+from maviper.worlds.world import Int, legal_in
 
 LAYERS = (1, 2, 3)
 NO_CRITIC = "finish its training, or measure Q: --critic measured"
@@ -41,6 +42,7 @@ class NetworkExpert:
     tensors: Mapping[str, Float32]
     card: Mapping[str, Any]
     hash: str
+    masks: tuple[Mask | None, ...] = ()  # each agent's; (): all actions are always legal
     _wide: Mapping[str, Float64] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -55,8 +57,12 @@ class NetworkExpert:
         return f"{self.agents[0]}.{net}.1.weight" in self.tensors
 
     def act(self, agents: Sequence[int], observations: Sequence[Float32], state: Any = None) -> Int:
-        """As `Controller.act`: each agent's greedy action."""
-        return np.stack([np.argmax(self.logits(agent, observations[agent]), axis=1) for agent in agents], axis=1)
+        """As `Controller.act`: each agent's greedy action, among legal ones if any is."""
+        return np.stack([self._greedy(agent, observations[agent]) for agent in agents], axis=1)
+
+    def _greedy(self, agent: int, obs: Float32) -> Int:
+        logits, mask = self.logits(agent, obs), self.masks[agent] if self.masks else None
+        return np.argmax(logits if mask is None else np.where(legal_in(mask, obs), logits, -np.inf), axis=1)
 
     def logits(self, agent: int, obs: Float32) -> Float64:
         """What the greedy action is the argmax of, [batch, n_actions]."""

@@ -15,22 +15,23 @@ from maviper.worlds import World
 
 DEFAULT, CLONE, PAPER = "default", "clone", "paper"
 RECIPES = (DEFAULT, CLONE, PAPER)
-ALGORITHMS = ("mappo", "maddpg", "vdn")
+MAPPO = "mappo"
+ALGORITHMS = (MAPPO, "maddpg", "vdn")
 LEAST, MAX_NUMBER = {"steps": 1, "games": 1, "epochs": 1, "minibatch": 1, "hidden": 1, "batch": 1, "buffer": 1}, 1e12
 
 # What the default recipe changes in an algorithm's own defaults, for a game or one of its variants: reward alone.
 # Fresh games for every step of the optimiser: playing costs a tenth of learning.
 FRESH: dict[str, Any] = {"epochs": 1, "minibatch": 1_600}
 CHOSEN: dict[tuple[str, str], dict[str, Any]] = {
-    ("physical-deception", "mappo"): {**FRESH, "steps": 3_072_000, "learning_rate": 2e-3},
-    ("cooperative-navigation", "mappo"): {
+    ("physical-deception", MAPPO): {**FRESH, "steps": 3_072_000, "learning_rate": 2e-3},
+    ("cooperative-navigation", MAPPO): {
         **FRESH,
         "shared": 1,
         "steps": 16_384_000,
         "learning_rate": 3e-3,
         "checkpoint_steps": 512_000,
     },
-    ("predator-prey", "mappo"): {
+    ("predator-prey", MAPPO): {
         **FRESH,
         "shared": 1,
         "steps": 24_576_000,
@@ -79,14 +80,14 @@ class Request:
         """The request with its algorithm; UnknownNameError for a recipe or algorithm that there is not."""
         if self.recipe not in RECIPES:
             raise UnknownNameError("recipe", self.recipe, RECIPES, "--recipe")
-        algorithm = self.algorithm or ("maddpg" if self.recipe == PAPER else "mappo")
+        algorithm = self.algorithm or ("maddpg" if self.recipe == PAPER else MAPPO)
         if algorithm not in ALGORITHMS:
             raise UnknownNameError("algorithm", algorithm, ALGORITHMS, "--algorithm")
         if self.recipe == PAPER and algorithm != "maddpg":
             raise InputError(f"the paper has no recipe for {algorithm}", "--recipe paper", "leave --algorithm out")
-        if self.recipe == CLONE and algorithm != "mappo":
+        if self.recipe == CLONE and algorithm != MAPPO:
             raise InputError(f"{algorithm} cannot imitate", "--recipe clone", "leave --algorithm out")
-        if self.against and algorithm != "mappo":
+        if self.against and algorithm != MAPPO:
             raise InputError(f"{algorithm} meets no experts", "--against", "leave it out, or train with mappo")
         return replace(self, algorithm=algorithm)
 

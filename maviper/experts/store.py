@@ -16,6 +16,7 @@ import numpy as np
 
 from codegen.errors import InputError, UnknownNameError
 from codegen.ir import Float32
+from codegen.legality import Mask
 from maviper.experts.network import ACTOR_CRITIC, CRITIC, LAYERS, NETS, NetworkExpert
 from maviper.files import kinds, runs
 from maviper.worlds import World, built_in
@@ -105,13 +106,17 @@ def decode(data: bytes, where: str, world: World | None = None) -> NetworkExpert
             raise InputError(
                 "the expert file is damaged", f"{where}: {name}: shape {found}, expected {shape}, finite", advice
             )
-    return NetworkExpert(world.agents, n_actions, tensors, card, hashlib.sha256(data).hexdigest())
+    return NetworkExpert(world.agents, n_actions, tensors, card, hashlib.sha256(data).hexdigest(), _masks(world))
 
 
 def built(world: World, tensors: Mapping[str, Float32], card: Mapping[str, Any]) -> NetworkExpert:
     """An expert from its parts, without a file."""
     n_actions = tuple(len(choices) for choices in world.actions)
-    return NetworkExpert(world.agents, n_actions, tensors, card, "")
+    return NetworkExpert(world.agents, n_actions, tensors, card, "", _masks(world))
+
+
+def _masks(world: World) -> tuple[Mask | None, ...]:
+    return tuple(world.mask(agent) for agent in range(len(world.agents))) if world.masked else ()
 
 
 def shapes(world: World, hidden: int, networks: str = ACTOR_CRITIC) -> dict[str, tuple[int, ...]]:

@@ -80,13 +80,11 @@ def _check_masks(world: World, settings: Settings) -> None:
     """InputError for what does not know that actions may be illegal, or has no room to make sure that they are not."""
     if not world.masked:
         return
-    where, advice = f"{world.name}: its actions have masks", "leave it out"
+    where = f"{world.name}: its actions have masks"
     if settings.algorithm in (FITTED_Q, RGMDT):
         raise InputError(f"{settings.algorithm} takes no heed of illegal actions", where, "choose another --algorithm")
     if settings.preset == RELEASED:
         raise InputError("the authors' code takes no heed of illegal actions", where, "choose another --preset")
-    if settings.refinement:
-        raise InputError("refinement takes no heed of illegal actions", f"{where} (--refinement-episodes)", advice)
     for agent, choices in zip(world.agents, world.actions, strict=True):
         if settings.max_depth + len(choices) - 1 > ir.MAX_DEPTH:
             what = f"{agent} has {len(choices)} actions: with tests of their mask a tree may be too deep"

@@ -278,9 +278,6 @@ class Settings:
             raise InputError(
                 what, "--max-leaves", "choose --least-right 0, --algorithm viper or iviper, or --max-depth"
             )
-        if self.refinement:
-            what = "refinement keeps to a depth, but not to a number of leaves"
-            raise InputError(what, "--max-leaves, --refinement-episodes", "leave one of them out")
 
     def _check_share(self) -> None:
         """Refuses one tree for a team where its members' trees would come apart."""

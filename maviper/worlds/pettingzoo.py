@@ -207,6 +207,10 @@ class PettingZooWorld(World):
         """Who acts in `state`, [batch, n_agents]."""
         return state.acting
 
+    def playing(self, state: EnvStates) -> Bool:
+        """Whose episode goes on, [batch, n_agents]; nobody's where nobody can act."""
+        return ~state.done & state.acting.any(axis=1, keepdims=True)
+
     def terminated(self, state: EnvStates) -> Bool:
         """Whose episode has ended by itself, [batch, n_agents]: the environment did not say that it was cut."""
         return state.terminated

@@ -175,6 +175,10 @@ class World(ABC):
         """Who acts in `state`, [batch, n_agents]: those whose episode has not ended, and whose turn it is."""
         return np.ones((len(state), len(self.agents)), dtype=bool)
 
+    def playing(self, state: Any) -> Bool:
+        """Whose episode goes on, [batch, n_agents]: those who act, and those who wait for their turn."""
+        return self.alive(state)
+
     def terminated(self, state: Any) -> Bool:
         """Whose episode has ended by itself, [batch, n_agents]: nothing follows, unlike after a cut."""
         return np.zeros((len(state), len(self.agents)), dtype=bool)

@@ -1,10 +1,16 @@
-"""Trees of others: whether imports decide as their origins, how large files may be, and what an import costs.
+"""Trees of others: whether imports decide as their origins, how large files may be, and what an import costs. Games of
+others: what small trees reach there.
 
     python tests/benchmarks/interop.py [--json] [--trees N]
+    python tests/benchmarks/interop.py --games turns|vmas [--json]
 
 Differences are counted against the program that wrote a file, or that a compiler makes of it, at every threshold and
 at both its float32 neighbours, and at random. A time is one of CPU, and a ratio to what the language itself needs
 for the file: CPython to compile if/else Python, gcc -O0 to compile C.
+
+--games turns: TicTacToe of PettingZoo, with turns and masks; trees of a player written by hand, against random moves.
+--games vmas: navigation of VMAS; an expert is trained by reward, without a critic, and extracted. Both play in the
+library's own loop, by the generated Python module. A share is (tree - random) / (expert - random), in returns.
 """
 
 import argparse
@@ -158,7 +164,25 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--json", action="store_true")
     parser.add_argument("--trees", type=int, default=20)
+    parser.add_argument("--games", choices=["turns", "vmas"])
     options = parser.parse_args()
+    figures = games(options.games) if options.games else imports(options.trees)
+    if options.json:
+        print(json.dumps({"figures": figures}))
+        return
+    for item in figures:
+        print(f"{item['name']:75} {item['value']:10.2f}   reach {item['reach']}, stretch {item['stretch']}")
+
+
+def games(which: str) -> list[dict[str, Any]]:
+    """Figures of a game of another library."""
+    from tests.benchmarks import outside
+
+    return list({"turns": outside.turns, "vmas": outside.vmas}[which]())
+
+
+def imports(trees: int) -> list[dict[str, Any]]:
+    """Figures of imported trees, of so many for each origin."""
     figures = []
     for name, differences in (
         ("m2cgen's Python", through_python),
@@ -166,18 +190,13 @@ def main() -> None:
         ("skl2onnx's pipelines", through_onnx),
     ):
         try:
-            found = sum(differences(seed) for seed in range(options.trees))
+            found = sum(differences(seed) for seed in range(trees))
         except (ImportError, InputError) as error:
             print(f"{name}: not run: {error}", file=sys.stderr)
             continue
-        what = f"{name}: differences in {options.trees} trees"
+        what = f"{name}: differences in {trees} trees"
         figures.append({"name": what, "value": found, "reach": 0, "stretch": 0, "better": "lower"})
-    figures += large()
-    if options.json:
-        print(json.dumps({"figures": figures}))
-        return
-    for item in figures:
-        print(f"{item['name']:55} {item['value']:10.2f}   reach {item['reach']}, stretch {item['stretch']}")
+    return figures + list(large())
 
 
 if __name__ == "__main__":

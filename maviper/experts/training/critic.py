@@ -19,15 +19,17 @@ from maviper.experts.training.replay import Replay
 from maviper.experts.training.trainer import Trainer
 from maviper.worlds import World
 
+USUAL = 25_600  # steps of a batch in our games: 1,024 episodes of 25 steps
+
 
 @dataclass(frozen=True)
 class Settings:
     """Settings of the fit."""
 
-    steps: int = 512_000  # joint environment steps
+    steps: int = 512_000  # joint environment steps; the training's at most, where few games play at once
     games: int = 1_024
     explore: float = 0.3  # share of uniform actions, so that Q is known beside the policy too
-    updates: int = 120  # per batch of episodes
+    updates: int = 120  # per batch of episodes, or USUAL steps in a world that plays few games at once
     batch: int = 2_048
     hidden: int = 64
     learning_rate: float = 2e-3  # Adam, falls linearly to a tenth
@@ -55,16 +57,25 @@ class Fit(Trainer):
         self.slow.copy_from(self.critic, 1.0)
         self.optimiser = Adam((self.critic,), settings.learning_rate, settings.gradient_norm)
         self.replay = Replay(joint, settings.steps)
+        self.updated = 0
 
     def advance(self) -> dict[str, float]:
         """As `Trainer.advance`."""
         for transition in self.transitions(lambda seen: (self._greedy(seen).cpu().numpy(), self.settings.explore)):
             self.replay.store(transition)
-        return {"loss": sum(self._update() for _ in range(self.settings.updates)) / self.settings.updates}
+        updates = self._due()
+        self.updated += updates
+        return {"loss": sum(self._update() for _ in range(updates)) / updates}
+
+    def _due(self) -> int:
+        """How many updates follow the batch."""
+        if self.world.games is None:
+            return self.settings.updates
+        return max(1, self.settings.updates * self.steps // USUAL - self.updated)
 
     def _greedy(self, seen: torch.Tensor) -> torch.Tensor:
         with torch.no_grad():
-            return (self.actor(self.joint.views(seen)) + self.joint.forbidden).argmax(2).T
+            return (self.actor(self.joint.views(seen)) + self.joint.barred(seen)).argmax(2).T
 
     def _update(self) -> float:
         settings, joint = self.settings, self.joint

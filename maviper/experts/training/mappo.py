@@ -60,7 +60,8 @@ class Played(NamedTuple):
     seen: Tensor  # joint observations [steps + 1, games, n_obs + 1]
     acted: Any  # [steps, games, n_agents], as the rest
     rewards: Any
-    alive: Any  # who acted
+    acting: Any  # who acted
+    playing: Any  # ... or waited for its turn
     goes_on: Any  # ... and whose episode did not end by itself with that step
 
 
@@ -155,35 +156,37 @@ class Mappo(Trainer):
             self.steps += played
             return {"fidelity": fidelity, "loss": loss}
         played = self._collect()
-        self.running.add(played.rewards, played.alive, played.goes_on)
+        self.running.add(played.rewards, played.playing, played.goes_on)
         loss = self._learn(played)
-        self.steps += int(played.alive.any(axis=2).sum())
-        return {"reward": float(played.rewards.sum() / played.alive.sum()), "loss": loss}
+        self.steps += int(played.playing.any(axis=2).sum())
+        return {"reward": float(played.rewards.sum() / played.playing.sum()), "loss": loss}
 
     def _collect(self) -> Played:
         world = self.world
         for meeting in self.meetings:
             meeting.opponents.begin(self.progress)
         state = world.start(self.games, self.rng)
-        seen, acted, rewards, alive, goes_on = [], [], [], [world.alive(state)], []
+        seen, acted, rewards, goes_on = [], [], [], []
+        acting, playing = [], [world.playing(state)]
         for _ in range(world.spec.episode_steps):
             observations = world.observe(state)
             seen.append(self.joint.tensor(observations))
             with torch.no_grad():
-                logits = self.actor(self.joint.views(seen[-1])) + self.joint.forbidden
+                logits = self.actor(self.joint.views(seen[-1])) + self.joint.barred(seen[-1])
             chosen = sampled(logits, self.rng)
             for opponents, theirs in self.meetings:
                 others = opponents.act(seen[-1], observations, state)
                 chosen = np.where(theirs[:, : len(state)], others, chosen)
+            acting.append(world.alive(state))
             state = world.step(state, chosen.T)
             acted.append(chosen.T)
             rewards.append(self.rewards(state))
-            goes_on.append(alive[-1] & ~world.terminated(state))
-            alive.append(world.alive(state))
-            if not alive[-1].any():
+            goes_on.append(playing[-1] & ~world.terminated(state))
+            playing.append(world.playing(state))
+            if not playing[-1].any():
                 break
         seen.append(self.joint.tensor(world.observe(state)))
-        return Played(torch.stack(seen), *map(np.stack, (acted, rewards, alive[: len(acted)], goes_on)))
+        return Played(torch.stack(seen), *map(np.stack, (acted, rewards, acting, playing[: len(acted)], goes_on)))
 
     def _by_agent(self, numbers: Any) -> Tensor:
         """[steps, games, n_agents] -> [n_agents, steps, games]."""
@@ -194,17 +197,17 @@ class Mappo(Trainer):
         mean, deviation = self.running.scale()
         # returns, not rewards, should be of order one
         rewards = self._by_agent((played.rewards - mean) / deviation * (1 - settings.gamma))
-        acted, alive = torch.from_numpy(played.acted).to(joint.device), self._by_agent(played.alive)
+        acted, playing = torch.from_numpy(played.acted).to(joint.device), self._by_agent(played.playing)
         steps, n_games = acted.shape[:2]
         flat = played.seen.flatten(0, 1)
         with torch.no_grad():
             values = self.values(self._seen_by_all(flat))[..., 0].unflatten(1, (steps + 1, n_games))
             before = self._log_probabilities(played.seen[:steps].flatten(0, 1), acted.flatten(0, 1))[0]
-        advantages = self._advantages(rewards, values, alive, self._by_agent(played.goes_on))
+        advantages = self._advantages(rewards, values, playing, self._by_agent(played.goes_on))
         targets = (advantages + values[:, :steps]).flatten(1)
         advantages = advantages.flatten(1)
-        alive = alive.flatten(1)
-        mine = torch.from_numpy(self.mine[:, :n_games]).to(joint.device).float().repeat(1, steps) * alive
+        acting, playing = self._by_agent(played.acting).flatten(1), playing.flatten(1)
+        mine = torch.from_numpy(self.mine[:, :n_games]).to(joint.device).float().repeat(1, steps) * acting
         count = mine.sum(dim=1, keepdim=True).clamp(min=1)
         centre = (advantages * mine).sum(dim=1, keepdim=True) / count
         spread = ((advantages - centre).square() * mine).sum(dim=1, keepdim=True) / count
@@ -212,17 +215,17 @@ class Mappo(Trainer):
         rate = settings.learning_rate * (1 - 0.9 * self.progress)
         total = 0.0
         points, choices = flat[: steps * n_games], acted.flatten(0, 1)
-        some = alive.any(dim=0).nonzero()[:, 0]  # points in which anybody acts
+        some = playing.any(dim=0).nonzero()[:, 0]  # points in which anybody plays
         for _ in range(settings.epochs):
             order = some[torch.randperm(len(some), generator=self.generator).to(joint.device)]
             for rows in order.split(settings.minibatch):
                 found = self.values(self._seen_by_all(points[rows]))[..., 0]
-                loss = averaged((found - targets[:, rows]).square(), alive[:, rows]).sum()
+                loss = averaged((found - targets[:, rows]).square(), playing[:, rows]).sum()
                 self.optimisers["values"].descend(loss, rate)
                 total += float(loss.detach())
                 if self.teaches == REWARD:
                     gain = self._gain(points[rows], choices[rows], before[:, rows], advantages[:, rows], mine[:, rows])
-                    gain = averaged(gain, alive[:, rows]).sum()
+                    gain = averaged(gain, acting[:, rows]).sum()
                     self.optimisers["actor"].descend(-gain, rate)
         return total / (settings.epochs * len(order.split(settings.minibatch)))
 
@@ -237,13 +240,14 @@ class Mappo(Trainer):
 
     def _log_probabilities(self, seen: Tensor, acted: Tensor) -> tuple[Tensor, Tensor]:
         """Of the actions taken, and the entropy, each [n_agents, batch]."""
-        logits = (self.actor(self.joint.views(seen)) + self.joint.forbidden).log_softmax(dim=2)
+        logits = (self.actor(self.joint.views(seen)) + self.joint.barred(seen)).log_softmax(dim=2)
         chosen = logits.gather(2, acted.T[:, :, None])[..., 0]
         return chosen, -(logits.exp() * logits).sum(dim=2)
 
-    def _advantages(self, rewards: Tensor, values: Tensor, alive: Tensor, goes_on: Tensor) -> Tensor:
+    def _advantages(self, rewards: Tensor, values: Tensor, playing: Tensor, goes_on: Tensor) -> Tensor:
         """Generalised advantages (Schulman et al. 2016). Nothing follows where an agent's episode ends by itself; every
-        other end, that of all episodes too, is a cut. Where an agent did not act, its number means nothing.
+        other end, that of all episodes too, is a cut. What an agent is paid while it waits for its turn counts for the
+        action before. Where its episode had ended, its number means nothing.
         """
         settings = self.settings
         advantages = torch.empty_like(rewards)
@@ -252,7 +256,7 @@ class Mappo(Trainer):
             surprise = rewards[:, step] + settings.gamma * goes_on[:, step] * values[:, step + 1] - values[:, step]
             following = surprise + settings.gamma * settings.trace * following
             advantages[:, step] = following
-            following = following * alive[:, step]  # nothing for the step before, if that was the agent's last
+            following = following * playing[:, step]  # nothing for the step before, if that was the agent's last
         return advantages
 
     def tensors(self) -> dict[str, Float32]:

@@ -14,10 +14,13 @@ from torch import Tensor
 from torch.nn.functional import one_hot
 
 from codegen.ir import Float32
+from codegen.legality import LEGAL
 from maviper.experts.network import LAYERS
 from maviper.worlds import World
 
-FORBIDDEN = -1e9  # logit of an action that an agent does not have
+# Added to the logit of an action that an agent does not have, or that is illegal: its probability is 0 then. With -inf
+# the entropy would be NaN.
+FORBIDDEN = -1e9
 
 
 class Nets:
@@ -124,8 +127,35 @@ class Joint:
         self.order = torch.tensor(order, device=device)  # [n_agents, n_obs]
         own = torch.arange(self.n_actions)[None, :] < torch.tensor(self.choices)[:, None]
         self.forbidden = torch.where(own, 0.0, FORBIDDEN)[:, None, :].to(device)  # [n_agents, 1, n_actions]
+        self.masked = world.masked
+        self.asked, self.always = (each.to(device) for each in self._masks(world, starts))
         # the rows of a critic's inputs that real agents and actions use
         self.critic_inputs = self.n_obs + self.n_agents * self.n_actions
+
+    def _masks(self, world: World, starts: Sequence[int]) -> tuple[Tensor, Tensor]:
+        """Which column of a joint observation says whether an action is legal, and which actions always are; each
+        [n_agents, n_actions].
+        """
+        asked = torch.full((self.n_agents, self.n_actions), self.n_obs)
+        always = torch.zeros(self.n_agents, self.n_actions, dtype=torch.bool)
+        for agent, start in enumerate(starts):
+            for action, place in enumerate(world.mask(agent) or [None] * self.choices[agent]):
+                if place is None:
+                    always[agent, action] = True
+                else:
+                    asked[agent, action] = int(start) + place
+        return asked, always
+
+    def barred(self, joint: Tensor) -> Tensor:
+        """What is added to logits in joint observations [batch, n_obs + 1]: FORBIDDEN for actions that an agent does
+        not have, or that are illegal, else 0; [n_agents, batch or 1, n_actions]. Where none of its own is legal, an
+        agent does not act, and all of them count.
+        """
+        if not self.masked:
+            return self.forbidden
+        legal = (_columns(joint, self.asked) > LEGAL) | self.always[:, None]
+        legal |= ~legal.any(dim=2, keepdim=True)
+        return torch.where(legal, self.forbidden, FORBIDDEN)
 
     def tensor(self, observations: Sequence[Float32]) -> Tensor:
         """[batch, n_obs + 1]."""

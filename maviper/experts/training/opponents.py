@@ -62,7 +62,7 @@ class Past:
     def act(self, seen: Tensor, observations: Sequence[Float32], state: Any) -> Any:
         """As `Opponents.act`."""
         with torch.no_grad():
-            logits = self.actor.applied(self.versions[self.drawn], self.joint.views(seen)) + self.joint.forbidden
+            logits = self.actor.applied(self.versions[self.drawn], self.joint.views(seen)) + self.joint.barred(seen)
         return sampled(logits, self.rng)
 
     def memory(self) -> dict[str, Tensor]:

@@ -52,9 +52,6 @@ def trained(name: str, folder: Path, options: TrainOptions, console: Console) ->
     overrides |= dict(_setting(text) for text in options.settings)
     request = Request(options.algorithm, options.recipe, overrides, options.device, options.against).checked()
     world = find(name)
-    if world.masked:
-        advice = "bring an expert that knows them: see `maviper guide own`"
-        raise InputError("no training here knows that actions may be illegal", world.name, advice)
     seeds = range(options.seed, options.seed + options.seeds)
     ensure_counts(options.seeds, options.jobs)
     if not 0 <= seeds[0] <= seeds[-1] < MAX_SEED:

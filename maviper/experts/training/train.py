@@ -25,7 +25,7 @@ from maviper.episodes.measures import Estimate
 from maviper.experts import cards, judging, store
 from maviper.experts.judging import Judged, Rival
 from maviper.experts.network import ACTOR, ACTOR_CRITIC, NetworkExpert
-from maviper.experts.recipes import Request, settings
+from maviper.experts.recipes import DEFAULT, MAPPO, Request, settings
 from maviper.files import runs
 from maviper.worlds import World
 from maviper.worlds.world import RETURN
@@ -108,7 +108,11 @@ def train(
 
 def settings_of(world: World, request: Request) -> Any:
     """The settings of a training, a dataclass; errors as those of `train`."""
-    return settings(world, request, _trainer(request.checked().algorithm).settings)
+    algorithm = request.checked().algorithm
+    if world.masked and algorithm != MAPPO:
+        advice = f"choose --algorithm {MAPPO}, and no other recipe than {DEFAULT}"
+        raise InputError(f"{algorithm} takes no heed of illegal actions", world.name, advice)
+    return settings(world, request, _trainer(algorithm).settings)
 
 
 @dataclass(frozen=True)
@@ -126,7 +130,7 @@ def _trainer(algorithm: str) -> _Algorithm:
         raise MissingToolError("training needs torch", "", "install the extra: pip install 'maviper[train]'") from None
     torch.set_num_threads(1)  # small products: threads cost more than they give, and one thread repeats bit for bit
     return {
-        "mappo": _Algorithm(mappo.Settings, mappo.Mappo),
+        MAPPO: _Algorithm(mappo.Settings, mappo.Mappo),
         "maddpg": _Algorithm(maddpg.Settings, maddpg.Maddpg),
         "vdn": _Algorithm(value_based.Settings, value_based.Vdn),
     }[algorithm]
@@ -330,10 +334,13 @@ class _Run:
         chosen = self.trainer.settings
         shared = {name: getattr(chosen, name) for name in ("hidden", "gamma", "seed")}
         shared["shaping"] = chosen.shaping * chosen.critic_shaping
+        wanted = critic.Settings(**shared)
+        if self.world.games is not None:
+            wanted = replace(wanted, steps=min(wanted.steps, chosen.steps))
         steps: list[int] = []
 
         def told(done: int, total: int, loss: float) -> None:
             steps[:] = [done]
             self.on_step(Step(CRITIC, done, total, f"loss {loss:.3g}" if done else ""))
 
-        return critic.fit(self.world, actors, critic.Settings(**shared), self.trainer.device, told), steps[0]
+        return critic.fit(self.world, actors, wanted, self.trainer.device, told), steps[0]

@@ -37,7 +37,7 @@ class Transition(NamedTuple):
     acted: Any  # [batch, n_agents], as the rest
     reward: Any
     following: Tensor  # joint observations afterwards
-    alive: Any  # who acted; of the others nothing else here is to be used
+    alive: Any  # who acted, or waited for its turn; of the others nothing else here is to be used
     goes_on: Any  # ... and whose episode did not end by itself with this step
 
 
@@ -120,22 +120,30 @@ class Trainer(ABC):
         """One episode of every game, step by step; some actions of `choose` are replaced by uniform ones."""
         world = self.world
         state = world.start(self.games, self.rng)
-        alive = world.alive(state)
-        seen = self.joint.tensor(world.observe(state))
+        alive, observations = world.playing(state), world.observe(state)
+        seen = self.joint.tensor(observations)
         for _ in range(world.spec.episode_steps):
             chosen, share = choose(seen)
-            uniform = self.rng.integers(self.joint.choices, size=chosen.shape)
+            uniform = self._uniform_actions(observations)
             acted = np.where(self.rng.random(chosen.shape) < share, uniform, chosen)
             state = world.step(state, acted)
             reward = self.rewards(state)
-            following = self.joint.tensor(world.observe(state))
+            observations = world.observe(state)
+            following = self.joint.tensor(observations)
             goes_on = alive & ~world.terminated(state)
             self.steps += int(alive.any(axis=1).sum())
             self.running.add(reward, alive, goes_on)
             yield Transition(seen, acted, reward, following, alive, goes_on)
-            seen, alive = following, world.alive(state)
+            seen, alive = following, world.playing(state)
             if not alive.any():
                 return
+
+    def _uniform_actions(self, observations: Sequence[Float32]) -> Any:
+        """Everybody's random actions, [batch, n_agents], legal ones where there are masks."""
+        shape = len(observations[0]), self.joint.n_agents
+        if not self.joint.masked:
+            return self.rng.integers(self.joint.choices, size=shape)
+        return self.world.drawn(range(self.joint.n_agents), observations, self.rng.random(shape))
 
     def scaled(self, reward: Tensor) -> Tensor:
         """Rewards [batch, n_agents] by the scale of everything seen so far, [n_agents, batch]."""

@@ -69,10 +69,10 @@ class _Completion:
     def _choice(self, action: int, here: Int, legal: Legal) -> int:
         """An action where it is legal, else the others in their order."""
         others = [other for other in range(len(self.mask)) if other != action and legal.get(other, True)]
+        if legal.get(action) or not others:  # also where the path says that none is legal: nobody gets there
+            return self._leaf(action)
         if not legal.get(action, True):
             return self._choice(self._best(others, here), here, legal)
-        if legal.get(action) or not others:
-            return self._leaf(action)
         feature = self.mask[action]
         assert feature is not None
         place, illegal = self._leaf(NO_ACTION), self._parted(here, feature, LEGAL)[0]

@@ -2,7 +2,7 @@
 
 Does: proposes other actions at leaves, other tests at splits, new splits, smaller trees, and team-mates' trees of other
   iterates; races them in play; keeps the winner when its gain is beyond chance. So agents adapt to the final trees of
-  their team-mates.
+  their team-mates. Where actions have masks, every tree is made lawful before it plays.
 Assumes: opponents, and team-mates outside the arena, at their experts.
 Does not: look at labels or critics, but for the claims that the team was given counterexamples of.
 """
@@ -15,10 +15,12 @@ import numpy as np
 from codegen import ir
 from codegen.errors import InputError
 from codegen.ir import NO_FEATURE, Float32, Float64, GrownTree
+from codegen.legality import Mask
 from maviper.episodes import measures
 from maviper.episodes.measures import estimate, score
 from maviper.extraction.examples import NO_EXAMPLES, Examples
 from maviper.extraction.extraction import QUIETLY, Extraction, Running
+from maviper.extraction.growth.lawful import Labelled, lawful
 from maviper.extraction.journal import Arrays, packed, unpacked
 from maviper.extraction.selection.arena import Arena, Candidate
 from maviper.extraction.selection.progress import REFINING, OnProgress, Progress, count_leaves
@@ -35,6 +37,18 @@ KEPT = 1.0  # weight in a score of the share of counterexamples in which the tea
 LEAST_ROWS = 10  # observations that must reach a node before anything is changed there
 
 Trees = list[GrownTree]
+
+
+@dataclass(frozen=True)
+class Limits:
+    """How large a tree may become."""
+
+    max_depth: int  # tests of masks do not count
+    max_leaves: int = 0  # 0: as many as the depth allows
+
+    def allow_split(self, tree: GrownTree, depth: int) -> bool:
+        """Whether a leaf at `depth` may be split."""
+        return depth < self.max_depth and not 0 < self.max_leaves <= count_leaves([tree])
 
 
 @dataclass(frozen=True)
@@ -91,10 +105,11 @@ def _team(task: _Task, on_progress: OnProgress) -> tuple[Trees, int, Progress | 
     arena = Arena(asked.world, asked.expert, task.agents, settings.episodes(measures.REFINEMENT_SEEDS), SECONDARY)
     trees, others = [trees[0] for trees in task.chosen], [trees[1:] for trees in task.chosen]
     total, last = settings.refinement // round_cost(), None
+    limits = Limits(settings.max_depth, settings.max_leaves)
     for number in range(total):
         rng = np.random.default_rng([settings.seed, *task.agents, number])
         name = f"refine-{list(asked.world.teams).index(task.team)}-{number:04d}"  # a user's team may have any name
-        step = asked.journal.arrays(name, _round, arena, trees, others, settings.max_depth, rng, asked.examples)
+        step = asked.journal.arrays(name, _round, arena, trees, others, limits, rng, asked.examples)
         trees = unpacked({name: array for name, array in step.items() if "." in name})
         arena.used, arena.played = int(step["used"][0]), int(step["played"][0])
         found = {task.team: estimate(arena.primary, step["values"])}
@@ -108,11 +123,11 @@ def _round(
     arena: Arena,
     trees: Trees,
     others: Sequence[Trees],
-    max_depth: int,
+    limits: Limits,
     rng: np.random.Generator,
     examples: Examples,
 ) -> Arrays:
-    trees, values = refine_once(arena, trees, others, max_depth, rng, examples)
+    trees, values = refine_once(arena, trees, others, limits, rng, examples)
     spent = {"used": np.array([arena.used]), "played": np.array([arena.played]), "values": values}
     return packed(trees) | spent
 
@@ -139,7 +154,7 @@ def refine_once(
     arena: Arena,
     trees: Trees,
     others: Sequence[Trees],
-    max_depth: int,
+    limits: Limits,
     rng: np.random.Generator,
     examples: Examples = NO_EXAMPLES,
 ) -> tuple[Trees, Float64]:
@@ -150,7 +165,7 @@ def refine_once(
     it fulfils its claim, so that what it learned from them is not given away for play.
     """
     arena.scores([trees], FIRST)  # for what its agents observe
-    found = proposals(arena, trees, others, max_depth, rng)
+    found = proposals(arena, trees, others, limits, rng)
     found = [found[place] for place in rng.permutation(len(found))[:MOVES]]
     if not found:  # too few observations for any
         return trees, arena.values[0]
@@ -174,19 +189,35 @@ def refine_once(
 
 
 def proposals(
-    arena: Arena, trees: Trees, others: Sequence[Trees], max_depth: int, rng: np.random.Generator
+    arena: Arena, trees: Trees, others: Sequence[Trees], limits: Limits, rng: np.random.Generator
 ) -> list[Candidate]:
     """Teams that differ from `trees` in one tree, with tests at what the arena has seen in play."""
     found: list[Candidate] = []
     for place, agent in enumerate(arena.agents):
-        changed = [*_changes(trees[place], arena.seen[place], len(arena.world.actions[agent]), max_depth, rng)]
+        n_actions, mask = len(arena.world.actions[agent]), arena.world.mask(agent)
+        changed = [*_changes(trees[place], arena.seen[place], n_actions, limits, rng)]
+        if mask is not None:
+            changed = [*_lawful(changed, trees[place], arena.seen[place], mask, limits)]
         for tree in changed + others[place]:
             found.append([*trees[:place], tree, *trees[place + 1 :]])
     return found
 
 
+def _lawful(
+    changed: Sequence[GrownTree], tree: GrownTree, obs: Float32, mask: Mask, limits: Limits
+) -> Iterator[GrownTree]:
+    """Changed trees with the tests of the mask that they need. The next choice is what `tree` does most in `obs` there.
+    A tree that could not have grown from `max_depth` and such tests is left out.
+    """
+    known = Labelled(obs, tree.action[ir.apply(tree, obs)])
+    for each in changed:
+        found = lawful(merged(each), mask, known)
+        if ir.depth(found).max() < limits.max_depth + len(mask):
+            yield found
+
+
 def _changes(
-    tree: GrownTree, obs: Float32, n_actions: int, max_depth: int, rng: np.random.Generator
+    tree: GrownTree, obs: Float32, n_actions: int, limits: Limits, rng: np.random.Generator
 ) -> Iterator[GrownTree]:
     depth = ir.depth(tree)
     for node, rows in reaching(tree, obs).items():
@@ -200,7 +231,7 @@ def _changes(
             for other in range(n_actions):
                 if other != action:
                     yield with_leaf(tree, node, other)
-            if depth[node] < max_depth:
+            if limits.allow_split(tree, int(depth[node])):
                 other = int(rng.integers(n_actions))
                 pair = (action, other) if rng.random() < 0.5 else (other, action)
                 yield with_new_split(tree, node, anywhere, at, pair)

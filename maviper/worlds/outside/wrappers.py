@@ -98,6 +98,8 @@ def _with(source: Source, way: str) -> str:
 class Turns(turn_based_aec_to_parallel_wrapper):  # type: ignore[misc]
     """An AEC environment in whose steps one agent acts: the one that has the turn."""
 
+    plays_here = True  # many copies in one process: a step of one agent is short beside ours
+
     @property
     def acting(self) -> tuple[Any, ...]:
         """Who acts in the next step."""
@@ -150,6 +152,11 @@ class Flattened(ParallelEnv[Any, Any, Any]):
     def unwrapped(self) -> Any:
         """As the environment's."""
         return self.env.unwrapped
+
+    @property
+    def plays_here(self) -> bool:
+        """As the environment's."""
+        return bool(attribute(self.env, "plays_here", self.source))
 
     @property
     def acting(self) -> tuple[Any, ...]:

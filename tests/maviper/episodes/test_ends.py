@@ -383,7 +383,7 @@ def test_refinement_looks_at_all_episodes_though_few_are_played_at_once(relay, m
     assert [len(seen) for seen in arena.seen] == steps_of(relay, range(5))[:2].tolist()
     monkeypatch.setattr(refine, "FIRST", 3)
     monkeypatch.setattr(refine, "LEAST_ROWS", 1_000)  # so that there is nothing to propose
-    trees, values = refine.refine_once(arena, [leaf, leaf], [[], []], 3, np.random.default_rng(0))
+    trees, values = refine.refine_once(arena, [leaf, leaf], [[], []], refine.Limits(3), np.random.default_rng(0))
     assert trees == [leaf, leaf] and values.tolist() == arena.values[0].tolist() and len(values) == 3
 
 

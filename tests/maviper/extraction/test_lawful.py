@@ -15,8 +15,12 @@ from maviper.evaluation import held_out
 from maviper.evaluation.crossplay import Uniform
 from maviper.experts.wrapped import Unweighted, lawful_expert
 from maviper.extraction.algorithms import extract
+from maviper.extraction.extraction import Running
 from maviper.extraction.growth.lawful import Labelled, lawful
 from maviper.extraction.growth.weights import iviper_weights
+from maviper.extraction.selection import refine
+from maviper.extraction.selection.arena import Arena
+from maviper.extraction.selection.progress import REFINING
 from maviper.extraction.settings import Settings
 from maviper.worlds import find
 from maviper.worlds.world import drawn_legally, legal_in
@@ -74,6 +78,14 @@ def test_the_second_choice_is_what_labels_name_most():
     assert found.action[ir.apply(found, asked)].tolist() == [1, 3, 2, 0]
 
 
+def test_a_path_on_which_nothing_is_legal_ends_in_a_leaf():
+    tree = ir.GrownTree(*np.array([[0, 0.5, 1, 4, -1], [1, 0.5, 2, 3, -1], *[[-1, 0, -1, -1, 0]] * 3], float).T)
+    obs = np.array([[0, 0], [0, 1], [1, 0], [1, 1]], np.float32)
+    found = lawful(tree, (0, 1), Labelled(obs, np.array([0, 1, 0, 0])))
+    assert found.action[ir.apply(found, obs)][1:].tolist() == [1, 0, 0]
+    assert not list(illegal_leaves(deployed(found), (0, 1)))
+
+
 def test_draws_are_legal_and_even():
     obs = np.array([[9, 0, 1, 1]] * 3_000 + [[0, 0, 0, 0]] * 3, np.float32)
     found = drawn_legally((0, 1, 2, 3), obs, np.random.default_rng(0).random(len(obs)))
@@ -129,6 +141,35 @@ def test_pettingzoo_plays_the_trees_to_the_end(tictactoe, monkeypatch, algorithm
         assert set(played.returns[0]) <= {-1.0, 0.0, 1.0} and (played.returns.sum(axis=0) == 0).all()
 
 
+def test_generated_code_acts_legally_in_pettingzoos_own_loop(monkeypatch):
+    from tests.benchmarks import outside
+
+    monkeypatch.setattr(held_out, "EVALUATION_EPISODES", 4)
+    settings = {**SMALL, "algorithm": "iviper", "iterations": 1}
+    illegal, differences, share = outside.turns(settings, episodes=6)
+    assert illegal["value"] == differences["value"] == 0
+    assert "of 0 " not in illegal["name"] and np.isfinite(share["value"])
+
+
+def test_refined_trees_are_legal_and_no_deeper_than_grown_ones(tictactoe, monkeypatch):
+    monkeypatch.setattr(held_out, "EVALUATION_EPISODES", 6)
+    for name, value in (("FIRST", 8), ("LAST", 16), ("MOVES", 8)):
+        monkeypatch.setattr(refine, name, value)
+    given_ = {**SMALL, "algorithm": "iviper", "max_depth": 2, "refinement": 4 * refine.round_cost()}
+    said = []
+    profile = extract(tictactoe, Player(tictactoe), Settings.of(given_, tictactoe), Running(said.append))
+    assert [each.stage for each in said[-4:]] == [REFINING] * 4
+    for place, policy in enumerate(profile.agents):
+        mask = tictactoe.mask(place)
+        assert not list(illegal_leaves(policy.tree, mask)) and ir.depth(policy.tree).max() <= 2 + 8
+        ring = Arena(tictactoe, lawful_expert(Player(tictactoe), tictactoe), [place], range(100))
+        ring.scores([[policy.grown]], 8)
+        moves = refine.proposals(ring, [policy.grown], [[]], refine.Limits(2), np.random.default_rng(0))
+        assert len(moves) > 8
+        for (tree,) in moves:
+            assert not list(illegal_leaves(deployed(tree), mask)) and ir.depth(tree).max() <= 2 + 8
+
+
 def test_an_expert_is_made_legal_by_its_q_or_refused(tictactoe):
     state = tictactoe.start_from_seeds([1])
     state = tictactoe.step(state, np.array([[4, 4]]))  # the middle is taken, and was worth most
@@ -162,7 +203,6 @@ def test_illegal_actions_weigh_nothing(tictactoe):
         ({"algorithm": "fitted-q"}, "fitted-q takes no heed"),
         ({"algorithm": "rgmdt", "max_leaves": 4}, "rgmdt takes no heed"),
         ({"algorithm": "maviper", "preset": "released"}, "authors' code takes no heed"),
-        ({"algorithm": "iviper", "refinement": 300_000}, "refinement takes no heed"),
         ({"algorithm": "iviper", "max_depth": 60}, "a tree may be too deep"),
     ],
 )

@@ -206,7 +206,7 @@ def test_moves_differ_in_one_tree_and_keep_the_depth(world, expert):
     ring = Arena(world, expert, [1, 2], range(1_000))
     ring.scores([trees], 20)
     others = [[constant(0)], []]
-    found = refine.proposals(ring, trees, others, 2, rng)
+    found = refine.proposals(ring, trees, others, refine.Limits(2), rng)
     assert any(a is others[0][0] and b is trees[1] for a, b in found), "trees of other iterates are moves too"
     assert len(found) > 12
     for a, b in found:
@@ -214,16 +214,25 @@ def test_moves_differ_in_one_tree_and_keep_the_depth(world, expert):
         assert max(ir.depth(a).max(), ir.depth(b).max()) <= 2
 
 
+def test_moves_keep_a_number_of_leaves(world, expert):
+    ring = Arena(world, expert, [1], range(1_000))
+    pair = with_new_split(constant(1), 0, 2, 0.0, (2, 3))
+    ring.scores([[pair]], 20)
+    for most, wanted in ((0, {1, 2, 3}), (3, {1, 2, 3}), (2, {1, 2})):
+        found = refine.proposals(ring, [pair], [[]], refine.Limits(4, most), np.random.default_rng(0))
+        assert {len(ir.leaves(tree)) for (tree,) in found} == wanted
+
+
 def test_a_round_costs_what_it_says_and_never_takes_what_does_not_pay(world, expert, monkeypatch):
     for name, value in (("FIRST", 8), ("LAST", 32), ("MOVES", 10)):
         monkeypatch.setattr(refine, name, value)
     ring = Arena(world, expert, [1, 2], range(10_000))
     trees = [constant(0), constant(0)]
-    found, scores = refine.refine_once(ring, trees, [[], []], 2, np.random.default_rng(0))
+    found, scores = refine.refine_once(ring, trees, [[], []], refine.Limits(2), np.random.default_rng(0))
     assert ring.played <= refine.round_cost() == 8 + 11 * 8 + 5 * 24 and len(scores) == 24
     worse = lambda candidates, episodes: -np.arange(len(candidates))[:, None] * np.ones(episodes)  # noqa: E731
     monkeypatch.setattr(ring, "scores", worse)
-    kept, _ = refine.refine_once(ring, found, [[], []], 2, np.random.default_rng(1))
+    kept, _ = refine.refine_once(ring, found, [[], []], refine.Limits(2), np.random.default_rng(1))
     assert kept is found
 
 

@@ -342,7 +342,7 @@ def test_refinement_keeps_what_was_learned(world, expert, folder, monkeypatch):
     start = fulfilled(trees)
     for _ in range(4):
         now = fulfilled(trees)
-        trees, _ = refine.refine_once(arena, trees, [[], []], 3, rng, learned)
+        trees, _ = refine.refine_once(arena, trees, [[], []], refine.Limits(3), rng, learned)
         assert fulfilled(trees) >= now
     assert fulfilled(trees) > start + 0.3, "no state was fulfilled before, and play alone does not ask for it"
 

@@ -146,7 +146,6 @@ def test_a_game_of_two_teams_and_networks():
         ({"max_leaves": 1}, "max_leaves"),
         ({"max_leaves": 8, "algorithm": "maviper"}, "level by level"),
         ({"max_leaves": 8, "algorithm": "fitted-q"}, "fitted-q"),
-        ({"max_leaves": 8, "refinement": 50_000}, "number of leaves"),
         ({"preset": "released"}, "after its description"),
         ({"weights": "own"}, "expert's Q"),
     ],

@@ -141,6 +141,24 @@ def test_trees_are_extracted_and_the_profile_plays_the_scenario(monkeypatch, sha
 
 
 @needed
+@pytest.mark.interop
+@pytest.mark.train
+def test_an_expert_that_learned_by_reward_becomes_trees_and_code(monkeypatch):
+    """The benchmark's figures, from a training far too short to be good."""
+    from maviper.experts.training import train
+    from tests.benchmarks import outside
+
+    monkeypatch.setattr(held_out, "EVALUATION_EPISODES", 10)
+    for name in ("CHECKPOINT_EPISODES", "FINAL_EPISODES"):
+        monkeypatch.setattr(train, name, 100)
+    trained = {"steps": 640, "games": 64, "minibatch": 320, "checkpoint_steps": 640}
+    trees = {"max_depth": 2, "iterations": 1, "rollouts": 8, "selection_episodes": 8}
+    differences, share = outside.vmas(trained, trees, games=20, steps=10)
+    assert differences["value"] == 0 and "of 400 decisions" in differences["name"]
+    assert np.isfinite(share["value"])
+
+
+@needed
 @pytest.mark.parametrize(
     ("name", "said"),
     [

@@ -7,6 +7,7 @@ from pettingzoo.classic.tictactoe import tictactoe
 
 from codegen.errors import InputError
 from maviper.cli import main
+from maviper.episodes.facing import Facing
 from maviper.episodes.play import rollout
 from maviper.evaluation.crossplay import Uniform
 from maviper.worlds import find
@@ -49,6 +50,23 @@ def test_tictactoe_is_played_as_pettingzoo_plays_it():
 def test_one_team_or_rivals():
     assert dict(find(TICTACTOE).teams) == {"player": ("player_1", "player_2")}
     assert dict(find(f"{TICTACTOE}+rivals").teams) == {"player_1": ("player_1",), "player_2": ("player_2",)}
+
+
+class FirstFree:
+    """Everybody takes the first free cell, so that the first player has three in a row with the seventh move."""
+
+    def act(self, agents, observations, state):
+        return np.stack([observations[agent][:, 18:].argmax(axis=1) for agent in agents], axis=1)
+
+
+def test_an_episode_goes_on_while_a_frozen_opponent_has_the_turn():
+    world = find(f"{TICTACTOE}+rivals,max_steps=9")
+    game = Facing(world, "player_1", [FirstFree()] * 2, "")
+    (played,), (whole,) = (rollout(each, [FirstFree()] * len(each.agents), [3]) for each in (game, world))
+    assert len(whole.actions) == 7 and np.array_equal(played.actions[:, :, 0], whole.actions[:, :, 1])
+    assert np.array_equal(played.returns[0], whole.returns[1])
+    assert world.playing(whole.states[0]).all() and not world.playing(whole.states[-1]).any()
+    world.close()
 
 
 def test_those_who_may_act_at_once_do():
@@ -176,5 +194,5 @@ def test_commands_take_the_option(capsys):
     assert main.run(["worlds", "show", TICTACTOE]) == 0
     out = capsys.readouterr().out
     assert "legal_action_8" in out and "0 or 1 [0, 1]" in out
-    assert main.run(["train", TICTACTOE, "-o", "nowhere"]) == 2
-    assert "no training here knows that actions may be illegal" in capsys.readouterr().err
+    assert main.run(["train", TICTACTOE, "--algorithm", "vdn", "-o", "nowhere"]) == 2
+    assert "vdn takes no heed of illegal actions" in capsys.readouterr().err
