@@ -122,6 +122,14 @@ def factor(weight: float) -> str:
     return "" if abs(weight) == 1 else f"{abs(weight):g}*"
 
 
+def nearest_double(exact: Fraction | int) -> float:
+    """The float64 nearest to a number, of two that are as near the even one; infinite beyond the largest."""
+    try:
+        return float(exact)  # Python's division of whole numbers rounds so
+    except OverflowError:
+        return math.inf if exact > 0 else -math.inf
+
+
 def rational_literal(number: Fraction | int) -> str:
     """The text of an integer or a fraction, as `str` gives it, which stops at 4,300 digits."""
     whole = _digits(number.numerator)

@@ -39,6 +39,7 @@ from verify.verdicts.episodes import EpisodeResult
 FORM, REAL_FORM = "maviper-counterexample-1", "maviper-counterexample-2"  # of deployed, of real arithmetic
 FORMS = (FORM, REAL_FORM)
 MAX_BYTES = 1 << 24
+OTHER_SYSTEM = "; the world's file is not the one that the counterexample was made from"
 ADVICE = "make it again with `maviper verify -o`"
 
 
@@ -141,16 +142,16 @@ def replay(path: Path, profile: PolicyProfile, world: Path | None = None) -> Rep
 def _replayed_statement(path: Path, profile: PolicyProfile, world: Path | None) -> Replayed:
     from maviper.verification import stated
 
-    found, claim, again = stated.replay(path, profile, world)
+    found, claim, again, same = stated.replay(path, profile, world)
     actions = {} if again is None else report.counterexample(again)["actions"]
     return Replayed(
-        property=claim.shown,
+        property=stated.called(claim),
         violated=again is not None,
         actions={agent: " ".join(names) for agent, names in actions.items()},
         before={agent: " ".join(names) for agent, names in found.actions.items()},
         by=(),
         same_policy=content_hash(profile) == found.profile,
-        says="played in exact numbers, by the dynamics and the errors that are stated",
+        says="played in exact numbers, by the dynamics and the errors that are stated" + ("" if same else OTHER_SYSTEM),
     )
 
 

@@ -7,10 +7,11 @@ Does not: decide verdicts, print or write files.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -25,26 +26,35 @@ from maviper.files.profiles import loaded
 from maviper.worlds.outside.deviation import deviation
 from maviper.worlds.outside.reference import Reference, is_known
 from maviper.worlds.outside.systems import read
+from maviper.worlds.outside.written import episodes
 from verify.checker import system_certificates
 from verify.checker.certificates import MAX_BYTES
 from verify.checker.enclosures import ensure_enclosed
 from verify.checker.reading import RejectedError
 from verify.claims.formula import holds
 from verify.claims.formula_json import read_number
+from verify.claims.region import Verdict
 from verify.reach.decide import decide
-from verify.reach.replay import Course, replayed
+from verify.reach.replay import Course, is_start, piece_of, replayed
 from verify.reach.results import Budget, Counterexample, SystemResult
 from verify.reports import systems as report
 from verify.systems import documents
-from verify.systems.claims import SystemClaim
+from verify.systems.claims import SystemClaim, spelled
 from verify.systems.files import MAX_BYTES as MAX_WORLD_BYTES
-from verify.systems.observing import observed
+from verify.systems.observing import chosen, observed
+from verify.systems.pieces import curved
 from verify.systems.properties import claims_in, claims_of
 from verify.systems.statement import Statement
+from verify.systems.system import System
 
 WORLD_FILE = "world.toml"  # beside certificates and counterexamples
 PROPERTY_FILE = "properties.toml"
 FORM = "maviper-system-counterexample-1"
+ENCLOSED = (
+    "an episode breaks the claim with the error of enclosures, and none was found that does by the rules as they are"
+    " written"
+)
+NARROWER = ("more `cuts` where rules are not affine", "a smaller start region", "fewer steps")
 ADVICE = "make it again with `maviper verify --world -o`"
 
 
@@ -141,7 +151,10 @@ def verified(profile: PolicyProfile, options: StatedOptions) -> StatedVerified:
     else:
         claims = claims_in(properties, statement, profile, options.file.name)
     reference = {} if options.verdict_only else _measured(statement, options.run_reference)
-    results = tuple(decide(profile, statement.system, claims, Budget.of(options.max_states)))
+    decided = decide(profile, statement.system, claims, Budget.of(options.max_states))
+    results = tuple(as_written(statement, profile, each) for each in decided)
+    if any(result.certificate is not None for result in results):
+        _ensure_enclosed(statement)
     playable = bool(reference.get("steps"))
     replays = tuple(_replay_words(statement, profile, result) if playable else "" for result in results)
     return StatedVerified(profile, statement, source, properties, options, results, reference, replays)
@@ -168,6 +181,58 @@ def ensure_plays(profile: PolicyProfile, statement: Statement) -> None:
     missing = sorted(actions.keys() - {policy.agent for policy in profile.agents})
     if missing:
         raise InputError(f"the profile has no {', '.join(missing)}", statement.system.name, "name the file it plays in")
+
+
+# --- rules that are not affine
+
+
+def _ensure_enclosed(statement: Statement) -> None:
+    """InputError where the checker does not show again that pieces hold what the rules say: then nothing is proved."""
+    try:
+        ensure_enclosed(statement)
+    except RejectedError as error:
+        advice = "cut the ranges of more variables, or into more parts"
+        raise InputError("an enclosure was not shown again", f"{statement.system.name}: {error}", advice) from None
+
+
+def as_written(statement: Statement, profile: PolicyProfile, result: SystemResult) -> SystemResult:
+    """The result, unless only the error of enclosures breaks the claim: then nothing is known of the rules themselves.
+
+    Where rules are not affine, an episode by them as they are written, with errors that the file states, must break the
+    claim too.
+    """
+    found, claim, system = result.counterexample, result.claim, statement.system
+    if found is None or claim.about_decisions or not any(map(curved, statement.rules)):
+        return result
+    for states in episodes(statement, profile, claim.steps, found.states):
+        if _breaks(claim, states):
+            again = replayed(profile, system, claim, _course(system, profile, states))
+            if again is not None:
+                return replace(result, counterexample=again)
+    return replace(result, verdict=Verdict.UNKNOWN, reason=ENCLOSED, helps=NARROWER, counterexample=None)
+
+
+def _breaks(claim: SystemClaim, states: Sequence[Mapping[str, Fraction]]) -> bool:
+    for step, state in enumerate(states):
+        if holds(claim.broken(step), state, {}):
+            return True
+        if holds(claim.fulfilled(step), state, {}):
+            return False
+    return False
+
+
+def _course(system: System, profile: PolicyProfile, states: Sequence[Mapping[str, Fraction]]) -> Course:
+    """How an episode of the pieces goes through given states, as far as their errors allow."""
+    errors: list[Mapping[str, Fraction]] = []
+    for state, after in pairwise(states):
+        number = piece_of(system, state)
+        if number is None:
+            break
+        piece, actions = system.pieces[number], chosen(system, profile, state)
+        joint = {policy.agent: policy.actions[actions[policy.agent]].name for policy in profile.agents}
+        exact = piece.step(state, joint, {})
+        errors.append({name: after[name] - exact[name] for name in piece.error})
+    return Course(states[0], errors)
 
 
 # --- the environment that a statement is about
@@ -257,12 +322,20 @@ def checked(path: Path, profile: PolicyProfile | Path | None, world: Path | None
     except RejectedError as error:
         advice = "do not rely on it; run `maviper verify` again"
         raise RefusedError("the certificate is refused", f"{path}: {shown(error)}", advice) from None
-    subject = f"{found.claim.shown}: {found.claim.sentence}, {report.sentence(statement.system)}"
-    return subject, closed, found.size
+    actions = {policy.agent: [action.name for action in policy.actions] for policy in about.agents}
+    said = f"{spelled(found.claim, actions)}, {report.sentence(statement.system)}"
+    return f"{called(found.claim)}: {said}", closed, found.size
 
 
-def replay(path: Path, profile: PolicyProfile, world: Path | None) -> tuple[CounterexampleJson, SystemClaim, Any]:
-    """A counterexample of a file, the claim in it, and the episode that breaks it again; None where none does."""
+def called(claim: SystemClaim) -> str:
+    """What a claim in a file is called: its kind, and its label as the file's word."""
+    return claim.kind.value + (f" (in the file: '{shown(claim.label)}')" if claim.label else "")
+
+
+def replay(path: Path, profile: PolicyProfile, world: Path | None) -> tuple[CounterexampleJson, SystemClaim, Any, bool]:
+    """A counterexample of a file, the claim in it, the episode that breaks it again (None where none does), and whether
+    the system is the one that it was made of.
+    """
     found = runs.decoded(path, MAX_BYTES, CounterexampleJson, "not a readable counterexample", ADVICE)
     statement = read(world or path.parent / WORLD_FILE)
     ensure_plays(profile, statement)
@@ -272,7 +345,11 @@ def replay(path: Path, profile: PolicyProfile, world: Path | None) -> tuple[Coun
         errors = [{name: read_number(value) for name, value in each.items()} for each in found.errors]
         if set(start) != {each.name for each in statement.system.variables}:
             raise ValueError("its start names other variables than the world's file")
+        claim.ensure()
+        if not is_start(statement.system, claim, start):
+            where = f"{path}: $.start: {statement.system.name}"
+            raise InputError("the counterexample does not start where the world's file has starts", where, ADVICE)
         again = replayed(profile, statement.system, claim, Course(start, errors, found.pieces))
     except (ValueError, LookupError, TypeError, ZeroDivisionError) as error:
         raise InputError("not a readable counterexample", f"{path}: {shown(error)}", ADVICE) from None
-    return found, claim, again
+    return found, claim, again, found.system == documents.content_hash(statement.system)

@@ -34,7 +34,7 @@ from codegen.ir import MAX_LENGTH, ActionSpec, Bool, FeatureSpec, Float32, Float
 from maviper.worlds.outside.branching import Pasts, continued, copies_of, ensure_copies, started
 from maviper.worlds.outside.flattening import legal_names
 from maviper.worlds.outside.making import imported, made
-from maviper.worlds.outside.sources import MAX_STEPS, Source, action_names, attribute, parsed, space, table
+from maviper.worlds.outside.sources import MAX_STEPS, Source, action_names, attribute, parsed, space, table, told_legal
 from maviper.worlds.processes import Copies, Copy, copies_at_once, undisturbed
 from maviper.worlds.seeds import TRAINING, folded
 from maviper.worlds.world import RETURN, Int, Measure, Outcome, World
@@ -343,7 +343,7 @@ def _features(env: Any, agent: Any, source: Source) -> tuple[FeatureSpec, ...]:
 
 def _actions(env: Any, agent: Any, source: Source) -> tuple[ActionSpec, ...]:
     names = action_names(env, agent, source)
-    legal = table(env, "legal", source).get(agent) or [""] * len(names)
+    legal = told_legal(env, agent, source) or ("",) * len(names)
     if len(legal) != len(names):
         what = f"`legal` names {len(legal)} features for the {len(names)} actions of {agent}"
         raise InputError(what, source.text, 'name one for each action, "" where it is always legal')

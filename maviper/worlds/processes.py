@@ -23,7 +23,7 @@ from codegen.errors import InputError, MaviperError
 from codegen.ir import Float32
 from codegen.legality import Mask
 from maviper.worlds.outside.making import imported, made
-from maviper.worlds.outside.sources import Source, fault, parsed, space, table
+from maviper.worlds.outside.sources import Source, fault, parsed, space, table, told_legal
 from maviper.worlds.world import Outcome, drawn_legally
 
 BESIDE = "beside"  # the request that `_beside` answers
@@ -48,7 +48,7 @@ class Copy:
         self._seen: list[Float32] = []
         self._ended: set[Any] = set()
         self._cut: set[Any] = set()  # those of them whose episode did not end by itself
-        self.masks = [_mask(env, name, source) for name in self.names]
+        self.masks = [_mask(env, name, source, size) for name, size in zip(self.names, self._sizes, strict=True)]
 
     def ask(self, verb: str, argument: Any) -> Outcome:
         """`reset` with a seed or `step` with all agents' actions; InputError when the environment raises."""
@@ -121,11 +121,12 @@ class Copy:
         return given
 
 
-def _mask(env: Any, name: Any, source: Source) -> Mask | None:
-    """The places of an agent's mask among its features, if the environment says that it has one."""
-    legal, features = (table(env, what, source).get(name, ()) for what in ("legal", "features"))
-    places = {feature.name: place for place, feature in enumerate(features)}
-    return tuple(places[each] for each in legal) if legal else None
+def _mask(env: Any, name: Any, source: Source, size: int) -> Mask | None:
+    """The places of an agent's mask among its `size` features, if the environment says that it has one."""
+    legal, given = told_legal(env, name, source), table(env, "features", source).get(name)
+    stated = [getattr(each, "name", "") for each in given] if isinstance(given, Sequence) else []
+    places = {each: place for place, each in enumerate(stated or [f"feature_{k}" for k in range(size)])}
+    return tuple(places.get(each) for each in legal) if legal else None  # "" for what is always legal
 
 
 class Copies:

@@ -56,6 +56,16 @@ class Part(NamedTuple):
     slopes: dict[str, Range]
 
 
+class Difference(NamedTuple):
+    """The sum of some terms, less a form."""
+
+    curved: tuple[Expression, ...]
+    rest: Affine
+
+
+NOTHING = Difference((), Affine())
+
+
 class _Unbounded(Exception):
     """A denominator may be 0 over a box."""
 
@@ -96,15 +106,11 @@ def _shown(piece: Piece, rule: Rule, where: str) -> int:
     shown = 0
     for name in rule.move:
         allowed = _less(piece.error.get(name, (Fraction(0), Fraction(0))), rule.error.get(name, (0, 0)))
-        for expression, form in _differences(piece, rule, name):
-            curved = [term for term in terms(expression) if affine(term) is None]
-            rest = form
-            for term in terms(expression):
-                rest = rest.plus(affine(term) or Affine(), Fraction(-1))
+        for curved, rest in _differences(piece, rule, name):
             if not curved and (rest != Affine() or not allowed[0] <= 0 <= allowed[1]):
                 raise RejectedError(f"{where}: {name} moves otherwise than the rule says")
             if curved:
-                _ensure_within(total(curved), rest, piece.where, allowed, f"{where}: {name}")
+                _ensure_within(total(list(curved)), rest, piece.where, allowed, f"{where}: {name}")
                 shown += 1
     return shown
 
@@ -114,23 +120,36 @@ def _less(error: Interval, stated: tuple[Fraction | int, Fraction | int]) -> Int
     return error[0] - stated[0], error[1] - stated[1]
 
 
-def _differences(piece: Piece, rule: Rule, name: str) -> Iterator[tuple[Expression, Affine]]:
-    """For each joint action what the rule says of a variable, and what the piece says."""
-    agents = dict.fromkeys(agent for agent, _ in [*rule.effect, *piece.effect])
-    choices = [
-        dict.fromkeys([choice for choice in [*rule.effect, *piece.effect] if choice[0] == agent]) for agent in agents
-    ]
-    seen = set[tuple[Expression, Affine]]()
-    for chosen in product(*([*each, None] for each in choices)):
-        expression, form = rule.move[name], piece.move[name]
-        for choice in chosen:
-            if choice is not None:
-                added = rule.effect.get(choice, {}).get(name)
-                expression = expression if added is None else Sum(expression, added)
-                form = form.plus(piece.effect.get(choice, {}).get(name, Affine()))
-        if (expression, form) not in seen:
-            seen.add((expression, form))
-            yield expression, form
+def _differences(piece: Piece, rule: Rule, name: str) -> Iterator[Difference]:
+    """What the rule says of a variable less what the piece says, for all joint actions.
+
+    What an agent does exactly as the rule says adds nothing, so joint actions that differ in such agents are one.
+    """
+    choices = dict.fromkeys([*rule.effect, *piece.effect])
+    sides = [[_difference(rule.move[name], piece.move[name])]]
+    for agent in dict.fromkeys(agent for agent, _ in choices):
+        found = [
+            _difference(rule.effect.get(choice, {}).get(name), piece.effect.get(choice, {}).get(name))
+            for choice in choices
+            if choice[0] == agent
+        ]
+        sides.append(list(dict.fromkeys([NOTHING, *found])))
+    for chosen in product(*sides):
+        rest = Affine()
+        for each in chosen:
+            rest = rest.plus(each.rest)
+        yield Difference(tuple(term for each in chosen for term in each.curved), rest)
+
+
+def _difference(expression: Expression | None, form: Affine | None) -> Difference:
+    curved, rest = list[Expression](), form or Affine()
+    for term in () if expression is None else terms(expression):
+        known = affine(term)
+        if known is None:
+            curved.append(term)
+        else:
+            rest = rest.plus(known, Fraction(-1))
+    return Difference(tuple(curved), rest)
 
 
 # --- one bound
@@ -154,13 +173,13 @@ def _ensure_within(expression: Expression, form: Affine, box: Box, allowed: Inte
         except _Unbounded:
             found, worst = Range(least - 1, most + 1), _widest(here)
         if not least <= found.low or not found.high <= most:
-            if here[worst].high - here[worst].low < 4:
+            if not here or here[worst].high - here[worst].low < 4:
                 raise RejectedError(f"{where}: its error is exceeded")
             open_ += _halves(here, worst)
 
 
 def _widest(box: Mapping[str, Range]) -> str:
-    return max(box, key=lambda name: box[name].high - box[name].low)
+    return max(box, key=lambda name: box[name].high - box[name].low, default="")
 
 
 def _halves(box: Mapping[str, Range], name: str) -> list[dict[str, Range]]:
@@ -175,7 +194,7 @@ def _over(expression: Expression, form: Affine, box: Mapping[str, Range]) -> tup
     slopes = _part(expression, box).slopes
     at = _part(expression, middle).value
     found = _minus(at, _affine(form, middle))
-    widest, most = next(iter(box)), -1
+    widest, most = next(iter(box), ""), -1
     factors = dict(form.terms)
     for name, (low, high) in box.items():
         slope = _minus(slopes.get(name, Range(0, 0)), _exact(factors.get(name, Fraction(0))))

@@ -22,7 +22,7 @@ from codegen.policy_json import content_hash
 from verify.checker.certificates import REMAKE, body_hash, ensure_whole, proof_lines, read_proof, undamaged
 from verify.checker.reading import RejectedError
 from verify.checker.systems import Hull, Part, Proof, Search, ways
-from verify.claims.formula import Linear, agents, coordinates, holds
+from verify.claims.formula import Acts, Linear, agents, atoms, coordinates, holds
 from verify.claims.formula_json import formula_document, read_formula, read_number
 from verify.systems import documents
 from verify.systems.claims import SystemClaim, SystemKind
@@ -139,9 +139,17 @@ def _ensure_known(certificate: SystemCertificate, profile: PolicyProfile, system
         raise InputError(
             "the profile has no tree for agents that move the system", ", ".join(map(shown, silent)), REMAKE
         )
+    strange = strange or _strange_actions(claim, profile)
     if strange or set(certificate.inhabitant) != names:
         what = "the certificate names what the profile and the system do not have"
         raise InputError(what, ", ".join(map(shown, strange)) or "$.inhabitant", REMAKE)
+
+
+def _strange_actions(claim: SystemClaim, profile: PolicyProfile) -> list[str]:
+    """Actions that a claim speaks of, and that its agents do not have."""
+    known = {policy.agent: len(policy.actions) for policy in profile.agents}
+    said = {(part.agent, part.action) for part in atoms(claim.formula) if isinstance(part, Acts)}
+    return [f"action {action} of {agent}" for agent, action in sorted(said) if not 0 <= action < known[agent]]
 
 
 def _is_state(certificate: SystemCertificate, system: System) -> bool:

@@ -15,6 +15,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 
 from codegen.errors import InputError, UnknownNameError
+from codegen.floats import nearest_double
 from codegen.ir import PolicyProfile
 from codegen.policy_json import content_hash
 from verify.checker.system_certificates import SystemCertificate, accepted, acting
@@ -192,9 +193,9 @@ class _Decision:
 
 def _bounds(branch: Branch, name: str) -> tuple[float, float]:
     """Bounds of a variable in a symbolic state, which may be wider than it."""
-    low = high = float(branch.at[name])
+    low = high = nearest_double(branch.at[name])
     for unknown, weight in branch.motion.weights[name].items():
         span = branch.box.get(unknown, UNIT)
-        ends = sorted((float(weight * span.low), float(weight * span.high)))
+        ends = sorted((nearest_double(weight * span.low), nearest_double(weight * span.high)))
         low, high = low + ends[0], high + ends[1]
     return low, high

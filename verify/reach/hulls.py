@@ -12,6 +12,7 @@ from fractions import Fraction
 from math import ceil, floor, frexp
 from typing import NamedTuple
 
+from codegen.floats import nearest_double
 from verify.checker.system_rows import Branch, Row, Terms
 from verify.checker.system_trees import Choices, Decision, Split
 from verify.checker.systems import Hull, Search
@@ -143,7 +144,7 @@ def _is_short(number: Fraction) -> bool:
 
 def _widened(low: Fraction, high: Fraction) -> tuple[Fraction, Fraction]:
     """Bounds a little outside, as multiples of a power of two."""
-    grid = Fraction(2) ** (frexp(max(float(high - low), LEAST))[1] - FINENESS)
+    grid = Fraction(2) ** (frexp(max(nearest_double(high - low), LEAST))[1] - FINENESS)
     return floor(low / grid - Fraction(1, 8)) * grid, ceil(high / grid + Fraction(1, 8)) * grid
 
 

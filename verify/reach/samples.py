@@ -13,6 +13,7 @@ from itertools import islice
 
 import numpy as np
 
+from codegen.floats import nearest_double
 from codegen.ir import Bool, Float64, PolicyProfile, act
 from verify.checker.system_reading import Reading
 from verify.claims.formula import Batch
@@ -35,7 +36,8 @@ def courses(profile: PolicyProfile, system: System, claim: SystemClaim, count: i
         if claim.about_decisions
         else _Play(profile, system, claim).run(start, random)
     )
-    yield from islice(found, MAX_COURSES)
+    with np.errstate(over="ignore", invalid="ignore"):  # a state beyond float64 is a proposal like any other
+        yield from islice(found, MAX_COURSES)
 
 
 def _starts(system: System, claim: SystemClaim, count: int, random: np.random.Generator) -> Planes | None:
@@ -153,7 +155,7 @@ def _measured(feature: Feature, state: Planes) -> Float64:
 
 
 def _value(form: Affine, state: Planes) -> Float64:
-    total = np.full(len(next(iter(state.values()))), float(form.constant))
+    total = np.full(len(next(iter(state.values()))), nearest_double(form.constant))
     for name, factor in form.terms:
-        total = total + float(factor) * state[name]
+        total = total + nearest_double(factor) * state[name]
     return total

@@ -28,9 +28,10 @@ def witnesses(system: System, branch: Branch, start: Branch) -> Iterator[Course]
     middle = Programs().middle(branch)
     for bits in BITS:
         yield _course(system, branch, start, _rounded(branch, middle.point, bits), bits)
-    exact = _on_rows(branch, middle)
-    if exact is not None:
-        yield _course(system, branch, start, exact, None)
+    near = _rounded(branch, middle.point, BITS[-1])
+    for exact in (_on_rows(branch, middle), near, _within(branch, near), _corner(branch, near)):
+        if exact is not None:
+            yield _course(system, branch, start, exact, None)
 
 
 def inhabitant(system: System, claim: SystemClaim) -> Mapping[str, Fraction] | Verdict:
@@ -58,6 +59,25 @@ def _rounded(branch: Branch, point: Mapping[int, float], bits: int) -> Exactly:
         low, _, high, _ = branch.box.get(unknown, UNIT)
         value = Fraction(point[unknown]) if unknown in point else (low + high) / 2
         found[unknown] = min(max(_short(value, bits), low), high)
+    return found
+
+
+def _within(branch: Branch, point: Exactly) -> Exactly:
+    """A point with unknowns off their open bounds: in the middle, where these lie closer than floats tell."""
+    found = dict(point)
+    for unknown, (low, low_open, high, high_open) in branch.box.items():
+        if (low_open and found[unknown] == low) or (high_open and found[unknown] == high):
+            found[unknown] = (low + high) / 2
+    return found
+
+
+def _corner(branch: Branch, point: Exactly) -> Exactly:
+    """A point with each unknown of the last row at the bound where it meets that row best, however little it weighs."""
+    found = dict(point)
+    for direction, upper, _, _ in branch.rows[-1:]:
+        for unknown, weight in direction.weights:
+            low, _, high, _ = branch.box.get(unknown, UNIT)
+            found[unknown] = low if (weight > 0) == upper else high
     return found
 
 

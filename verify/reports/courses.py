@@ -10,6 +10,7 @@ from fractions import Fraction
 from itertools import groupby
 from typing import Any
 
+from codegen.floats import nearest_double
 from codegen.lowering.render import brief
 from verify.reports.drawing import MIDDLE, VIEW
 from verify.systems.claims import SystemKind
@@ -22,6 +23,7 @@ MAX_DOTS = 40  # steps up to which each state is a dot
 STRETCH = 10  # bounds farther away than this many times the span of the values are not drawn
 LABEL = 11.0  # least distance of two labels
 TOGETHER = "A state lies in a region if all of its variables do at once."
+MAX_HEIGHT = 1e300  # of what is drawn: the room about it is a float64 number too
 BANDS = {
     SystemKind.STAYS_IN: f"Bands: the region that the claim names. {TOGETHER}",
     SystemKind.AVOIDS: f"Bands: the region to be avoided. {TOGETHER}",
@@ -39,15 +41,21 @@ def drawn(result: Mapping[str, Any], variables: Sequence[Mapping[str, Any]]) -> 
     if result["kind"] != DECISIONS:
         units = {each["name"]: each["unit"] for each in variables}
         named = [name for name in found["states"] if any(name in region["box"] for region in result["regions"])]
-        shown = [*named, *(name for name in found["states"] if name not in named)]
+        rest = [*named, *(name for name in found["states"] if name not in named)]
+        shown = [name for name in rest if all(_drawable(value) for value in found["states"][name])]
         ready |= {
             "plots": [_plot(result, name, units[name]) for name in shown[:MAX_DRAWN]],
-            "not_drawn": shown[MAX_DRAWN:],
+            "not_drawn": [name for name in rest if name not in shown[:MAX_DRAWN]],
             "legend": _legend(result),
             "last": {name: values[-1] for name, values in found["states"].items()},
             "errs": _errors(found["errors"]),
         }
     return {**result, "counterexample": ready}
+
+
+def _drawable(value: float | str) -> bool:
+    """Whether a picture can hold it; what no float64 is near is told in words."""
+    return not isinstance(value, str) and abs(value) < MAX_HEIGHT
 
 
 def _legend(result: Mapping[str, Any]) -> str:
@@ -63,7 +71,7 @@ def _errors(taken: Sequence[Mapping[str, str]]) -> str:
     largest: dict[str, Fraction] = {}
     for name, value in (each for step in taken for each in step.items()):
         largest[name] = max(largest.get(name, Fraction(0)), abs(Fraction(value)))
-    told = [f"{name} up to {brief(float(value))}" for name, value in largest.items() if value]
+    told = [f"{name} up to {brief(nearest_double(value))}" for name, value in largest.items() if value]
     return ", ".join(told) or "none"
 
 
@@ -115,7 +123,7 @@ def _plot(result: Mapping[str, Any], name: str, unit: str) -> dict[str, Any]:
 
 
 def _ends(written: Sequence[str | None]) -> tuple[float | None, ...]:
-    return tuple(None if end is None else float(Fraction(end)) for end in written)
+    return tuple(None if end is None else nearest_double(Fraction(end)) for end in written)
 
 
 def _span(values: Sequence[float], bounds: Collection[float]) -> tuple[float, float]:

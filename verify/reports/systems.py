@@ -8,10 +8,11 @@ Does not: decide or measure. It holds no times, paths or facts about the machine
 from collections.abc import Mapping, Sequence
 from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
 from fractions import Fraction
+from math import isfinite
 from typing import Any
 
 from codegen.errors import visible
-from codegen.floats import rational_literal
+from codegen.floats import nearest_double, rational_literal
 from codegen.ir import PolicyProfile
 from codegen.json_layout import layout
 from codegen.lowering.render import brief, render
@@ -210,7 +211,7 @@ def facts(result: SystemResult, place: int) -> dict[str, Any]:
     if result.open is not None:
         found["open"] = {
             "step": result.open.step,
-            "bounds": {name: list(ends) for name, ends in result.open.bounds.items()},
+            "bounds": {name: [_number(end) for end in ends] for name, ends in result.open.bounds.items()},
         }
     if result.helps:
         found["helps"] = list(result.helps)
@@ -234,11 +235,17 @@ def counterexample(found: Counterexample) -> dict[str, Any]:
         "step": found.step,
         "start": {name: rational_literal(value) for name, value in found.start.items()},
         "start_float64": found.start_as_doubles,
-        "states": {name: [float(state[name]) for state in found.states] for name in found.start},
+        "states": {name: [_number(state[name]) for state in found.states] for name in found.start},
         "actions": {agent: [joint[agent] for joint in found.actions] for agent in agents},
         "errors": [{name: rational_literal(value) for name, value in each.items()} for each in found.errors],
         "pieces": list(found.pieces),
     }
+
+
+def _number(value: Fraction | float) -> float | str:
+    """The nearest float64, or in words that there is none near."""
+    found = nearest_double(value) if isinstance(value, Fraction) else value
+    return found if isfinite(found) else "above 1.79e308" if found > 0 else "below -1.79e308"
 
 
 # --- words
@@ -279,10 +286,15 @@ def within(told: Mapping[str, Any]) -> list[str]:
     """The bounds of what an answer leaves open."""
     if "open" not in told:
         return []
-    return [f"{name} in [{low:.4g}, {high:.4g}]" for name, (low, high) in told["open"]["bounds"].items()]
+    ends = {name: map(_in_few, each) for name, each in told["open"]["bounds"].items()}
+    return [f"{name} in [{', '.join(each)}]" for name, each in ends.items()]
 
 
-def _state(state: Mapping[str, float]) -> str:
+def _in_few(number: float | str) -> str:
+    return number if isinstance(number, str) else f"{number:.4g}"
+
+
+def _state(state: Mapping[str, float | str]) -> str:
     shown = [f"{name} {brief(value)}" for name, value in state.items()]
     return ", ".join(shown[:SHOWN]) + (", ..." if len(shown) > SHOWN else "")
 

@@ -105,8 +105,8 @@ SYSTEMS_WITH_CERTIFICATE = (
 )
 SYSTEM_READ = "that the world's file was read as it is meant: verify/systems (files, and what it imports)"
 SYSTEM_ENCLOSED = (
-    "for rules that are not affine: that their enclosures hold (verify/systems/enclosures.py). `maviper check` shows "
-    "them again in an arithmetic of its own (verify/checker/enclosures.py)"
+    "for rules that are not affine: the checker's own arithmetic (verify/checker/enclosures.py), which showed their "
+    "enclosures (verify/systems/enclosures.py) again, and does so at every `maviper check`"
 )
 SYSTEM_REPLAYED = (
     "for a counterexample: no engine, but the exact replay (verify/reach/replay.py, verify/systems/observing.py), "

@@ -67,7 +67,7 @@ def _settings(
     for key, value in given.items():
         place, name = f"{where}.{key}", f"{agent}.{named(key, where)}"
         setting = typed(value, names, place)
-        if setting.expression != ZERO:
+        if setting.expression != ZERO or setting.unit is not None:
             unit = PURE if setting.unit is None else setting.unit
             if inputs.setdefault(name, unit) != unit:
                 what = f"units do not fit: {written(unit)}, and {written(inputs[name])} in another action"

@@ -16,12 +16,30 @@ An episode is a start and `steps` steps, so it has steps + 1 states, numbered fr
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from enum import Enum
+from fractions import Fraction
 
 from codegen.errors import InputError
-from verify.claims.formula import FALSE, TRUE, Formula, Goal, atoms, below, conjunction, disjunction, negated
-from verify.systems.system import HalfSpace, Polytope
+from verify.claims.formula import (
+    FALSE,
+    TRUE,
+    Acts,
+    And,
+    Formula,
+    Goal,
+    Linear,
+    Not,
+    Or,
+    atoms,
+    below,
+    conjunction,
+    disjunction,
+    negated,
+)
+from verify.claims.region import plain
+from verify.systems.system import Affine, HalfSpace, Polytope
 
 MAX_STEPS = 1_000
 
@@ -106,6 +124,54 @@ class SystemClaim:
             raise InputError(f"step {self.by} is no step of an episode of {self.steps}", f"claim {self.shown}")
         if not self.regions:
             raise InputError(f"{self.name} names no region", f"claim {self.shown}", "name a polytope at least")
+
+
+def spelled(claim: SystemClaim, actions: Mapping[str, Sequence[str]]) -> str:
+    """The claim in words that are made from its data alone, as a file's own words may say anything. `actions`: of each
+    agent, by number.
+    """
+    regions = " or ".join(_conditions(region) for region in claim.regions)
+    if not claim.about_decisions:
+        return replace(claim, region=regions).sentence
+    where = f"with {regions}" if regions else "of the ranges"
+    return f"in every state {where}, {_formula(claim.formula, actions)}"
+
+
+def _conditions(region: Polytope) -> str:
+    return " and ".join(map(_condition, region)) or "any state"
+
+
+def _condition(half: HalfSpace) -> str:
+    """An inequality whose first factor is 1."""
+    lead = half.form.terms[0][1] if half.form.terms else Fraction(1)
+    form = Affine().plus(half.form, 1 / lead)
+    return f"{_sum(form.terms)} {'<' if lead > 0 else '>'}{'' if half.strict else '='} {plain(-form.constant)}"
+
+
+def _sum(terms: Sequence[tuple[str, Fraction]]) -> str:
+    found = ""
+    for name, factor in terms:
+        times = name if abs(factor) == 1 else f"{plain(abs(factor))}*{name}"
+        sign = "-" if factor < 0 else "+"
+        found += f" {sign} {times}" if found else times if factor > 0 else f"-{times}"
+    return found or "0"
+
+
+def _formula(formula: Formula, actions: Mapping[str, Sequence[str]]) -> str:
+    match formula:
+        case Linear(terms, bound, strict):
+            return _condition(HalfSpace(Affine.of({name: factor for factor, name in terms}, -bound), strict))
+        case Acts(agent, action):
+            return f"acts({agent}) == {actions[agent][action]}"
+        case Not(part):
+            return f"not {_formula(part, actions)}"
+        case And(()) | Or(()):
+            return "true" if isinstance(formula, And) else "false"
+        case And(parts) | Or(parts):
+            joined = f" {'and' if isinstance(formula, And) else 'or'} ".join(_formula(part, actions) for part in parts)
+            return f"({joined})"
+        case Goal(landmark):
+            return f"goal == {landmark}"
 
 
 def atom(half: HalfSpace) -> Formula:

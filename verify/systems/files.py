@@ -7,6 +7,7 @@ Does not: run anything that a file holds: expressions are parsed, never evaluate
 
 import tomllib
 from collections.abc import Mapping
+from fractions import Fraction
 
 from codegen.check import identifier
 from codegen.errors import InputError, UnknownNameError
@@ -76,7 +77,9 @@ def statement_of(source: str, where: str) -> Statement:
     if "dynamics" in document:
         steps = count(document.get("steps"), f"{where}: steps", MAX_STEPS)
         moved = as_table(document["dynamics"], f"{where}: dynamics")
-        rules = rules_of(moved, variables, agents, Names(units | inputs, constants.meant), f"{where}: dynamics")
+        still = {name: Typed(Number(Fraction(0)), None) for each in agents for name in each.inputs - inputs.keys()}
+        known = Names(units | inputs, {**constants.meant, **still})
+        rules = rules_of(moved, variables, agents, known, f"{where}: dynamics")
     start = _start(table(document, "start", where), variables, names, f"{where}: start")
     name, reference, state = (text(document.get(key, ""), f"{where}: {key}") for key in ("name", "reference", "state"))
     made = pieces(rules, variables, f"{where}: dynamics")

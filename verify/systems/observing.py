@@ -11,7 +11,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from codegen.floats import FLOAT32, neighbour
+from codegen.floats import FLOAT32, nearest_double, neighbour
 from codegen.ir import AgentPolicy, Floats, PolicyProfile, act
 from verify.systems.system import Feature, Measure, State, System
 
@@ -22,7 +22,7 @@ BEYOND = MAX_FLOAT32 + Fraction(2) ** 103  # from here on the nearest float32 is
 def nearest(exact: Fraction) -> np.float32:
     """The float32 nearest to a number, of two that are as near the even one; infinite beyond the largest."""
     if abs(exact) >= BEYOND:
-        return np.float32(math.copysign(math.inf, exact))
+        return np.float32(math.inf if exact > 0 else -math.inf)
     close = np.float32(float(max(-MAX_FLOAT32, min(MAX_FLOAT32, exact))))
     beside = [neighbour(close, -math.inf), close, neighbour(close, math.inf)]
     return min((each for each in beside if np.isfinite(each)), key=lambda each: _distance(each, exact))
@@ -53,7 +53,7 @@ def observed(system: System, policy: AgentPolicy, state: State) -> Floats:
     exact = [measured(features[feature.name], state) for feature in policy.features]
     if policy.numbers == FLOAT32:
         return np.array([nearest(value) for value in exact], dtype=np.float32)
-    return np.array([float(value) for value in exact])  # a fraction's float is the nearest one, ties to even
+    return np.array([nearest_double(value) for value in exact])
 
 
 def chosen(system: System, profile: PolicyProfile, state: State) -> Mapping[str, int]:

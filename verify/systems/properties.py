@@ -94,7 +94,10 @@ def _claim(
         return SystemClaim(name, kind, regions, formula=found, label=label, region=region, written=written)
     if not regions:
         raise InputError(f"{name} needs a region", where, "write region = { box = { x = [0, 1] } }")
-    steps = count(table["steps"], f"{where}: steps", MAX_STEPS) if "steps" in table else statement.system.steps
+    if not statement.rules:
+        what = f"{name} is about episodes, and the file does not say how the state moves"
+        raise InputError(what, where, "add [dynamics.next], or write a formula")
+    steps = count(table.get("steps", statement.system.steps), f"{where}: steps", MAX_STEPS)
     by = 0
     if kind is SystemKind.REACHES_AND_STAYS:
         if "by" not in table:

@@ -79,9 +79,13 @@ def apart(one: Box, other: Box) -> bool:
     """Whether two boxes share at most a border. A box of no width is apart from others only where it lies outside."""
     for name in one.keys() & other.keys():
         low, high = max(one[name][0], other[name][0]), min(one[name][1], other[name][1])
-        if low > high or (low == high and one[name] != other[name]):
+        if low > high or (low == high and _is_wide(one[name]) and _is_wide(other[name])):
             return True
     return False
+
+
+def _is_wide(bounds: Interval) -> bool:
+    return bounds[0] < bounds[1]
 
 
 def left_out(whole: Box, boxes: Sequence[Box]) -> Box | None:

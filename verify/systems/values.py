@@ -80,7 +80,7 @@ def named(name: str, where: str, dotted: bool = False) -> str:
     """A name that expressions can hold."""
     plain = (DOTTED if dotted else NAME).fullmatch(name)
     if plain is None or name in FUNCTIONS or any(iskeyword(part) for part in name.split(".")):
-        raise InputError(f"not a name: {shown(name)[:60]!r}", where, "use letters, digits and _, a letter first")
+        raise InputError(f"not a name: '{shown(name)[:60]}'", where, "use letters, digits and _, a letter first")
     return name
 
 

@@ -9,6 +9,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
+from codegen.errors import visible
+
 
 class Mark(StrEnum):
     """What was found of one thing; only what is wrong prevents use."""
@@ -28,7 +30,7 @@ class Finding:
 
     def __str__(self) -> str:
         said = "; ".join(part for part in (self.what, self.next_step) if part)
-        return f"{self.mark:<8} {' '.join(said.split())}"
+        return visible(f"{self.mark:<8} {' '.join(said.split())}")
 
 
 def usable(findings: Sequence[Finding]) -> bool:

@@ -12,7 +12,6 @@ A table stands for an agent, for a team, or (`"*"`) for everybody else; the firs
 """
 
 import hashlib
-import math
 import tomllib
 from collections.abc import Mapping
 from copy import copy
@@ -44,7 +43,7 @@ def with_names(world: World, path: Path) -> World:
         tables = tomllib.loads(data.decode())
     except (tomllib.TOMLDecodeError, ValueError, RecursionError) as error:
         raise InputError("not a TOML file", f"{path}: {error}"[:200], ADVICE) from None
-    known = (*world.agents, *world.teams, EVERYBODY)
+    known = tuple(dict.fromkeys((*world.agents, *world.teams, EVERYBODY)))
     for name in tables:
         if name not in known:
             raise UnknownNameError("agent or team", shown(name), known, str(path))
@@ -91,17 +90,17 @@ def _feature(feature: FeatureSpec, name: str, value: Any, where: str) -> Feature
         raise InputError("neither a unit nor a table of unit and range", place, ADVICE)
     unit = stated.get("unit", feature.unit)
     if not isinstance(unit, str) or not unit.isprintable() or not 0 < len(unit) <= MAX_UNIT:
-        raise InputError(f"the unit is not a text of at most {MAX_UNIT} characters", place, ADVICE)
+        raise InputError(f"the unit is not a text of 1 to {MAX_UNIT} characters that can be printed", place, ADVICE)
     low, high = feature.low, feature.high
     if "range" in stated:
         ends = stated["range"]
         if not isinstance(ends, list) or len(ends) != 2 or not all(_is_number(end) for end in ends):
             raise InputError("the range is not [LOW, HIGH]", place, ADVICE)
-        low, high = map(float, ends)
-        if not -MAX_LENGTH <= low <= high <= MAX_LENGTH:
+        low, high = ends
+        if not -MAX_LENGTH <= low <= high <= MAX_LENGTH:  # integers of any length
             raise InputError(f"the range needs LOW <= HIGH within {MAX_LENGTH:g}", place, ADVICE)
-    return replace(feature, name=name, unit=unit, low=low, high=high)
+    return replace(feature, name=name, unit=unit, low=float(low), high=float(high))
 
 
 def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+    return isinstance(value, int | float) and not isinstance(value, bool)

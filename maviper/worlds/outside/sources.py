@@ -119,11 +119,26 @@ def action_names(env: Any, agent: Any, source: Source) -> tuple[str, ...]:
     given = table(env, "action_names", source).get(agent)
     if not n or given is None:
         return tuple(f"action_{k}" for k in range(n))
-    names = tuple(given) if isinstance(given, Sequence) and not isinstance(given, str) else ()
-    if len(names) != n or not all(isinstance(name, str) for name in names):
+    names = _texts(given)
+    if names is None or len(names) != n:
         what = f"the action names of {agent} are not {n} texts, one for each action"
         raise InputError(what, source.text, "fix the environment's `action_names`, or leave this agent out of it")
     return names
+
+
+def told_legal(env: Any, agent: Any, source: Source) -> tuple[str, ...]:
+    """The feature that says whether each action is legal, by the attribute `legal`; () where there are none."""
+    names = _texts(table(env, "legal", source).get(agent, ()))
+    if names is None:
+        what = f"`legal` does not name features for the actions of {agent}"
+        raise InputError(what, source.text, 'name one for each action, "" where it is always legal')
+    return names
+
+
+def _texts(given: Any) -> tuple[str, ...] | None:
+    """What is given as texts in a row; None: it is something else."""
+    texts = tuple(given) if isinstance(given, Sequence) and not isinstance(given, str) else None
+    return texts if texts is not None and all(isinstance(text, str) for text in texts) else None
 
 
 def space(env: Any, kind: str, agent: Any) -> Any:

@@ -96,7 +96,11 @@ class Moving:
 
     def rules(self, state: Mapping[str, float]) -> list[MovingRule]:
         """The rules that hold in a state: none outside the ranges, several on a border."""
-        return [rule for rule in self._rules if rule.holds(state)] if self.within(state) else []
+        return self.stated(state) if self.within(state) else []
+
+    def stated(self, state: Mapping[str, float]) -> list[MovingRule]:
+        """The rules whose boxes hold a state: a rule without a box holds beyond the ranges too."""
+        return [rule for rule in self._rules if rule.holds(state)]
 
     def clipped(self, state: Mapping[str, float]) -> Floats:
         """The state nearest to one in the ranges."""

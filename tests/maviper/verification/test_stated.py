@@ -7,10 +7,13 @@ import pytest
 
 from codegen.dynamics import motionless
 from codegen.errors import ExitCode
+from codegen.json_layout import layout
 from codegen.policy_json import dumps
 from maviper.cli.main import run as command
 from tests.systems import CART, MOUNTAIN
 from tests.verify.system_cases import policy, team
+from verify.checker.certificates import body_hash
+from verify.checker.reading import RejectedError
 
 PROPERTIES = """
 [[property]]
@@ -79,7 +82,12 @@ def test_verdicts_files_checks_and_replays(cart, capsys):
     for name in ("certificate-1-stays_in.json", "certificate-3-decides.json"):
         assert command(["check", str(out / name)]) == ExitCode.DONE
     assert "of the stated dynamics, exactly" in capsys.readouterr().out
-    assert command(["replay", str(out / "counterexample-2-stays_in.json")]) == ExitCode.VIOLATED
+    replay = ["replay", str(out / "counterexample-2-stays_in.json")]
+    assert command(replay) == ExitCode.VIOLATED
+    assert "not the one" not in capsys.readouterr().err
+    (cart / "other.toml").write_text((CART + PROPERTIES).replace("range = [-5, 5]", "range = [-6, 6]"))
+    assert command([*replay, "--world", str(cart / "other.toml")]) == ExitCode.VIOLATED
+    assert "the world's file is not the one" in capsys.readouterr().err
     still = policy("cart", ["ahead"], ["stay", "left", "right"], 0)
     (cart / "still.json").write_text(profile(still))
     replayed = ["replay", str(out / "counterexample-2-stays_in.json"), "--profile", str(cart / "still.json")]
@@ -98,6 +106,76 @@ def test_a_certificate_is_about_its_world(cart, capsys):
     edited = (out / "certificate-1-stays_in.json").read_text().replace('"steps": 10', '"steps": 11')
     (out / "edited.json").write_text(edited)
     assert command(["check", str(out / "edited.json")]) != ExitCode.DONE
+
+
+def forged(text, **words):
+    """A certificate whose claim calls itself otherwise, with a hash that fits again."""
+    document = json.loads(text)
+    document["claim"] |= words
+    return layout(document | {"content_hash": body_hash({k: v for k, v in document.items() if k != "content_hash"})})
+
+
+def test_a_certificate_is_told_by_what_it_proves(cart, capsys):
+    """Its own words may say more: the region is not what it is called, nor the formula what its label says."""
+    out = cart / "report"
+    verify(cart, "-o", str(out))
+    words = {"name": "avoids", "label": "never \x1b[31mfails", "region": "x in [0, 0]"}
+    for name, said in (
+        ("certificate-1-stays_in.json", "every episode of 10 steps stays in x >= -2 and x <= 2, of the stated"),
+        (
+            "certificate-3-decides.json",
+            "in every state with v <= 0, (x > -0.5 or not acts(cart) == left), of the stated",
+        ),
+    ):
+        (out / "forged.json").write_text(forged((out / name).read_text(), **words))
+        capsys.readouterr()
+        assert command(["check", str(out / "forged.json")]) == ExitCode.DONE
+        told = capsys.readouterr().out
+        assert said in told and "\x1b" not in told and "[0, 0]" not in told
+        kind = name.split("-")[-1].removesuffix(".json")
+        assert told.startswith(f"accepted  {kind} (in the file: 'never ")
+
+
+def test_a_certificate_about_an_action_that_there_is_not(cart, capsys):
+    out = cart / "report"
+    verify(cart, "-o", str(out))
+    text = (out / "certificate-3-decides.json").read_text()
+    formula = json.loads(text)["claim"]["formula"]
+    for number in (3, -1):
+        other = json.loads(json.dumps(formula).replace('"takes": 1', f'"takes": {number}'))
+        assert other != formula
+        (out / "forged.json").write_text(forged(text, formula=other))
+        assert command(["check", str(out / "forged.json")]) == ExitCode.INPUT
+        assert "do not have" in capsys.readouterr().err
+
+
+def test_nothing_is_proved_of_an_enclosure_that_is_not_shown_again(cart, capsys, monkeypatch):
+    def refusing(statement):
+        raise RejectedError("piece 1: v: its error is exceeded")
+
+    monkeypatch.setattr("maviper.verification.stated.ensure_enclosed", refusing)
+    assert verify(cart) == ExitCode.INPUT
+    assert "an enclosure was not shown again" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda found: found["start"].update(x="2"), "does not start where the world's file has starts"),
+        (lambda found: found["start"].update(v="1/10"), "does not start where the world's file has starts"),
+        (lambda found: found["claim"].update(steps=10**15), "an episode has 0 to 1000 steps"),
+        (lambda found: found["claim"].update(by=-1), "is no step of an episode"),
+    ],
+)
+def test_a_counterexample_that_asks_for_more_is_refused(cart, capsys, change, said):
+    """Not told as a claim that holds, and not played for ever."""
+    out = cart / "report"
+    verify(cart, "-o", str(out))
+    found = json.loads((out / "counterexample-2-stays_in.json").read_text())
+    change(found)
+    (out / "other.json").write_text(json.dumps(found))
+    assert command(["replay", str(out / "other.json")]) == ExitCode.INPUT
+    assert said in capsys.readouterr().err
 
 
 def test_claims_in_a_file_of_their_own(cart, capsys):

@@ -126,3 +126,39 @@ def test_a_piece_that_is_missing_is_noticed():
         left = replace(statement.system, pieces=pieces[:number] + pieces[number + 1 :])
         with pytest.raises(RejectedError, match="leave out"):
             ensure_enclosed(replace(statement, system=left))
+
+
+@pytest.mark.parametrize("text", ["sin(1)", "0.5*x + sin(1)*cos(2)", "1/(2 + sin(1))"])
+def test_what_is_curved_without_a_variable(text):
+    """sin 1 is a constant that no fraction is."""
+    statement = statement_of(PIECES.replace('"sin(x)"', f'"{text}"'), "f")
+    assert ensure_enclosed(statement)
+    form = statement.system.pieces[-1].move["x"]
+    with pytest.raises(RejectedError):
+        ensure_enclosed(with_piece(statement, -1, move={"x": form.plus(Affine.of({}, F(1, 10**6)))}))
+
+
+def many(moved):
+    """Twelve agents with five actions each: a quarter of a billion joint actions. `moved`: what each agent moves."""
+    agents = [f"a{k}" for k in range(12)]
+    variables = dict.fromkeys(moved.format(agent) for agent in agents)
+    lines = ["steps = 3", "[variables]", *(f"{name} = {{ range = [-1, 1] }}" for name in variables)]
+    for agent in agents:
+        lines += [f"[agents.{agent}.features]", f'f = "{moved.format(agent)}"', f"[agents.{agent}.actions]"]
+        lines += [f"act{k} = {{ u = {k} }}" for k in range(5)]
+    lines += ["[start.box]", *(f"{name} = 0" for name in variables), "[dynamics.next]"]
+    for name in variables:
+        acting = [agent for agent in agents if moved.format(agent) == name]
+        lines.append(f'{name} = "{" + ".join([f"{name} - 0.1*{name}**2", *(f"{agent}.u" for agent in acting)])}"')
+    return statement_of("\n".join(lines), "many")
+
+
+@pytest.mark.parametrize("moved", ["x_{}", "x"])
+def test_agents_that_act_as_the_rule_says_are_not_multiplied(moved):
+    statement = many(moved)
+    assert ensure_enclosed(statement) == len(statement.system.variables)
+    piece = statement.system.pieces[0]
+    (name, form), *_ = piece.effect["a7", "act3"].items()
+    wrong = {**piece.effect, ("a7", "act3"): {name: form.plus(Affine.of({}, F(1)))}}
+    with pytest.raises(RejectedError):
+        ensure_enclosed(with_piece(statement, 0, effect=wrong))

@@ -9,7 +9,7 @@ import pytest
 import z3
 
 from codegen.errors import InputError, UnknownNameError
-from codegen.floats import FLOAT64
+from codegen.floats import FLOAT64, NUMBERS
 from tests.verify.reach import random_systems, unrolled
 from tests.verify.system_cases import (
     balancing,
@@ -33,6 +33,7 @@ from verify.claims.formula import Acts, And, Not, Or, holds, negated
 from verify.claims.region import Verdict
 from verify.reach.decide import decide
 from verify.reach.results import Budget
+from verify.reports.systems import facts, lines
 from verify.systems.claims import SystemClaim, SystemKind
 from verify.systems.documents import content_hash
 from verify.systems.observing import chosen
@@ -214,6 +215,45 @@ def test_an_unstable_system_ends_with_its_budget():
     assert all(low < high for low, high in result.open.bounds.values())
     said = " ".join(result.helps)
     assert "--max-states than 300" in said and "fewer steps" in said and "errors" in said
+
+
+@pytest.mark.parametrize("numbers", NUMBERS)
+def test_states_beyond_float64_are_judged_and_told(numbers):
+    """From 1 the state is a million times itself each step: after 52 steps no float64 is near it."""
+    variables = (Variable("x", "1", (F(-9), F(9))),)
+    system = System("grows", variables, {"a": {"f": Feature(form(x=1))}}, box(x=(1, 1)), (), 60)
+    system = replace(system, pieces=(Piece({}, {"x": form(x=10**6)}, {}),))
+    known = policy("a", ["f"], ["go", "rest"], ((0, 0.0), 0, 1))
+    threshold = known.tree.threshold.astype(numbers)
+    profile = team(replace(known, tree=replace(known.tree, threshold=threshold, numbers=numbers)))
+    (broken,) = decide(profile, system, [SystemClaim("reaches", SystemKind.REACHES, (box(x=(0, 0)),), 60)])
+    assert broken.verdict is Verdict.VIOLATED and broken.counterexample.states[-1]["x"] == 10**360
+    assert set(broken.counterexample.actions[-1].values()) == {"rest"}
+    assert "x above 1.79e308" in "".join(lines(facts(broken, 1)))
+    (kept,) = decide(profile, system, [SystemClaim("avoids", SystemKind.AVOIDS, (box(x=(-1, 0)),), 60)])
+    assert kept.verdict is Verdict.PROVED
+
+
+TINY = F(1, 10**30)
+
+
+@pytest.mark.parametrize(
+    ("start", "error", "bound"),
+    [
+        ((F(0), 1 + TINY), F(0), F(1)),  # the upper end alone is above 1
+        ((F(0), F(1)), TINY, 1 + TINY / 2),  # it, and an error that no float adds to it
+        ((F(0), F(1)), TINY, 1 + TINY - TINY**2),  # with an error at its bound
+    ],
+)
+def test_what_no_float_tells_apart_is_found(start, error, bound):
+    variables = (Variable("x", "1", (F(-9), F(9))),)
+    piece = Piece({}, {"x": form(x=1)}, {("a", "rest"): {"x": form()}}, {"x": (-error, error)} if error else {})
+    system = System("tiny", variables, {"a": {"f": Feature(form(x=1))}}, box(x=start), (piece,), 1)
+    profile = team(policy("a", ["f"], ["rest"], 0))
+    (broken,) = decide(profile, system, [stays(system, 1, x=(-1, bound))])
+    assert broken.verdict is Verdict.VIOLATED and broken.counterexample.states[-1]["x"] > bound
+    (kept,) = decide(profile, system, [stays(system, 1, x=(-1, start[1] + error))])
+    assert kept.verdict is Verdict.PROVED
 
 
 def test_an_episode_that_leaves_what_is_stated_is_not_judged():

@@ -5,8 +5,8 @@ from fractions import Fraction as F
 import pytest
 
 from codegen.errors import InputError
-from verify.claims.formula import FALSE, holds
-from verify.systems.claims import SystemClaim, SystemKind
+from verify.claims.formula import FALSE, TRUE, Acts, And, Not, Or, below, holds
+from verify.systems.claims import SystemClaim, SystemKind, spelled
 from verify.systems.system import Affine, HalfSpace
 
 
@@ -64,3 +64,14 @@ def test_what_means_nothing_is_refused(steps, by, regions):
 def test_words_name_the_regions_and_the_steps():
     claim = SystemClaim("c", SystemKind.REACHES_AND_STAYS, (NEAR,), 30, by=20, region="near")
     assert claim.sentence == "every episode is in near from step 20 to step 30"
+
+
+def test_words_that_are_made_from_the_data_alone():
+    near = (HalfSpace(Affine.of({"x": F(-2), "v": F(1)}, F(-1)), strict=True), HalfSpace(Affine.of({}, F(-1))))
+    claim = SystemClaim("c", SystemKind.AVOIDS, (near, ()), 30, region="far")
+    assert spelled(claim, {}) == "every episode of 30 steps avoids v - 2*x < 1 and 0 <= 1 or any state"
+    denied = Not(Acts("cart", 1))
+    formula = And((below({"x": F(1, 3), "v": F(-1)}, F(1, 2)), Or((denied, TRUE)), FALSE))
+    decides = SystemClaim("c", SystemKind.DECIDES, formula=formula)
+    said = "in every state of the ranges, (v - 1/3*x >= -0.5 and (not acts(cart) == go or true) and false)"
+    assert spelled(decides, {"cart": ["rest", "go"]}) == said

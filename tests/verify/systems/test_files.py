@@ -194,3 +194,22 @@ def test_an_expression_may_not_grow_without_end():
     text = CART.replace("[dynamics.next]", f'[dynamics.let]\na0 = "x"\n{lets}\n[dynamics.next]')
     with pytest.raises(InputError, match="more than 20000 parts"):
         statement_of(text, "f")
+
+
+@pytest.mark.parametrize(
+    ("first", "said"),
+    [("2", "too large or too fine"), ("1/2", "too large or too fine"), ("1[1/m]*x", "multiplied more than 64 times")],
+)
+def test_powers_of_powers_are_refused(first, said):
+    lets = "\n".join(f'a{k + 1} = "a{k}**8"' for k in range(60))
+    text = CART.replace("[dynamics.next]", f'[dynamics.let]\na0 = "{first}"\n{lets}\n[dynamics.next]')
+    with pytest.raises(InputError, match=said):
+        statement_of(text, "f")
+
+
+def test_an_input_that_every_action_leaves_at_0_is_known():
+    text = cart(
+        **{'left = { a = "-0.5 m/s^2" }': "left = { a = 0 }", 'right = { a = "push" }': 'right = { a = "0 m/s^2" }'}
+    )
+    (piece,) = system_of(text, "f").pieces
+    assert piece.step({"x": F(1), "v": F(1)}, {"cart": "right"}, {}) == {"x": F(6, 5), "v": F(1)}

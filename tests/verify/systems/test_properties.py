@@ -10,7 +10,7 @@ from tests.verify.system_cases import policy, team
 from verify.claims.formula import holds
 from verify.systems.claims import SystemKind
 from verify.systems.files import statement_of
-from verify.systems.properties import claims_in, claims_of
+from verify.systems.properties import claims_in, claims_of, ensure_claims
 
 PROFILE = team(policy("cart", ["place"], ["stay", "left", "right"], 0))
 ALL = """
@@ -90,3 +90,19 @@ def test_bad_properties(text, what):
     with pytest.raises(InputError) as raised:
         claims_in(text, statement_of(CART, "f"), PROFILE, "g")
     assert what in raised.value.what and raised.value.where.startswith("g")
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (CART.replace("steps = 10", "steps = 5000"), "from 1 to 1000"),
+        (CART[: CART.index("[dynamics.next]")], "does not say how the state moves"),
+    ],
+)
+def test_episodes_that_nothing_can_be_claimed_of(text, said):
+    """Told when the file is read, not only when it is asked about; a claim may name fewer steps."""
+    stays = '[[property]]\nname = "stays_in"\nregion = { box = { x = 1 } }\n'
+    with pytest.raises(InputError, match=said):
+        ensure_claims(statement_of(text + stays, "f"), "f")
+    if "dynamics" in text:
+        assert ensure_claims(statement_of(text + stays + "steps = 20\n", "f"), "f") == 1

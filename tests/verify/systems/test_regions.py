@@ -2,6 +2,7 @@
 
 from fractions import Fraction as F
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -41,6 +42,16 @@ def test_boxes_that_share_a_border_do_not_overlap():
     assert overlapping([box(x=(0, 1)), box(x=(1, 2)), box(x=(2, 3))]) is None
     assert overlapping([box(x=(0, 1)), box(x=(1, 2)), box(y=(2, 3))]) == (0, 2)
     assert not apart(box(x=(0, 2)), box(x=(1, 3)))
+
+
+@pytest.mark.parametrize("place", [0, 1, 2])
+def test_a_box_without_width_overlaps_what_it_lies_in(place):
+    """On a border it would be a third piece there, and none of its states is only its own."""
+    thin = box(x=(place, place))
+    assert overlapping([box(x=(0, 2)), thin]) == (0, 1)
+    assert overlapping([thin, box(x=(place, 2 + place))]) == (0, 1)
+    assert overlapping([thin, box(x=(3, 4))]) is None
+    assert overlapping([box(x=(1, 1), y=(0, 1)), box(x=(1, 1), y=(1, 2))]) is None
 
 
 @given(st.lists(st.tuples(NUMBER, NUMBER, NUMBER, NUMBER), max_size=5), st.tuples(NUMBER, NUMBER))

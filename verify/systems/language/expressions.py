@@ -104,6 +104,21 @@ def extent(expression: Expression) -> tuple[int, int]:
     return 1 + sum(count for count, _ in below), 1 + max((depth for _, depth in below), default=0)
 
 
+def degree(expression: Expression) -> int:
+    """At most how often names are multiplied in it, with those within sin and cos."""
+    match expression:
+        case Number():
+            return 0
+        case Name():
+            return 1
+        case Product(left, right) | Quotient(left, right):
+            return degree(left) + degree(right)
+        case Power(base, exponent):
+            return exponent * degree(base)
+        case _:
+            return max(map(degree, parts(expression)))
+
+
 def terms(expression: Expression) -> Iterator[Expression]:
     """What it is a sum of, signs carried along."""
     match expression:

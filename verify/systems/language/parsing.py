@@ -25,12 +25,14 @@ from verify.systems.language.expressions import (
     Quotient,
     Sum,
     affine,
+    degree,
     extent,
 )
 from verify.systems.language.units import PURE, Unit, times, unit_of, written
 from verify.systems.system import Affine, HalfSpace, Polytope
 
-MAX_CHARACTERS, MAX_DEPTH, MAX_PARTS, MAX_EXPONENT = 2_000, 150, 20_000, 8
+MAX_CHARACTERS, MAX_DEPTH, MAX_PARTS, MAX_EXPONENT, MAX_DEGREE = 2_000, 150, 20_000, 8, 64
+LARGEST, MAX_BITS = 10**100, 1 << 15  # of a number that is computed from others, and of its denominator
 FUNCTIONS = ("sin", "cos", "clip")
 MINUS = Number(Fraction(-1))
 HOW = "write sums and products of names and numbers, such as x + 0.1[s]*v"
@@ -144,7 +146,17 @@ class _Reader:
         count, depth = extent(found.expression)
         if count > MAX_PARTS or depth > MAX_DEPTH:
             raise self._wrong(f"more than {MAX_PARTS} parts, or {MAX_DEPTH} levels", node, "simplify the expression")
+        self._ensure_small(found.expression, node)
         return found
+
+    def _ensure_small(self, expression: Expression, node: ast.expr) -> None:
+        """InputError for powers of powers, whose numbers would fill the memory."""
+        if degree(expression) > MAX_DEGREE:
+            raise self._wrong(f"names are multiplied more than {MAX_DEGREE} times", node, "simplify the expression")
+        form = affine(expression)
+        for number in () if form is None else (form.constant, *(factor for _, factor in form.terms)):
+            if abs(number) > LARGEST or number.denominator.bit_length() > MAX_BITS:
+                raise self._wrong("a number that is too large or too fine", node, "simplify the expression")
 
     def _node(self, node: ast.expr) -> Typed:
         match node:

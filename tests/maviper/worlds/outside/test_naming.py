@@ -76,7 +76,10 @@ def test_features_of_a_mask_keep_their_names(tmp_path):
         (GOOD.replace('"cells"', '""'), "the unit is not a text"),
         (GOOD.replace('"cells"', '"a\\u001b[31m"'), "the unit is not a text"),
         (GOOD.replace("[0, 6]", "[6, 0]"), "the range needs LOW <= HIGH"),
-        (GOOD.replace("[0, 6]", "[0, inf]"), "the range is not"),
+        (GOOD.replace("[0, 6]", "[0, inf]"), "the range needs LOW <= HIGH"),
+        (GOOD.replace("[0, 6]", "[nan, 6]"), "the range needs LOW <= HIGH"),
+        (GOOD.replace("[0, 6]", f"[0, 1{'0' * 400}]"), "the range needs LOW <= HIGH"),
+        (GOOD.replace("[0, 6]", "[0, true]"), "the range is not"),
         (GOOD.replace("range = [0, 6]", "colour = 3"), "neither a unit nor a table"),
     ],
 )

@@ -6,6 +6,7 @@ from gymnasium.spaces import Box, Dict, Discrete, MultiDiscrete, Tuple
 from codegen.errors import InputError
 from maviper.worlds.outside.flattening import ensure_small
 from maviper.worlds.pettingzoo import PettingZooWorld
+from maviper.worlds.processes import Copy
 from tests.environments import Line
 
 LINE = "tests.environments:early"
@@ -40,6 +41,18 @@ def test_attributes_that_mean_something_else_say_nothing(said):
 def test_features_of_an_agent_are_specs():
     with pytest.raises(InputError, match="are not 3 FeatureSpecs"):
         world_of(features={"runner_1": 5})
+
+
+@pytest.mark.parametrize("legal", [5, "ab", [1, 2, 3], {"a": 1}])
+def test_what_makes_actions_legal_is_named_by_texts(legal):
+    with pytest.raises(InputError, match="`legal` does not name features for the actions of runner_1"):
+        world_of(legal={"runner_1": legal})
+
+
+def test_actions_may_be_legal_always_or_by_a_feature_without_a_name_of_its_own():
+    world = world_of(legal={"runner_1": ["", "feature_0", ""]})
+    assert world.mask(1) == Copy(world.reference_env(), world.source).masks[1] == (None, 0, None)
+    assert len(world.start_from_seeds([0])) == 1
 
 
 def test_so_many_actions_are_no_choices():

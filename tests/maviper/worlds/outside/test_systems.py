@@ -162,3 +162,10 @@ def test_a_new_file_can_be_used(tmp_path):
     assert usable(check(str(path)))
     with pytest.raises(InputError, match="the file exists"):
         new(path)
+
+
+def test_findings_do_not_steer_the_terminal(tmp_path):
+    """A name of a file is shown, not obeyed."""
+    (tmp_path / "odd.toml").write_text(CART.replace("x = { unit", '"\\u001b[31mx" = { unit', 1))
+    (finding,) = check(str(tmp_path / "odd.toml"))
+    assert not usable([finding]) and str(finding).isprintable() and "\\x1b[31mx" in str(finding)
