@@ -31,7 +31,7 @@ from maviper.worlds.outside.flattening import (
     vector_space,
 )
 from maviper.worlds.outside.single_agent import SingleAgent
-from maviper.worlds.outside.sources import WRAP, Source, action_names, space, table
+from maviper.worlds.outside.sources import WRAP, Source, action_names, attribute, space, table
 
 PARALLEL, TURNS, FLATTEN, MASKS, RIVALS = "parallel", "turns", "flatten", "masks", "rivals"
 WRAPPERS = (PARALLEL, TURNS, FLATTEN, MASKS, RIVALS)
