@@ -115,6 +115,13 @@ def test_what_is_no_mask_is_refused(mask):
         masked(mask).reset()
 
 
+@pytest.mark.parametrize("here", [True, False])
+def test_flattened_it_plays_where_the_environment_plays(here):
+    flattened = masked([1, 0, 1])
+    flattened.env.plays_here = here
+    assert flattened.plays_here is here
+
+
 def test_agents_that_die_take_no_part_and_the_others_go_on():
     """Knights, archers and zombies: a knight can be eaten while the archers play on."""
     game = "pettingzoo.butterfly.knights_archers_zombies.knights_archers_zombies:parallel_env"
