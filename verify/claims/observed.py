@@ -5,9 +5,10 @@ Assumes: a checked profile.
 Does not: know what an environment can show. In a view every combination of numbers is a state.
 
 The world of a view has no entities and no motion. Its variables are the agents' features, each a number as the agent
-compares it: rounded to float32, or the float64 number that it is given. One agent's variables have the names of its features; of several agents they are named
-AGENT.FEATURE, or FEATURE alone where it is said that the agents that have it share it. A view may hold one agent twice:
-the copy, which stands last and is called AGENT_raised, shares all variables with it but one.
+compares it: rounded to float32, or the float64 number that it is given. One agent's variables have the names of its
+features; of several agents they are named AGENT.FEATURE, or FEATURE alone where it is said that the agents that have it
+share it. A view may hold one agent twice: the copy, which stands last and is called AGENT_raised, shares all variables
+with it but one.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from codegen.errors import InputError
 from maviper.worlds.outside.reference import Reference
 from maviper.worlds.outside.systems import Floats, Moving, MovingRule
 from verify.systems.statement import Statement
@@ -35,7 +36,7 @@ class Deviation:
 
 def deviation(statement: Statement, steps: int | None = None) -> Deviation:
     """The deviation of a statement from its reference over this many steps (None: STEPS). InputError where that cannot
-    be played, or does not show its state.
+    be played, does not show its state, or is nowhere where the statement says something.
     """
     steps = STEPS if steps is None else steps
     reference, moving = Reference(statement), Moving(statement)
@@ -54,6 +55,11 @@ def deviation(statement: Statement, steps: int | None = None) -> Deviation:
             if not moving.within(after):
                 break
             before = after
+    if not found.steps:
+        what = (
+            f"nothing was measured: {found.outside} steps of {statement.system.reference} began where nothing is stated"
+        )
+        raise InputError(what, statement.system.name, "widen the ranges to where its episodes lead")
     return found
 
 

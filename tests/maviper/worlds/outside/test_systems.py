@@ -115,6 +115,14 @@ def test_a_reference_that_shows_its_state_in_observations():
     assert not deviation(statement_of(text.replace("1e-12", "1e-7"), "f"), 400).beyond
 
 
+def test_a_statement_about_other_states_measures_nothing(tmp_path):
+    """The car starts right of -0.6, and the ranges end at -0.7."""
+    text = MOUNTAIN.replace('state = "state"\n', "").replace("[-1.1, 0.53]", "[-1.1, -0.7]")
+    text = text.replace("[-0.55, -0.45]", "[-0.9, -0.8]")
+    with pytest.raises(InputError, match="nothing was measured: 10 steps"):
+        deviation(statement_of(text, "f"), 10)
+
+
 @pytest.mark.parametrize(
     ("old", "new", "what"),
     [
