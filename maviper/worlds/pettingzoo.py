@@ -343,7 +343,7 @@ def _features(env: Any, agent: Any, source: Source) -> tuple[FeatureSpec, ...]:
 
 def _actions(env: Any, agent: Any, source: Source) -> tuple[ActionSpec, ...]:
     names = action_names(env, agent, source)
-    legal = told_legal(env, agent, source) or ("",) * len(names)
+    legal = told_legal(env, agent, source) or tuple("" for _ in names)
     if len(legal) != len(names):
         what = f"`legal` names {len(legal)} features for the {len(names)} actions of {agent}"
         raise InputError(what, source.text, 'name one for each action, "" where it is always legal')
