@@ -148,32 +148,42 @@ def test_start_regions_that_are_none(document, place, capsys, place_of, value, s
         assert not says or (code == ExitCode.INPUT and says in capsys.readouterr().err)
 
 
-@pytest.mark.compile
-@pytest.mark.parametrize("change", ["agent", "action", "feature"])
-@pytest.mark.parametrize("name", ["int", "class", "None", "x", "act", "self", "np", "main", "N_ACTIONS", "A" * 64])
-def test_hostile_but_legal_names_compile(document, place, change, name):
-    """Words of the target languages as names: refused with a reason, or compiled and in agreement."""
+WORDS = ["int", "class", "None", "x", "act", "self", "np", "main", "A" * 64]
+
+
+def renamed(document, agent, feature, action):
+    """The document with these names of the second agent, its first feature and its second action."""
     changed = {key: value for key, value in copy.deepcopy(document).items() if key != "content_hash"}
-    agent = changed["agents"][1]
-    if change == "agent":
-        old, agent["agent"] = agent["agent"], name
-        changed["world"]["agents"][1]["name"] = name
-        for other in changed["agents"]:
-            for feature in other["features"]:
-                feature["meaning"] = feature["meaning"].replace(f"{old}.", f"{name}.")
-    elif change == "action":
-        agent["actions"][1]["name"] = name
-    else:
-        agent["features"][0]["name"] = name
-    for node in agent["tree"]:
-        if change == "action" and node.get("action") == "left":
-            node["action"] = name
-        if change == "feature" and node.get("feature") == "goal_dx":
-            node["feature"] = name
+    named = changed["agents"][1]
+    old, named["agent"] = named["agent"], agent
+    changed["world"]["agents"][1]["name"] = agent
+    for other in changed["agents"]:
+        for seen in other["features"]:
+            seen["meaning"] = seen["meaning"].replace(f"{old}.", f"{agent}.")
+    renames = {named["features"][0]["name"]: feature, named["actions"][1]["name"]: action}
+    named["features"][0]["name"], named["actions"][1]["name"] = feature, action
+    for node in named["tree"]:
+        for key in {"action", "feature"} & node.keys():
+            node[key] = renames.get(node[key], node[key])
+    return changed
+
+
+@pytest.mark.compile
+@pytest.mark.parametrize("first", range(len(WORDS)), ids=WORDS)
+def test_hostile_but_legal_names_compile(document, place, first):
+    """Words of the target languages as names, each once in every place: compiled, and in agreement."""
     file = place / "profile.json"
-    file.write_text(json.dumps(changed))
-    code = run("-q", "compile", file, "-o", place / "out")
-    assert code in (ExitCode.DONE, ExitCode.INCONCLUSIVE, ExitCode.INPUT)
+    file.write_text(json.dumps(renamed(document, *(WORDS[(first + turn) % len(WORDS)] for turn in range(3)))))
+    assert run("-q", "compile", file, "-o", place / "out") in (ExitCode.DONE, ExitCode.INCONCLUSIVE)
+    whole(place)
+
+
+@pytest.mark.parametrize("place_of", range(3), ids=["agent", "feature", "action"])
+def test_a_name_of_the_headers_own_is_refused_where_it_would_clash(document, place, place_of):
+    names = [name if index != place_of else "N_ACTIONS" for index, name in enumerate(["agent_0", "goal_dx", "left"])]
+    (place / "profile.json").write_text(json.dumps(renamed(document, *names)))
+    code = run("-q", "compile", place / "profile.json", "--target", "c", "-o", place / "out")
+    assert code == ExitCode.INPUT if place_of == 2 else code in (ExitCode.DONE, ExitCode.INCONCLUSIVE)
     whole(place)
 
 
