@@ -26,6 +26,7 @@ def present():
     return {name: path for name, path in found.items() if "__pycache__" not in name}
 
 
+@pytest.mark.slow
 def test_all_files_follow_from_the_extracted_profile(golden):
     profile = load(FOLDER / handout.EXTRACTED / runs.PROFILE_FILE)
     files = handout.handout(handout.toured(handout.violated(profile), handout.mended(profile)))

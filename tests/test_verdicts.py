@@ -31,6 +31,7 @@ def stated(world):
     return words, VERDICTS / world / words[1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("world", WORLDS)
 def test_asking_again_gives_the_same_bytes(world, tmp_path, monkeypatch):
     words, _ = stated(world)
@@ -99,6 +100,7 @@ def test_the_navigation_team_is_small_and_made_from_the_extracted_one():
     assert main.run(["check", str(NAVIGATION / "certificate-1-distinct_targets.json")]) == 0
 
 
+@pytest.mark.slow
 def test_repairing_the_navigation_team_again_gives_the_same_bytes(tmp_path, capsys):
     made = ["repair", str(NAVIGATION / "extracted.json"), "--max-depth", "6", "--episodes", "2000"]
     assert main.run([*made, "-o", str(tmp_path)]) == 0

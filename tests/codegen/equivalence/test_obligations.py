@@ -174,6 +174,7 @@ def test_what_cannot_be_read_is_skipped_and_said(profile):
         proofs.ensure_askable(["json", "smt"], None)
 
 
+@pytest.mark.slow
 @pytest.mark.compile
 def test_the_command_says_and_writes_what_was_proved(profile, tmp_path, capsys):
     (tmp_path / "profile.json").write_text(policy_json.dumps(profile))

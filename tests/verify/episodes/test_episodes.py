@@ -138,6 +138,7 @@ def test_without_moves_a_claim_is_one_about_starts(profile, steps):
 @given(
     grown_trees(max_depth=3), grown_trees(max_depth=3), st.integers(0, 12), st.integers(0, 3), st.sampled_from([3, 30])
 )
+@pytest.mark.slow
 def test_random_teams_on_small_boxes(profile, first, second, steps, seed, side):
     """Verdicts hold on a dense sample, and every violation replays."""
     trees = [deployed(grown) for grown in (first, second)]

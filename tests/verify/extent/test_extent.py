@@ -244,6 +244,7 @@ def test_the_budget_of_faces_has_its_reason(profile):
 # --- features that are off
 
 
+@pytest.mark.slow
 def test_zones_hold_exactly_the_states_that_some_errors_make_fail(profile):
     """Every meaning, thresholds nearer than errors; regions with equalities, differences and distances."""
     rng, seen = np.random.default_rng(31), 0
@@ -259,6 +260,7 @@ def test_zones_hold_exactly_the_states_that_some_errors_make_fail(profile):
     assert seen > 40
 
 
+@pytest.mark.slow
 def test_states_in_several_zones_are_counted_once(profile, monkeypatch):
     """Exact shares against states drawn one by one; and bounds around them, where the budget of parts ends."""
     rng, asked, overlapping = np.random.default_rng(32), 0, 0

@@ -125,6 +125,7 @@ def test_zones_are_where_the_judge_sees_different_actions():
     assert seen > 300 and {Verdict.PROVED, Verdict.VIOLATED} <= {*verdicts}
 
 
+@pytest.mark.slow
 def test_small_regions_are_answered_as_enumeration_does():
     """Regions with at most one free coordinate on each axis: the judge lists a state of every cell."""
     said = []
