@@ -143,6 +143,20 @@ def test_help_and_import_load_nothing_heavy():
     assert found.stderr.strip() == "[]"
 
 
+@pytest.mark.solver
+def test_a_claim_about_decisions_loads_no_more_than_it_needs():
+    """What is imported is waited for, and of episodes, of stated systems and of experts nothing is asked."""
+    code = (
+        "import sys; from maviper.cli import main;"
+        "main.run(['-q', 'verify', 'generated/physical_deception/profile.json']);"
+        "unasked = ('verify.verdicts.episodes', 'verify.systems', 'verify.reach', 'verify.extent',"
+        " 'verify.reports.code', 'maviper.experts', 'maviper.worlds.pettingzoo', 'sklearn', 'scipy', 'torch');"
+        "print(sorted(name for name in sys.modules if name.startswith(unasked)))"
+    )
+    found = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
+    assert found.stdout.splitlines()[-1] == "[]"
+
+
 def test_nothing_committed_is_a_pickle_or_names_a_machine():
     listed = subprocess.run(["git", "ls-files", "-s", "-z"], cwd=ROOT, capture_output=True, text=True, check=False)
     if listed.returncode != 0:

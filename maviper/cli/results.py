@@ -12,7 +12,7 @@ from codegen.errors import ExitCode
 from codegen.ir import PolicyProfile
 from maviper.console import Console
 from verify.claims.region import Verdict
-from verify.reports.report import as_lines
+from verify.reports.lines import as_lines
 from verify.verdicts.decisions import Result
 
 if TYPE_CHECKING:

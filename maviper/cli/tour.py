@@ -25,7 +25,7 @@ from maviper.verification.run import Verified
 from maviper.worlds import World
 from maviper.worlds.physical_deception import DEFENDERS
 from verify.claims.region import Verdict
-from verify.reports.report import as_lines
+from verify.reports.lines import as_lines
 
 WORLD = "physical-deception"
 SEED = 0

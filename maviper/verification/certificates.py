@@ -5,10 +5,13 @@ Assumes: results of `verify.verdicts.decisions.verify`, or files that anyone wro
 Does not: prove.
 """
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from codegen.errors import InputError, RefusedError, shown
 from codegen.ir import PolicyProfile
@@ -24,7 +27,9 @@ from verify.claims.formula import agents
 from verify.claims.observed import over
 from verify.claims.region import Parameter, Region, is_start, plain
 from verify.verdicts.decisions import Result
-from verify.verdicts.episodes import EpisodeResult, whatever
+
+if TYPE_CHECKING:
+    from verify.verdicts.episodes import EpisodeResult
 
 AGAINST_FILE = "against.json"  # the second profile, beside a certificate about two
 
@@ -123,6 +128,8 @@ def _subject(found: Certificate, profile: PolicyProfile) -> str:
 
 def _episodes(found: EpisodeCertificate, profile: PolicyProfile) -> str:
     """What was proved of episodes, and whatever others do."""
+    from verify.verdicts.episodes import whatever  # which imports the engine
+
     claim = found.claim
     own = f" {'from' if claim.apart else 'at'} {' '.join(claim.named)}" if claim.named else ""
     followed = sorted({" with ".join(part.followed) for part in found.parts})

@@ -6,11 +6,13 @@ Assumes: results of `verify.verdicts.decisions.verify`; a profile of the same wo
 Does not: look for counterexamples; the files of those about whole episodes are in episode_files.py.
 """
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import msgspec
 
@@ -28,13 +30,14 @@ from verify.claims.formula_json import formula_document, read_formula, read_numb
 from verify.claims.observed import over, view_from
 from verify.claims.region import MACHINE, MAX_NUMBER, REAL, Kind, goal_cases, goal_of, goal_text, positions
 from verify.counterexamples.search import Counterexample
-from verify.reports import systems as report
 from verify.reports.report import deployed_facts
 from verify.states.acting import REFERENCE
 from verify.states.real import Value, value_of, written_all
 from verify.states.state import State, error_name, true_at
 from verify.verdicts.decisions import Result
-from verify.verdicts.episodes import EpisodeResult
+
+if TYPE_CHECKING:
+    from verify.verdicts.episodes import EpisodeResult
 
 FORM, REAL_FORM = "maviper-counterexample-1", "maviper-counterexample-2"  # of deployed, of real arithmetic
 FORMS = (FORM, REAL_FORM)
@@ -141,6 +144,7 @@ def replay(path: Path, profile: PolicyProfile, world: Path | None = None) -> Rep
 
 def _replayed_statement(path: Path, profile: PolicyProfile, world: Path | None) -> Replayed:
     from maviper.verification import stated
+    from verify.reports import systems as report
 
     found, claim, again, same = stated.replay(path, profile, world)
     actions = {} if again is None else report.counterexample(again)["actions"]

@@ -6,11 +6,13 @@ Assumes: results of `verify.verdicts.episodes.verify_episodes`; a profile of the
 Does not: look for counterexamples.
 """
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import msgspec
 
@@ -25,7 +27,9 @@ from verify.claims.formula_json import read_number
 from verify.claims.region import MAX_NUMBER, Parameter, goal_cases, goal_of, goal_text
 from verify.states.episodes import Episode, fails, playable
 from verify.states.state import State
-from verify.verdicts.episodes import EpisodeResult
+
+if TYPE_CHECKING:
+    from verify.verdicts.episodes import EpisodeResult
 
 FORM = "maviper-episode-counterexample-1"
 MAX_BYTES = 1 << 24

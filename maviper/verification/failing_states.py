@@ -6,6 +6,8 @@ Assumes: a world of ours; claims about single decisions.
 Does not: learn (extraction/refitting.py), or replay (counterexamples.py).
 """
 
+from __future__ import annotations
+
 import hashlib
 import json
 import math
@@ -15,7 +17,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import msgspec
 import numpy as np
@@ -25,7 +27,6 @@ from codegen.ir import GrownTree, PolicyProfile, Provenance
 from codegen.json_layout import layout
 from codegen.policy_json import content_hash
 from maviper.episodes.trees import agent_policies
-from maviper.experts.finding import plain_name
 from maviper.files import kinds, runs
 from maviper.files.profiles import load
 from maviper.verification import counterexamples
@@ -49,7 +50,9 @@ from verify.question import Question
 from verify.states.failures import failures
 from verify.states.state import State, violates
 from verify.verdicts.decisions import Result
-from verify.verdicts.episodes import EpisodeResult
+
+if TYPE_CHECKING:
+    from verify.verdicts.episodes import EpisodeResult
 
 FORM = "maviper-states-1"
 MAX_STATES = 100_000  # of one file
@@ -218,6 +221,8 @@ def _read(path: Path, policies: PolicyProfile) -> Failing | None:
     check_range("eps", eps)
     if words and words[:2] != ["maviper", "verify"]:
         raise InputError("not a file of states", f"{path}: its command is not `maviper verify`", ADVICE)
+    from maviper.experts.finding import plain_name  # which imports all that experts need
+
     ours, theirs = (plain_name(name)[0] for name in (world_name(policies.world), written.world))
     if ours != theirs:
         raise InputError("the states are of another world", f"{path}: {shown(theirs[:80])}, not {ours}", ADVICE)

@@ -5,12 +5,14 @@ Assumes: the profile's world is one of ours; otherwise only the reference replay
 Does not: decide verdicts.
 """
 
+from __future__ import annotations
+
 import hashlib
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import replace
 from functools import partial
-from typing import Any, overload
+from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 
@@ -31,19 +33,18 @@ from verify.claims.decisions import DecisionClaim
 from verify.claims.formula import Formula
 from verify.claims.observed import RAISED, View, over
 from verify.claims.region import MACHINE, Kind, Region, Verdict, called
-from verify.extent.found import where as located
-from verify.extent.starts import start_share
-from verify.question import DecisionQuestion, Question
+from verify.question import DecisionQuestion, EpisodeQuestion, Question
 from verify.reports import report
 from verify.solver.encode import Query, query, reaching
 from verify.solver.solve import smt_lib
 from verify.states.acting import Acted, Replay, acted
-from verify.states.episodes import Episode, agreed
+from verify.states.episodes import Episode, EpisodeReplay, agreed
 from verify.states.state import State, contains, observed
 from verify.verdicts import decisions as engine
-from verify.verdicts import episodes as closed_loop
 from verify.verdicts.decisions import Result, Visited
-from verify.verdicts.episodes import EpisodeResult
+
+if TYPE_CHECKING:
+    from verify.verdicts.episodes import EpisodeResult
 
 NOT_SET = "claims over observations are replayed by observation; no state of the environment need show them"
 
@@ -81,10 +82,7 @@ def one_by_one(questions: Sequence[Question[Claim]], where: bool = False) -> Ite
         for number, question in enumerate(questions, 1):
             claim = question.claim
             if claim.kind is Kind.EPISODES:
-                replays, asked = rollouts(made, world), question.about(claim).by(MACHINE)
-                episode_result = closed_loop.verify_episodes(asked, replays, skipped)
-                starts = start_share(asked, episode_result.verdict) if where else None
-                yield replace(episode_result, starts=starts)
+                yield _of_episodes(question.about(claim).by(MACHINE), rollouts(made, world), skipped, where)
                 continue
             decisions = _replays(made, question.profile, claim.team, world)
 
@@ -95,10 +93,22 @@ def one_by_one(questions: Sequence[Question[Claim]], where: bool = False) -> Ite
             single_question = question.about(claim)
             result = decided(single_question)
             if where:
+                from verify.extent.found import where as located
+
                 found = located(single_question, result.verdict, region_file(number, claim))
                 within = decided(single_question.within(found.part.region)) if found.part else None
                 result = replace(result, where=found, within=within)
             yield result
+
+
+def _of_episodes(
+    question: EpisodeQuestion, replays: Mapping[str, EpisodeReplay], skipped: Sequence[str], where: bool
+) -> EpisodeResult:
+    from verify.extent.starts import start_share  # imported here, as most commands ask about decisions alone
+    from verify.verdicts.episodes import verify_episodes
+
+    found = verify_episodes(question, replays, skipped)
+    return replace(found, starts=start_share(question, found.verdict) if where else None)
 
 
 def verdicts(questions: Sequence[Question[Claim]]) -> Iterator[tuple[Verdict, str]]:
@@ -110,6 +120,8 @@ def verdicts(questions: Sequence[Question[Claim]]) -> Iterator[tuple[Verdict, st
         for question in questions:
             claim = question.claim
             if claim.kind is Kind.EPISODES:
+                from verify.verdicts import episodes as closed_loop
+
                 yield closed_loop.verdict(question.about(claim).by(MACHINE), replays)
             else:
                 yield engine.verdict(question.about(claim))

@@ -5,8 +5,11 @@ Assumes: results of `claims.verify_claims`.
 Does not: look for anything.
 """
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from codegen.errors import InputError
 from codegen.ir import PolicyProfile
@@ -15,9 +18,10 @@ from maviper.verification.ask import Asked, VerifyOptions
 from maviper.verification.join import region_file
 from verify.claims.region import Kind
 from verify.question import Budgets
-from verify.reports.where import zones_json
 from verify.verdicts.decisions import Result
-from verify.verdicts.episodes import EpisodeResult
+
+if TYPE_CHECKING:
+    from verify.verdicts.episodes import EpisodeResult
 
 FOUND = "# Found by maviper verify --where:"  # what the file of a region found begins with
 
@@ -37,6 +41,8 @@ def where_files(profile: PolicyProfile, results: Sequence[Result | EpisodeResult
         if result.where is None:
             continue
         if result.where.count:
+            from verify.reports.where import zones_json
+
             files[f"zones-{place}-{result.claim.name}.json"] = zones_json(profile, result)
         if result.where.part is not None:
             told = (

@@ -5,9 +5,12 @@ Assumes: `join` joins verifier and simulator.
 Does not: decide verdicts, print, or write files.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 from codegen import ir
 from codegen.check import ensure
@@ -21,9 +24,11 @@ from maviper.verification.join import one_by_one, report_files
 from maviper.verification.places import repeated, where_files
 from verify.reports import report
 from verify.verdicts.decisions import Result
-from verify.verdicts.episodes import EpisodeResult
 
-Known = Result | EpisodeResult
+if TYPE_CHECKING:
+    from verify.verdicts.episodes import EpisodeResult
+
+    Known = Result | EpisodeResult
 
 
 @dataclass(frozen=True)

@@ -16,9 +16,7 @@ from codegen.errors import InputError, UnknownNameError
 from maviper.worlds.cooperative_navigation import CooperativeNavigation
 from maviper.worlds.coordination import Coordination
 from maviper.worlds.outside.sources import VMAS, named_by_user, parsed
-from maviper.worlds.outside.vmas import VmasWorld
 from maviper.worlds.particle import ParticleWorld, WorldState
-from maviper.worlds.pettingzoo import PettingZooWorld, user_world
 from maviper.worlds.physical_deception import PhysicalDeception
 from maviper.worlds.predator_prey import PredatorPrey
 from maviper.worlds.world import Measure, World
@@ -43,7 +41,13 @@ def find(name: str) -> World:
     """
     if not named_by_user(name):
         return built_in(name)
-    return VmasWorld(name) if parsed(name).module == VMAS else user_world(name)
+    if parsed(name).module == VMAS:
+        from maviper.worlds.outside.vmas import VmasWorld
+
+        return VmasWorld(name)
+    from maviper.worlds.pettingzoo import user_world
+
+    return user_world(name)
 
 
 def built_in(name: str) -> World:
@@ -100,10 +104,8 @@ __all__ = [
     "Coordination",
     "Measure",
     "ParticleWorld",
-    "PettingZooWorld",
     "PhysicalDeception",
     "PredatorPrey",
-    "VmasWorld",
     "World",
     "WorldState",
     "built_in",

@@ -18,7 +18,7 @@ import numpy as np
 from codegen.errors import InputError
 from codegen.lowering.render import render
 from maviper.files import runs
-from maviper.worlds import VmasWorld, World, built_in
+from maviper.worlds import World, built_in
 from maviper.worlds.outside.findings import Finding, Mark, usable
 from maviper.worlds.outside.making import imported, made
 from maviper.worlds.outside.sources import (
@@ -34,6 +34,7 @@ from maviper.worlds.outside.sources import (
 )
 from maviper.worlds.outside.statements import measured, stated
 from maviper.worlds.outside.systems import read
+from maviper.worlds.outside.vmas import VmasWorld
 from maviper.worlds.pettingzoo import PROBE_STEPS, PettingZooWorld, faults
 from maviper.worlds.processes import Copy
 from maviper.worlds.seeds import folded

@@ -5,15 +5,16 @@ Assumes: results of `engine.verify`; commands and hashes of other files are give
 Does not: contain times, paths or facts about the machine, so equal questions give equal reports.
 """
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from fractions import Fraction
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from codegen.dynamics import partners
 from codegen.errors import visible
 from codegen.floats import FLOAT32
-from codegen.intervals import percent
 from codegen.ir import NO_FEATURE, PolicyProfile, Tree
 from codegen.json_layout import layout
 from codegen.lowering.render import render
@@ -22,20 +23,19 @@ from codegen.policy_json import content_hash
 from verify.checker.thresholds import AT_ONCE
 from verify.claims.decisions import formula
 from verify.claims.formula_json import formula_document
-from verify.claims.region import MACHINE, REAL, START, Kind, Parameter, Verdict, called, goal_text, plain
+from verify.claims.region import MACHINE, REAL, Kind, Parameter, Verdict, called, goal_text, plain
 from verify.claims.region import text as decimal
 from verify.counterexamples.search import AgentView, Counterexample
-from verify.reports import episodes as loop_report
 from verify.reports import trusted
-from verify.reports.code import code_of
 from verify.reports.drawing import MARK, VIEW, around, drawn, label_place
-from verify.reports.where import where_facts
 from verify.solver.leaves import LeafFinding
 from verify.states import shares
 from verify.states.real import written, written_all
 from verify.verdicts.decisions import Result
-from verify.verdicts.episodes import EpisodeResult
 from verify.verdicts.margins import Margin
+
+if TYPE_CHECKING:
+    from verify.verdicts.episodes import EpisodeResult
 
 NO_PAGE = "no page plays them: agents compare float64 numbers"
 SEMANTICS = (
@@ -117,7 +117,7 @@ def document(
     if kinds == [REAL] and episodes:  # of episodes nothing is asked in real arithmetic
         kinds = [MACHINE, REAL]
     touching = bool(partners(profile.world))
-    contacts = loop_report.CONTACTS if episodes and touching else ()
+    limits = [*_limits(single), *(_loop_limits(touching) if episodes else ())]
     double = ", ".join(policy.agent for policy in profile.agents if policy.numbers != FLOAT32)
     doubled = [DOUBLES.format(agents=double)] if double and MACHINE in kinds else []
     replayed = [{MACHINE: trusted.REPLAYED, REAL: trusted.REFEREED}[kind] for kind in kinds]
@@ -140,7 +140,7 @@ def document(
             [*([OBSERVED] if observing else [_semantics(profile, kind) for kind in kinds]), *doubled]
         ),
         "trusted": trusted.texts(None if observing else known, touching, bool(single), bool(episodes), replayed),
-        "limits": [*_limits(single), *(loop_report.LIMITS if episodes else ()), *contacts],
+        "limits": limits,
     }
 
 
@@ -149,8 +149,16 @@ def result_facts(profile: PolicyProfile, result: Result | EpisodeResult, command
     about = profile if result.viewed is None else result.viewed.profile
     of_start = {"of_start": shares.of_start(about, result.region)}
     if result.kind is Kind.EPISODES:
+        from verify.reports import episodes as loop_report
+
         return loop_report.result_facts(profile, result, command) | of_start
     return _result(about, result, command) | of_start
+
+
+def _loop_limits(touching: bool) -> list[str]:
+    from verify.reports import episodes as loop_report
+
+    return [*loop_report.LIMITS, *(loop_report.CONTACTS if touching else ())]
 
 
 def _semantics(profile: PolicyProfile, kind: str) -> str:
@@ -216,7 +224,13 @@ def _result(profile: PolicyProfile, result: Result, command: str) -> dict[str, A
         "certificate": None if result.certificate is None else _certificate(result),
         "counterexample": None if found is None else _counterexample(profile, result, found),
         "command": command,
-    } | ({} if result.where is None else {"where": where_facts(profile, result)})
+    } | ({} if result.where is None else _where(profile, result))
+
+
+def _where(profile: PolicyProfile, result: Result) -> dict[str, Any]:
+    from verify.reports.where import where_facts  # imported here, as few ask where
+
+    return {"where": where_facts(profile, result)}
 
 
 def _told(result: Result, text: str) -> str:
@@ -282,6 +296,8 @@ def deployed_facts(found: Counterexample) -> dict[str, Any] | None:
 
 def _code(profile: PolicyProfile, result: Result, view: AgentView) -> dict[str, Any] | None:
     """The lines of a decision in the header of the profile that is compiled, which is never a view."""
+    from verify.reports.code import code_of  # which imports the compiler
+
     nodes = [*(step.node for step in view.path), view.leaf]
     if result.viewed is None:
         return code_of(profile, view.agent, nodes)
@@ -358,31 +374,6 @@ def as_json(facts: Mapping[str, Any]) -> str:
 def as_text(facts: Mapping[str, Any]) -> str:
     """The report as plain text; what a terminal would not print as it stands is escaped."""
     return "\n".join(map(visible, render("report/report.txt.j2", **facts).split("\n")))
-
-
-def as_lines(profile: PolicyProfile, result: Result | EpisodeResult) -> tuple[str, list[str]]:
-    """One result for a terminal, from the facts of the report: what was asked, and the lines under it."""
-    facts = result_facts(profile, result, "")
-    named = facts["label"] or f"{facts['property']} of the {facts['team']}"
-    named += f" {facts['observations']}" if "observations" in facts else ""
-    real = ", real arithmetic" if facts["semantics"] == REAL else ""
-    left_out = result.left_out if result.kind is Kind.EPISODES else ""
-    text = render("report/lines.txt.j2", result=facts, left_out=left_out)
-    proved = _extent(facts) if result.verdict is Verdict.PROVED else ""
-    return f"{named}, region {facts['region_name'] or 'given'}{proved}{real}", [
-        line for line in text.split("\n") if line
-    ]
-
-
-def _extent(facts: Mapping[str, Any]) -> str:
-    """How much a proof is about: the region's share of the start region, and of the states that the team meets."""
-    parts: list[str] = []
-    if facts["of_start"] is not None:
-        whole = "it" if facts["region_name"] == START else "the start region"
-        parts.append(shares.extent_words(facts["of_start"], whole))
-    if facts.get("visited"):
-        parts.append(f"{percent(facts['visited']['inside'], facts['visited']['states'])} of the states met")
-    return f" ({', '.join(parts)})" if parts else ""
 
 
 def as_html(facts: Mapping[str, Any]) -> str:

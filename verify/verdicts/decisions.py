@@ -5,9 +5,11 @@ Assumes: a checked profile; replays are given by the caller.
 Does not: write reports (reports/report.py).
 """
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from codegen.intervals import Share
 from codegen.ir import PolicyProfile
@@ -17,7 +19,6 @@ from verify.claims.observed import Viewed
 from verify.claims.region import MACHINE, Kind, Region, Verdict
 from verify.counterexamples.explanation import Explanation, explained
 from verify.counterexamples.search import Counterexample, confirmed, explain, near, violating_samples
-from verify.extent.found import Where
 from verify.question import DecisionQuestion
 from verify.solver import solve
 from verify.solver.decide import Decision, about_nothing, assumption_met, decide
@@ -28,6 +29,9 @@ from verify.states.shares import SAMPLE_SEED, Shares, measure
 from verify.states.state import State
 from verify.verdicts.margins import Margin, room
 from verify.verdicts.opinions import Opinion, Zoned, agreeing, by_zones, largest_eps
+
+if TYPE_CHECKING:
+    from verify.extent.found import Where
 
 ONLY_REAL = "a real-valued world state violates the claim; no float64 state near it was found that does"
 ONLY_ROUNDED = "rounding within sums may make the claim fail; no float64 state was found in which it does"
@@ -69,7 +73,7 @@ class Result:
     alone: str = ""  # why Z3 decides alone, where zones cannot speak
     explanation: Explanation | None = None  # of the counterexample
     where: Where | None = None  # where it holds, when that was asked
-    within: "Result | None" = None  # the verdict in the largest region found
+    within: Result | None = None  # the verdict in the largest region found
     viewed: Viewed | None = None  # as of the question
 
     @property

@@ -28,9 +28,10 @@ from maviper.extraction.released import released
 from maviper.extraction.selection import refine
 from maviper.extraction.selection.arena import Arena
 from maviper.extraction.settings import HISTOGRAM, PRESETS, Settings
-from maviper.worlds import PettingZooWorld, find
+from maviper.worlds import find
 from maviper.worlds.outside.making import imported
 from maviper.worlds.outside.sources import parsed
+from maviper.worlds.pettingzoo import PettingZooWorld
 from tests.growing import train_joint_trees
 
 PLACE, TIME, OVER = range(3)  # what everybody observes in tests.environments.Relay

@@ -21,7 +21,8 @@ from maviper.experts.measured import Measured
 from maviper.experts.scripted import scripted
 from maviper.extraction.algorithms import extract
 from maviper.extraction.settings import Settings
-from maviper.worlds import Measure, PettingZooWorld, find
+from maviper.worlds import Measure, find
+from maviper.worlds.pettingzoo import PettingZooWorld
 from tests.environments import Line
 from tests.teams import tree
 

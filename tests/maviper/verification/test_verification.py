@@ -359,21 +359,21 @@ def test_the_number_of_cells_is_checked(capsys, place):
 
 
 def test_an_interrupted_search_leaves_no_file(capsys, place, monkeypatch):
-    from maviper.verification import join as claims
+    from verify.extent import found
 
     def interrupted(*given):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(claims, "located", interrupted)
+    monkeypatch.setattr(found, "where", interrupted)
     code, out, _ = run(capsys, "verify", "same.json", "--where", "-o", "report")
     assert code == ExitCode.INTERRUPTED and out == "" and not list((place / "report").iterdir())
 
 
 def test_a_region_found_overwrites_no_region_of_the_user(capsys, place, monkeypatch):
     """Neither one that is asked about, by option or property file, nor a file that is no region found."""
-    from maviper.verification import join as claims
+    from verify.extent import found as extent
 
-    monkeypatch.setattr(claims, "located", lambda *given: pytest.fail("asked before"))
+    monkeypatch.setattr(extent, "where", lambda *given: pytest.fail("asked before"))
     folder = place / "report"
     folder.mkdir()
     mine = folder / "region-1-distinct_targets.toml"

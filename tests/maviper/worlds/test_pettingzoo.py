@@ -24,13 +24,13 @@ from maviper.extraction.algorithms import extract
 from maviper.extraction.released import released
 from maviper.extraction.selection import refine
 from maviper.extraction.settings import EPISODES_PER_SEED, Settings
-from maviper.worlds import PettingZooWorld, built_in, find
+from maviper.worlds import built_in, find
 from maviper.worlds.checking import Mark, check, usable
 from maviper.worlds.matching import NO_WORLD, matching_world
 from maviper.worlds.outside.flattening import legal_names
 from maviper.worlds.outside.making import imported
 from maviper.worlds.outside.sources import named_by_user, parsed
-from maviper.worlds.pettingzoo import DEFAULT_STEPS, EnvStates
+from maviper.worlds.pettingzoo import DEFAULT_STEPS, EnvStates, PettingZooWorld
 from maviper.worlds.seeds import TRAINING, folded
 from maviper.worlds.world import world_name
 

@@ -26,7 +26,8 @@ from verify.extent.starts import NOBODY, NOT_APART, start_share
 from verify.extent.sure import FLAT
 from verify.question import Budgets, Question
 from verify.reports.episodes import _starts
-from verify.reports.report import as_lines, result_facts
+from verify.reports.lines import as_lines
+from verify.reports.report import result_facts
 
 pytestmark = pytest.mark.solver
 GENERATED = Path(__file__).parents[3] / "generated"
