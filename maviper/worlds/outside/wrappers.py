@@ -31,7 +31,7 @@ from maviper.worlds.outside.flattening import (
     vector_space,
 )
 from maviper.worlds.outside.single_agent import SingleAgent
-from maviper.worlds.outside.sources import WRAP, Source, action_names, attribute, space, table
+from maviper.worlds.outside.sources import WRAP, Source, action_names, attribute, space, table, told_legal
 
 PARALLEL, TURNS, FLATTEN, MASKS, RIVALS = "parallel", "turns", "flatten", "masks", "rivals"
 WRAPPERS = (PARALLEL, TURNS, FLATTEN, MASKS, RIVALS)
@@ -135,12 +135,13 @@ class Flattened(ParallelEnv[Any, Any, Any]):
         box = vector_space(inner)
         names = names_of(inner)
         legal = legal_names([*(name for name, _ in names), *(f"legal_{each}" for each in actions)], "feature")
-        self.legal[agent] = legal[len(names) :] if masked else ()
+        flags = legal[len(names) :] if masked else ()
+        self.legal[agent] = flags or told_legal(self.env, agent, self.source)
         self._spaces[agent], self._legal[agent] = inner, (len(actions) if masked else 0)
         self._boxes[agent] = _widened(box, self._legal[agent])
         self.action_names[agent] = actions
         self.features[agent] = self._own(agent, box, names) + [
-            FeatureSpec(name, FLAG, 0.0, 1.0, None) for name in self.legal[agent]
+            FeatureSpec(name, FLAG, 0.0, 1.0, None) for name in flags
         ]
 
     def _own(self, agent: Any, box: Any, names: Sequence[tuple[str, str]]) -> list[FeatureSpec]:

@@ -15,9 +15,11 @@ from maviper.worlds.checking import check, usable
 from maviper.worlds.outside.flattening import names_of
 from maviper.worlds.outside.sources import parsed
 from maviper.worlds.outside.wrappers import Flattened
+from maviper.worlds.pettingzoo import PettingZooWorld
 from maviper.worlds.seeds import folded
 from tests.environments import Line
 
+LINE = "tests.environments:early"
 TICTACTOE = "pettingzoo.classic.tictactoe.tictactoe:env,wrap=flatten+turns"
 
 
@@ -203,3 +205,12 @@ def test_commands_take_the_option(capsys):
     assert "legal_action_8" in out and "0 or 1 [0, 1]" in out
     assert main.run(["train", TICTACTOE, "--algorithm", "vdn", "-o", "nowhere"]) == 2
     assert "vdn takes no heed of illegal actions" in capsys.readouterr().err
+
+
+def test_what_an_environment_says_of_legal_actions_is_not_lost():
+    """Its features are flattened, and the one that it names goes on to say whether the second action is legal."""
+    env = Line(goal=3)
+    env.legal = {"runner_1": ["", "feature_0", ""]}
+    world = PettingZooWorld(lambda: Flattened(env, False, parsed(LINE)), LINE, 1)
+    assert world.mask(1) == (None, 0, None) and world.mask(0) is None
+    assert len(world.features[1]) == 3
