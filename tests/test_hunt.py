@@ -137,3 +137,10 @@ def test_another_solver_decides_alike():
         if count >= OUTSIDE:
             break
     assert count >= OUTSIDE and {Verdict.PROVED, Verdict.VIOLATED} <= verdicts
+
+
+@pytest.mark.solver
+@pytest.mark.parametrize("seed", [2804, 4583])
+def test_teams_that_rest_where_a_sign_is_0_move_as_in_mpe2(seed):
+    """Found by the hunt: mpe2's contacts push by 1e-29 from far away, which decides the sign of an offset of 0."""
+    assert episodes.ask(episodes.drawn(seed)).wrong == []

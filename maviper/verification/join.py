@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import nullcontext
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, overload
@@ -114,17 +113,15 @@ def _of_episodes(
 def verdicts(questions: Sequence[Question[Claim]]) -> Iterator[tuple[Verdict, str]]:
     """The verdict on each question and its reason: those of `verify_claims`, without what a report says beside them."""
     profile = ensure(questions[0].origin)
-    episodes = any(question.claim.kind is Kind.EPISODES for question in questions)
-    with ReplayBuild.of(profile) if episodes else nullcontext() as made:
-        replays = {} if made is None else rollouts(made, matching_places(profile))
-        for question in questions:
-            claim = question.claim
-            if claim.kind is Kind.EPISODES:
-                from verify.verdicts import episodes as closed_loop
+    assert all(question.origin is profile for question in questions)
+    for question in questions:
+        claim = question.claim
+        if claim.kind is Kind.EPISODES:
+            from verify.verdicts import episodes as closed_loop
 
-                yield closed_loop.verdict(question.about(claim).by(MACHINE), replays)
-            else:
-                yield engine.verdict(question.about(claim))
+            yield closed_loop.verdict(question.about(claim).by(MACHINE))
+        else:
+            yield engine.verdict(question.about(claim))
 
 
 def region_file(number: int, claim: Claim) -> str:

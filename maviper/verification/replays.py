@@ -69,7 +69,7 @@ def _simulated(profile: PolicyProfile, world: ParticleWorld, decide: Decide, sta
     for _ in range(steps):
         seen = world.observe(world_state)
         chosen = [int(decide(agent, obs)[0]) for agent, obs in zip(world.agents, seen, strict=True)]
-        world_state = world.step(world_state, np.array([chosen]))
+        world_state = world.step(world_state, np.array([chosen]), exact=True)
         episode.append(world.coordinates(world_state)[0])
         actions.append(chosen)
     return _course(world, episode, actions)

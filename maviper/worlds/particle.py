@@ -1,7 +1,8 @@
 """Batched particle worlds: the dynamics and observations that all games share, thousands of episodes at once.
 
 Does: starts, steps and observes a batch of games in numpy, with the arithmetic of mpe2 operation by operation: equal
-  bit for bit without contacts, within 1e-9 a step with them; a game adds its entities, features, rewards and measures.
+  bit for bit without contacts, and with them if asked for, else within 1e-9 a step; a game adds its entities, features,
+  rewards and measures.
 Assumes: the features' meanings say how an observation is made from the world (the verifier assumes the same).
 Does not: learn; render.
 
@@ -114,12 +115,20 @@ class ParticleWorld(World):
     # --- dynamics
 
     @cached_property
-    def _motion(self) -> Motion:
+    def _quick(self) -> Motion:
+        return Motion(self.spec, self.actions, quick=True)
+
+    @cached_property
+    def _exact(self) -> Motion:
         return Motion(self.spec, self.actions)
 
-    def step(self, state: WorldState, actions: Int) -> WorldState:
-        """The next states. `actions`: [batch, n_agents] indices. Positions move first, with the old velocity."""
-        position, velocity = self._motion.step(planes(state.position), planes(state.velocity), actions)
+    def step(self, state: WorldState, actions: Int, exact: bool = False) -> WorldState:
+        """The next states. `actions`: [batch, n_agents] indices. Positions move first, with the old velocity.
+
+        `exact`: contacts that push by less than 1e-17 push too, so a step is mpe2's bit for bit.
+        """
+        motion = self._exact if exact else self._quick
+        position, velocity = motion.step(planes(state.position), planes(state.velocity), actions)
         return WorldState(games(position), games(velocity), state.goal)
 
     # --- observations

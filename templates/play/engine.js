@@ -6,7 +6,7 @@
  */
 const Engine = (() => {
   "use strict";
-  const NEGLIGIBLE_MARGINS = 40; // so far apart the simulator leaves a push out
+  const PUSHING_MARGINS = 746; // farther apart nobody pushes: exp(-746) is 0
 
   // --- exact comparisons
 
@@ -161,7 +161,7 @@ const Engine = (() => {
   function pushApart(world, position, push, i, j, touching) {
     const dx = position[i][0] - position[j][0];
     const dy = position[i][1] - position[j][1];
-    const reach = touching + NEGLIGIBLE_MARGINS * world.contactMargin;
+    const reach = touching + PUSHING_MARGINS * world.contactMargin;
     const squared = dx * dx + dy * dy;
     if (!(squared < reach * reach && squared > 0)) return;
     const distance = Math.sqrt(squared);

@@ -6,8 +6,8 @@
 --train makes the experts, one file a game (`CartPole-v1.zip`, ...), from seed 0 with hyperparameters of the RL
 Baselines3 Zoo. Otherwise each game's expert is extracted, and a row says what tree, expert and random actions return:
 mean and standard deviation over --episodes held-out ones (random: 200), and (tree - random) / (expert - random).
---leaves, --weights, --iterations and --seed change what is extracted in all of the games, to try something. CartPole's
-tree is refined in play, which takes some twenty minutes of one core.
+--leaves, --weights, --iterations and --seed change what is extracted in all of the games, to try something. The
+trees of CartPole and LunarLander are refined in play, which takes a quarter and half an hour of one core.
 """
 
 import argparse
@@ -107,7 +107,15 @@ TREES = {
     },
     "Acrobot-v1": {"max_leaves": 32, "max_depth": 10, "iterations": 20, "rollouts": 10, "selection_episodes": 10},
     "MountainCar-v0": {"max_leaves": 32, "max_depth": 10, "iterations": 20, "rollouts": 10, "selection_episodes": 10},
-    "LunarLander-v3": {"max_leaves": 64, "max_depth": 14, "iterations": 25, "rollouts": 16, "selection_episodes": 10},
+    "LunarLander-v3": {
+        "max_leaves": 64,
+        "max_depth": 14,
+        "iterations": 80,
+        "rollouts": 40,
+        "selection_episodes": 60,
+        "weights": "equal",
+        "refinement": 60_000,
+    },
 }
 REACH = 0.9
 RANDOM_EPISODES = 200

@@ -139,7 +139,7 @@ def document(
         "semantics": " ".join(
             [*([OBSERVED] if observing else [_semantics(profile, kind) for kind in kinds]), *doubled]
         ),
-        "trusted": trusted.texts(None if observing else known, touching, bool(single), bool(episodes), replayed),
+        "trusted": trusted.texts(None if observing else known, bool(single), bool(episodes), replayed),
         "limits": limits,
     }
 

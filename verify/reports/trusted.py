@@ -119,14 +119,13 @@ UNCHECKED = f"{MEANINGS} (not checked: this version cannot play the profile's wo
 CHECKED = f"{MEANINGS} (the same as those of this version's world)"
 OBSERVED = "that an agent is given the numbers that its features name, in their units (not checked)"
 EXACT_WORLD = "that world's steps equal the reference environment's bit by bit"
-NEAR_WORLD = "that world's steps equal the reference environment's up to 1e-9: agents push each other"
 
 
-def texts(checked: bool | None, contacts: bool, decisions: bool, episodes: bool, replayed: Sequence[str]) -> list[str]:
+def texts(checked: bool | None, decisions: bool, episodes: bool, replayed: Sequence[str]) -> list[str]:
     """All lines of a report. `checked`: the features have the meanings of a world that this version plays; None: claims
     are over observations, of which no meaning is asked.
     """
-    found = [f"{CHECKED}; {NEAR_WORLD if contacts else EXACT_WORLD}" if checked else UNCHECKED]
+    found = [f"{CHECKED}; {EXACT_WORLD}" if checked else UNCHECKED]
     found = [OBSERVED] if checked is None else found
     if decisions:
         found += [WITH_CERTIFICATE, WITHOUT_CERTIFICATE]

@@ -25,7 +25,6 @@ from verify.question import EpisodeQuestion
 from verify.states.state import State, chosen, inside
 
 Actions = npt.NDArray[np.int64]
-ALIKE = 1e-6  # what two courses with contacts may differ by; contacts make differences of roundings larger
 
 
 @dataclass(frozen=True)
@@ -193,41 +192,21 @@ def first_failing(question: EpisodeQuestion, states: Sequence[State]) -> State |
     return next((p for row, p in enumerate(states) if fails(profile, claim, coordinates[:, row])), None)
 
 
-def alike(profile: PolicyProfile, one: Episode, other: Episode) -> bool:
-    """Whether two courses are the same: bit for bit, but for the roundings of contacts where agents collide."""
-    if not np.array_equal(one.actions, other.actions):
-        return False
-    if not partners(profile.world):
-        return np.array_equal(one.coordinates, other.coordinates)
-    return bool((np.abs(one.coordinates - other.coordinates) <= ALIKE).all())
-
-
 def agreed(profile: PolicyProfile, state: State, steps: int, rollouts: Mapping[str, EpisodeReplay]) -> Episode:
-    """The course from a start; DisagreementError where a caller's world takes another one."""
+    """The course from a start; DisagreementError where a caller's world takes another one, by a single bit."""
     coordinates, actions = courses(profile, [state], steps)
     episode = Episode(coordinates[:, 0], actions[:, 0])
     for name, rollout in rollouts.items():
         other = rollout(state, steps)
-        if not alike(profile, other, episode):
-            differ = "positions" if np.array_equal(other.actions, episode.actions) else "actions"
+        acts = np.array_equal(other.actions, episode.actions)
+        if not acts or not np.array_equal(other.coordinates, episode.coordinates):
+            differ = "positions" if acts else "actions"
             raise DisagreementError(
                 f"the {name} plays another episode from the counterexample's start",
                 f"the {differ} differ",
                 "this is a bug",
             )
     return episode
-
-
-def fails_in_all(
-    profile: PolicyProfile, claim: EpisodeClaim, state: State, rollouts: Mapping[str, EpisodeReplay]
-) -> bool:
-    """Whether a start fails the claim here and, on a course that is alike, in every caller's world."""
-    coordinates, actions = courses(profile, [state], claim.steps)
-    episode = Episode(coordinates[:, 0], actions[:, 0])
-    if not fails(profile, claim, episode.coordinates):
-        return False
-    others = (rollout(state, claim.steps) for rollout in rollouts.values())
-    return all(alike(profile, other, episode) and fails(profile, claim, other.coordinates) for other in others)
 
 
 def at_rest(region: Region) -> Region:

@@ -44,7 +44,6 @@ from verify.states.episodes import (
     at_rest,
     coinciding,
     courses,
-    fails_in_all,
     first_failing,
     fulfilled,
     play,
@@ -55,9 +54,6 @@ from verify.states.shares import SAMPLE_SEED
 from verify.states.state import State, inside, sample, state_at
 
 SAMPLES = 20_000
-NOT_ALIKE = (
-    "from a start that was found the claim fails here, but not in every simulator: contacts magnify rounding errors"
-)
 LEFT_OPEN = "zones prove it, but the second reading of the policy does not: please report this"
 NO_START = (
     "zones prove it, but no start in the region was found that the claim covers: one in float64 numbers, from which no "
@@ -128,12 +124,12 @@ def verify_episodes(
     coordinates, _ = sample(at_rest(region), profile.world, SAMPLES, SAMPLE_SEED)
     still = fulfilled(profile, claim, coordinates[None])
     judged = _judged(question)
-    decision, control = _alike(question, rollouts, judged.decision), Verdict.SKIPPED
+    decision, control = judged.decision, Verdict.SKIPPED
     if decision.verdict in (Verdict.PROVED, Verdict.VIOLATED):
         control = _judged(question.control).decision.verdict
     state = episode = None
     if decision.state is not None:
-        state = simplest(profile.world, decision.state, partial(_stands, question, rollouts))
+        state = simplest(profile.world, decision.state, partial(_stands, question))
         episode = agreed(profile, state, claim.steps, rollouts)
     return EpisodeResult(
         claim=claim,
@@ -161,19 +157,12 @@ def verify_episodes(
     )
 
 
-def verdict(question: EpisodeQuestion, rollouts: Mapping[str, EpisodeReplay]) -> tuple[Verdict, str]:
-    """The verdict of `verify_episodes` and its reason alone: without control, explanation and replayed episode."""
+def verdict(question: EpisodeQuestion) -> tuple[Verdict, str]:
+    """The verdict of `verify_episodes` and its reason alone: without control, explanation and replays."""
     playable(question.profile)
     question.claim.ensure(question.profile)
-    decision = _alike(question, rollouts, _judged(question).decision)
+    decision = _judged(question).decision
     return decision.verdict, decision.reason
-
-
-def _alike(question: EpisodeQuestion, rollouts: Mapping[str, EpisodeReplay], decision: Decision) -> Decision:
-    """The decision itself; not a violation that some simulator does not show."""
-    if decision.state is None or _stands(question, rollouts, decision.state):
-        return decision
-    return replace(decision, verdict=Verdict.UNKNOWN, reason=NOT_ALIKE, state=None)
 
 
 @dataclass(frozen=True)
@@ -243,14 +232,9 @@ def _resting(state: State) -> State:
     return State(still, state.goal)
 
 
-def _stands(question: EpisodeQuestion, rollouts: Mapping[str, EpisodeReplay], state: State) -> bool:
-    """Whether a start is a counterexample. Where agents collide roundings grow, so it must fail wherever it is played;
-    elsewhere all play alike, which `agreed` checks in the end.
-    """
-    if first_failing(question, [state]) is None:
-        return False
-    profile = question.profile
-    return not partners(profile.world) or fails_in_all(profile, question.claim, state, rollouts)
+def _stands(question: EpisodeQuestion, state: State) -> bool:
+    """Whether a start is a counterexample."""
+    return first_failing(question, [state]) is not None
 
 
 def _contacts(profile: PolicyProfile, decision: Decision) -> str:
