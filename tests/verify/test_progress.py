@@ -27,6 +27,6 @@ def test_a_proof_about_episodes_tells_its_zones_and_answers(profile):
     claim = Reaches("defenders", 40, Fraction(2, 5), ("landmark_0", "landmark_1"))
     heard = []
     with listening(lambda *said: heard.append(said)):
-        verdict(from_start(roles, claim), {})
+        verdict(from_start(roles, claim))
     kinds = {words.split(" ")[0] for _, _, words in heard}
     assert kinds == {"zones", "answers"} and all(0 <= done <= most for done, most, _ in heard)
