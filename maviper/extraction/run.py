@@ -42,7 +42,7 @@ from maviper.worlds import ParticleWorld, World
 from maviper.worlds.outside.naming import with_names
 
 AUTOMATIC = "auto"
-WEIGHED = {"measured": "measured critic", LOG_PROBABILITIES: "states weigh by its log-probabilities"}
+WEIGHED = {"measured": "measured critic", LOG_PROBABILITIES: "its log-probabilities as critic"}
 FORMAT = "maviper-extraction-5"
 METRICS_FILE, STEPS = "metrics.jsonl", "steps"
 SAME = ("format", "tool", "world", "expert", "critic", "counterexamples", "features_file")  # in every call for one run
