@@ -26,7 +26,6 @@ HEAVY = {"highspy", "joblib", "matplotlib", "mpe2", "pettingzoo", "scipy", "skle
 # What a claim about decisions, which most commands ask, does not need. With all of them, 230 modules of ours take
 # 150 ms to import. tests/test_house.py holds that none of these is loaded.
 ASIDE = {
-    "maviper.experts.finding",
     "maviper.worlds.outside.vmas",
     "maviper.worlds.pettingzoo",
     "verify.extent.found",

@@ -15,14 +15,14 @@ from codegen.floats import FLOAT32
 from maviper.episodes.play import Controller, tree_policies
 from maviper.evaluation.crossplay import Uniform
 from maviper.experts import store
-from maviper.experts.finding import FEATURES, find_expert, plain_name, seeing
+from maviper.experts.finding import find_expert, seeing
 from maviper.experts.foreign.named import is_file
 from maviper.experts.scripted import scripted
 from maviper.files.profiles import load
 from maviper.worlds import World
 from maviper.worlds.matching import NO_WORLD, matching_world, plays
 from maviper.worlds.outside.sources import named_by_user
-from maviper.worlds.world import world_name
+from maviper.worlds.world import FEATURES, plain_name, world_name
 
 SCRIPTED, RANDOM = "scripted", "random"
 PROFILE, EXPERT = "profile", "expert"

@@ -16,8 +16,8 @@ from maviper.experts.wrapped import Narrowed, Unweighted, lawful_expert
 from maviper.worlds import WORLDS, ParticleWorld, World, built_in, find
 from maviper.worlds.outside.making import imported
 from maviper.worlds.outside.sources import named_by_user, parsed
+from maviper.worlds.world import FEATURES, plain_name
 
-FEATURES = "features"  # the option of our worlds
 LEARNED, MEASURED, NONE = "learned", "measured", "none"
 CRITICS = (LEARNED, MEASURED, NONE)
 
@@ -50,13 +50,6 @@ def seeing(expert: Expert, world: World, features: str) -> tuple[Expert, World]:
         raise InputError("the expert's world already has additional features", world.name, "leave --features out")
     wide = built_in(f"{world.name},{FEATURES}={features}")
     return Narrowed(expert, world), wide
-
-
-def plain_name(name: str) -> tuple[str, str]:
-    """A world's name without the option `features`, and what the option said."""
-    parts = name.split(",")
-    said = [part.partition("=")[2] for part in parts[1:] if part.startswith(f"{FEATURES}=")]
-    return ",".join(part for part in parts if not part.startswith(f"{FEATURES}=")), said[0] if said else ""
 
 
 def _found(text: str, world: World | None) -> tuple[Expert, World]:

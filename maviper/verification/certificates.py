@@ -22,7 +22,7 @@ from verify.checker import episode_certificates
 from verify.checker.certificates import Certificate
 from verify.checker.episode_certificates import EpisodeCertificate
 from verify.checker.reading import RejectedError
-from verify.claims.catalogue import left_out
+from verify.claims.catalogue import left_out, whatever
 from verify.claims.formula import agents
 from verify.claims.observed import over
 from verify.claims.region import Parameter, Region, is_start, plain
@@ -128,8 +128,6 @@ def _subject(found: Certificate, profile: PolicyProfile) -> str:
 
 def _episodes(found: EpisodeCertificate, profile: PolicyProfile) -> str:
     """What was proved of episodes, and whatever others do."""
-    from verify.verdicts.episodes import whatever  # which imports the engine
-
     claim = found.claim
     own = f" {'from' if claim.apart else 'at'} {' '.join(claim.named)}" if claim.named else ""
     followed = sorted({" with ".join(part.followed) for part in found.parts})

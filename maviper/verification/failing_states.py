@@ -32,7 +32,7 @@ from maviper.files.profiles import load
 from maviper.verification import counterexamples
 from maviper.verification.ask import Asked
 from maviper.worlds import ParticleWorld
-from maviper.worlds.world import world_name
+from maviper.worlds.world import plain_name, world_name
 from verify.claims.decisions import DecisionClaim, OwnFormula, formula
 from verify.claims.formula import Formula, Linear, atoms
 from verify.claims.formula_json import formula_document, read_number
@@ -221,8 +221,6 @@ def _read(path: Path, policies: PolicyProfile) -> Failing | None:
     check_range("eps", eps)
     if words and words[:2] != ["maviper", "verify"]:
         raise InputError("not a file of states", f"{path}: its command is not `maviper verify`", ADVICE)
-    from maviper.experts.finding import plain_name  # which imports all that experts need
-
     ours, theirs = (plain_name(name)[0] for name in (world_name(policies.world), written.world))
     if ours != theirs:
         raise InputError("the states are of another world", f"{path}: {shown(theirs[:80])}, not {ours}", ADVICE)

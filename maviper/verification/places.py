@@ -36,13 +36,13 @@ def repeated(asked: Asked, wanted: int | None) -> str:
 
 def where_files(profile: PolicyProfile, results: Sequence[Result | EpisodeResult]) -> dict[str, str]:
     """For each result with zones `zones-N-NAME.json`, for each region found `region-N-NAME.toml`, name -> text."""
+    from verify.reports.where import zones_json  # imported here, as few ask where
+
     files: dict[str, str] = {}
     for place, result in enumerate(results, 1):
         if result.where is None:
             continue
         if result.where.count:
-            from verify.reports.where import zones_json
-
             files[f"zones-{place}-{result.claim.name}.json"] = zones_json(profile, result)
         if result.where.part is not None:
             told = (

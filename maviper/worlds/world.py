@@ -22,6 +22,7 @@ from codegen.legality import LEGAL, Mask, mask_of
 
 Int = npt.NDArray[np.integer[Any]]
 Options = Mapping[str, int | str]
+FEATURES = "features"  # the option of our worlds
 RETURN = "return"  # the measure of summed rewards, a team's being its agents' mean
 
 
@@ -75,6 +76,13 @@ def drawn_legally(mask: Mask, obs: Float32, uniform: Float64) -> Int:
 def world_name(spec: WorldSpec) -> str:
     """The game's name with its options, as the command line reads it."""
     return ",".join([spec.name, *(f"{key}={value}" for key, value in sorted(spec.options.items()))])
+
+
+def plain_name(name: str) -> tuple[str, str]:
+    """A world's name without the option `features`, and what the option said."""
+    parts = name.split(",")
+    said = [part.partition("=")[2] for part in parts[1:] if part.startswith(f"{FEATURES}=")]
+    return ",".join(part for part in parts if not part.startswith(f"{FEATURES}=")), said[0] if said else ""
 
 
 def unusual(game: Callable[..., "World"], options: Options) -> dict[str, int | str]:

@@ -177,6 +177,11 @@ def sentence(claim: EpisodeClaim, world: WorldSpec) -> str:
     return "; ".join(filter(None, [claim.sentence, left_out(world)]))
 
 
+def whatever(opponents: bool) -> str:
+    """For what other agents a proof holds that follows, or does not follow, opponents."""
+    return "for opponents as in this profile" if opponents else "whatever all others do"
+
+
 def left_out(world: WorldSpec) -> str:
     """Which starts claims about episodes of a world are not about, in words; "" for none."""
     return COINCIDING if partners(world) else ""

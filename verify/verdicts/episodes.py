@@ -24,7 +24,7 @@ from codegen.ir import PolicyProfile
 from verify.checker import episode_certificates
 from verify.checker.episode_certificates import EpisodeCertificate
 from verify.checker.reading import RejectedError
-from verify.claims.catalogue import left_out
+from verify.claims.catalogue import left_out, whatever
 from verify.claims.episodes import EpisodeClaim
 from verify.claims.region import MACHINE, Kind, Region, Verdict
 from verify.counterexamples.episode_explanation import EpisodeExplanation, explained
@@ -105,11 +105,6 @@ class EpisodeResult:
     def whatever(self) -> str:
         """For what other agents a proof holds."""
         return whatever(self.opponents)
-
-
-def whatever(opponents: bool) -> str:
-    """For what other agents a proof holds that follows, or does not follow, opponents."""
-    return "for opponents as in this profile" if opponents else "whatever all others do"
 
 
 def verify_episodes(
