@@ -68,7 +68,9 @@ class NetworkExpert:
         """What the greedy action is the argmax of, [batch, n_actions]."""
         net = f"{self.agents[agent]}.{ACTOR if self.centralized else VALUE}"
         wide = self._wide
-        return self._head(net, np.asarray(obs, np.float64) @ wide[f"{net}.1.weight"] + wide[f"{net}.1.bias"])
+        first = np.asarray(obs, np.float64) @ wide[f"{net}.1.weight"]
+        first += wide[f"{net}.1.bias"]
+        return self._head(net, first)
 
     def q(self, agent: int, observations: Sequence[Float32], state: Any, joint: Int, given: Int) -> Float64:
         """As `Expert.q`. The first layer's part for observations and given actions is computed once per state."""
@@ -93,6 +95,9 @@ class NetworkExpert:
         return flat.reshape(first.shape[:2])
 
     def _head(self, net: str, first: Float64) -> Float64:
-        hidden = np.maximum(first, 0)
-        hidden = np.maximum(hidden @ self._wide[f"{net}.2.weight"] + self._wide[f"{net}.2.bias"], 0)
-        return hidden @ self._wide[f"{net}.3.weight"] + self._wide[f"{net}.3.bias"]
+        """What follows the first layer's sums, [batch, n_actions]. `first` is overwritten: batches are large."""
+        hidden = np.maximum(first, 0, out=first) @ self._wide[f"{net}.2.weight"]
+        hidden += self._wide[f"{net}.2.bias"]
+        found = np.maximum(hidden, 0, out=hidden) @ self._wide[f"{net}.3.weight"]
+        found += self._wide[f"{net}.3.bias"]
+        return found

@@ -1,8 +1,8 @@
 """Split search by histograms: all open leaves of a tree, and all its projected trees, in one vectorised pass a level.
 
 Does: bins features once, finds the best split of every leaf from class counts per bin, grows a tree level by level.
-Assumes: few classes; data sets as multiplicities of shared points; class counts that are whole numbers, so that sums
-  are exact in any order.
+Assumes: few classes; data sets as multiplicities of shared points; class counts that are whole numbers, together below
+  2^26, so that sums of them and of their squares are exact in any order.
 Does not: try every threshold. A feature with more than BINS distinct values is cut at BINS - 1 of them, spread evenly
   over its values by rank; with fewer, every midpoint is a candidate, and splits are CART's.
 """
@@ -69,18 +69,20 @@ def best_splits(codes: Codes, labels: Int, weights: Float64, slot: Int, n_slots:
     totals = np.bincount(slot * n_actions + labels, weights, n_slots * n_actions).reshape(n_slots, n_actions)
     best = np.full(n_slots, -np.inf)
     feature, code = np.zeros(n_slots, dtype=np.int64), np.zeros(n_slots, dtype=np.int64)
-    base = slot * (BINS * n_actions) + labels
-    everybody = np.arange(n_slots)
+    everybody, of_action = np.arange(n_slots), np.ascontiguousarray(totals.T)
+    everything, squared = totals.sum(axis=1, keepdims=True), np.square(totals).sum(axis=1, keepdims=True)
+    base = (labels * n_slots + slot) * BINS  # actions outermost, so that sums over them run along whole rows
+    counted = np.empty_like(base)
     for index, bins in enumerate(codes):
-        counts = np.bincount(base + bins * n_actions, weights, n_slots * BINS * n_actions)
-        left = counts.reshape(n_slots, BINS, n_actions).cumsum(axis=1)[:, :-1]
-        right = totals[:, None] - left
-        below, above = left.sum(axis=2), right.sum(axis=2)
-        usable = (below > 0) & (above > 0)
-        purity = np.square(left).sum(axis=2) / np.maximum(below, 1) + np.square(right).sum(axis=2) / np.maximum(
-            above, 1
-        )
-        purity = np.where(usable, purity, -np.inf)
+        np.add(base, bins, out=counted)
+        counts = np.bincount(counted, weights, n_actions * n_slots * BINS).reshape(n_actions, n_slots, BINS)
+        left = counts.cumsum(axis=2)[:, :, :-1]
+        below = left.sum(axis=0)
+        above = everything - below
+        of_left = np.einsum("asb,asb->sb", left, left)
+        of_right = squared - 2 * np.einsum("asb,as->sb", left, of_action) + of_left  # exact: all are whole numbers
+        purity = of_left / np.maximum(below, 1) + of_right / np.maximum(above, 1)
+        purity = np.where((below > 0) & (above > 0), purity, -np.inf)
         place = purity.argmax(axis=1)
         reached = purity[everybody, place]
         better = reached > best

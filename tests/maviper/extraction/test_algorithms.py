@@ -173,6 +173,28 @@ def test_with_few_values_a_histogram_splits_as_cart_does(seed):
     assert impurity(left) + impurity(~left) == pytest.approx(parts.sum(), rel=1e-9)
 
 
+@pytest.mark.parametrize("seed", range(12))
+def test_splits_are_those_of_the_definition_to_the_last_bit(seed):
+    """Slot by slot and cut by cut, in plain integers up to one division: also ties, and counts as large as allowed."""
+    rng = np.random.default_rng(seed)
+    n, n_slots, n_actions = 60, 3, 4
+    codes = rng.integers((4, 40, 256)[seed % 3], size=(5, n)).astype(np.int32)
+    labels, slot = rng.integers(n_actions, size=n), rng.integers(n_slots, size=n)
+    counts = rng.integers(3 if seed % 2 else 2**26 // n, size=n)
+    found = best_splits(codes, labels, counts.astype(float), slot, n_slots, n_actions)
+    for k in range(n_slots):
+        best, at = -np.inf, None
+        for feature, cut in product(range(5), range(BINS - 1)):
+            left = (slot == k) & (codes[feature] <= cut)
+            right = (slot == k) & (codes[feature] > cut)
+            parts = [[int(counts[part & (labels == a)].sum()) for a in range(n_actions)] for part in (left, right)]
+            if min(map(sum, parts)) > 0:
+                purity = sum(sum(count * count for count in part) / sum(part) for part in parts)
+                best, at = (purity, (feature, cut)) if purity > best else (best, at)
+        assert found.found[k] and (found.feature[k], found.code[k]) == at
+        assert found.totals[k].tolist() == [counts[(slot == k) & (labels == a)].sum() for a in range(n_actions)]
+
+
 @pytest.mark.parametrize("seed", range(8))
 @pytest.mark.parametrize("depth", [1, 3])
 def test_projected_trees_fit_each_leaf_on_its_own(seed, depth):
