@@ -33,6 +33,14 @@ COLOURS = {  # of labels, on a terminal that has colours
 }
 
 
+def duration(seconds: float) -> str:
+    """As a person says it: seconds up to two minutes, then minutes, then hours."""
+    if seconds < 120:
+        return f"{seconds:.0f} s"
+    minutes = round(seconds / 60)
+    return f"{minutes // 60} h {minutes % 60:02d} min" if minutes >= 60 else f"{minutes} min"
+
+
 def say(text: str) -> None:
     """A result on standard output, line by line as a terminal may see it."""
     click.echo("\n".join(map(visible, text.split("\n"))))
@@ -90,42 +98,50 @@ class Console:
             yield listener
 
     @contextmanager
-    def live(self, label: str, total: int) -> Iterator["LiveLine"]:
-        """A stage with a live line."""
+    def live(self, label: str, total: int, begun: int = 0) -> Iterator["LiveLine"]:
+        """A stage with a live line. `begun`: how much was done before it began."""
         if self.quiet or self.of or not self.rich.is_terminal:
-            yield LiveLine(self, label, total)
+            yield LiveLine(self, label, total, begun)
             return
-        from rich.progress import MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+        from rich.progress import MofNCompleteColumn, Progress, TextColumn
         from rich.table import Column
 
         fixed = Column(no_wrap=True)
         columns = (
             TextColumn(f"{label:<{LABEL_WIDTH - 1}}", table_column=fixed),
             MofNCompleteColumn(table_column=fixed),
-            TimeRemainingColumn(compact=True, table_column=fixed),
+            TextColumn("{task.fields[left]}", table_column=fixed),
             TextColumn("{task.description}", table_column=Column(no_wrap=True, overflow="ellipsis", ratio=1)),
         )
         with Progress(*columns, console=self.rich, expand=True, transient=not self.lines) as progress:
-            yield LiveLine(self, label, total, progress)
+            yield LiveLine(self, label, total, begun, progress)
 
 
 class LiveLine:
     """Done/total, what the stage says of itself, rate and time left."""
 
-    def __init__(self, console: Console, label: str, total: int, progress: "Progress | None" = None) -> None:
-        self.console, self.label, self.total, self.progress = console, label, total, progress
-        self.task = progress.add_task("", total=total) if progress else None
+    def __init__(
+        self, console: Console, label: str, total: int, begun: int = 0, progress: "Progress | None" = None
+    ) -> None:
+        self.console, self.label, self.total, self.begun, self.progress = console, label, total, begun, progress
+        self.task = progress.add_task("", total=total, completed=begun, left="") if progress else None
         self.started = self.printed = time.monotonic()
 
-    def update(self, done: int, text: str) -> None:
-        """Shows that `done` of the total are done."""
-        now = time.monotonic()
-        elapsed = max(now - self.started, 1e-9)
-        rate = f"{done / elapsed:.3g}/s"
+    @property
+    def elapsed(self) -> float:
+        """Seconds since the stage began."""
+        return max(time.monotonic() - self.started, 1e-9)
+
+    def update(self, done: int, text: str, left: float | None = None) -> None:
+        """Shows that `done` of the total are done. `left`: seconds, where steps are too unlike for the mean to tell."""
+        now, rate = time.monotonic(), (done - self.begun) / self.elapsed
+        if left is None and rate > 0:
+            left = max(self.total - done, 0) / rate
+        ahead = "" if left is None else f"{duration(left)} left"
         if self.progress is not None and self.task is not None:
             # the rate first: on a narrow terminal the end of the line is cut
-            self.progress.update(self.task, completed=done, total=self.total, description=f"{rate}  {text}")
+            shown = f"{rate:.3g}/s  {text}"
+            self.progress.update(self.task, completed=done, total=self.total, description=shown, left=ahead)
         elif now - self.printed >= PLAIN_SECONDS or done >= self.total:
             self.printed = now
-            left = elapsed / max(done, 1) * max(self.total - done, 0)
-            self.console.line(self.label, f"{done}/{self.total}  {text}  {rate}  {left:.0f} s left")
+            self.console.line(self.label, f"{done}/{self.total}  {text}  {rate:.3g}/s  {ahead}")

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from codegen.errors import ExitCode, InputError, UnknownNameError
-from maviper.console import Console, LiveLine
+from maviper.console import Console, LiveLine, duration
 from maviper.files import jobs as processes
 from maviper.files.seeds import ensure_counts
 from maviper.reproduction.cells import plan as plans
@@ -139,11 +139,12 @@ def _piece(name: str) -> Any:
 def _make(store: Store, options: ReproduceOptions, done: Reproduced, console: Console) -> None:
     """All cells, those that need others after these. What another process makes is waited for."""
     tasks = done.plan.tasks
-    finished = sum(store.done(task.id) for task in tasks)
+    missing = {task.id: estimate(task) for task in tasks if not store.done(task.id)}
+    finished = len(tasks) - len(missing)
     if finished:
         console.line("found", f"{finished} of {len(tasks)} cells are finished")
-    with console.live("cells", len(tasks)) as live:
-        shown = _Shown(live, console, finished)
+    with console.live("cells", len(tasks), finished) as live:
+        shown = _Shown(live, console, finished, missing)
         for stage in (
             [task for task in tasks if not task.of],
             [task for task in tasks if task.of],
@@ -186,6 +187,8 @@ class _Shown:
     live: LiveLine
     console: Console
     finished: int
+    missing: dict[str, float]  # hash of a cell -> its estimated cost
+    worked: float = 0.0  # the estimated cost of what was made
 
     def one(self, result: Made, done: Reproduced) -> None:
         """One more cell."""
@@ -196,7 +199,9 @@ class _Shown:
         else:
             done.failed[document.cell.said] = document.message
             self.console.line("failed", f"{document.cell.said}: {document.message}")
-        self.live.update(self.finished, document.cell.said)
+        self.worked += self.missing.pop(result.id, 0.0)
+        left = sum(self.missing.values()) / self.worked * self.live.elapsed if self.worked else None
+        self.live.update(self.finished, document.cell.said, left)
 
 
 # --- what is told
@@ -240,9 +245,4 @@ def said(plan: Plan, store: Store) -> list[str]:
     if derived:
         lines.append(f"{derived} cells were not measured; they count as those that are most like them, times a factor")
     total = f"{len(plan.tasks)} cells, {finished} of them finished; {left:.0f} CPU s are left"
-    return [*lines, f"{total} ({_hours(left)} on one core, {_hours(left / 2)} on two)"]
-
-
-def _hours(seconds: float) -> str:
-    minutes = round(seconds / 60)
-    return f"{minutes // 60} h {minutes % 60:02d} min" if minutes >= 60 else f"{minutes} min"
+    return [*lines, f"{total} ({duration(left)} on one core, {duration(left / 2)} on two)"]

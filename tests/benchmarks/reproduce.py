@@ -5,9 +5,10 @@
 Makes one seed of the default tier (--quick: of the quick one; --full: of the full one) in FOLDER, or what of it is
 missing there, in one process. --finished: takes the cells of FOLDER as they are, and makes none. Prints the median cost
 of each kind of cell and depth, the estimate, and their ratio. --write renews the table that estimates come from, as far
-as it was measured here. --effort: makes two small cells of responders to the quick tier's MAVIPER trees instead, and
-prints what a thousand steps of networks and a thousand episodes of refinement cost. Costs are of one core of this
-machine, and grow when other work shares the core. The target of the sum is 30 % of the estimate.
+as it was measured here. --effort: makes cells of responders to the quick tier's MAVIPER trees instead, and prints what
+a thousand steps of networks and a thousand episodes of refinement cost beyond what it costs to begin, which a tenth of
+the default tier's effort tells from the whole of it. Costs are of one core of this machine, and grow when other work
+shares the core. The target of the sum is 30 % of the estimate.
 """
 
 import argparse
@@ -24,25 +25,23 @@ from maviper.reproduction.cells import costs
 from maviper.reproduction.cells.cell import DONE, EXPLOITABILITY, EXTRACTION, Source, Task
 from maviper.reproduction.cells.making import made
 from maviper.reproduction.cells.plan import Asked, planned
-from maviper.reproduction.cells.responding import UNTRAINED
+from maviper.reproduction.cells.responding import UNTRAINED, USUAL
 from maviper.reproduction.cells.store import Store
 from maviper.reproduction.run import ReproduceOptions, reproduced
 
 TABLE = Path(costs.__file__).with_name(costs.FILE)
 HEAD = "# CPU seconds of one cell by depth. Made by `python -m tests.benchmarks.reproduce --write`.\n"
 REACH, STRETCH = 0.3, 0.15
-SMALL = {"steps": {"steps": 25_600}, "refinement": {"refinement": 10_000}}
+SMALL = 10  # times less than the default tier's effort
 
 
 def measured(folder):
-    """(key, depth) -> the CPU seconds of its cells, less what was spent on responders, and a task of that kind."""
+    """(key, depth) -> the CPU seconds of its cells, and a task of that kind."""
     found, tasks = {}, {}
     for _, document in Store(folder).documents():
         cell = document.cell
         if document.outcome == DONE and not (cell.leaves and cell.algorithm != RGMDT):
             effort = {name: document.identity[name] for name in UNTRAINED if name in document.identity}
-            if any(effort.values()):
-                continue  # --effort is for these
             key = costs.key_of(cell), cell.depth
             found.setdefault(key, []).append(document.cpu_seconds)
             tasks[key] = Task(cell, Source(cell.game, world=cell.game), "", "", effort=effort)
@@ -50,27 +49,31 @@ def measured(folder):
 
 
 def responders(folder):
-    """("effort NAME", UNIT) -> the CPU seconds of so many steps or episodes, as `measured` has them."""
+    """("effort NAME", BEGUN or UNIT) -> the CPU seconds to begin, and of so many steps or episodes more."""
     plan = planned(Asked("quick"), "")
     task = next(task for task in plan.tasks if (task.cell.kind, task.cell.algorithm) == (EXPLOITABILITY, "maviper"))
     store = Store(folder)
     stored = {doc.cell.algorithm: id_ for id_, doc in store.documents() if doc.cell.kind == EXTRACTION}
     profiles = {name: store.profile(stored[name]) for name in task.of}
-    spent = {
-        name: made(replace(task, effort={**UNTRAINED, **effort}), profiles).document.cpu_seconds
-        for name, effort in (("", {}), *SMALL.items())
-    }
-    return {
-        (f"effort {name}", costs.UNIT): [(spent[name] - spent[""]) * costs.UNIT / effort[name]]
-        for name, effort in SMALL.items()
-    }
+
+    def seconds(**effort):
+        return made(replace(task, effort={**UNTRAINED, **effort}), profiles).document.cpu_seconds
+
+    found = {}
+    for name, whole in USUAL.items():
+        seconds(**{name: whole // SMALL})  # a process imports what it needs once
+        none, small, large = (seconds(**{name: count}) for count in (0, whole // SMALL, whole))
+        rate = (large - small) / (whole - whole // SMALL)
+        found[f"effort {name}", costs.UNIT] = [rate * costs.UNIT]
+        found[f"effort {name}", costs.BEGUN] = [max(0.0, large - none - rate * whole)]
+    return found
 
 
 def write(found):
     """Renews what was measured in the table of estimates, and keeps the rest."""
     table = {key: dict(rows) for key, rows in tomllib.loads(TABLE.read_text()).items()}
     for (key, depth), seconds in found.items():
-        table.setdefault(key, {})[str(depth)] = round(median(seconds), 3 if key.startswith("effort") else 1)
+        table.setdefault(key, {})[str(depth)] = round(median(seconds), 4 if key.startswith("effort") else 1)
     lines = [HEAD]
     for key, rows in sorted(table.items()):
         ordered = ", ".join(f"{depth} = {rows[depth]}" for depth in sorted(rows, key=int))
@@ -97,11 +100,12 @@ def main():
         found, tasks = (responders(folder), {}) if given.effort else measured(folder)
     if given.effort:
         for (name, unit), (seconds,) in found.items():
-            print(f"{seconds:.3f} CPU s for {unit} of {name}")
+            print(f"{seconds:.3f} CPU s " + (f"for {unit} of {name}" if unit else f"to begin {name}"))
     else:
         tell(found, tasks, given.json)
     if given.write:
-        write(found)
+        trained = {key for key, task in tasks.items() if any(task.effort.values())}  # --effort is for these
+        write({key: seconds for key, seconds in found.items() if key not in trained})
 
 
 def tell(found, tasks, as_json):

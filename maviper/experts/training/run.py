@@ -76,15 +76,15 @@ def _seeds(seeds: Sequence[int]) -> str:
 
 
 def _one(world: World, folder: Path, request: Request, resume: bool, console: Console) -> dict[str, Any]:
-    with _Stages(console) as stages:
+    with _Stages(console, resume) as stages:
         return training.train(world, folder, request, stages.judged, resume, stages.show)
 
 
 class _Stages:
-    """A live line for each stage of a training."""
+    """A live line for each stage of a training. `resumed`: what is told first was done by an earlier call."""
 
-    def __init__(self, console: Console) -> None:
-        self.console, self.stage, self.best = console, "", -math.inf
+    def __init__(self, console: Console, resumed: bool) -> None:
+        self.console, self.resumed, self.stage, self.best = console, resumed, "", -math.inf
         self._said = ""
         self._open = ExitStack()
         self._live: LiveLine | None = None
@@ -106,7 +106,8 @@ class _Stages:
         """Shows how far a stage is."""
         if step.stage != self.stage or self._live is None:
             self._open.close()
-            self.stage, self._live = step.stage, self._open.enter_context(self.console.live(step.stage, step.total))
+            live = self.console.live(step.stage, step.total, step.done if self.resumed else 0)
+            self.stage, self._live = step.stage, self._open.enter_context(live)
         self._live.update(step.done, "  ".join(filter(None, (step.said, self._said))))
 
 

@@ -30,7 +30,8 @@ from maviper.reproduction.cells.cell import EXTRACTION, Cell, Task
 FILE = "costs.toml"
 UNKNOWN = 30.0  # CPU seconds of what nothing in the table is like
 PLAYED = 2.0  # of a profile that is there already
-UNIT = 1_000  # of steps or episodes spent on responders, in the table's rows "effort ..."
+UNIT = 1_000  # of steps or episodes spent on responders: the table's rows "effort ..." say what so many more cost ...
+BEGUN = 0  # ... and what it costs to begin, once
 Costs = Mapping[str, Mapping[str, float]]  # what -> depth, as text -> CPU seconds
 
 # Factors of what was not measured. Every threshold costs MAVIPER in deception 1.4 times as much as histograms do;
@@ -64,8 +65,8 @@ def measured() -> Costs:
 
 def estimate(task: Task) -> float:
     """CPU seconds of a task, with what is spent on responders."""
-    rates = ((measured().get(f"effort {name}", {}), count) for name, count in task.effort.items())
-    spent = sum(rows.get(str(UNIT), 0.0) * count / UNIT for rows, count in rates)
+    rates = ((measured().get(f"effort {name}", {}), count) for name, count in task.effort.items() if count)
+    spent = sum(rows.get(str(BEGUN), 0.0) + rows.get(str(UNIT), 0.0) * count / UNIT for rows, count in rates)
     return spent + (PLAYED if _played(task.cell) else _nearest(task.cell))
 
 

@@ -8,6 +8,8 @@ import threading
 
 import pytest
 
+from maviper.console import Console, LiveLine, duration
+
 STAGE = """
 import time
 from maviper.console import Console
@@ -60,3 +62,22 @@ def test_elsewhere_it_is_plain_lines_without_control_characters():
     assert "\x1b" not in done.stderr and "\r" not in done.stderr
     assert done.stderr.startswith("extracting  3/3  best") and done.stderr.rstrip().endswith("0 s left")
     assert done.stdout == ""
+
+
+def test_time_left_counts_what_was_done_here_alone(monkeypatch, capsys):
+    """4 of 10 were done before. The clock goes on a minute at every look."""
+    clock = iter(range(0, 10_000, 60))
+    monkeypatch.setattr("maviper.console.time.monotonic", lambda: next(clock))
+    live = LiveLine(Console(), "cells", 10, begun=4)
+    live.update(5, "a cell")
+    live.update(6, "a cell", left=7_500)
+    lines = capsys.readouterr().err.splitlines()
+    assert lines[0].startswith("cells       5/10  a cell") and lines[0].endswith(" min left")
+    assert lines[1].endswith("2 h 05 min left")
+
+
+@pytest.mark.parametrize(
+    ("seconds", "said"), [(0.4, "0 s"), (119.4, "119 s"), (120, "2 min"), (3570, "1 h 00 min"), (29_000, "8 h 03 min")]
+)
+def test_durations_are_said_in_the_unit_that_fits(seconds, said):
+    assert duration(seconds) == said
