@@ -16,10 +16,12 @@ import hashlib
 import io
 import json
 import lzma
+import platform
 import shutil
 import tarfile
+from contextlib import suppress
 from html import escape
-from importlib.metadata import version
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 from maviper.files import runs
@@ -37,7 +39,7 @@ SHOWN = (  # the figures of the README: the first two that there are
     ("predator-prey", "predators touches"),
     ("physical-deception", "adversaries success r=0.316"),
 )
-PACKAGES = ("maviper", "numpy", "scipy", "mpe2", "pettingzoo")
+PACKAGES = ("maviper", "numpy", "scipy", "mpe2", "pettingzoo", "torch")  # torch, if there: responders learn with it
 STYLE = ".panel{fill:#ffffff}@media (prefers-color-scheme:dark){.panel{fill:#10151a}}"
 PANEL = '<rect class="panel" width="100%" height="100%" rx="6"/>'
 
@@ -120,7 +122,11 @@ This folder was written by `python -m tests.benchmarks.record`.
 
 
 def _versions() -> str:
-    return ", ".join(f"{name} {version(name)}" for name in PACKAGES)
+    found = [("Python", platform.python_version())]
+    for name in PACKAGES:
+        with suppress(PackageNotFoundError):
+            found.append((name, version(name)))
+    return ", ".join(f"{name} {number}" for name, number in found)
 
 
 def main() -> None:
