@@ -231,7 +231,7 @@ def violations(context: Context) -> Section:
         place = Place("physical-deception", expert, preset, depth, splits=splits)
         number = context.found(key(place, SHARE, algorithm), lambda source=source: [Part(1.0, source)])
         least, most = (pick(results.facts(cell)[SHARE]["share"] for cell in known) for pick in (min, max))
-        extent = f"{least:.3g} to {most:.3g}"
+        extent = f"{least:.4f} to {most:.4f}"  # as the share itself
         about = [expert, preset, splits, str(depth), named(algorithm), shown(number, 4), extent]
         rows.append([*about, f"{len(known)} of {len(cells)}"])
     head = ["expert", "preset", "splits", "depth", "algorithm", "violating share", "least to most", "teams known"]

@@ -17,6 +17,7 @@ import io
 import json
 import lzma
 import platform
+import re
 import shutil
 import tarfile
 from contextlib import suppress
@@ -79,16 +80,17 @@ def archive(folder: Path) -> bytes:
 
 def readme_figures(folder: Path) -> list[str]:
     """Joint performance against depth, for the expert of most claims; each on a panel, so that text is readable on
-    any page.
+    any page, and with a size, so that two stand side by side.
     """
     expert = json.loads((folder / report.CLAIMS).read_text())["claims"][0]["expert"]
     found = []
     for game, measure in SHOWN:
         path = folder / report.FIGURES / f"{short('joint', game, expert, measure)}.svg"
         if path.exists():
-            title = f"{game.replace('-', ' ')}, {measure.split()[0]}: joint ratio to the expert"
+            title = f"{game.replace('-', ' ')}, {measure.split()[0]}, ratio to {expert} expert"
             text = path.read_text(encoding="utf-8").replace(escape(f"{measure}, joint, {expert}"), title)
             text = text.replace("<style>", f"<style>{STYLE}", 1).replace("</style>", f"</style>\n{PANEL}", 1)
+            text = re.sub(r'viewBox="0 0 (\d+) (\d+)"', r'width="\1" height="\2" \g<0>', text, count=1)
             found.append(text)
     return found[:2]
 
