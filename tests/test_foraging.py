@@ -12,6 +12,7 @@ from maviper.cli import main
 from maviper.episodes import measures
 from maviper.episodes.play import Policies, tree_policies
 from maviper.evaluation import held_out
+from maviper.experts import store
 from maviper.worlds.checking import check, usable
 from maviper.worlds.matching import plays
 from tests.test_generated import FOLDER
@@ -33,10 +34,17 @@ def adapter():
 
 
 @pytest.fixture(scope="module")
-def expert(adapter):
+def script(adapter):
+    """Both go to one food."""
     found = adapter.agreed()
     yield found
     found.world.close()
+
+
+@pytest.fixture(scope="module")
+def expert(script):
+    """What learned from reward."""
+    return store.load(str(PLACE / "expert.safetensors"), script.world)[0]
 
 
 def returned(world, controllers, seeds=SEEDS):
@@ -50,26 +58,37 @@ def test_the_environment_is_sound():
     assert usable(found) and [each.mark.value for each in found].count("missing") == 1, "meanings alone are missing"
 
 
-def test_one_agent_alone_scores_nothing(expert):
+def test_one_agent_alone_scores_nothing(script, expert):
     stays = Policies([lambda seen: np.zeros(len(seen), dtype=np.int64)] * 2)
-    for lineup in ([expert, stays], [stays, expert]):
-        assert not returned(expert.world, lineup).any()
+    for player in (script, expert):
+        for lineup in ([player, stays], [stays, player]):
+            assert not returned(script.world, lineup).any()
 
 
-def test_agreeing_on_a_food_is_what_counts(adapter, expert):
-    greedy = adapter.Forager(expert.world, together=False)
-    agreed, alone = returned(expert.world, [expert] * 2), returned(expert.world, [greedy] * 2)
-    gain = measures.estimate(expert.world.measures[0], agreed - alone)
+def test_agreeing_on_a_food_is_what_counts(adapter, script):
+    greedy = adapter.Forager(script.world, together=False)
+    agreed, alone = returned(script.world, [script] * 2), returned(script.world, [greedy] * 2)
+    gain = measures.estimate(script.world.measures[0], agreed - alone)
     assert agreed.mean() > 0.8 and gain.interval[0] > 0.2
 
 
-def test_the_committed_trees_agree_too_and_beat_the_greedy_foragers(adapter, expert):
-    profile = load(PLACE / "profile.json")
-    assert plays(profile, expert.world) and profile.provenance.training["critic"] == "none"
-    greedy = adapter.Forager(expert.world, together=False)
-    trees = returned(expert.world, [tree_policies(profile.agents)] * 2)
-    gain = measures.estimate(expert.world.measures[0], trees - returned(expert.world, [greedy] * 2))
-    assert gain.interval[0] > 0.1
+def test_the_expert_learned_from_reward_alone_and_beats_both_scripts(adapter, script, expert):
+    learned = expert.card["learned"]
+    assert learned["reward"] > 0 and not learned["imitation"] and expert.card["reference"] == "foraging:make"
+    world, plays_well = script.world, returned(script.world, [expert] * 2)
+    for rival in (script, adapter.Forager(world, together=False)):
+        gain = measures.estimate(world.measures[0], plays_well - returned(world, [rival] * 2))
+        assert gain.interval[0] > 0
+
+
+def test_the_committed_trees_keep_the_success_of_their_expert(adapter, script, expert):
+    profile, world = load(PLACE / "profile.json"), script.world
+    assert plays(profile, world) and profile.provenance.expert == expert.hash
+    trees = returned(world, [tree_policies(profile.agents)] * 2)
+    greedy = adapter.Forager(world, together=False)
+    for rival, least in ((greedy, 0.4), (expert, -0.05)):
+        gain = measures.estimate(world.measures[0], trees - returned(world, [rival] * 2))
+        assert gain.interval[0] > least
 
 
 @pytest.mark.compile
@@ -88,8 +107,8 @@ def test_the_committed_header_is_the_profiles(tmp_path):
 def test_from_the_expert_to_a_header(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(held_out, "EVALUATION_EPISODES", 20)
     budget = [
-        "--critic",
-        "none",
+        "--world",
+        "foraging:make",
         "--max-depth",
         "5",
         "--iterations",
@@ -100,7 +119,7 @@ def test_from_the_expert_to_a_header(tmp_path, monkeypatch, capsys):
         "10",
     ]
     profile = tmp_path / "profile.json"
-    assert main.run(["extract", "foraging:agreed", *budget, "-o", str(profile)]) == 0
+    assert main.run(["extract", str(PLACE / "expert.safetensors"), *budget, "-o", str(profile)]) == 0
     found = load(profile)
     assert max(int(ir.depth(policy.tree).max()) for policy in found.agents) <= 5
     assert main.run(["compile", str(profile), "--target", "c", "-o", str(tmp_path / "code")]) == 3
@@ -117,9 +136,12 @@ def test_other_sizes_are_options(adapter):
 
 @pytest.mark.train
 @pytest.mark.slow
-def test_a_network_can_be_trained_on_it(tmp_path):
-    chosen = [f"--set={each}" for each in ("batch=64", "steps_per_update=50", "checkpoint_steps=400", "games=2")]
-    asked = ["--algorithm", "vdn", "--steps", "800", *chosen, "-o", str(tmp_path / "run")]
+@pytest.mark.parametrize(
+    ("algorithm", "more"), [("mappo", ["shared=1", "gamma=0.97"]), ("vdn", ["batch=64", "steps_per_update=50"])]
+)
+def test_a_network_can_be_trained_on_it(tmp_path, algorithm, more):
+    chosen = [f"--set={each}" for each in ("checkpoint_steps=400", "games=2", *more)]
+    asked = ["--algorithm", algorithm, "--steps", "800", *chosen, "-o", str(tmp_path / "run")]
     from maviper.experts.training import train as training
 
     with pytest.MonkeyPatch.context() as patch:

@@ -1,6 +1,6 @@
 """Level-based foraging with forced cooperation, from the package `lbforaging`, as a world of ours.
 
-Does: an adapter to PettingZoo's parallel API, whose observations say where food and mates lie from the agent; an expert
+Does: an adapter to PettingZoo's parallel API, whose observations say where food and mates lie from the agent; a script
   that agrees on one food without talking, and a greedy forager that looks at itself alone.
 Assumes: `pip install lbforaging`; every agent is of level 1 and every food of as many levels as there are agents, so
   that food is loaded by all of them at once or not at all.
@@ -18,15 +18,15 @@ from pettingzoo import ParallelEnv
 from codegen.ir import FeatureSpec
 from maviper.worlds import World, find
 
-PARTS, LATE = ("down", "right", "away", "later"), 99.0
+PARTS = ("down", "right", "away", "later")
 STAY, NORTH, SOUTH, WEST, EAST, LOAD = range(6)
 Floats = npt.NDArray[np.floating[Any]]
 Ints = npt.NDArray[np.integer[Any]]
 
 
 class Foraging(ParallelEnv):
-    """Agents see, in cells, how far down, right and away each food is, how much later than at the first food all would
-    be at each other one, and where each mate is. What is about food that is gone is 0; the first one is then LATE.
+    """Agents see, in cells, how far down, right and away each food is, how much farther than to the first food left all
+    of them would walk to it, and where each mate is. What is about food that is gone is 0, and nobody is 0 away.
     """
 
     metadata: dict[str, Any] = {"name": "foraging"}  # noqa: RUF012
@@ -48,7 +48,7 @@ class Foraging(ParallelEnv):
         )
         self.possible_agents = [f"forager_{k}" for k in range(agents)]
         self.teams = {"foragers": self.possible_agents}
-        self.max_cycles, self.food = max_cycles, food
+        self.max_cycles, self.food, self.farthest = max_cycles, food, 2.0 * size * agents
         self.features = {agent: self._features(agent) for agent in self.possible_agents}
         self._places: list[tuple[int, int]] = []  # of food at the start
 
@@ -56,11 +56,11 @@ class Foraging(ParallelEnv):
         del agent
         names = [f"food_{k}_{part}" for k in range(self.food) for part in PARTS]
         names += [f"mate_{k}_{axis}" for k in range(len(self.possible_agents) - 1) for axis in PARTS[:2]]
-        return [FeatureSpec(name, "cells", -LATE, LATE, None) for name in names]
+        return [FeatureSpec(name, "cells", -self.farthest, self.farthest, None) for name in names]
 
     def observation_space(self, agent: Any) -> Box:
         """Offsets in cells."""
-        return Box(-LATE, LATE, (len(self.features[agent]),), np.float32)
+        return Box(-self.farthest, self.farthest, (len(self.features[agent]),), np.float32)
 
     def action_space(self, agent: Any) -> Discrete:
         """Stay, north, south, west, east, load."""
@@ -87,13 +87,13 @@ class Foraging(ParallelEnv):
         places = [cast(tuple[int, int], player.position) for player in self.env.players]
         there = [bool(self.env.field[place]) for place in self._places]
         needed = [sum(abs(r - y) + abs(c - x) for y, x in places) for r, c in self._places]
-        first = needed[0] if there and there[0] else LATE
+        first = next((need for need, left in zip(needed, there, strict=True) if left), 0)
         seen = {}
         for k, (agent, (row, column)) in enumerate(zip(self.possible_agents, places, strict=True)):
             numbers: list[float] = []
             for (r, c), left, need in zip(self._places, there, needed, strict=True):
                 down, right = r - row, c - column
-                numbers += (down, right, abs(down) + abs(right), max(-LATE, need - first)) if left else (0, 0, 0, 0)
+                numbers += (down, right, abs(down) + abs(right), need - first) if left else (0, 0, 0, 0)
             numbers += [0] * (len(PARTS) * self.food - len(numbers))
             for other, (r, c) in enumerate(places):
                 numbers += (r - row, c - column) if other != k else ()
@@ -151,7 +151,7 @@ class Forager:
 
 
 def agreed(**options: int) -> Forager:
-    """The expert by hand: all go to one food."""
+    """An expert by hand: all go to one food."""
     return Forager(find(_text(options)), together=True)
 
 
