@@ -52,14 +52,18 @@ def test_equal_folders_give_equal_records_without_paths_or_times(folder, place, 
         assert {(member.mtime, member.uid, member.uname) for member in packed} == {(0, 0, "")}
 
 
-def test_numbers_are_computed_again_from_the_record_alone(place, tmp_path):
+def computed_again(place, folder):
+    """What the record's own script says of the record's own data."""
     with tarfile.open(place / "episodes.tar.xz") as packed:
-        packed.extractall(tmp_path, filter="data")
+        packed.extractall(folder, filter="data")
     for name in ("cells.csv", "recompute.py"):
-        (tmp_path / name).write_bytes((place / name).read_bytes())
-    command = [sys.executable, "-I", str(tmp_path / "recompute.py")]
-    found = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert found.returncode == 0 and " 0 come out otherwise" in found.stdout
+        (folder / name).write_bytes((place / name).read_bytes())
+    command = [sys.executable, "-I", str(folder / "recompute.py")]
+    return subprocess.run(command, capture_output=True, text=True, check=True).stdout
+
+
+def test_numbers_are_computed_again_from_the_record_alone(place, tmp_path):
+    assert " 0 come out otherwise" in computed_again(place, tmp_path)
 
 
 def test_the_page_says_how_it_was_made(folder, place):
@@ -136,12 +140,18 @@ def test_the_readmes_sentences_are_what_the_records_found():
         assert len(exchanged) >= 3 and all(row["word"] != "better" for row in exchanged)
 
 
-def test_more_seeds_are_the_same_cells_and_more():
+@pytest.mark.parametrize("path", sorted(RECORDS.glob("*/episodes.tar.xz")), ids=lambda path: path.parent.name)
+def test_committed_episodes_give_the_recorded_numbers(path, tmp_path):
+    assert " 0 come out otherwise" in computed_again(path.parent, tmp_path)
+
+
+@pytest.mark.parametrize(("ten", "more"), [("maddpg", "maddpg-deception"), ("mappo", "mappo-predator-prey")])
+def test_more_seeds_are_the_same_cells_and_more(ten, more):
     def rows(name):
         with (RECORDS / name / "cells.csv").open(encoding="utf-8", newline="") as file:
             return {tuple(row.values())[:-1]: row["cell"] for row in csv.DictReader(file)}  # without CPU seconds
 
-    first, second = rows("maddpg"), rows("maddpg-deception")
+    first, second = rows(ten), rows(more)
     both = set(first.values()) & set(second.values())
-    assert len(both) > 100
+    assert len(both) > 50
     assert {row for row, cell in first.items() if cell in both} == {row for row, cell in second.items() if cell in both}
