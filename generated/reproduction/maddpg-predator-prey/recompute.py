@@ -1,0 +1,56 @@
+"""Computes the report's numbers again from episodes/ and facts/ (needs numpy): python recompute.py [FOLDER]"""
+import csv, functools, json, pathlib, sys
+import numpy as np
+
+np.seterr(all="ignore")  # a ratio to nothing is no number
+AT = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else pathlib.Path(__file__).parent)
+NUMBERS = json.loads((AT / "numbers.json").read_text())  # what each is made of
+FACTS = functools.cache(lambda cell: json.loads((AT / "facts" / f"{cell}.json").read_text()))
+MODES = {"value": lambda a, b, c: a, "ratio": lambda a, b, c: a / b, "inverse": lambda a, b, c: b / a}
+MODES |= {"reward": lambda a, b, c: 1 + (a - b) / c, "paper": lambda a, b, c: abs(abs(b) - abs(a)) / b}
+
+@functools.cache
+def episodes(cell):  # {(line-up, measure): {episode: value}}
+    found = {}
+    for lineup, measure, episode, value in list(csv.reader((AT / "episodes" / f"{cell}.csv").open()))[1:]:
+        found.setdefault((lineup, measure), {})[int(episode)] = float(value)
+    return found
+
+def by_seed(source):  # {episode: value} of each seed; of facts, a weighted sum
+    if not source["facts"]:
+        return [episodes(cell)[lineup, source["measure"]] for cell, lineup in source["places"]]
+    told, size = [FACTS(cell) for cell, _ in source["places"]], abs if source["absolute"] else float
+    return [{0: size(sum(w * functools.reduce(dict.__getitem__, p, of) for w, p in source["facts"]))} for of in told]
+
+def estimate(parts):  # value, standard error by the bootstrap, degrees of freedom
+    rows = [by_seed(part["ours"]) for part in parts]
+    seen = [sorted(set.intersection(*(set(each[k]) for each in rows))) for k in range(len(rows[0]))]
+    seeds, count = len(seen), min(map(len, seen))
+    table = lambda rows: np.array([[row[k] for k in wanted[:count]] for row, wanted in zip(rows, seen)])
+    rng, even = np.random.default_rng([17, seeds, count]), np.full((1, count), 1 / count)
+    drawn = rng.integers(0, seeds, (2000, seeds))
+    shared = all(each[:count] == seen[0][:count] for each in seen)  # all seeds played the same episodes
+    counts = [np.bincount(rng.integers(0, count, count), minlength=count) for _ in range(2000 if shared else 0)]
+    pairs = [(part, table(mine), table(by_seed(part["theirs"] or part["ours"]))) for mine, part in zip(rows, parts)]
+    whole, every = (sum(p["weight"] * MODES[p["mode"]](w @ a.T, w @ b.T, w @ abs(b).T) for p, a, b in pairs)
+                    for w in (even, np.stack(counts) / count if shared else even))
+    every, n = np.take_along_axis(np.broadcast_to(every, drawn.shape), drawn, 1).mean(1), seeds if seeds > 1 else count
+    return whole.mean(), every.std(ddof=1) * (n / (n - 1)) ** .5 if n > 1 else np.nan, n - 1
+
+@functools.cache
+def student(n):  # values of t and its distribution function; t is the tangent of an angle
+    angle = np.linspace(-np.pi / 2, np.pi / 2, 400_001)
+    mass = np.cumsum(np.cos((angle[1:] + angle[:-1]) / 2) ** (n - 1))
+    return np.tan(angle[1:-1]) * n ** .5, mass[:-1] / mass[-1]
+
+read = csv.DictReader((AT / "cells.csv").open(encoding="utf-8"))
+pairs = [(" ".join(list(row.values())[:12]), np.mean(list(episodes(row["cell"])[row["lineup"], row["measure"]].values())),
+          float(row["mean"])) for row in read]  # what, ours, the report's
+for name, told in NUMBERS.items():
+    value, error, n = estimate(told["parts"])
+    half = np.interp(.975, *student(n)[::-1]) * error if n else np.inf
+    pairs += [(name, value, told["value"]), (name, value - half, told["low"]), (name, value + half, told["high"])]
+off = [f"{name}: {ours}, the report has {told}" for name, ours, told in pairs if np.isfinite(ours) != (told is not None)
+       or told is not None and abs(ours - told) > 1e-6 * max(1, abs(told))]
+print(*off, f"{len(NUMBERS)} numbers computed again, {len(off)} come out otherwise", sep="\n")
+sys.exit(bool(off))
