@@ -42,6 +42,12 @@ def script(adapter):
 
 
 @pytest.fixture(scope="module")
+def greedy(adapter, script):
+    """Each looks at itself alone."""
+    return adapter.Forager(script.world, together=False)
+
+
+@pytest.fixture(scope="module")
 def expert(script):
     """What learned from reward."""
     return store.load(str(PLACE / "expert.safetensors"), script.world)[0]
@@ -51,6 +57,12 @@ def returned(world, controllers, seeds=SEEDS):
     (values,) = measures.values(world, controllers, seeds).values()
     assert set(np.unique(values)) <= {0.0, 0.5, 1.0}, "no share of two foods"
     return values
+
+
+def least_gain(world, player, rival):
+    """The low end of the interval of the difference between two teams of one player each."""
+    difference = returned(world, [player] * 2) - returned(world, [rival] * 2)
+    return measures.estimate(world.measures[0], difference).interval[0]
 
 
 def test_the_environment_is_sound():
@@ -65,30 +77,24 @@ def test_one_agent_alone_scores_nothing(script, expert):
             assert not returned(script.world, lineup).any()
 
 
-def test_agreeing_on_a_food_is_what_counts(adapter, script):
-    greedy = adapter.Forager(script.world, together=False)
-    agreed, alone = returned(script.world, [script] * 2), returned(script.world, [greedy] * 2)
-    gain = measures.estimate(script.world.measures[0], agreed - alone)
-    assert agreed.mean() > 0.8 and gain.interval[0] > 0.2
+def test_agreeing_on_a_food_is_what_counts(script, greedy):
+    assert returned(script.world, [script] * 2).mean() > 0.8
+    assert least_gain(script.world, script, greedy) > 0.2
 
 
-def test_the_expert_learned_from_reward_alone_and_beats_both_scripts(adapter, script, expert):
+def test_the_expert_learned_from_reward_alone_and_beats_both_scripts(script, greedy, expert):
     learned = expert.card["learned"]
     assert learned["reward"] > 0 and not learned["imitation"] and expert.card["reference"] == "foraging:make"
-    world, plays_well = script.world, returned(script.world, [expert] * 2)
-    for rival in (script, adapter.Forager(world, together=False)):
-        gain = measures.estimate(world.measures[0], plays_well - returned(world, [rival] * 2))
-        assert gain.interval[0] > 0
+    for rival in (script, greedy):
+        assert least_gain(script.world, expert, rival) > 0
 
 
-def test_the_committed_trees_keep_the_success_of_their_expert(adapter, script, expert):
+def test_the_committed_trees_keep_the_success_of_their_expert(script, greedy, expert):
     profile, world = load(PLACE / "profile.json"), script.world
     assert plays(profile, world) and profile.provenance.expert == expert.hash
-    trees = returned(world, [tree_policies(profile.agents)] * 2)
-    greedy = adapter.Forager(world, together=False)
+    trees = tree_policies(profile.agents)
     for rival, least in ((greedy, 0.4), (expert, -0.05)):
-        gain = measures.estimate(world.measures[0], trees - returned(world, [rival] * 2))
-        assert gain.interval[0] > least
+        assert least_gain(world, trees, rival) > least
 
 
 @pytest.mark.compile

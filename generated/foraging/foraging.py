@@ -26,7 +26,7 @@ Ints = npt.NDArray[np.integer[Any]]
 
 class Foraging(ParallelEnv):
     """Agents see, in cells, how far down, right and away each food is, how much farther than to the first food left all
-    of them would walk to it, and where each mate is. What is about food that is gone is 0, and nobody is 0 away.
+    of them would walk to it, and where each mate is. Nobody stands on food, so 0 cells away says that it is gone.
     """
 
     metadata: dict[str, Any] = {"name": "foraging"}  # noqa: RUF012
