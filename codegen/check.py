@@ -7,6 +7,7 @@ Does not: judge whether a policy is any good.
 
 import math
 import re
+import sys
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from typing import Final, NamedTuple
@@ -49,6 +50,7 @@ class Violation(NamedTuple):
 
 NUMBER = re.compile(r"-?\d{1,30}(\.\d{1,60})?|-?\d{1,99}/[1-9]\d{0,99}")  # as the verifier writes bounds
 UNSEEN = STEERING | {"Cs"}  # also halves of pairs
+MAX_LABEL = 2_000  # letters of one
 MAX_PARTS = 2  # of a variable's name, between dots
 LEAST_MARGIN = 1e-9  # of contacts: lengths divided by it stay far below the largest double
 
@@ -227,6 +229,7 @@ def _agent(path: str, policy: AgentPolicy, world: WorldSpec) -> Iterator[Violati
         yield Violation(f"{path}.features", "an agent must observe something")
     if not policy.actions:
         yield Violation(f"{path}.actions", "an agent needs at least one action")
+    yield from _labels(f"{path}.actions", [action.label for action in policy.actions])
     known = world.coordinates()
     for index, feature in enumerate(policy.features):
         here = f"{path}.features[{index}]"
@@ -270,6 +273,19 @@ def _agent(path: str, policy: AgentPolicy, world: WorldSpec) -> Iterator[Violati
         yield Violation(f"{path}.grown", f"must be null: a tree that compares {policy.numbers} is not rounded")
     elif policy.grown is not None:
         yield from _tree(f"{path}.grown", policy.grown, len(policy.features), len(policy.actions), preorder=False)
+
+
+def _labels(path: str, labels: Sequence[int | float | str | None]) -> Iterator[Violation]:
+    """Actions have labels of one kind, numbers or texts, or none has."""
+    if not labels or all(each is None for each in labels):
+        return
+    texts = [each for each in labels if isinstance(each, str)]
+    if len(texts) not in (0, len(labels)) or None in labels or len({*labels}) < len(labels):
+        yield Violation(path, "labels are as many numbers or texts as there are actions, all different, or none")
+    for each in labels:
+        odd = isinstance(each, str) and (len(each) > MAX_LABEL or any(category(letter) in UNSEEN for letter in each))
+        if odd or (isinstance(each, int | float) and not (math.isfinite(each) and abs(each) <= sys.float_info.max)):
+            yield Violation(path, f"not a label: {shown(each)[:40]}")
 
 
 def _tree(path: str, tree: Tree | GrownTree, n_features: int, n_actions: int, preorder: bool) -> Iterator[Violation]:

@@ -3,7 +3,7 @@
 Does: steps batches of states in float64, operation by operation as mpe2 does; says who may push whom, how strongly;
   the spec of a world whose motion nobody stated.
 Assumes: a checked world spec.
-Does not: serve proofs. The engine for episodes (verify/episodes) and its checker (verify/checker/episode_reading.py)
+Does not: serve proofs. The engine for episodes (verify/episodes) and its checker (verify/checker/episodes/reading.py)
   each read the world spec for themselves, and bound their roundings for themselves. Neither may trust the other, nor
   this module, with which the simulator and the verifier's referee step.
 """

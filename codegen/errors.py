@@ -10,7 +10,8 @@ Does not: cover our own bugs (those stay ordinary exceptions and end in exit cod
     |   `-- UnknownNameError     a name that does not exist, with the closest match
     |-- RefusedError          1  a certificate does not show what it claims
     |-- DisagreementError     4  generated code decides differently from the profile
-    `-- MissingToolError      5  a compiler, an optional package or room for the output is missing
+    |-- MissingToolError      5  a compiler, an optional package or room for the output is missing
+    `-- HangingToolError      5  a compiler or an interpreter did not end, and was stopped
 """
 
 import difflib
@@ -37,10 +38,10 @@ class MaviperError(Exception):
 
     exit_code = ExitCode.INPUT
 
-    def __init__(self, what: str, where: str = "", next_step: str = "") -> None:
+    def __init__(self, what: str, where: object = "", next_step: str = "") -> None:
         super().__init__(what)
         self.what = what
-        self.where = where
+        self.where = str(where)  # a place finds its line here
         self.next_step = next_step
 
     def __str__(self) -> str:
@@ -58,7 +59,7 @@ class ProfileError(InputError):
 class UnknownNameError(InputError):
     """A name that does not exist; the message carries the closest match."""
 
-    def __init__(self, kind: str, name: str, known: Iterable[str], where: str = "") -> None:
+    def __init__(self, kind: str, name: str, known: Iterable[str], where: object = "") -> None:
         super().__init__(f"unknown {kind} '{shown(name)}'", where, suggestion(name, known))
 
 
@@ -76,6 +77,12 @@ class DisagreementError(MaviperError):
 
 class MissingToolError(MaviperError):
     """A compiler or an optional package that the command needs is not installed, or there is no room to write."""
+
+    exit_code = ExitCode.MISSING
+
+
+class HangingToolError(MaviperError):
+    """A program that the command started did not end by itself."""
 
     exit_code = ExitCode.MISSING
 

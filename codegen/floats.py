@@ -47,7 +47,7 @@ def observations(given: Any, n_features: int | None = None, agent: str = "an age
         raise InputError(f"{agent} observes numbers, given an array of {x.dtype}", "", "give floats")
     if x.dtype.kind == "O":
         x = np.array([_double(each, agent) for each in x.flat], dtype=np.float64).reshape(x.shape)
-    with np.errstate(over="ignore", invalid="ignore"):
+    with np.errstate(over="ignore", under="ignore", invalid="ignore"):
         if x.dtype.kind != "f" or x.dtype.itemsize > 8:
             x = x.astype(np.float64)
         return x.astype(numbers, copy=False)
@@ -79,7 +79,7 @@ def round_down(threshold: Any) -> Any:
     For a float32 x and a float64 t, `x <= t` and `x <= round_down(t)` say the same; round-to-nearest does not, when
     it rounds up. Below every float32 the result is -infinity, which no finite observation is below.
     """
-    with np.errstate(over="ignore"):
+    with np.errstate(over="ignore", under="ignore"):
         near = np.asarray(threshold, dtype=np.float64).astype(np.float32)
     return np.where(near.astype(np.float64) <= threshold, near, neighbour(near, -math.inf))[()]
 

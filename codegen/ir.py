@@ -120,6 +120,7 @@ class ActionSpec:
     name: str
     effect: tuple[float, float] | None
     legal_if: str = ""  # the feature that is 1 where the action is legal, else 0; "": it always is
+    label: int | float | str | None = None  # that an imported source returns for it, unless its place or name says so
 
 
 @dataclass(frozen=True)

@@ -43,5 +43,5 @@ def _lawful(box: Box, mask: Mask, action: int) -> bool:
     own = mask[action]
     if own is None or box.low.get(own, LEGAL - 1) >= LEGAL:
         return True
-    others = [place for other, place in enumerate(mask) if other != action]
+    others = [place for place in mask if place != own]  # what has the same feature is illegal with it
     return all(place is not None and box.high.get(place, LEGAL + 1) <= LEGAL for place in others)

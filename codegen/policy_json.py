@@ -206,6 +206,7 @@ def _agent(policy: AgentPolicy) -> dict[str, Any]:
             "name": action.name,
             "effect": None if action.effect is None else [float(part) for part in action.effect],
             **({"legal_if": action.legal_if} if action.legal_if else {}),
+            **({} if action.label is None else {"label": action.label}),
         }
         for action in policy.actions
     ]
@@ -283,7 +284,7 @@ def _policy(raw: AgentJson, path: str) -> AgentPolicy:
         FeatureSpec(item.name, item.unit, *item.range, _meaning(item.meaning, f"{path}.features[{index}].meaning"))
         for index, item in enumerate(raw.features)
     )
-    actions = tuple(ActionSpec(item.name, item.effect, item.legal_if) for item in raw.actions)
+    actions = tuple(ActionSpec(item.name, item.effect, item.legal_if, item.label) for item in raw.actions)
     names = ([feature.name for feature in features], [action.name for action in actions])
     rows = [_row(node, names, raw.numbers, f"{path}.tree[{index}]") for index, node in enumerate(raw.tree)]
     arrays = (np.array([row[column] for row in rows]) for column in range(5))

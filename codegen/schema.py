@@ -65,6 +65,7 @@ class ActionJson(_Strict):
     name: str
     effect: tuple[float, float] | None
     legal_if: str = ""
+    label: int | float | str | None = None
 
 
 class EntityJson(_Strict):

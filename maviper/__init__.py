@@ -12,6 +12,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from codegen.process import flags
+from maviper import claims, options
 from maviper.files.verbs import from_file, from_onnx, from_sklearn
 from maviper.reproduction.verb import reproduce
 from maviper.verification.verb import diff, robust, verify_system
@@ -20,17 +22,16 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
     from fractions import Fraction
     from pathlib import Path
-    from typing import Any
+    from typing import Any, Unpack
 
     from codegen.ir import PolicyProfile
     from maviper.compilation.compile import Compiled
     from maviper.evaluation.exploitability import Exploitability
     from maviper.evaluation.run import Evaluation
-    from maviper.verification.certificates import Checked
-    from maviper.verification.counterexamples import Replayed
+    from maviper.verification.files.certificates import Checked
+    from maviper.verification.files.counterexamples import Replayed
     from maviper.verification.repair import Repaired
-    from verify.verdicts.decisions import Result
-    from verify.verdicts.episodes import EpisodeResult
+    from verify.result import AnyResult
 
     # exact: a text such as "1/40" or "0.025"; a float means the decimal that Python prints for it
     Number = Fraction | float | str
@@ -65,6 +66,7 @@ def version() -> str:
     return installed()
 
 
+@flags.defaults
 def load(path: str | Path) -> PolicyProfile:
     """The policy profile in a JSON file, checked. ProfileError (an InputError) with the path of the fault otherwise."""
     from maviper.files.profiles import load as loaded
@@ -72,6 +74,7 @@ def load(path: str | Path) -> PolicyProfile:
     return loaded(path)
 
 
+@flags.defaults
 def train(
     world: str,
     output: str | Path,
@@ -105,62 +108,26 @@ def train(
     return trained(world, Path(output), asked, Console(quiet=True))
 
 
+@flags.defaults
+@options.spelled_out(options.ExtractOptions)
 def extract(
-    expert: str | Path,
-    output: str | Path | None = None,
-    *,
-    algorithm: str = "maviper",
-    preset: str = "default",
-    max_depth: int = 4,
-    agent: str | None = None,
-    splits: str | None = None,
-    features: str = "",
-    features_file: str | Path | None = None,
-    max_episodes: int | None = None,
-    iterations: int | None = None,
-    rollouts: int | None = None,
-    patience: int | None = None,
-    selection: str | None = None,
-    selection_episodes: int | None = None,
-    refinement_episodes: int | None = None,
-    measure: str | None = None,
-    rollouts_by: str | None = None,
-    weights: str | None = None,
-    least_right: str | None = None,
-    selection_by: str | None = None,
-    share: str | None = None,
-    max_leaves: int | None = None,
-    explore: float = 0.0,
-    critic: str = "learned",
-    world: str | None = None,
-    counterexamples: Iterable[str | Path] = (),
-    seed: int = 0,
-    seeds: int = 1,
-    jobs: int = 1,
-    resume: bool = False,
+    expert: str | Path, output: str | Path | None = None, **asked: Unpack[options.ExtractOptions]
 ) -> PolicyProfile:
-    """Decision trees from an expert, as a profile; each parameter is an option of `maviper extract`.
+    """Decision trees from an expert, as a profile; each option is one of `maviper extract`.
 
     `expert`: a world's name, an expert file, a run folder, or module:function. `output`: the profile's .json file, or a
     run folder, which several seeds and `resume` need; None: nothing is written. None elsewhere: as the preset says.
-    Counts are episodes, but `iterations` and `patience` (rounds) and `max_depth` (splits). `max_episodes`: in all,
-    instead of the other counts. `explore`: fitted-q's share of uniform actions. InputError: a wrong name or value.
+    InputError: a wrong name or value.
     """
     from pathlib import Path
 
     from maviper.console import Console
-    from maviper.extraction.run import ExtractOptions, extracted
+    from maviper.extraction.run import extracted, request
 
-    paths, file = tuple(map(Path, counterexamples)), None if features_file is None else Path(features_file)
-    trees = (algorithm, preset, max_depth, agent, splits, features, file)
-    episodes = (max_episodes, iterations, rollouts, patience, selection, selection_episodes, refinement_episodes)
-    parts = (rollouts_by, weights, least_right, selection_by)
-    asked = ExtractOptions(
-        *trees, *episodes, measure, *parts, share, max_leaves, explore, critic, world, paths, seed, seeds, jobs, resume
-    )
-    return extracted(str(expert), None if output is None else Path(output), asked, Console(quiet=True))
+    return extracted(str(expert), None if output is None else Path(output), request(asked), Console(quiet=True))
 
 
+@flags.defaults
 def evaluate(
     subject: str | Path,
     *,
@@ -184,6 +151,7 @@ def evaluate(
     return evaluated(request(str(subject), EvaluateOptions(mixed, tuple(against), expert, world, team, episodes)))
 
 
+@flags.defaults
 def exploit(
     subject: str | Path,
     team: str,
@@ -208,6 +176,7 @@ def exploit(
     return exploited(str(subject), team, asked, Console(quiet=True))
 
 
+@flags.defaults
 def compile(
     profile: PolicyProfile,
     targets: Iterable[str] = ("c", "python", "json"),
@@ -235,59 +204,30 @@ def compile(
     return compiled(profile, asked)
 
 
+@flags.defaults
+@options.spelled_out(options.VerifyOptions)
 def verify(
     profile: PolicyProfile,
-    claim: str = "distinct_targets",
+    claim: str | claims.Claim = "distinct_targets",
     region: str | Path = "start",
-    *,
-    team: str | None = None,
-    semantics: str = "machine",
-    margin: Number | None = None,
-    radius: Number | None = None,
-    kappa: Number | None = None,
-    eps: Number | None = None,
-    landmarks: Sequence[str] | None = None,
-    others: Sequence[str] | None = None,
-    of: str | None = None,
-    steps: int | None = None,
-    agents: Sequence[str] | None = None,
-    agent: str | None = None,
-    feature: str | None = None,
-    direction: str | None = None,
-    order: Sequence[str] | None = None,
-    observations: bool = False,
-    shared: Sequence[str] | None = None,
-    where: bool = False,
-    max_cells: int | None = None,
-    max_zones: int | None = None,
-    solver_units: int | None = None,
-) -> Result | EpisodeResult:
+    **asked: Unpack[options.VerifyOptions],
+) -> AnyResult:
     """The verdict on a built-in claim for every state of a region: `start`, or a region file.
 
-    `margin` and `radius` are lengths of the world, `kappa` is a ratio, `eps` is in the features' units. `steps`: of an
-    episode; `landmarks`: one for each agent of the team; `others`: from whom keeps_apart keeps the team; `of`: what
-    steady is about. `semantics`: machine, or real for exact arithmetic. `where`: also where a claim about single
-    decisions holds and fails (`Result.where`, `Result.within`), in at most `max_cells` failing cells, and from what
-    share of the starts one about episodes fails (`EpisodeResult.starts`). `max_zones` limits claims about episodes,
-    `solver_units` each query to Z3. `agents`: of agree; `agent`, `feature`, `direction` and `order` (of actions): of
-    monotone. `observations`: the claim is about what agents observe; `shared`: features that they observe alike, or
-    ["all"]. None: as `maviper properties list` says. InputError for a name that there is not, or a parameter that the
-    claim does not read.
+    `claim`: one of `maviper.claims`, such as `claims.Reaches(steps=25)`, which has its parameters and its team; or a
+    name, with the parameters as options. `margin` and `radius` are lengths of the world, `kappa` is a ratio, `eps` is
+    in the features' units. `where` also answers where a claim about single decisions holds and fails (`where` of
+    `Result.evidence`) and from what share of the starts one about episodes fails (`starts` of it). `shared`: ["all"]
+    for all features. None: as `maviper properties list` says. InputError for a name that there is not, or a parameter
+    that the claim does not read.
     """
-    from maviper.verification.ask import VerifyOptions, number
+    from maviper.verification.ask import VerifyOptions
     from maviper.verification.run import results
 
-    numbers = {"margin": margin, "radius": radius, "kappa": kappa, "eps": eps}
-    lists = {"landmarks": landmarks, "others": others, "agents": agents, "order": order, "shared": shared}
-    given: dict[str, Any] = {name: number(value, name) for name, value in numbers.items()}
-    given |= {name: None if value is None else tuple(value) for name, value in lists.items()}
-    given |= {"of": of, "steps": steps, "agent": agent, "feature": feature, "direction": direction}
-    given |= {"where": where, "max_cells": max_cells, "max_zones": max_zones, "solver_units": solver_units}
-    about: dict[str, Any] = {"team": team, "semantics": semantics, "observations": observations}
-    asked = VerifyOptions(names=(claim,), region=str(region), **about, **given)
-    return results(profile, asked)[0]
+    return results(profile, VerifyOptions.about(claim, str(region), asked))[0]
 
 
+@flags.defaults
 def verify_file(
     profile: PolicyProfile,
     file: str | Path,
@@ -299,7 +239,7 @@ def verify_file(
     where: bool = False,
     max_cells: int | None = None,
     solver_units: int | None = None,
-) -> list[Result | EpisodeResult]:
+) -> list[AnyResult]:
     """The verdicts on the claims of a property file, in its order; `region` is for those that name none.
 
     The rest is as for `verify`. InputError with line and column for a claim that cannot be read.
@@ -322,6 +262,7 @@ def verify_file(
     return results(profile, about)
 
 
+@flags.defaults
 def check(
     certificate: str | Path,
     profile: PolicyProfile | str | Path | None = None,
@@ -329,24 +270,25 @@ def check(
     world: str | Path | None = None,
 ) -> Checked:
     """What the certificate in a file proves of a profile (default: profile.json beside it), of a second one where it is
-    by `diff` (default: against.json beside it), in a world's file if it is by `verify_system` (world.toml beside it).
+    by `diff` (default: against.json beside it), in a world file if it is by `verify_system` (world.toml beside it).
 
     RefusedError when its proof does not hold; InputError when it cannot be read or is about another profile.
     """
     from pathlib import Path
 
-    from maviper.verification.certificates import checked
+    from maviper.verification.files.certificates import checked
 
     first, second = (Path(one) if isinstance(one, str) else one for one in (profile, against))
     return checked(Path(certificate), first, second, None if world is None else Path(world))
 
 
+@flags.defaults
 def replay(
     counterexample: str | Path, profile: PolicyProfile | str | Path | None = None, world: str | Path | None = None
 ) -> Replayed:
     """The counterexample in a file, replayed with a profile (default: profile.json beside it): does the claim fail?
 
-    `world`: the world's file of one by `verify_system` (default: world.toml beside it).
+    `world`: the world file of one by `verify_system` (default: world.toml beside it).
 
     InputError when the file is damaged or about another world; DisagreementError when reference, compiled C and
     environment act differently.
@@ -354,12 +296,13 @@ def replay(
     from pathlib import Path
 
     from maviper.files.profiles import loaded
-    from maviper.verification.counterexamples import replay as replayed
+    from maviper.verification.files.counterexamples import replay as replayed
 
     about = loaded(profile, beside=Path(counterexample))
     return replayed(Path(counterexample), about, None if world is None else Path(world))
 
 
+@flags.defaults
 def repair(
     profile: PolicyProfile,
     claim: str = "distinct_targets",

@@ -1,15 +1,30 @@
 """Fixtures that many tests share: the shipped expert and a small profile extracted from it."""
 
+import gc
 import os
+import sys
+from pathlib import Path
 
 import pytest
 from hypothesis import settings
 
 from codegen import ir
 from codegen.agreement.compiled import find_compiler
+from tests import seconds
 
 settings.register_profile("repeatable", derandomize=True, deadline=None, max_examples=40)
+settings.register_profile("random", deadline=None, max_examples=500, print_blob=True)  # --hypothesis-profile=random
 settings.load_profile("repeatable")
+
+
+# Workers and commands that tests start keep bytecode, whatever the environment says: half of a start is compiling.
+sys.dont_write_bytecode = False
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+
+
+def pytest_addoption(parser):
+    parser.addoption("--update-golden", action="store_true", help="renew golden files instead of comparing")
+    parser.addoption("--seconds", metavar="RECORD", help="write there how long each file took and what was skipped")
 
 
 @pytest.hookimpl(tryfirst=True)
@@ -24,11 +39,46 @@ def pytest_cmdline_main(config):
         config.option.dist, config.option.loadscopereorder = "loadfile", False
 
 
+def pytest_configure(config):
+    if config.getoption("seconds") and not hasattr(config, "workerinput"):
+        config.pluginmanager.register(seconds.Recorder(Path(config.getoption("seconds"))))
+
+
+def pytest_ignore_collect(collection_path, config):
+    """The smoke tests are an inner loop: files without one are not even imported."""
+    if config.getoption("markexpr") == "smoke" and collection_path.suffix == ".py":
+        return True if "mark.smoke" not in collection_path.read_text(encoding="utf-8") else None
+    return None
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_collection_modifyitems(config, items):
+    if hasattr(config, "workerinput"):
+        items[:] = seconds.longest_first(items, seconds.table())
+
+
+def pytest_collection_finish():
+    """What all tests have loaded is looked through by no further collection of garbage, and those are rarer."""
+    gc.collect()
+    gc.freeze()
+    gc.set_threshold(10_000, 20, 20)
+
+
 def pytest_runtest_setup(item):
     if item.get_closest_marker("compile") and find_compiler() is None:
         pytest.skip("no C compiler (cc, gcc, clang or $CC)")
     if item.get_closest_marker("train"):
         pytest.importorskip("torch", reason="the extra maviper[train] is not installed")
+
+
+@pytest.fixture
+def few_observations(monkeypatch):
+    """For tests that compile but are about something else: agreement is looked for on a hundredth of the random
+    observations, beside all thresholds and special values. Tests of agreement itself ask all.
+    """
+    from codegen.agreement import selfcheck
+
+    monkeypatch.setattr(selfcheck.check, "__defaults__", (1_000,))
 
 
 @pytest.fixture(scope="session")
@@ -67,15 +117,9 @@ def extracted_quickly(world, expert) -> ir.PolicyProfile:
     return extract(world, expert, Settings(max_depth=3, iterations=4, rollouts=30, selection_episodes=30))
 
 
-def pytest_addoption(parser):
-    parser.addoption("--update-golden", action="store_true", help="renew golden files instead of comparing")
-
-
 @pytest.fixture
 def golden(request):
     """Compares texts with the files of a folder (relative to the project's root), or renews them."""
-    from pathlib import Path
-
     root = Path(__file__).parent.parent
 
     def compare(folder: str, files: dict[str, str | bytes]) -> None:

@@ -23,21 +23,21 @@ from codegen.lowering.deploy import deployed
 from codegen.lowering.lower import lower
 from codegen.targets import TARGETS, emit
 from maviper.compilation import compile, proofs
-from tests import episode_cases
-from tests.teams import DOWN, LEFT, RIGHT, STAY, UP, team, towards, tree
-from tests.verify.checker import test_contact_reading
-from verify.checker import contact_reading
-from verify.checker.contact_reading import ContactEpisode
-from verify.checker.contacts import Contact
-from verify.checker.episode_reading import GRID
+from tests.support import contact_readings, episode_cases
+from tests.support.teams import DOWN, LEFT, RIGHT, STAY, UP, team, towards, tree
+from verify.checker.episodes import contact_reading
+from verify.checker.episodes.contact_reading import ContactEpisode
+from verify.checker.episodes.contacts import Contact
+from verify.checker.episodes.reading import GRID
 from verify.claims import decisions as properties
 from verify.claims.decisions import DistinctTargets, OwnTarget
 from verify.claims.files import read_properties
 from verify.claims.formula import FALSE, TRUE, negated
-from verify.claims.region import Verdict, start_region
+from verify.claims.uncertified.starts import start_region
 from verify.episodes import composition, unroll
 from verify.episodes import zones as batch
 from verify.question import Question, from_start
+from verify.result import Verdict
 from verify.solver import decide as deciding
 from verify.solver import encode
 from verify.solver.decide import decide
@@ -330,8 +330,7 @@ def encoder_wrong(profile: ir.PolicyProfile) -> bool:
             question = encode.query(Question(profile_here, CLAIM, start_region(profile.world)), "landmark_0")
             for state in sharp_points(threshold, axis, rng):
                 exact = [
-                    (question.variables[name], z3.RatVal(*Fraction(value).as_integer_ratio()))
-                    for name, value in state.position.items()
+                    (question.variables[name], encode.number(Fraction(value))) for name, value in state.position.items()
                 ]
                 said = z3.simplify(z3.substitute(question.constraints[-1], *exact))
                 if z3.is_true(said) != violates(from_start(profile_here, CLAIM), state):
@@ -414,7 +413,7 @@ def sums_wrong(profile: ir.PolicyProfile) -> bool:
 
 def sums_fault() -> Fault:
     def plant(profile, patch):
-        patch.setattr(encode._Encoder, "_rounding", lambda *given: z3.RealVal(0))
+        patch.setattr(encode._Encoder, "_rounding", lambda *given: encode.number(Fraction(0)))
         return sums_wrong(profile)
 
     return Fault("encoder: long sums without rounding", "referee at ties", plant)
@@ -597,7 +596,7 @@ ZONES = [
 
 def courses_stray(profile: ir.PolicyProfile) -> bool:
     """Whether played episodes of teams that touch leave the bounds that the checker knows them between."""
-    return any(test_contact_reading.strays(seed)[0] for seed in range(10))
+    return any(contact_readings.strays(seed)[0] for seed in range(10))
 
 
 def contacts_fault(owner, name: str, attribute: str, change: Callable) -> Fault:

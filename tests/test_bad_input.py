@@ -22,8 +22,8 @@ from codegen import policy_json
 from codegen.errors import ExitCode
 from maviper.cli import main
 from maviper.files import runs
-from tests.strategies import WORLD
-from verify.claims.region import positions
+from tests.support.strategies import WORLD
+from verify.claims.uncertified.starts import positions
 
 ANSWERS = {ExitCode.DONE, ExitCode.VIOLATED, ExitCode.INPUT, ExitCode.INCONCLUSIVE}
 WORDS = ["", " ", "x", "agent_0", "goal_dx", "x*/", "a\nb", "__init__", "é", "a" * 100, "../../x", "%s%n", "{{7*7}}"]
@@ -58,7 +58,15 @@ def edit(document, path, change, value):
         here["extra"] = value
     elif change == "repeat" and isinstance(here, list):
         here.append(here[path[-1]])
+    elif change not in ("add", "repeat"):
+        raise ValueError(change)
     return document
+
+
+def test_an_edit_is_known_or_refused():
+    assert edit({"a": [1]}, ("a", 0), "replace", 2) == {"a": [2]}
+    with pytest.raises(ValueError, match="replaced"):
+        edit({"a": [1]}, ("a", 0), "replaced", 2)
 
 
 def run(*arguments):
@@ -89,7 +97,7 @@ def shared_place(tmp_path_factory):
     return tmp_path_factory.mktemp("sweep")
 
 
-@settings(max_examples=250)
+@settings(max_examples=max(250, settings.default.max_examples))
 @given(data=st.data())
 def test_edited_profiles(document, shared_place, data):
     """One or two random edits anywhere; the hash is dropped half of the time, so that later checks are reached."""
@@ -98,7 +106,7 @@ def test_edited_profiles(document, shared_place, data):
         changed = {key: value for key, value in document.items() if key != "content_hash"}
     for _ in range(data.draw(st.integers(1, 2))):
         path = data.draw(st.sampled_from(list(paths_of(changed))), label="path")
-        change = data.draw(st.sampled_from(["reshared_place", "delete", "add", "repeat"]), label="change")
+        change = data.draw(st.sampled_from(["replace", "delete", "add", "repeat"]), label="change")
         changed = edit(changed, path, change, data.draw(VALUES, label="value"))
         if not isinstance(changed, dict):
             break
@@ -107,7 +115,7 @@ def test_edited_profiles(document, shared_place, data):
     assert run("-q", "show", file) in ANSWERS
 
 
-@settings(max_examples=40)
+@settings(max_examples=max(40, settings.default.max_examples))
 @given(st.binary(max_size=300), st.integers(0, 2**31))
 def test_damaged_bytes(document, shared_place, noise, seed):
     """Bytes overwritten, cut off or inserted."""
@@ -135,6 +143,7 @@ FASTER = {"name": "vx", "unit": "length/s", "range": [-9, 9], "meaning": "agent_
         (("landmarks", 0, "start_box"), [0.0, -0.0], ""),
     ],
 )
+@pytest.mark.usefixtures("few_observations")
 def test_start_regions_that_are_none(document, place, capsys, place_of, value, says):
     """Whatever a start region is computed from: speeds in it come from force, time step and damping."""
     changed = {key: item for key, item in copy.deepcopy(document).items() if key != "content_hash"}
@@ -170,6 +179,7 @@ def renamed(document, agent, feature, action):
 
 @pytest.mark.compile
 @pytest.mark.parametrize("first", range(len(WORDS)), ids=WORDS)
+@pytest.mark.usefixtures("few_observations")
 def test_hostile_but_legal_names_compile(document, place, first):
     """Words of the target languages as names, each once in every place: compiled, and in agreement."""
     file = place / "profile.json"
@@ -179,6 +189,7 @@ def test_hostile_but_legal_names_compile(document, place, first):
 
 
 @pytest.mark.parametrize("place_of", range(3), ids=["agent", "feature", "action"])
+@pytest.mark.usefixtures("few_observations")
 def test_a_name_of_the_headers_own_is_refused_where_it_would_clash(document, place, place_of):
     names = [name if index != place_of else "N_ACTIONS" for index, name in enumerate(["agent_0", "goal_dx", "left"])]
     (place / "profile.json").write_text(json.dumps(renamed(document, *names)))
@@ -224,6 +235,7 @@ def test_random_region_files(document, shared_place, region):
 
 
 @pytest.mark.parametrize("region", [b"\xff\xfe", b"\x00", b"[" * 10_000, b"a = " + b"[" * 5_000, b"x" * 2**21, b""])
+@pytest.mark.smoke
 def test_region_files_that_are_not_text(document, place, region):
     (place / "profile.json").write_text(json.dumps(document))
     (place / "region.toml").write_bytes(region)
@@ -296,7 +308,7 @@ def property_files(draw):
 
 
 @pytest.mark.solver
-@settings(max_examples=60)
+@settings(max_examples=max(60, settings.default.max_examples))
 @given(property_files())
 def test_random_property_files(document, shared_place, source):
     (shared_place / "profile.json").write_text(json.dumps(document))
@@ -405,6 +417,7 @@ def blocked(place, kind):
 
 @pytest.mark.parametrize("kind", ["a file in the way", "a file above", "not a file system", "a name too long"])
 @pytest.mark.parametrize("command", ["compile", "verify", "demo", "train", "extract"])
+@pytest.mark.usefixtures("few_observations")
 def test_output_folders_that_cannot_be(document, place, kind, command, monkeypatch):
     (place / "profile.json").write_text(json.dumps(document))
     out = blocked(place, kind)
@@ -441,6 +454,7 @@ def small_disk(tmp_path):
 
 
 @pytest.mark.compile
+@pytest.mark.usefixtures("few_observations")
 def test_a_full_disk_is_said_and_leaves_whole_files(document, place, small_disk, capsys):
     (place / "profile.json").write_text(json.dumps(document))
     assert run("compile", place / "profile.json", "-o", small_disk) == ExitCode.MISSING
@@ -475,6 +489,7 @@ def read_only(tmp_path):
 
 
 @pytest.mark.parametrize("deeper", [".", "deeper"])
+@pytest.mark.usefixtures("few_observations")
 def test_a_read_only_folder(document, place, read_only, deeper):
     (place / "profile.json").write_text(json.dumps(document))
     assert run("-q", "compile", place / "profile.json", "-o", read_only / deeper) == ExitCode.INPUT

@@ -19,10 +19,10 @@ from codegen.targets import emit
 from maviper import load
 from maviper.episodes.play import play, tree_policies
 from maviper.worlds import WorldState
+from maviper.worlds.games.particle import SUCCESS
 from maviper.worlds.matching import matching_world
-from maviper.worlds.particle import SUCCESS
-from tests.test_embedding import EMBEDDING, FEW, SEED, ours
-from tests.test_generated import FOLDER
+from tests.support.embedding import EMBEDDING, FEW, SEED, ours
+from tests.support.generated import FOLDER
 
 MODULES = {"jax": "jaxmarl", "torch": "vmas"}
 EPISODES = 10_000

@@ -12,18 +12,15 @@ import pytest
 
 from codegen.agreement.compiled import STRICT, find_compiler
 from maviper import load
-from maviper.episodes.play import play, tree_policies
 from maviper.worlds import WorldState
 from maviper.worlds.matching import matching_world
-from maviper.worlds.particle import SUCCESS
-from tests import machines
-from tests.test_generated import FOLDER
+from tests.support import machines
+from tests.support.embedding import EMBEDDING, EPISODES, FEW, SEED, ours
+from tests.support.generated import FOLDER
 
-EMBEDDING = FOLDER.parent / "embedding"
 PROGRAM = EMBEDDING / "mpe2" / "play.py"
 SIMULATION = EMBEDDING / "c_simulation" / "simulation.c"
 FLAGS = [*STRICT, "-O2", "-ffp-contract=off"]
-SEED, EPISODES, FEW = 9_600_000, 4_000, 200
 WORDS = 2 + 25  # of a line: two successes, the actions of each step
 WIDE = 5.0  # standard deviations between two measured shares
 
@@ -36,29 +33,6 @@ def team():
 @pytest.fixture(scope="module")
 def starts(team):
     return matching_world(team).start_from_seeds(range(SEED, SEED + EPISODES))
-
-
-def ours(team, starts, ends=True):
-    """What our simulator says of episodes from these starts, in the lines of the programs; C's say where they end."""
-    world = matching_world(team)
-    episodes = play(world, [tree_policies(team.agents)] * len(team.agents), starts)
-    rows = [world.measures.index(measure) for measure in world.measures if measure.name == SUCCESS[0]]
-    assert [world.measures[row].team for row in rows] == ["adversaries", "defenders"] and len(starts) > 0
-    successes = episodes.values[rows].astype(int)
-    actions = episodes.actions.transpose(1, 0, 2).tolist()
-    last = episodes.states[-1].position[:, : len(team.agents)].reshape(len(starts), -1).tolist()
-    lines = []
-    for wins, steps, end in zip(successes.T.tolist(), actions, last, strict=True):
-        words = [*map(str, wins), *("".join(map(str, step)) for step in steps)]
-        lines.append(" ".join([*words, *(f"{value:.17g}" for value in end)] if ends else words))
-    assert all(0 < row.sum() < len(starts) for row in successes), "nothing to tell apart"
-    return [*lines, *summary(successes)]
-
-
-def summary(successes):
-    n = successes.shape[1]
-    teams = zip(("adversaries", "defenders"), successes.sum(axis=1).tolist(), strict=True)
-    return [f"{team} success r=0.316: {wins} of {n} episodes, {wins / n:.3f}" for team, wins in teams]
 
 
 def printed(*command, **options):

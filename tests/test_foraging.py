@@ -15,7 +15,7 @@ from maviper.evaluation import held_out
 from maviper.experts import store
 from maviper.worlds.checking import check, usable
 from maviper.worlds.matching import plays
-from tests.test_generated import FOLDER
+from tests.support.generated import FOLDER
 
 PLACE = FOLDER.parent / "foraging"
 SEEDS = range(100)

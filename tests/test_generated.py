@@ -6,7 +6,6 @@
 import hashlib
 import json
 import subprocess
-from pathlib import Path
 
 import pytest
 
@@ -14,8 +13,7 @@ from codegen.agreement.compiled import find_compiler
 from maviper import load
 from maviper.files import runs
 from maviper.tour import handout
-
-FOLDER = Path(__file__).parent.parent / "generated" / "physical_deception"
+from tests.support.generated import FOLDER
 
 pytestmark = [pytest.mark.compile, pytest.mark.solver]
 
@@ -48,6 +46,7 @@ def test_the_shipped_expert_is_the_one_named(expert):
     assert json.loads((FOLDER / "manifest.json").read_text())["expert"] == expert.hash
 
 
+@pytest.mark.smoke
 def test_the_pages_lines_of_c_compile_and_run(tmp_path):
     page = (FOLDER / "README.md").read_text()
     example = page.split("```c\n")[1].split("```")[0]

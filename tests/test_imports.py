@@ -12,8 +12,10 @@ from pathlib import Path
 import grimp
 import pytest
 
+from tests.support.heavy import ASIDE, HEAVY
+from tests.support.sources import PACKAGES, modules, parsed
+
 ROOT = Path(__file__).parent.parent
-PACKAGES = ("codegen", "maviper", "verify")
 VERBS = (
     "maviper",
     "maviper.__main__",
@@ -22,20 +24,6 @@ VERBS = (
     "maviper.reproduction.verb",
     "maviper.verification.verb",
 )  # load what they do when they are called
-HEAVY = {"highspy", "joblib", "matplotlib", "mpe2", "pettingzoo", "scipy", "sklearn", "torch", "z3"}
-# What a claim about decisions, which most commands ask, does not need. With all of them, 230 modules of ours take
-# 150 ms to import. tests/test_house.py holds that none of these is loaded.
-ASIDE = {
-    "maviper.worlds.outside.vmas",
-    "maviper.worlds.pettingzoo",
-    "verify.extent.found",
-    "verify.extent.starts",
-    "verify.reports.code",
-    "verify.reports.episodes",
-    "verify.reports.systems",
-    "verify.reports.where",
-    "verify.verdicts.episodes",
-}
 EXTRAS = {  # asked for where they are missing
     "dask",
     "distributed",
@@ -51,13 +39,6 @@ EXTRAS = {  # asked for where they are missing
 def graph():
     """All imports but those for types, in functions too."""
     return grimp.build_graph(*PACKAGES, include_external_packages=True, exclude_type_checking_imports=True)
-
-
-def modules():
-    for package in PACKAGES:
-        for path in sorted((ROOT / package).rglob("*.py")):
-            name = ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
-            yield name, ast.parse(path.read_text())
 
 
 def imported(node):
@@ -99,7 +80,7 @@ def in_functions(tree):
 def at_once():
     """What each module imports when it is imported itself, without what its functions import."""
     found = {}
-    for name, tree in modules():
+    for name, tree in ((name, parsed(path)) for name, path in modules().items()):
         hidden = in_functions(tree)
         nodes = [node for node in ast.walk(tree) if id(node) not in hidden]
         found[name] = {target for node in nodes for target in imported(node)}
@@ -116,8 +97,9 @@ def loaded(name):
     return found
 
 
-@pytest.mark.parametrize(("name", "tree"), list(modules()), ids=lambda item: item if isinstance(item, str) else "")
-def test_functions_import_only_what_is_heavy_or_aside(name, tree):
+@pytest.mark.parametrize("name", modules())
+def test_functions_import_only_what_is_heavy_or_aside(name):
+    tree = parsed(modules()[name])
     if name in VERBS or name.startswith("maviper.cli."):
         return
     for node in in_functions(tree).values():
@@ -134,6 +116,11 @@ def test_what_is_imported_is_declared():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
     declared = {re.split(r"[^\w.-]", line)[0].lower() for line in project["dependencies"]}
     distributions = metadata.packages_distributions()
-    asked = {target.split(".")[0] for _, tree in modules() for node in ast.walk(tree) for target in imported(node)}
+    asked = {
+        target.split(".")[0]
+        for path in modules().values()
+        for node in ast.walk(parsed(path))
+        for target in imported(node)
+    }
     for module in asked - sys.stdlib_module_names - set(PACKAGES) - EXTRAS:
         assert declared & {name.lower() for name in distributions[module]}, f"{module} is imported and not declared"

@@ -10,10 +10,10 @@ from codegen.errors import InputError, UnknownNameError, shown, visible
 from codegen.policy_json import dumps
 from maviper.cli import exits, main
 from maviper.console import Console, say
-from tests.episode_cases import arriving
-from tests.teams import team, towards
-from tests.test_golden import small_profile
-from verify.checker import certificates
+from tests.support.episode_cases import arriving
+from tests.support.small import small_profile
+from tests.support.teams import team, towards
+from verify.checker.decisions import certificates
 
 STRANGE = [
     "agent_0\u200b",

@@ -11,9 +11,9 @@ from maviper import load
 from maviper.cli import main
 from maviper.episodes import measures
 from maviper.episodes.play import tree_policies
-from maviper.worlds.physical_deception import DEFENDERS
-from verify.checker.certificates import accepted, from_json
-from verify.claims.region import everywhere
+from maviper.worlds.games.physical_deception import DEFENDERS
+from verify.checker.decisions.certificates import accepted, from_json
+from verify.claims.uncertified.starts import everywhere
 
 FOLDER = Path(__file__).parent.parent / "generated" / "proved_defenders"
 CERTIFICATE = FOLDER / "certificate-1-distinct_targets.json"
@@ -67,7 +67,7 @@ def test_repairing_the_extracted_team_again_gives_the_same_bytes(tmp_path, capsy
     made = ["repair", str(FOLDER / "extracted.json"), "--max-depth", "6", "--episodes", "10000", "-o", str(tmp_path)]
     assert main.run(made) == 0
     names = {path.name for path in FOLDER.iterdir()} - {"README.md", "extracted.json"}
-    assert names == {path.name for path in tmp_path.iterdir()}
+    assert names == {path.name for path in tmp_path.iterdir()} - {".maviper.json"}
     for name in names:
         assert (tmp_path / name).read_bytes() == (FOLDER / name).read_bytes(), name
     assert "3 guards, agent_0 for" in capsys.readouterr().err

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from codegen import policy_json
 from maviper.cli import main
-from verify.checker.certificates import Certificate, to_json
+from verify.checker.decisions.certificates import Certificate, to_json
 from verify.claims.formula import TRUE
 from verify.claims.region import Region
 
@@ -98,7 +98,7 @@ ERRORS = [
 
 
 def test_error_messages(golden, capsys, monkeypatch, tmp_path):
-    from tests.test_golden import small_profile
+    from tests.support.small import small_profile
 
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("COLUMNS", "100")

@@ -40,7 +40,7 @@ def test_asking_again_gives_the_same_bytes(world, tmp_path, monkeypatch):
     assert main.run([*words[:-1], str(tmp_path)]) == 1  # some claims are violated
     given = {"properties.toml", "extracted.json", *(path.name for path in (VERDICTS / world).glob("region*.toml"))}
     made = {path.name for path in (VERDICTS / world).iterdir() if path.is_file()} - given
-    assert made == {path.name for path in tmp_path.iterdir() if not path.name.startswith("states-")}
+    assert made == {path.name for path in tmp_path.iterdir() if not path.name.startswith(("states-", "."))}
     for name in made:
         assert (tmp_path / name).read_bytes() == (VERDICTS / world / name).read_bytes(), name
 
@@ -105,7 +105,7 @@ def test_repairing_the_navigation_team_again_gives_the_same_bytes(tmp_path, caps
     made = ["repair", str(NAVIGATION / "extracted.json"), "--max-depth", "6", "--episodes", "2000"]
     assert main.run([*made, "-o", str(tmp_path)]) == 0
     names = {path.name for path in NAVIGATION.iterdir()} - {"README.md", "extracted.json"}
-    assert names == {path.name for path in tmp_path.iterdir()}
+    assert names == {path.name for path in tmp_path.iterdir() if not path.name.startswith(".")}
     for name in names:
         assert (tmp_path / name).read_bytes() == (NAVIGATION / name).read_bytes(), name
 

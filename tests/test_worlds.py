@@ -10,12 +10,13 @@ import pytest
 from codegen.errors import ExitCode
 from maviper.cli.main import run as command
 from maviper.files.profiles import load
-from maviper.verification.stated import StatedOptions, ensure_plays, verified
-from maviper.worlds.outside.systems import read
+from maviper.verification.files.systems import ensure_plays
+from maviper.verification.stated import StatedOptions, verified
+from maviper.worlds.stated.systems import read
 from tests.maviper.page.browsers import overhang
-from verify.checker.enclosures import ensure_enclosed
-from verify.claims.region import Verdict
+from verify.checker.systems.enclosures import ensure_enclosed
 from verify.reports import systems as report
+from verify.result import Verdict
 
 PLACE = Path(__file__).parent.parent / "generated" / "worlds"
 TEXT = (PLACE / "README.md").read_text()

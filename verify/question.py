@@ -16,39 +16,48 @@ import numpy as np
 
 from codegen import ir
 from codegen.ir import GOAL, AgentPolicy, PolicyProfile
-from verify.claims.catalogue import Claim
-from verify.claims.decisions import DecisionClaim, OwnFormula, formula
+from verify.claims.claim import AnyClaim
+from verify.claims.decisions import DecisionClaim, formula
 from verify.claims.episodes import EpisodeClaim
 from verify.claims.formula import Formula, agents, conjuncts, for_goal, names_goal
-from verify.claims.observed import Viewed
-from verify.claims.region import MACHINE, Region, everywhere
+from verify.claims.region import Region
+from verify.claims.uncertified.own import OwnFormula
+from verify.claims.uncertified.starts import everywhere
+from verify.claims.uncertified.views import Viewed
 from verify.claims.verifiable import read_by, verifiable
+from verify.semantics import MACHINE
 
 CONTROL_SEED = 0
 MAX_TOGETHER = 3  # agents of a claim that is never divided
-SECOND_UNITS, ASIDE_UNITS = 20_000_000, 4_000_000
-About = TypeVar("About", bound=Claim, covariant=True)
-Asked = TypeVar("Asked", bound=Claim)
+UNITS_A_NODE = 50  # of a budget in solver resource units, so many stand for one search node
+SECOND_OPINION_UNITS, DETAIL_UNITS = 20_000_000, 4_000_000
+About = TypeVar("About", bound=AnyClaim, covariant=True)
+Asked = TypeVar("Asked", bound=AnyClaim)
 
 
 @dataclass(frozen=True)
 class Budgets:
     """How much may be spent on a question, in units that do not depend on the machine."""
 
-    solver_units: int = 200_000_000  # Z3 resource units a query; a depth-10 pair of trees takes far less
-    max_nodes: int = 4_000_000  # search nodes a goal; half a second compiled, a minute or two in Python
+    solver_units: int = 200_000_000  # Z3 resource units per query; a depth-10 pair of trees takes far less
+    max_nodes: int = 4_000_000  # search nodes per goal; half a second compiled, a minute or two in Python
     max_cells: int = 50_000  # listed where a claim fails, over all goals
     max_zones: int = 5_000_000  # visited for a claim about episodes; about a million a second
+    option: str = "--solver-units"  # that sets the limits on units and nodes; "" where none does
+
+    def hint(self, what: str = "may answer") -> str:
+        """What helps where a limit on units or nodes ended a search."""
+        return f"a larger {self.option} {what}" if self.option else "smaller trees or a smaller region may be decided"
 
     @property
-    def second(self) -> int:
+    def second_opinion_units(self) -> int:
         """Solver units for a second opinion, where zones have a verdict: a minute of a large question by default."""
-        return min(self.solver_units, max(SECOND_UNITS, self.solver_units // 10))
+        return min(self.solver_units, max(SECOND_OPINION_UNITS, self.solver_units // 10))
 
     @property
-    def aside(self) -> int:
+    def detail_units(self) -> int:
         """Solver units for a query that tells more of a verdict: such as where else the claim fails."""
-        return min(self.solver_units, max(ASIDE_UNITS, self.solver_units // 50))
+        return min(self.solver_units, max(DETAIL_UNITS, self.solver_units // 50))
 
 
 @dataclass(frozen=True, eq=False)

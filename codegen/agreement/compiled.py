@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 
+from codegen.agreement.programs import run
 from codegen.errors import DisagreementError, InputError, MissingToolError
 from codegen.floats import observations
 from codegen.ir import Float64, Floats, Int32
@@ -53,18 +54,14 @@ def ensure_strict(header: str, model: Model) -> tuple[str, ...]:
         (Path(folder) / "empty.c").write_text("extern int nothing;\n")
         for named in OTHERS:
             command = [*named.split(), *STRICT[1:], "-fsyntax-only"]
-            if shutil.which(command[0]) is None or _run([*command, "empty.c"], folder).returncode != 0:
+            if shutil.which(command[0]) is None or run([*command, "empty.c"], folder).returncode != 0:
                 continue
-            read = _run([*command, "harness.c"], folder)
+            read = run([*command, "harness.c"], folder)
             if read.returncode != 0:
                 lines = "\n".join(read.stderr.strip().splitlines()[:5])
                 raise DisagreementError(f"the generated C does not compile with {named}", lines, "this is a bug")
             clean.append(named)
     return tuple(clean)
-
-
-def _run(command: Sequence[str], folder: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
 
 
 class CompiledC:
@@ -97,7 +94,11 @@ class CompiledC:
 
     def _build(self, compiler: list[str], source: str) -> subprocess.CompletedProcess[str]:
         command = [*compiler, *STRICT, self._level, "-fPIC", "-shared", "-o", "policy.so", source]
-        return _run(command, self._folder.name)
+        try:
+            return run(command, self._folder.name)
+        except BaseException:
+            self._folder.cleanup()
+            raise
 
     def __enter__(self) -> "CompiledC":
         return self

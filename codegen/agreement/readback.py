@@ -9,7 +9,6 @@ Does not: compare (selfcheck.py).
 import json
 import runpy
 import shutil
-import subprocess
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
@@ -21,13 +20,13 @@ import numpy as np
 
 from codegen.agreement import misuse
 from codegen.agreement.entries import Asked, Told
+from codegen.agreement.programs import run
 from codegen.check import identifier
 from codegen.errors import DisagreementError, MissingToolError
 from codegen.ir import Float64, Floats, Int32
 from codegen.lowering.model import Agent, Model
 from codegen.targets import javascript, rust
 
-LIMIT_S = 120
 _SVG = "{http://www.w3.org/2000/svg}"
 
 
@@ -289,7 +288,7 @@ def _tool(name: str, advice: str) -> str:
 
 
 def _run(command: list[str], folder: Path, failed: str) -> None:
-    ran = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False, timeout=LIMIT_S)
+    ran = run(command, folder)
     if ran.returncode != 0:
         lines = "\n".join(ran.stderr.strip().splitlines()[:5])
         raise DisagreementError(failed, lines, "this is a bug; nothing was written")

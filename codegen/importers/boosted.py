@@ -19,7 +19,7 @@ from codegen.errors import InputError, shown
 from codegen.floats import FLOAT64
 from codegen.importers.documents import second_class
 from codegen.importers.nodes import Leaf, Split, json_of, origin_of
-from codegen.importers.origin import AGENT, Origin
+from codegen.importers.origin import AGENT, DOUBLES, SINGLES, Origin
 
 XGBOOST, LIGHTGBM = "XGBoost", "LightGBM"
 ONE = "train one tree: n_estimators=1, and two classes at most"
@@ -56,7 +56,7 @@ def from_xgboost(content: bytes, where: str) -> dict[str, Origin]:
             return Split(feature, "<", number, then, otherwise, nan=left)
 
         width = int(learner["learner_model_param"]["num_feature"])
-        return {AGENT: origin_of(XGBOOST, 0, read, names, width, where)}
+        return {AGENT: replace(origin_of(XGBOOST, 0, read, names, width, where), given=SINGLES)}
     except (LookupError, TypeError, AttributeError, ValueError, OverflowError) as error:
         raise InputError(f"not XGBoost's JSON: {shown(error)[:100]}", where, AGAIN) from None
 
@@ -92,7 +92,7 @@ def from_lightgbm(content: bytes, where: str) -> dict[str, Origin]:
         width = int(model["max_feature_idx"]) + 1
         root = 0 if splits.features else -1
         origin = origin_of(LIGHTGBM, root, splits.read, names if len(names) == width else (), width, where)
-        return {AGENT: replace(origin, numbers=FLOAT64)}
+        return {AGENT: replace(origin, numbers=FLOAT64, given=DOUBLES)}
     except (LookupError, ValueError, OverflowError) as error:
         raise InputError(f"not LightGBM's text: {shown(error)[:100]}", where, AGAIN) from None
 

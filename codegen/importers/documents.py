@@ -17,7 +17,7 @@ from typing import Any, cast
 from codegen.errors import InputError, shown
 from codegen.floats import FLOAT32, FLOAT64, NUMBERS
 from codegen.importers.nodes import Leaf, Split, json_of, origin_of
-from codegen.importers.origin import AGENT, Origin
+from codegen.importers.origin import AGENT, DOUBLES, Origin
 
 DTCONTROL, TREELITE = "dtControl", "treelite"
 AGAIN = "write the file again"
@@ -38,7 +38,7 @@ def from_dtcontrol(content: bytes, where: str) -> dict[str, Origin]:
 
     try:
         origin = origin_of(DTCONTROL, document, read, names.given, 0, where)
-        return {AGENT: replace(origin, numbers=FLOAT64)}
+        return {AGENT: replace(origin, numbers=FLOAT64, given=DOUBLES, keyed=bool(names.given))}
     except RecursionError:
         raise InputError("the file is nested too deeply", where, "simplify it first") from None
 
@@ -98,7 +98,8 @@ def from_treelite(content: bytes, where: str) -> dict[str, Origin]:
         numbers = str(document.get("threshold_type", FLOAT32))
         if numbers not in NUMBERS:
             raise InputError(f"the type of thresholds is not understood: {shown(numbers)}", where, AGAIN)
-        return {AGENT: replace(origin_of(TREELITE, 0, read, (), width, where), numbers=numbers)}
+        origin = origin_of(TREELITE, 0, read, (), width, where)
+        return {AGENT: replace(origin, numbers=numbers, given=f"{numbers}, the type of its thresholds")}
     except (LookupError, TypeError, AttributeError, ValueError, OverflowError) as error:
         raise InputError(f"not treelite's JSON: {shown(error)[:100]}", where, AGAIN) from None
 

@@ -1,8 +1,13 @@
-"""Legal names of features, actions and agents from anybody's labels.
+"""Names and places of features and actions: what a source calls them, and what the user makes of that.
 
-Does: keeps what it can of a text or number; numbers equal feature names; refuses labels whose names collide.
-Assumes: labels in the order of the actions.
-Does not: choose the order of labels.
+Does: keeps names and numbers that the source gives; lets the user rename (new=old), state an order, or name what has no
+  name; refuses everything else, and says what became of each.
+Assumes: labels in the source's order, numbers ascending.
+Does not: read a source.
+
+Labels that are whole numbers from 0 on are the actions' places: what returns 2 is action 2, and an action that no leaf
+takes is there, too. That holds up to MAX_NUMBERED actions, and further where no number is left out. Any other label is
+kept beside the action's name (`ActionSpec.label`), since generated code answers with places.
 
 A name keeps a label's ASCII letters and digits, without accents; a minus sign before a number becomes the word minus,
 what would begin with a number begins with action_, everything else becomes _: 5, -2 and "go left" are action_5,
@@ -11,31 +16,218 @@ action_minus_2 and go_left.
 
 import re
 import unicodedata
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple, TypeAlias
 
 from codegen.check import identifier
-from codegen.errors import InputError
+from codegen.errors import InputError, UnknownNameError, shown
 
 SIGN = re.compile(r"(?<![A-Za-z0-9])-(?=\.?[0-9])")
+WHOLE = re.compile(r"0|[1-9][0-9]{0,8}")
+NUMBERED = re.compile(r"(.*?)([0-9]+)")
 MAX_LETTERS = 56  # with room for a number after them
+MAX_LISTED = 30  # names in a line
+MAX_NUMBERED = 256  # actions, where some are no label
+EXACT = 2**53  # up to which every program reads a whole number as it is
+RENAME = "write new=old for each that has another name"
+Label: TypeAlias = int | float | str
 
 
-def action_names(labels: Sequence[Any], names: Sequence[str] | None) -> list[str]:
-    """The name of each class. InputError where there are more or fewer names, or two become the same one."""
-    given = list(labels if names is None else names)
-    if len(given) != len(labels):
-        raise InputError(f"{len(given)} action names for {len(labels)} classes", "", "name each class once")
-    found: dict[str, Any] = {}
-    taken: dict[str, str] = {}
-    for label in given:
-        name = legal(label, "action")
-        same = taken.setdefault(identifier(name), name)
-        if same in found:
-            what = f"the labels {found[same]!r} and {label!r} become the same action name, {name}"
-            raise InputError(what, "", "give action_names, one per class")
-        found[name] = label
-    return list(found)
+class Renaming(NamedTuple):
+    """Names that the user gives: a list, or new names by old ones."""
+
+    plain: Sequence[str] | None
+    pairs: Mapping[str, str]  # old -> new
+
+    def renamed(self, name: str, *others: str) -> str:
+        """What one thing is called from now on; `others`: what else it is called in the source."""
+        for old in (each for each in (*others, name) if each in self.pairs):
+            return legal(self.pairs[old], "x")
+        known = {identifier(legal(each, "x")) for each in (name, *others)}
+        return next((legal(new, "x") for old, new in self.pairs.items() if identifier(legal(old, "x")) in known), name)
+
+
+class Action(NamedTuple):
+    """An action: its name, what the source returns for it where neither name nor place say so, and that in words."""
+
+    name: str
+    label: Label | None
+    source: str  # "": no leaf takes it
+
+
+@dataclass(frozen=True)
+class Placed:
+    """What features or actions there are, and the place among them of each that the source has."""
+
+    names: tuple[str, ...]
+    place: tuple[int, ...]
+    lines: tuple[str, ...]  # in words, what each is in the source
+    labels: tuple[Label | None, ...] = ()
+    known: tuple[str, ...] = ()  # what the source calls them
+
+
+def renaming(given: Sequence[str] | None) -> Renaming:
+    """What the user gives. InputError for a mixture of names and renamings, and for an old name that comes twice."""
+    pairs = [tuple(part.strip() for part in each.partition("=")) for each in given or ()]
+    if not any(sign for _, sign, _ in pairs):
+        return Renaming(given, {})
+    if not all(new and sign and old for new, sign, old in pairs) or len({old for _, _, old in pairs}) < len(pairs):
+        raise InputError("some names are written new=old and others are not, or one is renamed twice", "", RENAME)
+    return Renaming(None, {old: new for new, _, old in pairs})
+
+
+def ensure_known(given: Renaming, found: Sequence[Placed], kind: str) -> None:
+    """UnknownNameError for an old name that no agent has."""
+    known = list(dict.fromkeys(name for each in found for name in each.known))
+    keys = {identifier(legal(each, "x")) for each in known} | {*known}
+    for old in given.pairs:
+        if old not in keys and identifier(legal(old, "x")) not in keys:
+            raise UnknownNameError(kind, old, known, f"--{kind}s")
+
+
+def listed(found: Placed) -> str:
+    """What each feature or action is, in words; of many, the first ones."""
+    more = len(found.lines) - MAX_LISTED
+    return ", ".join([*found.lines[:MAX_LISTED], *([f"and {more} more"] if more > 0 else [])])
+
+
+# --- actions
+
+
+def actions_of(labels: Sequence[Any], called: Mapping[Any, str], given: Renaming) -> Placed:
+    """The actions of a source that has these labels, some of which it calls by a name. InputError where names do not
+    fit the source's own, or where two actions come to the same name.
+    """
+    values = [_value(each) for each in labels]
+    known = [called.get(each, "") for each in labels]
+    numbers = [_whole(each) for each in values]
+    whole = [each for each in numbers if each is not None]
+    numbered = len(whole) == len(values) == len(set(whole))
+    if numbered and (max(whole) < MAX_NUMBERED or max(whole) < len(whole)):
+        actions, place = _numbered(dict(zip(whole, zip(values, known, strict=True), strict=True)), given), tuple(whole)
+    else:
+        actions, place = _listed(values, known, given)
+    _ensure_distinct(actions)
+    names, kept, _ = zip(*actions, strict=True)
+    lines = (f"{each.name} <- {each.source}" if each.source != each.name else each.name for each in actions)
+    said = (line if each.source else f"{each.name} (no leaf)" for line, each in zip(lines, actions, strict=True))
+    known = (*known, *map(str, values), *(map(str, range(len(names))) if numbered else ()))
+    return Placed(names, place, tuple(f"{k} {line}" for k, line in enumerate(said)), kept, tuple(filter(None, known)))
+
+
+def _value(label: Any) -> Label:
+    """A label as numbers and texts of Python."""
+    plain = label.item() if hasattr(label, "item") else label
+    return plain.decode(errors="replace") if isinstance(plain, bytes) else plain
+
+
+def _whole(value: Label) -> int | None:
+    """The whole number from 0 on that a label is, or spells."""
+    if isinstance(value, str):
+        return int(value) if WHOLE.fullmatch(value) else None
+    return int(value) if value >= 0 and value == value // 1 else None
+
+
+def _numbered(labels: Mapping[int, tuple[Label, str]], given: Renaming) -> list[Action]:
+    """Actions whose labels are their places. `labels`: number -> label, and what the source calls it."""
+    count = max(labels) + 1
+    if given.plain is not None and len(given.plain) < count:
+        what = f"{len(given.plain)} action names for the numbers 0 to {count - 1}"
+        raise InputError(what, "", "name the action of each number, from 0 on, also of those that nothing returns")
+    found: list[Action] = []
+    for number in range(count if given.plain is None else len(given.plain)):
+        value, known = labels.get(number, (number, ""))
+        name = legal(known or (value if isinstance(value, bool) else number), "action")
+        if given.plain is not None:
+            new = legal(given.plain[number], "action")
+            if known and identifier(new) != identifier(name):
+                what = f"the source calls the action {number} {shown(known)}, not {shown(new)}"
+                raise InputError(what, "", f"name the actions of the numbers 0, 1, ... in this order, or {RENAME}")
+            name = new
+        name = given.renamed(name, str(number), known)
+        found.append(Action(name, None, (known or str(value)) if number in labels else ""))
+    return found
+
+
+def _listed(values: Sequence[Label], known: Sequence[str], given: Renaming) -> tuple[list[Action], tuple[int, ...]]:
+    """Actions in the source's order, or in that of the user, and the place of each label among them."""
+    own = [legal(name or value, "action") for name, value in zip(known, values, strict=True)]
+    order = list(range(len(values)))
+    if given.plain is not None:
+        order = _order(own, given.plain, "actions")
+    texts = all(isinstance(each, str) for each in values)
+    spelled = texts or any(isinstance(each, int) and abs(each) > EXACT for each in values)
+    actions = [
+        Action(
+            given.renamed(own[k], str(values[k]), known[k]),
+            str(values[k]) if spelled else values[k],
+            known[k] or str(values[k]),
+        )
+        for k in order
+    ]
+    if texts and all(each.label == each.name for each in actions):
+        actions = [each._replace(label=None) for each in actions]
+    return actions, tuple(order.index(k) for k in range(len(values)))
+
+
+def _order(own: Sequence[str], given: Sequence[str], kind: str) -> list[int]:
+    """The place in `own` of each name given. InputError where these are other names."""
+    keys, wanted = [identifier(each) for each in own], [identifier(legal(each, "x")) for each in given]
+    if sorted(keys) != sorted(wanted) or len(set(keys)) < len(keys):
+        what = f"the source names its {kind} itself: {', '.join(map(shown, own[:20]))}"
+        raise InputError(
+            what, f"given: {', '.join(map(shown, given[:20]))}", f"list the same names in your order, or {RENAME}"
+        )
+    return [keys.index(each) for each in wanted]
+
+
+def _ensure_distinct(actions: Sequence[Action]) -> None:
+    found: dict[str, Action] = {}
+    for each in actions:
+        other = found.setdefault(identifier(each.name), each)
+        if other is not each:
+            what = f"the labels {other.source!r} and {each.source!r} become the same action name, {each.name}"
+            raise InputError(what, "", f"give them names: {RENAME}")
+
+
+# --- features
+
+
+def features_of(own: Sequence[str], width: int, given: Renaming, *, keyed: bool = False) -> Placed:
+    """The features of a source that gives these names, or none. `keyed`: it looks them up by name, so that observations
+    may hold more, in any order.
+    """
+    names = list(own) or [f"x{index}" for index in range(width)]
+    place = tuple(range(len(names)))
+    if given.plain is not None:
+        keys, wanted = ([identifier(legal(each, "x")) for each in some] for some in (names, given.plain))
+        if keyed and set(keys) <= set(wanted) and len(set(wanted)) == len(wanted):
+            place = tuple(map(wanted.index, keys))
+        elif own and not (_is_numbered(own) and sorted(keys) != sorted(wanted)):
+            order = _order([legal(each, "x") for each in own], given.plain, "features")
+            place = tuple(order.index(k) for k in range(len(own)))
+        elif len(given.plain) != width:
+            raise InputError(f"{len(given.plain)} feature names for {width} features", "", "name each feature once")
+        new = list(given.plain)
+    else:
+        new = [given.renamed(each) for each in names]
+    old = dict(zip(place, names, strict=True))
+    new = cleaned(new, "x")
+    lines = (
+        f"{k} {name}" + (f" <- {old[k]}" if own and old.get(k, name) != name else "") for k, name in enumerate(new)
+    )
+    return Placed(tuple(new), place, tuple(lines), known=tuple(names))
+
+
+def _is_numbered(names: Sequence[str]) -> bool:
+    """Whether names say no more than places: x0, x1 and so on."""
+    parts = [NUMBERED.fullmatch(each) for each in names]
+    stems = {each[1] if each and int(each[2]) == k else None for k, each in enumerate(parts)}
+    return len(stems) == 1 and None not in stems
+
+
+# --- legal names
 
 
 def legal(given: Any, prefix: str) -> str:

@@ -11,8 +11,11 @@ rounds them down to float32, which changes no decision for a float32 observation
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, field, replace
+from itertools import repeat
+from typing import Any, NamedTuple
+
+import numpy as np
 
 from codegen import ir
 from codegen.check import ensure
@@ -25,6 +28,7 @@ from codegen.lowering.deploy import deployed
 from codegen.lowering.render import comment
 
 AGENT, TEAM = "agent_0", "team"
+SINGLES, DOUBLES = (f"any numbers, which it makes {numbers}" for numbers in (FLOAT32, FLOAT64))
 NAN_KEPT, NAN_RIGHT = "decided as in the origin", "goes right, whatever the origin does"
 
 
@@ -34,7 +38,7 @@ class Origin:
 
     kind: str  # in words, such as "if/else Python"
     grown: GrownTree  # a leaf's action is the place of its label
-    labels: tuple[Any, ...]  # of the actions, in their order
+    labels: tuple[Any, ...]  # that its leaves return; numbers ascending
     act: Callable[[Floats], Int32]  # rows [n, n_features] -> the places of the origin's own labels [n]
     replayed_by: str  # who decides in `act`, in words
     features: tuple[str, ...] = ()  # names; (): the origin gives none
@@ -43,12 +47,26 @@ class Origin:
     finite: bool = False  # whether the origin takes finite numbers only
     takes: Callable[[Floats], Bool] | None = None  # which observations it takes, where not all finite ones
     numbers: str = FLOAT32  # that it compares; what is given to it becomes one of these first
+    given: str = "any numbers"  # what the origin is given where it decides so, in words
+    called: Mapping[Any, str] = field(default_factory=dict[Any, str])  # what it calls some of the labels
+    keyed: bool = False  # whether it looks features up by these names, wherever they are
     n_read: int = 0  # features up to the last one that the origin looks at, also in a test that decides nothing
 
 
 @dataclass(frozen=True)
+class Said:
+    """What the user says of a source that does not say it itself."""
+
+    scores: bool = False  # whether a list of numbers holds a score for each action
+    arrays: str = ""  # of which numbers NumPy hands over to Python: float32 or float64; "": it is given Python's floats
+
+
+NOTHING = Said()
+
+
+@dataclass(frozen=True)
 class Names:
-    """Names that the user gives for every agent, instead of the origin's own."""
+    """What the user says of the names of every agent: names.py has what may be said."""
 
     features: Sequence[str] | None = None
     actions: Sequence[str] | None = None
@@ -62,14 +80,21 @@ def profile_of(origins: Mapping[str, Origin], given: Names, numbers: str | None 
     tree decides otherwise than its origin.
     """
     agents = names.cleaned(list(origins), "agent")
-    policies = [_policy(agent, origin, given, numbers) for agent, origin in zip(agents, origins.values(), strict=True)]
+    wanted = names.renaming(given.features), names.renaming(given.actions)
+    found = [_named(agent, origin, *wanted) for agent, origin in zip(agents, origins.values(), strict=True)]
+    names.ensure_known(wanted[0], [each.features for each in found], "feature")
+    names.ensure_known(wanted[1], [each.actions for each in found], "action")
+    policies = [_policy(agent, each, numbers) for agent, each in zip(agents, found, strict=True)]
     compared = ", ".join(dict.fromkeys(policy.numbers for policy in policies))
     facts: dict[str, float | int | str] = {"observations": compared}
-    for policy, origin in zip(policies, origins.values(), strict=True):
+    for policy, (origin, features, actions) in zip(policies, found, strict=True):
         rows = replay.observations(policy, nan=origin.nan, finite=origin.finite)
         count = replay.replayed(policy, origin.act, rows if origin.takes is None else rows[origin.takes(rows)])
         facts |= {f"{policy.agent} from": comment(origin.kind), f"{policy.agent} replayed": count}
         facts[f"{policy.agent} replayed by"] = comment(origin.replayed_by)
+        facts[f"{policy.agent} given"] = comment(origin.given)
+        facts[f"{policy.agent} features"] = comment(names.listed(features))
+        facts[f"{policy.agent} actions"] = comment(names.listed(actions))
         facts[f"{policy.agent} NaN"] = NAN_KEPT if origin.nan else NAN_RIGHT
     kinds = ", ".join(dict.fromkeys(origin.kind for origin in origins.values()))
     provenance = ir.Provenance("imported", "none", 0, "", comment(kinds), facts)
@@ -77,13 +102,42 @@ def profile_of(origins: Mapping[str, Origin], given: Names, numbers: str | None 
     return ensure(ir.PolicyProfile(world, tuple(policies), provenance))
 
 
-def _policy(agent: str, origin: Origin, given: Names, numbers: str | None) -> ir.AgentPolicy:
+class _Named(NamedTuple):
+    """An origin over the profile's features and actions, and what these are called."""
+
+    origin: Origin
+    features: names.Placed
+    actions: names.Placed
+
+
+def _named(agent: str, origin: Origin, features: names.Renaming, actions: names.Renaming) -> _Named:
+    """The origin with its features and actions in their places."""
     n_tested = max(int(origin.grown.feature.max()) + 1, origin.n_read)
-    called = given.features if given.features is not None else origin.features or None
-    width = origin.n_features or max(n_tested, len(called or ()), 1)
-    features = [f"x{index}" for index in range(width)] if called is None else list(called)
-    if len(features) != width:
-        raise InputError(f"{len(features)} feature names for {width} features", agent, "name each feature once")
+    alone = None if features.plain is None or origin.features else len(features.plain)
+    width = origin.n_features or max(n_tested, len(origin.features) or alone or 0, 1)
+    try:
+        placed = names.features_of(origin.features, width, features, keyed=origin.keyed)
+        chosen = names.actions_of(origin.labels, origin.called, actions)
+    except InputError as error:
+        raise InputError(error.what, ": ".join(filter(None, (agent, error.where))), error.next_step) from None
+    grown, columns, place = origin.grown, np.array(placed.place), np.array(chosen.place, dtype=np.int32)
+    grown = replace(
+        grown,
+        feature=np.where(grown.feature < 0, grown.feature, columns[grown.feature]),
+        action=np.where(grown.action < 0, grown.action, place[grown.action]),
+    )
+
+    def act(rows: Floats) -> Int32:
+        said = np.asarray(origin.act(rows[:, columns]))
+        return np.where(said < 0, said, place[said])
+
+    takes = origin.takes
+    within = None if takes is None else lambda rows: takes(rows[:, columns])
+    return _Named(replace(origin, grown=grown, act=act, takes=within), placed, chosen)
+
+
+def _policy(agent: str, found: _Named, numbers: str | None) -> ir.AgentPolicy:
+    origin, features, actions = found
     if int(ir.depth(origin.grown).max()) > ir.MAX_DEPTH:
         raise InputError(f"the tree is deeper than {ir.MAX_DEPTH} splits", agent, "simplify it first")
     numbers = numbers or origin.numbers
@@ -95,8 +149,8 @@ def _policy(agent: str, origin: Origin, given: Names, numbers: str | None) -> ir
     return ir.AgentPolicy(
         agent,
         TEAM,
-        tuple(ir.FeatureSpec(each, "none", -MAX_LENGTH, MAX_LENGTH, None) for each in names.cleaned(features, "x")),
-        tuple(ir.ActionSpec(each, None) for each in names.action_names(origin.labels, given.actions)),
+        tuple(ir.FeatureSpec(each, "none", -MAX_LENGTH, MAX_LENGTH, None) for each in features.names),
+        tuple(ir.ActionSpec(*each) for each in zip(actions.names, repeat(None), repeat(""), actions.labels)),
         tree,
         origin.grown if numbers == FLOAT32 else None,
     )

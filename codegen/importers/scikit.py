@@ -12,19 +12,28 @@ NaN goes right here, whatever scikit-learn does with it at a node (its bigger si
 is class k, in the classifier's own order: scikit-learn sorts its labels.
 """
 
-import warnings
 from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 
 from codegen import ir
-from codegen.errors import InputError
+from codegen.errors import InputError, shown
 from codegen.importers import steps
 from codegen.importers.folding import LARGEST, Asked, folded
-from codegen.importers.origin import AGENT, Names, Origin, profile_of
+from codegen.importers.origin import AGENT, SINGLES, Names, Origin, profile_of
 from codegen.ir import NO_ACTION, NO_CHILD, NO_FEATURE, Bool, Float32, Floats, GrownTree, Int32
+from codegen.process.unwarned import unwarned
 
+# what a subclass may have of its own: no prediction reads it
+UNUSED = frozenset(
+    """
+    __abstractmethods__ __annotations__ __dict__ __doc__ __firstlineno__ __init__ __module__ __parameters__ __qualname__
+    __orig_bases__ __repr__ __static_attributes__ __weakref__ _abc_impl _parameter_constraints fit set_fit_request
+    set_score_request
+    """.split()  # noqa: SIM905
+)
+READS = frozenset(("__getattr__", "__getattribute__", "__class__", "tree_", "classes_", "n_outputs_", "estimators_"))
 KIND, REPLAYED_BY = "scikit-learn", "its own predict"
 
 
@@ -62,9 +71,9 @@ def origin_of(model: Any) -> Origin:
         raise InputError("not a fitted DecisionTreeClassifier", type(classifier).__name__, advice)
     if tree.n_outputs != 1:
         raise InputError(f"the classifier has {tree.n_outputs} outputs, one is needed", "", "fit one tree per agent")
-    _ensure_own(single, tree)
-    if single is not classifier and "predict" in vars(classifier):
-        raise InputError("the forest does not predict as scikit-learn's does", "", "give the tree itself")
+    for each in {id(each): each for each in (model, _searched(model), classifier, single)}.values():
+        _ensure_plain(each)
+    _ensure_without_missing(tree)
     return _origin(model, before, classifier.classes_, tree)
 
 
@@ -89,8 +98,7 @@ def _origin(model: Any, before: Sequence[tuple[str, Any]], classes: Any, tree: A
 
     def transformed(rows: Floats) -> tuple[Float32, Bool]:
         taken = np.ones(len(rows), dtype=np.bool_)
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # arrays have no names, and its search for infinities adds everything up
+        with unwarned():  # arrays have no names, and its search for infinities adds everything up
             for _, step in before:
                 after = np.asarray(step.transform(rows))
                 taken &= np.isfinite(after.astype(np.float32)).all(axis=1)
@@ -99,8 +107,7 @@ def _origin(model: Any, before: Sequence[tuple[str, Any]], classes: Any, tree: A
         return rows.astype(np.float32), taken
 
     def act(rows: Floats) -> Int32:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
+        with unwarned():
             said = model.predict(rows).tolist()
         return np.array([place[label] for label in said], dtype=np.int32)
 
@@ -113,6 +120,7 @@ def _origin(model: Any, before: Sequence[tuple[str, Any]], classes: Any, tree: A
         features=tuple(str(each) for each in getattr(model, "feature_names_in_", ())),
         n_features=n_features,
         finite=True,
+        given="float32 arrays" if before else SINGLES,
         takes=(lambda rows: transformed(rows)[1]) if before else None,
     )
 
@@ -132,12 +140,24 @@ def _folded(grown: GrownTree, transform: Callable[[Float32], Float32], source: S
     return folded(grown, tests, LARGEST).tree
 
 
-def _ensure_own(classifier: Any, tree: Any) -> None:
-    """InputError for a classifier that does more than to walk its tree and take the class with most weight."""
-    predict: Any = classifier.predict
-    if "predict" in vars(classifier) or not predict.__module__.startswith("sklearn.tree."):
-        what = "the classifier does not predict as scikit-learn's tree does"
-        raise InputError(what, type(classifier).__name__, "give the tree itself")
+def _ensure_plain(model: Any) -> None:
+    """InputError for a model of no class of scikit-learn, or whose class, or the model itself, replaces anything of
+    scikit-learn's own but for how it is fitted: whatever prediction uses, such as `_validate_X_predict` or `classes_`,
+    could differ.
+    """
+    kinds = type(model).__mro__
+    own = next((kind for kind in kinds if kind.__module__.startswith("sklearn.")), None)
+    added = [name for kind in kinds if own and kind not in own.__mro__ for name in vars(kind) if name not in UNUSED]
+    replaced = [name for name in added if hasattr(own, name) or name in vars(model) or name in READS]
+    replaced += [name for name in vars(model) if callable(getattr(own, name, None))]
+    if own is None or replaced:
+        what = "the classifier does not predict as scikit-learn's own"
+        what += f": it replaces {shown(replaced[0])}" if replaced else ""
+        raise InputError(what, type(model).__name__, "fit scikit-learn's own class")
+
+
+def _ensure_without_missing(tree: Any) -> None:
+    """InputError for a tree that was seen to learn where missing values go."""
     split = np.flatnonzero(tree.children_left != NO_CHILD)
     left, right = tree.children_left[split], tree.children_right[split]
     # without missing values in a node, scikit-learn says that they would follow its bigger side

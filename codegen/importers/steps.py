@@ -23,6 +23,7 @@ POSITIVE = {  # steps of scikit-learn, and what their columns are multiplied wit
     "sklearn.preprocessing._data.Binarizer": "",
 }
 SELECTORS = "sklearn.feature_selection."
+USED = ("mean_", "scale_", "center_", "min_", "data_min_", "data_max_", "max_abs_")  # by transform
 
 
 def columns(steps: Sequence[tuple[str, Any]], width: int) -> list[int]:
@@ -32,6 +33,7 @@ def columns(steps: Sequence[tuple[str, Any]], width: int) -> list[int]:
     found: list[int] = list(range(width))
     for name, step in steps:
         kind = f"{type(step).__module__}.{type(step).__qualname__}"
+        _ensure_finite(name, step)
         if kind.startswith(SELECTORS) and "transform" not in vars(step) and hasattr(step, "get_support"):
             kept: list[int] = step.get_support(indices=True).tolist()
             found = [found[place] for place in kept]
@@ -39,6 +41,15 @@ def columns(steps: Sequence[tuple[str, Any]], width: int) -> list[int]:
             what = f"the step {shown(name)!r} before the tree is not understood: {type(step).__name__}"
             raise InputError(what, "", "use scalers, selectors and binarizers, or give the tree alone")
     return found
+
+
+def _ensure_finite(name: str, step: Any) -> None:
+    """InputError for a step that was fitted on missing or infinite numbers, and makes such of every observation."""
+    for attribute, value in vars(step).items():
+        array = np.asarray(value) if attribute.endswith("_") and isinstance(value, np.ndarray | float) else None
+        if attribute in USED and array is not None and array.dtype.kind == "f" and not np.isfinite(array).all():
+            what = f"the step {shown(name)!r} before the tree has learned numbers that are not finite: {attribute}"
+            raise InputError(what, type(step).__name__, "fit it on data without missing or infinite values")
 
 
 def _rising(step: Any, attribute: str) -> bool:

@@ -1,7 +1,7 @@
 """The last named level before text: legal names, exact literals, and the order in which text is written.
 
 Does: turns a checked profile into the model that templates receive, which is plain data.
-Assumes: `ir.check` found nothing (names are legal, trees sound).
+Assumes: `check.check` found nothing (names are legal, trees sound).
 Does not: write text of any language, or change a decision.
 """
 
@@ -17,6 +17,7 @@ from codegen import ir
 from codegen.check import identifier
 from codegen.errors import InputError, UnknownNameError
 from codegen.floats import FLOAT32, at_most, deciding_double, decimal_literal, hex_literal, short_hex
+from codegen.lowering.labels import labels_of
 from codegen.lowering.model import (
     Action,
     Agent,
@@ -33,6 +34,7 @@ from codegen.lowering.model import (
 from codegen.lowering.names import Names, ensure_distinct, of_agent, of_profile, taken
 from codegen.policy_json import content_hash
 from codegen.region import RegionSpec
+from codegen.wording import holds
 
 NESTED, ORDERED, WALK, AUTO = "nested", "ordered", "walk", "auto"
 STYLES = (NESTED, ORDERED, WALK, AUTO)
@@ -151,6 +153,7 @@ def _agent(policy: ir.AgentPolicy, prefix: str, world: ir.WorldSpec) -> Agent:
         n_leaves=len(ir.leaves(policy.tree)),
         selects=len(nodes) // 2 <= SELECTS,
         located=all(feature.terms is not None for feature in features),
+        labels=labels_of([action.label for action in policy.actions]),
         force=decimal_literal(next((each.force for each in world.agents if each.name == policy.agent), 0.0)),
     )
 
@@ -235,8 +238,9 @@ def _tables(policy: ir.AgentPolicy, nodes: tuple[Node, ...], levels: int) -> Tab
 def _node(tree: ir.Tree, node: int, features: tuple[Feature, ...], actions: tuple[Action, ...]) -> Node:
     if tree.feature[node] == ir.NO_FEATURE:
         leaf = actions[int(tree.action[node])]
-        return Node(node, None, leaf, "", 0, 0, "", "", ir.NO_CHILD, ir.NO_CHILD)
+        return Node(node, None, leaf, "", 0, 0, "", "", "", ir.NO_CHILD, ir.NO_CHILD)
     threshold = tree.threshold[node]
+    test = holds(float(threshold))
     return Node(
         id=node,
         feature=features[int(tree.feature[node])],
@@ -245,7 +249,8 @@ def _node(tree: ir.Tree, node: int, features: tuple[Feature, ...], actions: tupl
         bits=int.from_bytes(threshold.tobytes(), sys.byteorder),
         width=8 * threshold.itemsize,
         double=decimal_literal(deciding_double(threshold) if tree.numbers == FLOAT32 else threshold),
-        shown=f"{float(threshold):.6g}",
+        shown=test.removeprefix("<= "),
+        test=test,
         left=int(tree.left[node]),
         right=int(tree.right[node]),
     )

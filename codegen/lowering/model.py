@@ -53,6 +53,20 @@ class Action:
 
 
 @dataclass(frozen=True)
+class Labels:
+    """What the imported source returns for each action, as languages write it, and the types of these."""
+
+    c: tuple[str, ...]
+    c_type: str
+    python: tuple[str, ...]
+    python_type: str
+    javascript: tuple[str, ...]
+    rust: tuple[str, ...]
+    rust_type: str
+    json: str
+
+
+@dataclass(frozen=True)
 class Place:
     """A coordinate of a world state."""
 
@@ -82,7 +96,8 @@ class Node:
     bits: int  # of it as an unsigned number
     width: int  # how many these are
     double: str  # the deciding double, shortest decimal
-    shown: str  # for comments only
+    shown: str  # the test's number as people read it, for comments only; "< 0" for what is below 0
+    test: str  # for them, too: "<= 0.1", "< 0"
     left: int
     right: int
 
@@ -166,6 +181,7 @@ class Agent:
     selects: bool  # whether a batch over columns evaluates every split (else it walks)
     located: bool  # whether every feature has a meaning
     force: str  # the acceleration of a unit action, length / s^2
+    labels: Labels | None = None  # where an action's number or name does not say what the source returns
     twin: AgentNames | None = None  # of the first agent that has the same tree, where this is not the first
 
     @property
@@ -231,6 +247,11 @@ class Model:
     places: Mapping[str, Place]  # the coordinates of a world state in their order, by upper-case name
     dt: str  # seconds of a step
     damping: str  # the share of its velocity that an agent loses in a step
+
+    @property
+    def labelled(self) -> bool:
+        """Whether any agent's actions have labels beside their numbers."""
+        return any(agent.labels for agent in self.agents)
 
     @property
     def located(self) -> bool:

@@ -57,6 +57,7 @@ class AgentNames:
     observe: str
     act_world: str
     force: str
+    label: str
     features: tuple[str, ...]
     actions: tuple[str, ...]
     n_features: str
@@ -100,6 +101,7 @@ def of_agent(prefix: str, agent: str, features: Iterable[str], actions: Iterable
     return AgentNames(
         **functions,
         force=f"{upper}_FORCE",
+        label=f"{own}_label",
         features=tuple(f"{upper}_X_{feature}" for feature in features),
         actions=tuple(f"{upper}_{action}" for action in actions),
         n_features=f"{upper}_N_FEATURES",

@@ -67,6 +67,7 @@ def _serialized(onnx: Any, model: Model, agent: Agent, tree: ir.Tree) -> bytes:
             "agent": agent.name,
             "features": ",".join(feature.name for feature in agent.features),
             "actions": ",".join(action.name for action in agent.actions),
+            **({"labels": agent.labels.json} if agent.labels else {}),
             "made_by": comment(f"{model.algorithm}, preset {model.preset}, seed {model.seed}"),
         },
     )

@@ -384,7 +384,7 @@ static inline int physical_deception_agent_0_act(const float *x)
                     return PHYSICAL_DECEPTION_AGENT_0_LEFT; /* leaf 15 */
                 } else {
                     if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DX] <= 0x0p+0f) { /* node 16: 0 */
-                        if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DY] <= -0x1p-126f) { /* node 17: -1.17549e-38 */
+                        if (x[PHYSICAL_DECEPTION_AGENT_0_X_LANDMARK_0_DY] <= -0x1p-126f) { /* node 17: < 0 */
                             return PHYSICAL_DECEPTION_AGENT_0_DOWN; /* leaf 18 */
                         } else {
                             return PHYSICAL_DECEPTION_AGENT_0_UP; /* leaf 19 */
@@ -588,11 +588,11 @@ static inline int physical_deception_agent_1_act(const float *x)
                     return PHYSICAL_DECEPTION_AGENT_1_LEFT; /* leaf 5 */
                 }
             } else {
-                if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DY] <= -0x1p-126f) { /* node 6: -1.17549e-38 */
+                if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DY] <= -0x1p-126f) { /* node 6: < 0 */
                     return PHYSICAL_DECEPTION_AGENT_1_DOWN; /* leaf 7 */
                 } else {
                     if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DY] <= 0x1.999996p-4f) { /* node 8: 0.1 */
-                        if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DX] <= -0x1p-126f) { /* node 9: -1.17549e-38 */
+                        if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DX] <= -0x1p-126f) { /* node 9: < 0 */
                             return PHYSICAL_DECEPTION_AGENT_1_LEFT; /* leaf 10 */
                         } else {
                             return PHYSICAL_DECEPTION_AGENT_1_RIGHT; /* leaf 11 */
@@ -623,7 +623,7 @@ static inline int physical_deception_agent_1_act(const float *x)
                 }
             } else {
                 if (x[PHYSICAL_DECEPTION_AGENT_1_X_AGENT_0_DY] <= -0x1.768236p+0f) { /* node 23: -1.46292 */
-                    if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DY] <= -0x1p-126f) { /* node 24: -1.17549e-38 */
+                    if (x[PHYSICAL_DECEPTION_AGENT_1_X_LANDMARK_1_DY] <= -0x1p-126f) { /* node 24: < 0 */
                         return PHYSICAL_DECEPTION_AGENT_1_DOWN; /* leaf 25 */
                     } else {
                         return PHYSICAL_DECEPTION_AGENT_1_RIGHT; /* leaf 26 */

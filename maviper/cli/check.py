@@ -1,7 +1,7 @@
 """The command check.
 
 Does: has a certificate checked, and says what it proves.
-Assumes: `maviper.verification.certificates` checks.
+Assumes: `maviper.verification.files.certificates` checks.
 Does not: prove.
 """
 
@@ -32,7 +32,7 @@ from maviper.cli.options import PATH, option
     "--world",
     type=PATH,
     default=None,
-    help="The world's file of a certificate about a stated system (default: world.toml beside it).",
+    help="The world file of a certificate about a stated system (default: world.toml beside it).",
 )
 def check(certificate: Path, profile: Path | None, against: Path | None, world: Path | None) -> int:
     """Check that a certificate proves its claim.
@@ -43,7 +43,7 @@ def check(certificate: Path, profile: Path | None, against: Path | None, world: 
 
     `maviper diff -o` writes a CERTIFICATE if agents act alike in two profiles. Both are needed to check it.
 
-    `maviper verify --world -o` writes a CERTIFICATE about a stated system. The world's file is needed to check it; what
+    `maviper verify --world -o` writes a CERTIFICATE about a stated system. The world file is needed to check it; what
     that says of dynamics that are not affine is shown again first.
 
     A proof about episodes is about starts at rest. The agents in the proof follow their trees; all others may do
@@ -54,7 +54,7 @@ def check(certificate: Path, profile: Path | None, against: Path | None, world: 
     file cannot be read or is about another profile.
     """
     from maviper.console import say
-    from maviper.verification.certificates import checked
+    from maviper.verification.files.certificates import checked
 
     found = checked(certificate, profile, against, world)
     say(f"accepted  {found.subject}: {found.closed} branches closed, {found.size} bytes of proof")

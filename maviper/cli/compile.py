@@ -98,17 +98,19 @@ def compile_verb(context: click.Context, profile: Path, output: Path, **options:
       drop     removes leaves that no state of --region reaches; the region
                becomes part of the code's contract
     """
+    from codegen.policy_json import content_hash
     from maviper.cli.agreement import say_agreement, say_proofs
     from maviper.compilation.run import CompileOptions, compiled
-    from maviper.files import runs
+    from maviper.files import outputs
     from maviper.files.profiles import load
 
     console = console_of(context)
     found = compiled(load(profile), CompileOptions(**options))
     for note in found.notes:
         console.line("pass", note)
-    for name, text in found.files.items():
-        runs.write(output / name, text)
+    verb = outputs.of_code(found.build.model.prefix, content_hash(found.build.profile))
+    outputs.write_set(output, found.files, verb)
+    for name in found.files:
         console.line("wrote", str(output / name))
     say_agreement(found, console)
     if found.proofs:

@@ -1,21 +1,23 @@
 """The command diff.
 
 Does: compares two profiles, says where they act differently, writes what was asked for.
-Assumes: `maviper.verification.difference` compares.
+Assumes: `maviper.verification.diff` compares.
 Does not: decide.
 """
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from maviper.cli.group import Verb
-from maviper.cli.options import BUDGETS, PATH, QUESTION, REGION, RESULTS, console_of, option
+from maviper.cli.options import PATH, REGION, RESULTS, console_of, option
+from maviper.options.verification import BUDGETS, QUESTION
 
 if TYPE_CHECKING:
     from maviper.console import Console
-    from maviper.verification.difference import Compared
+    from maviper.verification.diff import Compared
 
 
 @click.command(cls=Verb, example="maviper diff demo/extracted/profile.json demo/profile.json -o changed")
@@ -59,38 +61,43 @@ def diff(context: click.Context, first: Path, second: Path, output: Path | None,
     Exits with 0 if all agents are proved to act alike, with 1 if some agent acts
     differently, and with 3 if a budget ended before there was an answer.
     """
+    from codegen.policy_json import dumps
     from maviper.cli.results import exit_code
+    from maviper.files import outputs, runs
     from maviper.files.profiles import load
-    from maviper.verification.difference import DiffOptions, compared
+    from maviper.verification.diff import AGAINST_FILE, DiffOptions, compared
     from verify.progress import listening
     from verify.reports.differences import as_json as written
 
     console = console_of(context)
+    one, other = load(first), load(second)
+    given = {runs.PROFILE_FILE: first, AGAINST_FILE: second}
+    if output is not None:
+        texts = {runs.PROFILE_FILE: dumps(one), AGAINST_FILE: dumps(other)}
+        outputs.ensure_own(output, outputs.without_given(output, texts, given), outputs.DIFF)
     with console.following("comparing") as listener, listening(listener):
-        found = compared(load(first), load(second), DiffOptions(**options))
+        found = compared(one, other, DiffOptions(**options))
     for label, text in found.lines:
         console.line(label, text)
     if output is not None:
-        _write(output, found, console)
+        _write(output, found, given, console)
     if as_json:
         click.echo(written(found.facts), nl=False)
     return exit_code([one.verdict for one in found.found.agents])
 
 
-def _write(folder: Path, found: "Compared", console: "Console") -> None:
+def _write(folder: Path, found: "Compared", given: Mapping[str, Path], console: "Console") -> None:
     """All files, and the command that reads the certificate."""
-    from maviper.files import runs
+    from maviper.files import outputs
     from maviper.page.differences import page_of
     from maviper.page.page import FILE, unplayable
-    from maviper.verification.difference import CERTIFICATE_FILE, REPORT_FILE
+    from maviper.verification.diff import CERTIFICATE_FILE, REPORT_FILE
 
-    runs.folder(folder)
-    for name, text in found.files.items():
-        runs.write(folder / name, text)
-    console.line("wrote", str(folder / REPORT_FILE))
     no_page = unplayable(found.found.first, found.found.second)
-    if not no_page:
-        runs.write(folder / FILE, page_of(found))
+    page = {} if no_page else {FILE: page_of(found)}
+    files = outputs.without_given(folder, {**found.files, **page}, given)
+    outputs.write_set(folder, files, outputs.DIFF, keep=[*given.values()])
+    console.line("wrote", str(folder / REPORT_FILE))
     console.line("no page" if no_page else "page", no_page or str(folder / FILE))
     if CERTIFICATE_FILE in found.files:
         console.line("certificate", f"{folder / CERTIFICATE_FILE}; maviper check {folder / CERTIFICATE_FILE}")

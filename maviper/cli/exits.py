@@ -1,4 +1,5 @@
-"""How a command ends: every exception becomes an exit code and at most three lines, also a Ctrl-C in an odd place.
+"""How a command ends: every exception becomes an exit code and at most three lines, including
+Ctrl-C during cleanup or output.
 
 Does: runs a command, prints its error, returns the code of `codegen.errors.ExitCode`; says how one that was interrupted
   goes on.

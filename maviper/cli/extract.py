@@ -12,13 +12,9 @@ import click
 
 from codegen.errors import ExitCode
 from maviper.cli.group import Verb
-from maviper.cli.options import PATH, console_of, option, output
+from maviper.cli.options import console_of, options_of, output
+from maviper.options import ExtractOptions
 
-# named here again, so that --help imports nothing; a test compares them with the ones that there are
-ALGORITHMS = "maviper, maviper-no-prediction, maviper-iviper-resampling, iviper, viper, imitation, fitted-q, rgmdt"
-FEATURES = "velocity, goal, differences, signs, ahead, coasting (several with +)"
-WHAT, EPISODES, LEARNS, HOW = "What is extracted", "Episodes", "What it learns from", "How it runs"
-PARTS = "What the algorithm's name sets"
 RENAMED = {"--budget": "--max-episodes", "--refinement": "--refinement-episodes"}
 
 
@@ -29,158 +25,7 @@ RENAMED = {"--budget": "--max-episodes", "--refinement": "--refinement-episodes"
     "maviper extract physical-deception -o run --max-depth 5 --seeds 4",
 )
 @click.argument("expert")
-@option(
-    "--algorithm",
-    default="maviper",
-    show_default=True,
-    metavar="NAME",
-    section=WHAT,
-    help=f"One of {ALGORITHMS} (after the description).",
-)
-@option(
-    "--preset",
-    default="default",
-    show_default=True,
-    metavar="NAME",
-    section=WHAT,
-    help="default; paper: exactly as published; released: as in the authors' code.",
-)
-@option("--max-depth", default=4, show_default=True, section=WHAT, help="Splits on the longest path.")
-@option(
-    "--max-leaves",
-    type=int,
-    default=None,
-    section=WHAT,
-    help="Leaves of each tree, grown best first; not where members vote.",
-)
-@option(
-    "--share",
-    default=None,
-    metavar="WHO",
-    section=WHAT,
-    help="team: one tree for all agents of a team, whose spaces must be equal.",
-)
-@option("--agent", default=None, metavar="NAME", section=WHAT, help="The agent to extract, for viper.")
-@option("--splits", default=None, metavar="NAME", section=WHAT, help="exact or histogram (default: the preset's).")
-@option(
-    "--rollouts-by",
-    default=None,
-    metavar="NAME",
-    section=PARTS,
-    help="Whose trees play together among experts: agent, team or all; or experts alone.",
-)
-@option(
-    "--weights",
-    default=None,
-    metavar="NAME",
-    section=PARTS,
-    help="What states weigh: own, averaged (over what others could do) or equal.",
-)
-@option(
-    "--least-right",
-    default=None,
-    metavar="VOTES",
-    section=PARTS,
-    help="Members that must be predicted right, of a team of N: N, N-1, 2, or a share such as 0.5; 0: no votes.",
-)
-@option(
-    "--selection-by",
-    default=None,
-    metavar="NAME",
-    section=PARTS,
-    help="For whom one round is chosen: agent, team or all.",
-)
-@option("--features", default="", metavar="NAMES", section=WHAT, help=f"Additional features: {FEATURES}, or auto.")
-@option(
-    "--features-file",
-    type=PATH,
-    default=None,
-    section=WHAT,
-    help="Names and units of what agents observe in your own game (TOML).",
-)
-@option(
-    "--max-episodes",
-    type=int,
-    default=None,
-    section=EPISODES,
-    help="Total number of episodes; replaces the counts below.",
-)
-@option(
-    "--iterations",
-    type=int,
-    default=None,
-    section=EPISODES,
-    help="Rounds of rollouts and tree growth (default: the paper's).",
-)
-@option("--rollouts", type=int, default=None, section=EPISODES, help="Episodes per round (default: the paper's).")
-@option(
-    "--patience",
-    type=int,
-    default=None,
-    section=EPISODES,
-    help="Stop after this many rounds without a gain (default: 10).",
-)
-@option(
-    "--selection",
-    default=None,
-    metavar="NAME",
-    section=EPISODES,
-    help="uniform, return or race (default: the preset's).",
-)
-@option(
-    "--selection-episodes",
-    type=int,
-    default=None,
-    section=EPISODES,
-    help="Episodes per candidate and team (default: 100).",
-)
-@option(
-    "--refinement-episodes",
-    type=int,
-    default=None,
-    section=EPISODES,
-    help="Episodes per team to refine the trees with (default: the preset's).",
-)
-@option(
-    "--measure",
-    default=None,
-    metavar="NAME",
-    section=EPISODES,
-    help="The measure that teams are judged by (default: the world's first; preset paper: the paper's).",
-)
-@option(
-    "--explore",
-    default=0.0,
-    show_default=True,
-    section=LEARNS,
-    help="fitted-q: share of uniform actions while it collects.",
-)
-@option(
-    "--critic",
-    default="learned",
-    show_default=True,
-    section=LEARNS,
-    help="The Q that weights the states: learned, measured or none.",
-)
-@option("--world", default=None, section=LEARNS, help="The expert's world, where its file cannot say it.")
-@option(
-    "--counterexamples",
-    multiple=True,
-    type=PATH,
-    metavar="PATH",
-    section=LEARNS,
-    help="A file that `maviper verify -o` wrote, or its folder (repeatable).",
-)
-@option("--seed", default=0, show_default=True, section=HOW, help="The random seed.")
-@option("--seeds", default=1, show_default=True, section=HOW, help="Extract this many seeds; keep the best.")
-@option(
-    "--jobs",
-    default=1,
-    show_default=True,
-    section=HOW,
-    help="Parallel processes, for seeds, IVIPER's agents or refinement.",
-)
-@option("--resume", is_flag=True, section=HOW, help="Continue the run in the folder.")
+@options_of(ExtractOptions)
 @output("The profile's JSON file, or a run folder.")
 @click.pass_context
 def extract(context: click.Context, expert: str, output: Path, **options: Any) -> int:
@@ -198,9 +43,9 @@ def extract(context: click.Context, expert: str, output: Path, **options: Any) -
     often the claim fails before and after, which actions changed, and what the change costs in play. It also writes
     these figures to refit.json.
     """
-    from maviper.extraction.run import ExtractOptions, extracted
+    from maviper.extraction.run import extracted, request
 
-    asked = ExtractOptions(**options, command=_command(context, expert, options))
+    asked = request(options, _command(context, expert, options))
     extracted(expert, output, asked, console_of(context))
     return ExitCode.DONE
 

@@ -51,6 +51,19 @@ def _agents(_context: click.Context, parameter: click.Parameter, value: str | No
     section=WHAT,
     help="Round thresholds down for float32 observations where FILE compares doubles. Default: as FILE compares.",
 )
+@option(
+    "--arrays",
+    type=click.Choice(["float32", "float64"]),
+    default=None,
+    section=WHAT,
+    help="Arrays that if/else Python is given; NumPy 2 rounds its numbers to their type. Default: Python's floats.",
+)
+@option(
+    "--scores",
+    is_flag=True,
+    section=WHAT,
+    help="A list of numbers that FILE returns holds a score for each action: the largest acts.",
+)
 @output("The profile's file, a .json.")
 @click.pass_context
 def import_verb(context: click.Context, file: Path | None, output: Path, **options: Any) -> int:
@@ -86,4 +99,7 @@ def _say(policy: Any, facts: Mapping[str, Any], console: Any) -> None:
     console.line(policy.agent, f"{facts[f'{policy.agent} from']}: {size}")
     count, by = facts[f"{policy.agent} replayed"], facts[f"{policy.agent} replayed by"]
     console.line("replayed", f"{count:,} observations, by {by}: no difference")
+    for kind in ("features", "actions"):
+        console.line(kind, str(facts[f"{policy.agent} {kind}"]))
+    console.line("given", str(facts[f"{policy.agent} given"]))
     console.line("NaN", str(facts[f"{policy.agent} NaN"]))

@@ -12,17 +12,15 @@ from typing import Any
 
 import click
 
+from codegen.errors import InputError
 from maviper.cli.group import Option
+from maviper.options.table import Option as Table
+from maviper.options.table import table_of
+from maviper.options.verification import PARAMETERS, QUESTION
 
 PATH = click.Path(path_type=Path)
 PROFILE = click.argument("profile", type=PATH)
-QUESTION, PARAMETERS, EXTENT, BUDGETS, RESULTS = (
-    "What is asked",
-    "Parameters of claims",
-    "Where a claim holds",
-    "Budgets",
-    "Results",
-)
+RESULTS = "Results"
 
 
 def option(*names: str, **settings: Any) -> Callable[[Any], Any]:
@@ -32,7 +30,7 @@ def option(*names: str, **settings: Any) -> Callable[[Any], Any]:
 
 def fraction(_context: click.Context, parameter: click.Parameter, value: str | None) -> Fraction | None:
     """Reads an exact number: a decimal, or a fraction such as 1/40."""
-    from verify.claims.region import exact
+    from verify.exact import exact
 
     return None if value is None else exact(value, f"--{parameter.name}")
 
@@ -40,6 +38,38 @@ def fraction(_context: click.Context, parameter: click.Parameter, value: str | N
 def names(_context: click.Context, _parameter: click.Parameter, value: str | None) -> tuple[str, ...] | None:
     """Reads names with commas in between."""
     return None if value is None else tuple(name.strip() for name in value.split(","))
+
+
+def numbers(_context: click.Context, parameter: click.Parameter, value: str | None) -> tuple[int, ...] | None:
+    """Reads whole numbers with commas in between."""
+    try:
+        return None if value is None else tuple(int(word) for word in value.split(","))
+    except ValueError:
+        raise InputError(f"'{value}' is no list of numbers", f"--{parameter.name}", "write 2,4,6") from None
+
+
+def options_of(asked: type) -> Callable[[Any], Any]:
+    """The options of a verb's table."""
+
+    def added(command: Any) -> Any:
+        for each in reversed(list(table_of(asked).values())):
+            command = _listed(each)(command)
+        return command
+
+    return added
+
+
+def _listed(asked: Table) -> Callable[[Any], Any]:
+    """An option of a table. Its default is shown where it says more than that nothing was given."""
+    about: dict[str, Any] = {"section": asked.section, "help": asked.help, "metavar": asked.form or None}
+    if asked.base is bool:
+        return option(asked.flag, is_flag=True, **about)
+    default = ",".join(asked.default) if asked.commas and asked.default else asked.default
+    exact = asked.base is Fraction
+    kind = PATH if asked.base is Path else str if asked.commas or exact else asked.base
+    reader = (numbers if asked.base is int else names) if asked.commas else fraction if exact else None
+    about |= {"type": kind, "multiple": asked.several and not asked.commas, "callback": reader}
+    return option(asked.flag, default=default, show_default=default not in (None, "", ()), **about)
 
 
 def output(text: str = "Where results go.") -> Callable[[Any], Any]:

@@ -9,9 +9,11 @@ from pathlib import Path
 
 import click
 
-from codegen.errors import ExitCode
+from codegen.errors import ExitCode, InputError
 from maviper.cli.group import Verb, Verbs
 from maviper.cli.options import PATH, option
+
+MAX_STARTER_BYTES = 2**24
 
 
 @click.group(cls=Verbs, example="maviper properties list")
@@ -43,8 +45,8 @@ def properties_new(world: str, output: Path | None) -> int:
     text = starter(world)
     if output is None:
         click.echo(text, nl=False)
-    else:
-        runs.write(output, text)
+    elif not runs.create(output, text) and runs.read(output, MAX_STARTER_BYTES) != text.encode():
+        raise InputError("the file exists, with other content", str(output), "choose another name with -o")
     return ExitCode.DONE
 
 

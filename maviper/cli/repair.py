@@ -81,9 +81,9 @@ def repair(context: click.Context, profile: Path, output: Path, **options: Any) 
     Exits with 0 if the property is proved within --max-depth, with 1 if the
     trees are deeper, and with 3 if no repair was found. Then nothing is written.
     """
-    from codegen.policy_json import content_hash
+    from codegen.policy_json import content_hash, dumps
     from maviper.cli.results import exit_code, say_repair, say_results
-    from maviper.files import runs
+    from maviper.files import outputs, runs
     from maviper.files.profiles import load
     from maviper.page.page import FILE, unplayable
     from maviper.page.results import page_of
@@ -92,20 +92,21 @@ def repair(context: click.Context, profile: Path, output: Path, **options: Any) 
 
     console = console_of(context)
     asked = RepairOptions(**options).checked()
+    before = load(profile)
+    outputs.ensure_own(output, {runs.PROFILE_FILE: dumps(before)}, outputs.REPAIR)
     with console.following("repairing") as listener, listening(listener):
-        found = repaired(load(profile), asked, profile.name)
+        found = repaired(before, asked, profile.name)
     if found.after is None:
         subject = f"{found.claim.name} of the {found.claim.team}, region {found.region.name}"
         console.line("not repaired", f"{subject}: {found.repair.reason}")
         console.line("", f"{len(found.repair.guards)} guards were set; nothing was written")
+        if outputs.clear(output, outputs.REPAIR, [profile, Path(asked.region)]):
+            console.line("removed", f"the files of an earlier repair in {output}")
         return ExitCode.INCONCLUSIVE
     say_repair(found, console)
-    runs.folder(output)
     say_results(found.after, found.results, console)
-    for name, text in found.files.items():
-        runs.write(output / name, text)
-    if not unplayable(found.after):
-        runs.write(output / FILE, page_of(found.after, found.results))
+    page = {} if unplayable(found.after) else {FILE: page_of(found.after, found.results)}
+    outputs.write_set(output, {**found.files, **page}, outputs.REPAIR, keep=[profile, Path(asked.region)])
     console.line("wrote", f"{output / runs.PROFILE_FILE}  id {content_hash(found.after)[:16]}")
     for name in found.certificates:
         console.line("certificate", f"{output / name}; maviper check {output / name}")

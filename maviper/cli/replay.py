@@ -1,7 +1,7 @@
 """The command replay.
 
 Does: has a counterexample replayed, and says what the team does in it.
-Assumes: `maviper.verification.counterexamples` replays.
+Assumes: `maviper.verification.files.counterexamples` replays.
 Does not: look for counterexamples.
 """
 
@@ -23,7 +23,7 @@ from maviper.cli.options import PATH, console_of, option
     "--world",
     type=PATH,
     default=None,
-    help="The world's file of a counterexample in a stated system (default: world.toml beside it).",
+    help="The world file of a counterexample in a stated system (default: world.toml beside it).",
 )
 @click.pass_context
 def replay(context: click.Context, counterexample: Path, profile: Path | None, world: Path | None) -> int:
@@ -36,7 +36,7 @@ def replay(context: click.Context, counterexample: Path, profile: Path | None, w
     Exits with 1 if the claim fails there, and with 0 if it holds, as it should for a repaired profile.
     """
     from maviper.files.profiles import loaded
-    from maviper.verification.counterexamples import replay as replayed
+    from maviper.verification.files.counterexamples import replay as replayed
 
     console = console_of(context)
     found = replayed(counterexample, loaded(profile, beside=counterexample), world)

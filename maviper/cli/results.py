@@ -11,16 +11,14 @@ from typing import TYPE_CHECKING
 from codegen.errors import ExitCode
 from codegen.ir import PolicyProfile
 from maviper.console import Console
-from verify.claims.region import Verdict
 from verify.reports.lines import as_lines
-from verify.verdicts.decisions import Result
+from verify.result import AnyResult, Verdict
 
 if TYPE_CHECKING:
     from maviper.verification.repair import Repaired
-    from verify.verdicts.episodes import EpisodeResult
 
 
-def say_results(profile: PolicyProfile, results: "Sequence[Result | EpisodeResult]", console: Console) -> None:
+def say_results(profile: PolicyProfile, results: Sequence[AnyResult], console: Console) -> None:
     """One block of lines a result, from the facts of its report."""
     for result in results:
         named, lines = as_lines(profile, result)

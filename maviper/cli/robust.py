@@ -43,7 +43,7 @@ def robust(
     Without -o, the table is printed as CSV.
     """
     from codegen.policy_json import layout
-    from maviper.files import runs
+    from maviper.files import outputs
     from maviper.files.profiles import load
     from maviper.verification.robust import robust as radii
 
@@ -53,8 +53,7 @@ def robust(
     if certify:
         console.line("proved", f"{len(found.certificates)} radii; the independent checker accepted each certificate")
     if output is not None:
-        for name, text in found.files.items():
-            runs.write(output / name, text)
+        outputs.write_set(output, found.files, outputs.ROBUST)
     if as_json:
         click.echo(layout(found.document()))
     elif output is None:

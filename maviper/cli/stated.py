@@ -6,6 +6,7 @@ Does not: decide verdicts.
 """
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,19 +18,19 @@ if TYPE_CHECKING:
     from maviper.console import Console
     from maviper.verification.stated import StatedOptions, StatedVerified
 
-OWN = ("world", "run_reference", "max_states")
+OWN = ("world", "run_reference", "max_states", "max_programs")
 SHARED = ("file", "verdict_only")
 USUAL = {"region": "start", "semantics": "machine"}
 
 
 def taken(options: dict[str, Any]) -> "StatedOptions | None":
-    """What the options ask of a stated system; None where no world's file is given. Takes its own options out.
+    """What the options ask of a stated system; None where no world file is given. Takes its own options out.
 
     InputError for options that are about one of the two only.
     """
     own = {name: options.pop(name) for name in OWN}
     if own["world"] is None:
-        for name in ("run_reference", "max_states"):
+        for name in OWN[1:]:
             if own[name]:
                 option = f"--{name.replace('_', '-')}"
                 raise InputError(f"{option} has no effect without --world", option, "add --world FILE")
@@ -45,25 +46,46 @@ def taken(options: dict[str, Any]) -> "StatedOptions | None":
     if alone and own["run_reference"]:
         advice = "leave one of them out"
         raise InputError("--run-reference has no effect with --verdict-only", "--run-reference", advice)
-    return StatedOptions(own["world"], options.get("file"), own["max_states"], own["run_reference"], alone)
+    limits = own["max_states"], own["max_programs"]
+    for option, limit in zip(("--max-states", "--max-programs"), limits, strict=True):
+        if limit is not None and limit < 1:
+            raise InputError(f"{option} must be at least 1, given {limit}", option, "leave it out for the usual limit")
+    return StatedOptions(
+        own["world"],
+        options.get("file"),
+        max_states=limits[0],
+        max_programs=limits[1],
+        run_reference=own["run_reference"],
+        verdict_only=alone,
+    )
 
 
 def answered(
     profile: Path, asked: "StatedOptions", output: Path | None, as_json: bool, full: bool, console: "Console"
 ) -> int:
     """Decides, prints and writes; the exit code."""
+    from codegen.policy_json import dumps
     from maviper.cli.results import exit_code
-    from maviper.files import runs
+    from maviper.files import outputs, runs
     from maviper.files.profiles import load
-    from maviper.verification.stated import verified
+    from maviper.verification.stated import MAX_WORLD_BYTES, PROPERTY_FILE, WORLD_FILE, verified
+    from verify.progress import listening
     from verify.reports import systems as report
 
     if output is not None and asked.verdict_only:
         raise InputError("--verdict-only writes no report", "-o", "leave one of them out")
     loaded = load(profile)
+    given = {runs.PROFILE_FILE: profile, WORLD_FILE: asked.world}
+    given |= {} if asked.file is None else {PROPERTY_FILE: asked.file}
     if output is not None:
-        runs.folder(output)
-    done = verified(loaded, asked)
+        runs.room(output)
+        beside = outputs.without_given(
+            output, {name: runs.read(path, MAX_WORLD_BYTES) for name, path in given.items()}, given
+        )
+        beside |= {runs.PROFILE_FILE: dumps(loaded)} if runs.PROFILE_FILE in beside else {}
+        outputs.ensure_own(output, beside, outputs.VERIFY)
+    with console.following("deciding") as listener, listening(listener):
+        done = verified(loaded, asked)
     if asked.verdict_only:
         return _verdicts(done, as_json)
     told = done.document
@@ -75,7 +97,7 @@ def answered(
         for line in report.lines(each):
             console.line("", line)
     if output is not None:
-        _write(output, done, console)
+        _write(output, done, given, console)
     if as_json or full:
         click.echo(report.as_json(told) if as_json else report.as_text(told), nl=False)
     return exit_code([result.verdict for result in done.results])
@@ -101,11 +123,11 @@ def _verdicts(done: "StatedVerified", as_json: bool) -> int:
     return exit_code([result.verdict for result in done.results])
 
 
-def _write(folder: Path, done: "StatedVerified", console: "Console") -> None:
-    from maviper.files import runs
+def _write(folder: Path, done: "StatedVerified", given: Mapping[str, Path], console: "Console") -> None:
+    from maviper.files import outputs
 
-    for name, text in done.files.items():
-        runs.write(folder / name, text)
+    files = outputs.without_given(folder, done.files, given)
+    outputs.write_set(folder, files, outputs.VERIFY, keep=[*given.values()])
     console.line("report", str(folder / "report.html"))
     for name in done.certificates:
         console.line("certificate", f"{folder / name}; maviper check {folder / name}")

@@ -6,6 +6,7 @@ Does not: do anything that the other commands cannot do.
 """
 
 from pathlib import Path
+from typing import TYPE_CHECKING, cast
 
 from codegen import ir
 from codegen.errors import ExitCode
@@ -17,15 +18,18 @@ from maviper.experts import store
 from maviper.experts.cards import how_learned
 from maviper.extraction.run import Found, extract_live
 from maviper.extraction.settings import Settings
-from maviper.files import runs
+from maviper.files import outputs, runs
 from maviper.tour import handout
-from maviper.verification.certificates import checked
+from maviper.verification.files.certificates import checked
 from maviper.verification.repair import Repaired
 from maviper.verification.run import Verified
 from maviper.worlds import World
-from maviper.worlds.physical_deception import DEFENDERS
-from verify.claims.region import Verdict
+from maviper.worlds.games.physical_deception import DEFENDERS
 from verify.reports.lines import as_lines
+from verify.result import Verdict
+
+if TYPE_CHECKING:
+    from verify.verdicts.decisions import DecisionResult
 
 WORLD = "physical-deception"
 SEED = 0
@@ -35,7 +39,7 @@ LEAST_RATIO = 0.80  # of the expert's defender success
 
 def run(folder: Path, console: Console, seed: int | None) -> int:
     """Runs the tour into `folder`; returns 0 when every step gave its expected outcome."""
-    runs.folder(folder)
+    runs.room(folder)
     profile, world = _extracted(SEED if seed is None else seed, console)
     with console.busy("verifying", "a claim about the defenders in every state of the start region"):
         before = handout.violated(profile)
@@ -44,8 +48,7 @@ def run(folder: Path, console: Console, seed: int | None) -> int:
         repair = handout.mended(profile)
     with console.busy("compiling", "the trees, and replaying the code"):
         made = handout.toured(before, repair)
-    for name, text in handout.handout(made).items():
-        runs.write(folder / name, text)
+    outputs.write_listed(folder, handout.handout(made), handout.MANIFEST)
     _say_repair(repair, world, folder, console)
     _say_code(made.code, folder, console)
     console.line("report", str(folder / "report.html"))
@@ -76,7 +79,7 @@ def _success(profile: ir.PolicyProfile, world: World) -> tuple[float, float]:
 def _say_violation(before: Verified, folder: Path, console: Console) -> None:
     (result,) = before.results
     console.line(result.verdict.value, as_lines(before.profile, result)[0])
-    found = result.counterexample
+    found = cast("DecisionResult", result).evidence.counterexample
     if found is None:
         return
     for view in found.agents:
@@ -115,7 +118,7 @@ def _unexpected(made: handout.Toured, world: World) -> list[str]:
     found: list[str] = []
     if [result.verdict for result in made.before.results] != [Verdict.VIOLATED]:
         found.append("the extracted trees were expected to be VIOLATED")
-    proved = [(result.verdict, result.control) for result in made.repair.results]
+    proved = [(result.verdict, result.evidence.control) for result in made.repair.results]
     if proved != [(Verdict.PROVED, Verdict.VIOLATED)]:
         found.append("the repaired trees were expected to be PROVED, and their shuffled control to be VIOLATED")
     ours, theirs = _success(made.profile, world)

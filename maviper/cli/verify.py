@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from maviper.console import Console
     from maviper.verification.ask import Asked, VerifyOptions
     from maviper.verification.run import Verified
-    from verify.claims.region import Verdict
+    from verify.result import Verdict
 
 
 @click.command(
@@ -93,24 +93,29 @@ def _decided(
     profile: Path, options: dict[str, Any], output: Path | None, as_json: bool, full: bool, console: "Console"
 ) -> int:
     """Decides claims about a game, prints and writes; the exit code."""
+    from codegen.policy_json import dumps
     from maviper.cli.results import exit_code, say_results
+    from maviper.files import outputs, runs
     from maviper.files.profiles import load
     from maviper.verification.ask import VerifyOptions, questions
     from maviper.verification.run import verified
     from verify.progress import listening
 
-    asking = VerifyOptions(**options).checked()
+    asking = VerifyOptions.of(options).checked()
     loaded = load(profile)
     found = questions(loaded, profile.name, asking)
     if any(one.question.viewed is not None for one in found) and not asking.observations:
         console.line("observed", "no feature has a meaning, so claims are about what agents observe")
     _folders(output, found, asking, console)
+    if output is not None:
+        beside = outputs.without_given(output, {runs.PROFILE_FILE: dumps(loaded)}, {runs.PROFILE_FILE: profile})
+        outputs.ensure_own(output, beside, outputs.VERIFY)
     if asking.verdict_only:
         return _verdicts(found, as_json)
     with console.following("deciding") as listener, listening(listener):
         done = verified(loaded, found, asking, lambda result: say_results(loaded, [result], console))
     if output is not None:
-        _write(output, profile, done, console)
+        _write(output, profile, done, asking, console)
     if as_json or full:
         click.echo(done.printed(as_json), nl=False)
     if len(done.results) < len(found):
@@ -128,7 +133,7 @@ def _folders(
     """Folders for what will be written, before anything is decided; questions for other programs at once."""
     from codegen.errors import InputError
     from maviper.files import runs
-    from maviper.verification.places import ensure_free
+    from maviper.verification.files.places import ensure_free
 
     if output is not None and options.verdict_only:
         raise InputError("--verdict-only writes no report", "-o", "leave one of them out")
@@ -136,7 +141,7 @@ def _folders(
         ensure_free(output, asked, options)
     for folder in (output, options.smt, options.vnnlib):
         if folder is not None:
-            runs.folder(folder)
+            runs.room(folder)
     if options.smt is not None or options.vnnlib is not None:
         _export(asked, options, console)
 
@@ -164,38 +169,38 @@ def _verdicts(asked: "Sequence[Asked]", as_json: bool) -> int:
 
 def _export(asked: "Sequence[Asked]", options: "VerifyOptions", console: "Console") -> None:
     """The questions for other programs, and which of the claims have none."""
-    from maviper.files import runs
+    from maviper.files import outputs
+    from maviper.verification.exports.vnnlib import vnnlib_files
     from maviper.verification.join import question_files
-    from maviper.verification.vnnlib import vnnlib_files
 
     ways = (
-        (options.smt, question_files, "as SMT-LIB", "which is decided by zones without a solver"),
-        (options.vnnlib, vnnlib_files, "as VNN-LIB with ONNX", "which is not about actions in single states"),
+        ("smt", options.smt, question_files, "as SMT-LIB", "which is decided by zones without a solver"),
+        ("vnnlib", options.vnnlib, vnnlib_files, "as VNN-LIB with ONNX", "which is not about actions in single states"),
     )
-    for folder, made, form, why in ways:
+    for kind, folder, made, form, why in ways:
         if folder is None:
             continue
         files = made([one.question for one in asked])
-        for name, content in files.items():
-            runs.write(folder / name, content)
+        outputs.write_questions(folder, files, kind)
         console.line("questions", f"{folder}, {form}")
         for number, one in enumerate(asked, 1):
             if not any(name.startswith(f"{number:02d}-") for name in files):
                 console.line("", f"not exported: {one.claim.shown}, {why}")
 
 
-def _write(folder: Path, profile: Path, done: "Verified", console: "Console") -> None:
-    """All files, and the command that reads each kind."""
-    from maviper.files import runs
+def _write(folder: Path, profile: Path, done: "Verified", options: "VerifyOptions", console: "Console") -> None:
+    """All files, without those of an earlier run, and the command that reads each kind."""
+    from maviper.files import outputs, runs
     from maviper.page.page import FILE, unplayable
     from maviper.page.results import page_of
 
-    for name, text in done.files.items():
-        runs.write(folder / name, text)
-    console.line("report", str(folder / "report.html"))
     no_page = unplayable(done.profile)
-    if not no_page:
-        runs.write(folder / FILE, page_of(done.profile, done.results))
+    page = {} if no_page else {FILE: page_of(done.profile, done.results)}
+    asked = [profile, Path(options.region), *([options.file] if options.file else [])]
+    asked += [path.parent / one.region.name for path in asked for one in done.asked]
+    files = outputs.without_given(folder, {**done.files, **page}, {runs.PROFILE_FILE: profile})
+    outputs.write_set(folder, files, outputs.VERIFY, keep=asked)
+    console.line("report", str(folder / "report.html"))
     console.line("no page" if no_page else "page", no_page or str(folder / FILE))
     for name in done.certificates:
         console.line("certificate", f"{folder / name}; maviper check {folder / name} --profile {profile}")

@@ -1,6 +1,6 @@
 """The commands worlds list, worlds show, worlds new and worlds check.
 
-Does: prints what worlds there are, what is in one, and whether one can be used; writes a world's file to start from.
+Does: prints what worlds there are, what is in one, and whether one can be used; writes a world file to start from.
 Assumes: `maviper.worlds` knows the worlds.
 Does not: play.
 """
@@ -46,7 +46,7 @@ def worlds_show(world: str, features_file: Path | None) -> int:
     Each feature is shown with its unit, range and meaning.
     """
     from maviper.worlds import find
-    from maviper.worlds.outside.naming import with_names
+    from maviper.worlds.naming import with_names
 
     found = find(world) if features_file is None else with_names(find(world), features_file)
     pace = f" of {found.spec.dt} s" if found.spec.dt else ""
@@ -63,7 +63,7 @@ def worlds_show(world: str, features_file: Path | None) -> int:
 @worlds.command("new", cls=Verb, example="maviper worlds new cart.toml")
 @click.argument("file", type=PATH)
 def worlds_new(file: Path) -> int:
-    """Write a world's file to start from, for you to edit.
+    """Write a world file to start from, for you to edit.
 
     FILE states a system of your own: its variables with units and ranges, what agents observe and do, where episodes
     start, and how the state moves. It explains itself in comments.
@@ -77,17 +77,17 @@ def worlds_new(file: Path) -> int:
 
 @worlds.command("check", cls=Verb, example="maviper worlds check mygame:make,n=2")
 @click.argument("world")
-@option("--run-reference", is_flag=True, help="Also run an environment of somebody's own that a world's file names.")
+@option("--run-reference", is_flag=True, help="Also run user code (an environment) that a world file names.")
 def worlds_check(world: str, run_reference: bool) -> int:
     """Report what WORLD provides, what is missing and what is wrong.
 
     Prints one line per finding. Exits with 2 if the world cannot be used.
 
     WORLD is a name from `maviper worlds list`, gymnasium:ID for a single-agent environment of Gymnasium, vmas:SCENARIO,
-    module:function for your own PettingZoo environment, or a world's file (TOML). Options follow after commas:
+    module:function for your own PettingZoo environment, or a world file (TOML). Options follow after commas:
     module:function,n=3,max_steps=50.
 
-    If a world's file names a reference, 100,000 steps of that environment are compared with what the file states. A
+    If a world file names a reference, 100,000 steps of that environment are compared with what the file states. A
     step that is off by more than the stated error is a fault.
     """
     from maviper.worlds.checking import check, usable

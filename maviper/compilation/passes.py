@@ -18,7 +18,7 @@ from codegen.region import RegionSpec
 from maviper.episodes.on_policy import on_policy
 from maviper.files.regions import find_region
 from maviper.worlds.matching import NO_WORLD, matching_world
-from verify.claims.region import plain
+from verify.exact import plain
 
 BUDGET = 20_000_000  # solver resource units a leaf; what stays open is kept
 

@@ -5,6 +5,7 @@ Assumes: opponents are the expert where it is shipped, else the profiles' own tr
 Does not: make the other policy, or judge whether it is worth its price.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -24,7 +25,7 @@ from maviper.worlds import Measure, ParticleWorld, WorldState
 from maviper.worlds.matching import NO_WORLD
 from verify.claims.region import Region
 from verify.question import Budgets
-from verify.states.shares import SAMPLE_SEED, SAMPLES
+from verify.states.shares import SAMPLE_SEED, SAMPLES, unbounded
 from verify.states.state import chosen, sample
 
 MAX_CELLS = 2_000  # zones of an agent in which the actions differ; with more, their share is sampled
@@ -44,7 +45,7 @@ class Compared:
 class Cost:
     """What a change costs. States met are of whole episodes, and so not independent; None where none can be played."""
 
-    uniform: Share  # of the region's states, by sampling: some agent's action changes
+    uniform: Share | None  # of the region's states, by sampling: some agent's action changes; None without ranges
     exact: Fraction | None  # the same, exactly, where the zones tell it
     met: Share | None  # of the states that the team met before, in the held-out episodes
     opponents: str
@@ -55,7 +56,7 @@ class Cost:
         exact = {} if self.exact is None else {"exact": rational_literal(self.exact)}
         return {
             "changed": {
-                "region": self.uniform.document() | exact,
+                "region": None if self.uniform is None else self.uniform.document() | exact,
                 "met": None if self.met is None else self.met.document(),
             },
             "opponents": self.opponents,
@@ -75,7 +76,9 @@ class Cost:
         """A line for what changed, and one a measure."""
         met = f"{self.met} of the states met, " if self.met else ""
         region = self.uniform if self.exact is None else f"{percent(float(self.exact))}, exactly,"
-        console.line("changed", f"some action in {met}{region} of the region's states")
+        unmeasured = "a share of the region that is not measured, as it has no stated range"
+        whole = f"{region} of the region's states" if self.uniform else unmeasured
+        console.line("changed", f"some action in {met}{whole}")
         for one in self.compared:
             low, high = one.difference.interval
             values = f"{shown(one.before)} to {shown(one.after)}"
@@ -93,8 +96,10 @@ def measured(
     episodes: int,
 ) -> Cost:
     """What `after` costs a team, in play against the expert where it is shipped, else against the own trees."""
-    uniform = _changed(before, after, team, sample(region, before.world, SAMPLES, SAMPLE_SEED)[0])
-    exact = _exactly(before, after, team, region)
+    uniform = exact = None
+    if not unbounded(region):
+        uniform = _changed(before, after, team, sample(region, before.world, SAMPLES, SAMPLE_SEED)[0])
+        exact = _exactly(before, after, team, region)
     if world is None:
         return Cost(uniform, exact, None, NO_WORLD)
     seeds = range(measures.MEASUREMENT_SEEDS, measures.MEASUREMENT_SEEDS + episodes)
@@ -172,6 +177,7 @@ def _exactly(before: ir.PolicyProfile, after: ir.PolicyProfile, team: str, regio
     return least if least == most else None
 
 
-def _interval(found: Estimate) -> dict[str, float]:
-    low, high = found.interval
-    return {"value": round(found.value, 6), "low": round(low, 6), "high": round(high, 6)}
+def _interval(found: Estimate) -> dict[str, float | None]:
+    """The value and its interval, whose ends are None where one episode bounds nothing."""
+    low, high = (round(end, 6) if math.isfinite(end) else None for end in found.interval)
+    return {"value": round(found.value, 6), "low": low, "high": high}

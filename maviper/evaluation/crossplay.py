@@ -1,4 +1,4 @@
-"""Teams among others: a team's measures when all of it, or one agent of it, is replaced, beside the expert there.
+"""Cross-play: a team's measures when it, or one agent, replaces the expert.
 
 Does: plays line-ups over the same episodes, each once; values, ratios and their intervals; how trees decide.
 Assumes: controllers are deterministic, or draw by episode seed as `Uniform` does, so that episodes can be paired.

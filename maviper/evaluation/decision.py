@@ -12,7 +12,7 @@ from codegen.errors import InputError, UnknownNameError
 from codegen.floats import observations
 from codegen.ir import GOAL
 from codegen.observe import observe
-from verify.claims.region import positions
+from verify.claims.uncertified.starts import positions
 from verify.states.path import Step, path
 from verify.states.state import State
 

@@ -1,7 +1,7 @@
 """The best team of trees of a given depth in a coordination game, exactly, and what any team of trees is worth there.
 
 Does: expectations over hidden states and readings without sampling; every distinct tree; the best joint choice.
-Assumes: a game of `worlds/coordination.py`, small enough that a kind's trees can be listed.
+Assumes: a game of `worlds/games/coordination.py`, small enough that a kind's trees can be listed.
 Does not: extract trees, or play.
 
 What a tree does is a *rule*: the convention for each reading. A rule's *chances* are how likely each role is in each
@@ -23,7 +23,7 @@ import numpy as np
 from codegen import ir
 from codegen.errors import InputError
 from codegen.ir import Bool, Float64
-from maviper.worlds.coordination import Coordination
+from maviper.worlds.games.coordination import Coordination
 from maviper.worlds.payoffs import PAIRS
 from maviper.worlds.world import Int
 

@@ -2,7 +2,7 @@
 
 Does: `evaluate` for controllers; finds those who are named; the answer as tables or plain data.
 Assumes: evaluation episodes are the same for everybody, so that numbers can be compared across commands.
-Does not: play or count anything itself (evaluate/crossplay.py), or find controllers (evaluate/players.py).
+Does not: play or count anything itself (crossplay.py), or find controllers (players.py).
 """
 
 import math

@@ -12,6 +12,7 @@ import numpy as np
 from codegen import ir
 from codegen.intervals import percent
 from codegen.paths import parted
+from codegen.wording import within
 
 
 def rules(policy: ir.AgentPolicy) -> Iterator[str]:
@@ -39,10 +40,7 @@ def _visits(tree: ir.Tree, node: int) -> str:
 def _condition(policy: ir.AgentPolicy, low: ir.Floats, high: ir.Floats) -> str:
     parts = []
     for feature, least, most in zip(policy.features, low, high, strict=True):
-        if np.isfinite(least) and np.isfinite(most):
-            parts.append(f"{least:.3g} < {feature.name} <= {most:.3g}")
-        elif np.isfinite(most):
-            parts.append(f"{feature.name} <= {most:.3g}")
-        elif np.isfinite(least):
-            parts.append(f"{feature.name} > {least:.3g}")
+        ends = [float(end) if np.isfinite(end) else None for end in (least, most)]
+        if ends != [None, None]:
+            parts.append(within(feature.name, *ends, digits=3))
     return "if " + " and ".join(parts) if parts else "always"

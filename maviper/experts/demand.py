@@ -1,4 +1,4 @@
-"""What a team's members must agree on: how much a team-mate of another training costs, and who takes which role.
+"""Coordination demand: the loss when a teammate comes from another seed, and who takes which role.
 
 Does: measures teams in which one member comes from another expert; the shares of the ways in which a team shares out
   its targets, and how well the start state tells which way it will be.
@@ -17,10 +17,10 @@ from codegen.ir import Float64
 from maviper.episodes import measures
 from maviper.episodes.play import Controller, Episodes, rollout
 from maviper.worlds import ParticleWorld
-from maviper.worlds.cooperative_navigation import AGENTS
-from maviper.worlds.particle import distances, planes
-from maviper.worlds.physical_deception import DEFENDERS
-from maviper.worlds.predator_prey import PREDATORS, PREY
+from maviper.worlds.games.cooperative_navigation import AGENTS
+from maviper.worlds.games.particle import distances, planes
+from maviper.worlds.games.physical_deception import DEFENDERS
+from maviper.worlds.games.predator_prey import PREDATORS, PREY
 from maviper.worlds.world import Int
 
 COVERING, HUNTING = (DEFENDERS, AGENTS), (PREDATORS,)

@@ -10,11 +10,11 @@ from codegen.errors import InputError, UnknownNameError
 from maviper.experts import store
 from maviper.experts.expert import Expert
 from maviper.experts.foreign import named
+from maviper.experts.given import given
 from maviper.experts.measured import Measured
 from maviper.experts.scripted import SCRIPTS, scripted
 from maviper.experts.wrapped import Narrowed, Unweighted, lawful_expert
 from maviper.worlds import WORLDS, ParticleWorld, World, built_in, find
-from maviper.worlds.outside.making import imported
 from maviper.worlds.outside.sources import named_by_user, parsed
 from maviper.worlds.world import FEATURES, plain_name
 
@@ -68,13 +68,6 @@ def _found(text: str, world: World | None) -> tuple[Expert, World]:
         game = built_in(text)
         return (Measured(game, scripted(game)), game) if game.name not in store.SHIPPED else store.load(game.name)
     if named_by_user(text):
-        source = parsed(text)
-        expert = imported(source)(**source.options)
-        missing = [name for name in ("world", "agents", "act", "q") if not hasattr(expert, name)]
-        if missing:
-            what = f"what it returns is not an expert: it lacks {', '.join(missing)}"
-            raise InputError(
-                what, text, "return a maviper.experts.adapter.TorchExpert, or an object with these members"
-            )
+        expert = given(parsed(text))
         return expert, expert.world
     return store.load(text, world)

@@ -18,9 +18,9 @@ from codegen.dynamics import accelerated, accelerations, displaced
 from codegen.errors import InputError
 from codegen.ir import Float32, Float64
 from maviper.worlds import CooperativeNavigation, Coordination, PhysicalDeception, PredatorPrey, World
-from maviper.worlds.coordination import Decisions
-from maviper.worlds.particle import WorldState, distances, planes, squared_distances
-from maviper.worlds.predator_prey import PREDATORS, PREY, outside
+from maviper.worlds.games.coordination import Decisions
+from maviper.worlds.games.particle import WorldState, distances, planes, squared_distances
+from maviper.worlds.games.predator_prey import PREDATORS, PREY, outside
 from maviper.worlds.world import Int
 
 PLANNED = 2  # actions that a look-ahead chooses; it coasts after them

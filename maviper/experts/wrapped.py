@@ -158,9 +158,9 @@ def critic_of(expert: Expert) -> str:
 
 def reward_weighed_by(expert: Expert, world: World) -> str:
     """What reward the Q adds up that an expert answers with; "" where nobody knows, or where there is no Q."""
-    whose = critic_of(expert)
+    whose, card = critic_of(expert), expert.card
     while isinstance(expert, Wrapped):
         expert = expert.expert
     if isinstance(expert, Measured):
         return cards.reward_of({"shaping": expert.shaping}, world) if whose == expert.critic else ""
-    return cards.critic_reward(expert.card, world) if whose == "learned" else ""
+    return cards.critic_reward(card, world) if whose == "learned" else ""

@@ -77,7 +77,7 @@ def check(world: World, settings: Settings, examples: Examples) -> None:
 
 
 def _check_masks(world: World, settings: Settings) -> None:
-    """InputError for what does not know that actions may be illegal, or has no room to make sure that they are not."""
+    """InputError if the algorithm ignores action masks, or the depth leaves no room to test them."""
     if not world.masked:
         return
     where = f"{world.name}: its actions have masks"

@@ -17,7 +17,7 @@ from maviper.extraction.dataset import Dataset
 from maviper.extraction.growth.growing import Growth
 from maviper.extraction.settings import Settings
 from maviper.worlds import ParticleWorld, World, built_in
-from maviper.worlds.features import DERIVED, SEPARATOR
+from maviper.worlds.games.features import DERIVED, SEPARATOR
 from maviper.worlds.world import Int
 
 EPISODES, HELD_OUT = 200, 50

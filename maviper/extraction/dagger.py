@@ -62,7 +62,7 @@ def _values(met: Sequence[Met]) -> dict[str, Float64]:
 
 
 class _Group:
-    """Agents whose trees play together, everybody else being at the expert; `name`: among the steps of a journal."""
+    """Agents whose trees play together, all others act by the expert; `name`: prefix of its journal steps."""
 
     def __init__(self, asked: Extraction, agents: Sequence[int], name: str) -> None:
         self.asked, self.agents, self.name = asked, list(agents), name

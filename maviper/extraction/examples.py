@@ -20,7 +20,8 @@ from maviper.extraction.dataset import Dataset
 from maviper.extraction.selection.stack import Stack
 from maviper.worlds import World
 from maviper.worlds.world import Int
-from verify.claims.formula import Batch, Formula, Or
+from verify.claims.formula import Formula, Or
+from verify.claims.uncertified.values import Batch
 
 SHARE = 0.2  # of the weight of a team's data, where there are examples for it
 MAX_EACH = 100  # average points of the data that one such state may weigh, so that a few do not rule

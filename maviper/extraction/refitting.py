@@ -25,14 +25,15 @@ from maviper.evaluation.players import EXPERT, Player
 from maviper.experts.expert import Expert
 from maviper.extraction.examples import NO_EXAMPLES, Examples, FailingStates, Lesson, lesson_of
 from maviper.files import runs
-from maviper.verification.failing_states import Failing, blank, read_failing
+from maviper.verification.files.states import Failing, blank, read_failing
 from maviper.verification.replays import states_of
 from maviper.worlds import ParticleWorld, World
 from maviper.worlds.matching import plays
-from verify.claims.region import Region, everywhere
+from verify.claims.region import Region
+from verify.claims.uncertified.starts import everywhere
 from verify.question import Question
 from verify.states.failures import fails
-from verify.states.shares import SAMPLE_SEED, SAMPLES, violating
+from verify.states.shares import SAMPLE_SEED, SAMPLES, unbounded, violating
 from verify.states.state import observed, sample
 
 COST_FILE = "refit.json"
@@ -192,7 +193,7 @@ def _outcome(given: Failing, after: PolicyProfile, place: Path, expert: Player, 
     uniform = sample(region, world.spec, SAMPLES, SAMPLE_SEED)[0]
 
     def failures(profile: PolicyProfile | None) -> Share | None:
-        if profile is None:
+        if profile is None or unbounded(region):
             return None
         return Share(int(violating(Question(profile, claim, region), uniform).sum()), len(uniform))
 

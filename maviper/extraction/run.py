@@ -8,6 +8,7 @@ Does not: know how trees are grown.
 import json
 import platform
 import time
+from collections.abc import Mapping
 from contextlib import ExitStack
 from dataclasses import asdict, dataclass, replace
 from functools import partial
@@ -27,19 +28,20 @@ from maviper.experts.foreign.layers import LOG_PROBABILITIES
 from maviper.experts.wrapped import critic_of
 from maviper.extraction import refitting
 from maviper.extraction.algorithms import check, extract
-from maviper.extraction.bundles import MAVIPER, PARTS
 from maviper.extraction.choosing import helpful_features
 from maviper.extraction.extraction import Running
 from maviper.extraction.journal import NOTHING_KEPT, Journal
 from maviper.extraction.outcome import finalist_score
 from maviper.extraction.selection.progress import EXTRACTING, Progress
-from maviper.extraction.settings import DEFAULT, Settings
+from maviper.extraction.settings import Settings, parted
 from maviper.files import resuming, runs
+from maviper.files.alone import working_alone
 from maviper.files.jobs import side_by_side
 from maviper.files.profiles import version
 from maviper.files.seeds import Scored, best_of, ensure_counts, folder_of, resumed
+from maviper.options import ExtractOptions, completed
 from maviper.worlds import ParticleWorld, World
-from maviper.worlds.outside.naming import with_names
+from maviper.worlds.naming import with_names
 
 AUTOMATIC = "auto"
 WEIGHED = {"measured": "measured critic", LOG_PROBABILITIES: "its log-probabilities as critic"}
@@ -50,66 +52,28 @@ PACKAGES = ("maviper", "mpe2", "numpy", "scikit-learn")
 
 
 @dataclass(frozen=True)
-class ExtractOptions:
-    """What an extraction is asked for; None: the preset's."""
+class Request:
+    """What an extraction is asked for: the options that are no settings of an algorithm, and those that are."""
 
-    algorithm: str = MAVIPER
-    preset: str = DEFAULT
-    max_depth: int = 4
-    agent: str | None = None  # VIPER's
-    splits: str | None = None
-    features: str = ""  # further ones, or AUTOMATIC
-    features_file: Path | None = None  # that names those of a user's own world
-    max_episodes: int | None = None  # in all, instead of the counts below
-    iterations: int | None = None
-    rollouts: int | None = None  # episodes an iteration
-    patience: int | None = None
-    selection: str | None = None
-    selection_episodes: int | None = None
-    refinement_episodes: int | None = None  # per team
-    measure: str | None = None  # what teams are judged by
-    rollouts_by: str | None = None  # whose trees play together: agent, team, all; or experts
-    weights: str | None = None  # own, averaged, equal
-    least_right: str | None = None  # right predictions that a point needs: N, N-1, a number, a share
-    selection_by: str | None = None  # for whom one round is chosen: agent, team, all
-    share: str | None = None  # who shares a tree: the agents of a team
-    max_leaves: int | None = None  # of each tree
-    explore: float = 0.0  # Fitted Q's share of uniform actions
-    critic: str = "learned"
-    world: str | None = None  # of a user's own
-    counterexamples: tuple[Path, ...] = ()
-    seed: int = 0
-    seeds: int = 1  # from `seed` on; the best is kept
-    jobs: int = 1  # seeds, agents or teams at a time
-    resume: bool = False
-    command: str = "maviper.extract"  # that asks for the same
+    features: str  # further ones, or AUTOMATIC
+    features_file: Path | None  # that names those of a user's own world
+    critic: str
+    world: str | None  # of a user's own
+    counterexamples: tuple[Path, ...]
+    seeds: int  # from the setting `seed` on; the best is kept
+    jobs: int  # seeds, agents or teams at a time
+    resume: bool
+    settings: Mapping[str, Any]
+    command: str  # that asks for the same
 
-    def checked(self) -> "ExtractOptions":
-        """The options themselves; InputError for numbers of seeds or jobs out of their range."""
-        ensure_counts(self.seeds, self.jobs)
-        return self
 
-    @property
-    def said(self) -> dict[str, Any]:
-        """What of it becomes `Settings`, by their names."""
-        same = (
-            "algorithm",
-            "preset",
-            "max_depth",
-            "agent",
-            "splits",
-            "iterations",
-            "rollouts",
-            "patience",
-            "selection",
-            "measure",
-            "share",
-            "max_leaves",
-            "explore",
-            *PARTS,
-        )
-        found = {name: getattr(self, name) for name in (*same, "selection_episodes", "seed")}
-        return found | {"budget": self.max_episodes, "refinement": self.refinement_episodes}
+def request(options: Mapping[str, Any], command: str = "maviper.extract") -> Request:
+    """The options of the verb as a request. TypeError for an option that there is not, InputError for a value that it
+    cannot have.
+    """
+    given, settings = parted(completed(ExtractOptions, options))
+    ensure_counts(given["seeds"], given["jobs"])
+    return Request(**given, settings=settings, command=command)
 
 
 class Found(NamedTuple):
@@ -122,10 +86,10 @@ class Found(NamedTuple):
     lessons: refitting.Task = refitting.NOTHING
 
 
-def _find(expert: str, options: ExtractOptions, console: Console) -> Found:
+def _find(expert: str, options: Request, console: Console) -> Found:
     features = options.features
     found, world = find_expert(expert, options.critic, options.world, "" if features == AUTOMATIC else features)
-    settings = Settings.of(options.said, world)
+    settings = Settings.of(options.settings, world)
     settings.judged(world)  # whether there is such a measure
     if features == AUTOMATIC:
         features = helpful_features(world, found, settings) if isinstance(world, ParticleWorld) else ""
@@ -138,9 +102,8 @@ def _find(expert: str, options: ExtractOptions, console: Console) -> Found:
     return Found(expert, found, world, settings, lessons)
 
 
-def extracted(expert: str, output: Path | None, options: ExtractOptions, console: Console) -> ir.PolicyProfile:
+def extracted(expert: str, output: Path | None, options: Request, console: Console) -> ir.PolicyProfile:
     """The trees of the named expert. `output`: the profile's .json file, or a run folder; None: no file is written."""
-    options = options.checked()
     asked = _find(expert, options, console)
     jobs, resume, seeds = options.jobs, options.resume, options.seeds
     if output is None or output.suffix == ".json":
@@ -206,18 +169,20 @@ def _run(task: _Task, console: Console | None = None, jobs: int = 1) -> ir.Polic
         "settings": asdict(asked.settings),
     }
     runs.claim(task.folder, config, SAME, task.resume)
-    profile = extract_live(asked, console or Console(task.quiet, f"seed {asked.settings.seed}"), jobs, task.folder)
-    runs.write(task.folder / runs.PROFILE_FILE, policy_json.dumps(profile))
+    with working_alone(task.folder):
+        profile = extract_live(asked, console or Console(task.quiet, f"seed {asked.settings.seed}"), jobs, task.folder)
+        runs.write(task.folder / runs.PROFILE_FILE, policy_json.dumps(profile))
     return profile
 
 
 def _written(place: Path, profile: ir.PolicyProfile, console: Console, asked: Found, command: str) -> ir.PolicyProfile:
     """The profile as a file, and what counterexamples did to it, where it learned from any."""
-    runs.write(place, policy_json.dumps(profile))
+    files = {place.name: policy_json.dumps(profile)}
     if asked.lessons.failing:
         report = refitting.report(asked.lessons, profile, place, asked.name, asked.expert, asked.world)
         report.say(console)
-        runs.write(refitting.report_file(place), report.json(command))
+        files[refitting.report_file(place).name] = report.json(command)
+    runs.write_all(place.parent, files)
     console.line("wrote", f"{place}  id {policy_json.content_hash(profile)[:16]}")
     return profile
 

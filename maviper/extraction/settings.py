@@ -8,7 +8,7 @@ Does not: know how an algorithm works.
 import math
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from fractions import Fraction
 from typing import Any
 
@@ -40,6 +40,7 @@ from maviper.extraction.bundles import (
     grouped,
     wider,
 )
+from maviper.options import ExtractOptions, table_of
 from maviper.worlds import World
 
 EXACT, HISTOGRAM = "exact", "histogram"
@@ -53,7 +54,6 @@ PRESETS: dict[str, dict[str, Any]] = {
     RELEASED: {"splits": EXACT, "selection": RETURN, "refinement": 0, "patience": MAX_NUMBER},
     DEFAULT: {"splits": HISTOGRAM, "selection": RACE, "refinement": REFINEMENT},
 }
-OPTIONS = {"refinement": "--refinement-episodes", "budget": "--max-episodes"}  # named otherwise than their settings
 DEALT = ("iterations", "rollouts", "selection_episodes", "patience", "refinement")  # what a budget decides
 MAX_EPISODES = 100_000_000
 LARGE_BUDGET = 30_000  # from it on, there is enough to refine by
@@ -85,7 +85,16 @@ def papers(algorithm: str, world: World | None) -> dict[str, int]:
 
 def option_of(setting: str) -> str:
     """The option by which a user gives a setting."""
-    return OPTIONS.get(setting, f"--{setting.replace('_', '-')}")
+    flags = {option.setting: option.flag for option in table_of(ExtractOptions).values()}
+    return flags.get(setting, f"--{setting.replace('_', '-')}")
+
+
+def parted(options: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Of the options of an extraction those that are no settings, and those that are, by the settings' names."""
+    names = {name: option.setting or name for name, option in table_of(ExtractOptions).items()}
+    known = {field.name for field in fields(Settings)}
+    settings = {names[name]: value for name, value in options.items() if names[name] in known}
+    return {name: value for name, value in options.items() if names[name] not in known}, settings
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,9 @@ from pathlib import Path
 from codegen import ir
 from codegen.errors import InputError
 from maviper.files import kinds, runs
-from verify.claims.region import Region, everywhere, observed_velocities, read_region
+from verify.claims.region import Region
+from verify.claims.region_files import read_region
+from verify.claims.uncertified.starts import everywhere, observed_velocities
 
 MAX_REGION_BYTES = 2**20
 

@@ -1,25 +1,26 @@
 """Whether the command that runs can go on after an interruption.
 
 Does: remembers how to tell that a run has begun, so that Ctrl-C can say how it goes on.
-Assumes: one command a process at a time.
+Assumes: one command at a time in a thread.
 Does not: handle signals (cli/exits.py does) or read run folders.
 """
 
 from collections.abc import Callable
+from contextvars import ContextVar
 
-_runs: list[Callable[[], bool]] = []  # of the command that runs: each tells whether a run has begun
+_runs: ContextVar[tuple[Callable[[], bool], ...]] = ContextVar("runs", default=())  # each tells whether it has begun
 
 
 def resumable(begun: Callable[[], bool]) -> None:
     """Tells that the command that runs goes on with --resume, and with nothing else, once `begun` is true."""
-    _runs.append(begun)
+    _runs.set((*_runs.get(), begun))
 
 
 def forget() -> None:
     """Starts over for another command."""
-    _runs.clear()
+    _runs.set(())
 
 
 def begun() -> bool:
     """Whether the command that runs has begun a run that goes on with --resume."""
-    return any(each() for each in _runs)
+    return any(each() for each in _runs.get())

@@ -1,51 +1,145 @@
 """Files that are never half written, and folders of runs that can go on.
 
-Does: writes a file under its final name only when it is complete; makes output folders and claims run folders, with
-  errors a user understands.
+Does: writes a file under its final name only when it is complete, several files all or none; makes output folders and
+  claims run folders, with errors a user understands.
 Assumes: the folder's file system can rename atomically.
 Does not: know what is in the files.
 """
 
 import contextlib
 import errno
-import itertools
 import json
 import os
+import shutil
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, BinaryIO, TypeVar
 
 import msgspec
 
 from codegen.errors import InputError, MaviperError, MissingToolError, shown, steers
+from maviper.files.scratch import scratch_file, scratch_folder
 
 CONFIG_FILE = "config.json"
 MAX_CONFIG_BYTES = 2**20
 NO_ROOM = (errno.ENOSPC, errno.EDQUOT)
 Form = TypeVar("Form")
-_serial = itertools.count()
 
 PROFILE_FILE = "profile.json"  # wherever a policy lies among other files
 
 
 def write(path: Path, content: str | bytes) -> Path:
     """Writes a file atomically: a reader sees the old file or the new one, an interruption leaves the old one."""
-    data = content.encode() if isinstance(content, str) else content
     folder(seen(path).parent)
-    # named before it is made, so that an interruption at any point knows what to remove
-    scratch = path.parent / f".{path.name}.{os.getpid()}-{next(_serial)}.part"
     try:
-        with scratch.open("wb") as file:
-            file.write(data)
-            file.flush()
-            os.fsync(file.fileno())
-        scratch.replace(path)
+        with scratch_file(path) as (place, file):
+            _fill(file, content)
+            place.replace(path)
     except OSError as error:
         raise unwritten(path, error) from None
-    finally:
-        with contextlib.suppress(OSError):
-            scratch.unlink()
     return path
+
+
+def _fill(file: BinaryIO, content: str | bytes) -> None:
+    file.write(content.encode() if isinstance(content, str) else content)
+    file.flush()
+    os.fsync(file.fileno())
+    file.close()
+
+
+def create(path: Path, content: str | bytes) -> bool:
+    """As `write`, where there is no file yet, else False: of several that try at once, one succeeds."""
+    folder(seen(path).parent)
+    try:
+        with scratch_file(path) as (place, file):
+            _fill(file, content)
+            try:
+                path.hardlink_to(place)
+            except FileExistsError:
+                return False
+            except OSError:  # a file system without links
+                with path.open("xb") as alone:
+                    _fill(alone, content)
+    except FileExistsError:
+        return False
+    except OSError as error:
+        raise unwritten(path, error) from None
+    return True
+
+
+def write_all(folder_: Path, files: Mapping[str, str | bytes], gone: Sequence[str] = ()) -> None:
+    """Writes several files into a folder: all of them, or none where one cannot be written, and the old ones stay.
+
+    A folder that was not there appears with all its files at once. In one that was there the files change one after
+    another once all are written, so that only a process killed within that moment can leave old ones among new ones.
+    `gone`: names of files that are removed with that.
+    """
+    fresh = not os.path.exists(seen(folder_))  # noqa: PTH110 - False, too, for a name that is too long
+    folder(folder_.parent if fresh else folder_)
+    path = folder_
+    try:
+        with scratch_folder(folder_ if fresh else folder_ / "files") as place:
+            for name, content in files.items():
+                path = folder_ / name
+                (place / name).parent.mkdir(parents=True, exist_ok=True)
+                with (place / name).open("xb") as file:
+                    _fill(file, content)
+            if fresh:
+                with contextlib.suppress(OSError):  # somebody else made the folder meanwhile
+                    place.rename(folder_)
+                    return
+                folder(folder_)
+            for name in files:
+                folder((folder_ / name).parent)
+            _exchange(place, folder_, list(files), gone)
+    except OSError as error:
+        raise unwritten(path, error) from None
+
+
+def _exchange(place: Path, folder_: Path, names: Sequence[str], gone: Sequence[str]) -> None:
+    """Moves the files in `place` into the folder; where one cannot be moved, all are as they were. OSError."""
+    with scratch_folder(folder_ / "old") as old:
+        for name in (*names, *gone):
+            (old / name).parent.mkdir(parents=True, exist_ok=True)
+            with contextlib.suppress(FileNotFoundError):
+                _keep(folder_ / name, old / name)
+        moved: list[str] = []
+        try:
+            for name in names:
+                moved.append(name)
+                (place / name).replace(folder_ / name)
+            for name in gone:
+                moved.append(name)
+                (folder_ / name).unlink(missing_ok=True)
+        except BaseException:
+            for name in moved:
+                if (old / name).exists():
+                    (old / name).replace(folder_ / name)
+                elif name in names and not (place / name).exists():
+                    (folder_ / name).unlink(missing_ok=True)
+            raise
+
+
+def _keep(path: Path, beside: Path) -> None:
+    """The same file under another name, or a copy where the file system has no links."""
+    try:
+        beside.hardlink_to(path)
+    except FileNotFoundError:
+        raise
+    except OSError:
+        shutil.copy2(path, beside)
+
+
+def room(path: Path) -> None:
+    """Makes sure, before the work, that a folder can be made and written into later; nothing is left of that."""
+    try:
+        missing = [each for each in (seen(path), *path.parents) if not each.exists()]
+    except OSError:  # folder says what is wrong
+        missing = []
+    folder(path)
+    for each in missing:
+        with contextlib.suppress(OSError):
+            each.rmdir()
 
 
 def unwritten(path: Path, error: OSError) -> MaviperError:
@@ -131,12 +225,11 @@ def claim(folder_: Path, config: Mapping[str, Any], same: Sequence[str], resume:
     """
     folder(folder_)
     place = folder_ / CONFIG_FILE
-    if not place.exists():
-        if resume:
-            raise InputError("there is no run to resume", str(place), "leave --resume out, or check the folder")
-        write(place, as_json(config))
-        return False
+    if resume and not place.exists():
+        raise InputError("there is no run to resume", str(place), "leave --resume out, or check the folder")
     if not resume:
+        if create(place, as_json(config)):
+            return False
         advice = "continue it with --resume, or choose another folder with -o"
         raise InputError("the folder already holds a run", str(folder_), advice)
     try:

@@ -1,7 +1,7 @@
 """The page of a comparison: both profiles side by side, hatched where they act differently.
 
 Does: turns a comparison into what a page shows, with an example of the largest zones behind a button each.
-Assumes: `maviper.verification.difference` compared.
+Assumes: `maviper.verification.diff` compared.
 Does not: decide.
 """
 
@@ -10,9 +10,9 @@ from typing import Any
 
 from maviper.page.document import Contents, Second, Stored
 from maviper.page.page import page, visits_of
-from maviper.verification.difference import Compared
+from maviper.verification.diff import Compared
 from maviper.worlds.matching import matching_world
-from verify.claims.region import REAL
+from verify.semantics import REAL
 
 SHOWN = 3  # zones of an agent that have a button
 ALIKE, DIFFERENT, OPEN = "alike in the whole region", "acts differently in the region", "no answer for the region"

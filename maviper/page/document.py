@@ -7,7 +7,7 @@ Does not: write HTML, decide or play.
 
 import base64
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from itertools import islice
@@ -21,11 +21,11 @@ from codegen.floats import deciding_double, rational_literal
 from codegen.policy_json import content_hash
 from maviper.experts.network import ACTOR, LAYERS, VALUE, NetworkExpert
 from verify.claims.catalogue import NAMES, Claim, find_claim
+from verify.claims.claim import Kind, teams
 from verify.claims.decisions import DecisionClaim, formula
 from verify.claims.episodes import EpisodeClaim, KeepsApart
 from verify.claims.formula import TRUE, atoms
 from verify.claims.formula_json import formula_document
-from verify.claims.region import Kind, teams
 from verify.states.state import measurable
 
 ALIKE = "alike"  # the name of the claim that two profiles act alike
@@ -254,9 +254,7 @@ def _claim(profile: ir.PolicyProfile, shown: Shown) -> dict[str, Any]:
         "episode": None,
         "unjudged": "about no single state",
     }
-    if claim.kind is Kind.EPISODES:
-        return found | {"episode": _episode(profile, claim)}
-    return found | _decisions(profile, claim)
+    return found | JUDGED[claim.kind](profile, claim)
 
 
 def _alike(profile: ir.PolicyProfile, second: Second | None) -> list[dict[str, Any]]:
@@ -289,7 +287,7 @@ def _decisions(profile: ir.PolicyProfile, claim: DecisionClaim) -> dict[str, Any
 def _episode(profile: ir.PolicyProfile, claim: EpisodeClaim) -> dict[str, Any]:
     agents = [policy.agent for policy in profile.agents]
     entities = [one.name for one in profile.world.agents + profile.world.landmarks]
-    return {
+    judged = {
         "team": [agents.index(policy.agent) for policy in profile.team(claim.team)],
         "marks": [entities.index(name) for name in claim.marks(profile)],
         "pairs": claim.way(profile),
@@ -298,6 +296,14 @@ def _episode(profile: ir.PolicyProfile, claim: EpisodeClaim) -> dict[str, Any]:
         "always": claim.always,
         "apart": claim.apart,
     }
+    return {"episode": judged}
+
+
+JUDGED: Mapping[Kind, Callable[[ir.PolicyProfile, Any], dict[str, Any]]] = {  # what the page judges states by
+    Kind.DECISIONS: _decisions,
+    Kind.LEAVES: _decisions,
+    Kind.EPISODES: _episode,
+}
 
 
 # --- experts

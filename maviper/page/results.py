@@ -10,13 +10,12 @@ from collections.abc import Sequence
 from codegen import ir
 from maviper.page.document import Shown, Stored
 from maviper.page.page import contents_of, page
-from verify.claims.region import MACHINE, START, Kind, Verdict, called
-from verify.states.state import State
-from verify.verdicts.decisions import Result
-from verify.verdicts.episodes import EpisodeResult
+from verify.claims.uncertified.starts import START, called
+from verify.result import AnyResult, Verdict
+from verify.semantics import MACHINE
 
 
-def page_of(profile: ir.PolicyProfile, results: Sequence[Result | EpisodeResult]) -> str:
+def page_of(profile: ir.PolicyProfile, results: Sequence[AnyResult]) -> str:
     """The page of a profile with these results; without those over observations, which are not about its states."""
     results = [one for one in results if one.viewed is None]
     states = [_stored(number, result) for number, result in enumerate(results)]
@@ -24,20 +23,16 @@ def page_of(profile: ir.PolicyProfile, results: Sequence[Result | EpisodeResult]
     return page(profile, contents_of(profile, shown, tuple(filter(None, states))))
 
 
-def _verdict(profile: ir.PolicyProfile, result: Result | EpisodeResult) -> str:
+def _verdict(profile: ir.PolicyProfile, result: AnyResult) -> str:
     name = called(profile, result.region)
     region = "the start region" if name == START else f"the region {name}" if name else "a region of its own"
     return f"{result.verdict.value} in {region}" + ("" if result.semantics == MACHINE else ", in real arithmetic")
 
 
-def _stored(number: int, result: Result | EpisodeResult) -> Stored | None:
+def _stored(number: int, result: AnyResult) -> Stored | None:
     """The counterexample as a button, of the deployed arithmetic: the page decides by no other."""
-    state = result.state if result.kind is Kind.EPISODES else _state(result)
+    state = result.evidence.failing_state
     if result.verdict is not Verdict.VIOLATED or state is None or result.semantics != MACHINE:
         return None
     position = {name: float(value) for name, value in state.position.items()}
     return Stored(f"Counterexample: {result.claim.shown}", number, position, state.goal)
-
-
-def _state(result: Result) -> State | None:
-    return None if result.counterexample is None else result.counterexample.state

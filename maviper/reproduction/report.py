@@ -43,13 +43,20 @@ def written(folder: Path) -> list[str]:
     parts = _sections(Context(book, known, book.finder, GAMES, experts))
     facts = _facts(table, known, experts)
     lines = summary(judged, facts)
-    _figures(folder / FIGURES, parts)
-    runs.write(folder / CLAIMS, runs.as_json(verdicts.document(judged, known)))
-    runs.write(folder / NUMBERS, _numbers(book))
-    runs.write(folder / SCRIPT, render("reproduction/recompute.py.j2", seed=DRAW_SEED, draws=DRAWS))
-    runs.write(folder / SUMMARY, "\n".join(lines) + "\n")
     page = {"facts": facts, "verdicts": [_shown(verdict) for verdict in judged], "counts": _counts(judged)}
-    runs.write(folder / PAGE, render("reproduction/report.html.j2", sections=parts, several=len(experts) > 1, **page))
+    pictures = {f"{FIGURES}/{figure.name}.svg": figure.svg for part in parts for figure in part.figures}
+    files = {
+        **pictures,
+        CLAIMS: runs.as_json(verdicts.document(judged, known)),
+        NUMBERS: _numbers(book),
+        SCRIPT: render("reproduction/recompute.py.j2", seed=DRAW_SEED, draws=DRAWS),
+        SUMMARY: "\n".join(lines) + "\n",
+        PAGE: render("reproduction/report.html.j2", sections=parts, several=len(experts) > 1, **page),
+    }
+    runs.write_all(folder, files)
+    for old in (folder / FIGURES).glob("*.svg"):  # of an earlier report
+        if f"{FIGURES}/{old.name}" not in files:
+            old.unlink()
     return lines
 
 
@@ -100,17 +107,6 @@ def _facts(table: Results, known: Register, experts: Sequence[str]) -> dict[str,
 
 def _any(table: Results, row: results.Row) -> list[tuple[str, str]]:
     return list(table.values(row.cell))[:1]
-
-
-def _figures(folder: Path, parts: Sequence[Section]) -> None:
-    """Every picture as a file; those of an earlier report that this one has not are removed."""
-    pictures = {f"{figure.name}.svg": figure.svg for part in parts for figure in part.figures}
-    runs.folder(folder)
-    for old in folder.glob("*.svg"):
-        if old.name not in pictures:
-            old.unlink()
-    for name, text in pictures.items():
-        runs.write(folder / name, text)
 
 
 # --- verdicts, for people

@@ -8,7 +8,7 @@ Does not: know what a cell is made of, or judge claims.
 import re
 import time
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib import import_module
 from importlib.util import find_spec
@@ -19,6 +19,7 @@ from codegen.errors import ExitCode, InputError, UnknownNameError
 from maviper.console import Console, LiveLine, duration
 from maviper.files import jobs as processes
 from maviper.files.seeds import ensure_counts
+from maviper.options import ReproduceOptions, completed
 from maviper.reproduction.cells import plan as plans
 from maviper.reproduction.cells import table
 from maviper.reproduction.cells.cell import DONE, KINDS, Made, Task
@@ -36,25 +37,25 @@ _SHARD = re.compile(r"(?P<number>\d{1,5})/(?P<of>\d{1,5})")
 
 
 @dataclass(frozen=True)
-class ReproduceOptions:
+class Request:
     """What a reproduction is asked for; None: the tier's."""
 
-    quick: bool = False
-    full: bool = False
-    experts: tuple[str, ...] = (plans.MAPPO,)
-    games: tuple[str, ...] | None = None
-    depths: tuple[int, ...] | None = None
-    algorithms: tuple[str, ...] | None = None
-    presets: tuple[str, ...] = (plans.PAPER,)
-    seeds: int | None = None
-    shard: str | None = None  # "2/8"
-    jobs: int = 1
-    backend: str = LOCAL
-    scheduler: str | None = None  # Dask's; None: as DASK_SCHEDULER_ADDRESS says
-    plan: bool = False  # say it, and make nothing
-    report_only: bool = False
+    quick: bool
+    full: bool
+    experts: tuple[str, ...]
+    games: tuple[str, ...] | None
+    depths: tuple[int, ...] | None
+    algorithms: tuple[str, ...] | None
+    presets: tuple[str, ...]
+    seeds: int | None
+    plan: bool  # say it, and make nothing
+    report_only: bool
+    shard: str | None  # "2/8"
+    jobs: int
+    backend: str
+    scheduler: str | None  # Dask's; None: as DASK_SCHEDULER_ADDRESS says
 
-    def checked(self) -> "ReproduceOptions":
+    def checked(self) -> "Request":
         """The same; InputError or UnknownNameError for what cannot be used."""
         if self.quick and self.full:
             raise InputError("--quick and --full exclude each other", "--quick, --full", "give one of them")
@@ -87,6 +88,13 @@ class ReproduceOptions:
         return number, of
 
 
+def request(options: Mapping[str, Any]) -> Request:
+    """The options of the verb as a request. TypeError for an option that there is not, InputError for a value that it
+    cannot have.
+    """
+    return Request(**completed(ReproduceOptions, options)).checked()
+
+
 @dataclass
 class Reproduced:
     """What a call did: its plan, what was made, what failed, and the lines of the report."""
@@ -102,9 +110,9 @@ class Reproduced:
         return ExitCode.VIOLATED if self.failed else ExitCode.DONE
 
 
-def reproduced(folder: str | Path, options: ReproduceOptions, console: Console | None = None) -> Reproduced:
+def reproduced(folder: str | Path, options: Request, console: Console | None = None) -> Reproduced:
     """Makes the cells that are missing, then writes the table and the report. `console`: None says nothing."""
-    options, console = options.checked(), console or Console(quiet=True)
+    console = console or Console(quiet=True)
     register = _register()
     plan = plans.planned(options.asked, register)
     for what, why in plan.left_out:
@@ -136,7 +144,7 @@ def _piece(name: str) -> Any:
 # --- making
 
 
-def _make(store: Store, options: ReproduceOptions, done: Reproduced, console: Console) -> None:
+def _make(store: Store, options: Request, done: Reproduced, console: Console) -> None:
     """All cells, those that need others after these. What another process makes is waited for."""
     tasks = done.plan.tasks
     missing = {task.id: estimate(task) for task in tasks if not store.done(task.id)}
@@ -167,7 +175,7 @@ def _make(store: Store, options: ReproduceOptions, done: Reproduced, console: Co
                     time.sleep(POLL)
 
 
-def _results(store: Store, tasks: Sequence[Task], options: ReproduceOptions) -> Iterator[Made]:
+def _results(store: Store, tasks: Sequence[Task], options: Request) -> Iterator[Made]:
     """The cells that this process could claim, as they come; the most expensive first, so that none is late."""
 
     def claimed() -> Iterable[tuple[Task, dict[str, bytes]]]:

@@ -16,7 +16,7 @@ from maviper.reproduction.figures import Point, named
 from maviper.reproduction.recipes import OPPONENTS, Book, Finder, Number, Part, Place
 from maviper.reproduction.register import Register
 from maviper.reproduction.statistics import PAPER
-from maviper.worlds.particle import SUCCESS
+from maviper.worlds.games.particle import SUCCESS
 from maviper.worlds.world import RETURN
 
 COMPARED = ("maviper", "iviper", "imitation", "fitted-q")

@@ -23,6 +23,7 @@ from maviper.verification import join, run
 from maviper.verification.ask import VerifyOptions, questions
 from maviper.verification.repair import Repaired, RepairOptions, repaired
 
+MANIFEST = "manifest.json"
 EXTRACTED = "extracted"  # the folder of the team before its repair, inside the tour's
 MAX_DEPTH, EPISODES = 6, 1_000
 TOOLS = ("maviper", "mpe2", "numpy", "scikit-learn", "z3-solver")
@@ -72,7 +73,7 @@ def handout(made: Toured) -> dict[str, str | bytes]:
     files["README.md"] = render(
         "report/policy.md.j2", model=model, verdicts=_verdicts(made), evaluation=evaluation, example=example
     )
-    files["manifest.json"] = manifest(profile, files)
+    files[MANIFEST] = manifest(profile, files)
     return files
 
 

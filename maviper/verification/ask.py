@@ -6,9 +6,9 @@ Does not: decide or print.
 """
 
 import shlex
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 from itertools import chain
 from pathlib import Path
@@ -17,21 +17,29 @@ from typing import Any
 from codegen import ir
 from codegen.errors import InputError
 from codegen.lowering.render import render
+from maviper.claims import Claim as BuiltIn
 from maviper.files import kinds, runs
 from maviper.files.regions import find_region
+from maviper.options import VerifyOptions as Options
+from maviper.options import completed
 from maviper.worlds import find
 from maviper.worlds.matching import ensure_places
 from verify.claims.catalogue import NAMES, ZONES, Claim, checked_zones, find_claim, in_general, known, readable, usual
+from verify.claims.claim import Parameter
 from verify.claims.episodes import EPISODE_CLAIMS
 from verify.claims.files import Stated, read_properties
-from verify.claims.observed import View, Viewed, carried, shared_features, unread
-from verify.claims.region import MACHINE, SEMANTICS, Kind, Parameter, Region, exact, plain
-from verify.question import Budgets, Question
+from verify.claims.language import parameters
+from verify.claims.language.parameters import Form
+from verify.claims.observed import View
+from verify.claims.region import Region
+from verify.claims.uncertified.views import Viewed, carried, shared_features, unread
+from verify.exact import exact, plain
+from verify.question import UNITS_A_NODE, Budgets, Question
+from verify.semantics import MACHINE, SEMANTICS
 
 MAX_FILE_BYTES = 2**20
 DEFAULT, DEFAULT_OBSERVED = "distinct_targets", "alive_leaves"
-COMPARED = ("agents", "agent", "feature", "direction", "order")  # of claims that compare decisions
-PARAMETERS = ("margin", "radius", "kappa", "eps", "landmarks", "of", "steps", ZONES, "others", *COMPARED)
+PARAMETERS = (*parameters.NAMES, ZONES)
 MAX_CELLS = 1_000_000  # a cell takes about 2 KB
 
 
@@ -49,19 +57,7 @@ class VerifyOptions:
     region: str = "start"
     team: str | None = None
     semantics: str = MACHINE
-    margin: Fraction | None = None
-    radius: Fraction | None = None
-    kappa: Fraction | None = None
-    eps: Fraction | None = None
-    landmarks: tuple[str, ...] | None = None
-    others: tuple[str, ...] | None = None
-    of: str | None = None
-    steps: int | None = None
-    agents: tuple[str, ...] | None = None
-    agent: str | None = None
-    feature: str | None = None
-    direction: str | None = None
-    order: tuple[str, ...] | None = None
+    parameters: Mapping[str, Any] = field(default_factory=dict[str, Any])  # of claims, by name
     observations: bool = False  # claims speak of observations, not of world states
     shared: tuple[str, ...] | None = None  # features that agents observe alike; ("all",): all that several have
     where: bool = False  # also where claims about single decisions hold
@@ -71,6 +67,29 @@ class VerifyOptions:
     smt: Path | None = None  # a folder for the queries to the solver
     vnnlib: Path | None = None  # a folder for the queries to tools for neural networks
     verdict_only: bool = False  # no shares, margins, explanations or files beside the verdicts
+
+    @classmethod
+    def of(cls, options: Mapping[str, Any]) -> "VerifyOptions":
+        """The options by name, parameters of claims among them; None: as usual."""
+        stated = {key: options[key] for key in parameters.NAMES if options.get(key) is not None}
+        return cls(parameters=stated, **{key: value for key, value in options.items() if key not in parameters.NAMES})
+
+    @classmethod
+    def about(cls, claim: str | BuiltIn, region: str, options: Mapping[str, Any]) -> "VerifyOptions":
+        """What is asked of one claim, by name or as an object, which then has the parameters itself. TypeError for an
+        option that there is not, InputError for a value that it cannot have.
+        """
+        given = {key: value for key, value in options.items() if value is not None}
+        if isinstance(claim, BuiltIn):
+            twice = [key for key in given if key in (*parameters.NAMES, "team")]
+            if twice:
+                what = f"the claim is an object, which has {', '.join(twice)} itself"
+                raise InputError(what, twice[0], f"write it among the parameters of {type(claim).__name__}")
+            given |= claim.options
+        name = claim.name if isinstance(claim, BuiltIn) else claim
+        asked = completed(Options, given)
+        asked |= {key: number(asked[key], key) for key in parameters.of_form(Form.NUMBER)}
+        return cls.of({"names": (name,), "region": region, **asked})
 
     def checked(self) -> "VerifyOptions":
         """The options themselves; InputError for a limit that is out of its range, or that nothing reads."""
@@ -92,8 +111,7 @@ class VerifyOptions:
     @property
     def given(self) -> dict[str, Any]:
         """The parameters of claims that a user gave."""
-        named = {key: self.max_zones if key == ZONES else getattr(self, key) for key in PARAMETERS}
-        return {key: named[key] for key in PARAMETERS if named[key] is not None}
+        return {**self.parameters, **({} if self.max_zones is None else {ZONES: self.max_zones})}
 
     @property
     def cells(self) -> int | None:
@@ -104,7 +122,10 @@ class VerifyOptions:
         """What may be spent on a question, with a limit on zones that is its own; None: as usual."""
         usual = Budgets()
         return Budgets(
-            solver_units=self.units, max_cells=self.cells or usual.max_cells, max_zones=max_zones or usual.max_zones
+            solver_units=self.units,
+            max_nodes=max(usual.max_nodes, self.units // UNITS_A_NODE),
+            max_cells=self.cells or usual.max_cells,
+            max_zones=max_zones or usual.max_zones,
         )
 
 
@@ -149,7 +170,7 @@ def questions(profile: ir.PolicyProfile, profile_name: str, options: VerifyOptio
             zones = None if zones is None else checked_zones(zones)
         question = _question(about, viewed, claim, region, options, zones)
         found.append(Asked(question, command(profile_name, question)))
-    _check_episodes([one.claim for one in found], options)
+    _check_limits([one.claim for one in found], options)
     return found
 
 
@@ -195,23 +216,24 @@ def with_option_names() -> Iterator[None]:
         raise
 
 
-def _check_episodes(claims: Sequence[Claim], options: VerifyOptions) -> None:
-    """InputError for options that a claim about episodes cannot follow."""
-    episodes = [claim for claim in claims if claim.kind is Kind.EPISODES]
-    if episodes and options.semantics != MACHINE:
-        what = f"{episodes[0].name} is decided for the deployed arithmetic only"
+def _check_limits(claims: Sequence[Claim], options: VerifyOptions) -> None:
+    """InputError for options that a claim cannot follow, or that none of them reads."""
+    fixed = [claim for claim in claims if options.semantics not in claim.arithmetics]
+    if fixed:
+        what = f"{fixed[0].name} is decided for the deployed arithmetic only"
         raise InputError(what, "--semantics", "leave it out, or ask only about the other properties")
-    if len(episodes) == len(claims):
+    read = {limit for claim in claims for limit in claim.limits}
+    if "solver_units" not in read:
         if options.solver_units is not None:
             what = "none of these properties is decided by the solver"
             raise InputError(what, "--solver-units", "to limit claims about episodes, use --max-zones")
-        if options.max_cells is not None:
-            what = f"--max-cells limits claims about single decisions; {', '.join(EPISODE_CLAIMS)} are about episodes"
-            raise InputError(what, "--max-cells", "to limit claims about episodes, use --max-zones")
         for option, folder in (("--smt", options.smt), ("--vnnlib", options.vnnlib)):
             if folder is not None:
                 what = "none of these properties gives a query to the solver"
                 raise InputError(what, option, f"{', '.join(EPISODE_CLAIMS)} are decided by zones")
+    if "max_cells" not in read and options.max_cells is not None:
+        what = f"--max-cells limits claims about single decisions; {', '.join(EPISODE_CLAIMS)} are about episodes"
+        raise InputError(what, "--max-cells", "to limit claims about episodes, use --max-zones")
 
 
 def _given(names: Sequence[str], options: VerifyOptions) -> list[dict[str, Any]]:
@@ -252,13 +274,13 @@ def from_file(path: Path, profile: ir.PolicyProfile, default: Region) -> list[St
 
 def command(profile: str, question: Question[Claim]) -> str:
     """The command line that asks about a built-in property again, run beside `profile` and the region file."""
-    claim, usual_zones = question.claim, Budgets().max_zones
+    claim, zones = question.claim, question.budgets.max_zones
     words = ["maviper", "verify", profile, "--property", claim.name, "--team", claim.team]
     words += ["--region", question.region.name]
     for key, value in claim.stated.items():
         words += [option_of(key), _written(value)]
-    if claim.kind is Kind.EPISODES and question.budgets.max_zones != usual_zones:
-        words += [option_of(ZONES), str(question.budgets.max_zones)]
+    if "max_zones" in claim.limits and zones != Budgets().max_zones:
+        words += [option_of(ZONES), str(zones)]
     return _line(words, question)
 
 
@@ -268,7 +290,7 @@ def _line(words: Sequence[str], question: Question[Claim]) -> str:
         shared = question.viewed.view.shared
         words = [*words, "--observations", *(["--shared", ",".join(shared)] if shared else [])]
     words = [*words, *(["--semantics", semantics] if semantics != MACHINE else [])]
-    if question.claim.kind is not Kind.EPISODES and units != Budgets().solver_units:
+    if "solver_units" in question.claim.limits and units != Budgets().solver_units:
         words += ["--solver-units", str(units)]
     return shlex.join(word.encode(errors="replace").decode() for word in words)
 

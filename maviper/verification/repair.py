@@ -27,17 +27,16 @@ from maviper.evaluation.run import MAX_EPISODES
 from maviper.files import runs
 from maviper.files.regions import find_region
 from maviper.verification.ask import command, with_option_names
-from maviper.verification.certificates import certificate_files
-from maviper.verification.difference import met_states
-from maviper.verification.join import report_files, verify_claims
+from maviper.verification.diff import met_states
+from maviper.verification.join import certificate_files, report_files, verify_claims
 from maviper.worlds import ParticleWorld
 from maviper.worlds.matching import ensure_places, matching_places
 from verify.claims.catalogue import find_property
 from verify.claims.decisions import DecisionClaim
 from verify.claims.region import Region
-from verify.question import Question
+from verify.question import Budgets, Question
 from verify.repair.search import Repair, repair
-from verify.verdicts.decisions import Result
+from verify.result import AnyResult
 
 COST_FILE = "repair.json"
 PARAMETERS = ("margin", "radius", "landmarks")
@@ -76,7 +75,7 @@ class Repaired:
     repair: Repair
     after: ir.PolicyProfile | None = None  # None: no repair was found
     cost: Cost | None = None
-    results: tuple[Result, ...] = ()
+    results: tuple[AnyResult, ...] = ()
     files: Mapping[str, str | bytes] = field(default_factory=dict)  # name -> text
 
     @property
@@ -95,7 +94,7 @@ def repaired(before: ir.PolicyProfile, options: RepairOptions, name: str = runs.
         claim = find_property(options.name, before, options.team, **given)
     if Path(options.region).name in (runs.PROFILE_FILE, COST_FILE):
         raise InputError("the region file would be overwritten by a result", "--region", "give it another name")
-    world, question = matching_places(before), Question(before, claim, region)
+    world, question = matching_places(before), Question(before, claim, region, budgets=Budgets(option=""))
     found = repair(question, None if world is None else met_states(before, world), options.max_depth)
     unmeasured = Repaired(before, claim, region, found)
     if not found.ended:

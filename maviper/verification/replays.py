@@ -17,7 +17,7 @@ from codegen.agreement.build import Build
 from codegen.errors import shown
 from codegen.ir import Float32, Int32, PolicyProfile
 from maviper.worlds import ParticleWorld, WorldState
-from maviper.worlds.particle import placed
+from maviper.worlds.games.particle import placed
 from verify.states.episodes import Episode, EpisodeReplay
 from verify.states.state import State
 

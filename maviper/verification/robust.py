@@ -21,12 +21,14 @@ from codegen.check import ensure
 from codegen.errors import InputError, UnknownNameError, shown
 from codegen.ir import AgentPolicy, PolicyProfile
 from maviper.files import runs
-from verify.checker import certificates
-from verify.checker.certificates import Certificate
-from verify.claims.decisions import OwnFormula
+from verify.checker.decisions import certificates
+from verify.checker.decisions.certificates import Certificate
 from verify.claims.formula import Acts
-from verify.claims.observed import View, Viewed
-from verify.claims.region import MAX_NUMBER, Interval, Region
+from verify.claims.observed import View
+from verify.claims.region import Interval, Region
+from verify.claims.uncertified.own import OwnFormula
+from verify.claims.uncertified.views import Viewed
+from verify.exact import MAX_NUMBER
 from verify.extent.radius import Radius, radius
 from verify.question import DecisionQuestion, Question
 from verify.verdicts.opinions import by_zones

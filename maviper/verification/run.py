@@ -10,25 +10,23 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 from codegen import ir
 from codegen.check import ensure
 from codegen.policy_json import dumps
 from maviper.files import runs
 from maviper.verification.ask import Asked, VerifyOptions, questions
-from maviper.verification.certificates import certificate_files
-from maviper.verification.counterexamples import counterexample_files
-from maviper.verification.failing_states import states_files
-from maviper.verification.join import one_by_one, report_files
-from maviper.verification.places import repeated, where_files
+from maviper.verification.files.places import repeated
+from maviper.verification.files.states import states_files
+from maviper.verification.join import (
+    certificate_files,
+    counterexample_files,
+    one_by_one,
+    report_files,
+    where_files,
+)
 from verify.reports import report
-from verify.verdicts.decisions import Result
-
-if TYPE_CHECKING:
-    from verify.verdicts.episodes import EpisodeResult
-
-    Known = Result | EpisodeResult
+from verify.result import AnyResult
 
 
 @dataclass(frozen=True)
@@ -37,7 +35,7 @@ class Verified:
 
     profile: ir.PolicyProfile
     asked: tuple[Asked, ...]
-    results: tuple[Result | EpisodeResult, ...]
+    results: tuple[AnyResult, ...]
     cells: int | None = None  # that --where looked for at most
 
     @cached_property
@@ -85,13 +83,13 @@ def verified(
     profile: ir.PolicyProfile,
     asked: Sequence[Asked],
     options: VerifyOptions,
-    told: Callable[[Known], None] | None = None,
+    told: Callable[[AnyResult], None] | None = None,
 ) -> Verified:
     """The results of questions, see `maviper.verification.ask.questions`. `told` gets each as soon as it is known.
 
     Interrupted after the first result, it gives those that are known, and so fewer than were asked for.
     """
-    found: list[Known] = []
+    found: list[AnyResult] = []
     try:
         for result in one_by_one([one.question for one in asked], options.where):
             found.append(result)
@@ -103,7 +101,7 @@ def verified(
     return Verified(profile, tuple(asked[: len(found)]), tuple(found), options.cells)
 
 
-def results(profile: ir.PolicyProfile, options: VerifyOptions) -> list[Result | EpisodeResult]:
+def results(profile: ir.PolicyProfile, options: VerifyOptions) -> list[AnyResult]:
     """The results alone. InputError for options that cannot be used."""
     asked = questions(ensure(profile), runs.PROFILE_FILE, options.checked())
     return list(verified(profile, asked, options).results)

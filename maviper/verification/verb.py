@@ -11,13 +11,16 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from codegen.process import flags
+
 if TYPE_CHECKING:
     from codegen.ir import PolicyProfile
-    from maviper.verification.difference import Compared
+    from maviper.verification.diff import Compared
     from maviper.verification.robust import Radii
     from maviper.verification.stated import StatedVerified
 
 
+@flags.defaults
 def robust(
     profile: PolicyProfile | str | Path, observations: str | Path, agent: str | None = None, *, certify: bool = False
 ) -> Radii:
@@ -32,6 +35,7 @@ def robust(
     return radii(loaded(profile, beside=Path(observations)), Path(observations), agent, certify)
 
 
+@flags.defaults
 def diff(
     first: PolicyProfile,
     second: PolicyProfile,
@@ -47,26 +51,29 @@ def diff(
     `Compared.facts` has shares, zones and examples, `Compared.found` the certificate; `agents`: only these; the rest is
     as for `maviper diff`. InputError for profiles whose worlds, agents, features or actions differ.
     """
-    from maviper.verification.difference import DiffOptions, compared
+    from maviper.verification.diff import DiffOptions, compared
 
     return compared(first, second, DiffOptions(tuple(agents), str(region), semantics, max_nodes, max_cells))
 
 
+@flags.defaults
 def verify_system(
     profile: PolicyProfile,
     world: str | Path,
     properties: str | Path | None = None,
     *,
     max_states: int | None = None,
+    max_programs: int | None = None,
     run_reference: bool = False,
 ) -> StatedVerified:
-    """The verdicts on the claims of a world's file, or of a property file, about the system that the file states.
+    """The verdicts on the claims of a world file, or of a property file, about the system that the file states.
 
     `StatedVerified.results` has verdicts and evidence, `document` the report; `max_states` limits symbolic states for
-    each claim; `run_reference`: also run an environment of somebody's own that the file names. InputError for files
-    that cannot be used, a profile of another world, and a statement that is further from its reference than it says.
+    each claim, `max_programs` linear programs; `run_reference`: also run user code (an environment) that the file
+    names. InputError for files that cannot be used, a profile of another world, and a statement that is further from
+    its reference than it says.
     """
     from maviper.verification.stated import StatedOptions, verified
 
     file = None if properties is None else Path(properties)
-    return verified(profile, StatedOptions(Path(world), file, max_states, run_reference))
+    return verified(profile, StatedOptions(Path(world), file, max_states, max_programs, run_reference))

@@ -1,4 +1,4 @@
-"""The games: batched simulators that reproduce the reference environments, one file a game.
+"""Worlds: our games, environments of other people, and systems that files state.
 
 Does: finds a world by its name and options, `predator-prey,prey=1`; a user's environment by `module:function`; hands
   ours out as PettingZoo environments.
@@ -10,19 +10,20 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from codegen.errors import InputError, UnknownNameError
-from maviper.worlds.cooperative_navigation import CooperativeNavigation
-from maviper.worlds.coordination import Coordination
-from maviper.worlds.outside.sources import VMAS, named_by_user, parsed
-from maviper.worlds.particle import ParticleWorld, WorldState
-from maviper.worlds.physical_deception import PhysicalDeception
-from maviper.worlds.predator_prey import PredatorPrey
+from maviper.worlds.games.cooperative_navigation import CooperativeNavigation
+from maviper.worlds.games.coordination import Coordination
+from maviper.worlds.games.particle import ParticleWorld, WorldState
+from maviper.worlds.games.physical_deception import PhysicalDeception
+from maviper.worlds.games.predator_prey import PredatorPrey
+from maviper.worlds.outside.making import add_maker
+from maviper.worlds.outside.sources import SYSTEM, VMAS, named_by_user, parsed
 from maviper.worlds.world import Measure, World
 
 if TYPE_CHECKING:
-    from maviper.worlds.exported import WorldEnv
+    from maviper.worlds.games.exported import WorldEnv
 
 WORLDS: Mapping[str, type[World]] = {
     "physical-deception": PhysicalDeception,
@@ -32,6 +33,16 @@ WORLDS: Mapping[str, type[World]] = {
 }
 MAX_OF_A_KIND = 24  # agents, targets, obstacles
 SWITCHES = ("velocity", "shuffled")
+
+
+def _stated(file: str) -> Callable[..., Any]:
+    """What makes the environment of a world file. What it needs is imported where a name asks for it."""
+    from maviper.worlds.stated.systems import stated
+
+    return stated(file)
+
+
+add_maker(SYSTEM, _stated)
 
 
 def find(name: str) -> World:
@@ -45,7 +56,7 @@ def find(name: str) -> World:
         from maviper.worlds.outside.vmas import VmasWorld
 
         return VmasWorld(name)
-    from maviper.worlds.pettingzoo import user_world
+    from maviper.worlds.outside.pettingzoo import user_world
 
     return user_world(name)
 
@@ -75,7 +86,7 @@ def parallel_env(name: str, render_mode: str | None = None) -> WorldEnv:
 
     `render_mode`: None or `rgb_array`. Names and errors are those of `built_in`; UnknownNameError for another mode.
     """
-    from maviper.worlds.exported import WorldEnv
+    from maviper.worlds.games.exported import WorldEnv
 
     return WorldEnv(built_in(name), render_mode)
 

@@ -6,9 +6,7 @@ Does not: print; judge whether a game is worth learning.
 """
 
 import re
-import sys
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import redirect_stdout
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -19,8 +17,11 @@ from codegen.errors import InputError
 from codegen.lowering.render import render
 from maviper.files import runs
 from maviper.worlds import World, built_in
-from maviper.worlds.outside.findings import Finding, Mark, usable
+from maviper.worlds.findings import Finding, Mark, usable
 from maviper.worlds.outside.making import imported, made
+from maviper.worlds.outside.pettingzoo import PROBE_STEPS, PettingZooWorld, faults
+from maviper.worlds.outside.processes import Copy
+from maviper.worlds.outside.silence import output_aside
 from maviper.worlds.outside.sources import (
     MAX_STEPS,
     SYSTEM,
@@ -32,23 +33,21 @@ from maviper.worlds.outside.sources import (
     parsed,
     space,
 )
-from maviper.worlds.outside.statements import measured, stated
-from maviper.worlds.outside.systems import read
 from maviper.worlds.outside.vmas import VmasWorld
-from maviper.worlds.pettingzoo import PROBE_STEPS, PettingZooWorld, faults
-from maviper.worlds.processes import Copy
 from maviper.worlds.seeds import folded
+from maviper.worlds.stated.statements import measured, stated
+from maviper.worlds.stated.systems import read
 from maviper.worlds.world import Int, Outcome
 
-WORLD_FILE = ".toml"  # how the name of a world's file ends
+WORLD_FILE = ".toml"  # how the name of a world file ends
 SEED = folded(2_000_000_000_000_000)  # as large as those of an extraction
 COMPARED = 10  # episode seeds whose first observations are compared with the reference's
 FIRST_STEPS = 5  # played before the episode that is repeated, so that what an environment keeps would show
 
 
 def check(name: str, run_reference: bool = False) -> list[Finding]:
-    """The findings on a world by its name, `module:function` or world's file. `run_reference`: also run an environment
-    of somebody's own that such a file names.
+    """The findings on a world by its name, `module:function` or world file. `run_reference`: also run an environment
+    (user code) that such a file names.
 
     They end where a fault leaves nothing more to look at. UnknownNameError or InputError for a name that is neither.
     """
@@ -56,23 +55,23 @@ def check(name: str, run_reference: bool = False) -> list[Finding]:
     steps = _named(parsed(name), run_reference) if named_by_user(name) else _built_in(name)
     found: list[Finding] = []
     try:
-        with redirect_stdout(sys.stderr):  # whatever an environment prints
+        with output_aside():  # whatever an environment prints
             for finding in steps:
                 found.append(finding)
     except InputError as error:
         if not found and not named_by_user(name):
             raise
-        place = error.where.removeprefix(name).removeprefix(": ")
+        lines = error.where.removeprefix(name).removeprefix(": ").split("\n")
+        place = "; ".join(line.strip() for line in lines if line.strip() != "^")  # of a finding, which is one line
         found.append(Finding(Mark.WRONG, f"{error.what} ({place})" if place else error.what, error.next_step))
     return found
 
 
 def new(path: Path) -> None:
-    """Writes a world's file to start from. InputError where there is a file already."""
-    if path.exists():
-        raise InputError("the file exists", str(path), "choose another name")
+    """Writes a world file to start from. InputError where there is a file already."""
     name = re.sub(r"[^A-Za-z0-9_-]", "-", path.stem)
-    runs.write(path, render("systems/starter.toml.j2", name=name))
+    if not runs.create(path, render("systems/starter.toml.j2", name=name)):
+        raise InputError("the file exists", str(path), "choose another name")
 
 
 def _named(source: Source, run_reference: bool) -> Iterator[Finding]:
@@ -105,7 +104,7 @@ def _user(source: Source) -> Iterator[Finding]:
 
 
 def _stated(source: Source, run_reference: bool) -> Iterator[Finding]:
-    """Of a world's file: what it states, whether that can be played, and how far it is from its reference."""
+    """Of a world file: what it states, whether that can be played, and how far it is from its reference."""
     statement = read(source.function)
     yield from stated(statement)
     if not statement.rules:

@@ -2,7 +2,7 @@
 
 Does: keeps seeds below that as they are, and folds the larger ones; says from which ones trainings draw; draws numbers
   for many seeds at once.
-Assumes: purposes start at multiples of 10**15, or far below 2**29 (evaluate/metrics.py).
+Assumes: purposes start at multiples of 10**15, or far below 2**29 (evaluation/held_out.py).
 Does not: tell apart all episodes of all extraction seeds, of which there are more. Those of one extraction never meet,
   nor do those of two purposes; another extraction seed may have some of the same ones.
 

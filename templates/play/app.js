@@ -429,6 +429,10 @@
     visits.set(tree, tree.visits && summed(tree, tree.visits));
   }
   const brief = (x) => String(Number(x.toPrecision(3)));
+  // a test as people read it: the last number below 0 is "< 0"
+  const tiny = 2 ** -126;
+  const test = (x) => Math.abs(x) > tiny ? `\u2264 ${brief(x)}` : x < 0 ? "< 0" : "\u2264 0";
+  const leftIf = (x) => Math.abs(x) > tiny ? `at most ${x}` : x < 0 ? "below 0" : "at most 0";
 
   function drawTree(number, observed) {
     TEAMS.forEach((team, which) => drawOne(number, agents[number][team], get(`${team}-${number}`), observed, which));
@@ -495,7 +499,7 @@
     const wide = split ? 62 : 50;
     const rect = element("rect", { x: x - wide / 2, y: y - 14, width: wide, height: 28, rx: split ? 4 : 13 }, group);
     const lines = folded ? ["\u25b8", `${leavesBelow.get(tree)[node]} leaves`]
-      : split ? [features[tree.feature[node]].name, `\u2264 ${brief(tree.threshold[node])}`]
+      : split ? [features[tree.feature[node]].name, test(tree.threshold[node])]
       : [`${glyph(actions[tree.action[node]])} ${actions[tree.action[node]].name}`];
     if (!split) rect.setAttribute("style", `fill:${COLOURS[tree.action[node] % COLOURS.length]}`);
     lines.forEach((line, i) => {
@@ -508,7 +512,7 @@
     });
     const met = visits.get(tree);
     const count = met ? `, ${((100 * met[node]) / Math.max(1, met[0])).toFixed(1)} % of decisions` : "";
-    const value = split ? `${features[tree.feature[node]].name} is ${brief(observed[tree.feature[node]])}; left if at most ${tree.threshold[node]}` : `leaf ${node}`;
+    const value = split ? `${features[tree.feature[node]].name} is ${brief(observed[tree.feature[node]])}; left if ${leftIf(tree.threshold[node])}` : `leaf ${node}`;
     element("title", {}, group).textContent = value + count;
     group.addEventListener("pointerenter", () => hover({ agent: number, tree, node }));
     group.addEventListener("pointerleave", () => hover(null));

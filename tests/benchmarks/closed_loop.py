@@ -24,18 +24,24 @@ from codegen import ir
 from codegen.lowering.deploy import deployed
 from maviper import load
 from maviper.worlds import PhysicalDeception
-from tests.episode_cases import arriving
-from tests.teams import team
-from verify.checker.episode_certificates import accepted
+from tests.support.episode_cases import arriving
+from tests.support.teams import team
+from verify.checker.episodes.certificates import accepted
 from verify.claims.catalogue import find_claim
-from verify.claims.region import Region, Verdict, everywhere
+from verify.claims.region import Region
+from verify.claims.uncertified.starts import everywhere
 from verify.episodes.certificates import made
 from verify.episodes.composition import decide
 from verify.question import Budgets, Question
-from verify.solver.encode import half_line, number
+from verify.result import Verdict
+from verify.solver.halflines import half_line
 from verify.states.episodes import owned
 
 MINUTE = 60_000  # milliseconds
+
+
+def number(value):
+    return z3.RealVal(f"{value.numerator}/{value.denominator}")
 
 
 def unrolled(profile, claim, region, goal, limit=0):

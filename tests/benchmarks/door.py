@@ -18,13 +18,13 @@ from pathlib import Path
 import numpy as np
 
 from maviper.worlds.outside.making import imported
+from maviper.worlds.outside.pettingzoo import PettingZooWorld
 from maviper.worlds.outside.sources import parsed
-from maviper.worlds.pettingzoo import PettingZooWorld
 
 REACH, STRETCH = 0.5, 0.8
 EXAMPLE = Path(__file__).parents[2] / "generated" / "foraging"
 EMPTY = ("line",)  # an environment that computes next to nothing: what is left is the door's own time, without a target
-ENVIRONMENTS = {"line": "tests.environments:short,length=25", "spread": "tests.environments:spread"}
+ENVIRONMENTS = {"line": "tests.support.environments:short,length=25", "spread": "tests.support.environments:spread"}
 FORAGING = {"foraging": "foraging:make"}
 
 

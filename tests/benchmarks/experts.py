@@ -24,7 +24,7 @@ from maviper.episodes import measures
 from maviper.experts import store
 from maviper.experts.scripted import scripted
 from maviper.worlds import find
-from maviper.worlds.predator_prey import PREDATORS
+from maviper.worlds.games.predator_prey import PREDATORS
 
 SEEDS = range(9_100_000, 9_101_000)
 # (world, label of the measure) -> (reach, stretch)

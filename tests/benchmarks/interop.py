@@ -36,12 +36,13 @@ from codegen.errors import InputError
 from codegen.importers.c.source import from_c
 from codegen.importers.onnx.graph import decision_tree
 from codegen.importers.onnx.model import from_onnx
-from codegen.importers.origin import Names, profile_of
-from codegen.importers.python_source import from_python
-from tests.codegen.importers.c.test_source import COMPILER, compiled, scores
+from codegen.importers.origin import Names, Said, profile_of
+from codegen.importers.python.source import from_python
 from tests.codegen.importers.origins import asked, data
-from tests.codegen.importers.test_python_source import nested
+from tests.support.c_source import COMPILER, compiled, scores
+from tests.support.python_source import nested
 
+SCORES = Said(scores=True)
 LARGE = 17  # levels: 131,072 leaves, 262,143 nodes
 
 
@@ -56,7 +57,7 @@ def through_python(seed: int) -> int:
     import m2cgen
 
     text = m2cgen.export_to_python(fitted(seed)[0])
-    policy, rows = asked(from_python(text.encode(), "tree.py"))
+    policy, rows = asked(from_python(text.encode(), "tree.py", SCORES))
     space: dict[str, Any] = {}
     exec(text, space)
     said = [int(np.argmax(space["score"](row))) for row in rows.astype(np.float64).tolist()]
@@ -69,7 +70,7 @@ def through_c(seed: int) -> int:
 
     model, n_classes = fitted(seed)
     text = m2cgen.export_to_c(model)
-    policy, rows = asked(from_c(text.encode(), "tree.c"))
+    policy, rows = asked(from_c(text.encode(), "tree.c", SCORES))
     with tempfile.TemporaryDirectory() as folder:
         said = scores(compiled(text, Path(folder)).score, rows, n_classes)
     return int((ir.act(policy, rows) != said).sum())
@@ -122,13 +123,13 @@ def large() -> Iterator[dict[str, Any]]:
     """A file of more than 200,000 nodes, in Python and in C."""
     bounds = dict.fromkeys(range(8), (-100.0, 100.0))
     python = "def act(x):\n" + "".join(nested(LARGE, bounds, " ", np.random.default_rng(0)))
-    taken = seconds(lambda: profile_of(from_python(python.encode(), "tree.py"), Names()))
+    taken = seconds(lambda: profile_of(from_python(python.encode(), "tree.py", SCORES), Names()))
     yield {"name": "262,143 nodes of if/else Python, s", "value": taken, "reach": 60, "stretch": 20, "better": "lower"}
     yield ratio("Python, import / CPython's compile", taken, seconds(lambda: compile(python, "tree.py", "exec")))
     if COMPILER is None:
         return
     c = f"int act(const double *x)\n{{\n{''.join(in_c(python.splitlines()[1:]))}}}\n"
-    taken = seconds(lambda: profile_of(from_c(c.encode(), "tree.c"), Names()))
+    taken = seconds(lambda: profile_of(from_c(c.encode(), "tree.c", SCORES), Names()))
     yield {"name": "262,143 nodes of if/else C, s", "value": taken, "reach": 60, "stretch": 20, "better": "lower"}
     with tempfile.TemporaryDirectory() as folder:
         (Path(folder) / "tree.c").write_text(c)

@@ -20,7 +20,7 @@ from maviper.experts.wrapped import Unweighted
 from maviper.extraction.algorithms import extract
 from maviper.extraction.settings import Settings
 from maviper.worlds import find
-from tests.maviper.extraction.test_lawful import Player
+from tests.support.lawful import Player
 
 REACH, STRETCH = 0.9, 1.0
 TURNS = {"algorithm": "iviper", "max_depth": 10, "iterations": 8, "rollouts": 200, "selection_episodes": 50}

@@ -21,8 +21,8 @@ from maviper.experts.demand import demand
 from maviper.experts.scripted import scripted
 from maviper.files import runs
 from maviper.worlds import find
-from maviper.worlds.particle import planes
-from maviper.worlds.physical_deception import ADVERSARIES
+from maviper.worlds.games.particle import planes
+from maviper.worlds.games.physical_deception import ADVERSARIES
 
 WORLDS = (
     "physical-deception",

@@ -25,13 +25,13 @@ import numpy as np
 from sklearn.tree import DecisionTreeClassifier
 
 from codegen.floats import round_down
-from tests.verify import system_cases as cases
+from tests.support import system_cases as cases
 from tests.verify.reach import unrolled
-from verify.checker.system_certificates import accepted, to_json
-from verify.checker.system_trees import goes_left
+from verify.checker.systems.certificates import accepted, to_json
+from verify.checker.systems.trees import goes_left
 from verify.claims.formula import Linear, holds
-from verify.claims.region import Verdict
 from verify.reach.decide import decide
+from verify.result import Verdict
 from verify.systems.claims import SystemClaim, SystemKind
 
 TARGETS = {

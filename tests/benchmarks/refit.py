@@ -28,11 +28,11 @@ from maviper.extraction import refitting
 from maviper.extraction.algorithms import extract
 from maviper.extraction.settings import Settings
 from maviper.files.jobs import side_by_side
-from maviper.verification.failing_states import document_of
+from maviper.verification.files.states import document_of
 from maviper.verification.repair import met_states
 from maviper.worlds.matching import matching_world
 from verify.claims.catalogue import find_property
-from verify.claims.region import everywhere
+from verify.claims.uncertified.starts import everywhere
 from verify.question import Question, from_start
 from verify.repair.search import repair
 from verify.states.failures import failures

@@ -27,7 +27,7 @@ from maviper.reproduction.cells.making import made
 from maviper.reproduction.cells.plan import Asked, planned
 from maviper.reproduction.cells.responding import UNTRAINED, USUAL
 from maviper.reproduction.cells.store import Store
-from maviper.reproduction.run import ReproduceOptions, reproduced
+from maviper.reproduction.run import reproduced, request
 
 TABLE = Path(costs.__file__).with_name(costs.FILE)
 HEAD = "# CPU seconds of one cell by depth. Made by `python -m tests.benchmarks.reproduce --write`.\n"
@@ -96,7 +96,7 @@ def main():
         folder = given.folder or Path(scratch)
         if not given.finished:
             quick = given.quick or given.effort
-            reproduced(folder, ReproduceOptions(quick=quick, full=given.full, seeds=1), Console())
+            reproduced(folder, request({"quick": quick, "full": given.full, "seeds": 1}), Console())
         found, tasks = (responders(folder), {}) if given.effort else measured(folder)
     if given.effort:
         for (name, unit), (seconds,) in found.items():

@@ -43,12 +43,15 @@ from codegen.observe import observe
 from codegen.policy_json import dumps
 from maviper.worlds import find
 from tests.benchmarks import direct
-from tests.verify.zone_cases import stated
-from verify.checker import decisions
-from verify.checker.certificates import numbers
-from verify.claims.decisions import BUILT_IN, DistinctTargets, NoDouble, formula
-from verify.claims.region import Semantics, Verdict, start_region
+from tests.support.zone_cases import stated
+from verify.checker.decisions import walk as decisions
+from verify.checker.envelope import numbers
+from verify.claims.decisions import DistinctTargets, NoDouble, formula
+from verify.claims.uncertified.own import BUILT_IN
+from verify.claims.uncertified.starts import start_region
 from verify.question import Question
+from verify.result import Verdict
+from verify.semantics import Semantics
 from verify.solver.decide import decide
 from verify.solver.encode import query
 from verify.solver.solve import ask

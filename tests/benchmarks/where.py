@@ -17,7 +17,8 @@ sys.path.insert(0, str(Path(__file__).parents[2]))  # for tests.*, also when run
 from maviper import load
 from tests.benchmarks.verifier import Game, deception_team, seconds
 from verify.claims.catalogue import find_property
-from verify.claims.region import Region, everywhere
+from verify.claims.region import Region
+from verify.claims.uncertified.starts import everywhere
 from verify.extent import violations
 from verify.extent.largest import largest
 from verify.question import Question

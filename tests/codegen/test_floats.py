@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from codegen.floats import deciding_double, decimal_literal, hex_literal, round_down, short_hex
-from tests.strategies import FLOAT32
+from tests.support.strategies import FLOAT32
 
 DOUBLES = st.floats(-1e38, 1e38, allow_nan=False)
 INFINITY = np.float32(np.inf)

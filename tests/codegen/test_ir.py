@@ -10,9 +10,9 @@ from codegen import ir
 from codegen.check import check, ensure
 from codegen.errors import ProfileError
 from codegen.region import RegionSpec
-from maviper.verification.failing_states import blank
+from maviper.verification.files.states import blank
 from maviper.worlds import WORLDS, find
-from tests.strategies import WORLD, grown_trees, profiles
+from tests.support.strategies import WORLD, grown_trees, profiles
 
 STUMP = ir.Tree([0, -1, -1], [0.5, 0, 0], [1, -1, -1], [2, -1, -1], [-1, 1, 2])
 

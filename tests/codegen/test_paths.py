@@ -5,8 +5,8 @@ import pytest
 
 from codegen import ir
 from codegen.paths import EVERYTHING, Box, box_of, in_preorder, parted
-from tests.codegen.games import NAMES, random_profile
-from tests.teams import tree
+from tests.support.games import NAMES, random_profile
+from tests.support.teams import tree
 
 
 def nested(found, node=ir.ROOT):

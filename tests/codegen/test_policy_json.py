@@ -10,11 +10,12 @@ from codegen import ir, policy_json
 from codegen.check import check
 from codegen.errors import ProfileError
 from codegen.schema import schema
-from tests.codegen.games import NAMES, random_profile
-from tests.strategies import profiles
+from tests.support.games import NAMES, random_profile
+from tests.support.strategies import profiles
 
 
 @given(profiles())
+@pytest.mark.smoke
 def test_round_trip_keeps_every_byte(profile):
     text = policy_json.dumps(profile)
     again = policy_json.loads(text)
@@ -164,6 +165,7 @@ def test_a_truncated_profile_is_refused(profile, share):
 
 
 @pytest.mark.parametrize("text", [b"\xff\xfe", b"[" * 100_000, b"null", b"{}", b"[]", b'"profile"', b"1e999"])
+@pytest.mark.smoke
 def test_what_is_not_a_profile_is_refused(text):
     with pytest.raises(ProfileError):
         policy_json.loads(text)

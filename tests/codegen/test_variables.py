@@ -13,8 +13,8 @@ from codegen.floats import FLOAT32
 from codegen.ir import FeatureSpec, Meaning, VariableSpec
 from codegen.observe import observe
 from codegen.policy_json import dumps, loads
-from tests.teams import tree
-from tests.test_golden import small_profile
+from tests.support.small import small_profile
+from tests.support.teams import tree
 
 ANGLE, SPIN = VariableSpec("angle", "rad", -1.0, 1.0), VariableSpec("pole.spin", "rad/s", -2.0, 2.0)
 

@@ -19,12 +19,13 @@ from tests.hunting import forging, judge
 from tests.hunting.places import Case
 from tests.hunting.questions import Asked, of_twin
 from tests.hunting.reading import MACHINE, REAL
-from verify.checker.certificates import Certificate, accepted, from_json, to_json
+from verify.checker.decisions.certificates import Certificate, accepted, from_json, to_json
 from verify.checker.reading import RejectedError
-from verify.claims.region import Kind, Verdict
+from verify.claims.claim import Kind
 from verify.counterexamples import search
 from verify.counterexamples.explanation import Explanation
 from verify.counterexamples.uniqueness import Unique
+from verify.result import Verdict
 from verify.solver.decide import decide
 from verify.solver.solve import Answer
 from verify.states.state import State
@@ -220,17 +221,19 @@ def _front(asked: Asked, told: Told) -> None:
         told.wrong.append("the front door proves what fails")
     if result.verdict is Verdict.VACUOUS and look.violation is not None:
         told.wrong.append("vacuous, though the claim fails somewhere")
-    if result.counterexample is not None:
+    if result.evidence.counterexample is not None:
         told.judged = "violated"
-        _shown(asked.case, result.counterexample.state, told)
-        if result.explanation is not None:
-            _explained(asked.case, result.counterexample.state, result.explanation, look, told, asked.seed)
+        _shown(asked.case, result.evidence.counterexample.state, told)
+        if result.evidence.explanation is not None:
+            _explained(
+                asked.case, result.evidence.counterexample.state, result.evidence.explanation, look, told, asked.seed
+            )
     _room(asked, result, told)
 
 
 def _room(asked: Asked, result: Result, told: Told) -> None:
     """What a proof says of larger margins and errors."""
-    for key, margin in (("margin", result.largest), ("eps", result.steady_up_to)):
+    for key, margin in (("margin", result.evidence.largest), ("eps", result.evidence.steady_up_to)):
         if margin is not None and margin.proved > asked.case.claim[key]:
             case = replace(asked.case, claim={**asked.case.claim, key: margin.proved})
             if judge.look(case, asked.seed).violation is not None:
@@ -275,7 +278,7 @@ def _leaves(asked: Asked, told: Told) -> None:
     result = verify(asked.question, {})
     told.verdict, told.front = result.verdict.value, True
     reached = judge.reached(asked.case, asked.seed)
-    for finding in result.leaves:
+    for finding in result.evidence.leaves:
         if finding.witness is not None:
             position, goal = finding.witness.position, finding.witness.goal
             there = judge.leaves_at(asked.case, position, goal, {})[finding.agent]

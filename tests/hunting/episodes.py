@@ -25,10 +25,11 @@ from tests.hunting.asking import Told, place_of
 from tests.hunting.places import Case
 from tests.hunting.reading import MACHINE, read
 from tests.hunting.regions import value
-from verify.checker.episode_certificates import accepted, from_json, to_json
+from verify.checker.episodes.certificates import accepted, from_json, to_json
 from verify.checker.reading import RejectedError
 from verify.claims.catalogue import find_claim
-from verify.claims.region import Region, everywhere
+from verify.claims.region import Region
+from verify.claims.uncertified.starts import everywhere
 from verify.question import Budgets, EpisodeQuestion, Question
 from verify.verdicts import episodes as front
 from verify.verdicts.episodes import EpisodeResult, verify_episodes
@@ -172,10 +173,10 @@ def ask(asked: Asked, thorough: bool = False) -> Told:
         violation, told.conflict, _ = playing.look(asked.case, asked.seed)
         told.judged = "violated" if violation else ""
         _judged(asked, result, violation, told)
-        if result.certificate is not None:
+        if result.evidence.certificate is not None:
             told.second = True  # the second reading closed every branch
             if thorough or rng.integers(FORGING) == 0:
-                _forged(asked, to_json(result.certificate), told, rng)
+                _forged(asked, to_json(result.evidence.certificate), told, rng)
     except InputError as error:
         told.verdict = f"refused: {error.what}"
     except Exception as error:  # whatever else ends a question is wrong
@@ -200,18 +201,18 @@ def _judged(asked: Asked, result: EpisodeResult, violation: Any, told: Told) -> 
     if told.verdict == "VACUOUS" and violation is not None:
         told.wrong.append(f"vacuous, but fails at {violation}")
     if told.verdict == "VIOLATED":
-        state = result.state
+        state = result.evidence.state
         assert state is not None
         told.judged = "violated"
         if not playing.violates(case, state.position, state.goal):
             told.wrong.append(f"shows {state}, from where the claim holds")
-        elif result.explanation is not None:
+        elif result.evidence.explanation is not None:
             _explained(case, result, told)
 
 
 def _explained(case: Case, result: EpisodeResult, told: Told) -> None:
     """From the ends of the intervals that are told the claim fails by the same actions of the team."""
-    state, explanation = result.state, result.explanation
+    state, explanation = result.evidence.state, result.evidence.explanation
     assert state is not None and explanation is not None
     names, steps = [f"{agent.name}!" for agent in case.team], case.claim["steps"]
     usual = playing.played(case.profile, state.position, state.goal, steps)

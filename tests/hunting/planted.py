@@ -9,13 +9,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from verify.checker import certificates as checking
+from verify.checker.decisions import certificates as checking
 from verify.claims import decisions, verifiable
-from verify.claims.region import MACHINE
 from verify.counterexamples import search
 from verify.episodes import certificates as making
 from verify.episodes import unroll
 from verify.question import DecisionQuestion
+from verify.semantics import MACHINE
 from verify.states import shares
 from verify.verdicts import decisions as judging
 

@@ -11,25 +11,22 @@ import pytest
 import maviper
 from codegen import policy_json
 from codegen.errors import InputError, RefusedError, UnknownNameError
+from maviper import claims
 from maviper.cli import main
 from maviper.compilation.run import CompileOptions
 from maviper.evaluation.run import EvaluateOptions
 from maviper.experts.training.run import TrainOptions
-from maviper.extraction.run import ExtractOptions
-from maviper.reproduction.run import ReproduceOptions
 from maviper.verification.ask import VerifyOptions, number
 from maviper.verification.repair import RepairOptions
-from verify.claims.region import Verdict
+from verify.result import Verdict
 
 ROOT = Path(__file__).parents[2]
 PROVED = ROOT / "generated" / "proved_defenders"
 CERTIFICATE = PROVED / "certificate-1-distinct_targets.json"
-OPTIONS = {
+OPTIONS = {  # of extract and reproduce, see test_options.py
     "compile": CompileOptions,
     "evaluate": EvaluateOptions,
-    "extract": ExtractOptions,
     "repair": RepairOptions,
-    "reproduce": ReproduceOptions,
     "train": TrainOptions,
     "verify": VerifyOptions,
 }
@@ -95,10 +92,10 @@ def test_every_option_of_a_command_is_a_parameter():
     }  # of the command line alone
     renamed = {"name", "names", "file"}  # claim; of property files there is verify_file
     assert {name: left - printed - renamed for name, left in missing.items() if left - printed - renamed} == {
-        "verify": {"world", "run_reference", "max_states"}
+        "verify": {"world", "run_reference", "max_states", "max_programs"}
     }
     stated = inspect.signature(maviper.verify_system).parameters
-    assert {"world", "run_reference", "max_states"} < set(stated)
+    assert {"world", "run_reference", "max_states", "max_programs"} < set(stated)
 
 
 def test_a_stated_system_by_function_and_by_command():
@@ -142,8 +139,9 @@ def test_verify_takes_parameters(profile, tmp_path):
     )
     assert found.claim.margin == Fraction(1, 40) and found.claim.landmarks == ("landmark_1", "landmark_0")
     assert found.region.name == "near.toml"
-    steps = maviper.verify(profile, "covers", steps=2, max_zones=10)
-    assert steps.claim.steps == 2 and steps.budget == 10
+    steps = maviper.verify(profile, claims.Covers(steps=2), max_zones=10)
+    assert maviper.verify(profile, "covers", steps=2, max_zones=10).claim == steps.claim
+    assert steps.claim.steps == 2 and steps.cost.budget == 10
     assert maviper.verify(profile, solver_units=5).verdict in (Verdict.UNKNOWN, Verdict.VIOLATED)
     with pytest.raises(UnknownNameError, match="distinct_target"):
         maviper.verify(profile, "distinct_target")

@@ -2,7 +2,6 @@
 
 import json
 import re
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,13 +16,11 @@ from sklearn.tree import DecisionTreeClassifier, DecisionTreeRegressor
 import maviper
 from codegen.errors import InputError
 from codegen.importers.kinds import KINDS
+from tests.support.importing_page import EXACT, PAGE, REFUSED, ROOT
 
-ROOT = Path(__file__).parent.parent.parent
 HEADER = ROOT / "generated/physical_deception/physical_deception.h"
-PAGE = "maviper/manual/importing.md"
 HEADING = "## What can come in"
 COLUMNS = ("from", "what", "what happens")
-EXACT, REFUSED = "exact", "refused"
 X = np.random.default_rng(0).normal(size=(300, 3)).astype(np.float32)
 Y = (X[:, 0] > 0.1).astype(int) + (X[:, 1] > 0)
 SCIKIT = "scikit-learn object"
@@ -96,7 +93,7 @@ CASES = [  # from, what, what happens, what it is: a file's name and content, or
     ("our own C header", "one that was changed", REFUSED, lambda: ("team.h", HEADER.read_text().replace("<= ", "< "))),
     ("if/else C", "one array or one parameter a feature, `float` or `double`", EXACT,
      lambda: ("tree.c", "int act(const float *x) { if (x[0] <= 0.1f && !(x[1] > 2)) { return 1; } return 0; }")),
-    ("if/else C", "m2cgen's C", EXACT, lambda: ("tree.c", m2cgen())),
+    ("if/else C", "m2cgen's C, with `--scores`", EXACT, lambda: ("tree.c", m2cgen())),
     ("if/else C", "macros, loops, calls, arithmetic, whole numbers as features", REFUSED,
      lambda: ("tree.c", "int act(const float *x) { return x[0] > 1; }")),
     ("XGBoost", "one tree, two classes or a number for each leaf, as saved JSON", EXACT, lambda: xgboost(1)),
@@ -151,7 +148,9 @@ def test_what_the_page_says_happens(case, tmp_path):
         name, content = given
         (tmp_path / name).write_bytes(content.encode() if isinstance(content, str) else content)
     try:
-        profile = maviper.from_file(tmp_path / name) if isinstance(given, tuple) else maviper.from_sklearn(given)
+        said = {"scores": "--scores" in case[1]}
+        alone = not isinstance(given, tuple)
+        profile = maviper.from_sklearn(given) if alone else maviper.from_file(tmp_path / name, said=said)
     except InputError as error:
         assert case[2] == REFUSED and error.next_step
         return

@@ -13,7 +13,7 @@ from sklearn.tree import DecisionTreeClassifier
 import maviper
 from codegen import ir
 from codegen.errors import InputError
-from tests.maviper.test_importing_page import EXACT, PAGE, REFUSED, ROOT
+from tests.support.importing_page import EXACT, PAGE, REFUSED, ROOT
 
 pytestmark = pytest.mark.interop
 skl2onnx = pytest.importorskip("skl2onnx", reason="the extra maviper[interop] is not installed")
@@ -81,6 +81,16 @@ def converted(fitted, kind):
     content = content.SerializeToString()
     session = runtime.InferenceSession(content, providers=["CPUExecutionProvider"])
     return content, lambda rows: session.run([session.get_outputs()[0].name], {"x": rows})[0]
+
+
+@pytest.fixture(autouse=True)
+def operators_are_not_asked_along_every_path(monkeypatch):
+    """skl2onnx asks each operator of a graph whether it is in the graph, once a path: 85 million times for one of
+    these. What it writes is loaded and run here.
+    """
+    from skl2onnx.algebra.onnx_operator import OnnxOperator
+
+    monkeypatch.setattr(OnnxOperator, "_verify_add_to_", lambda operator: None)
 
 
 @pytest.mark.parametrize("name", preprocessors())

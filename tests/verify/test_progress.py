@@ -2,8 +2,8 @@
 
 from fractions import Fraction
 
-from tests.episode_cases import arriving
-from tests.teams import team
+from tests.support.episode_cases import arriving
+from tests.support.teams import team
 from verify.claims.episodes import Reaches
 from verify.progress import listening, tell
 from verify.question import from_start

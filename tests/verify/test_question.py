@@ -7,12 +7,13 @@ import numpy as np
 import pytest
 
 from codegen.errors import InputError
-from tests.teams import LEFT, STAY, team, tree
-from tests.verify.zone_cases import deception
+from tests.support.teams import LEFT, STAY, team, tree
+from tests.support.zone_cases import deception
 from verify.claims.decisions import DistinctTargets, formula
 from verify.claims.formula import for_goal
-from verify.claims.region import REAL, everywhere
+from verify.claims.uncertified.starts import everywhere
 from verify.question import Budgets, Question, from_start, shuffled
+from verify.semantics import REAL
 
 CLAIM = DistinctTargets("defenders")
 

@@ -2,8 +2,9 @@
 
 from tests.benchmarks import direct, verifier
 from verify.claims.decisions import DistinctTargets, formula
-from verify.claims.region import Verdict, start_region
+from verify.claims.uncertified.starts import start_region
 from verify.question import Question
+from verify.result import Verdict
 from verify.verdicts.opinions import by_zones
 
 

@@ -1,4 +1,4 @@
-"""Claims of either kind by name: about single decisions (properties.py) and about whole episodes (episodes.py).
+"""Claims of either kind by name: about single decisions (decisions.py) and about whole episodes (episodes.py).
 
 Does: finds a claim for a profile; tells which parameters a name reads, their usual values, and what it says in general.
 Assumes: parameters have their types; their ranges are checked here.
@@ -13,26 +13,19 @@ from typing import Any, cast
 from codegen.dynamics import COINCIDENT, partners
 from codegen.errors import InputError, UnknownNameError
 from codegen.ir import PolicyProfile, WorldSpec
-from verify.claims.decisions import (
-    BUILT_IN,
-    PLAIN,
-    PROPERTIES,
-    STEADY,
-    WITH_ERRORS,
-    DecisionClaim,
-    checked,
-    ensure_steady,
-)
+from verify.claims.claim import Parameter, check_range, ensure_team, teams
+from verify.claims.decisions import PLAIN, STEADY, WITH_ERRORS, DecisionClaim, checked, ensure_steady
 from verify.claims.episodes import EPISODE_CLAIMS, EpisodeClaim
-from verify.claims.region import Parameter, check_range
+from verify.claims.language.parameters import Form, of_form
 from verify.claims.relations import RELATIONS
-from verify.claims.verifiable import check_landmarks, team_for
+from verify.claims.uncertified.own import BUILT_IN, PROPERTIES
+from verify.claims.verifiable import check_landmarks, ensure_landmark_each, ensure_landmarks
 
 Claim = DecisionClaim | EpisodeClaim
 NAMES = (*PROPERTIES, *RELATIONS, *EPISODE_CLAIMS)
 ZONES = "zones"  # given like a parameter of claims about episodes, though it is a budget: how many may be visited
 MAX_ZONES = 10**12
-LISTS = ("landmarks", "agents", "order")  # parameters that are names
+LISTS = of_form(Form.NAMES)
 EPS = Fraction(1, 100)  # of `steady`, where nobody says another
 COINCIDING = (
     f"not about starts from which the centres of two that push each other ever come within {COINCIDENT:g} of each "
@@ -177,7 +170,7 @@ def sentence(claim: EpisodeClaim, world: WorldSpec) -> str:
     return "; ".join(filter(None, [claim.sentence, left_out(world)]))
 
 
-def whatever(opponents: bool) -> str:
+def opponents_words(opponents: bool) -> str:
     """For what other agents a proof holds that follows, or does not follow, opponents."""
     return "for opponents as in this profile" if opponents else "whatever all others do"
 
@@ -185,3 +178,27 @@ def whatever(opponents: bool) -> str:
 def left_out(world: WorldSpec) -> str:
     """Which starts claims about episodes of a world are not about, in words; "" for none."""
     return COINCIDING if partners(world) else ""
+
+
+def team_for(name: str, profile: PolicyProfile, team: str | None, any_size: bool = False) -> str:
+    """The team that the named property speaks of: `team`, or the one team with as many agents as landmarks.
+
+    `any_size`: the property needs no landmark for each agent, so that of one team alone nothing is asked.
+    """
+    if team is not None:
+        if any_size:
+            ensure_team(profile, team)
+        else:
+            ensure_landmark_each(name, profile, team)
+        return team
+    known, wanted = teams(profile), len(profile.world.landmarks)
+    if any_size and len(known) == 1:
+        return known[0]
+    if any_size and not wanted:
+        raise InputError(f"{name} is about one team", "", f"name it with --team: {', '.join(known)}")
+    ensure_landmarks(name, profile)
+    fitting = [candidate for candidate in known if len(profile.team(candidate)) == wanted]
+    if len(fitting) != 1:
+        what = f"{name} needs a team of {wanted} agents, one for each landmark"
+        raise InputError(what, "", f"teams: {', '.join(known)}")
+    return fitting[0]

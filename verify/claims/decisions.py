@@ -1,4 +1,4 @@
-"""What can be claimed about a team's decisions: the built-in properties and users' own, one class each.
+"""What can be claimed about a team's decisions: the built-in properties, one class each.
 
 Does: states each as a formula over world states and actions, and in words; says what every claim has.
 Assumes: landmarks and agents are those of the profile's world; predicates.py defines closing, at and engaged.
@@ -10,16 +10,17 @@ from dataclasses import KW_ONLY, dataclass, field
 from fractions import Fraction
 from functools import cache, lru_cache
 from itertools import combinations
-from typing import ClassVar, Literal
+from typing import ClassVar
 
 from codegen.errors import InputError
 from codegen.ir import AgentPolicy, PolicyProfile
+from verify.claims.claim import AnyClaim, Kind, Parameter, check_range, ensure_team
 from verify.claims.formula import TRUE, Acts, Formula, conjunction, disjunction, negated
 from verify.claims.matching import matchings
 from verify.claims.observed import View
 from verify.claims.predicates import ahead, at, closes, closing, no_longer
-from verify.claims.region import AnyClaim, Kind, Parameter, check_range, ensure_team
-from verify.claims.verifiable import check_landmarks, team_for
+from verify.claims.verifiable import check_landmarks, ensure_landmark_each
+from verify.semantics import SEMANTICS
 
 ZERO, RADIUS, KAPPA = Fraction(0), Fraction(1, 10), Fraction(1, 2)
 OWN, STEADY = "formula", "steady"  # the names of properties that users state, and of built-in ones that allow errors
@@ -34,7 +35,10 @@ class DecisionClaim(AnyClaim):
     Lengths are in the world's unit. A built-in property that allows errors is called `steady`.
     """
 
-    kind: ClassVar[Literal[Kind.DECISIONS, Kind.LEAVES]] = Kind.DECISIONS
+    kind: ClassVar[Kind] = Kind.DECISIONS
+    per_state: ClassVar[bool] = True
+    limits: ClassVar[tuple[str, ...]] = ("solver_units", "max_cells")
+    arithmetics: ClassVar[tuple[str, ...]] = SEMANTICS
     of: ClassVar[str]  # the name of the property, whatever errors it allows
     words: ClassVar[str]
     reads: ClassVar[tuple[str, ...]] = ("margin", "radius")
@@ -88,7 +92,7 @@ class DecisionClaim(AnyClaim):
     def ensure(self, profile: PolicyProfile) -> None:
         """InputError unless the claim is about a team of the profile, and its parameters are in their ranges."""
         if self.landmark_each:
-            team_for(self.name, profile, self.team)
+            ensure_landmark_each(self.name, profile, self.team)
         ensure_team(profile, self.team)
         for parameter in ("margin", "radius", "eps"):
             check_range(parameter, getattr(self, parameter))
@@ -251,60 +255,10 @@ class Assignment(DecisionClaim):
         return disjunction(*ways)
 
 
-@dataclass(frozen=True)
-class AliveLeaves(DecisionClaim):
-    """That every leaf is reached: no formula over world states, so nothing is claimed of any one of them."""
-
-    kind = Kind.LEAVES
-    of = "alive_leaves"
-    words = "every leaf of every agent of the {team} is reached in some world state of the region"
-    reads = ()
-    hardens = landmark_each = False
-
-    def states(self, profile: PolicyProfile) -> Formula:
-        """What is claimed of a world state: nothing."""
-        return TRUE
-
-
-@dataclass(frozen=True)
-class OwnFormula(DecisionClaim):
-    """A formula of the user's own."""
-
-    of = OWN
-    words = "in every world state of the region, the formula holds for what the {team} do"
-    hardens = landmark_each = False
-
-    statement: Formula = field(kw_only=True)
-
-    @property
-    def name(self) -> str:
-        """`formula`, whatever errors are allowed."""
-        return OWN
-
-    @property
-    def sentence(self) -> str:
-        """The claim in words, without its assumption."""
-        return self.words.format(team=self.team) + (WITH_ERRORS.format(who="") if self.eps else "")
-
-    @property
-    def parameters(self) -> Mapping[str, Parameter]:
-        """What the claim reads beside its team."""
-        return {"margin": self.margin, "radius": self.radius} | ({"eps": self.eps} if self.eps else {})
-
-    @property
-    def says_all(self) -> bool:
-        """Never: the name is that of all formulas."""
-        return False
-
-    def states(self, profile: PolicyProfile) -> Formula:
-        """What is claimed where the assumption holds."""
-        return self.statement
-
-
-_PLAIN = (DistinctTargets, OwnTarget, NoDouble, Aligned, Assignment)
-BUILT_IN: dict[str, type[DecisionClaim]] = {kind.of: kind for kind in (*_PLAIN, AliveLeaves)}
-PLAIN = tuple(kind.of for kind in _PLAIN)  # what can be steady
-PROPERTIES = (*PLAIN, STEADY, AliveLeaves.of)
+BY_NAME: dict[str, type[DecisionClaim]] = {
+    kind.of: kind for kind in (DistinctTargets, OwnTarget, NoDouble, Aligned, Assignment)
+}
+PLAIN = tuple(BY_NAME)  # what can be steady
 
 
 @lru_cache(maxsize=16)  # questions that differ in their budgets, and the checker, ask for the same one

@@ -9,15 +9,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import combinations, product
-from typing import Any, ClassVar, Literal
+from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
 
 from codegen.errors import InputError, UnknownNameError
 from codegen.ir import Bool, PolicyProfile
+from verify.claims.claim import AnyClaim, Kind, Parameter, check_range, ensure_team
 from verify.claims.observed import View
-from verify.claims.region import AnyClaim, Kind, Parameter, check_range, ensure_team
 
 RADIUS = Fraction(2, 5)
 MAX_STEPS = 1_000
@@ -30,7 +30,8 @@ Pairs = tuple[tuple[int, int], ...]  # pairs: the number of an agent in the team
 class EpisodeClaim(AnyClaim):
     """A claim about whole episodes from rest: about distances of the team's agents from some marks."""
 
-    kind: ClassVar[Literal[Kind.EPISODES]] = Kind.EPISODES
+    kind: ClassVar[Kind] = Kind.EPISODES
+    limits: ClassVar[tuple[str, ...]] = ("max_zones",)
     title: ClassVar[str]  # the name of the property
     words: ClassVar[str]
     whom: ClassVar[str]  # the parameter that names entities

@@ -6,8 +6,6 @@ Does not: run anything that a file holds. That is why files are TOML and not Pyt
   evaluated, so a file from elsewhere is safe to read.
 """
 
-import re
-import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from fractions import Fraction
@@ -16,26 +14,22 @@ from typing import Any, NamedTuple, cast
 from codegen.errors import InputError, UnknownNameError
 from codegen.ir import GOAL, PolicyProfile
 from verify.claims.catalogue import NAMES, ZONES, Claim, check_read, checked_zones, find_claim, readable
-from verify.claims.decisions import RADIUS, ZERO, DecisionClaim, OwnFormula, checked
+from verify.claims.decisions import RADIUS, ZERO, DecisionClaim, checked
 from verify.claims.formula import TRUE, Formula, agents
-from verify.claims.language.parser import Vocabulary, parse
-from verify.claims.region import (
-    Kind,
-    Region,
-    everywhere,
-    is_list,
-    is_table,
-    number,
-    observed_velocities,
-    positions,
-    region_of,
-)
+from verify.claims.language.formulas import Vocabulary, formula_of
+from verify.claims.language.parameters import Form, of_form
+from verify.claims.language.tables import properties, read_each
+from verify.claims.region import Region
+from verify.claims.region_files import is_list, is_table, region_of
+from verify.claims.uncertified.own import OwnFormula
+from verify.claims.uncertified.starts import everywhere, observed_velocities, positions
+from verify.exact import number
+from verify.toml_places import Place, parse
 
-NUMBERS = ("margin", "radius", "kappa", "eps")
-COUNTS = ("steps", ZONES)
-LISTS, TEXTS = ("landmarks", "others", "agents", "order"), ("of", "agent", "feature", "direction")
+NUMBERS, COUNTS = of_form(Form.NUMBER), (*of_form(Form.COUNT), ZONES)
+LISTS, TEXTS = of_form(Form.NAMES), of_form(Form.NAME)
 KEYS = ("name", "label", "team", *NUMBERS, *COUNTS, *TEXTS, *LISTS, "region", "formula", "assume")
-MAX_PROPERTIES = 200
+OF_FORMULAS = ("margin", "radius", "eps")  # the parameters of a user's formula
 ADVICE = "`maviper properties new WORLD` writes a file to start from"
 FindRegion = Callable[[str], Region]  # what a file names -> the region
 
@@ -53,71 +47,24 @@ def read_properties(
 ) -> list[Stated]:
     """The claims of a TOML text with their regions; `default` (else the start region) where one names none.
 
-    InputError with the line, and the column in a formula.
+    InputError with the line of each table that cannot be read, and the column in a formula.
     """
-    try:
-        document = tomllib.loads(source, parse_float=str)
-    except (tomllib.TOMLDecodeError, ValueError, RecursionError) as error:
-        raise InputError("not a readable property file", f"{where}: {error}", ADVICE) from None
+    document, file = parse(source, where, "not a readable property file", ADVICE)
     for key in document:
         if key != "property":
-            raise UnknownNameError("key", key, ("property",), where)
-    found: object = document.get("property", [])
-    if not is_list(found) or not found or not all(map(is_table, found)):
-        raise InputError("no property in the file", where, "begin each with a line [[property]]")
-    tables = cast("list[dict[str, object]]", found)
-    if len(tables) > MAX_PROPERTIES:
-        raise InputError(f"a file may hold at most {MAX_PROPERTIES} properties", where, "split the file")
-    places = _Places(source, where)
-    return [_Table(table, profile, index, places).question(find_region, default) for index, table in enumerate(tables)]
-
-
-class _Places:
-    """Where the tables and keys of a text stand: the parser of TOML does not tell."""
-
-    def __init__(self, source: str, where: str) -> None:
-        self._where = where
-        self._headers: list[int] = []
-        self._keys: list[dict[str, tuple[int, bool]]] = []  # key -> (line, whether its text begins on the next line)
-        for count, line in enumerate(source.splitlines(), 1):
-            if re.match(r"\s*\[\[\s*property\s*\]\]", line):
-                self._headers.append(count)
-                self._keys.append({})
-            elif self._keys and (found := re.match(r"""\s*(\w+)\s*=\s*(.*)$""", line)):
-                self._keys[-1].setdefault(found[1], (count, found[2] in ('"""', "'''")))
-
-    def table(self, index: int, key: str = "") -> str:
-        """Words for a table, counted from 0, or for a key of it."""
-        line, _ = self._line(index, key)
-        named = f"property {index + 1}" + (f", {key}" if key else "")
-        return f"{self._where}, line {line}: {named}" if line else f"{self._where}: {named}"
-
-    def offset(self, index: int, key: str, text: str, place: int) -> str:
-        """Words for an offset in the text of a key."""
-        line, below = self._line(index, key)
-        before = text[:place]
-        column = place - (before.rfind("\n") + 1) + 1
-        named = f"property {index + 1}, {key}, column {column}"
-        return (
-            f"{self._where}, line {line + below + before.count(chr(10))}: {named}"
-            if line
-            else (f"{self._where}: {named}")
-        )
-
-    def _line(self, index: int, key: str) -> tuple[int, bool]:
-        if index >= len(self._headers):
-            return 0, False
-        return self._keys[index].get(key, (self._headers[index], False))
+            raise UnknownNameError("key", key, ("property",), file / key)
+    tables = properties(document, file)
+    return read_each(tables, lambda table, place: _Table(table, profile, place).question(find_region, default))
 
 
 class _Table:
     """One `[[property]]` table."""
 
-    def __init__(self, table: Mapping[str, Any], profile: PolicyProfile, index: int, places: _Places) -> None:
-        self._table, self._profile, self._index, self._places = table, profile, index, places
+    def __init__(self, table: Mapping[str, Any], profile: PolicyProfile, place: Place) -> None:
+        self._table, self._profile, self._place = table, profile, place
         for key in table:
             if key not in KEYS:
-                raise UnknownNameError("key", key, KEYS, places.table(index))
+                raise UnknownNameError("key", key, KEYS, place / key)
 
     def question(self, find_region: FindRegion, default: Region | None) -> Stated:
         """The claim, its region, and what may be spent on it."""
@@ -128,8 +75,8 @@ class _Table:
         region = default or everywhere(self._profile) if whole else self._region(find_region)
         return Stated(claim, region, given.get(ZONES))
 
-    def _where(self, key: str = "") -> str:
-        return self._places.table(self._index, key)
+    def _where(self, key: str = "") -> Place:
+        return self._place / key if key else self._place
 
     def _text(self, key: str, default: str = "") -> str:
         value = self._table.get(key, default)
@@ -163,19 +110,18 @@ class _Table:
                 checked_zones(given[ZONES])
         except InputError as error:
             key = error.where if error.where in self._table else "name"
-            error.where = self._where("team" if "team" in self._table and "team" in error.what else key)
+            error.where = str(self._where("team" if "team" in self._table and "team" in error.what else key))
             raise
-        if claim.kind is not Kind.EPISODES:
-            return self._with_words(claim)
+        if claim.per_state:
+            return self._with_words(cast("DecisionClaim", claim))
         if "assume" in self._table:
-            what = "a claim about episodes has no assumption"
-            raise InputError(what, self._where("assume"), "restrict the starts by a region")
+            raise InputError(f"{claim.name} has no assumption", self._where("assume"), "restrict it by a region")
         return replace(claim, label=self._label())
 
     def _own(self, given: Mapping[str, Any]) -> DecisionClaim:
         """A user's formula. Its team is that of the agents whose actions it speaks of."""
-        for key in ("name", "kappa", *TEXTS, *LISTS, *COUNTS):
-            if key in self._table:
+        for key in ("name", *NUMBERS, *TEXTS, *LISTS, *COUNTS):
+            if key in self._table and key not in OF_FORMULAS:
                 raise InputError(
                     f"a property with a formula has no {key}", self._where(key), "remove it, or remove the formula"
                 )
@@ -197,7 +143,7 @@ class _Table:
         try:
             return self._with_words(checked(self._profile, claim))
         except InputError as error:
-            error.where = self._where(error.where) if error.where in self._table else error.where
+            error.where = str(self._where(error.where)) if error.where in self._table else error.where
             raise
 
     def _with_words(self, claim: DecisionClaim) -> DecisionClaim:
@@ -208,10 +154,6 @@ class _Table:
                 "an assumption is about states, so it must not mention actions",
                 self._where("assume"),
                 'write formula = "ASSUMPTION implies CLAIM" instead',
-            )
-        if assume != TRUE and claim.kind is Kind.LEAVES:
-            raise InputError(
-                f"{claim.name} has no assumption", self._where("assume"), "restrict the states by a region"
             )
         return replace(claim, assume=assume, label=self._label(), assumption=self._text("assume"))
 
@@ -234,7 +176,7 @@ class _Table:
             margin=margin,
             radius=radius,
         )
-        return parse(text, vocabulary, lambda place: self._places.offset(self._index, key, text, place))
+        return formula_of(text, vocabulary, lambda place: self._where(key).of_offset(text, place))
 
     def _region(self, find_region: FindRegion) -> Region:
         region = self._table["region"]
@@ -242,9 +184,9 @@ class _Table:
             try:
                 return find_region(region)
             except InputError as error:
-                error.where = f"{self._where('region')}\n{error.where}" if error.where else self._where("region")
+                error.where = f"{self._where('region')}\n{error.where}" if error.where else str(self._where("region"))
                 raise
         if not is_table(region):
             raise InputError('region must be "start", a file, or a table', self._where("region"), ADVICE)
         found = region_of(region, self._profile.world, self._where("region"), observed_velocities(self._profile))
-        return replace(found, name=f"of property {self._index + 1}")
+        return replace(found, name=f"of {self._place.words}")

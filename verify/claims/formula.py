@@ -1,22 +1,19 @@
 """Claims as formulas over world coordinates and actions: what engines, referee and shares all read.
 
-Does: the data of a formula, negation pushed to its atoms, substitution of actions, exact and batched evaluation.
+Does: the data of a formula, negation pushed to its atoms, substitution of actions, whether one holds at an exact point.
 Assumes: coordinates are named as in the world's spec; bounds are exact rationals.
 Does not: know properties (decisions.py), or decide anything.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from typing import NamedTuple, TypeAlias
 
-import numpy as np
-
-from codegen.ir import GOAL, Bool, Float64, Int32
+from codegen.ir import GOAL
 
 
 class Linear(NamedTuple):
@@ -191,17 +188,6 @@ def names_goal(formula: Formula) -> bool:
     return names_goal(formula.part) if isinstance(formula, Not) else isinstance(formula, Goal)
 
 
-def tightened(formula: Formula, slack: Fraction) -> Formula:
-    """A formula of `normal` form with every inequality met by `slack` more than it asks; unchanged for slack 0."""
-    if not slack:
-        return formula
-    if isinstance(formula, Linear):
-        return Linear(formula.terms, formula.bound - slack)
-    if isinstance(formula, And):
-        return And(tuple(tightened(part, slack) for part in formula.parts))
-    return Or(tuple(tightened(part, slack) for part in formula.parts)) if isinstance(formula, Or) else formula
-
-
 def atoms(formula: Formula) -> Iterator[Linear | Acts | Goal]:
     """The parts of the formula that have no parts."""
     if isinstance(formula, (And, Or)):
@@ -254,76 +240,3 @@ def holds(formula: Formula, at: Mapping[str, Fraction], actions: Mapping[str, in
     if isinstance(formula, Or):
         return any(holds(part, at, actions) for part in formula.parts)
     return not holds(formula.part, at, actions)
-
-
-def worth(formula: Formula, at: Mapping[str, Fraction], actions: Mapping[str, int]) -> Fraction | float:
-    """The quantitative value of a formula at an exact point, with the chosen actions; `for_goal` was applied before.
-
-    An inequality is worth its bound less its sum, "and" the least of its parts, "or" the greatest, "not" the opposite,
-    an action infinity where it is the one taken, else minus infinity; exact, or infinite. At least 0 where the formula
-    holds, at most 0 where it does not; with every bound relaxed by r a formula without "not" is worth r more.
-    Source: Fainekos and Pappas 2009, robustness of a formula, here without time.
-    """
-    if isinstance(formula, Linear):
-        return formula.bound - sum((weight * at[name] for weight, name in formula.terms), Fraction(0))
-    if isinstance(formula, Acts):
-        return math.inf if actions[formula.agent] == formula.action else -math.inf
-    if isinstance(formula, Not):
-        return -worth(formula.part, at, actions)
-    assert isinstance(formula, (And, Or)), formula
-    parts = [worth(part, at, actions) for part in formula.parts]
-    return min(parts, default=math.inf) if isinstance(formula, And) else max(parts, default=-math.inf)
-
-
-class Batch:
-    """Formulas over a batch of world states, in float64; atoms are evaluated once.
-
-    `columns`: coordinate -> [batch]. States within a rounding of a boundary may be misjudged; the goal is taken to be
-    the landmark at whose place it is. `doubting`: an inequality is true also where float64 cannot exclude it, so that a
-    formula of `normal` form without goals that is false is so exactly.
-    """
-
-    def __init__(self, columns: Mapping[str, Float64], count: int, doubting: bool = False) -> None:
-        self._columns = columns
-        self._count = count
-        self._doubting = doubting
-        self._known: dict[Linear, Bool] = {}
-
-    def holds(self, formula: Formula, actions: Mapping[str, Int32]) -> Bool:
-        """Where the formula is true, [batch]. `actions`: agent -> [batch]."""
-        if isinstance(formula, Linear):
-            if formula not in self._known:
-                self._known[formula] = self._atom(formula)
-            return self._known[formula]
-        if isinstance(formula, Acts):
-            return np.asarray(actions[formula.agent] == formula.action)
-        if isinstance(formula, Goal):
-            pairs = ((self._columns[f"{GOAL}.{axis}"], self._columns[f"{formula.landmark}.{axis}"]) for axis in "xy")
-            return np.logical_and.reduce([goal == mark for goal, mark in pairs])
-        if isinstance(formula, Not):
-            return ~self.holds(formula.part, actions)
-        found = np.full(self._count, isinstance(formula, And))
-        for part in formula.parts:
-            if isinstance(formula, And):
-                found &= self.holds(part, actions)
-            else:
-                found |= self.holds(part, actions)
-        return found
-
-    def _atom(self, atom: Linear) -> Bool:
-        total = np.zeros(self._count)
-        for weight, name in atom.terms:
-            column = self._columns[name]
-            total = (
-                total + column if weight == 1 else total - column if weight == -1 else total + float(weight) * column
-            )
-        if self._doubting:
-            return ~(total - float(atom.bound) > self._error(atom))  # true of NaN
-        return np.asarray(total < float(atom.bound) if atom.strict else total <= float(atom.bound))
-
-    def _error(self, atom: Linear) -> Float64:
-        """More than what the roundings of weights, bound, products, sum and difference can add up to, [batch]."""
-        size = np.full(self._count, abs(float(atom.bound)))
-        for weight, name in atom.terms:
-            size += abs(float(weight)) * np.abs(self._columns[name])
-        return (len(atom.terms) + 4) * np.finfo(np.float64).eps * size + np.finfo(np.float64).tiny

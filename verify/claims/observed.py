@@ -1,6 +1,6 @@
 """Claims over observations: a profile seen as if each number that an agent observes were a coordinate of the world.
 
-Does: derives that profile, its view; names the variables; carries a region to the copy of an agent.
+Does: derives that profile, its view; names the variables.
 Assumes: a checked profile.
 Does not: know what an environment can show. In a view every combination of numbers is a state.
 
@@ -18,9 +18,7 @@ from typing import Final, NamedTuple
 
 from codegen.errors import InputError, UnknownNameError
 from codegen.ir import AgentPolicy, FeatureSpec, Meaning, PolicyProfile, VariableSpec, WorldSpec
-from verify.claims.region import Region
 
-ALL: Final = "all"  # in place of names of features: those that several agents have
 RAISED: Final = "_raised"  # ends the name of a copy
 MAX_NAME: Final = 64
 ADVICE = "rename it where the profile comes from"
@@ -62,40 +60,14 @@ def view_from(document: Mapping[str, Sequence[str]]) -> View:
     return View(tuple(document["shared"]), Raised(*raised) if raised else None)
 
 
-class Viewed(NamedTuple):
-    """A profile, and how its observations are put together."""
-
-    origin: PolicyProfile
-    view: View
-
-    @property
-    def profile(self) -> PolicyProfile:
-        """The view, as a profile."""
-        return over(self.origin, self.view)
-
-
 def copy_of(agent: str) -> str:
     """The name of an agent's copy."""
     return agent + RAISED
 
 
-def unread(profile: PolicyProfile) -> bool:
-    """Whether no feature of a profile has a meaning, so that only its observations can be spoken of."""
-    return all(feature.meaning is None for policy in profile.agents for feature in policy.features)
-
-
-def shared_features(profile: PolicyProfile, names: Sequence[str]) -> tuple[str, ...]:
-    """Features that agents share, in the order given; of ALL those that several agents have. UnknownNameError for a
-    feature that no agent has, InputError for one that only one has.
-    """
-    if tuple(names) == (ALL,):
-        return tuple(_of_several(profile))
-    _ensure_several(profile, names)
-    return tuple(dict.fromkeys(names))
-
-
-def _ensure_several(profile: PolicyProfile, names: Sequence[str]) -> None:
-    several = _of_several(profile)
+def ensure_several(profile: PolicyProfile, names: Sequence[str]) -> None:
+    """UnknownNameError for a feature that no agent has, InputError for one that only one has."""
+    several = of_several(profile)
     known = list(dict.fromkeys(feature.name for policy in profile.agents for feature in policy.features))
     for name in names:
         if name not in known:
@@ -104,7 +76,8 @@ def _ensure_several(profile: PolicyProfile, names: Sequence[str]) -> None:
             raise InputError(f"only one agent observes {name}", "--shared", "name features that several agents have")
 
 
-def _of_several(profile: PolicyProfile) -> list[str]:
+def of_several(profile: PolicyProfile) -> list[str]:
+    """The features that several agents have, in the profile's order."""
     names = [feature.name for policy in profile.agents for feature in policy.features]
     return [name for name in dict.fromkeys(names) if names.count(name) > 1]
 
@@ -114,7 +87,7 @@ def over(profile: PolicyProfile, view: View) -> PolicyProfile:
     """The view of a profile. UnknownNameError for an agent or feature that it does not have; InputError for shared
     features with unlike ranges or units, and where a copy's name is taken.
     """
-    _ensure_several(profile, view.shared)
+    ensure_several(profile, view.shared)
     policies = [*profile.agents, *_copy(profile, view.raised)]
     variables: dict[str, VariableSpec] = {}
     seen: list[AgentPolicy] = []
@@ -167,18 +140,3 @@ def _add(variables: dict[str, VariableSpec], one: VariableSpec) -> None:
         what = f"agents that share {one.name} give it unlike ranges or units"
         said = ", ".join(f"[{each.low:g}, {each.high:g}] {each.unit}" for each in (before, one))
         raise InputError(what, f"--shared: {said}", "do not share it, or state the same range and unit")
-
-
-def carried(region: Region, viewed: Viewed) -> Region:
-    """A region of the view without a copy, of which the copy keeps every bound too."""
-    raised = viewed.view.raised
-    if raised is None:
-        return region
-    name = variable(viewed.origin, viewed.view, raised.agent, raised.feature)
-    other = f"{copy_of(raised.agent)}.{raised.feature}"
-
-    def moved(coordinate: str) -> str:
-        return other if coordinate == name else coordinate
-
-    more = [(moved(a), moved(b), bounds) for a, b, bounds in region.differences if name in (a, b)]
-    return replace(region, box={**region.box, other: region.box[name]}, differences=(*region.differences, *more))

@@ -45,7 +45,19 @@ class Agree(DecisionClaim):
             if agent not in members:
                 raise UnknownNameError("agent", agent, members, "agents")
         if len(set(self.agents)) != 2 or len(self.agents) != 2:
-            raise InputError("agree is about two agents", "agents", "write two names: --agents A,B")
+            raise InputError(f"{self.of} is about two agents", "agents", "write two names: --agents A,B")
+
+
+@dataclass(frozen=True)
+class Differ(Agree):
+    """That two agents never take actions of the same name: of two lights never both are green."""
+
+    of = "differ"
+    words = "in no state of the region do the two agents take the action of the same name"
+
+    def states(self, profile: PolicyProfile) -> Formula:
+        """What is claimed where the assumption holds."""
+        return negated(super().states(profile))
 
 
 @dataclass(frozen=True)
@@ -110,4 +122,4 @@ def _takes(agent: str, actions: Sequence[int]) -> Formula:
     return disjunction(*(Acts(agent, action) for action in actions))
 
 
-RELATIONS: dict[str, type[DecisionClaim]] = {kind.of: kind for kind in (Agree, Monotone)}
+RELATIONS: dict[str, type[DecisionClaim]] = {kind.of: kind for kind in (Agree, Differ, Monotone)}

@@ -13,7 +13,7 @@ import numpy as np
 from codegen.errors import InputError, UnknownNameError
 from codegen.floats import FLOAT32
 from codegen.ir import NO_FEATURE, AgentPolicy, PolicyProfile
-from verify.claims.region import ensure_team, teams
+from verify.claims.claim import ensure_team
 
 
 def verifiable(profile: PolicyProfile, team: str) -> tuple[AgentPolicy, ...]:
@@ -59,33 +59,21 @@ def readable(policy: AgentPolicy) -> None:
         )
 
 
-def team_for(name: str, profile: PolicyProfile, team: str | None, any_size: bool = False) -> str:
-    """The team that the named property speaks of: `team`, or the one team with as many agents as landmarks.
-
-    `any_size`: the property needs no landmark for each agent, so that of one team alone nothing is asked.
-    """
-    known = teams(profile)
-    wanted = len(profile.world.landmarks)
-    if team is None and any_size and len(known) == 1:
-        return known[0]
-    if team is None and any_size and not wanted:
-        raise InputError(f"{name} is about one team", "", f"name it with --team: {', '.join(known)}")
-    if not wanted and not any_size:
+def ensure_landmarks(name: str, profile: PolicyProfile) -> None:
+    """InputError without landmarks, for a property that speaks of one for each agent."""
+    if not profile.world.landmarks:
         what = f"{name} needs a landmark for each agent, and there are none here"
         raise InputError(what, "", "state what agents do in a formula: see `maviper guide claims`")
-    if team is None:
-        fitting = [candidate for candidate in known if len(profile.team(candidate)) == wanted]
-        if len(fitting) != 1:
-            raise InputError(
-                f"{name} needs a team of {wanted} agents, one for each landmark", "", f"teams: {', '.join(known)}"
-            )
-        return fitting[0]
+
+
+def ensure_landmark_each(name: str, profile: PolicyProfile, team: str) -> None:
+    """InputError unless the profile has the team, and a landmark for each of its agents."""
+    ensure_landmarks(name, profile)
     ensure_team(profile, team)
-    if len(profile.team(team)) > wanted and not any_size:
+    if len(profile.team(team)) > len(profile.world.landmarks):
         raise InputError(
             f"{name} needs a landmark for each agent; team {team} has more agents than the world landmarks"
         )
-    return team
 
 
 def check_landmarks(profile: PolicyProfile, team: str, landmarks: Sequence[str]) -> None:

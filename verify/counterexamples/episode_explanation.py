@@ -16,8 +16,9 @@ import numpy as np
 
 from codegen.ir import PolicyProfile
 from verify.claims.episodes import EpisodeClaim
-from verify.claims.region import MAX_NUMBER, goal_text
+from verify.claims.region import goal_text
 from verify.counterexamples.explanation import shown_ends
+from verify.exact import MAX_NUMBER
 from verify.question import EpisodeQuestion
 from verify.states.episodes import Episode, at_rest, courses, fails, first_failing, fulfilled, play
 from verify.states.shares import SAMPLE_SEED

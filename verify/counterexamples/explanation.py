@@ -6,8 +6,8 @@ Assumes: a counterexample that the referee confirmed, and its arithmetic, by the
   (checker/thresholds.py).
 Does not: vary several coordinates at once: each interval holds with everything else as it is.
 
-Shortfall (`world.shortfall`): the least s such that the claim would hold, actions as they are, with every bound relaxed
-by more than s. Room of a test: what its side is worth in the same sense (`formula.worth`), that is by how much what the
+Shortfall (`state.shortfall`): the least s such that the claim would hold, actions as they are, with every bound relaxed
+by more than s. Room of a test: what its side is worth in the same sense (`values.worth`), that is by how much what the
 feature measures can move before the test turns.
 """
 
@@ -19,12 +19,14 @@ from typing import Any
 
 from codegen.ir import GOAL, AgentPolicy, FeatureSpec
 from verify.checker.thresholds import AT_ONCE, rounded_twice, sides
-from verify.claims.formula import Formula, Linear, Or, conjunction, for_goal, given, negated, normal, worth
-from verify.claims.region import MACHINE, REAL, Region
+from verify.claims.formula import Formula, Linear, Or, conjunction, for_goal, given, negated, normal
+from verify.claims.region import Region
+from verify.claims.uncertified.values import worth
 from verify.counterexamples.lines import Line, along, around, beyond, closed, interval
 from verify.counterexamples.search import AgentView, Counterexample
 from verify.counterexamples.uniqueness import Uniqueness, unique
 from verify.question import DecisionQuestion
+from verify.semantics import MACHINE, REAL
 from verify.states.path import Step
 from verify.states.real import Value, value_of, written
 from verify.states.state import State, error_name, inside, leaves_at, shortfall, violates

@@ -1,4 +1,4 @@
-"""Whether a claim also fails elsewhere than where its counterexample takes the team: the other ways to fail.
+"""Is this combination of leaves the only one that violates the claim?
 
 Does: asks for a violating world state of the region in which some agent of the team reaches another leaf.
 Assumes: a counterexample that the referee confirmed, in the same arithmetic.
@@ -16,9 +16,10 @@ from fractions import Fraction
 from itertools import chain
 from typing import Any
 
-from verify.claims.region import REAL, goal_text
+from verify.claims.region import goal_text
 from verify.counterexamples.search import SLACKS, shrink, violating_samples
 from verify.question import DecisionQuestion
+from verify.semantics import REAL
 from verify.solver.encode import Query, elsewhere, there
 from verify.solver.pinning import pinned
 from verify.solver.solve import Answer, ask

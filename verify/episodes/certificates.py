@@ -12,10 +12,10 @@ from fractions import Fraction
 
 from codegen.ir import PolicyProfile
 from codegen.policy_json import content_hash
-from verify.checker.contact_reading import ContactEpisode
-from verify.checker.contacts import coincident
-from verify.checker.episode_certificates import READINGS, EpisodeCertificate, forms
-from verify.checker.episode_reading import Episode, Matching, OpenBranchError, Part, matchings
+from verify.checker.episodes.certificates import READINGS, EpisodeCertificate, forms
+from verify.checker.episodes.contact_reading import ContactEpisode
+from verify.checker.episodes.contacts import coincident
+from verify.checker.episodes.reading import Episode, Matching, OpenBranchError, Part, matchings
 from verify.checker.reading import RejectedError, region_formula
 from verify.claims.formula import holds
 from verify.claims.region import Region

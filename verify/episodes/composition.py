@@ -1,5 +1,4 @@
-"""Deciding claims about episodes by zones: agents alone where that settles it, then with those whom they read, and at
-last the whole profile.
+"""Compositional proof by zones: each agent alone, then with the agents it observes, then all agents.
 
 Does: splits a claim into tasks, follows groups of agents, hands what a small group leaves open to the larger one.
 Assumes: a claim and a profile that `states.episodes.playable` lets pass.
@@ -12,7 +11,7 @@ reads them or contacts may push.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
@@ -20,8 +19,8 @@ import numpy as np
 from codegen import ir
 from codegen.dynamics import partners
 from codegen.ir import Float64
-from verify.checker.episode_reading import Part
-from verify.claims.region import Verdict
+from verify.checker.episodes.reading import Part
+from verify.claims.episodes import EpisodeClaim
 from verify.claims.verifiable import read_by
 from verify.episodes.contacts import colliders, travels
 from verify.episodes.cuts import away, too_near, unmatched
@@ -29,6 +28,7 @@ from verify.episodes.rounding import ensure_exact
 from verify.episodes.unroll import Cut, Group, Search, grouped, strides
 from verify.episodes.zones import Int64, Start, Zones, closed, hulls, point_in, starts
 from verify.question import EpisodeQuestion
+from verify.result import Verdict
 from verify.states.episodes import at_rest, first_failing, matched, owned, paired, play, playable
 from verify.states.shares import SAMPLE_SEED
 from verify.states.state import State, sample
@@ -38,6 +38,12 @@ MATCHING_SAMPLES = 2_000
 PLAUSIBLE = 0.9  # of the sampled episodes; a matching that fits fewer is not tried agent by agent
 TRIED_ZONES, TRIED_POINTS = 32, 4  # of a batch of failing zones, and of each of them
 MAX_ROUNDS = 20  # batches of failing zones of a group in which real starts are looked for
+SPENT = "more than the budget of {:,} zones is needed ({:,} were visited); a larger --max-zones may answer"
+UNDECIDED = (
+    "{:,} zones are undecided: the claim may fail there for other opponents, or at starts that are not float64{}; no "
+    "start from which this profile fails was found"
+)
+PUSHED = ", or in contacts, which are over-approximated"
 MAX_LEFT = 200_000  # failing zones that are kept for the next group
 
 
@@ -85,13 +91,57 @@ class _Open(Exception):
 
 @dataclass(frozen=True)
 class _Task:
-    """That some agents are where they should be: one agent at its landmark, the team matched (no landmark), or pairs
-    apart.
-    """
+    """What some agents of the team are to do."""
 
     agents: tuple[str, ...]
-    landmark: str = ""
-    apart: tuple[tuple[str, str], ...] = ()
+    pairs: tuple[tuple[str, str], ...] = field(default=(), kw_only=True)  # that are to keep apart
+
+    def entities(self, landmarks: Sequence[str]) -> list[str]:
+        """Of whom it speaks, besides its agents. `landmarks`: all of the world."""
+        return list(landmarks)
+
+    @property
+    def part(self) -> tuple[str, str]:
+        """How a certificate names it: an agent and a mark, or "" for both where it is about all of them."""
+        return "", ""
+
+    def open(self, zones: Zones, group: Group, claim: EpisodeClaim, landmarks: Sequence[str]) -> Zones:
+        """The part of zones in which it is not yet done: agents and landmarks are not matched one-to-one."""
+        return unmatched(zones, group, self.agents, landmarks, claim.radius)
+
+
+@dataclass(frozen=True)
+class _Arrive(_Task):
+    """That one agent comes near its landmark."""
+
+    landmark: str
+
+    def entities(self, landmarks: Sequence[str]) -> list[str]:
+        """The landmark."""
+        return [self.landmark]
+
+    @property
+    def part(self) -> tuple[str, str]:
+        """The agent and its landmark."""
+        return self.agents[0], self.landmark
+
+    def open(self, zones: Zones, group: Group, claim: EpisodeClaim, landmarks: Sequence[str]) -> Zones:
+        """Where the agent is away from its landmark."""
+        return away(zones, group, self.agents[0], self.landmark, claim.radius)
+
+
+@dataclass(frozen=True)
+class _Apart(_Task):
+    """That pairs keep apart, at every step."""
+
+    def entities(self, landmarks: Sequence[str]) -> list[str]:
+        """Both of each pair."""
+        return [name for pair in self.pairs for name in pair]
+
+    @property
+    def part(self) -> tuple[str, str]:
+        """The pair, where it is one."""
+        return self.pairs[0] if len(self.pairs) == 1 else ("", "")
 
 
 @dataclass(frozen=True)
@@ -145,7 +195,7 @@ class _Decider:
         own = matchings[0] if len(matchings) == 1 else self._plausible(goal)
         found: list[_Left] | None = None
         if own is not None:
-            tasks = [_Task((agent,), self.landmarks[number]) for agent, number in zip(self.team, own, strict=True)]
+            tasks = [_Arrive((agent,), self.landmarks[number]) for agent, number in zip(self.team, own, strict=True)]
             found = [left for task in tasks if (left := self._task(task, goal))]
             if not found:
                 return []
@@ -158,13 +208,13 @@ class _Decider:
     def _kept_apart(self, goal: str | None) -> list[_Left]:
         """What is open of pairs that keep apart: each alone, then all those left together."""
         (pairs,) = paired(self.profile, self.claim)
-        tasks = [_Task(tuple(name for name in pair if name in self.team), apart=(pair,)) for pair in pairs]
+        tasks = [_Apart(tuple(name for name in pair if name in self.team), pairs=(pair,)) for pair in pairs]
         found = [left for task in tasks if (left := self._task(task, goal))]
         if not found:
             return []
-        open_pairs = tuple(pair for left in found for pair in left.task.apart)
+        open_pairs = tuple(pair for left in found for pair in left.task.pairs)
         alone = len(found) == 1 and found[0].group.agents == self.team
-        task = _Task(self.team, apart=open_pairs)
+        task = _Apart(self.team, pairs=open_pairs)
         left = found[0] if alone else self._attempt(task, self.team, goal, self._left(), found)
         left = self._last(left, goal)
         return [left] if left else []
@@ -175,7 +225,7 @@ class _Decider:
             return left
         agents, everybody = left.group.agents, tuple(policy.agent for policy in self.profile.agents)
         read = frozenset[str]().union(*(read_by(self.profile.policy(agent)) for agent in agents))
-        named = frozenset(name for pair in left.task.apart for name in pair)
+        named = frozenset(name for pair in left.task.pairs for name in pair)
         if not (read | named | colliders(self.profile.world, agents)) & set(everybody) - set(agents):
             return left
         return self._attempt(left.task, everybody, goal, self._left(), [left])
@@ -202,7 +252,7 @@ class _Decider:
         if key not in self.known:
             left: _Left | None = None
             groups = dict.fromkeys((task.agents, together))
-            if task.apart and together == self.team and len(groups) > 1:
+            if task.pairs and together == self.team and len(groups) > 1:
                 del groups[together]  # followed once for all pairs
             for agents in groups:
                 budget = self._left() if agents == together else self._left() // 4
@@ -230,7 +280,7 @@ class _Decider:
 
         `brief`: the first zones left end it, as a larger group is followed next.
         """
-        claimed = [name for pair in task.apart for name in pair] or [task.landmark or name for name in self.landmarks]
+        claimed = task.entities(self.landmarks)
         group = grouped(self.profile, agents, goal, claimed, self.travel)
         kept: list[Zones] = []
         failing = partial(self._failing, group, goal, kept, brief)
@@ -245,39 +295,27 @@ class _Decider:
             self.given_up += search.given_up
         if ended and not kept:
             self.followed.append(agents)
-            agent, mark = (task.agents[0], task.landmark) if task.landmark else ("", "")
-            if len(task.apart) == 1:
-                agent, mark = task.apart[0]
             about = goal if any(ir.GOAL in read_by(self.profile.policy(one)) for one in agents) else None
-            self.shown[Part(agent, mark, about, agents, b"")] = None
+            self.shown[Part(*task.part, about, agents, b"")] = None
             return None
         who = " with ".join(agents)
         if not ended:
-            spent = f"more than the budget of {self.budget:,} zones is needed ({self.visited:,} were visited)"
-            return _Left(f"{who}: {spent}; a larger --max-zones may answer", task, group, None)
+            return _Left(f"{who}: {SPENT.format(self.budget, self.visited)}", task, group, None)
         zones = Zones.joined(kept)
-        pushed = ", or in contacts, which are over-approximated" if search.touched else ""
-        return _Left(
-            f"{who}: {zones.count:,} zones are left in which the claim may fail, with other opponents or between "
-            f"float64 starts{pushed}; no start from which this profile fails was found",
-            task,
-            group,
-            zones if zones.count <= MAX_LEFT else None,
-        )
+        reason = UNDECIDED.format(zones.count, PUSHED if search.touched else "")
+        return _Left(f"{who}: {reason}", task, group, zones if zones.count <= MAX_LEFT else None)
 
     def _cut(self, task: _Task, group: Group, failing: Callable[[Zones], None]) -> Cut:
         def cut(zones: Zones, step: int) -> Zones:
-            for pair in task.apart:
+            for pair in task.pairs:
                 zones, near = too_near(zones, group, *pair, self.claim.radius, step)
                 if near.count:
                     failing(near)
-            if task.apart:
+            if task.pairs:
                 return zones.take(slice(0)) if step == self.claim.steps else zones
             if not self.claim.always and step < self.claim.steps:
                 return zones
-            if task.landmark:
-                return away(zones, group, task.agents[0], task.landmark, self.claim.radius)
-            return unmatched(zones, group, task.agents, self.landmarks, self.claim.radius)
+            return task.open(zones, group, self.claim, self.landmarks)
 
         return cut
 

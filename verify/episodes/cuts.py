@@ -1,4 +1,4 @@
-"""What claims about episodes cut from zones: the starts that may still fail.
+"""Keeps the part of each zone that may still violate a claim about episodes.
 
 Does: the parts in which an agent may be away from a landmark, agents not matched to them, two entities too near.
 Assumes: groups and zones of unroll.py and zones.py.

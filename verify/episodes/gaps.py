@@ -1,14 +1,14 @@
 """Where a proof about episodes tells the starts of two apart that may touch.
 
 Does: chooses the cuts of a gap of starts: to what its zone allows, to where the two are apart for sure, into cells.
-Assumes: a cut of the checker's reading (checker/contact_reading.py) keeps all starts, so any choice is sound.
+Assumes: a cut of the checker's reading (checker/episodes/contact_reading.py) keeps all starts, so any choice is sound.
 Does not: bound pushes.
 """
 
 from collections.abc import Iterator
 
-from verify.checker.contact_reading import CUT, ContactEpisode
-from verify.checker.episode_reading import GRID, Box, Gap, Now
+from verify.checker.episodes.contact_reading import CUT, ContactEpisode
+from verify.checker.episodes.reading import GRID, Box, Gap, Now
 
 CELL = GRID >> 5  # gaps of starts that may touch are told apart so far: each piece has a narrower push
 MAX_CELLS = 1 << 10  # of one gap; beyond it, it stays whole

@@ -11,8 +11,9 @@ them the path of explicit bounds that gives it. Closing a branch is then looking
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple, TypeAlias
 
-from verify.checker.contact_reading import CUT, ContactEpisode
-from verify.checker.episode_reading import (
+from verify.checker.envelope import varint
+from verify.checker.episodes.contact_reading import CUT, ContactEpisode
+from verify.checker.episodes.reading import (
     AWAY,
     CLAIM,
     REGION,
@@ -27,7 +28,6 @@ from verify.checker.episode_reading import (
 )
 from verify.episodes.gaps import where
 from verify.progress import tell
-from verify.zones.search import varint
 
 MAX_ANSWERS = 2_000_000  # looked at for a claim whose zones are not limited otherwise
 GO_ON = b"\0"

@@ -11,11 +11,13 @@ from fractions import Fraction
 
 from codegen.intervals import Share
 from verify.claims.formula import TRUE
-from verify.claims.region import Kind, Region, Verdict, everywhere
+from verify.claims.region import Region
+from verify.claims.uncertified.starts import everywhere
 from verify.extent.largest import candidates, largest
 from verify.extent.violations import ExactShare, Failing, exact_part, exact_share, violations
 from verify.question import DecisionQuestion
-from verify.states.shares import SAMPLE_SEED, SAMPLES
+from verify.result import Verdict
+from verify.states.shares import SAMPLE_SEED, SAMPLES, unbounded, unstated
 from verify.states.state import batch, contains, sample
 from verify.zones.engine import BeyondZonesError
 
@@ -33,7 +35,7 @@ class Part:
     region: Region
     exact: Fraction | None  # share of the region; None where it takes too many faces
     share: Share  # the same, sampled
-    start: Share
+    start: Share | None  # None where the start region has a coordinate without a range
 
 
 @dataclass(frozen=True)
@@ -62,7 +64,7 @@ class Where:
 def where(question: DecisionQuestion, verdict: Verdict, name: str = "") -> Where:
     """Where a claim with that verdict holds and fails. `name`: of the region that is found."""
     claim = question.claim
-    if claim.kind is Kind.LEAVES:
+    if not claim.per_state:
         return Where(OF_LEAVES)
     if verdict is Verdict.PROVED:
         return Where(everywhere=True)
@@ -73,6 +75,8 @@ def where(question: DecisionQuestion, verdict: Verdict, name: str = "") -> Where
     except BeyondZonesError:
         return Where(BEYOND)
     found = Where(failing=failing)
+    if reason := unstated(question):
+        return replace(found, share_reason=reason, part_reason=reason)
     if not found.complete:
         reason = f"not all violating zones are known: {_ending(question, failing)}"
         return _beside(question, replace(found, share_reason=reason, part_reason=reason), name)
@@ -107,18 +111,25 @@ def _beside(question: DecisionQuestion, found: Where, name: str) -> Where:
 def _ending(question: DecisionQuestion, failing: Sequence[Failing]) -> str:
     """Why a search for zones ended before it had all."""
     spent = next((one.limit for one in failing if not one.complete and one.nodes > one.limit), 0)
-    return f"the search ended after {spent} nodes" if spent else f"there are more than {question.budgets.max_cells}"
+    if spent:
+        return f"the search ended after {spent:,} nodes; {question.budgets.hint('goes on')}"
+    return f"there are more than {question.budgets.max_cells:,}; a larger --max-cells lists more"
 
 
 def _part(question: DecisionQuestion, part: Region) -> Part:
-    profile, claim, shares = question.profile, question.claim, list[Share]()
-    for whole in (question.region, everywhere(profile)):
-        coordinates, goals = sample(whole, profile.world, SAMPLES, SAMPLE_SEED)
-        if claim.assume != TRUE:
-            kept = batch(coordinates, profile.world).holds(claim.assume, {})
-            coordinates, goals = coordinates[kept], goals[kept]
-        inside = contains(part, coordinates, profile.world)
-        if part.goals:
-            inside &= [profile.world.landmarks[int(goal)].name in part.goals for goal in goals]
-        shares.append(Share(int(inside.sum()), len(inside)))
-    return Part(part, exact_part(question, part), *shares)
+    start = everywhere(question.profile)
+    share = _within(question, part, question.region)
+    return Part(part, exact_part(question, part), share, None if unbounded(start) else _within(question, part, start))
+
+
+def _within(question: DecisionQuestion, part: Region, whole: Region) -> Share:
+    """The sampled share of a part in the states of a whole that meet the assumption."""
+    profile, claim = question.profile, question.claim
+    coordinates, goals = sample(whole, profile.world, SAMPLES, SAMPLE_SEED)
+    if claim.assume != TRUE:
+        kept = batch(coordinates, profile.world).holds(claim.assume, {})
+        coordinates, goals = coordinates[kept], goals[kept]
+    inside = contains(part, coordinates, profile.world)
+    if part.goals:
+        inside &= [profile.world.landmarks[int(goal)].name in part.goals for goal in goals]
+    return Share(int(inside.sum()), len(inside))

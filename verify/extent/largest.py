@@ -14,11 +14,12 @@ import numpy as np
 
 from codegen.ir import GOAL, Bool, Float64
 from verify.claims.formula import TRUE
-from verify.claims.region import Interval, Region, Verdict
+from verify.claims.region import Interval, Region
 from verify.extent.carving import GRID, Carver, Cuts, Obstacles, obstacles
 from verify.extent.violations import Failing
 from verify.progress import tell
 from verify.question import DecisionQuestion
+from verify.result import Verdict
 from verify.states import shares
 from verify.states.state import batch, sample
 from verify.zones import engine

@@ -15,12 +15,12 @@ from fractions import Fraction
 from math import prod
 
 from codegen import ir
-from verify.checker.episode_reading import Matching, RejectedError, matchings
+from verify.checker.episodes.reading import Matching, RejectedError, matchings
 from verify.claims.episodes import Arrival
-from verify.claims.region import Verdict
 from verify.claims.verifiable import read_by
 from verify.extent.sure import Following, Measured, NoShareError, Sure
 from verify.question import EpisodeQuestion, Question
+from verify.result import Verdict
 from verify.states.episodes import at_rest, matched, play
 from verify.states.shares import SAMPLE_SEED
 from verify.states.state import sample

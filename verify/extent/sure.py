@@ -2,7 +2,7 @@
 
 Does: follows agents from all starts of a region at once, in cells that have no point in common, and adds up the volumes
   of those in which every start fails, or holds, whatever is rounded.
-Assumes: the checker's reading of trees and moves (checker/episode_reading.py); who acts reads nobody who does not.
+Assumes: the checker's reading of trees and moves (checker/episodes/reading.py); who acts reads nobody who does not.
 Does not: follow starts nearer to an edge than roundings reach, or go on beyond its budgets: such starts are in neither
   sum.
 
@@ -17,7 +17,7 @@ from fractions import Fraction
 from typing import NamedTuple, TypeAlias
 
 from codegen.ir import PolicyProfile
-from verify.checker.episode_reading import ARRIVED, CLAIM, REGION, Gap, Matching, Node, Now, PartedEpisode, Place, Side
+from verify.checker.episodes.reading import ARRIVED, CLAIM, REGION, Gap, Matching, Node, Now, PartedEpisode, Place, Side
 from verify.checker.reading import LONGEST
 from verify.claims.episodes import Arrival
 from verify.claims.region import Region

@@ -100,7 +100,7 @@ class _Cutter:
         return found
 
     def flat(self, zone: Cells) -> list[int]:
-        """As it was before `matrices`."""
+        """The cells of a zone, given as matrices, in one list: the inverse of `matrices`."""
         return [cell for matrix in zone for row in matrix for cell in row]
 
     def parts(self, zone: Cells, others: Sequence[Cells], bounds: Float64, most: int) -> list[Cells] | None:

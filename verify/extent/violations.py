@@ -12,12 +12,13 @@ from fractions import Fraction
 from functools import partial
 from math import factorial, lcm, prod
 
-from verify.claims.decisions import OwnFormula
 from verify.claims.formula import negated
-from verify.claims.region import MACHINE, Region
+from verify.claims.region import Region
+from verify.claims.uncertified.own import OwnFormula
 from verify.extent.union import DEFAULT_PARTS, union
 from verify.progress import tell
 from verify.question import Budgets, DecisionQuestion
+from verify.semantics import MACHINE
 from verify.zones.engine import Tests, ZoneQuery
 from verify.zones.search import Branch
 from verify.zones.tables import EPSILON, Problem
@@ -86,7 +87,7 @@ class ExactShare:
 
 
 def violations(question: DecisionQuestion) -> list[Failing]:
-    """The violating zones, goal after goal, `max_cells` in all, with at most `max_nodes` search nodes a goal.
+    """The violating zones, goal after goal, `max_cells` in all, with at most `max_nodes` search nodes per goal.
 
     Where features may be off, a zone holds the states in which some errors lead the agents to its leaves, so zones of
     other leaves may hold them too. BeyondZonesError when the question is not about difference bounds.

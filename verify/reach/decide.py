@@ -10,20 +10,20 @@ depends on. If that fails, all variables are followed: then what a branch leaves
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from contextlib import suppress
+from collections.abc import Generator, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 
 from codegen.errors import InputError, UnknownNameError
 from codegen.floats import nearest_double
 from codegen.ir import PolicyProfile
 from codegen.policy_json import content_hash
-from verify.checker.system_certificates import SystemCertificate, accepted, acting
-from verify.checker.system_reading import Reading
-from verify.checker.system_rows import UNIT, Branch
-from verify.checker.systems import Part
+from verify.checker.systems.certificates import SystemCertificate, accepted, acting
+from verify.checker.systems.reading import Reading
+from verify.checker.systems.rows import UNIT, Branch
+from verify.checker.systems.walk import Part
 from verify.claims.formula import agents
-from verify.claims.region import Verdict
+from verify.progress import tell
 from verify.reach.parts import divided, whole
 from verify.reach.replay import replayed
 from verify.reach.results import Budget, Counterexample, OpenState, SystemResult
@@ -31,6 +31,7 @@ from verify.reach.samples import courses
 from verify.reach.search import BudgetError, Open, Prover
 from verify.reach.unfolding import Merging, Unfolding
 from verify.reach.witnesses import inhabitant, witnesses
+from verify.result import Verdict
 from verify.systems import documents
 from verify.systems.claims import SystemClaim
 from verify.systems.system import System
@@ -46,13 +47,13 @@ NO_STATE = {
 ROOM = "a region whose bounds lie further apart"
 NEAR = "a region that is a little larger or smaller, as its bounds may be met exactly"
 WIDER = "wider ranges or boxes of pieces, so that dynamics are stated of more states"
-STAGES = (  # how symbolic states are merged; the shares of states and of linear programs for which that is tried
-    (None, (4, 30)),  # without errors bounds settle most questions
-    (Merging(16, 1), (10, 3)),
-    (Merging(64, 4), (10, 3)),
-    (Merging(256, 16), (5, 2)),
+STAGES = (  # how symbolic states are merged, and the symbolic states and linear programs that are tried at first
+    (None, 50_000, 2_000),  # without errors bounds settle most questions
+    (Merging(16, 1), 20_000, 30_000),
+    (Merging(64, 4), 20_000, 30_000),
+    (Merging(256, 16), 40_000, 30_000),
 )
-ALL = 1, 1
+GROWTH = 4  # of what is tried, once no stage had enough
 PARTED = 3  # a part that can be shown alone takes few symbolic states; what it does not follow may make many
 MAX_OPEN = 64  # branches in which an episode is looked for
 
@@ -82,6 +83,14 @@ def _ensure_stated(profile: PolicyProfile, system: System) -> None:
 
 class _OpenError(Exception):
     """A branch of a part is left open."""
+
+
+class SpentError(Exception):
+    """The whole budget is spent with a symbolic state at hand; `option` sets what ended first, `limit` is its value."""
+
+    def __init__(self, branch: Branch, option: str, limit: int) -> None:
+        super().__init__(option)
+        self.branch, self.option, self.limit = branch, option, limit
 
 
 @dataclass
@@ -116,25 +125,48 @@ class _Decision:
             found = replayed(self.profile, self.system, self.claim, course)
             if found is not None:
                 return SystemResult(self.claim, Verdict.VIOLATED, counterexample=found)
-        for merging, shares in STAGES:
-            for parts in divided(self.system, self.claim):
-                with suppress(_OpenError, BudgetError):
-                    fewer = shares[0] * PARTED, shares[1]
-                    return self._proved([self._shown(part, self._stop, merging, fewer) for part in parts])
-            with suppress(_OpenError, BudgetError):
-                return self._together(merging, shares)
         try:
-            return self._together(None, ALL)
-        except BudgetError as error:
-            said = f"the budget of {error} ended before the proof did"
-            return self._unknown(said, error.branch, f"a larger --max-states than {self.budget.max_states:,}")
+            return self._searched()
+        except SpentError as error:
+            spent = f"{self.spent.states:,} symbolic states and {self.spent.programs:,} linear programs"
+            said = f"stopped after {spent} without a proof: {error.option} is {error.limit:,}"
+            return self._unknown(said, error.branch, f"a larger {error.option} than {error.limit:,}")
 
-    def _together(self, merging: Merging | None, shares: tuple[int, int]) -> SystemResult:
+    def _searched(self) -> SystemResult:
+        """The answer of the first stage that has one. SpentError.
+
+        The stages and what each is allowed do not depend on the budget, which only says when to stop. So whatever a
+        budget answers, a larger one answers too, after the same work.
+        """
+        failed: set[tuple[Merging | None, int]] = set()  # what leaves something open does so again
+        growth = 1
+        while True:
+            for merging, states, programs in STAGES:
+                allowed = Budget(states * growth, programs * growth)
+                fewer = replace(allowed, max_states=allowed.max_states // PARTED)
+                for number, parts in enumerate(divided(self.system, self.claim)):
+                    if (merging, number) not in failed:
+                        with suppress(BudgetError), self._noting(failed, (merging, number)):
+                            return self._proved([self._shown(part, self._stop, merging, fewer) for part in parts])
+                if (merging, -1) not in failed:
+                    with suppress(BudgetError), self._noting(failed, (merging, -1)):
+                        return self._together(merging, allowed)
+            growth *= GROWTH
+
+    @contextmanager
+    def _noting(self, failed: set[tuple[Merging | None, int]], stage: tuple[Merging | None, int]) -> Generator[None]:
+        """Notes a stage that leaves a branch open."""
+        try:
+            yield
+        except _OpenError:
+            failed.add(stage)
+
+    def _together(self, merging: Merging | None, allowed: Budget) -> SystemResult:
         """The answer when all variables are followed. BudgetError; _OpenError where hulls leave something open."""
         self.open.clear()
         try:
             open_ = self._try if merging is None else self._stop
-            part = self._shown(whole(self.system, self.claim), open_, merging, shares)
+            part = self._shown(whole(self.system, self.claim), open_, merging, allowed)
         except _OpenError:
             if self.found is None:
                 raise
@@ -144,13 +176,27 @@ class _Decision:
             return self._unknown(LEFT_OPEN, branch, NEAR) if stated else self._unknown(UNSTATED, branch, WIDER)
         return self._proved([part])
 
-    def _shown(self, part: Part, open_: Open, merging: Merging | None, shares: tuple[int, int]) -> Part:
-        """A part with its proof, for shares of the budget. BudgetError; what `open_` raises."""
-        states, programs = self.budget.max_states // shares[0], self.budget.max_programs // shares[1]
-        budget = replace(self.budget, max_states=states, max_programs=programs)
-        prover = Prover(budget, open_)
+    def _shown(self, part: Part, open_: Open, merging: Merging | None, allowed: Budget) -> Part:
+        """A part with its proof, for what a stage is allowed of what is left. BudgetError where the stage has spent
+        that, SpentError where all is spent; what `open_` raises.
+        """
+        left = Budget(self.budget.max_states - self.spent.states, self.budget.max_programs - self.spent.programs)
+
+        def on_progress(step: int) -> None:
+            states, programs = self.spent.states + prover.states, self.spent.programs + prover.programs.solved
+            words = f"symbolic states, {programs:,} of {self.budget.max_programs:,} linear programs"
+            tell(states, self.budget.max_states, f"{words}, at step {step:,} of {self.claim.steps:,}")
+
+        limits = min(allowed.max_states, left.max_states), min(allowed.max_programs, left.max_programs)
+        prover = Prover(*limits, open_, on_progress)
         try:
             return Unfolding(self.profile, self.system, self.claim, part, prover).run(merging)
+        except BudgetError as error:
+            ended = left.max_programs if error.programs else left.max_states
+            if ended > (allowed.max_programs if error.programs else allowed.max_states):
+                raise
+            limit = self.budget.max_programs if error.programs else self.budget.max_states
+            raise SpentError(error.branch, "--max-programs" if error.programs else "--max-states", limit) from None
         finally:
             self.spent.states += prover.states
             self.spent.programs += prover.programs.solved

@@ -13,9 +13,9 @@ from math import ceil, floor, frexp
 from typing import NamedTuple
 
 from codegen.floats import nearest_double
-from verify.checker.system_rows import Branch, Row, Terms
-from verify.checker.system_trees import Choices, Decision, Split
-from verify.checker.systems import Hull, Search
+from verify.checker.systems.rows import Branch, Row, Terms
+from verify.checker.systems.trees import Choices, Decision, Split
+from verify.checker.systems.walk import Hull, Search
 from verify.claims.formula import Linear, atoms
 from verify.reach.programs import Programs, related
 from verify.systems.system import Affine, HalfSpace, Piece

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from verify.checker.system_certificates import depends_on, needs_stated
-from verify.checker.systems import Part, ways
+from verify.checker.systems.certificates import depends_on, needs_stated
+from verify.checker.systems.walk import Part, ways
 from verify.claims.formula import FALSE, Or, coordinates
 from verify.systems.claims import SystemClaim
 from verify.systems.system import System

@@ -18,7 +18,8 @@ import highspy
 import numpy as np
 
 from codegen.ir import Float64, Int32
-from verify.checker.system_rows import UNIT, Branch, Direction, Row
+from verify.checker.systems.rows import UNIT, Branch, Direction, Row
+from verify.reach.highs import solver
 
 TOLERANCE = 1e-9
 SCALES = (1, 2, 3, 5, 12, *(1 << power for power in (5, 8, 11, 16, 24, 44)))
@@ -51,10 +52,7 @@ class Programs:
 
     def __init__(self) -> None:
         self.solved = 0
-        self._solver = highspy.Highs()
-        self._solver.silent()
-        for option, value in (("presolve", "off"), ("threads", 1), ("random_seed", 0)):
-            self._solver.setOptionValue(option, value)
+        self._solver = solver()
 
     def least(self, branch: Branch, row: Row, without: Collection[int] = ()) -> Least:
         """The least value of the sum that a row bounds from above; `without`: rows of the branch that are left out."""

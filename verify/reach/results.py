@@ -12,30 +12,31 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
-from verify.claims.region import Verdict
+from verify.result import Verdict
 from verify.systems.claims import SystemClaim
 
 if TYPE_CHECKING:
-    from verify.checker.system_certificates import SystemCertificate
+    from verify.checker.systems.certificates import SystemCertificate
 
 Values = Mapping[str, Fraction]
 
 
 @dataclass(frozen=True)
 class Budget:
-    """How much may be spent on a claim, in counts that do not depend on the machine."""
+    """How much may be spent on a claim in all, in counts that do not depend on the machine."""
 
-    max_states: int = 200_000  # symbolic states, over all steps
-    max_programs: int = 60_000  # linear programs
+    max_states: int = 200_000  # symbolic states, over all steps and attempts
+    max_programs: int = 100_000  # linear programs
     samples: int = 4_096  # episodes that are played in search of a counterexample
 
     @classmethod
-    def of(cls, max_states: int | None) -> Budget:
-        """The budget with this limit on symbolic states; a larger one than usual allows more linear programs too."""
+    def of(cls, max_states: int | None, max_programs: int | None = None) -> Budget:
+        """The budget with these limits; None: the usual one."""
         usual = cls()
-        if max_states is None:
-            return usual
-        return cls(max_states, max(usual.max_programs, max_states * usual.max_programs // usual.max_states))
+        return cls(
+            usual.max_states if max_states is None else max_states,
+            usual.max_programs if max_programs is None else max_programs,
+        )
 
 
 @dataclass(frozen=True)

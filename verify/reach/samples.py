@@ -9,17 +9,19 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from fractions import Fraction
-from itertools import islice
+from itertools import accumulate, islice
 
 import numpy as np
 
 from codegen.floats import nearest_double
-from codegen.ir import Bool, Float64, PolicyProfile, act
-from verify.checker.system_reading import Reading
-from verify.claims.formula import Batch
+from codegen.ir import AgentPolicy, Bool, Float64, Int32, Int64, PolicyProfile, act
+from verify.checker.systems.reading import Reading
+from verify.claims.uncertified.values import Batch
+from verify.progress import tell
+from verify.reach.boxes import Boxes
 from verify.reach.replay import Course
 from verify.systems.claims import SystemClaim
-from verify.systems.system import Affine, Feature, Interval, Measure, System
+from verify.systems.system import Affine, Feature, Interval, Measure, Piece, System
 
 MAX_COURSES = 16
 Planes = dict[str, Float64]  # variable -> [batch]
@@ -75,8 +77,9 @@ class _Play:
 
     def __init__(self, profile: PolicyProfile, system: System, claim: SystemClaim) -> None:
         self.profile, self.system, self.claim = profile, system, claim
+        self._boxes = Boxes(system)
         self._errors: list[Planes] = []
-        self._pieces: list[Float64] = []
+        self._pieces: list[Int64] = []
 
     def run(self, start: Planes, random: np.random.Generator) -> Iterator[Course]:
         """The courses that break the claim, at the earliest step first."""
@@ -84,6 +87,7 @@ class _Play:
         alive = np.ones(count, dtype=np.bool_)
         extreme = random.random(count)
         for step in range(self.claim.steps + 1):
+            tell(step, self.claim.steps, f"steps of {count:,} random episodes")
             batch = Batch(state, count)
             broken = alive & batch.holds(self.claim.broken(step), {})
             for place in np.flatnonzero(broken):
@@ -97,34 +101,60 @@ class _Play:
         """The next states, and which of them are stated."""
         after = {name: np.zeros(count) for name in state}
         errors = {name: np.zeros(count) for name in state}
-        piece_of = np.full(count, -1)
         actions = {
             policy.agent: act(policy, _seen(self.system, self.profile, policy.agent, state))
             for policy in self.profile.agents
         }
-        for number, piece in enumerate(self.system.pieces):
-            here = piece_of < 0
-            for name, (low, high) in piece.where.items():
-                here &= (state[name] >= float(low)) & (state[name] <= float(high))
-            piece_of[here] = number
+        piece_of = self._boxes.holding(state, count)
+        draws = _Draws(random, self.system, count)
+        held: set[int] = set(piece_of.tolist())
+        for number in sorted(held - {-1}):
+            draws.ahead_to(number)
+            piece, here = self.system.pieces[number], piece_of == number
+            stated = {name: values[here] for name, values in state.items()}
             for name, form in piece.move.items():
-                error = _errors(piece.error.get(name), extreme, random)
-                errors[name][here] = error[here]
-                after[name][here] = (_value(form, state) + error)[here]
+                error = _errors(piece.error.get(name), extreme, random)[here]
+                errors[name][here] = error
+                after[name][here] = _value(form, stated) + error
             for policy in self.profile.agents:
-                for action, spec in enumerate(policy.actions):
-                    taken = here & (actions[policy.agent] == action)
-                    for name, form in piece.effect.get((policy.agent, spec.name), {}).items():
-                        after[name][taken] += np.broadcast_to(_value(form, state), (count,))[taken]
+                self._act(policy, actions[policy.agent], piece, here, state, after)
+        draws.ahead_to(len(self.system.pieces))
         self._errors.append(errors)
         self._pieces.append(piece_of)
         return after, piece_of >= 0
+
+    def _act(self, policy: AgentPolicy, actions: Int32, piece: Piece, here: Bool, state: Planes, after: Planes) -> None:
+        """Adds what an agent does to the states that a piece moves."""
+        for action, spec in enumerate(policy.actions):
+            effect = piece.effect.get((policy.agent, spec.name), {})
+            if effect:
+                taken = here & (actions == action)
+                acted = {name: values[taken] for name, values in state.items()}
+                for name, form in effect.items():
+                    after[name][taken] += _value(form, acted)
 
     def _course(self, start: Planes, place: int) -> Course:
         def exactly(planes: Planes) -> Mapping[str, Fraction]:
             return {name: Fraction(float(values[place])) for name, values in planes.items()}
 
         return Course(exactly(start), list(map(exactly, self._errors)), [int(each[place]) for each in self._pieces])
+
+
+class _Draws:
+    """The place in a random stream from which each piece draws in a step, in order, whether a state lies in it or not.
+    So what is played does not depend on where other episodes are.
+    """
+
+    def __init__(self, random: np.random.Generator, system: System, count: int) -> None:
+        assert isinstance(random.bit_generator, np.random.PCG64)
+        self._bits = random.bit_generator
+        self._drawn = [0, *accumulate(count * len(piece.move) for piece in system.pieces)]
+        self._next = 0  # the first piece that has not drawn
+
+    def ahead_to(self, piece: int) -> None:
+        """Passes over the draws of all pieces up to one, which draws next."""
+        self._bits.advance(self._drawn[piece] - self._drawn[self._next])
+        self._next = piece + 1
 
 
 def _errors(bounds: Interval | None, extreme: Float64, random: np.random.Generator) -> Float64:

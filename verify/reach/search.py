@@ -15,23 +15,25 @@ from collections.abc import Callable
 import numpy as np
 
 from codegen.ir import Float64
-from verify.checker.system_certificates import encoded
-from verify.checker.system_rows import Branch, Row
-from verify.checker.systems import Answer, Answers
+from verify.checker.envelope import encoded
+from verify.checker.systems.rows import Branch, Row
+from verify.checker.systems.walk import Answer, Answers
 from verify.reach.programs import TOLERANCE, Least, Programs, Used, end_of, floats, multipliers, related
-from verify.reach.results import Budget
 
 POINTS = 64
+MAX_OVER = 2_000  # programs that one symbolic state may take once all are spent: most are finished with fewer
+TOLD = 256  # questions from one word about progress to the next
 MAX_TRIALS = 3  # of programs, for one row that can hold at its end only
 Open = Callable[[Branch, bool], None]
+OnProgress = Callable[[int], None]  # the step that is looked at
 
 
 class BudgetError(Exception):
-    """The budget ended with a symbolic state at hand."""
+    """What a prover is allowed is spent, with a symbolic state at hand; `programs`: it was linear programs."""
 
-    def __init__(self, branch: Branch, what: str) -> None:
-        super().__init__(what)
-        self.branch = branch
+    def __init__(self, branch: Branch, programs: bool) -> None:
+        super().__init__("linear programs" if programs else "symbolic states")
+        self.branch, self.programs = branch, programs
 
 
 class Known:
@@ -46,16 +48,21 @@ class Known:
 
 
 class Prover(Answers):
-    """The answers of a proof that is being made. `open_`: called with what is left open."""
+    """The answers of a proof that is being made, with so many symbolic states and linear programs at most. `open_`:
+    called with what is left open; `on_progress`: now and then, with the step that is looked at.
+    """
 
-    def __init__(self, budget: Budget, open_: Open, fulfilled: bool = True) -> None:
+    def __init__(
+        self, max_states: int, max_programs: int, open_: Open, on_progress: OnProgress = lambda step: None
+    ) -> None:
         self.numbers: list[int] = []
         self.programs = Programs()
         self.states = 0
         self._open = open_
-        self._budget = budget
-        self._fulfilled = fulfilled
+        self._max_states, self._max_programs = max_states, max_programs
+        self._on_progress = on_progress
         self._random = np.random.default_rng(0)
+        self._asked = 0
 
     @property
     def proof(self) -> bytes:
@@ -64,20 +71,21 @@ class Prover(Answers):
 
     def visited(self, branch: Branch) -> None:
         """Counts; BudgetError."""
+        if self.states >= self._max_states:
+            raise BudgetError(branch, programs=False)
         self.states += 1
-        if self.states > self._budget.max_states:
-            raise BudgetError(branch, f"{self._budget.max_states:,} symbolic states")
-        if self.programs.solved > self._budget.max_programs:
-            raise BudgetError(branch, f"{self._budget.max_programs:,} linear programs")
+        if self.programs.solved > self._max_programs:
+            raise BudgetError(branch, programs=True)
+        self._on_progress(branch.step)
 
     def hull(self, branch: Branch) -> int | None:
         """None: whoever made this puts symbolic states into hulls."""
         return None
 
     def asks_fulfilled(self, branch: Branch) -> bool:
-        """As it was made."""
-        self.numbers.append(int(self._fulfilled))
-        return self._fulfilled
+        """Always: states that fulfil the claim need not be followed."""
+        self.numbers.append(1)
+        return True
 
     def left_open(self, branch: Branch, stated: bool) -> None:
         """Tells whoever made this."""
@@ -85,6 +93,11 @@ class Prover(Answers):
 
     def side(self, branch: Branch, row: Row) -> Answer:
         """Which sides have states, and what shows that one has none."""
+        if self.programs.solved > self._max_programs + MAX_OVER:
+            raise BudgetError(branch, programs=True)
+        self._asked += 1
+        if not self._asked % TOLD:
+            self._on_progress(branch.step)
         if not related(branch, row.direction):  # then bounds tell all
             self.numbers.append(Answer.BOTH)
             return Answer.BOTH

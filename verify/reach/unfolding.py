@@ -11,9 +11,9 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from codegen.ir import PolicyProfile
-from verify.checker.system_certificates import encoded
-from verify.checker.system_rows import Branch
-from verify.checker.systems import Hull, Part, Search
+from verify.checker.envelope import encoded
+from verify.checker.systems.rows import Branch
+from verify.checker.systems.walk import Hull, Part, Search
 from verify.reach.hulls import Hulls
 from verify.reach.search import Prover
 from verify.systems.claims import SystemClaim

@@ -10,11 +10,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from fractions import Fraction
 
-from verify.checker.system_reading import Reading
-from verify.checker.system_rows import UNIT, Branch, Row
-from verify.claims.region import Verdict
+from verify.checker.systems.reading import Reading
+from verify.checker.systems.rows import UNIT, Branch, Row
 from verify.reach.programs import Middle, Programs, gap, multipliers, solved
 from verify.reach.replay import Course, is_start
+from verify.result import Verdict
 from verify.systems.claims import SystemClaim
 from verify.systems.system import System
 

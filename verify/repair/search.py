@@ -23,10 +23,10 @@ from codegen.paths import upwards
 from verify.checker.thresholds import sides
 from verify.claims.decisions import DistinctTargets, OwnTarget, engaged
 from verify.claims.formula import TRUE, for_goal, holds
-from verify.claims.region import Verdict
 from verify.progress import tell
 from verify.question import DecisionQuestion
 from verify.repair.guards import PRICE, Guard, Post, Seen, guard, offset_features
+from verify.result import Verdict
 from verify.states.state import sample
 from verify.zones import engine
 

@@ -38,7 +38,7 @@ def drawn(result: Mapping[str, Any], variables: Sequence[Mapping[str, Any]]) -> 
     if not found:
         return dict(result)
     ready = {**found, "runs": {agent: runs(actions) for agent, actions in found["actions"].items()}}
-    if result["kind"] != DECISIONS:
+    if not is_still(result):
         units = {each["name"]: each["unit"] for each in variables}
         named = [name for name in found["states"] if any(name in region["box"] for region in result["regions"])]
         rest = [*named, *(name for name in found["states"] if name not in named)]
@@ -51,6 +51,11 @@ def drawn(result: Mapping[str, Any], variables: Sequence[Mapping[str, Any]]) -> 
             "errs": _errors(found["errors"]),
         }
     return {**result, "counterexample": ready}
+
+
+def is_still(result: Mapping[str, Any]) -> bool:
+    """Whether a result is about single decisions, in which nothing moves."""
+    return result["kind"] == DECISIONS
 
 
 def _drawable(value: float | str) -> bool:

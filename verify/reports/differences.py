@@ -13,9 +13,11 @@ from codegen.floats import rational_literal
 from codegen.intervals import Share
 from codegen.json_layout import layout
 from codegen.policy_json import content_hash
-from verify.claims.region import called, goal_text
+from verify.claims.region import goal_text
+from verify.claims.uncertified.starts import called
 from verify.reports.where import FIRST, needed_words, zone_facts
 from verify.states.real import written_all
+from verify.states.shares import unstated
 from verify.states.state import State
 from verify.verdicts.differences import AgentDifference, Difference, Span, Zone, differing_leaves, example
 
@@ -46,7 +48,7 @@ def document(found: Difference, counted: Estimates) -> dict[str, Any]:
         "region": question.region.document(),
         "verdict": found.verdict.value,
         "share": _share(found.together),
-        "uniform": counted.uniform[SOME].document(),
+        **_uniform(unstated(question), counted.uniform[SOME]),
         "met": None if counted.met is None else counted.met[SOME].document(),
         "episodes": counted.episodes,
         "agents": [_agent(found, one, counted) for one in found.agents],
@@ -54,6 +56,11 @@ def document(found: Difference, counted: Estimates) -> dict[str, Any]:
         if found.certificate is None
         else {"bytes": found.certificate.size, "branches": found.branches, "checker": "accepted"},
     }
+
+
+def _uniform(unmeasured: str, share: Share) -> dict[str, Any]:
+    """The share of sampled states of the region, or why there is none."""
+    return {"uniform": None, "unmeasured": unmeasured} if unmeasured else {"uniform": share.document()}
 
 
 def _share(span: Span) -> dict[str, Any]:
@@ -71,7 +78,7 @@ def _agent(found: Difference, one: AgentDifference, counted: Estimates) -> dict[
         "reason": one.reason,
         "share": _share(one.span),
         "goals": _by_goal(one),
-        "uniform": counted.uniform[one.agent].document(),
+        **_uniform(one.unmeasured, counted.uniform[one.agent]),
         "met": None if counted.met is None else counted.met[one.agent].document(),
         "found": len(one.zones),
         "complete": one.complete,

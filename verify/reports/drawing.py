@@ -9,6 +9,8 @@ Does not: change the facts, which are also the JSON report.
 from collections.abc import Mapping
 from typing import Any, TypeAlias
 
+from codegen.wording import holds
+
 LANDMARK, DOT = 7, 4  # half the sides of the squares that stand for a landmark, alone and within its region
 VIEW = 300.0  # side of a picture
 MARK = 9.0  # half the side of what an agent or landmark covers, picture units
@@ -37,12 +39,16 @@ def _path(agent: Mapping[str, Any]) -> dict[str, Any]:
     middle, steps = VIEW / 2, agent["path"]
     tests: list[dict[str, Any]] = []
     for level, step in enumerate(steps):
+        test = holds(step["threshold"]).replace("<=", "≤")
         y, side = BOX + 3 + level * LEVEL, 1 if step["left"] else -1
         name = step["feature"] if len(step["feature"]) <= MAX_LETTERS else f"{step['feature'][: MAX_LETTERS - 1]}…"
         tests.append(
             {
                 "box": {"left": middle - HALF, "top": y - BOX, "width": 2 * HALF, "height": 2 * BOX},
-                "lines": [{"y": y - 2, "text": name}, {"y": y + 10, "text": f"≤ {step['threshold']:.6g}"}],
+                "lines": [
+                    {"y": y - 2, "text": name},
+                    {"y": y + 10, "text": test},
+                ],
                 "down": {"y0": y + BOX, "y1": y + LEVEL - BOX, "label_y": y + LEVEL / 2 + MIDDLE},
                 "says": "yes" if step["left"] else "no",
                 "test": step["test"],

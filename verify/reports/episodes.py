@@ -1,7 +1,7 @@
 """The part of a report that is about whole episodes.
 
 Does: collects what was claimed of episodes, the verdict and its evidence; draws the courses of a counterexample.
-Assumes: results of `closed_loop.verify_episodes`.
+Assumes: results of `episodes.verify_episodes`.
 Does not: contain times, paths or facts about the machine.
 """
 
@@ -10,14 +10,21 @@ from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Context, Decima
 from fractions import Fraction
 from typing import Any
 
+from codegen.dynamics import partners
 from codegen.ir import PolicyProfile
 from verify.claims.catalogue import COINCIDING, sentence
-from verify.claims.region import MACHINE, Verdict, called, goal_text, plain
+from verify.claims.region import goal_text
+from verify.claims.uncertified.starts import called
+from verify.exact import plain
 from verify.extent.starts import StartShare
 from verify.extent.sure import ANSWERS, FACES
+from verify.reports import trusted
 from verify.reports.drawing import VIEW
+from verify.reports.telling import POSITIONS, SHARES, Telling
+from verify.result import Verdict
+from verify.semantics import MACHINE
 from verify.states.episodes import Episode, Way
-from verify.verdicts.episodes import EpisodeResult
+from verify.verdicts.episodes import EpisodeEvidence, EpisodeResult
 
 MEANINGS = {
     Verdict.PROVED: "holds in every episode that starts in the region",
@@ -44,9 +51,10 @@ EDGE = 0.25  # margin of the picture: length units
 NEAREST = 0.5  # least half side of what a picture shows, its margin aside: length units
 
 
-def result_facts(profile: PolicyProfile, result: EpisodeResult, command: str) -> dict[str, Any]:
+def facts(profile: PolicyProfile, result: EpisodeResult, command: str) -> dict[str, Any]:
     """A result as plain data."""
-    claim = result.claim
+    claim, evidence = result.claim, result.evidence
+    others = evidence.opponents_words
     return {
         "kind": "episodes",
         "property": claim.name,
@@ -65,23 +73,28 @@ def result_facts(profile: PolicyProfile, result: EpisodeResult, command: str) ->
         "region_name": called(profile, result.region),
         "region": result.region.document(),
         "verdict": result.verdict.value,
-        "meaning": MEANINGS[result.verdict] + (f", {result.whatever}" if result.verdict is Verdict.PROVED else ""),
+        "meaning": MEANINGS[result.verdict] + (f", {others}" if result.verdict is Verdict.PROVED else ""),
         "reason": result.reason,
-        "violating": result.violating.document(),
-        "idle": result.idle.document(),
-        "shuffled_control": result.control.value,
-        "replays": ["reference", *result.replays],
-        "replays_skipped": list(result.skipped),
-        "followed": [list(agents) for agents in result.followed],
-        "whatever": result.whatever,
-        "contacts": result.contacts,
-        "zones": result.zones,
-        "budget": result.budget,
-        "certificate": None if result.certificate is None else _certificate(result),
-        "uncertified": result.uncertified,
-        "counterexample": None if result.state is None else _counterexample(profile, result),
+        "violating": evidence.violating.document(),
+        "idle": evidence.idle.document(),
+        "shuffled_control": evidence.control.value,
+        "replays": ["reference", *evidence.replays],
+        "replays_skipped": list(evidence.skipped),
+        "followed": [list(agents) for agents in evidence.followed],
+        "whatever": others,
+        "contacts": evidence.contacts,
+        "zones": result.cost.spent,
+        "budget": result.cost.budget,
+        "certificate": None if evidence.certificate is None else _certificate(evidence),
+        "uncertified": evidence.uncertified,
+        "counterexample": None if evidence.state is None else _counterexample(profile, result),
         "command": command,
-    } | ({} if result.starts is None else {"starts": _starts(result.starts)})
+    } | ({} if evidence.starts is None else {"starts": _starts(evidence.starts)})
+
+
+def limits(profile: PolicyProfile, _results: Sequence[EpisodeResult]) -> list[str]:
+    """What these verdicts do not say."""
+    return [POSITIONS, *SHARES, *LIMITS, *(CONTACTS if partners(profile.world) else ())]
 
 
 def _starts(found: StartShare) -> dict[str, Any]:
@@ -123,13 +136,14 @@ def _written(number: Fraction, rounding: str, digits: int) -> str:
     return f"{found.normalize(context):f}"
 
 
-def _certificate(result: EpisodeResult) -> dict[str, Any]:
-    assert result.certificate is not None
-    return {"bytes": result.certificate.size, "branches": result.branches, "checker": "accepted"}
+def _certificate(evidence: EpisodeEvidence) -> dict[str, Any]:
+    assert evidence.certificate is not None
+    return {"bytes": evidence.certificate.size, "branches": evidence.branches, "checker": "accepted"}
 
 
 def _counterexample(profile: PolicyProfile, result: EpisodeResult) -> dict[str, Any]:
-    assert result.state is not None
+    evidence = result.evidence
+    assert evidence.state is not None
     agents = [
         {
             "agent": way.agent,
@@ -141,25 +155,26 @@ def _counterexample(profile: PolicyProfile, result: EpisodeResult) -> dict[str, 
             "actions": list(way.actions),
             "places": [list(place) for place in way.places],
         }
-        for way in result.ways
+        for way in evidence.ways
     ]
     return {
-        "goal": goal_text(result.state.goal),
-        "position": dict(result.state.position),
+        "goal": goal_text(evidence.state.goal),
+        "position": dict(evidence.state.position),
         "agents": agents,
-        "replayed_by": ["reference", *result.replays],
-        "explanation": None if result.explanation is None else result.explanation.document(),
+        "replayed_by": ["reference", *evidence.replays],
+        "explanation": None if evidence.explanation is None else evidence.explanation.document(),
         "picture": _picture(profile, result),
     }
 
 
 def _picture(profile: PolicyProfile, result: EpisodeResult) -> dict[str, Any]:
     """All agents' courses, and the landmarks with the squares that count as arrived, in picture coordinates."""
-    assert result.state is not None and result.episode is not None
-    state = {name: float(value) for name, value in result.state.position.items()}
+    evidence = result.evidence
+    assert evidence.state is not None and evidence.episode is not None
+    state = {name: float(value) for name, value in evidence.state.position.items()}
     marks = {entity.name: (state[f"{entity.name}.x"], state[f"{entity.name}.y"]) for entity in profile.world.landmarks}
-    ours = [way.agent for way in result.ways]
-    ways = _courses(profile, result.episode, ours)
+    ours = [way.agent for way in evidence.ways]
+    ways = _courses(profile, evidence.episode, ours)
     places = [*marks.values(), *(place for way in ways.values() for place in way)]
     ends = [(min(values), max(values)) for values in zip(*places, strict=True)]
     middle_x, middle_y = ((low + high) / 2 for low, high in ends)
@@ -171,7 +186,7 @@ def _picture(profile: PolicyProfile, result: EpisodeResult) -> dict[str, Any]:
 
     half = 0.0 if result.claim.apart else round(float(result.claim.radius) * scale, 2)
     landmarks = [
-        {"name": name, "x": drawn(place)[0], "y": drawn(place)[1], "half": half, "goal": name == result.state.goal}
+        {"name": name, "x": drawn(place)[0], "y": drawn(place)[1], "half": half, "goal": name == evidence.state.goal}
         for name, place in marks.items()
     ]
     courses = [
@@ -187,7 +202,7 @@ def _picture(profile: PolicyProfile, result: EpisodeResult) -> dict[str, Any]:
     ]
     meetings = [
         {"from": drawn(ways[way.agent][way.step]), "to": drawn(_place_of(way, ways, marks)), "says": f"step {way.step}"}
-        for way in result.ways
+        for way in evidence.ways
         if result.claim.apart and way.nearest < result.claim.radius
     ]
     return {"size": VIEW, "landmarks": landmarks, "courses": courses, "meetings": meetings}
@@ -210,3 +225,6 @@ def _courses(profile: PolicyProfile, episode: Episode, ours: Sequence[str]) -> d
         ]
         for agent in agents
     }
+
+
+TELLING = Telling(facts, limits, (trusted.EPISODES_WITH_CERTIFICATE, trusted.EPISODES_WITHOUT_CERTIFICATE))

@@ -1,35 +1,32 @@
 """What a terminal shows of a result: what was asked, and the lines under it, from the facts of the report.
 
 Does: words the region and how much of it, of the start region and of the states met a proof is about.
-Assumes: results of `engine.verify`.
+Assumes: results of one profile.
 Does not: print.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from codegen.intervals import percent
 from codegen.ir import PolicyProfile
 from codegen.lowering.render import render
-from verify.claims.region import REAL, START, Kind, Verdict
+from verify.claims.uncertified.starts import START
 from verify.reports.report import result_facts
+from verify.result import AnyResult, Verdict
+from verify.semantics import REAL
 from verify.states import shares
 
-if TYPE_CHECKING:
-    from verify.verdicts.decisions import Result
-    from verify.verdicts.episodes import EpisodeResult
 
-
-def as_lines(profile: PolicyProfile, result: Result | EpisodeResult) -> tuple[str, list[str]]:
+def as_lines(profile: PolicyProfile, result: AnyResult) -> tuple[str, list[str]]:
     """One result for a terminal, from the facts of the report: what was asked, and the lines under it."""
     facts = result_facts(profile, result, "")
     named = facts["label"] or f"{facts['property']} of the {facts['team']}"
     named += f" {facts['observations']}" if "observations" in facts else ""
     real = ", real arithmetic" if facts["semantics"] == REAL else ""
-    left_out = result.left_out if result.kind is Kind.EPISODES else ""
-    text = render("report/lines.txt.j2", result=facts, left_out=left_out)
+    text = render("report/lines.txt.j2", result=facts, left_out=result.evidence.left_out)
     proved = _extent(facts) if result.verdict is Verdict.PROVED else ""
     return f"{named}, region {facts['region_name'] or 'given'}{proved}{real}", [
         line for line in text.split("\n") if line

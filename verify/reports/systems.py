@@ -17,10 +17,11 @@ from codegen.ir import PolicyProfile
 from codegen.json_layout import layout
 from codegen.lowering.render import brief, render
 from codegen.policy_json import content_hash
-from verify.claims.region import Verdict, plain
+from verify.exact import plain
 from verify.reach.results import Counterexample, SystemResult
 from verify.reports import trusted
-from verify.reports.courses import DECISIONS, drawn, runs
+from verify.reports.courses import DECISIONS, drawn, is_still, runs
+from verify.result import Verdict
 from verify.systems import documents
 from verify.systems.claims import SystemClaim
 from verify.systems.pieces import curved
@@ -33,7 +34,7 @@ DIGITS = 6  # of an error in words
 MEANINGS = {
     Verdict.PROVED: "holds in every episode, from every start and for all errors within their bounds",
     Verdict.VIOLATED: "fails in the episode shown, which was replayed in exact numbers",
-    Verdict.VACUOUS: "no state is claimed anything of",
+    Verdict.VACUOUS: "the claim applies to no state",
     Verdict.UNKNOWN: "no answer",
 }
 OF_DECISIONS = {
@@ -42,7 +43,7 @@ OF_DECISIONS = {
 }
 SEMANTICS = (
     "A state is an exact number for each variable. In a step, the next value of a variable is what the rule of the "
-    "world's file gives for the state and the actions, and an error anywhere within its bounds is added. An agent "
+    "world file gives for the state and the actions, and an error anywhere within its bounds is added. An agent "
     "observes the exact value of each feature, rounded once to what it compares, float32 or float64. A split goes left "
     "iff x <= threshold. The engines use the exact end of the half line on which this is true after rounding."
 )
@@ -50,11 +51,11 @@ ENCLOSED = (
     "Rules that are not affine are enclosed: over parts of the ranges, an affine form stands for them, and the proved "
     "bound of what it leaves out is part of the error."
 )
-STATEMENT = "Verdicts are about the statement. That anything else moves like it is not proved."
+STATEMENT = "Verdicts are about the statement. Nothing is proved about a system that moves differently."
 SAMPLED = "Steps of {name} were compared with the statement, from states {where}. At others it may be off by more."
 ANYWHERE = {True: "all over the ranges", False: "that its own episodes come to"}
-STEPS = "A claim about episodes says nothing of later steps than it names."
-OUTSIDE = "Outside the boxes of all pieces nothing is stated. An episode that may get there is no proof."
+STEPS = "A claim about episodes covers only the steps that it names."
+OUTSIDE = "Outside the boxes of all pieces nothing is stated. A claim is not proved if an episode may leave the boxes."
 SINGLE = "A claim about single decisions does not say that an episode gets into such a state."
 
 
@@ -259,7 +260,7 @@ def lines(told: Mapping[str, Any]) -> list[str]:
     found += _open(told)
     if "counterexample" in told:
         broken = told["counterexample"]
-        found.append(f"{'in' if told['kind'] == DECISIONS else 'from'} {_state(broken['start_float64'])}")
+        found.append(f"{'in' if is_still(told) else 'from'} {_state(broken['start_float64'])}")
         found += [f"{agent}: {runs(actions)}" for agent, actions in broken["actions"].items()]
         if broken["step"]:
             last = {name: values[-1] for name, values in broken["states"].items()}
@@ -274,7 +275,7 @@ def _open(told: Mapping[str, Any]) -> list[str]:
     """What an answer lacks, and what may help."""
     found: list[str] = []
     if "open" in told:
-        where = f" at step {told['open']['step']} of {told['steps']}" if told["kind"] != DECISIONS else ""
+        where = f" at step {told['open']['step']} of {told['steps']}" if not is_still(told) else ""
         bounds = within(told)
         found.append(
             f"open: a set of states{where}, within {', '.join(bounds[:SHOWN])}{', ...' * (len(bounds) > SHOWN)}"

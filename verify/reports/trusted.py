@@ -21,6 +21,7 @@ CODEGEN = (
     "schema",
 )
 CLAIMS = (
+    "claim",
     "decisions",
     "formula",
     "formula_json",
@@ -32,38 +33,32 @@ CLAIMS = (
     "relations",
     "verifiable",
 )
-CHECKER = ("certificates", "decisions", "reading", "thresholds")
-DECISIONS = {"codegen": CODEGEN, "verify/checker": CHECKER, "verify/claims": CLAIMS}
+CHECKER = {
+    "verify/checker": ("envelope", "reading", "thresholds"),
+    "verify/checker/decisions": ("certificates", "walk"),
+}
+VERIFY = ("exact", "semantics")
+DECISIONS = {"codegen": CODEGEN, "verify": VERIFY, **CHECKER, "verify/claims": CLAIMS}
 EPISODES = {
     "codegen": CODEGEN,
-    "verify/checker": (
-        *CHECKER,
-        "contact_reading",
-        "contacts",
-        "episode_certificates",
-        "episode_reading",
-        "episodes",
-    ),
+    "verify": VERIFY,
+    **CHECKER,
+    "verify/checker/episodes": ("certificates", "contact_reading", "contacts", "reading", "walk"),
     "verify/claims": (*CLAIMS, "episodes"),
 }
 SYSTEMS = {
     "codegen": CODEGEN,
-    "verify/checker": (
-        *CHECKER,
-        "system_certificates",
-        "system_reading",
-        "system_rows",
-        "system_trees",
-        "systems",
-    ),
-    "verify/claims": CLAIMS,
+    "verify": VERIFY,
+    "verify/checker": ("envelope", "reading", "thresholds"),
+    "verify/checker/systems": ("certificates", "reading", "rows", "trees", "walk"),
+    "verify/claims": ("formula", "formula_json", "region"),
     "verify/systems": ("claims", "documents", "system"),
 }
 REFEREE = {
-    "codegen": ("dynamics", "errors", "floats", "ir", "observe", "region"),
-    "verify": ("question",),
+    "codegen": ("errors", "floats", "ir", "observe", "region"),
+    "verify": (*VERIFY, "question"),
     "verify/claims": (
-        "catalogue",
+        "claim",
         "decisions",
         "episodes",
         "formula",
@@ -71,9 +66,9 @@ REFEREE = {
         "observed",
         "predicates",
         "region",
-        "relations",
         "verifiable",
     ),
+    "verify/claims/uncertified": ("own", "starts", "values", "views"),
     "verify/states": ("real", "state"),
 }
 
@@ -103,10 +98,10 @@ EPISODES_WITHOUT_CERTIFICATE = (
 SYSTEMS_WITH_CERTIFICATE = (
     f"for a proof about a stated system: {listed(SYSTEMS)}; and that the statement is true of what it is about"
 )
-SYSTEM_READ = "that the world's file was read as it is meant: verify/systems (files, and what it imports)"
+SYSTEM_READ = "that the world file was read as it is meant: verify/systems (files, and what it imports)"
 SYSTEM_ENCLOSED = (
-    "for rules that are not affine: the checker's own arithmetic (verify/checker/enclosures.py), which showed their "
-    "enclosures (verify/systems/enclosures.py) again, and does so at every `maviper check`"
+    "for rules that are not affine: the checker's own arithmetic (verify/checker/systems/enclosures.py), which showed "
+    "their enclosures (verify/systems/enclosures.py) again, and does so at every `maviper check`"
 )
 SYSTEM_REPLAYED = (
     "for a counterexample: no engine, but the exact replay (verify/reach/replay.py, verify/systems/observing.py), "
@@ -121,17 +116,13 @@ OBSERVED = "that an agent is given the numbers that its features name, in their 
 EXACT_WORLD = "that world's steps equal the reference environment's bit by bit"
 
 
-def texts(checked: bool | None, decisions: bool, episodes: bool, replayed: Sequence[str]) -> list[str]:
+def texts(checked: bool | None, proofs: Sequence[str], replayed: Sequence[str]) -> list[str]:
     """All lines of a report. `checked`: the features have the meanings of a world that this version plays; None: claims
-    are over observations, of which no meaning is asked.
+    are over observations, of which no meaning is asked. `proofs`: what those of each kind rest on.
     """
     found = [f"{CHECKED}; {EXACT_WORLD}" if checked else UNCHECKED]
     found = [OBSERVED] if checked is None else found
-    if decisions:
-        found += [WITH_CERTIFICATE, WITHOUT_CERTIFICATE]
-    if episodes:
-        found += [EPISODES_WITH_CERTIFICATE, EPISODES_WITHOUT_CERTIFICATE]
-    return [*found, *replayed]
+    return [*found, *proofs, *replayed]
 
 
 def systems(enclosed: bool) -> list[str]:

@@ -1,7 +1,7 @@
 """The part of a report that says where a claim holds, and the file of its violating zones.
 
 Does: counts zones and leaves, puts the most important ones into words, writes every zone with its exact bounds.
-Assumes: a result of `engine.verify` with its `where`.
+Assumes: a result of `decisions.verify` with its `where`.
 Does not: contain times, paths or facts about the machine.
 
 In the file of zones an interval has a square bracket at an end that belongs to it and a round one at an end that does
@@ -18,11 +18,12 @@ from codegen.floats import rational_literal
 from codegen.ir import AgentPolicy, PolicyProfile
 from codegen.json_layout import layout
 from codegen.policy_json import content_hash
-from verify.claims.region import Region, goal_text, plain
-from verify.claims.region import text as decimal
+from verify.claims.region import Region, goal_text
+from verify.exact import plain
+from verify.exact import text as decimal
 from verify.extent.found import Where
 from verify.extent.violations import Failing
-from verify.verdicts.decisions import Result
+from verify.verdicts.decisions import DecisionResult
 from verify.zones.search import Branch
 
 FORM = "maviper-zones-1"
@@ -34,9 +35,9 @@ Ranked: TypeAlias = tuple[Failing, Branch, int | None]  # a zone with its goal's
 Bounds = Mapping[tuple[str, str], tuple[Fraction, bool]]  # (a, b) -> most of a - b, whether it stays below
 
 
-def where_facts(profile: PolicyProfile, result: Result) -> dict[str, Any]:
-    """What `result.where` says, as plain data."""
-    found = result.where
+def where_facts(profile: PolicyProfile, result: DecisionResult) -> dict[str, Any]:
+    """What is known of where it holds, as plain data."""
+    found = result.evidence.where
     assert found is not None
     share = found.share
     between = {} if share is None or share.exact else {"between": [float(share.value), float(share.upper)]}
@@ -97,11 +98,12 @@ def _action(policy: AgentPolicy, leaf: int) -> str:
     return policy.actions[int(policy.tree.action[leaf])].name
 
 
-def _most(profile: PolicyProfile, result: Result) -> list[dict[str, Any]]:
+def _most(profile: PolicyProfile, result: DecisionResult) -> list[dict[str, Any]]:
     """The combinations of leaves that make up most of what violates the claim, each with its largest zone in words."""
-    assert result.where is not None
+    found = result.evidence.where
+    assert found is not None
     together: dict[tuple[tuple[str, int], ...], list[Ranked]] = {}  # a claim may speak of other agents for each goal
-    for row in _ranked(result.where):
+    for row in _ranked(found):
         together.setdefault(tuple(zip(row[0].agents, row[1][0], strict=True)), []).append(row)
     sums = {leaves: sum(row[2] or 0 for row in rows) for leaves, rows in together.items()}
     facts: list[dict[str, Any]] = []
@@ -111,7 +113,7 @@ def _most(profile: PolicyProfile, result: Result) -> list[dict[str, Any]]:
             {"agent": agent, "leaf": leaf, "action": _action(profile.policy(agent), leaf)} for agent, leaf in leaves
         ]
         words = needed_words(failing, zone, result.region)
-        share = None if result.where.share is None else sums[leaves] / result.where.share.region
+        share = None if found.share is None else sums[leaves] / found.share.region
         count = len(together[leaves])
         goal = goal_text(failing.goal)
         facts.append({"agents": agents, "zones": count, "share": share, "goal": goal, "words": words})
@@ -188,32 +190,33 @@ def _tied(failing: Failing, bounds: Bounds) -> dict[str, str]:
     return found
 
 
-def _part(result: Result) -> dict[str, Any]:
+def _part(result: DecisionResult) -> dict[str, Any]:
     """The largest region found, with the verdict in it."""
-    assert result.where is not None and result.where.part is not None and result.within is not None
-    part, inner = result.where.part, result.within
+    where, inner = result.evidence.where, result.evidence.verdict_in_largest_region
+    assert where is not None and where.part is not None and inner is not None
+    part, known = where.part, inner.evidence
     return {
         "name": part.region.name,
         "region": part.region.document(),
         "bounds": _cut(result.region, part.region),
         "exact": None if part.exact is None else _exact(part.exact),
         "share": part.share.document(),
-        "start": part.start.document(),
-        "conflict": None if inner.shares.conflict is None else inner.shares.conflict.document(),
-        "contested": None if inner.shares.contested is None else inner.shares.contested.document(),
-        "visited": None if inner.visited is None else asdict(inner.visited),
+        "start": None if part.start is None else part.start.document(),
+        "conflict": None if known.shares.conflict is None else known.shares.conflict.document(),
+        "contested": None if known.shares.contested is None else known.shares.contested.document(),
+        "visited": None if known.visited is None else asdict(known.visited),
         "verdict": inner.verdict.value,
         "reason": inner.reason,
-        "shuffled_control": inner.control.value,
-        "engines": [f"{opinion.engine} {opinion.verdict.value}" for opinion in inner.engines],
-        "branches": inner.branches,
-        "checker": "accepted" if inner.certificate is not None else "",
+        "shuffled_control": known.control.value,
+        "engines": [f"{opinion.engine} {opinion.verdict.value}" for opinion in known.opinions],
+        "branches": known.branches,
+        "checker": "accepted" if known.certificate is not None else "",
     }
 
 
-def zones_json(profile: PolicyProfile, result: Result) -> str:
+def zones_json(profile: PolicyProfile, result: DecisionResult) -> str:
     """Violating zones with their exact bounds, as a JSON text: all, the largest first; FIRST if they are not all."""
-    found = result.where
+    found = result.evidence.where
     assert found is not None
     ranked = _ranked(found)
     facts = {
@@ -228,7 +231,7 @@ def zones_json(profile: PolicyProfile, result: Result) -> str:
         "share": rational_literal(found.share.value) if found.share is not None and found.share.exact else None,
         "found": found.count,
         "violating": [
-            zone_facts(result.about(profile), result.region, failing, zone, _share(volume, found))
+            zone_facts(result.question.profile, result.region, failing, zone, _share(volume, found))
             for failing, zone, volume in ranked[: None if found.complete else FIRST]
         ],
     }

@@ -17,10 +17,20 @@ UNITS_A_TEST = 64  # of a budget in solver units: so many allow one test more
 
 def beyond_budget(question: DecisionQuestion) -> str:
     """Why a question is too large for its budget to be written down; "" where it is not."""
-    lone = dict.fromkeys(_lone(question.formula))  # each follows its agent's tree
-    tests = sum(len(question.profile.policy(next(iter(agents(part)))).tree.left) // 2 for part in lone)
+    tests = _tests(question)
     most = min(MAX_TESTS, max(FEW_TESTS, question.budgets.solver_units // UNITS_A_TEST))
     return f"a query with {tests:,} tests of trees, more than {most:,}, is not asked" if tests > most else ""
+
+
+def beyond_any(question: DecisionQuestion) -> bool:
+    """Whether no budget allows the question to be written down."""
+    return _tests(question) > MAX_TESTS
+
+
+def _tests(question: DecisionQuestion) -> int:
+    """The tests of trees that a query states."""
+    lone = dict.fromkeys(_lone(question.formula))  # each follows its agent's tree
+    return sum(len(question.profile.policy(next(iter(agents(part)))).tree.left) // 2 for part in lone)
 
 
 def _lone(formula: Formula) -> Iterator[Formula]:

@@ -10,8 +10,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from verify.claims.formula import TRUE
-from verify.claims.region import Verdict
 from verify.question import Case, DecisionQuestion
+from verify.result import Verdict
+from verify.solver.budget import beyond_any
 from verify.solver.encode import Query, query, region_only
 from verify.solver.solve import Answer, ask
 
@@ -56,13 +57,13 @@ def decide(question: DecisionQuestion, cases: Sequence[Case] | None = None) -> D
             return Decision(Verdict.VIOLATED, spent, goal, answer, part=part, exact=asked.exact)
         answered[goal] += answer.holds is False
         cut_off = left[goal] <= 0 and any(later == goal for later, _ in asking[place + 1 :])
-        beyond = beyond or bool(asked.beyond)
+        beyond = beyond or (bool(asked.beyond) and beyond_any(part))
         if answer.holds is None or cut_off:
             used = question.budgets.solver_units - left[goal]
             open_reasons.append(_open(question, goal, answer, used, answered[goal]))
     if open_reasons:
-        hint = "; smaller trees may be decided" if beyond else "; a larger --solver-units may answer"
-        return Decision(Verdict.UNKNOWN, spent, reason="; ".join(open_reasons) + hint)
+        hint = "smaller trees may be decided" if beyond else question.budgets.hint()
+        return Decision(Verdict.UNKNOWN, spent, reason=f"{'; '.join(open_reasons)}; {hint}")
     return Decision(Verdict.PROVED, spent)
 
 
@@ -70,7 +71,7 @@ def _open(question: DecisionQuestion, goal: str | None, answer: Answer, spent: i
     """Why there is no answer for a goal, whose parts share its budget. `answered`: how many of the parts were."""
     parts = len(question.parts)
     after = f" and {answered} of {parts} parts" if parts > 1 else ""
-    return f"goal {goal or 'none'}: {answer.reason or 'the budget ended'} after {spent} resource units{after}"
+    return f"goal {goal or 'none'}: {answer.reason or 'the budget ended'} after {spent:,} resource units{after}"
 
 
 def about_nothing(question: DecisionQuestion) -> tuple[str, int]:

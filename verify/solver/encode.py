@@ -10,7 +10,7 @@ it, so that what is proved is proved; an answer is a candidate, which the refere
 
 from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
-from functools import lru_cache, partial
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -19,26 +19,16 @@ import z3
 from codegen import ir
 from codegen.errors import InputError
 from codegen.ir import AgentPolicy, FeatureSpec, PolicyProfile
-from verify.claims.formula import (
-    TRUE,
-    And,
-    Formula,
-    Linear,
-    Or,
-    agents,
-    for_goal,
-    given,
-    negated,
-    normal,
-    tightened,
-)
-from verify.claims.region import MACHINE, REAL, Region
+from verify.claims.formula import TRUE, And, Formula, Linear, Or, agents, for_goal, given, negated, normal
+from verify.claims.region import Region
+from verify.claims.uncertified.values import tightened
 from verify.question import DecisionQuestion
+from verify.semantics import MACHINE, REAL
 from verify.solver.budget import beyond_budget
 from verify.solver.halflines import HalfLine, half_line, last_double
+from verify.solver.terms import Terms, compared, conjunction, constant, disjunction, either, number, summed, unknown
 from verify.states.state import error_name, measurable
 
-MAX_KNOWN = 1 << 15  # tests that are kept for the next query: the other goals', the control's
 UNDERFLOW = Fraction(1, 2**1000)  # more than all products with a weight can lose
 ROUNDED_ONCE = 2  # a sum of so many coordinates rounds once before it becomes a float32
 
@@ -51,30 +41,6 @@ class Query(NamedTuple):
     constraints: list[z3.BoolRef]
     exact: bool = True  # whether every answer is one; else rounding may keep the state from doing what was asked
     beyond: str = ""  # why it was not written: it is too large for the budget, and has no constraints
-
-
-def number(value: Fraction) -> z3.ArithRef:
-    """An exact rational constant."""
-    return z3.RealVal(f"{value.numerator}/{value.denominator}")
-
-
-@lru_cache(maxsize=MAX_KNOWN)
-def _compared(terms: tuple[tuple[float, str], ...], line: HalfLine) -> tuple[z3.BoolRef, z3.BoolRef]:
-    """(the sum of variables, each added or subtracted, lies on the half line, it does not)."""
-    measured, end = _summed(terms), number(line.end)
-    below = measured < end if line.strict else measured <= end
-    return below, z3.Not(below)
-
-
-def _summed(terms: tuple[tuple[float, str], ...]) -> z3.ArithRef:
-    parts = [_times(weight, z3.Real(name)) for weight, name in terms]
-    return z3.Sum(*parts) if parts else z3.RealVal(0)
-
-
-def _either(test: z3.BoolRef, left: z3.BoolRef, right: z3.BoolRef) -> z3.BoolRef:
-    """As z3.If, without its coercions: they take most of the time in which a tree is written."""
-    context = test.ctx
-    return z3.BoolRef(z3.Z3_mk_ite(context.ref(), test.as_ast(), left.as_ast(), right.as_ast()), context)
 
 
 def query(
@@ -138,7 +104,7 @@ def elsewhere(
     encoder, fails = _failing(question, goal, slack)
     policy = question.profile.policy
     turned = [turn for agent, leaf in leaves.items() for turn in encoder.turned(policy(agent), leaf)]
-    return encoder.query(fails, z3.Or(z3.BoolVal(False), *turned))
+    return encoder.query(fails, disjunction(constant(False), *turned))
 
 
 def there(question: DecisionQuestion, goal: str | None, leaves: Mapping[str, int]) -> Query:
@@ -183,7 +149,7 @@ class _Encoder:
         semantics: str = MACHINE,
         eps: Fraction = Fraction(0),
     ) -> None:
-        self.variables = {name: z3.Real(name) for name in region.box}
+        self.variables = {name: unknown(name) for name in region.box}
         self.at = dict(self.variables)  # coordinate -> variable
         self._named = {} if goal is None else {f"{ir.GOAL}.{axis}": f"{goal}.{axis}" for axis in "xy"}
         self.at |= {name: self.variables[of_landmark] for name, of_landmark in self._named.items()}
@@ -212,9 +178,9 @@ class _Encoder:
             assert self._profile is not None
             return self._chosen(self._profile.policy(agent), partial(self._once_chosen, claim, agent))
         if isinstance(claim, And):
-            return z3.And(*(self.encoded(part) for part in _grouped(claim.parts, And)))
+            return conjunction(*(self.encoded(part) for part in _grouped(claim.parts, And)))
         if isinstance(claim, Or):
-            return z3.Or(*(self.encoded(part) for part in _grouped(claim.parts, Or)))
+            return disjunction(*(self.encoded(part) for part in _grouped(claim.parts, Or)))
         assert isinstance(claim, Linear), claim
         parts = [self.at[name] if weight == 1 else number(weight) * self.at[name] for weight, name in claim.terms]
         total, bound = z3.Sum(*parts), number(claim.bound)
@@ -236,7 +202,7 @@ class _Encoder:
             below, above = self._asked_at(policy, node)
             first, second = formulas.pop(left), formulas.pop(right)
             formulas[node] = (
-                z3.Or(z3.And(below, first), z3.And(above, second)) if self._slack else _either(below, first, second)
+                z3.Or(z3.And(below, first), z3.And(above, second)) if self._slack else either(below, first, second)
             )
         return formulas[ir.ROOT]
 
@@ -279,8 +245,8 @@ class _Encoder:
         line = None if meaning.function == "zero" else _line(meaning, threshold, arithmetic)
         rounds = self._semantics == MACHINE and len(meaning.terms) > ROUNDED_ONCE
         if line is not None and not (noisy or slack or rounds):
-            return _compared(terms, line)
-        measured = _summed(terms)
+            return compared(terms, line)
+        measured = summed(terms)
         if noisy:
             measured = measured + self._error(policy.agent, feature.name)
         if rounds:
@@ -288,14 +254,14 @@ class _Encoder:
         if meaning.function == "zero":
             return _zero_tests(measured, threshold, slack)
         if line is None:
-            always = z3.BoolVal(threshold >= 1)
+            always = constant(threshold >= 1)
             return always, z3.Not(always)
         if slack:
             return measured <= number(line.end - slack), measured >= number(line.end + slack)
         below = measured < number(line.end) if line.strict else measured <= number(line.end)
         return below, z3.Not(below)
 
-    def _terms(self, feature: FeatureSpec) -> tuple[tuple[float, str], ...]:
+    def _terms(self, feature: FeatureSpec) -> Terms:
         """A feature's terms, the goal's coordinates as those of the landmark that it is."""
         return tuple((weight, self._named.get(name, name)) for weight, name in _known(feature, self.at))
 
@@ -309,7 +275,7 @@ class _Encoder:
         if key not in self._roundings:
             sizes = sum((abs(Fraction(weight)) * self._largest(name) for weight, name in meaning.terms), Fraction(0))
             most = (len(meaning.terms) - 1) * sizes / 2**52 + UNDERFLOW
-            one = self._roundings[key] = z3.Real(key)
+            one = self._roundings[key] = unknown(key)
             self.noise += [one >= number(-most), one <= number(most)]
         return self._roundings[key]
 
@@ -322,15 +288,9 @@ class _Encoder:
         """The one error of a feature as an agent sees it, within eps."""
         name = error_name(agent, feature)
         if name not in self.variables:
-            error = self.variables[name] = z3.Real(name)
+            error = self.variables[name] = unknown(name)
             self.noise += [error >= number(-self._eps), error <= number(self._eps)]
         return self.variables[name]
-
-
-def _times(weight: float, coordinate: z3.ArithRef) -> z3.ArithRef:
-    if abs(weight) == 1:
-        return coordinate if weight > 0 else -coordinate
-    return number(Fraction(weight)) * coordinate
 
 
 def _grouped(parts: Sequence[Formula], kind: type[And] | type[Or]) -> list[Formula]:
@@ -368,14 +328,14 @@ def _zero_tests(measured: z3.ArithRef, threshold: float, slack: Fraction) -> tup
     does not matter; what it adds to longer sums is in `measured`. Being equal has nothing to spare.
     """
     if not 0 <= threshold < 1:
-        always = z3.BoolVal(threshold >= 1)
+        always = constant(threshold >= 1)
         return always, z3.Not(always)
     if slack:
         return z3.Or(measured <= number(-slack), measured >= number(slack)), measured == 0
     return measured != 0, measured == 0
 
 
-def _known(feature: FeatureSpec, at: dict[str, z3.ArithRef]) -> tuple[tuple[float, str], ...]:
+def _known(feature: FeatureSpec, at: dict[str, z3.ArithRef]) -> Terms:
     terms = feature.meaning.terms if feature.meaning else ()
     for _, name in terms:
         if name not in at:

@@ -14,9 +14,11 @@ import numpy as np
 
 from codegen import ir
 from codegen.ir import AgentPolicy, PolicyProfile
-from verify.claims.decisions import AliveLeaves
-from verify.claims.region import REAL, Region, Verdict
+from verify.claims.region import Region
+from verify.claims.uncertified.own import AliveLeaves
 from verify.question import Budgets, DecisionQuestion, Question
+from verify.result import Verdict
+from verify.semantics import REAL
 from verify.solver.encode import Query, reaching
 from verify.solver.pinning import pinned
 from verify.solver.solve import ask
@@ -46,7 +48,7 @@ class LeafFinding:
 def dead_leaves(profile: PolicyProfile, region: Region, budget: int = Budgets().solver_units) -> dict[str, list[int]]:
     """Agent -> the leaves that no world state of `region` reaches, as proved; leaves left open are not among them.
 
-    `budget`: solver resource units a query. InputError for features that lack meanings. An empty region reaches
+    `budget`: solver resource units per query. InputError for features that lack meanings. An empty region reaches
     nothing, and so lists every leaf.
     """
     teams = dict.fromkeys(policy.team for policy in profile.agents)
@@ -92,7 +94,8 @@ def _asked(question: DecisionQuestion, policy: AgentPolicy, leaf: int) -> tuple[
         if exact.holds is False:
             continue
         if exact.holds is None:
-            reasons.append(f"goal {goal or 'none'}: {exact.reason} after {exact.resources} resource units")
+            after = f"{exact.reason} after {exact.resources:,} resource units; {question.budgets.hint()}"
+            reasons.append(f"goal {goal or 'none'}: {after}")
             continue
         for answer in chain([exact], (ask(asked(slack), budget) for slack in SLACKS)):
             spent += 0 if answer is exact else answer.resources

@@ -2,7 +2,7 @@
 
 Does: tries dyadic numbers of few bits, which keep sums and differences float64 numbers, then fractions of few digits.
 Assumes: a question about the region that the model answers.
-Does not: judge states (states/points.py), or say that no float64 state answers where it found none.
+Does not: judge states (states/real.py), or say that no float64 state answers where it found none.
 """
 
 import math
@@ -24,7 +24,7 @@ def pinned(
 ) -> tuple[dict[str, Fraction], int]:
     """A model of the question, of float64 numbers where such a one was found, and the resource units spent.
 
-    `budget`: solver resource units a query.
+    `budget`: solver resource units per query.
     """
     spent, tries, names = 0, list[dict[str, Fraction]](), list(region.box)
     for order in (names, names[::-1]):

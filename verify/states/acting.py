@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from codegen.errors import DisagreementError
 from codegen.ir import PolicyProfile
 from verify.claims.formula import Formula
-from verify.claims.region import MACHINE, REAL
+from verify.semantics import MACHINE, REAL
 from verify.states.state import State, actions_at, true_at
 
 REFERENCE = "reference"

@@ -18,9 +18,10 @@ import numpy as np
 
 from codegen.ir import Bool, Float64, Int32, PolicyProfile, act
 from codegen.observe import observe
-from verify.claims.formula import Batch, holds, negated, normal
-from verify.claims.region import MACHINE
+from verify.claims.formula import holds, negated, normal
+from verify.claims.uncertified.values import Batch
 from verify.question import DecisionQuestion
+from verify.semantics import MACHINE
 from verify.states.noise import together, ways
 from verify.states.real import Value
 from verify.states.shares import SAMPLES, violating

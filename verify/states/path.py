@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from codegen import ir
+from codegen.wording import fails, holds, is_zero, number
 from verify.states.real import Value
 
 
@@ -23,10 +24,11 @@ class Step:
     left: bool
 
     def __str__(self) -> str:
-        value, threshold = f"{float(self.value):.6g}", f"{self.threshold:.6g}"
-        if value == threshold and self.value != self.threshold:
-            value, threshold = str(self.value), repr(self.threshold)
-        return f"{self.feature} = {value} {'<=' if self.left else '>'} {threshold}"
+        value, near = float(self.value), is_zero(float(self.value)) and self.value != 0
+        told = holds(self.threshold) if self.left else fails(self.threshold)
+        if near or (f"{value:.6g}" == number(self.threshold) and self.value not in (self.threshold, 0)):
+            return f"{self.feature} = {self.value} {'<=' if self.left else '>'} {self.threshold!r}"
+        return f"{self.feature} = {value:.6g} {told}"
 
 
 def path(policy: ir.AgentPolicy, seen: Sequence[Value]) -> tuple[Step, ...]:

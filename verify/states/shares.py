@@ -1,7 +1,7 @@
 """Shares of a region: how often a claim could fail there, and how often it does.
 
 Does: conflict share, contested share and violating fraction by uniform sampling, with 95 % intervals; the region's own
-  share of the start region.
+  share of the start region; says why there is no share of a range that nobody stated.
 Assumes: a profile and a claim about it.
 Does not: prove anything; the solver's verdict stands on its own.
 """
@@ -17,13 +17,15 @@ import numpy as np
 
 from codegen.errors import InputError
 from codegen.intervals import Share, percent
-from codegen.ir import GOAL, MAX_LENGTH, AgentPolicy, Bool, Float64, Int32, PolicyProfile
+from codegen.ir import GOAL, MAX_LENGTH, NO_FEATURE, AgentPolicy, Bool, Float64, Int32, PolicyProfile
 from verify.claims.decisions import DecisionClaim, engaged
-from verify.claims.formula import TRUE, And, Batch, Formula, Or, agents, disjunction, given
+from verify.claims.formula import TRUE, And, Formula, Or, agents, disjunction, given
 from verify.claims.formula import coordinates as spoken_of
 from verify.claims.matching import preventable
 from verify.claims.predicates import closes
-from verify.claims.region import Interval, Region, everywhere
+from verify.claims.region import Interval, Region
+from verify.claims.uncertified.starts import everywhere
+from verify.claims.uncertified.values import Batch
 from verify.question import DecisionQuestion
 from verify.states import noise
 from verify.states.state import batch, chosen, sample
@@ -31,6 +33,7 @@ from verify.states.state import batch, chosen, sample
 SAMPLES = 100_000
 SAMPLE_SEED = 7
 MAX_JOINT_ACTIONS = 1_000
+MAX_NAMED = 3  # coordinates without a range that are named
 MAX_HELD = 1_000  # answers about one agent that are kept: a hundred megabytes of them
 
 
@@ -41,13 +44,16 @@ class Shares:
     conflict: Share | None  # some joint action would violate the claim, of a claim about landmarks one in which every
     # agent closes on one; None: there are too many joint actions to try
     contested: Share | None  # two agents, both inside the landmarks' rectangle; None for other team sizes
-    violating: Share  # the team as it is violates the claim, with some errors where the claim allows them
+    violating: Share | None  # the team as it is violates the claim, with some errors where the claim allows them
     changing: Share | None = None  # errors can change some agent's action; None for claims without errors
+    unmeasured: str = ""  # why nothing is measured, and what to state; all shares are None then
 
 
 def measure(question: DecisionQuestion, seed: int, count: int = SAMPLES) -> Shares:
     """The shares of the region, from at most `count` uniform world states at rest that meet the assumption."""
     claim, world = question.claim, question.profile.world
+    if reason := unstated(question):
+        return Shares(None, None, None, unmeasured=reason)
     coordinates, _, fails = drawn(question, seed, count)
     if claim.assume != TRUE:
         met = batch(coordinates, world).holds(claim.assume, {})
@@ -65,6 +71,33 @@ def measure(question: DecisionQuestion, seed: int, count: int = SAMPLES) -> Shar
     )
 
 
+def unstated(question: DecisionQuestion) -> str:
+    """Why a share of the region would mean nothing, and what to state: a coordinate that the claim or the team's trees
+    read has no range but that of every number. "" where all have one.
+    """
+    profile, region = question.profile, question.region
+    read = {*spoken_of(question.formula), *spoken_of(question.claim.assume)}
+    read |= {name for a, b, _ in region.differences for name in (a, b)}
+    for policy in profile.team(question.claim.team):
+        tested = set(map(int, policy.tree.feature)) - {NO_FEATURE}
+        meanings = [policy.features[place].meaning for place in tested]
+        read |= {name for meaning in meanings if meaning for _, name in meaning.terms}
+    return _lacking([name for name in unbounded(region) if name in read])
+
+
+def unbounded(region: Region) -> list[str]:
+    """The coordinates of a region that have no range but that of every number."""
+    return [name for name, (low, high) in region.box.items() if max(-low, high) >= MAX_LENGTH]
+
+
+def _lacking(names: Sequence[str]) -> str:
+    if not names:
+        return ""
+    more = f" and {len(names) - MAX_NAMED} more" if len(names) > MAX_NAMED else ""
+    has, them = ("has", "it") if len(names) == 1 else ("have", "them")
+    return f"{', '.join(names[:MAX_NAMED])}{more} {has} no stated range; bound {them} in a region file (--region)"
+
+
 def of_start(profile: PolicyProfile, region: Region) -> dict[str, float | bool] | None:
     """The region's share of the start region, by volume, as plain data. None where there is no start region, or where
     some variable has no range to speak of.
@@ -76,7 +109,7 @@ def of_start(profile: PolicyProfile, region: Region) -> dict[str, float | bool] 
         start = everywhere(profile)
     except InputError:  # no damping bounds the velocities
         return None
-    if any(max(-one.low, one.high) >= MAX_LENGTH for one in profile.world.variables):
+    if unbounded(start):
         return None
     share = Fraction(1)
     if start.goals:

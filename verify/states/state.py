@@ -16,9 +16,11 @@ from codegen import ir
 from codegen.ir import Bool, Float64, Floats, Int32, PolicyProfile
 from codegen.observe import observe
 from verify.claims.decisions import DecisionClaim, engaged
-from verify.claims.formula import Batch, Formula, for_goal, holds, worth
-from verify.claims.region import MACHINE, REAL, Region
+from verify.claims.formula import Formula, for_goal, holds
+from verify.claims.region import Region
+from verify.claims.uncertified.values import Batch, worth
 from verify.question import DecisionQuestion
+from verify.semantics import MACHINE, REAL
 from verify.states.real import Value, comparable, leaf_of, leaves_of, measured, value_of
 
 
@@ -136,7 +138,7 @@ def shortfall(question: DecisionQuestion, state: State) -> Fraction | float:
     it would hold with each bound of its inequalities relaxed by more than s. Infinite when no relaxing would do.
 
     In the unit of the bounds, which is a length for the built-in properties. It is the value of the claim in the usual
-    quantitative semantics (`formula.worth`) without its sign.
+    quantitative semantics (`values.worth`) without its sign.
     """
     actions = actions_at(question.profile, question.claim.team, state, question.semantics)
     return -worth(question.formula_for(state.goal), state.exactly(question.profile), actions)

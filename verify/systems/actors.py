@@ -1,4 +1,4 @@
-"""Who acts in a world's file, what its actions set, and what its features measure.
+"""Who acts in a world file, what its actions set, and what its features measure.
 
 Does: reads the tables of agents.
 Assumes: variables and constants are known.
@@ -10,69 +10,70 @@ from fractions import Fraction
 
 from codegen.errors import InputError
 from codegen.ir import NAME
+from verify.language.units import PURE, Unit, written
 from verify.systems.language.expressions import Call, Expression, Number, affine
-from verify.systems.language.parsing import Names, affine_of, expression_of
-from verify.systems.language.units import PURE, Unit, written
+from verify.systems.language.parsing import Names, feature_of
 from verify.systems.statement import Agent
 from verify.systems.system import Feature, Measure
 from verify.systems.values import ADVICE, as_table, named, only, table, text, typed
+from verify.toml_places import Place
 
 KEYS = ("team", "features", "actions", "reward")
 MAX_AGENTS, MAX_FEATURES, MAX_ACTIONS = 64, 1_024, 1_024
 ZERO = Number(Fraction(0))
-FUNCTIONS = {f"{measure.value}(": measure for measure in (Measure.SIGN, Measure.POSITIVE)}
+FUNCTIONS = {measure.value: measure for measure in (Measure.SIGN, Measure.POSITIVE)}
 
 
-def agents_of(given: Mapping[str, object], names: Names, where: str) -> tuple[tuple[Agent, ...], dict[str, Unit]]:
+def agents_of(given: Mapping[str, object], names: Names, where: Place) -> tuple[tuple[Agent, ...], dict[str, Unit]]:
     """The agents, and the units of their inputs by name."""
     if not 1 <= len(given) <= MAX_AGENTS:
         raise InputError(f"{len(given)} agents, of 1 to {MAX_AGENTS}", where, ADVICE)
     found: list[Agent] = []
     inputs: dict[str, Unit] = {}
     for name, value in given.items():
-        place = f"{where}.{name}"
+        place = where / name
         described = as_table(value, place)
         only(described, KEYS, place)
         actions: dict[str, Mapping[str, Expression]] = {}
         for action, settings in _some(described, "actions", place, MAX_ACTIONS).items():
-            setting = f"{place}.actions.{action}"
+            setting = place / "actions" / action
             actions[_called(action, setting)] = _settings(name, as_table(settings, setting), names, inputs, setting)
-        team = _called(text(described.get("team", name), f"{place}.team"), f"{place}.team")
-        reward = typed(described.get("reward", 0), names, f"{place}.reward").expression
+        team = _called(text(described.get("team", name), place / "team"), place / "team")
+        reward = typed(described.get("reward", 0), names, place / "reward").value
         found.append(Agent(named(name, place), team, _whole(actions), reward))
     for name in inputs.keys() & names.known.keys():
         raise InputError(f"'{name}' is a variable and an input", where, "give each a name of its own")
     return tuple(found), inputs
 
 
-def _some(described: Mapping[str, object], key: str, where: str, most: int) -> Mapping[str, object]:
+def _some(described: Mapping[str, object], key: str, where: Place, most: int) -> Mapping[str, object]:
     """A table that must hold something."""
     found = table(described, key, where)
     if not 1 <= len(found) <= most:
-        raise InputError(f"{len(found)} {key}, of 1 to {most}", f"{where}.{key}", ADVICE)
+        raise InputError(f"{len(found)} {key}, of 1 to {most}", where / key, ADVICE)
     return found
 
 
-def _called(name: str, where: str) -> str:
+def _called(name: str, where: Place) -> str:
     if not NAME.fullmatch(name):
         raise InputError(f"not a name: {name[:60]!r}", where, "use letters, digits, _ and -, a letter first")
     return name
 
 
 def _settings(
-    agent: str, given: Mapping[str, object], names: Names, inputs: dict[str, Unit], where: str
+    agent: str, given: Mapping[str, object], names: Names, inputs: dict[str, Unit], where: Place
 ) -> dict[str, Expression]:
     """What one action sets, by `AGENT.INPUT`; their units go into `inputs`."""
     found: dict[str, Expression] = {}
     for key, value in given.items():
-        place, name = f"{where}.{key}", f"{agent}.{named(key, where)}"
+        place, name = where / key, f"{agent}.{named(key, where)}"
         setting = typed(value, names, place)
-        if setting.expression != ZERO or setting.unit is not None:
+        if setting.value != ZERO or setting.unit is not None:
             unit = PURE if setting.unit is None else setting.unit
             if inputs.setdefault(name, unit) != unit:
                 what = f"units do not fit: {written(unit)}, and {written(inputs[name])} in another action"
                 raise InputError(what, place, "set an input in one unit")
-        found[name] = setting.expression
+        found[name] = setting.value
     return found
 
 
@@ -85,42 +86,28 @@ def _whole(actions: Mapping[str, Mapping[str, Expression]]) -> dict[str, Mapping
 # --- features
 
 
-def features_of(given: Mapping[str, object], names: Names, where: str) -> dict[str, dict[str, Feature]]:
+def features_of(given: Mapping[str, object], names: Names, where: Place) -> dict[str, dict[str, Feature]]:
     """The features of each agent, in their order."""
     found: dict[str, dict[str, Feature]] = {}
     for agent, described in given.items():
-        place = f"{where}.{agent}"
+        place = where / agent
         stated = _some(as_table(described, place), "features", place, MAX_FEATURES)
         found[agent] = {
-            _called(name, place): _feature(text(value, f"{place}.features.{name}"), names, f"{place}.features.{name}")
+            _called(name, place): _feature(text(value, place / "features" / name), names, place / "features" / name)
             for name, value in stated.items()
         }
     return found
 
 
-def _feature(stated: str, names: Names, where: str) -> Feature:
+def _feature(stated: str, names: Names, where: Place) -> Feature:
     """A feature by its text: an affine form, or sign, positive or clip of one."""
-    plain = stated.strip()
-    for begins, measure in FUNCTIONS.items():
-        if plain.startswith(begins) and plain.endswith(")") and _closes(plain, len(begins)):
-            return Feature(affine_of(plain[len(begins) : -1], names, where)[0], measure)
-    expression = expression_of(plain, names, where).expression
-    if isinstance(expression, Call) and expression.bounds is not None:
+    function, expression = feature_of(stated, FUNCTIONS, names, where)
+    if not function and isinstance(expression, Call) and expression.bounds is not None:
         form = affine(expression.argument)
         if form is not None:
             return Feature(form, Measure.CLIP, expression.bounds)
     form = affine(expression)
     if form is None:
         what = "a feature is an affine form of variables, or sign, positive or clip of one"
-        raise InputError(f"not a feature: {plain[:60]!r}", where, what)
-    return Feature(form)
-
-
-def _closes(plain: str, begun: int) -> bool:
-    """Whether the last parenthesis closes the one that was open after `begun` characters."""
-    depth = 1
-    for place in range(begun, len(plain)):
-        depth += {"(": 1, ")": -1}.get(plain[place], 0)
-        if not depth:
-            return place == len(plain) - 1
-    return False
+        raise InputError(f"not a feature: {stated[:60]!r}", where, what)
+    return Feature(form, FUNCTIONS.get(function, Measure.VALUE))

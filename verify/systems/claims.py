@@ -16,30 +16,24 @@ An episode is a start and `steps` steps, so it has steps + 1 states, numbered fr
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from enum import Enum
-from fractions import Fraction
+from typing import NamedTuple
 
 from codegen.errors import InputError
 from verify.claims.formula import (
     FALSE,
     TRUE,
-    Acts,
-    And,
     Formula,
     Goal,
-    Linear,
-    Not,
-    Or,
     atoms,
     below,
     conjunction,
     disjunction,
     negated,
 )
-from verify.claims.region import plain
-from verify.systems.system import Affine, HalfSpace, Polytope
+from verify.systems.system import HalfSpace, Polytope
 
 MAX_STEPS = 1_000
 
@@ -54,12 +48,22 @@ class SystemKind(Enum):
     REACHES_AND_STAYS = "reaches_and_stays"
 
 
-WORDS = {
-    SystemKind.DECIDES: "in every state {regions}, the agents decide as claimed",
-    SystemKind.STAYS_IN: "every episode of {steps} steps stays in {regions}",
-    SystemKind.AVOIDS: "every episode of {steps} steps avoids {regions}",
-    SystemKind.REACHES: "every episode reaches {regions} within {steps} steps",
-    SystemKind.REACHES_AND_STAYS: "every episode is in {regions} from step {by} to step {steps}",
+class _Says(NamedTuple):
+    """What a claim says of the states of an episode."""
+
+    words: str
+    first: str = ""  # the parameter that is the step from which on states count; "": the start
+    avoided: bool = False  # whether the regions are to be avoided
+    once: bool = False  # whether one state in the regions is enough
+    still: bool = False  # whether it speaks of single decisions instead
+
+
+SAYS: Mapping[SystemKind, _Says] = {
+    SystemKind.DECIDES: _Says("in every state {regions}, the agents decide as claimed", still=True),
+    SystemKind.STAYS_IN: _Says("every episode of {steps} steps stays in {regions}"),
+    SystemKind.AVOIDS: _Says("every episode of {steps} steps avoids {regions}", avoided=True),
+    SystemKind.REACHES: _Says("every episode reaches {regions} within {steps} steps", "steps", once=True),
+    SystemKind.REACHES_AND_STAYS: _Says("every episode is in {regions} from step {by} to step {steps}", "by"),
 }
 
 
@@ -85,14 +89,20 @@ class SystemClaim:
     @property
     def sentence(self) -> str:
         """The claim in words."""
-        usual = "of the ranges" if self.about_decisions and not self.regions else "of the region"
-        called = self.region or (usual if self.about_decisions else "the region")
-        return WORDS[self.kind].format(regions=called, steps=self.steps, by=self.by)
+        called = self.region or "the region"
+        if self.about_decisions:
+            called = f"of the ranges {self.region or 'and of the region'}" if self.regions else "of the ranges"
+        return self.says.words.format(regions=called, steps=self.steps, by=self.by)
+
+    @property
+    def says(self) -> _Says:
+        """What it says of the states of an episode."""
+        return SAYS[self.kind]
 
     @property
     def about_decisions(self) -> bool:
         """Whether it speaks of one state and what is decided there, not of episodes."""
-        return self.kind is SystemKind.DECIDES
+        return self.says.still
 
     @property
     def inside(self) -> Formula:
@@ -101,16 +111,14 @@ class SystemClaim:
 
     def broken(self, step: int) -> Formula:
         """The states that the claim excludes at a step of an episode."""
-        if self.kind is SystemKind.AVOIDS:
+        if self.says.avoided:
             return self.inside
-        if self.kind is SystemKind.REACHES:
-            return negated(self.inside) if step == self.steps else FALSE
-        asked = self.kind is SystemKind.STAYS_IN or step >= self.by
-        return negated(self.inside) if asked else FALSE
+        first = {"": 0, "steps": self.steps, "by": self.by}[self.says.first]
+        return negated(self.inside) if step >= first else FALSE
 
     def fulfilled(self, step: int) -> Formula:
         """The states of a step with which an episode fulfils the claim, whatever comes later."""
-        return self.inside if self.kind is SystemKind.REACHES and step < self.steps else FALSE
+        return self.inside if self.says.once and step < self.steps else FALSE
 
     def ensure(self) -> None:
         """InputError for steps out of range, for a claim about episodes that names no region, and for a goal."""
@@ -124,54 +132,6 @@ class SystemClaim:
             raise InputError(f"step {self.by} is no step of an episode of {self.steps}", f"claim {self.shown}")
         if not self.regions:
             raise InputError(f"{self.name} names no region", f"claim {self.shown}", "name a polytope at least")
-
-
-def spelled(claim: SystemClaim, actions: Mapping[str, Sequence[str]]) -> str:
-    """The claim in words that are made from its data alone, as a file's own words may say anything. `actions`: of each
-    agent, by number.
-    """
-    regions = " or ".join(_conditions(region) for region in claim.regions)
-    if not claim.about_decisions:
-        return replace(claim, region=regions).sentence
-    where = f"with {regions}" if regions else "of the ranges"
-    return f"in every state {where}, {_formula(claim.formula, actions)}"
-
-
-def _conditions(region: Polytope) -> str:
-    return " and ".join(map(_condition, region)) or "any state"
-
-
-def _condition(half: HalfSpace) -> str:
-    """An inequality whose first factor is 1."""
-    lead = half.form.terms[0][1] if half.form.terms else Fraction(1)
-    form = Affine().plus(half.form, 1 / lead)
-    return f"{_sum(form.terms)} {'<' if lead > 0 else '>'}{'' if half.strict else '='} {plain(-form.constant)}"
-
-
-def _sum(terms: Sequence[tuple[str, Fraction]]) -> str:
-    found = ""
-    for name, factor in terms:
-        times = name if abs(factor) == 1 else f"{plain(abs(factor))}*{name}"
-        sign = "-" if factor < 0 else "+"
-        found += f" {sign} {times}" if found else times if factor > 0 else f"-{times}"
-    return found or "0"
-
-
-def _formula(formula: Formula, actions: Mapping[str, Sequence[str]]) -> str:
-    match formula:
-        case Linear(terms, bound, strict):
-            return _condition(HalfSpace(Affine.of({name: factor for factor, name in terms}, -bound), strict))
-        case Acts(agent, action):
-            return f"acts({agent}) == {actions[agent][action]}"
-        case Not(part):
-            return f"not {_formula(part, actions)}"
-        case And(()) | Or(()):
-            return "true" if isinstance(formula, And) else "false"
-        case And(parts) | Or(parts):
-            joined = f" {'and' if isinstance(formula, And) else 'or'} ".join(_formula(part, actions) for part in parts)
-            return f"({joined})"
-        case Goal(landmark):
-            return f"goal == {landmark}"
 
 
 def atom(half: HalfSpace) -> Formula:

@@ -2,7 +2,7 @@
 
 Does: carries each part of an expression as an affine form with a remainder, in exact numbers.
 Assumes: the box bounds every variable of the expression.
-Does not: trust itself alone: verify/checker/enclosures.py shows each enclosure again in another way.
+Does not: trust itself alone: verify/checker/systems/enclosures.py shows each enclosure again in another way.
 
 A part is known as a form around the middle of the box, and an interval that holds all that the form leaves out. sin,
 cos, powers, reciprocals and clips of a part are enclosed by a line over its range. Between points at a distance w a
@@ -15,6 +15,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import lru_cache
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -25,6 +26,7 @@ from verify.systems.system import Affine, Box, Interval
 POINTS = 48  # at which a function is looked at for an enclosure
 GRID = 10**10  # forms and errors of an enclosure are multiples of 1 / GRID
 FINE = 2**64  # ... and of 1 / FINE on the way
+SHORTEST = FINE**2  # terms of a series are multiples of 1 / SHORTEST
 SLACK = Fraction(1, 16)  # by which errors are widened, so that another proof of them need not be as tight
 LARGEST = 32  # of what sin and cos are taken
 ZERO: Interval = (Fraction(0), Fraction(0))
@@ -53,7 +55,7 @@ class _Model:
 class Enclosing:
     """Enclosures over one box."""
 
-    def __init__(self, box: Box, where: str) -> None:
+    def __init__(self, box: Box, where: object) -> None:
         self.box, self._where = box, where
         self._middle = {name: (low + high) / 2 for name, (low, high) in box.items()}
         self._radius = {name: (high - low) / 2 for name, (low, high) in box.items()}
@@ -170,6 +172,7 @@ def _power(exponent: int, low: Fraction, high: Fraction) -> tuple[Fraction, Inte
     return _line(lambda u: (u**exponent, u**exponent), bend, low, high)
 
 
+@lru_cache(maxsize=1 << 12)  # boxes that differ in other variables only ask the same
 def _wave(function: str, low: Fraction, high: Fraction) -> tuple[Fraction, Interval]:
     if max(abs(low), abs(high)) > LARGEST:
         raise Undefined(f"{function} of more than {LARGEST}")
@@ -211,12 +214,22 @@ def _wave_at(function: str, u: Fraction) -> Interval:
     by a factor of e^LARGEST < 2^47 at most. Of less than 2^8 terms all this is below 2^-64.
     """
     k = 1 if function == "sin" else 0
-    term = found = u if k else Fraction(1)
-    while abs(term) * FINE > Fraction(1, 4) or k < abs(u):
+    top, under = u.as_integer_ratio()
+    square, per_square = top * top, under * under
+    term, per = (top, under) if k else (1, 1)  # all later terms are in multiples of 1 / SHORTEST
+    first, others = Fraction(term, per), 0
+    while abs(term) * FINE * 4 > per or k * under < abs(top):
         k += 2
-        term = Fraction(round(-term * u * u / (k * (k - 1)) * FINE * FINE), FINE * FINE)
-        found += term
+        term = _divided(-term * square * SHORTEST, per * per_square * k * (k - 1))
+        others, per = others + term, SHORTEST
+    found = first + Fraction(others, SHORTEST)
     return found - Fraction(1, FINE), found + Fraction(1, FINE)
+
+
+def _divided(number: int, by: int) -> int:
+    """The whole number nearest to a quotient, ties to even."""
+    whole, rest = divmod(number, by)
+    return whole + (2 * rest > by or (2 * rest == by and whole % 2))
 
 
 # --- a short form

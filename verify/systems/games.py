@@ -1,4 +1,4 @@
-"""Particle games without contacts as world's files.
+"""Particle games without contacts as world files.
 
 Does: the text of the file that states a profile's game for one goal, with a start region.
 Assumes: nothing pushes anything and no speed is limited; otherwise the game is refused.
@@ -10,7 +10,8 @@ from fractions import Fraction
 
 from codegen.errors import InputError
 from codegen.ir import GOAL, AgentPolicy, EntitySpec, FeatureSpec, PolicyProfile, WorldSpec
-from verify.claims.region import Region, plain
+from verify.claims.region import Region
+from verify.exact import plain
 
 MEASURES = {"": "{}", "sign": "sign({})", "positive": "positive({})"}
 FAR = 100  # of places and speeds: more than any episode reaches
@@ -68,7 +69,7 @@ def _feature(feature: FeatureSpec, goal: str | None) -> str:
     meaning = feature.meaning
     if meaning is None or meaning.function not in MEASURES:
         what = f"the feature {feature.name} is no affine form, nor a sign of one"
-        raise InputError(what, "", "a world's file cannot state it")
+        raise InputError(what, "", "a world file cannot state it")
     named = ((weight, _of_goal(name, goal)) for weight, name in meaning.terms)
     terms = " + ".join(f"{plain(Fraction(weight))}*{name}" for weight, name in named)
     return MEASURES[meaning.function].format(terms or "0")

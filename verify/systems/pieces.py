@@ -10,6 +10,7 @@ from fractions import Fraction
 from itertools import chain, pairwise, product
 
 from codegen.errors import InputError
+from verify.progress import tell
 from verify.systems.enclosures import ZERO, Enclosing, Enclosure
 from verify.systems.language.expressions import Expression, affine, names
 from verify.systems.statement import Rule
@@ -18,12 +19,18 @@ from verify.systems.system import Affine, Box, Interval, Piece, Variable
 MAX_PIECES = 4_096
 
 
-def pieces(rules: Sequence[Rule], variables: Sequence[Variable], where: str) -> tuple[Piece, ...]:
+def pieces(rules: Sequence[Rule], variables: Sequence[Variable], where: object) -> tuple[Piece, ...]:
     """The pieces of rules. InputError for more than MAX_PIECES, and where something may be undefined."""
     ranges = {variable.name: variable.range for variable in variables}
-    if sum(count(rule) for rule in rules) > MAX_PIECES:
+    most = sum(count(rule) for rule in rules)
+    if most > MAX_PIECES:
         raise InputError(f"more than {MAX_PIECES} pieces", where, "cut ranges into fewer parts")
-    return tuple(piece for rule in rules for piece in _pieces(rule, ranges, where))
+    found: list[Piece] = []
+    for rule in rules:
+        for piece in _pieces(rule, ranges, where):
+            found.append(piece)
+            tell(len(found), most, "pieces made from rules")
+    return tuple(found)
 
 
 def count(rule: Rule) -> int:
@@ -60,7 +67,7 @@ def _parts(bounds: Interval, n: int) -> list[Interval]:
     return list(pairwise(ends))
 
 
-def _pieces(rule: Rule, ranges: Mapping[str, Interval], where: str) -> Iterator[Piece]:
+def _pieces(rule: Rule, ranges: Mapping[str, Interval], where: object) -> Iterator[Piece]:
     for box in cells(rule, ranges):
         over = Enclosing(box, where)
         move: dict[str, Affine] = {}

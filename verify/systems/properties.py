@@ -1,35 +1,38 @@
-"""Claims about a system, from the `[[property]]` tables of a world's file or of a file of their own.
+"""Claims about a system, from the `[[property]]` tables of a world file or of a file of their own.
 
 Does: reads names, regions, steps and formulas.
 Assumes: the names of a statement, and the profile whose actions formulas speak of.
 Does not: decide. Formulas are parsed, never evaluated.
 """
 
-from collections.abc import Mapping, Sequence
-from fractions import Fraction
+from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
 from codegen.errors import InputError
 from codegen.ir import NO_CHILD, NO_FEATURE, ActionSpec, AgentPolicy, PolicyProfile, Tree
-from verify.claims.language.parser import Vocabulary, parse
-from verify.claims.region import is_list, is_table
+from verify.claims.language.formulas import Vocabulary, formula_of
+from verify.claims.language.tables import Table, properties, read_each
+from verify.claims.region_files import is_list, is_table
+from verify.exact import plain
+from verify.language.arithmetic import Typed
 from verify.systems.claims import MAX_STEPS, SystemClaim, SystemKind
-from verify.systems.files import parsed, region_of
+from verify.systems.files import region_of, region_parts
+from verify.systems.language.expressions import Number
 from verify.systems.statement import Statement
-from verify.systems.values import as_list, as_table, count, flat, only, text
+from verify.systems.values import ADVICE, as_list, as_table, count, flat, only, text
 from verify.systems.values import table as table_of
+from verify.toml_places import Place, parse
 
 KINDS = {kind.value: kind for kind in SystemKind}
 KEYS = ("name", "label", "region", "steps", "by", "formula")
-MAX_PROPERTIES = 200
-ZERO = Fraction(0)
 
 
 def ensure_claims(statement: Statement, where: str) -> int:
-    """How many claims a world's file has. InputError with the place of the first fault."""
-    tables = [as_table(table, f"{where}: property {index}") for index, table in enumerate(statement.properties, 1)]
-    return len(_claims(tables, statement, _stated(statement), where)) if tables else 0
+    """How many claims a world file has. InputError with the place of the first fault."""
+    place = replace(statement.place, name=where)
+    return len(_claims(statement.properties, place, statement, _stated(statement))) if statement.properties else 0
 
 
 def _stated(statement: Statement) -> dict[str, AgentPolicy]:
@@ -44,52 +47,51 @@ def _stated(statement: Statement) -> dict[str, AgentPolicy]:
 
 
 def claims_of(statement: Statement, profile: PolicyProfile, where: str) -> tuple[SystemClaim, ...]:
-    """The claims of a world's file. InputError with the place of the first fault."""
-    tables = [as_table(table, f"{where}: property {index}") for index, table in enumerate(statement.properties, 1)]
-    return _claims(tables, statement, {policy.agent: policy for policy in profile.agents}, where)
+    """The claims of a world file. InputError with the places of all that is wrong."""
+    acting = {policy.agent: policy for policy in profile.agents}
+    return _claims(statement.properties, replace(statement.place, name=where), statement, acting)
 
 
 def claims_in(source: str, statement: Statement, profile: PolicyProfile, where: str) -> tuple[SystemClaim, ...]:
-    """The claims of a property file. InputError with the place of the first fault."""
-    document = parsed(source, where)
-    only(document, ("property",), where)
-    given = as_list(document.get("property", []), f"{where}: property")
-    tables = [as_table(table, f"{where}: property {index}") for index, table in enumerate(given, 1)]
-    return _claims(tables, statement, {policy.agent: policy for policy in profile.agents}, where)
+    """The claims of a property file, likewise."""
+    document, place = parse(source, where, "not a readable property file", ADVICE)
+    only(document, ("property",), place)
+    return _claims(document, place, statement, {policy.agent: policy for policy in profile.agents})
 
 
 def _claims(
-    tables: Sequence[Mapping[str, object]], statement: Statement, acting: Mapping[str, AgentPolicy], where: str
+    document: Table, file: Place, statement: Statement, acting: Mapping[str, AgentPolicy]
 ) -> tuple[SystemClaim, ...]:
-    if not 1 <= len(tables) <= MAX_PROPERTIES:
-        advice = "begin each with a line [[property]]"
-        raise InputError(f"{len(tables)} properties, of 1 to {MAX_PROPERTIES}", where, advice)
-    return tuple(
-        _claim(table, statement, acting, f"{where}: property {index}") for index, table in enumerate(tables, 1)
-    )
+    return tuple(read_each(properties(document, file), lambda table, place: _claim(table, statement, acting, place)))
 
 
 def _claim(
-    table: Mapping[str, object], statement: Statement, acting: Mapping[str, AgentPolicy], where: str
+    table: Mapping[str, object], statement: Statement, acting: Mapping[str, AgentPolicy], where: Place
 ) -> SystemClaim:
     only(table, KEYS, where)
-    label = text(table.get("label", ""), f"{where}: label")
+    label = text(table.get("label", ""), where / "label")
     given = table.get("region", [])
-    stated = [given] if is_table(given) else as_list(given, f"{where}: region")
-    regions = tuple(
-        region_of(each, statement.names, f"{where}: region {index}") for index, each in enumerate(stated, 1)
-    )
-    words = " or ".join(map(_words, stated))
-    name = text(table.get("name", SystemKind.DECIDES.value), f"{where}: name")
+    stated = [given] if is_table(given) else as_list(given, where / "region")
+    place = where / "region"
+    places = [place / index for index in range(len(stated))] if is_list(given) else [place]
+    regions = tuple(region_of(each, statement.names, at) for each, at in zip(stated, places, strict=True))
+    words = " or ".join(_words(each, place) for each in stated)
+    name = text(table.get("name", SystemKind.DECIDES.value), where / "name")
     only({name: None}, KINDS, where, "property")
     kind = KINDS[name]
     for key in ("formula",) if kind is not SystemKind.DECIDES else ("steps", "by"):
         if key in table:
-            raise InputError(f"{name} has no {key}", f"{where}: {key}", "remove it")
+            raise InputError(f"{name} has no {key}", where / key, "remove it")
     if kind is SystemKind.DECIDES:
         written = _written(table, where)
-        known = Vocabulary(tuple(statement.names.known), acting, (), (), ZERO, ZERO)
-        found = parse(written, known, lambda place: f"{where}: formula, column {place + 1}")
+        constants = {
+            name: Typed(number.value.value, number.unit)
+            for name, number in statement.names.meant.items()
+            if isinstance(number.value, Number)
+        }
+        known = Vocabulary(tuple(statement.names.known), acting, units=statement.names.known, constants=constants)
+        found = formula_of(written, known, lambda offset: (where / "formula").of_offset(written, offset))
+        words = " or ".join(_words(each, place, _beyond(each, statement, where)) for each in stated)
         region = f"with {words}" if words else ""
         return SystemClaim(name, kind, regions, formula=found, label=label, region=region, written=written)
     if not regions:
@@ -97,29 +99,45 @@ def _claim(
     if not statement.rules:
         what = f"{name} is about episodes, and the file does not say how the state moves"
         raise InputError(what, where, "add [dynamics.next], or write a formula")
-    steps = count(table.get("steps", statement.system.steps), f"{where}: steps", MAX_STEPS)
+    steps = count(table.get("steps", statement.system.steps), where / "steps", MAX_STEPS)
     by = 0
     if kind is SystemKind.REACHES_AND_STAYS:
         if "by" not in table:
             raise InputError(f"{name} needs the step by which the region is reached", where, "write by = 20")
-        by = count(table["by"], f"{where}: by", steps)
+        by = count(table["by"], where / "by", steps)
     elif "by" in table:
-        raise InputError(f"{name} has no by", f"{where}: by", "remove it, or ask for reaches_and_stays")
+        raise InputError(f"{name} has no by", where / "by", "remove it, or ask for reaches_and_stays")
     return SystemClaim(name, kind, regions, steps, by, label=label, region=words)
 
 
-def _written(table: Mapping[str, object], where: str) -> str:
+def _written(table: Mapping[str, object], where: Place) -> str:
     """What is claimed of variables and actions."""
     if "formula" not in table:
         raise InputError("a property needs a name or a formula", where, f"names: {', '.join(KINDS)}")
-    return text(table["formula"], f"{where}: formula")
+    return text(table["formula"], where / "formula")
 
 
-def _words(region: object) -> str:
-    """A region that was read, in words."""
-    document = as_table(region, "region")
-    bounds = flat(table_of(document, "box", "region")).items()
+def _words(region: object, place: Place, beyond: Mapping[str, str] | None = None) -> str:
+    """A region that was read, in words. `beyond`: what is said of variables whose bounds leave their range."""
+    document = as_table(region, place)
+    bounds = flat(table_of(document, "box", place), place).items()
     said = [
-        f"{name} in [{', '.join(map(str, ends))}]" if is_list(ends) else f"{name} = {ends}" for name, ends in bounds
+        (f"{name} in [{', '.join(map(str, ends))}]" if is_list(ends) else f"{name} = {ends}")
+        + (beyond or {}).get(name, "")
+        for name, ends in bounds
     ]
-    return " and ".join([*said, *map(str, as_list(document.get("where", []), "region"))])
+    return " and ".join([*said, *map(str, as_list(document.get("where", []), place))]) or "any state"
+
+
+def _beyond(region: object, statement: Statement, where: Place) -> dict[str, str]:
+    """What a claim about decisions has to say of bounds that leave a range, since it is about states of the ranges."""
+    bounds, _ = region_parts(as_table(region, where), statement.names, where)
+    found: dict[str, str] = {}
+    for one in statement.system.variables:
+        low, high = bounds.get(one.name, one.range)
+        least, most = max(low, one.range[0]), min(high, one.range[1])
+        if least > most:
+            found[one.name] = " (no state of the ranges)"
+        elif (least, most) != (low, high):
+            found[one.name] = f" (of the ranges [{plain(least)}, {plain(most)}])"
+    return found

@@ -1,4 +1,4 @@
-"""A world's file as data: the system, who acts in it how, and the rules as they are written.
+"""A world file as data: the system, who acts in it how, and the rules as they are written.
 
 Does: what a file states beyond the system that proofs are about.
 Assumes: whoever makes one has checked it (files.py).
@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from verify.systems.language.expressions import Expression
 from verify.systems.language.parsing import Names
 from verify.systems.system import Box, Interval, System
+from verify.toml_places import Place
 
 
 @dataclass(frozen=True)
@@ -51,5 +52,6 @@ class Statement:
     agents: tuple[Agent, ...]
     rules: tuple[Rule, ...]
     names: Names = field(compare=False)  # what regions and claims may name
-    properties: tuple[object, ...] = field(default=(), compare=False)  # tables of claims, as they were read
+    properties: Mapping[str, object] = field(default_factory=dict[str, object], compare=False)  # tables of claims
+    place: Place = field(default=Place("", ""), compare=False)  # of the file
     state: str = ""  # the attribute of the reference environment that holds the variables in order

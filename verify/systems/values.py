@@ -2,7 +2,7 @@
 
 Does: checks kinds, keys and names; reads numbers with their units.
 Assumes: floats were left as the texts that they are.
-Does not: know what a world's file is about (files.py).
+Does not: know what a world file is about (files.py).
 """
 
 import re
@@ -11,23 +11,29 @@ from fractions import Fraction
 from keyword import iskeyword
 
 from codegen.errors import InputError, UnknownNameError, shown
-from verify.claims.region import Interval, is_list, is_table, number
-from verify.systems.language.expressions import Number, affine
-from verify.systems.language.parsing import FUNCTIONS, Names, Typed, expression_of, fitting
-from verify.systems.language.units import Unit, unit_of
+from verify.claims.region import Interval
+from verify.claims.region_files import is_list, is_table
+from verify.exact import number
+from verify.language.arithmetic import Typed
+from verify.language.units import Unit, unit_of
+from verify.systems.language.expressions import Expression, Number, affine
+from verify.systems.language.parsing import FUNCTIONS, Names, expression_of, fitting
+from verify.toml_places import Place
 
 ADVICE = "`maviper worlds new FILE` writes a file to start from"
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,63}")
 DOTTED = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,63}(\.[A-Za-z][A-Za-z0-9_]{0,63})?")
 _QUANTITY = re.compile(r"\s*([-+]?[0-9.][0-9._]*(?:[eE][-+]?[0-9]+)?(?:/[0-9_]+)?)(?:\s+([A-Za-z%1(].*))?\s*")
 
+_WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
-def table(document: Mapping[str, object], key: str, where: str) -> Mapping[str, object]:
+
+def table(document: Mapping[str, object], key: str, where: Place) -> Mapping[str, object]:
     """The table under a key; empty where there is none."""
-    return as_table(document.get(key, {}), f"{where}: {key}")
+    return as_table(document.get(key, {}), where / key)
 
 
-def as_table(value: object, where: str) -> Mapping[str, object]:
+def as_table(value: object, where: Place) -> Mapping[str, object]:
     """A value that must be a table."""
     if not is_table(value):
         raise InputError("not a table", where, ADVICE)
@@ -37,16 +43,23 @@ def as_table(value: object, where: str) -> Mapping[str, object]:
 VALUES = ("unit", "range")  # keys of a variable's own table
 
 
-def flat(given: Mapping[str, object]) -> dict[str, object]:
-    """A table whose keys are names of variables: `cart.x` without quotes is TOML's way to nest, and means the same."""
+def flat(given: Mapping[str, object], where: Place) -> dict[str, object]:
+    """A table whose keys are names of variables: `cart.x` without quotes is TOML's way to nest, and means the same.
+    InputError for a name that stands in it both ways.
+    """
     found: dict[str, object] = {}
     for name, value in given.items():
         nested = is_table(value) and not any(key in value for key in VALUES)
-        found |= {f"{name}.{key}": each for key, each in value.items()} if nested and is_table(value) else {name: value}
+        entries = (
+            {name: value} if not nested else {f"{name}.{key}": each for key, each in as_table(value, where).items()}
+        )
+        for key in entries.keys() & found.keys():
+            raise InputError(f"'{shown(key)}' stands twice in one table", where, "give it once")
+        found |= entries
     return found
 
 
-def as_list(value: object, where: str, length: int | None = None) -> list[object]:
+def as_list(value: object, where: Place, length: int | None = None) -> list[object]:
     """A value that must be a list, of this length if one is given."""
     if not is_list(value):
         raise InputError("not a list", where, ADVICE)
@@ -55,28 +68,28 @@ def as_list(value: object, where: str, length: int | None = None) -> list[object
     return value
 
 
-def only(given: Mapping[str, object], known: Collection[str], where: str, kind: str = "key") -> None:
+def only(given: Mapping[str, object], known: Collection[str], where: Place, kind: str = "key") -> None:
     """UnknownNameError for a key that is none of these."""
     for key in given:
         if key not in known:
             raise UnknownNameError(kind, key, known, where)
 
 
-def text(value: object, where: str) -> str:
+def text(value: object, where: Place) -> str:
     """A text of one line."""
     if not isinstance(value, str) or not value.isprintable():
         raise InputError("not a text of one line", where, 'write "..."')
     return value
 
 
-def count(value: object, where: str, most: int) -> int:
+def count(value: object, where: Place, most: int) -> int:
     """A whole number from 1."""
     if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= most:
         raise InputError(f"not a whole number from 1 to {most}", where, "write such as 25")
     return value
 
 
-def named(name: str, where: str, dotted: bool = False) -> str:
+def named(name: str, where: Place, dotted: bool = False) -> str:
     """A name that expressions can hold."""
     plain = (DOTTED if dotted else NAME).fullmatch(name)
     if plain is None or name in FUNCTIONS or any(iskeyword(part) for part in name.split(".")):
@@ -84,24 +97,35 @@ def named(name: str, where: str, dotted: bool = False) -> str:
     return name
 
 
-def quantity(value: object, where: str) -> tuple[Fraction, Unit | None]:
+def quantity(value: object, where: Place) -> tuple[Fraction, Unit | None]:
     """A number and its unit: 9.8, "1/3" or "9.8 m/s^2"; without a unit None. InputError for what is no number."""
-    found = _QUANTITY.fullmatch(value) if isinstance(value, str) else None
+    found = _QUANTITY.fullmatch(value) if isinstance(value, str) and value.isprintable() else None
     if found is None or found[2] is None:
         return number(value, where), None
     return number(found[1], where), unit_of(found[2], where)
 
 
-def typed(value: object, names: Names, where: str) -> Typed:
-    """A quantity or, of a text that is none, an expression."""
+def typed(value: object, names: Names, where: Place) -> Typed[Expression]:
+    """A quantity or, of a text that is none, an expression. InputError where a quantity may be meant as a product."""
     infinite = isinstance(value, str) and value.lstrip("+-") in ("inf", "nan")  # of TOML
-    if isinstance(value, str) and not infinite and not _QUANTITY.fullmatch(value):
+    stated = _QUANTITY.fullmatch(value) if isinstance(value, str) else None
+    if isinstance(value, str) and not infinite and stated is None:
         return expression_of(value, names, where)
+    if stated is not None and stated[2] is not None:
+        _ensure_unit(stated[1], stated[2], names, where)
     exact, unit = quantity(value, where)
     return Typed(Number(exact), unit)
 
 
-def measured(value: object, unit: Unit, names: Names, where: str) -> Fraction:
+def _ensure_unit(exact: str, unit: str, names: Names, where: Place) -> None:
+    """InputError for `0.5 x` where x is a name too: whoever wrote it may have meant 0.5*x."""
+    words = _WORD.findall(unit)
+    if words and all(word in names.known or word in names.meant for word in words):
+        what = f"'{shown(unit)}' is a unit, and the file has what is named so too"
+        raise InputError(what, where, f"write {exact}[{shown(unit)}] for the unit, {exact}*{shown(unit)} for a product")
+
+
+def measured(value: object, unit: Unit, names: Names, where: Place) -> Fraction:
     """A number in a unit: a quantity, or an expression of constants."""
     found = affine(fitting(typed(value, names, where), unit, where))
     if found is None or found.terms:
@@ -109,7 +133,7 @@ def measured(value: object, unit: Unit, names: Names, where: str) -> Fraction:
     return found.constant
 
 
-def interval(value: object, unit: Unit, names: Names, where: str) -> Interval:
+def interval(value: object, unit: Unit, names: Names, where: Place) -> Interval:
     """Bounds `[low, high]`, or one number for both."""
     ends = as_list(value, where, 2) if is_list(value) else [value, value]
     low, high = (measured(end, unit, names, where) for end in ends)

@@ -7,19 +7,17 @@ Does not: write reports (reports/report.py).
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any
 
 from codegen.intervals import Share
-from codegen.ir import PolicyProfile
-from verify.checker.certificates import Certificate
+from verify.checker.decisions.certificates import Certificate
 from verify.claims.decisions import DecisionClaim
-from verify.claims.observed import Viewed
-from verify.claims.region import MACHINE, Kind, Region, Verdict
 from verify.counterexamples.explanation import Explanation, explained
 from verify.counterexamples.search import Counterexample, confirmed, explain, near, violating_samples
 from verify.question import DecisionQuestion
+from verify.result import SETTLED, Cost, Evidence, Margin, Opinion, Result, Verdict
 from verify.solver import solve
 from verify.solver.decide import Decision, about_nothing, assumption_met, decide
 from verify.solver.leaves import LeafFinding, leaf_findings
@@ -27,12 +25,13 @@ from verify.solver.solve import Answer
 from verify.states.acting import Replay
 from verify.states.shares import SAMPLE_SEED, Shares, measure
 from verify.states.state import State
-from verify.verdicts.margins import Margin, room
-from verify.verdicts.opinions import Opinion, Zoned, agreeing, by_zones, largest_eps
+from verify.verdicts.margins import room
+from verify.verdicts.opinions import Zoned, agreeing, by_zones, largest_eps
 
 if TYPE_CHECKING:
     from verify.extent.found import Where
 
+UNIT = "resource units"
 ONLY_REAL = "a real-valued world state violates the claim; no float64 state near it was found that does"
 ONLY_ROUNDED = "rounding within sums may make the claim fail; no float64 state was found in which it does"
 
@@ -46,44 +45,43 @@ class Visited:
     episodes: int
 
 
-@dataclass(frozen=True)
-class Result:
-    """A verdict with everything that a report says about it."""
+@dataclass(frozen=True, kw_only=True)
+class DecisionEvidence(Evidence):
+    """What a verdict about single decisions rests on, and all else that a report says of it."""
 
-    claim: DecisionClaim
-    region: Region
-    verdict: Verdict
-    reason: str
     shares: Shares
-    control: Verdict  # of the same team with shuffled leaves; VIOLATED is what one hopes for
-    counterexample: Counterexample | None
-    replays: tuple[str, ...]  # what replays a counterexample, beside the reference
-    skipped: tuple[str, ...]  # replays that could not be had, with the reason
-    resources: int
-    budget: int
-    solver: str
-    visited: Visited | None  # on-policy states inside the region; None when the world cannot be played here
-    semantics: str = MACHINE
+    counterexample: Counterexample | None = None
+    explanation: Explanation | None = None  # of the counterexample
+    visited: Visited | None = None  # on-policy states inside the region; None when the world cannot be played here
     leaves: tuple[LeafFinding, ...] = ()  # of alive_leaves
     largest: Margin | None = None  # up to which margin a proved claim holds
     steady_up_to: Margin | None = None  # up to which errors of features a claim holds that zones proved with its own
-    engines: tuple[Opinion, ...] = ()  # those that were asked; where two have a verdict, it is the same
-    certificate: Certificate | None = None  # of a proof by zones; the checker accepted it
-    branches: int = 0  # that the certificate closes
+    certificate: Certificate | None = None  # of a proof by zones
+    solver: str = ""  # its name and version
     alone: str = ""  # why Z3 decides alone, where zones cannot speak
-    explanation: Explanation | None = None  # of the counterexample
     where: Where | None = None  # where it holds, when that was asked
-    within: Result | None = None  # the verdict in the largest region found
-    viewed: Viewed | None = None  # as of the question
+    verdict_in_largest_region: DecisionResult | None = None  # the verdict in the largest region found
 
     @property
-    def kind(self) -> Literal[Kind.DECISIONS, Kind.LEAVES]:
-        """What the claim is about."""
-        return self.claim.kind
+    def certificates(self) -> Iterator[tuple[str, Any]]:
+        """Also that of the region found."""
+        yield from super().certificates
+        inner = self.verdict_in_largest_region
+        if inner is not None and inner.evidence.certificate is not None:
+            yield "-region", inner.evidence.certificate
 
-    def about(self, profile: PolicyProfile) -> PolicyProfile:
-        """The profile that the claim speaks of: that which was given, or its view."""
-        return profile if self.viewed is None else self.viewed.profile
+    @property
+    def failing_state(self) -> State | None:
+        """The world state in which the claim fails."""
+        return None if self.counterexample is None else self.counterexample.state
+
+    @property
+    def plays_world(self) -> bool:
+        """Whether the states that its own episodes visit are known."""
+        return self.visited is not None
+
+
+DecisionResult = Result[DecisionClaim, DecisionEvidence]
 
 
 def verify(
@@ -91,56 +89,51 @@ def verify(
     replays: Mapping[str, Replay],
     visited: Visited | None = None,
     skipped: Sequence[str] = (),
-) -> Result:
+) -> DecisionResult:
     """The verdict on a question, with shares, control and a replayed counterexample.
 
     `skipped`: replays that could not be had, each with its reason, for the report.
     """
     claim = question.claim
-    if claim.kind is Kind.LEAVES:
+    if not claim.per_state:
         return _alive(question, visited)
     zoned, (verdict, reason, spent, state, second) = _judged(question)
-    beside = question.spending(solver_units=question.budgets.aside)
+    beside = question.spending(solver_units=question.budgets.detail_units)
     counterexample = explanation = None
     if state is not None:
         counterexample = explain(beside, state, replays)
         explanation = explained(beside, counterexample)
     measured = measure(beside, SAMPLE_SEED)
-    if verdict is Verdict.PROVED and measured.violating.hits:
+    if verdict is Verdict.PROVED:
         _ensure_none_violates(beside)
     steady = verdict is Verdict.PROVED and claim.eps and zoned.certificate is not None
-    control = Verdict.SKIPPED
-    if verdict in (Verdict.PROVED, Verdict.VIOLATED):
-        control = _shuffled(beside.control)
-    return Result(
-        claim=claim,
-        region=question.region,
-        verdict=verdict,
-        reason=reason,
+    control = _shuffled(beside.control) if verdict in SETTLED else Verdict.SKIPPED
+    evidence = DecisionEvidence(
         shares=measured,
         control=control,
         counterexample=counterexample,
+        explanation=explanation,
         replays=tuple(replays),
         skipped=tuple(skipped),
-        resources=spent,
-        budget=question.budgets.solver_units,
-        solver=solve.solver_name(),
         visited=visited,
-        semantics=question.semantics,
         largest=room(beside) if verdict is Verdict.PROVED else None,
         steady_up_to=largest_eps(question) if steady else None,
-        engines=(zoned.opinion, second),
+        opinions=(zoned.opinion, second),
         certificate=zoned.certificate if verdict is Verdict.PROVED else None,
         branches=zoned.branches,
+        solver=solve.solver_name(),
         alone=zoned.beyond,
-        explanation=explanation,
-        viewed=question.viewed,
     )
+    return Result(question, verdict, reason, evidence, _cost(question, spent))
+
+
+def _cost(question: DecisionQuestion, spent: int) -> Cost:
+    return Cost(spent, question.budgets.solver_units, UNIT)
 
 
 def verdict(question: DecisionQuestion) -> tuple[Verdict, str]:
     """The verdict of `verify` and its reason alone: without shares, control, margins and explanation."""
-    if question.claim.kind is Kind.LEAVES:
+    if not question.claim.per_state:
         found = _alive(question, None)
         return found.verdict, found.reason
     answer, reason, *_ = _judged(question)[1]
@@ -153,7 +146,9 @@ def _judged(question: DecisionQuestion) -> tuple[Zoned, tuple[Verdict, str, int,
     zoned = by_zones(question)
     settled = _settled(question, zoned)
     if settled[0] is Verdict.PROVED and not assumption_met(question):
-        reason = "no world state that meets the assumption was found; a larger --solver-units may find one"
+        asked = f"with {question.budgets.solver_units:,} resource units for each goal"
+        hint = question.budgets.hint("may find one")
+        reason = f"no world state that meets the assumption was found {asked}; {hint}"
         settled = (Verdict.UNKNOWN, reason, *settled[2:])
     return zoned, settled
 
@@ -176,7 +171,7 @@ def _ensure_none_violates(question: DecisionQuestion) -> None:
         raise AssertionError(f"proved, yet {wrong} violates {question.claim.name}")
 
 
-def _alive(question: DecisionQuestion, visited: Visited | None) -> Result:
+def _alive(question: DecisionQuestion, visited: Visited | None) -> DecisionResult:
     """The result of alive_leaves: PROVED when every leaf is reached, VIOLATED when one is proved to be dead."""
     nothing, spent = about_nothing(question)
     findings: list[LeafFinding] = []
@@ -185,41 +180,28 @@ def _alive(question: DecisionQuestion, visited: Visited | None) -> Result:
         spent += more
     kinds = {finding.verdict for finding in findings}
     worst = next(kind for kind in (Verdict.VIOLATED, Verdict.UNKNOWN, Verdict.PROVED) if kind in kinds or not kinds)
+    verdict = Verdict.VACUOUS if nothing else worst
+    reason = nothing or "; ".join(dict.fromkeys(one.reason for one in findings if one.reason))
     unasked = Share(0, 0)
-    return Result(
-        claim=question.claim,
-        region=question.region,
-        verdict=Verdict.VACUOUS if nothing else worst,
-        reason=nothing or "; ".join(dict.fromkeys(one.reason for one in findings if one.reason)),
-        shares=Shares(unasked, None, unasked),
-        control=Verdict.SKIPPED,
-        counterexample=None,
-        replays=(),
-        skipped=(),
-        resources=spent,
-        budget=question.budgets.solver_units,
-        solver=solve.solver_name(),
-        visited=visited,
-        semantics=question.semantics,
-        leaves=tuple(findings),
-        viewed=question.viewed,
-    )
+    shares, solver = Shares(unasked, None, unasked), solve.solver_name()
+    evidence = DecisionEvidence(shares=shares, solver=solver, visited=visited, leaves=tuple(findings))
+    return Result(question, verdict, reason, evidence, _cost(question, spent))
 
 
 def _settled(question: DecisionQuestion, zoned: Zoned) -> tuple[Verdict, str, int, State | None, Opinion]:
     """Verdict, reason, resources, for VIOLATED a confirmed point (case after case until one is), and Z3's opinion."""
     cases, only_real = question.cases, ""
     decided = zoned.opinion.verdict in (Verdict.PROVED, Verdict.VIOLATED)
-    units = question.budgets.second if decided else question.budgets.solver_units
+    units = question.budgets.second_opinion_units if decided else question.budgets.solver_units
     decision = decide(question.spending(solver_units=units), cases)
     spent = decision.resources
-    second = Opinion(solve.solver_name(), decision.verdict, spent, "resource units")
+    second = Opinion(solve.solver_name(), decision.verdict, spent, UNIT)
     if decision.verdict is not agreeing(zoned, second):
         answer = None if zoned.state is None else Answer(True, dict(zoned.state), 0)
         decision = Decision(zoned.opinion.verdict, 0, zoned.goal, answer, part=zoned.part)
     while decision.answer is not None:
         asked = decision.part or question
-        asked = asked.spending(solver_units=question.budgets.aside)
+        asked = asked.spending(solver_units=question.budgets.detail_units)
         state, extra = confirmed(asked, decision.goal, decision.answer)
         spent += extra
         if state is None and zoned.state is not None and zoned.goal == decision.goal:

@@ -16,14 +16,17 @@ from itertools import islice, pairwise
 
 from codegen.ir import PolicyProfile
 from codegen.policy_json import content_hash
-from verify.checker.certificates import FORM, PARTED, Certificate, accepted
-from verify.claims.decisions import OwnFormula
+from verify.checker.decisions.certificates import FORM, PARTED, Certificate, accepted
 from verify.claims.pairs import alike, counterpart, ensure_comparable, paired
-from verify.claims.region import MACHINE, Region, Verdict
+from verify.claims.region import Region
+from verify.claims.uncertified.own import OwnFormula
 from verify.counterexamples.search import MAX_PLACES, confirmed
 from verify.extent.violations import ExactShare, Failing, exact_share, united, violations
 from verify.question import Budgets, DecisionQuestion, Question
+from verify.result import Verdict
+from verify.semantics import MACHINE
 from verify.solver import decide as solver
+from verify.states.shares import unstated
 from verify.states.state import State, exact_point, inside, leaf_at, nearest
 from verify.verdicts.decisions import ONLY_REAL
 from verify.zones import engine as zones
@@ -31,7 +34,7 @@ from verify.zones.search import Branch
 
 TRIED = 64  # zones in which a float64 state is looked for, before Z3 is asked for one
 SPREAD = Fraction(755, 1000), Fraction(570, 1000)  # steps of a sequence that fills a square evenly
-NO_NODES, NO_CELLS = "the search ended after {:,} nodes; a larger --max-nodes goes on", "there are more than {:,} zones"
+NO_NODES, NO_CELLS = "the search ended after {:,} nodes; {}", "there are more than {:,} zones"
 MANY_CELLS = f"{NO_CELLS}; a larger --max-cells finds more"
 WITHOUT_ZONES = "a test bounds neither a coordinate nor a difference of two, so Z3 decides alone, without zones"
 Span = tuple[Fraction, Fraction]  # the least and the most that a share of the region may be
@@ -55,6 +58,7 @@ class AgentDifference:
     reason: str = ""  # why there is no answer, or not all zones
     failing: tuple[Failing, ...] = ()  # goal by goal
     share: ExactShare | None = None  # of the zones in the region
+    unmeasured: str = ""  # why no share of the region is told, and what to state
     example: State | None = None  # in which it acts differently, as both profiles' trees confirm
 
     @property
@@ -122,7 +126,7 @@ def difference(
         claim = OwnFormula(first.policy(names[0]).team, statement=alike(first, names))
         return Question(pair, claim, region, semantics, budgets or Budgets())
 
-    found = [_compared(asked(agent), agent) for agent in agents]
+    found = [replace(_compared(asked(one), one), unmeasured=unstated(asked(one))) for one in agents]
     proved = [one.agent for one in found if one.verdict is Verdict.PROVED and one.failing]
     certificate, branches = None, 0
     if proved:
@@ -143,7 +147,7 @@ def _compared(question: DecisionQuestion, agent: str) -> AgentDifference:
         failing = tuple(violations(question))
     except zones.BeyondZonesError:
         return _by_solver(question, agent)
-    share = exact_share(question, failing)
+    share = unstated(question) or exact_share(question, failing)
     known = share if isinstance(share, ExactShare) else None
     reason = _ending(question, failing)
     found = AgentDifference(agent, Verdict.VIOLATED, reason, failing, known)
@@ -162,7 +166,9 @@ def _ending(question: DecisionQuestion, failing: Sequence[Failing]) -> str:
     if not short:
         return ""
     spent = next((one.limit for one in short if one.nodes > one.limit), 0)
-    return NO_NODES.format(spent) if spent else MANY_CELLS.format(question.budgets.max_cells)
+    if spent:
+        return NO_NODES.format(spent, question.budgets.hint("goes on"))
+    return MANY_CELLS.format(question.budgets.max_cells)
 
 
 def example(question: DecisionQuestion, zone: Zone) -> State | None:

@@ -14,19 +14,17 @@ matter a proof may be missed, never given wrongly.
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import ClassVar, Literal
 
 import numpy as np
 
 from codegen.dynamics import partners
 from codegen.intervals import Share
 from codegen.ir import PolicyProfile
-from verify.checker import episode_certificates
-from verify.checker.episode_certificates import EpisodeCertificate
+from verify.checker.episodes import certificates as episode_certificates
+from verify.checker.episodes.certificates import EpisodeCertificate
 from verify.checker.reading import RejectedError
-from verify.claims.catalogue import left_out, whatever
+from verify.claims.catalogue import left_out, opponents_words
 from verify.claims.episodes import EpisodeClaim
-from verify.claims.region import MACHINE, Kind, Region, Verdict
 from verify.counterexamples.episode_explanation import EpisodeExplanation, explained
 from verify.counterexamples.search import simplest
 from verify.episodes import certificates
@@ -36,6 +34,7 @@ from verify.episodes.contacts import MAX_DRIFT
 from verify.episodes.zones import SCALE, points_of, starts
 from verify.extent.starts import StartShare
 from verify.question import EpisodeQuestion
+from verify.result import SETTLED, Cost, Evidence, Opinion, Result, Verdict
 from verify.states.episodes import (
     Episode,
     EpisodeReplay,
@@ -53,6 +52,7 @@ from verify.states.episodes import (
 from verify.states.shares import SAMPLE_SEED
 from verify.states.state import State, inside, sample, state_at
 
+ENGINE, UNIT = "zones", "zones"
 SAMPLES = 20_000
 LEFT_OPEN = "zones prove it, but the second reading of the policy does not: please report this"
 NO_START = (
@@ -62,49 +62,40 @@ NO_START = (
 TRIED_STARTS = 100  # sampled starts that fail in float64, looked at exactly
 
 
-@dataclass(frozen=True)
-class EpisodeResult:
-    """A verdict about whole episodes, with everything that a report says about it."""
+@dataclass(frozen=True, kw_only=True)
+class EpisodeEvidence(Evidence):
+    """What a verdict about whole episodes rests on, and all else that a report says of it."""
 
-    semantics: ClassVar[str] = MACHINE
-    where: ClassVar[None] = None  # it is not asked in which world states the claim holds
-    within: ClassVar[None] = None
-    counterexample: ClassVar[None] = None  # it fails in an episode and not in a world state
-    viewed: ClassVar[None] = None  # observations alone do not say what comes next
-
-    claim: EpisodeClaim
-    region: Region
-    verdict: Verdict
-    reason: str
-    zones: int
-    budget: int
     followed: tuple[tuple[str, ...], ...]
     violating: Share  # of sampled starts
     idle: Share  # of sampled starts from which a team that stands still fulfils the claim
-    control: Verdict  # of the same team with shuffled leaves
     state: State | None  # the start of the counterexample
     episode: Episode | None
     ways: tuple[Way, ...]  # how the team's agents fare in it
-    replays: tuple[str, ...]
-    skipped: tuple[str, ...]
+    explanation: EpisodeExplanation | None = None  # of the counterexample
     contacts: str  # how they were treated, in words; "" where nothing collides
     opponents: bool  # whether the proof follows agents of other teams by their own trees
-    left_out: str = ""  # which starts the claim is not about
-    explanation: EpisodeExplanation | None = None  # of the counterexample
-    certificate: EpisodeCertificate | None = None  # of a proof; the checker accepted it
-    branches: int = 0  # that the certificate closes
+    certificate: EpisodeCertificate | None = None
     uncertified: str = ""  # why a proof has no certificate, and so one reading only
     starts: StartShare | None = None  # how many of the region's fail, when that was asked
 
     @property
-    def kind(self) -> Literal[Kind.EPISODES]:
-        """What the claim is about."""
-        return self.claim.kind
+    def opponents_words(self) -> str:
+        """For what other agents a proof holds."""
+        return opponents_words(self.opponents)
 
     @property
-    def whatever(self) -> str:
-        """For what other agents a proof holds."""
-        return whatever(self.opponents)
+    def failing_state(self) -> State | None:
+        """The start of an episode that fails."""
+        return self.state
+
+    @property
+    def plays_world(self) -> bool:
+        """Whether something beside the reference can play an episode again."""
+        return bool(self.replays)
+
+
+EpisodeResult = Result[EpisodeClaim, EpisodeEvidence]
 
 
 def verify_episodes(
@@ -120,23 +111,18 @@ def verify_episodes(
     still = fulfilled(profile, claim, coordinates[None])
     judged = _judged(question)
     decision, control = judged.decision, Verdict.SKIPPED
-    if decision.verdict in (Verdict.PROVED, Verdict.VIOLATED):
+    if decision.verdict in SETTLED:
         control = _judged(question.control).decision.verdict
     state = episode = None
     if decision.state is not None:
         state = simplest(profile.world, decision.state, partial(_stands, question))
         episode = agreed(profile, state, claim.steps, rollouts)
-    return EpisodeResult(
-        claim=claim,
-        region=region,
-        verdict=decision.verdict,
-        reason=decision.reason,
-        zones=decision.zones,
-        budget=question.budgets.max_zones,
+    evidence = EpisodeEvidence(
         followed=decision.followed,
         violating=judged.violating,
         idle=Share(int(still.sum()), len(still)),
         control=control,
+        opinions=(Opinion(ENGINE, decision.verdict, decision.zones, UNIT),),
         state=state,
         episode=episode,
         ways=() if episode is None else ways_of(profile, claim, episode),
@@ -150,6 +136,8 @@ def verify_episodes(
         branches=judged.branches,
         uncertified=judged.uncertified,
     )
+    cost = Cost(decision.zones, question.budgets.max_zones, UNIT)
+    return Result(question, decision.verdict, decision.reason, evidence, cost)
 
 
 def verdict(question: EpisodeQuestion) -> tuple[Verdict, str]:

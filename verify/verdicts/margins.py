@@ -7,11 +7,10 @@ Does not: guess: a question that is not answered counts as not proved, so what i
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from fractions import Fraction
 
-from verify.claims.region import Verdict
 from verify.question import DecisionQuestion
+from verify.result import Margin, Verdict
 from verify.solver.decide import decide
 from verify.zones.engine import BeyondZonesError
 from verify.zones.margins import Room
@@ -19,15 +18,6 @@ from verify.zones.margins import Room
 STEP = Fraction(1, 1000)  # the grid, in the world's length unit
 MAX_QUESTIONS = 12
 WIDEST = Fraction(2)  # beyond the sides of the start regions nothing is ahead
-
-
-@dataclass(frozen=True)
-class Margin:
-    """Proved at `proved`; not at `failed`, or None where the widest margin that is asked about is proved too."""
-
-    proved: Fraction
-    failed: Fraction | None
-    questions: int
 
 
 def room(question: DecisionQuestion) -> Margin | None:

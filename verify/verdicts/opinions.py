@@ -10,25 +10,14 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from codegen.policy_json import content_hash
-from verify.checker.certificates import FORM, PARTED, Certificate, accepted
+from verify.checker.decisions.certificates import FORM, PARTED, Certificate, accepted
 from verify.checker.reading import RejectedError
-from verify.claims.region import Verdict
-from verify.question import DecisionQuestion
-from verify.verdicts.margins import Margin, largest_margin
+from verify.question import UNITS_A_NODE, DecisionQuestion
+from verify.result import Margin, Opinion, Verdict
+from verify.verdicts.margins import largest_margin
 from verify.zones import engine as zones
 
-UNITS_A_NODE = 50  # of a budget in solver resource units, so many stand for one search node
 ENGINE = "zones"
-
-
-@dataclass(frozen=True)
-class Opinion:
-    """What one engine said, and what it spent; SKIPPED where the question is beyond it."""
-
-    engine: str
-    verdict: Verdict
-    spent: int
-    unit: str
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Choices made disjoint: of each choice the k-th part and none of the earlier ones, so that shares of branches add.
+"""Rewrites disjunctions into mutually exclusive cases, so that volumes add up.
 
 Does: numbers the opposite of every bound of a table; rewrites flat formulas so that no point is on two branches.
 Assumes: all formulas of the question are numbered in the table already.

@@ -2,7 +2,7 @@
 
 Does: asks goal by goal, first leaf by leaf (lemmas), then over the product of the trees; exact rational points.
 Assumes: every inequality of the question bounds a coordinate or a difference of two; else BeyondZonesError.
-Does not: replay points, or use a solver; its proofs are checked by checker/decisions.py, which shares only
+Does not: replay points, or use a solver; its proofs are checked by checker/decisions/walk.py, which shares only
   checker/thresholds.py with it.
 """
 
@@ -14,8 +14,8 @@ from functools import cache
 from typing import TypeAlias
 
 from verify.claims.formula import Formula, agents
-from verify.claims.region import Verdict
 from verify.question import DecisionQuestion
+from verify.result import Verdict
 from verify.zones.compiled import CompiledSearch, affordable, price, search
 from verify.zones.disjoint import disjoint
 from verify.zones.search import Branch, BudgetError, Resolve, Search
@@ -71,8 +71,8 @@ class Tests:
 
 
 def decide(question: DecisionQuestion) -> Outcome:
-    """Whether the claim holds in every point of the region, for each goal, within `max_nodes` search nodes a goal: all
-    parts together, where a claim is answered in parts (its proof is theirs, one after the other).
+    """Whether the claim holds in every point of the region, for each goal, within `max_nodes` search nodes per goal:
+    all parts together, where a claim is answered in parts (its proof is theirs, one after the other).
 
     Where the claim has an `eps`: though each measured feature of each agent is off by up to that much, each by an error
     of its own. BeyondZonesError when the question is not about difference bounds; InputError when a feature has no
@@ -96,7 +96,7 @@ def decide(question: DecisionQuestion) -> Outcome:
         except BudgetError:
             spent, left[goal] = spent + query.limit, 0
             most = affordable(query.problem, budget)
-            reasons.append(f"goal {goal or 'none'}: not decided within {most} search nodes")
+            reasons.append(f"goal {goal or 'none'}: not decided within {most:,} search nodes")
             continue
         spent, left[goal] = spent + query.nodes, max(0, left[goal] - query.nodes * price(query.problem))
         if state is not None:
@@ -105,7 +105,8 @@ def decide(question: DecisionQuestion) -> Outcome:
         if not question.names_goal:
             alike[id(part)] = proof, query.nodes - before
     if reasons:
-        return Outcome(Verdict.UNKNOWN, spent, reason="; ".join(dict.fromkeys(reasons)))
+        told = "; ".join([*dict.fromkeys(reasons), question.budgets.hint()])
+        return Outcome(Verdict.UNKNOWN, spent, reason=told)
     return Outcome(Verdict.PROVED, spent, proofs=proofs, inhabitant=inhabitant)
 
 

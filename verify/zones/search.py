@@ -15,6 +15,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple, TypeAlias
 
+from verify.checker.envelope import varint
 from verify.progress import tell
 from verify.zones.tables import TRUE, Flat, Problem, ZoneTree
 
@@ -232,15 +233,3 @@ def _parts(frame: _Frame, zone: Zone, length: int) -> list[_Frame]:
         _Frame(zone, length, part, ors[1:], (*chosen, part), frame.agent, frame.node, frame.known, frame.leaves)
         for part in (reversed(ors[0]) if ors else ())
     ]
-
-
-def varint(number: int) -> bytes:
-    """A natural number in groups of seven bits, low ones first; all bytes but the last have the high bit."""
-    if number < 128:
-        return bytes((number,))
-    found = bytearray()
-    while number > 127:
-        found.append(number & 127 | 128)
-        number >>= 7
-    found.append(number)
-    return bytes(found)

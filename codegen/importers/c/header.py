@@ -10,6 +10,7 @@ back in lower case, as the header has no others.
 
 # pyright: basic
 # pycparser's nodes have no declared attributes
+import ast
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -45,18 +46,30 @@ def from_header(content: bytes, where: str) -> dict[str, Origin]:
         enums = [node.type for node in parsed.ext if isinstance(getattr(node, "type", None), c_ast.Enum)]
         names = [[each.name for each in enum.values.enumerators] for enum in enums]
         functions = {node.decl.name: node for node in parsed.ext if isinstance(node, c_ast.FuncDef)}
+        tables = {
+            node.name: node.init for node in parsed.ext if isinstance(getattr(node, "init", None), c_ast.InitList)
+        }
         found: dict[str, Origin] = {}
         for name in functions:
             agent = re.fullmatch(rf"{prefix[1].lower()}_(\w+)_act", name)
             if agent and f"{prefix[1]}_{agent[1].upper()}_N_ACTIONS" in numbers:
                 function = structure.followed(functions, name)  # agents with the same tree share its code
                 origin = _agent(function.body, f"{prefix[1]}_{agent[1].upper()}", names, numbers, where)
-                found[agent[1]] = _proved(function, origin, numbers)
+                found[agent[1]] = _proved(function, _labelled(origin, tables.get(f"{name[:-4]}_label")), numbers)
     except (ParseError, RecursionError, *structure.NOT_PROVED) as error:
         raise InputError(f"not a header of ours: {shown(error)[:100]}", where, ADVICE) from None
     if not found:
         raise InputError("the header has no agent", where, ADVICE)
     return found
+
+
+def _label(item: Any) -> int | float | str:
+    """A label: a number or a text."""
+    if isinstance(item, c_ast.UnaryOp) and item.op == "-":
+        return -_label(item.expr)  # type: ignore[operator]
+    if item.type == "string":
+        return ast.literal_eval(f"b{item.value}").decode()
+    return float.fromhex(item.value) if item.value.startswith("0x") else int(item.value)
 
 
 def _agent(
@@ -77,6 +90,16 @@ def _agent(
     return _numbered(origin, labels)
 
 
+def _labelled(origin: Origin, table: c_ast.InitList | None) -> Origin:
+    """The origin with the labels that a header has beside its actions' names."""
+    if table is None:
+        return origin
+    labels = tuple(map(_label, table.exprs))
+    if len({*labels}) != len(origin.labels) or len(labels) != len(origin.labels):
+        raise ValueError("there is a label for each action, and one only")
+    return replace(origin, labels=labels, called=dict(zip(labels, origin.labels, strict=True)))
+
+
 def _proved(function: c_ast.FuncDef, origin: Origin, numbers: Mapping[str, int]) -> Origin:
     """The origin, with what it compares; ValueError where the function is not its tree."""
     given = c_generator.CGenerator().visit(function.decl.type.args)
@@ -85,7 +108,7 @@ def _proved(function: c_ast.FuncDef, origin: Origin, numbers: Mapping[str, int])
         raise ValueError("a function takes neither float *x nor double *x")
     for fault in structure.act_faults(function, deployed(origin.grown, compared), numbers):
         raise ValueError(fault)
-    return replace(origin, numbers=compared)
+    return replace(origin, numbers=compared, given=f"{compared}, as it declares")
 
 
 def _numbered(origin: Origin, labels: Sequence[str]) -> Origin:

@@ -75,7 +75,7 @@ def _single(exact: Fraction) -> float:
     """The nearest float32, ties to even; infinite beyond the largest."""
     if exact >= BEYOND_FLOAT:
         return math.inf
-    with np.errstate(over="ignore"):
+    with np.errstate(over="ignore", under="ignore"):
         near = np.float32(float(exact))
         beside = [near, np.nextafter(near, np.float32(-np.inf)), np.nextafter(near, np.float32(np.inf))]
     if not np.isfinite(near):
@@ -91,14 +91,14 @@ def fits(value: Number, kind: str) -> bool:
         return isinstance(value, int) and low <= value <= high
     if isinstance(value, int):
         return abs(value) <= EXACT[kind]
-    with np.errstate(over="ignore"):
+    with np.errstate(over="ignore", under="ignore"):
         return kind == DOUBLE or float(np.float32(value)) == value
 
 
 def converted(number: Literal, kind: str) -> Number | None:
     """A number as a constant of a type holds it; None: it does not fit."""
     if kind == FLOAT and number.kind == DOUBLE:
-        with np.errstate(over="ignore"):
+        with np.errstate(over="ignore", under="ignore"):
             value = float(np.float32(number.value))
         return value if math.isfinite(value) else None
     return number.value if fits(number.value, kind) else None

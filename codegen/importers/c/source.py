@@ -28,7 +28,7 @@ from codegen.importers.c import meaning
 from codegen.importers.c.numbers import DOUBLE, EXACT, FLOAT, WHOLE, WHOLES, Literal, converted, fits, literal
 from codegen.importers.c.refusals import ADVICE, NUMBER_ADVICE, TEST_ADVICE, kind_of, line_of, refused, text_of
 from codegen.importers.c.text import plain
-from codegen.importers.origin import Origin
+from codegen.importers.origin import NOTHING, Origin, Said
 from codegen.importers.rules import (
     Condition,
     If,
@@ -51,14 +51,14 @@ TURNED = {"<": ">", "<=": ">=", ">": "<", ">=": "<=", "==": "==", "!=": "!="}
 MAX_FEATURES = 1 << 20
 
 
-def from_c(content: bytes, where: str) -> dict[str, Origin]:
+def from_c(content: bytes, where: str, said: Said = NOTHING) -> dict[str, Origin]:
     """The tree of each function in a file of if/else C, by the function's name. InputError with the line for everything
     that is no such file.
     """
     text = plain(content.decode(errors="replace"), where)
     try:
         parsed = CParser().parse(TYPES + text)
-        return {name: _origin(node, names, where) for name, (node, names) in _functions(parsed, where).items()}
+        return {name: _origin(node, names, where, said) for name, (node, names) in _functions(parsed, where).items()}
     except ParseError as error:
         at = re.match(r"[^:]*:(\d+):\d+: (.*)", str(error), re.DOTALL)
         place, what = (f"{where}, line {at[1]}", at[2]) if at else (where, str(error))
@@ -145,10 +145,10 @@ def _number(node: Any) -> Literal | None:
 # --- a function
 
 
-def _origin(node: Any, known: _Known, where: str) -> Origin:
+def _origin(node: Any, known: _Known, where: str, said: Said) -> Origin:
     reader = _Reader(f"{where}, function {shown(node.decl.name)}", known)
     found = program(reader.function(node), reader.where)
-    labels = labels_of(found.values, (), reader.called, reader.where)
+    labels = labels_of(found.values, (), reader.called, reader.where, scores=said.scores)
     place = np.array([labels.place(value) for value in found.values], dtype=np.int32)
     action = np.where(found.tree.action < 0, found.tree.action, place[found.tree.action])
 
@@ -160,11 +160,13 @@ def _origin(node: Any, known: _Known, where: str) -> Origin:
         kind=KIND,
         grown=type(found.tree)(found.tree.feature, found.tree.threshold, found.tree.left, found.tree.right, action),
         labels=labels.labels,
+        called=labels.called,
         act=act,
         replayed_by=REPLAYED_BY,
         features=tuple(reader.features),
         n_features=reader.width,
         numbers=FLOAT64 if {*reader.kinds, reader.kind} - {""} == {DOUBLE} else FLOAT32,
+        given="numbers of the types that it declares",
         n_read=reader.last + 1,
         nan=found.nan,
     )

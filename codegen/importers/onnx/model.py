@@ -59,7 +59,15 @@ def origin_of(content: bytes, feature_names: Sequence[str] | None = None) -> Ori
 
     numbers = FLOAT64 if found.double else FLOAT32
     return Origin(
-        KIND, found.grown, found.labels, act, replayed_by, n_features=found.n_features, nan=found.nan, numbers=numbers
+        KIND,
+        found.grown,
+        found.labels,
+        act,
+        replayed_by,
+        n_features=found.n_features,
+        nan=found.nan,
+        numbers=numbers,
+        given=f"{numbers}, the type of its input",
     )
 
 

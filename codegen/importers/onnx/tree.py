@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from codegen.errors import InputError
+from codegen.floats import FLOAT64, neighbour
 from codegen.ir import NO_ACTION, NO_CHILD, NO_FEATURE, Bool, Float64, GrownTree
 
 TREE = "TreeEnsembleClassifier"
@@ -103,7 +104,7 @@ def _grown(given: dict[str, Any], labels: Sequence[int | str]) -> GrownTree:
     return GrownTree(
         np.where(split, features, NO_FEATURE),
         # x < t and x <= (the double before t) say the same
-        np.where(split, np.where(less, np.nextafter(values, -np.inf), values), 0.0),
+        np.where(split, np.where(less, neighbour(values, -np.inf, FLOAT64), values), 0.0),
         np.where(split, left, NO_CHILD),
         np.where(split, right, NO_CHILD),
         np.where(split, NO_ACTION, _classes(given, place, split, labels)),

@@ -15,7 +15,7 @@ from typing import Any
 from mpe2 import simple_adversary_v3
 
 STEPS = 25
-SQUARED_RADIUS = 0.1  # the radius is its root, 0.316; as in maviper/worlds/particle.py, SQUARED_RADII
+SQUARED_RADIUS = 0.1  # the radius is its root, 0.316; as in maviper/worlds/games/particle.py, SQUARED_RADII
 
 
 def policies() -> ModuleType:
@@ -29,7 +29,7 @@ def policies() -> ModuleType:
 def played(env: Any, deciders: Mapping[str, Callable[[Any], int]], seed: int) -> tuple[bool, bool, list[str]]:
     """One episode: whether the adversary succeeded, whether the defenders did, and each step's actions.
 
-    The success of maviper/worlds/physical_deception.py (`values`): at some step after the start the adversary is
+    The success of maviper/worlds/games/physical_deception.py (`values`): at some step after the start the adversary is
     within the radius of the goal; at some one such step each target has a defender of its own within it.
     """
     observations, _ = env.reset(seed=seed)

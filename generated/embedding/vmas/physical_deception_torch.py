@@ -137,7 +137,7 @@ def act_agent_0(x: Array) -> Array:
                     torch.where(
                         x2 <= 0,  # node 16: landmark_0_dx <= 0
                         torch.where(
-                            x3 <= -8388609,  # node 17: landmark_0_dy <= -1.17549e-38
+                            x3 <= -8388609,  # node 17: landmark_0_dy < 0
                             3,  # down, leaf 18
                             4,  # up, leaf 19
                         ),
@@ -182,12 +182,12 @@ def act_agent_1(x: Array) -> Array:
                     1,  # left, leaf 5
                 ),
                 torch.where(
-                    x5 <= -8388609,  # node 6: landmark_1_dy <= -1.17549e-38
+                    x5 <= -8388609,  # node 6: landmark_1_dy < 0
                     3,  # down, leaf 7
                     torch.where(
                         x5 <= 1036831947,  # node 8: landmark_1_dy <= 0.1
                         torch.where(
-                            x4 <= -8388609,  # node 9: landmark_1_dx <= -1.17549e-38
+                            x4 <= -8388609,  # node 9: landmark_1_dx < 0
                             1,  # left, leaf 10
                             2,  # right, leaf 11
                         ),
@@ -217,7 +217,7 @@ def act_agent_1(x: Array) -> Array:
                 torch.where(
                     x9 <= -1069236508,  # node 23: agent_0_dy <= -1.46292
                     torch.where(
-                        x5 <= -8388609,  # node 24: landmark_1_dy <= -1.17549e-38
+                        x5 <= -8388609,  # node 24: landmark_1_dy < 0
                         3,  # down, leaf 25
                         2,  # right, leaf 26
                     ),

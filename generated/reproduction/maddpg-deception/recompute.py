@@ -4,6 +4,8 @@ import numpy as np
 
 np.seterr(all="ignore")  # a ratio to nothing is no number
 AT = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else pathlib.Path(__file__).parent)
+if not (AT / "numbers.json").exists():
+    sys.exit(f"{AT} holds no numbers.json and no episodes/: unpack episodes.tar.xz there, or play them again (README.md has the command)")
 NUMBERS = json.loads((AT / "numbers.json").read_text())  # what each is made of
 FACTS = functools.cache(lambda cell: json.loads((AT / "facts" / f"{cell}.json").read_text()))
 MODES = {"value": lambda a, b, c: a, "ratio": lambda a, b, c: a / b, "inverse": lambda a, b, c: b / a}

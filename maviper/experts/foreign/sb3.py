@@ -118,7 +118,7 @@ def _network(tensors: Tensors, where: str) -> tuple[str, list[Linear]]:
 
 
 def _ensure_spaces(data: Mapping[str, Any], where: str) -> None:
-    """Refuses what changes observations before the network sees them, and policies of somebody's own."""
+    """Refuses what changes observations before the network sees them, and policies of classes of the user's."""
     seen, acts = (_class(data.get(f"{kind}_space")) for kind in ("observation", "action"))
     if acts != "Discrete":
         raise InputError(f"the policy's actions are a {acts or 'space unknown'}, not Discrete", where, BY_HAND)

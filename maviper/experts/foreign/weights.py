@@ -18,6 +18,8 @@ from codegen.ir import Float32
 from maviper.experts.foreign.layers import Linear
 
 MAX_BYTES = 256 * 2**20
+REFUSED = re.compile(r"(?:GLOBAL|class) ([A-Za-z_][\w.]{0,100}) (?:was|is) not")  # in torch's words
+ADVISED = re.compile(r"weights.only|safe_globals|trust", re.IGNORECASE)  # where torch says how to load more
 Tensors = Mapping[str, Float32]
 
 
@@ -46,9 +48,20 @@ def _torch(data: bytes, where: str) -> Any:
         _ensure_small(data)
         return torch.load(io.BytesIO(data), map_location="cpu", weights_only=True)
     except Exception as error:  # whatever a damaged or hostile file makes of it
-        said = (str(error).strip().splitlines() or [type(error).__name__])[0][:200]
+        said = _reason(error)
         advice = "save it as torch.save(module.state_dict(), file)"
         raise InputError("not a file of weights alone; nothing else is loaded", f"{where}: {said}", advice) from None
+
+
+def _reason(error: Exception) -> str:
+    """Why torch does not load a file, without its advice to load it all the same, which would run what it holds."""
+    text = str(error).strip()
+    named = REFUSED.search(text)
+    if named:
+        return f"it holds {named[1]}"
+    if ADVISED.search(text):
+        return "it is a TorchScript archive" if "TorchScript" in text else "it holds more than tensors, or is damaged"
+    return (text.splitlines() or [type(error).__name__])[0][:200]
 
 
 def _ensure_small(data: bytes) -> None:

@@ -135,8 +135,8 @@ def _several(task: _Task, seeds: Sequence[int], jobs: int, console: Console) -> 
         for place, one in zip(folders, asked, strict=True)
     ]
     best, card = best_of(folder, seeds, side_by_side(_beside, tasks, jobs), _scored, console.line)
-    for file in (training.EXPERT_FILE, training.CARD_FILE, training.CURVE_FILE):
-        runs.write(folder / file, (folder_of(folder, best) / file).read_bytes())
+    kept = (training.EXPERT_FILE, training.CARD_FILE, training.CURVE_FILE)
+    runs.write_all(folder, {file: (folder_of(folder, best) / file).read_bytes() for file in kept})
     return card
 
 

@@ -5,7 +5,7 @@ Does: trains, judges checkpoints, keeps the best in the folder at all times, res
 Assumes: the extra `maviper[train]`.
 Does not: know how an algorithm learns.
 
-A run folder holds config.json, metrics.jsonl (one line a checkpoint), checkpoints/ (the finalists so far),
+A run folder holds config.json, metrics.jsonl (one line per checkpoint), checkpoints/ (the finalists so far),
 state.safetensors (to resume from) and expert.safetensors (the best so far); when it is done also card.json and
 learning_curve.svg. An interrupted run goes on from its last checkpoint and gives the same expert, byte for byte.
 """

@@ -17,7 +17,7 @@ from typing import Protocol
 import numpy as np
 
 from codegen.ir import NO_ACTION, NO_CHILD, NO_FEATURE, Bool, Float32, Float64, GrownTree
-from maviper.worlds.particle import Int
+from maviper.worlds.games.particle import Int
 
 
 class CartTree:

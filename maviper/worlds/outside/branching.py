@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from codegen.errors import InputError
-from maviper.worlds.processes import Copy
+from maviper.worlds.outside.processes import Copy
 from maviper.worlds.world import Outcome
 
 ADVICE = "use --critic none, or an expert with Q"

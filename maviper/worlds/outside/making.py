@@ -9,13 +9,23 @@ import importlib
 import inspect
 import sys
 from collections.abc import Callable
-from contextlib import redirect_stdout
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+import numpy as np
+
 from codegen.errors import InputError, UnknownNameError
-from maviper.worlds.outside.sources import GYMNASIUM, MAX_STEPS, SYSTEM, WRAP, Source, fault
+from maviper.worlds.outside.silence import output_aside
+from maviper.worlds.outside.sources import GYMNASIUM, MAX_STEPS, WRAP, Source, fault
+
+Maker = Callable[[str], Callable[..., Any]]  # from what a name says behind its colon to what makes the environment
+_MAKERS: dict[str, Maker] = {}
+
+
+def add_maker(kind: str, maker: Maker) -> None:
+    """From here on `kind:NAME` names what `maker` makes: rooms that this one does not know announce themselves."""
+    _MAKERS[kind] = maker
 
 
 def imported(source: Source) -> Callable[..., Any]:
@@ -29,10 +39,8 @@ def imported(source: Source) -> Callable[..., Any]:
         from maviper.worlds.outside.single_agent import registered
 
         return registered(source.function)
-    if source.module == SYSTEM:
-        from maviper.worlds.outside.systems import stated
-
-        return stated(source.function)
+    if source.module in _MAKERS:
+        return _MAKERS[source.module](source.function)
     if folder not in sys.path:
         sys.path.insert(0, folder)
     importlib.invalidate_caches()
@@ -45,7 +53,7 @@ def imported(source: Source) -> Callable[..., Any]:
 
 def _module(source: Source) -> ModuleType:
     try:
-        with redirect_stdout(sys.stderr):  # ours is for results
+        with output_aside(), np.errstate():  # our output is for results; what np.seterr sets there is not ours
             return importlib.import_module(source.module)
     except ModuleNotFoundError as error:
         if error.name is not None and f"{source.module}.".startswith(f"{error.name}."):
@@ -65,7 +73,7 @@ def made(function: Callable[..., Any], source: Source) -> Any:
     if unknown:
         raise UnknownNameError("option", unknown[0], [*(known or ()), *mine], source.text)
     try:
-        with redirect_stdout(sys.stderr):
+        with output_aside():
             env = function(**options)
     except (Exception, SystemExit) as error:
         raise fault(error, source, source.function) from error

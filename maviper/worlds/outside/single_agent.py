@@ -94,7 +94,7 @@ def _known() -> list[str]:
 class SingleAgent(ParallelEnv[str, Any, Any]):
     """`env` with its one agent. `source`: how it was named, for errors.
 
-    `as_it_is`: somebody else flattens what it observes. It says about itself what `maviper.worlds.pettingzoo` reads.
+    `as_it_is`: somebody else flattens what it observes. It says about itself what `pettingzoo.py` reads.
     InputError for spaces that no tree can read or play.
     """
 

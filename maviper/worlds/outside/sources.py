@@ -11,16 +11,18 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
-from warnings import catch_warnings, simplefilter
 
 from codegen.errors import InputError, MaviperError
+from codegen.process.unwarned import unwarned
 
 GYMNASIUM = "gymnasium"  # the module whose functions are the ids of its registered environments
-SYSTEM = "system"  # the module whose functions are paths of world's files
+SYSTEM = "system"  # the module whose functions are paths of world files
 VMAS = "vmas"  # the module whose functions are the names of its scenarios
 MAX_STEPS, WRAP = "max_steps", "wrap"  # the options that are ours: how long an episode may be, and wrappers
+INSTALLED = {"site-packages", "dist-packages"}  # folders of packages, which are not what a user would fix
 NUMBER = re.compile(r"-?[0-9]{1,18}")
-OURS = Path(__file__).parent.parent
+OURS = Path(__file__).parents[2]
+CHECK = "fix it there, then run `maviper worlds check`"
 MAX_MESSAGE = 300  # characters of what an environment says when it raises
 MAX_ACTIONS = 1 << 16  # of an agent: beyond it, they are numbers rather than choices
 
@@ -35,12 +37,12 @@ class Source:
 
     @property
     def reference(self) -> str:
-        """`module:function`; of a world's file without its folder."""
+        """`module:function`; of a world file without its folder."""
         return f"{self.module}:{Path(self.function).name if self.module == SYSTEM else self.function}"
 
     @property
     def called(self) -> str:
-        """A name for the world: the module's and the function's, or that of a world's file."""
+        """A name for the world: the module's and the function's, or that of a world file."""
         return Path(self.function).stem if self.module == SYSTEM else f"{self.module}-{self.function}"
 
     @property
@@ -81,16 +83,17 @@ def value_of(text: int | str) -> Any:
         return text
 
 
-def fault(error: BaseException, source: Source, doing: str) -> MaviperError:
-    """What an environment raised, with its place in the environment's own code."""
+def fault(error: BaseException, source: Source, doing: str, advice: str = CHECK) -> MaviperError:
+    """What a user's code raised, with the last place in that code, or in what it calls where it is in none."""
     if isinstance(error, MaviperError):
         return error
     frames = [frame for frame in traceback.extract_tb(error.__traceback__) if OURS not in Path(frame.filename).parents]
     frames = [frame for frame in frames if not frame.filename.startswith("<frozen importlib")]
+    frames = [frame for frame in frames if not INSTALLED.intersection(Path(frame.filename).parts)] or frames
     place = f": {frames[-1].filename}:{frames[-1].lineno}, in {frames[-1].name}" if frames else ""
     message = " ".join(str(error).split())[:MAX_MESSAGE]
     said = f"{type(error).__name__}: {message}" if message else type(error).__name__
-    return InputError(f"{doing} raised {said}", source.text + place, "fix it there, then run `maviper worlds check`")
+    return InputError(f"{doing} raised {said}", source.text + place, advice)
 
 
 def attribute(env: Any, name: str, source: Source) -> Any:
@@ -143,6 +146,5 @@ def _texts(given: Any) -> tuple[str, ...] | None:
 
 def space(env: Any, kind: str, agent: Any) -> Any:
     """An agent's `action` or `observation` space, by method or, as older environments have it, from a mapping."""
-    with catch_warnings():
-        simplefilter("ignore")
+    with unwarned():
         return getattr(env, f"{kind}_space")(agent)

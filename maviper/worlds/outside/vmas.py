@@ -8,10 +8,9 @@ Does not: know what observations mean; end one agent's episode before the others
 from __future__ import annotations
 
 import re
-import sys
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager, redirect_stdout
+from contextlib import contextmanager
 from copy import copy
 from importlib import import_module
 from itertools import count, product
@@ -22,9 +21,11 @@ import numpy as np
 from codegen.dynamics import motionless
 from codegen.errors import InputError, MissingToolError, UnknownNameError
 from codegen.ir import MAX_LENGTH, ActionSpec, Bool, FeatureSpec, Float32, Float64
+from codegen.process.unwarned import FILTERS
 from maviper.worlds.outside.flattening import MAX_FEATURES, legal_names
+from maviper.worlds.outside.pettingzoo import PAST, EnvStates, teams_by_name
+from maviper.worlds.outside.silence import output_aside
 from maviper.worlds.outside.sources import MAX_STEPS, fault, parsed, value_of
-from maviper.worlds.pettingzoo import PAST, EnvStates, teams_by_name
 from maviper.worlds.seeds import TRAINING, folded
 from maviper.worlds.world import RETURN, Int, Measure, World
 
@@ -81,7 +82,7 @@ class VmasWorld(World):
             raise InputError(what, self.source.text, "leave it out")
         given = {key: value_of(value) for key, value in options.items() if key != MAX_STEPS}
         settings: dict[str, Any] = {"continuous_actions": False, "terminated_truncated": True, "seed": 0}
-        with self._at_work("make_env"), warnings.catch_warnings(record=True) as said:
+        with FILTERS, self._at_work("make_env"), warnings.catch_warnings(record=True) as said:
             warnings.simplefilter("always")
             env = vmas.make_env(scenario, num_envs=n_games, **settings, **given)
         unused = [str(each.message) for each in said if "passed but not used" in str(each.message)]
@@ -95,7 +96,7 @@ class VmasWorld(World):
     def _at_work(self, doing: str) -> Iterator[None]:
         """What VMAS prints goes to standard error, and what it raises becomes an InputError."""
         try:
-            with redirect_stdout(sys.stderr):
+            with output_aside():
                 yield
         except (Exception, SystemExit) as error:
             raise fault(error, self.source, f"VMAS's {doing}") from error

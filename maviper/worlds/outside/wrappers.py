@@ -109,7 +109,7 @@ class Turns(turn_based_aec_to_parallel_wrapper):  # type: ignore[misc]
 class Flattened(ParallelEnv[Any, Any, Any]):
     """A parallel environment whose agents observe vectors, at their end the mask of their actions where there is one.
 
-    `masks`: masks are in infos. It says about itself what `maviper.worlds.pettingzoo` reads.
+    `masks`: masks are in infos. It says about itself what `pettingzoo.py` reads.
     """
 
     def __init__(self, env: ParallelEnv, masks: bool, source: Source) -> None:

@@ -14,17 +14,18 @@ from codegen.targets import TARGETS, emit
 from maviper.cli import main
 from maviper.compilation.compile import compile_profile
 from maviper.verification.join import verify_claims
-from tests.teams import team, towards
+from tests.support.teams import team, towards
 from verify.claims.catalogue import find_property
-from verify.claims.region import Verdict, everywhere
+from verify.claims.uncertified.starts import everywhere
 from verify.question import Question
+from verify.result import Verdict
 
 
 @pytest.fixture
 def counted(monkeypatch):
     """How often a profile was lowered and a library was built."""
     done = Counter()
-    distinct, run = lowering.ensure_distinct, compiled_c._run
+    distinct, run = lowering.ensure_distinct, compiled_c.run
 
     def lowered(model, *more):
         done["lowered"] += 1
@@ -35,7 +36,7 @@ def counted(monkeypatch):
         return run(command, folder)
 
     monkeypatch.setattr(lowering, "ensure_distinct", lowered)
-    monkeypatch.setattr(compiled_c, "_run", ran)
+    monkeypatch.setattr(compiled_c, "run", ran)
     return done
 
 
@@ -56,13 +57,14 @@ def test_proofs_and_vectors_use_the_same_build(profile, counted, tmp_path):
 
 @pytest.mark.compile
 @pytest.mark.solver
+@pytest.mark.smoke
 def test_a_verify_compiles_for_its_first_replay_only(profile, counted):
     apart = team(profile, towards(0, 1), towards(1, 1))
     claim, start = find_property("distinct_targets", apart), everywhere(apart)
     (proved,) = verify_claims([Question(apart, claim, start)])
     assert proved.verdict is Verdict.PROVED and counted["libraries"] == 0, "nothing was replayed"
     found = verify_claims([Question(profile, claim, start)] * 2)
-    assert found[0].verdict is Verdict.VIOLATED and "compiled C" in found[0].replays
+    assert found[0].verdict is Verdict.VIOLATED and "compiled C" in found[0].evidence.replays
     assert counted == {"lowered": 2, "libraries": 1}
 
 

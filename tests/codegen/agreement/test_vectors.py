@@ -43,7 +43,7 @@ def test_the_shipped_test_passes_and_notices_a_wrong_threshold(target, style, pr
     assert said == n if style != "ordered" else 0.8 * n < said < n, "NaN is left out by that style's contract"
     source = next(name for name in files if "vectors" not in name and "_test" not in name)
     # doubles that decide are no float32 values in Python and JavaScript, where < would do as well
-    wrong = {"c": ("<=", "<"), "rust": ("] <= f", "] < f"), "python": (")) <= ", ")) >= ")}.get(
+    wrong = {"c": ("<=", "<"), "rust": ("] <= f", "] < f"), "python": ("_double(v)) <= ", "_double(v)) >= ")}.get(
         target, ("] <= ", "] >= ")
     )
     (tmp_path / source).write_text(files[source].replace(*wrong))

@@ -17,10 +17,10 @@ from codegen.lowering.lower import lower
 from codegen.targets import emit
 from maviper.cli import main
 from maviper.compilation import proofs
-from tests.codegen.games import NAMES, random_profile
-from tests.codegen.targets.test_targets import chain
-from tests.strategies import profiles, with_trees
-from tests.teams import tree
+from tests.support.chains import chain
+from tests.support.games import NAMES, random_profile
+from tests.support.strategies import profiles, with_trees
+from tests.support.teams import tree
 
 pytestmark = pytest.mark.solver
 STYLES = ["nested", "ordered", "walk"]

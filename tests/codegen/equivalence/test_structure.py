@@ -9,7 +9,7 @@ from codegen.equivalence import structure
 from codegen.lowering.lower import lower
 from codegen.targets import emit
 from tests import faults
-from tests.strategies import profiles
+from tests.support.strategies import profiles
 
 NOT_ITS_OWN = (
     "input check",
@@ -34,6 +34,7 @@ def proved(profile, style, change=lambda text: text):
 @pytest.mark.parametrize("style", ["nested", "ordered", "walk"])
 @settings(max_examples=15)
 @given(profile=profiles())
+@pytest.mark.smoke
 def test_right_headers_are_proved(style, profile):
     assert proved(profile, style)[1] == []
 

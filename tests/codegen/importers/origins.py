@@ -21,6 +21,12 @@ def asked(origins, finite=True):
 
 
 def decided(origins, policy, rows):
-    """The labels that the imported policy gives."""
+    """The labels that the imported policy gives: each action's own, or else its number or name."""
     (origin,) = origins.values()
-    return [origin.labels[action] for action in ir.act(policy, rows)]
+    return [label_of(policy, origin, action) for action in ir.act(policy, rows).tolist()]
+
+
+def label_of(policy, origin, action):
+    """What a source returns, as the profile says it."""
+    given = policy.actions[action]
+    return given.label if given.label is not None else given.name if isinstance(origin.labels[0], str) else action

@@ -10,7 +10,8 @@ from sklearn.tree import DecisionTreeClassifier, DecisionTreeRegressor
 
 from codegen.errors import InputError
 from codegen.importers.documents import from_dtcontrol, from_treelite
-from codegen.importers.python_source import from_python
+from codegen.importers.origin import Said
+from codegen.importers.python.source import from_python
 from tests.codegen.importers.origins import asked, data, decided
 
 pytestmark = pytest.mark.interop
@@ -25,7 +26,7 @@ def test_trees_through_m2cgens_python_decide_as_its_code(seed):
         max_depth=2 + seed % 6, random_state=seed
     )
     text = m2cgen.export_to_python(model.fit(x, y))
-    origins = from_python(text.encode(), "tree.py")
+    origins = from_python(text.encode(), "tree.py", Said(scores=True))
     policy, rows = asked(origins)
     space = {}
     exec(text, space)
@@ -134,7 +135,7 @@ def treelite_model(nodes, **more):
     return json.dumps(given | more).encode()
 
 
-def test_node(place, left, right, **more):
+def split_node(place, left, right, **more):
     given = {
         "node_id": place, "split_feature_id": 1, "default_left": False, "node_type": "numerical_test_node",
         "comparison_op": "<", "threshold": 0.1, "left_child": left, "right_child": right,
@@ -143,14 +144,13 @@ def test_node(place, left, right, **more):
 
 
 LEAVES = [{"node_id": 1, "leaf_value": [1.0, 0.0]}, {"node_id": 2, "leaf_value": [0.0, 1.0]}]
-test_node.__test__ = False
 
 
 @pytest.mark.parametrize("sign", ["<", "<=", ">", ">="])
 @pytest.mark.parametrize("left", [True, False])
 def test_signs_and_sides_of_nan(sign, left):
     (origin,) = from_treelite(
-        treelite_model([test_node(0, 1, 2, comparison_op=sign, default_left=left), *LEAVES]), "t"
+        treelite_model([split_node(0, 1, 2, comparison_op=sign, default_left=left), *LEAVES]), "t"
     ).values()
     policy, rows = asked({"a": origin}, finite=False)
     assert decided({"a": origin}, policy, rows) == [
@@ -162,15 +162,15 @@ def test_signs_and_sides_of_nan(sign, left):
 @pytest.mark.parametrize(
     ("nodes", "more", "said"),
     [
-        ([test_node(0, 0, 0), *LEAVES], {}, "deeper than 64"),
-        ([test_node(0, 1, 5), *LEAVES], {}, "not treelite's JSON"),
-        ([test_node(0, 1, 2, node_type="categorical_test_node"), *LEAVES], {}, "a node is not understood"),
-        ([test_node(0, 1, 2, comparison_op="=="), *LEAVES], {}, "a test is not understood"),
-        ([test_node(0, 1, 2, split_feature_id=7), *LEAVES], {}, "tests feature 7, there are 2"),
-        ([test_node(0, 1, 2), *LEAVES], {"postprocessor": "exponential"}, "the link is not understood"),
-        ([test_node(0, 1, 2), *LEAVES], {"base_scores": [0.0, 1.0]}, "the link is not understood"),
-        ([test_node(0, 1, 2), *LEAVES], {"num_target": 2}, "2 targets"),
-        ([test_node(0, 1, 2, threshold=10**400), *LEAVES], {}, "not treelite's JSON"),
+        ([split_node(0, 0, 0), *LEAVES], {}, "deeper than 64"),
+        ([split_node(0, 1, 5), *LEAVES], {}, "not treelite's JSON"),
+        ([split_node(0, 1, 2, node_type="categorical_test_node"), *LEAVES], {}, "a node is not understood"),
+        ([split_node(0, 1, 2, comparison_op="=="), *LEAVES], {}, "a test is not understood"),
+        ([split_node(0, 1, 2, split_feature_id=7), *LEAVES], {}, "tests feature 7, there are 2"),
+        ([split_node(0, 1, 2), *LEAVES], {"postprocessor": "exponential"}, "the link is not understood"),
+        ([split_node(0, 1, 2), *LEAVES], {"base_scores": [0.0, 1.0]}, "the link is not understood"),
+        ([split_node(0, 1, 2), *LEAVES], {"num_target": 2}, "2 targets"),
+        ([split_node(0, 1, 2, threshold=10**400), *LEAVES], {}, "not treelite's JSON"),
         ([{"node_id": 0, "leaf_value": [1.0, math.nan]}], {}, "a leaf's scores are"),
         (
             [{"node_id": 0, "leaf_value": math.nan}],
@@ -182,7 +182,7 @@ def test_signs_and_sides_of_nan(sign, left):
             {"task_type": "kBinaryClf", "postprocessor": "sigmoid"},
             "too close to call",
         ),
-        ([test_node(0, 1, 2), *LEAVES], {"trees": [1, 2]}, "2 trees"),
+        ([split_node(0, 1, 2), *LEAVES], {"trees": [1, 2]}, "2 trees"),
     ],
 )
 def test_other_models_of_treelite_are_refused(nodes, more, said):

@@ -13,10 +13,10 @@ from codegen.importers.c.source import from_c
 from codegen.importers.documents import from_treelite
 from codegen.importers.onnx.model import from_onnx
 from codegen.importers.origin import Names, profile_of
-from codegen.importers.python_source import from_python
+from codegen.importers.python.source import from_python
 from codegen.importers.scikit import from_sklearn
 from codegen.targets import emit
-from tests.codegen.games import NAMES, doubled, random_profile
+from tests.support.games import NAMES, doubled, random_profile
 
 PYTHON = "def act(x):\n    if x[0] < 0.1 and x[1] >= 1e-3:\n        return 1\n    return 2 if x[1] == 0.3 else 0\n"
 

@@ -10,7 +10,7 @@ from codegen.agreement import probes
 from codegen.errors import DisagreementError, InputError
 from codegen.importers import replay
 from codegen.importers.origin import Names, profile_of
-from codegen.importers.python_source import from_python
+from codegen.importers.python.source import from_python
 
 TEXT = b"""
 def act(a, b, c):

@@ -1,5 +1,7 @@
 """Trees of others: the same decisions at every boundary, or an error that says why not."""
 
+import warnings
+
 import numpy as np
 import pytest
 from sklearn.base import clone
@@ -79,8 +81,8 @@ def test_what_is_no_single_tree_is_refused():
         from_sklearn(DecisionTreeClassifier().fit(x, rng.integers(2, size=(4, 2))))
     with pytest.raises(InputError, match="3 feature names for 4"):
         from_sklearn(fitted()[0], ["a", "b", "c"])
-    for names in (["a"], [], list("abcd")):
-        with pytest.raises(InputError, match=f"{len(names)} action names for 3 classes"):
+    for names in (["a"], [], ["a", "b"]):
+        with pytest.raises(InputError, match="the source names its actions itself: go, turn, wait"):
             from_sklearn(fitted()[0], action_names=names)
 
 
@@ -97,6 +99,90 @@ def test_a_classifier_that_predicts_in_another_way_is_refused():
     for classifier in (contrary, changed):
         with pytest.raises(InputError, match="does not predict as"):
             from_sklearn(classifier)
+
+
+class Validating(DecisionTreeClassifier):
+    def _validate_X_predict(self, X, check_input):
+        return -super()._validate_X_predict(X, check_input)
+
+
+class Classes(DecisionTreeClassifier):
+    @property
+    def classes_(self):
+        return self.named[::-1] if isinstance(self.named, np.ndarray) else self.named
+
+    @classes_.setter
+    def classes_(self, given):
+        self.named = given
+
+
+class Looking(DecisionTreeClassifier):
+    def __getattribute__(self, name):
+        return super().__getattribute__(name)
+
+
+class Mixed:
+    def predict(self, x):
+        return DecisionTreeClassifier.predict(self, -x)
+
+
+class Before(Mixed, DecisionTreeClassifier):
+    pass
+
+
+class Fitted(DecisionTreeClassifier):
+    """Fits in its own way, which the tree shows, and says more of itself."""
+
+    def fit(self, x, y):
+        return super().fit(-x, y)
+
+    def depth(self):
+        return self.get_depth()
+
+
+class Lookalike:
+    """No tree of scikit-learn."""
+
+    def __init__(self, tree):
+        self.tree_, self.classes_ = tree.tree_, tree.classes_
+
+    def predict(self, x):
+        return x
+
+
+def test_a_subclass_that_replaces_what_prediction_uses_is_refused():
+    x = np.random.default_rng(0).normal(size=(50, 3))
+    y = x[:, 0] > 0
+    for kind in (Validating, Classes, Looking, Before):
+        with pytest.raises(InputError, match="does not predict as scikit-learn's own: it replaces"):
+            from_sklearn(kind().fit(x, y))
+    with pytest.raises(InputError, match="does not predict as"):
+        from_sklearn(Lookalike(DecisionTreeClassifier().fit(x, y)))
+    changed = RandomForestClassifier(1).fit(x, y)
+    changed.estimators_[0]._validate_X_predict = None
+    forest = RandomForestClassifier(1).fit(x, y)
+    forest.predict_proba = lambda rows: rows
+    searched = GridSearchCV(DecisionTreeClassifier(), {"max_depth": [2]}).fit(x, y)
+    searched.best_estimator_.apply = print
+    for model in (forest, searched):
+        with pytest.raises(InputError, match="does not predict as"):
+            from_sklearn(model)
+    own = Fitted().fit(x, y)
+    policy = from_sklearn(own).agents[0]
+    assert ir.act(policy, x.astype(np.float32)).tolist() == own.predict(x.astype(np.float32)).tolist()
+
+
+@pytest.mark.parametrize("scaler", [StandardScaler(), MinMaxScaler(), RobustScaler(), MaxAbsScaler()], ids=str)
+def test_a_scaler_that_was_fitted_on_missing_values_alone_is_refused_in_words(scaler):
+    x = np.random.default_rng(0).normal(size=(50, 3))
+    y = x[:, 0] > 0
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        model = make_pipeline(scaler, DecisionTreeClassifier(max_depth=2)).fit(x, y)
+        model[0].fit(np.where([True, True, False], x, np.nan))
+    with pytest.raises(InputError, match=r"not finite|not understood") as caught:
+        from_sklearn(model)
+    assert caught.value.next_step
 
 
 def test_what_was_learned_from_missing_values_is_refused_where_it_shows():
@@ -172,9 +258,10 @@ def test_labels_whose_names_collide_are_refused(labels):
     with pytest.raises(InputError, match="become the same action name") as caught:
         named(labels)
     assert all(repr(label) in caught.value.what for label in labels)
-    assert named(labels, action_names=["p", "q"]) == ["p", "q"]
-    with pytest.raises(InputError, match="'a-b' and 'a b' become the same"):
-        named(labels, action_names=["a-b", "a b"])
+    renamed = [f"{new}={old}" for new, old in zip("pq", labels, strict=True)]
+    assert sorted(named(labels, action_names=renamed)) == ["p", "q"]
+    with pytest.raises(InputError, match="become the same action name, a_b"):
+        named(labels, action_names=[f"a-b={labels[0]}", f"a b={labels[1]}"])
 
 
 @pytest.mark.parametrize("given", [["if", "IF", "i f", "", "ß"], ["x" * 90, "x" * 91], ["1", "_1", "1", "-1"]])

@@ -16,8 +16,8 @@ from codegen.lowering import passes
 from codegen.lowering.deploy import deployed
 from codegen.region import RegionSpec
 from codegen.targets import USUAL, emit
-from tests.strategies import grown_trees
-from tests.teams import LEFT, RIGHT, STAY, UP, tree
+from tests.support.strategies import grown_trees
+from tests.support.teams import LEFT, RIGHT, STAY, UP, tree
 
 N_FEATURES = 10
 

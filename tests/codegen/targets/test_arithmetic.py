@@ -22,7 +22,7 @@ from codegen.floats import neighbour
 from codegen.observe import observe
 from codegen.region import RegionSpec
 from codegen.targets import c
-from tests.codegen.games import random_profile
+from tests.support.games import random_profile
 
 LARGEST = float(np.finfo(np.float32).max)
 THRESHOLDS = [-0.75, 2.0**-149, 0.5 + 2.0**-24, 0.75, LARGEST]  # significands odd and even, the ends of the format

@@ -12,9 +12,9 @@ from codegen.agreement import probes, readback, selfcheck
 from codegen.floats import FLOAT32
 from codegen.lowering.lower import lower
 from codegen.targets import emit
-from tests.codegen.games import random_profile
-from tests.strategies import with_trees
-from tests.teams import towards, tree
+from tests.support.games import random_profile
+from tests.support.strategies import with_trees
+from tests.support.teams import towards, tree
 
 LIBRARIES = ["jax", "torch"]
 TINY = float(np.float32(1e-45))

@@ -14,7 +14,7 @@ from codegen.agreement.build import build
 from codegen.errors import InputError
 from codegen.policy_json import dumps, loads
 from codegen.targets import SINGLE, TARGETS, emit
-from tests.codegen.games import NAMES, doubled, random_profile
+from tests.support.games import NAMES, doubled, random_profile
 
 FEW = 500
 TAKEN = [target for target in TARGETS if target not in SINGLE]

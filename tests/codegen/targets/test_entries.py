@@ -16,8 +16,8 @@ from codegen.lowering.lower import lower
 from codegen.region import RegionSpec
 from codegen.targets import emit
 from maviper.worlds import find
-from tests.codegen.games import NAMES, random_profile
-from tests.codegen.targets.test_targets import renamed
+from tests.support.chains import renamed
+from tests.support.games import NAMES, random_profile
 
 FEW = 200
 STATE = {  # the manual's example: landmark_0 is the goal

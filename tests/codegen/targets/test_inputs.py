@@ -19,8 +19,8 @@ from codegen.errors import InputError
 from codegen.floats import deciding_double, neighbour
 from codegen.lowering.lower import lower
 from codegen.targets import emit
-from tests.strategies import with_trees
-from tests.teams import towards, tree
+from tests.support.strategies import with_trees
+from tests.support.teams import towards, tree
 
 
 @pytest.fixture(scope="module")

@@ -7,7 +7,7 @@ from sklearn.tree import DecisionTreeClassifier
 from codegen.importers import scikit
 from codegen.targets import emit
 from tests.benchmarks.misra import checker, findings
-from tests.codegen.games import NAMES, random_profile
+from tests.support.games import NAMES, random_profile
 
 
 @pytest.fixture(autouse=True)

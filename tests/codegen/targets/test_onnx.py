@@ -12,10 +12,10 @@ from codegen.agreement import probes, readback, selfcheck
 from codegen.errors import MissingToolError
 from codegen.importers.onnx import model as importer
 from codegen.targets import emit
-from tests.codegen.games import NAMES, random_profile
-from tests.codegen.targets.test_targets import chain
-from tests.strategies import profiles
-from tests.teams import tree
+from tests.support.chains import chain
+from tests.support.games import NAMES, random_profile
+from tests.support.strategies import profiles
+from tests.support.teams import tree
 
 FEW = 1_000
 

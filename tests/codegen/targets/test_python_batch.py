@@ -10,8 +10,8 @@ from codegen.lowering.deploy import deployed
 from codegen.lowering.lower import lower
 from codegen.lowering.model import TILED
 from codegen.targets import emit
-from tests.codegen.games import random_tree
-from tests.codegen.targets.test_targets import chain
+from tests.support.chains import chain
+from tests.support.games import random_tree
 
 BLOCK, TILE = 65_536, 256  # rows of the emitted code
 

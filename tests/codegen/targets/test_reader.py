@@ -11,8 +11,8 @@ from hypothesis import given, settings
 from codegen import ir
 from codegen.agreement import probes, readback, selfcheck
 from codegen.targets import emit
-from tests.codegen.games import NAMES, random_profile
-from tests.strategies import profiles
+from tests.support.games import NAMES, random_profile
+from tests.support.strategies import profiles
 
 
 def reader(profile, folder):

@@ -14,7 +14,7 @@ from codegen.agreement.build import build
 from codegen.agreement.compiled import STRICT
 from codegen.importers import scikit
 from codegen.targets import emit
-from tests import machines
+from tests.support import machines
 
 COMPILER = "arm-none-eabi-gcc"
 MAX_BYTES = {4: 160, 6: 450}  # of code and tables, as an array walk by hand takes

@@ -113,6 +113,7 @@ def test_compile_writes_what_it_proved(capsys, profile_file, tmp_path):
     assert sum(row["observations"] for row in evidence["agreement"] if row["target"] == "tree as grown") > 300_000
 
 
+@pytest.mark.usefixtures("few_observations")
 def test_compile_without_a_compiler_is_skipped_and_exit_3(capsys, profile_file, tmp_path, monkeypatch):
     monkeypatch.setenv("CC", "no-such-compiler")
     code, _, err = run(capsys, "compile", profile_file, "-o", tmp_path / "code")
@@ -153,7 +154,8 @@ def test_verify_answers_on_stdout_and_by_exit_code(capsys, profile_file, tmp_pat
     found = "counterexample-1-distinct_targets"
     reports = ["play.html", "profile.json", "report.html", "report.json", "report.txt"]
     test = f"test_{found}.py".replace("-", "_")
-    assert names(tmp_path / "report") == [f"{found}.json", *reports, "states-1-distinct_targets.json", test]
+    given = [".maviper.json", f"{found}.json", *reports, "states-1-distinct_targets.json", test]
+    assert names(tmp_path / "report") == given
     assert json.loads((tmp_path / "report" / "report.json").read_text()) == facts
 
 
@@ -233,6 +235,7 @@ def test_a_read_only_folder_is_an_input_error(capsys, profile_file, tmp_path):
 @pytest.mark.parametrize(
     ("compiler", "message"), [("gcc '", "cannot read $CC"), ("true", "cannot load"), ("false", "does not work")]
 )
+@pytest.mark.usefixtures("few_observations")
 def test_a_broken_compiler_is_something_outside(capsys, profile_file, tmp_path, monkeypatch, compiler, message):
     monkeypatch.setenv("CC", compiler)
     code, _, err = run(capsys, "compile", profile_file, "-o", tmp_path / "code")

@@ -12,10 +12,10 @@ from codegen.errors import ExitCode
 from codegen.policy_json import dumps
 from maviper.cli.main import run as command
 from maviper.page.differences import page_of
-from maviper.verification.difference import DiffOptions, compared
+from maviper.verification.diff import DiffOptions, compared
 from tests.maviper.page.browsers import in_chromium, in_node
-from tests.maviper.page.test_page import STATE, starts
-from verify.claims.region import Verdict
+from tests.support.pages import STATE, starts
+from verify.result import Verdict
 
 pytestmark = pytest.mark.solver
 
@@ -50,7 +50,7 @@ def test_equal_policies_are_proved_equal_and_the_proof_is_accepted(files, tmp_pa
     said = capsys.readouterr().err
     assert said.count("alike ") == 3 and "different" not in said
     assert {path.name for path in out.iterdir()} == {
-        "against.json", "certificate.json", "difference.json", "play.html", "profile.json",
+        ".maviper.json", "against.json", "certificate.json", "difference.json", "play.html", "profile.json",
     }  # fmt: skip
     assert command(["check", str(out / "certificate.json")]) == ExitCode.DONE
     assert "adversary_0, agent_0, agent_1 act as in the second profile in region start" in capsys.readouterr().out

@@ -16,8 +16,8 @@ from maviper.cli import exits, main
 from maviper.experts.training import run as commands
 from maviper.extraction import run
 from maviper.files import runs
-from tests.teams import team, towards
-from tests.test_golden import small_profile
+from tests.support.small import small_profile
+from tests.support.teams import team, towards
 
 PROVED = Path(__file__).parents[3] / "generated" / "proved_defenders" / "profile.json"
 QUICK = ["--iterations", "2", "--rollouts", "4", "--selection-episodes", "4", "--refinement", "0", "--max-depth", "2"]
@@ -48,6 +48,7 @@ def extract(place, *more):
     return ["-q", "extract", "physical-deception", *QUICK, *more, "-o", place]
 
 
+@pytest.mark.smoke
 def test_a_run_folder_goes_on_with_resume_alone(capsys, monkeypatch, tmp_path):
     with monkeypatch.context() as patched:
         patched.setattr(run, "extract", interrupted)
@@ -114,6 +115,7 @@ def test_training_goes_on_with_resume_alone(capsys, monkeypatch, tmp_path):
 
 
 @pytest.mark.solver
+@pytest.mark.usefixtures("few_observations")
 def test_commands_without_runs_are_run_again(capsys, monkeypatch, tmp_path):
     """Also after another one in this process that had a run, and into a folder that holds one."""
     place = tmp_path / "run"

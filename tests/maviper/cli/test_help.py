@@ -40,6 +40,7 @@ def test_every_command_has_one_whole_line_in_its_group(path, capsys):
 
 
 @NAMED
+@pytest.mark.smoke
 def test_every_help_has_an_example_that_parses(path, capsys):
     command = COMMANDS[path]
     assert command.example and all(f"  {line}\n" in help_of(path, capsys) for line in command.example.splitlines())
@@ -52,6 +53,7 @@ def test_every_help_has_an_example_that_parses(path, capsys):
         named.make_context(line, rest)
 
 
+@pytest.mark.smoke
 def test_the_chapters_hold_every_command():
     named = [name for names in main.cli.chapters.values() for name in names]
     assert sorted(named) == sorted(main.cli.commands)

@@ -26,12 +26,24 @@ def test_an_imported_profile_is_shown_and_compiled(place, capsys):
     assert (place / "code" / "road.json").exists()
 
 
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [([], "Python's floats"), (["--arrays", "float32"], "float32 arrays"), (["--arrays", "float64"], "float64 arrays")],
+)
+def test_the_numbers_that_the_file_is_given_are_said(place, capsys, words, said):
+    assert main.run(["import", "policy.py", *words, "-o", "profile.json"]) == 0
+    line = next(each for each in capsys.readouterr().err.splitlines() if each.startswith("given"))
+    assert said in line
+
+
 def test_a_team_and_its_names(place, capsys):
-    words = ["--agents", "a=policy.py, b=policy.py", "--features", "v,d", "--actions", "go,brake"]
+    words = ["--agents", "a=policy.py, b=policy.py", "--features", "v=speed,d=gap", "--actions", "go,brake"]
     assert main.run(["import", *words, "-o", "profile.json"]) == 0
     profile = load("profile.json")
     assert [policy.agent for policy in profile.agents] == ["a", "b"]
     assert [feature.name for feature in profile.agents[0].features] == ["v", "d"]
+    said = capsys.readouterr().err
+    assert "0 v <- speed, 1 d <- gap" in said and "0 go, 1 brake" in said
 
 
 @pytest.mark.parametrize(
@@ -41,7 +53,7 @@ def test_a_team_and_its_names(place, capsys):
         (["policy.py", "--agents", "a=policy.py"], "give a file, or --agents"),
         (["--agents", "a"], "give agent=file"),
         (["--agents", "a=policy.py,a=policy.py"], "an agent appears twice"),
-        (["policy.py", "--features", "one"], "1 feature names for 2 features"),
+        (["policy.py", "--features", "one"], "the source names its features itself: speed, gap"),
         (["policy.txt"], "cannot read the file"),
     ],
 )

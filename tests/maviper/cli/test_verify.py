@@ -21,6 +21,7 @@ def profile_file(profile, tmp_path_factory):
 
 
 @pytest.mark.solver
+@pytest.mark.smoke
 def test_verdicts_alone_are_those_of_the_report(capsys, profile_file):
     code = command(["verify", profile_file, *TWO, "--json"])
     full = json.loads(capsys.readouterr().out)["results"]

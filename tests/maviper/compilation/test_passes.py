@@ -15,8 +15,8 @@ from maviper.compilation import compile
 from maviper.compilation.passes import transformed
 from maviper.episodes.on_policy import on_policy
 from maviper.worlds.matching import matching_world
-from tests.teams import DOWN, LEFT, RIGHT, UP, team, tree
-from verify.claims.region import read_region
+from tests.support.teams import DOWN, LEFT, RIGHT, UP, team, tree
+from verify.claims.region_files import read_region
 from verify.states.state import sample
 
 TEXT = """

@@ -29,46 +29,16 @@ from maviper.extraction.selection import refine
 from maviper.extraction.selection.arena import Arena
 from maviper.extraction.settings import HISTOGRAM, PRESETS, Settings
 from maviper.worlds import find
-from maviper.worlds.outside.making import imported
-from maviper.worlds.outside.sources import parsed
-from maviper.worlds.pettingzoo import PettingZooWorld
-from tests.growing import train_joint_trees
+from tests.support.ends import LEFT, OVER, PLACE, Expert, world_of
+from tests.support.growing import train_joint_trees
 
-PLACE, TIME, OVER = range(3)  # what everybody observes in tests.environments.Relay
-LEFT = 2  # what the expert does for those who have left, and for nobody else
 SMALL = {"iterations": 2, "rollouts": 12, "selection_episodes": 6, "max_depth": 3, "refinement": 0}
 EVERY = [each for each in product(ALGORITHMS, PRESETS) if each != (FITTED_Q, "released")]
-
-
-def world_of(text):
-    text = f"tests.environments:{text}"
-    return PettingZooWorld(imported(parsed(text)), text, 1)
 
 
 @pytest.fixture
 def relay():
     return world_of("relay")
-
-
-class Expert:
-    """Acts by its place; likes its own action best, and everybody's action LEFT. Keeps what it was asked."""
-
-    card: dict = {}  # noqa: RUF012
-    hash = ""
-    centralized = True
-
-    def __init__(self, world):
-        self.agents, self.asked = world.agents, []
-
-    def act(self, agents, observations, state):
-        seen = [observations[agent] for agent in agents]
-        return np.stack([np.where(each[:, OVER] > 0, LEFT, each[:, PLACE] > 0) for each in seen], axis=1)
-
-    def q(self, agent, observations, state, joint, given):
-        self.asked.append((agent, [seen.copy() for seen in observations], joint.copy()))
-        acted = np.where(joint[None] == AS_GIVEN, given[:, None], joint[None])  # [batch, n_joint, n_agents]
-        own, wanted = acted[..., agent], self.act([agent], observations, state)
-        return (own == wanted) * (1.0 + observations[agent][:, [PLACE]] ** 2) * (1 + (acted == LEFT).sum(axis=2))
 
 
 @pytest.fixture(autouse=True)

@@ -22,9 +22,9 @@ from maviper.experts.scripted import scripted
 from maviper.extraction.algorithms import extract
 from maviper.extraction.settings import Settings
 from maviper.worlds import Measure, find
-from maviper.worlds.pettingzoo import PettingZooWorld
-from tests.environments import Line
-from tests.teams import tree
+from maviper.worlds.outside.pettingzoo import PettingZooWorld
+from tests.support.environments import Line
+from tests.support.teams import tree
 
 FEW = 5
 SEEDS = range(metrics.MEASUREMENT_SEEDS, metrics.MEASUREMENT_SEEDS + FEW)
@@ -167,6 +167,7 @@ def test_the_other_games(other):
     assert any(row.measure.lower_is_better for row in found.against["script"])
 
 
+@pytest.mark.smoke
 def test_a_trees_comparisons_are_the_depths_of_its_leaves(world, profile):
     """Trees of known shape: one leaf, and a chain whose long arm is never taken."""
     chain = tree((0, 1e6, 1, 2), 3, (0, 2e6, 3, 4), 1, 2)
@@ -356,7 +357,7 @@ def test_a_mix_without_an_expert_plays_against_itself(capsys):
 
 
 def test_a_users_environment(profile, tmp_path):
-    world = PettingZooWorld(Line, "tests.environments:Line,length=6", games=1)
+    world = PettingZooWorld(Line, "tests.support.environments:Line,length=6", games=1)
     agents = tuple(
         ir.AgentPolicy(agent, world.team_of(agent), features, actions, tree((0, 0.0, 1, 2), 2, 0))
         for agent, features, actions in zip(world.agents, world.features, world.actions, strict=True)

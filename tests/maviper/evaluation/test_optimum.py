@@ -13,7 +13,7 @@ from maviper.experts.finding import find_expert
 from maviper.extraction.algorithms import extract
 from maviper.extraction.settings import Settings
 from maviper.worlds import find
-from tests.codegen.games import random_tree
+from tests.support.games import random_tree
 
 
 def by_hand(world, rules):

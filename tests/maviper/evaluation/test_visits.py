@@ -35,7 +35,7 @@ def test_visits_are_the_leaves_met_against_experts(profile, world, expert, monke
 
 
 def test_those_who_have_left_visit_nothing(monkeypatch):
-    from tests.maviper.episodes.test_ends import Expert, world_of
+    from tests.support.ends import Expert, world_of
 
     monkeypatch.setattr(held_out, "EVALUATION_EPISODES", 4)
     relay = world_of("relay")

@@ -16,8 +16,8 @@ from maviper.experts.measured import GAMMA, Measured
 from maviper.experts.network import ACTOR, VALUE, NetworkExpert
 from maviper.experts.scripted import scripted
 from maviper.worlds import find
-from maviper.worlds.physical_deception import ADVERSARIES, DEFENDERS
-from maviper.worlds.predator_prey import PREDATORS, PREY
+from maviper.worlds.games.physical_deception import ADVERSARIES, DEFENDERS
+from maviper.worlds.games.predator_prey import PREDATORS, PREY
 
 FILES = {file: name for name, file in store.SHIPPED.items()}
 FRESH = range(9_000_000, 9_001_000)  # episodes that neither training nor a card used
@@ -126,6 +126,7 @@ def test_cards_say_what_made_them_and_what_was_measured(name):
 
 
 @pytest.mark.parametrize("name", FILES.values())
+@pytest.mark.smoke
 def test_beside_each_expert_lie_its_card_and_its_learning_curve(name):
     folder = resources.files("maviper.experts.shipped")
     stem = store.SHIPPED[name].removesuffix(".safetensors")

@@ -13,9 +13,9 @@ from maviper.episodes.play import Policies, play
 from maviper.experts import scripted as module
 from maviper.experts.scripted import HELD, HORIZON, PLANNED, Landing, scripted
 from maviper.worlds import WorldState, find
-from maviper.worlds.particle import planes
-from maviper.worlds.physical_deception import ADVERSARIES, DEFENDERS
-from maviper.worlds.predator_prey import PREDATORS, PREY
+from maviper.worlds.games.particle import planes
+from maviper.worlds.games.physical_deception import ADVERSARIES, DEFENDERS
+from maviper.worlds.games.predator_prey import PREDATORS, PREY
 
 SPREAD = "cooperative-navigation"
 STILL = Policies([lambda obs: np.zeros(len(obs), dtype=np.int64)] * 24)

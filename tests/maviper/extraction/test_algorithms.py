@@ -27,7 +27,7 @@ from maviper.extraction.released import released
 from maviper.extraction.selection.choices import KINDS, common
 from maviper.extraction.settings import EXACT, HISTOGRAM, PRESETS, Settings
 from maviper.worlds import find
-from tests.growing import train_joint_trees
+from tests.support.growing import train_joint_trees
 
 SMALL = {"iterations": 3, "rollouts": 8, "selection_episodes": 20, "max_depth": 3, "refinement": 0}
 
@@ -487,7 +487,7 @@ def test_a_measure_that_no_team_has(world, expert):
 
 
 def test_help_names_every_algorithm():
-    from maviper.cli import extract as command
+    from maviper.options import extraction as command
 
     assert set(command.ALGORITHMS.split(", ")) == set(KNOWN)
 

@@ -33,8 +33,8 @@ from maviper.extraction.outcome import joint_ratio
 from maviper.extraction.settings import Settings
 from maviper.worlds import Measure, WorldState, find
 from maviper.worlds.matching import matching_world
-from tests.growing import train_joint_trees
-from tests.strategies import grown_trees
+from tests.support.growing import train_joint_trees
+from tests.support.strategies import grown_trees
 
 
 @pytest.fixture(scope="module")
@@ -187,6 +187,7 @@ def test_joint_growth_is_the_papers_loop(seed):
                 assert given == split
 
 
+@pytest.mark.smoke
 def test_joint_growth_differs_from_growth_alone():
     rng = np.random.default_rng(0)
     observations = [rng.normal(size=(300, 3)).astype(np.float32) for _ in range(2)]
@@ -232,7 +233,7 @@ def test_deployed_trees_decide_as_scikit_learn_on_all_boundaries(world, depth):
 
 @given(grown_trees())
 def test_deployment_keeps_every_float32_decision(grown):
-    from tests.strategies import WORLD
+    from tests.support.strategies import WORLD
 
     policy = ir.AgentPolicy("agent_0", "defenders", WORLD.features[1], WORLD.actions[1], deployed(grown), grown)
     rows = probes.random(policy.features, 200, np.random.default_rng(0))
@@ -263,6 +264,7 @@ def test_any_depth(world, expert, max_depth):
     assert check(found) == ()
 
 
+@pytest.mark.smoke
 def test_provenance_names_the_expert_and_what_was_measured(profile, expert):
     provenance = profile.provenance
     assert provenance.expert == expert.hash and provenance.preset == "paper"

@@ -24,12 +24,12 @@ from maviper.extraction.selection.progress import REFINING
 from maviper.extraction.settings import Settings
 from maviper.worlds import find
 from maviper.worlds.world import drawn_legally, legal_in
+from tests.support.lawful import Player
 
 ACTIONS = 4
 MASK = (None, 1, 2, 3)  # the first action is always legal, feature 0 is something else
 SMALL = {"iterations": 2, "rollouts": 6, "selection_episodes": 6, "max_depth": 4, "refinement": 0}
 TICTACTOE = "pettingzoo.classic.tictactoe.tictactoe:env,wrap=turns+flatten"
-LINES = [(0, 1, 2), (3, 4, 5), (6, 7, 8), (0, 3, 6), (1, 4, 7), (2, 5, 8), (0, 4, 8), (2, 4, 6)]
 
 
 @st.composite
@@ -91,30 +91,6 @@ def test_draws_are_legal_and_even():
     found = drawn_legally((0, 1, 2, 3), obs, np.random.default_rng(0).random(len(obs)))
     counts = np.bincount(found[:3_000], minlength=4)
     assert counts[1] == 0 and (abs(counts[[0, 2, 3]] - 1_000) < 100).all()
-
-
-class Player:
-    """Wins, blocks, or takes a corner, whether that is free or not: its Q knows what else there is."""
-
-    hash, card, centralized = "", {"algorithm": "by hand"}, False
-
-    def __init__(self, world):
-        self.world, self.agents = world, world.agents
-
-    def worth(self, obs):
-        own, other = obs[:, 0:18:2], obs[:, 1:18:2]
-        found = np.tile(np.array([3, 1, 3, 1, 4, 1, 3, 1, 3.0]), (len(obs), 1))
-        for line in LINES:
-            for cell in line:
-                rest = [each for each in line if each != cell]
-                found[:, cell] += 100 * own[:, rest].all(axis=1) + 10 * other[:, rest].all(axis=1)
-        return found
-
-    def act(self, agents, observations, state):
-        return np.stack([self.worth(observations[agent]).argmax(axis=1) for agent in agents], axis=1)
-
-    def q(self, agent, observations, state, joint, given):
-        return self.worth(observations[agent])[:, joint[:, agent]]
 
 
 @pytest.fixture(scope="module")

@@ -32,7 +32,7 @@ from maviper.extraction.selection.selection import Selection
 from maviper.extraction.selection.stack import Stack, merged, reaching, with_leaf, with_new_split, with_split
 from maviper.extraction.settings import Settings
 from maviper.worlds import find
-from tests.strategies import grown_trees
+from tests.support.strategies import grown_trees
 
 TREES = st.lists(grown_trees(n_features=3, max_depth=4), min_size=1, max_size=5)
 
@@ -428,6 +428,7 @@ def test_a_users_environment_is_not_refined_unasked():
 
 
 @pytest.mark.parametrize("groups", ["signs", "velocity", "goal+differences"])
+@pytest.mark.usefixtures("few_observations")
 def test_further_features_are_played_compiled_and_verified(groups, quick, tmp_path, capsys):
     profile = tmp_path / "profile.json"
     asked = ["--iterations", "2", "--refinement-episodes", "0", "--selection-episodes", "10", "-o", str(profile)]

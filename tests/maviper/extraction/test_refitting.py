@@ -25,16 +25,17 @@ from maviper.extraction.selection import refine
 from maviper.extraction.selection.arena import Arena
 from maviper.extraction.settings import Settings
 from maviper.verification.ask import Asked
-from maviper.verification.failing_states import FORM, blank, read_failing, states_files
+from maviper.verification.files.states import FORM, blank, read_failing, states_files
 from maviper.verification.join import verify_claims
 from maviper.verification.replays import state_of, states_of
 from maviper.worlds import find
-from tests.teams import team, towards
+from tests.support.teams import team, towards
 from verify.claims.catalogue import find_property
 from verify.claims.decisions import DistinctTargets, formula
 from verify.claims.formula import FALSE, TRUE, Acts, conjunction, disjunction, holds
 from verify.claims.formula_json import formula_document
-from verify.claims.region import Region, everywhere
+from verify.claims.region import Region
+from verify.claims.uncertified.starts import everywhere
 from verify.question import Question, from_start
 from verify.states.failures import failures
 from verify.states.shares import violating
@@ -128,7 +129,7 @@ def test_states_files_keep_region_errors_and_command(profile, tmp_path, world):
     (result,) = verify_claims([Question(same, find_property("own_target", same), region)])
     assert isinstance(result, Result)
     asked = [Asked(Question(same, claim, region), "maviper verify team.json --property steady --region n.toml")]
-    files = states_files(same, asked, [replace(result, claim=claim)])
+    files = states_files(same, asked, [replace(result, question=result.question.about(claim))])
     assert list(files) == ["states-1-steady.json"]
     (tmp_path / "s.json").write_text(files["states-1-steady.json"])
     (found,), _ = read_failing([tmp_path / "s.json"], world)

@@ -109,7 +109,7 @@ def test_what_cannot_share_is_refused(given, said):
 
 
 def test_unequal_spaces_are_refused():
-    world = find("tests.environments:unequal")
+    world = find("tests.support.environments:unequal")
     with pytest.raises(InputError, match="left_runner and runner_1 cannot share a tree"):
         extract(world, None, Settings.of({"algorithm": "iviper", **SMALL}, world))
 

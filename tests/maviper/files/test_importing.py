@@ -8,7 +8,7 @@ from sklearn.tree import DecisionTreeClassifier
 import maviper
 from codegen.errors import InputError
 from codegen.policy_json import dumps
-from tests.test_golden import small_profile
+from tests.support.small import small_profile
 
 ONE = "def act(x):\n    return 1 if x[0] > 0.5 else 0\n"
 TWO = "def near(x):\n    return 1 if x[0] > 0.5 else 0\n\ndef far(x):\n    return 0 if x[1] > 0.5 else 1\n"
@@ -23,7 +23,7 @@ def files(tmp_path):
 
 def test_a_file_of_one_function_is_one_agent(files):
     profile = maviper.from_file(files / "one.py", feature_names=["speed"], action_names=["stay", "go"], name="mine")
-    assert [policy.agent for policy in profile.agents] == ["agent_0"] and profile.world.name == "mine"
+    assert [policy.agent for policy in profile.agents] == ["act"] and profile.world.name == "mine"
     assert profile.agents[0].features[0].name == "speed" and profile.agents[0].actions[1].name == "go"
 
 

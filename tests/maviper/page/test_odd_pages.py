@@ -3,15 +3,14 @@
 import dataclasses
 import re
 
-import numpy as np
 import pytest
 
-from codegen import ir
 from codegen.check import ensure
 from maviper.page.document import Contents, Shown, Stored, usual_claims
 from maviper.page.page import MAX_RULES, contents_of, page
 from tests.maviper.page.browsers import in_chromium, in_node, overhang
-from tests.maviper.page.test_page import GENERATED, committed
+from tests.support.odd_pages import with_trees
+from tests.support.pages import GENERATED, committed
 
 SHOWN = """
   const count = (what) => document.querySelectorAll(what).length;
@@ -24,36 +23,6 @@ SHOWN = """
     sliders: count("#sliders input"),
   };
 """
-
-
-def complete_tree(depth, n_features, n_actions):
-    """A tree with a split at every place: thresholds in order, so that all leaves are reached."""
-    rng = np.random.default_rng(depth)
-    parts = {name: [] for name in ("feature", "threshold", "left", "right", "action")}
-
-    def add(level, low, high):
-        node = len(parts["feature"])
-        middle = (low + high) / 2
-        split = level < depth
-        values = (0 if split else -1, middle if split else 0.0, -1, -1, -1 if split else int(rng.integers(n_actions)))
-        for name, value in zip(parts, values, strict=True):
-            parts[name].append(value)
-        if split:
-            parts["left"][node] = add(level + 1, low, middle)
-            parts["right"][node] = add(level + 1, middle, high)
-        return node
-
-    add(0, -1.0, 1.0)
-    kinds = {"threshold": np.float32}
-    return ir.Tree(**{name: np.array(values, kinds.get(name, np.int32)) for name, values in parts.items()})
-
-
-def with_trees(profile, depth):
-    policies = tuple(
-        dataclasses.replace(one, tree=complete_tree(depth, len(one.features), len(one.actions)), grown=None)
-        for one in profile.agents
-    )
-    return dataclasses.replace(profile, agents=policies)
 
 
 def without_meaning(profile):

@@ -6,7 +6,6 @@ import itertools
 import json
 from fractions import Fraction
 from functools import partial
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -19,18 +18,11 @@ from maviper.worlds.matching import matching_world
 from tests.hunting import meaning, places, questions
 from tests.hunting.reading import MACHINE, acting, fractions, measured
 from tests.maviper.page.browsers import RUNNERS
+from tests.support.pages import GENERATED, STATE, committed, starts
 from verify.claims.catalogue import find_claim
-from verify.claims.region import Kind
+from verify.claims.claim import Kind
 
-GENERATED = Path(__file__).parents[3] / "generated"
 POLICIES = ("physical_deception", "proved_defenders", "proved_navigation", "verdicts/predator_prey")
-STATE = """
-  const stateIn = (game) => (at, goal) => ({
-    position: game.entities.map((one) => [at[`${one.name}.x`], at[`${one.name}.y`]]),
-    velocity: game.world.agents.map((one) => [at[`${one.name}.vx`] || 0, at[`${one.name}.vy`] || 0]),
-    goal: game.world.goals.length ? game.world.landmarks.findIndex((one) => one.name === goal) : null,
-  });
-"""
 JUDGED = (
     STATE + "const stateOf = stateIn(game); return given.map(([at, goal, claim]) => judges[claim](stateOf(at, goal)));"
 )
@@ -63,10 +55,6 @@ PLAYED = (
 @pytest.fixture(params=RUNNERS)
 def run(request, tmp_path):
     return lambda html, script, given: RUNNERS[request.param](html, script, given, tmp_path)
-
-
-def committed(name):
-    return policy_json.loads((GENERATED / name / "profile.json").read_text(encoding="utf-8"))
 
 
 # --- claims about decisions
@@ -209,15 +197,6 @@ def exact(world):
     return world
 
 
-def starts(world, count):
-    """(coordinates by name, goal's name) of random starts, as the environment's reset draws them."""
-    states = world.start_from_seeds(range(count))
-    names = world.spec.coordinates()
-    marks = [mark.name for mark in world.spec.landmarks]
-    for row, goal in zip(world.coordinates(states).tolist(), states.goal.tolist(), strict=True):
-        yield dict(zip(names, row, strict=True)), marks[goal] if world.spec.goals else None
-
-
 @pytest.mark.parametrize("name", POLICIES)
 def test_episodes_are_the_simulators_action_for_action(name, run):
     profile = committed(name)
@@ -270,7 +249,10 @@ def expected_of(profile, world, claim, count):
 
 
 def counterexamples():
+    """Those whose claim fails by the state alone; a page knows no errors that a file names."""
     for file in sorted(GENERATED.glob("verdicts/*/counterexample-*.json")):
+        if json.loads(file.read_text(encoding="utf-8")).get("errors"):
+            continue
         yield pytest.param(file, id=f"{file.parent.name}-{file.stem}")
 
 
@@ -278,8 +260,6 @@ def counterexamples():
 def test_committed_counterexamples_fail_on_the_page(file, run):
     stored = json.loads(file.read_text(encoding="utf-8"))
     profile = policy_json.loads((file.parent / "profile.json").read_text(encoding="utf-8"))
-    if stored.get("errors"):
-        pytest.skip("the state fails by the errors that the file names")
     html = page(profile, Contents(usual_claims(profile)))
     if "formula" in stored:
         stated = stored["formula"]
@@ -303,6 +283,7 @@ def parameters_of(stored):
 
 
 @pytest.mark.parametrize("name", POLICIES)
+@pytest.mark.smoke
 def test_a_page_shows_a_claim_and_is_small_and_needs_no_network(name):
     profile = committed(name)
     html = page(profile, contents_of(profile, usual_claims(profile)))

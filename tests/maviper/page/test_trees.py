@@ -12,8 +12,8 @@ from codegen.policy_json import dumps
 from maviper.cli.main import run as command
 from maviper.page.trees import svg
 from maviper.worlds.matching import matching_world
-from tests.maviper.page.test_odd_pages import with_trees
-from tests.maviper.page.test_page import committed
+from tests.support.odd_pages import with_trees
+from tests.support.pages import committed
 
 SVG = "{http://www.w3.org/2000/svg}"
 

@@ -6,7 +6,6 @@ from maviper.console import Console
 from maviper.reproduction import run
 from maviper.reproduction.cells.cell import DONE, FORMAT, Document, Made
 from maviper.reproduction.cells.making import EPISODES_FILE, FACTS_FILE, HEAD
-from maviper.reproduction.run import ReproduceOptions
 
 QUIET = Console(quiet=True)
 REAL = {"games": ("physical-deception",), "depths": (1,), "algorithms": ("maviper-iviper-resampling",), "seeds": 1}
@@ -29,7 +28,7 @@ def cheap(calls=None):
 
 
 def reproduced(folder, **options):
-    return run.reproduced(folder, ReproduceOptions(**options), QUIET)
+    return run.reproduced(folder, run.request(options), QUIET)
 
 
 def contents(folder):

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from maviper.reproduction import register, report
-from maviper.reproduction.verdicts import AGREES, DIFFERS
+from maviper.reproduction.verdicts import AGREES, DIFFERS, NOT_DECIDED
 from tests.benchmarks.record import recorded
 from tests.maviper.reproduction import tables
 from tests.maviper.reproduction.tables import DECEPTION, NAVIGATION
@@ -125,16 +125,72 @@ def compared(name, statistics, label):
     return [row for row in rows if row["label"].startswith(label)]
 
 
+def rows_of(name):
+    with (RECORDS / name / "cells.csv").open(encoding="utf-8", newline="") as file:
+        yield from csv.DictReader(file)
+
+
+def absolute(name, algorithm, measure):
+    """The mean over seeds of a team of trees of depth 4 (or of the expert: ""), absolute, as grown for all seeds."""
+    found = [
+        float(row["mean"])
+        for row in rows_of(name)
+        if row["algorithm"] == algorithm and row["measure"] == measure and row["splits"] != "exact"
+        if row["kind"] == "expert" or (row["depth"] == "4" and row["lineup"].startswith("joint:"))
+    ]
+    return sum(found) / len(found)
+
+
+def seeds(name):
+    return {row["seed"] for row in rows_of(name) if row["kind"] == "extraction" and row["depth"] == "4"}
+
+
+def rollouts(name, game, algorithm):
+    """Rollout episodes of a whole extraction of depth 4, median, as the report's table says."""
+    page = re.sub(r"<svg.*?</svg>", "", (RECORDS / name / "report.html").read_text(), flags=re.DOTALL)
+    table = page[page.index(f"{game}, expert {name}: whole extractions") :]
+    words = re.sub(r"<[^>]+>", " ", table)
+    return int(re.search(rf"\s{algorithm}\s+(\d+)\s", words)[1])
+
+
+def test_readme_and_manual_say_how_many_fewer_episodes_maviper_played():
+    manual = (ROOT / "maviper" / "manual" / "reproduce.md").read_text()
+    readme = " ".join((ROOT / "README.md").read_text().split())
+    shares = []
+    for game in ("physical-deception", "cooperative-navigation", "predator-prey"):
+        ours, theirs = ([rollouts(name, game, word) for name in FAMILIES] for word in ("MAVIPER", "IVIPER"))
+        assert theirs[0] == theirs[1]
+        shares += [each / mine for each, mine in zip(theirs, ours, strict=True)]
+        words = f"{ours[0]:,} / {ours[1]:,}", f"{theirs[0]:,}", f"{shares[-2]:.0f} / {shares[-1]:.0f} times"
+        assert re.search(r"\| +".join(re.escape(word) + " *" for word in words), manual)
+    assert f"after {min(shares):.0f} to {max(shares):.0f} times fewer episodes" in readme
+
+
+def test_the_manual_takes_the_later_record_of_exploitability():
+    (lead,) = compared("maddpg-deception", ["exploitability"], "maviper less iviper, physical-deception defenders")
+    shown = f"{lead['value']:.3f} [{lead['low']:.3f}, {lead['high']:.3f}]".replace("0.", ".")
+    manual = " ".join((ROOT / "maviper" / "manual" / "reproduce.md").read_text().split())
+    assert shown in manual
+
+
 def test_the_readmes_sentences_are_what_the_records_found():
     said = " ".join((ROOT / "README.md").read_text().split())
     for name in FAMILIES:
         words = [claim["verdict"] for claim in claims(name)]
-        counted = re.search(rf"reproduction/{name}/README\.md\)[^.]*?(\d+ agree and \d+ differ)", said)
-        assert counted[1] == f"{words.count(AGREES)} agree and {words.count(DIFFERS)} differ"
-    for name, label in (("maddpg-deception", "defenders success r=0.316"), ("mappo", "agents D")):
+        counted = re.search(rf"reproduction/{name}/README\.md\), (\d+ agree, \d+ differ and \d+ are open)", said)
+        agree, differ, undecided = (words.count(word) for word in (AGREES, DIFFERS, NOT_DECIDED))
+        assert counted[1] == f"{agree} agree, {differ} differ and {undecided} are open"
+        assert len(words) - agree - differ - undecided == 3
+    for name, label, told in (
+        ("maddpg-deception", "defenders success r=0.316", "in {} of episodes, against {} (expert {})"),
+        ("mappo", "agents D", "sum to {}, against {} (expert {})"),
+    ):
         (lead,) = compared(name, ["joint"], f"maviper less iviper, {label}, depth 4")
         shown = f"{lead['value']:.3f} [{lead['low']:.3f}, {lead['high']:.3f}]".replace("0.", ".")
-        assert lead["word"] == "better" and f" by {shown} " in said
+        assert lead["word"] == "better" and f" a lead of {shown}" in said
+        values = [absolute(name, algorithm, label) for algorithm in ("maviper", "iviper", "")]
+        assert told.format(*(f"{value:.2f}".removeprefix("0") for value in values)) in said
+    assert len(list(seeds("maddpg-deception"))) == 52 and "with 52 seeds" in said
     for name, label in (("maddpg", "agents D"), ("mappo", "defenders success")):
         exchanged = compared(name, ["joint", "robustness"], f"maviper less iviper, {label}")
         assert len(exchanged) >= 3 and all(row["word"] != "better" for row in exchanged)
@@ -153,6 +209,13 @@ def test_the_readmes_sentences_are_what_the_records_found():
 @pytest.mark.parametrize("path", sorted(RECORDS.glob("*/episodes.tar.xz")), ids=lambda path: path.parent.name)
 def test_committed_episodes_give_the_recorded_numbers(path, tmp_path):
     assert " 0 come out otherwise" in computed_again(path.parent, tmp_path)
+
+
+@pytest.mark.parametrize("path", sorted(RECORDS.glob("*/recompute.py")), ids=lambda path: path.parent.name)
+def test_a_record_without_its_episodes_says_where_they_are(path):
+    assert path.read_bytes() == sorted(RECORDS.glob("*/recompute.py"))[0].read_bytes()
+    found = subprocess.run([sys.executable, "-I", str(path)], capture_output=True, text=True, check=False)
+    assert found.returncode == 1 and "README.md has the command" in found.stderr and "Traceback" not in found.stderr
 
 
 @pytest.mark.parametrize("name", MORE)

@@ -21,7 +21,6 @@ from maviper.reproduction.cells import cell as cells
 from maviper.reproduction.cells import making
 from maviper.reproduction.cells.cell import CROSSPLAY, FAILED
 from maviper.reproduction.cells.plan import Asked, planned
-from maviper.reproduction.run import ReproduceOptions
 from tests.maviper.reproduction.small import REAL, cheap, contents, reproduced
 
 GAME = {"games": ("physical-deception",), "depths": (4,), "seeds": 2}
@@ -152,7 +151,7 @@ def test_a_cell_of_another_process_is_waited_for(tmp_path, calls, monkeypatch):
     from maviper.reproduction.cells.store import Store
 
     monkeypatch.setattr(run, "POLL", 0.05)
-    task = planned(ReproduceOptions(**GAME).asked, run._register()).tasks[1]
+    task = planned(run.request(GAME).asked, run._register()).tasks[1]
     with Store(tmp_path) as other:
         assert other.claim(task.id)
         looks = []
@@ -239,7 +238,7 @@ def test_two_jobs_and_the_python_verb_give_the_same_bytes(real, tmp_path):
     assert all(tree == {"leaves": 2, "depth": 1} for tree in told["trees"].values())
     assert 0 < told["distinct_targets"]["share"] < 1 and len(told["curve"]) == told["training"]["stopped_after"]
     profile = maviper.load(folder / "cells" / cell / "profile.json")
-    share = maviper.verify(profile, where=True).where.share
+    share = maviper.verify(profile, where=True).evidence.where.share
     assert told["distinct_targets"]["share"] == float(share.value)
 
 

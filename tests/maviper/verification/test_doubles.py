@@ -11,7 +11,7 @@ from maviper.cli import main
 from maviper.page.document import Contents
 from maviper.page.page import FILE, page
 from maviper.worlds.matching import matching_world
-from tests.codegen.games import NAMES, doubled, random_profile
+from tests.support.games import NAMES, doubled, random_profile
 
 pytestmark = pytest.mark.solver
 CART = """

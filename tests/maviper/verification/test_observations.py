@@ -11,9 +11,9 @@ from codegen import policy_json
 from codegen.json_layout import layout
 from maviper import manual
 from maviper.cli import main
-from tests.teams import tree
-from tests.test_golden import small_profile
-from tests.verify.observations import blind
+from tests.support.observations import blind
+from tests.support.small import small_profile
+from tests.support.teams import tree
 
 pytestmark = pytest.mark.solver
 CART = """
@@ -122,7 +122,7 @@ def test_certificates_are_accepted_with_the_original_profile(folder, name, capsy
 
 def edited(text, old, new):
     """A certificate with an edit and a hash that fits it."""
-    from verify.checker.certificates import body_hash
+    from verify.checker.envelope import body_hash
 
     body = json.loads(text.replace(old, new))
     assert text.replace(old, new) != text

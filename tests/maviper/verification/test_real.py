@@ -13,11 +13,12 @@ import maviper
 from codegen import policy_json
 from codegen.errors import InputError
 from maviper.cli import main
-from maviper.verification.failing_states import read_failing
+from maviper.verification.files.states import read_failing
 from maviper.worlds import find
-from tests.teams import RIGHT, STAY, UP, team, towards, tree
-from verify.claims.region import REAL, read_region
+from tests.support.teams import RIGHT, STAY, UP, team, towards, tree
+from verify.claims.region_files import read_region
 from verify.question import from_start
+from verify.semantics import REAL
 from verify.states.state import violates
 
 pytestmark = pytest.mark.solver

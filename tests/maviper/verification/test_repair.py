@@ -10,8 +10,8 @@ from codegen import policy_json
 from codegen.policy_json import content_hash, loads
 from maviper import load
 from maviper.cli import main
-from tests.teams import DOWN, STAY, UP, team, towards, tree
-from tests.test_golden import small_profile
+from tests.support.small import small_profile
+from tests.support.teams import DOWN, STAY, UP, team, towards, tree
 
 pytestmark = pytest.mark.solver
 
@@ -116,3 +116,9 @@ def test_a_world_that_cannot_be_played_is_repaired_without_measures(before, tmp_
 def test_wrong_options_are_input_errors(before, tmp_path, capsys, wrong, what):
     assert main.run(["repair", str(written(tmp_path, before)), *wrong, "-o", str(tmp_path / "out")]) == 2
     assert what in capsys.readouterr().err
+
+
+def test_one_episode_bounds_nothing_and_is_written(before, tmp_path):
+    out = tmp_path / "out"
+    assert main.run(["repair", str(written(tmp_path, before)), "--episodes", "1", "-o", str(out)]) == 0
+    assert all(one["difference"]["low"] is None for one in json.loads((out / "repair.json").read_text())["measures"])

@@ -9,8 +9,8 @@ import pytest
 import maviper
 from codegen import policy_json
 from maviper.cli import main
-from tests.teams import tree
-from tests.verify.observations import blind
+from tests.support.observations import blind
+from tests.support.teams import tree
 
 pytestmark = pytest.mark.solver
 CART = tree((1, 0.5, 1, 4), (0, 0.25, 2, 3), 0, 2, 2)

@@ -1,55 +1,17 @@
 """`maviper verify --world`: verdicts about a stated system, and the files that are left."""
 
 import json
-from dataclasses import replace
 
 import pytest
 
-from codegen.dynamics import motionless
 from codegen.errors import ExitCode
 from codegen.json_layout import layout
-from codegen.policy_json import dumps
 from maviper.cli.main import run as command
-from tests.systems import CART, MOUNTAIN
-from tests.verify.system_cases import policy, team
-from verify.checker.certificates import body_hash
+from tests.support.stated import BRAKES, CAR, DRIVES, PROPERTIES, profile, verify
+from tests.support.system_cases import policy
+from tests.support.systems import CART, MOUNTAIN
+from verify.checker.envelope import body_hash
 from verify.checker.reading import RejectedError
-
-PROPERTIES = """
-[[property]]
-label = "it stays near"
-name = "stays_in"
-region = { box = { x = [-2, 2] } }
-
-[[property]]
-label = "it stays slow"
-name = "stays_in"
-region = { box = { v = [-0.15, 0.15] } }
-
-[[property]]
-region = { where = ["v <= 0"] }
-formula = "x <= -1/2 implies not acts(cart) == left"
-"""
-CAR = """
-[[property]]
-label = "it stays in the valley"
-name = "stays_in"
-steps = 4
-region = { box = { position = [-0.9, 0.1] } }
-
-[[property]]
-label = "it stays left"
-name = "stays_in"
-steps = 8
-region = { box = { position = [-0.9, -0.46] } }
-"""
-BRAKES = policy("cart", ["ahead"], ["stay", "left", "right"], ((0, 0.0), 2, 1))
-DRIVES = policy("agent", ["velocity"], ["accelerate_left", "coast", "accelerate_right"], ((0, -0.001), 0, 2))
-
-
-def profile(own):
-    """The text of a profile with one agent."""
-    return dumps(replace(team(own), world=motionless("stated", "", (own.agent,), 10, {})))
 
 
 @pytest.fixture
@@ -57,10 +19,6 @@ def cart(tmp_path):
     (tmp_path / "profile.json").write_text(profile(BRAKES))
     (tmp_path / "cart.toml").write_text(CART + PROPERTIES)
     return tmp_path
-
-
-def verify(folder, *more, world="cart.toml"):
-    return command(["verify", str(folder / "profile.json"), "--world", str(folder / world), *more])
 
 
 def test_verdicts_files_checks_and_replays(cart, capsys):
@@ -78,6 +36,7 @@ def test_verdicts_files_checks_and_replays(cart, capsys):
         "certificate-1-stays_in.json",
         "counterexample-2-stays_in.json",
         "certificate-3-decides.json",
+        ".maviper.json",
     }
     for name in ("certificate-1-stays_in.json", "certificate-3-decides.json"):
         assert command(["check", str(out / name)]) == ExitCode.DONE
@@ -87,7 +46,7 @@ def test_verdicts_files_checks_and_replays(cart, capsys):
     assert "not the one" not in capsys.readouterr().err
     (cart / "other.toml").write_text((CART + PROPERTIES).replace("range = [-5, 5]", "range = [-6, 6]"))
     assert command([*replay, "--world", str(cart / "other.toml")]) == ExitCode.VIOLATED
-    assert "the world's file is not the one" in capsys.readouterr().err
+    assert "the world file is not the one" in capsys.readouterr().err
     still = policy("cart", ["ahead"], ["stay", "left", "right"], 0)
     (cart / "still.json").write_text(profile(still))
     replayed = ["replay", str(out / "counterexample-2-stays_in.json"), "--profile", str(cart / "still.json")]
@@ -124,7 +83,8 @@ def test_a_certificate_is_told_by_what_it_proves(cart, capsys):
         ("certificate-1-stays_in.json", "every episode of 10 steps stays in x >= -2 and x <= 2, of the stated"),
         (
             "certificate-3-decides.json",
-            "in every state with v <= 0, (x > -0.5 or not acts(cart) == left), of the stated",
+            "in every state of the ranges (x in [-10, 10], v in [-5, 5]) with v <= 0, (x > -0.5 or not acts(cart) =="
+            " left), of the stated",
         ),
     ):
         (out / "forged.json").write_text(forged((out / name).read_text(), **words))
@@ -134,6 +94,29 @@ def test_a_certificate_is_told_by_what_it_proves(cart, capsys):
         assert said in told and "\x1b" not in told and "[0, 0]" not in told
         kind = name.split("-")[-1].removesuffix(".json")
         assert told.startswith(f"accepted  {kind} (in the file: 'never ")
+
+
+@pytest.mark.parametrize(
+    ("region", "verdict", "said"),
+    [
+        ("x = [0.5, 1000]", "PROVED", "with x in [0.5, 1000] (of the ranges [0.5, 10])"),
+        ("x = [11, 1000]", "VACUOUS", "with x in [11, 1000] (no state of the ranges)"),
+    ],
+)
+def test_a_claim_about_decisions_speaks_of_states_of_the_ranges(tmp_path, capsys, region, verdict, said):
+    """The tree pushes right from x = 50 on, which lies outside the range of x, [-10, 10]."""
+    tree = policy("cart", ["place"], ["stay", "left", "right"], ((0, 50.0), 0, 2))
+    claim = f'[[property]]\nregion = {{ box = {{ {region} }} }}\nformula = "not acts(cart) == right"\n'
+    (tmp_path / "profile.json").write_text(profile(tree))
+    (tmp_path / "cart.toml").write_text(CART + claim)
+    verify(tmp_path, "-o", str(tmp_path / "report"), "--json")
+    [told] = json.loads(capsys.readouterr().out)["results"]
+    assert told["verdict"] == verdict
+    assert told["sentence"] == f"in every state of the ranges {said}, the agents decide as claimed"
+    if verdict == "PROVED":
+        assert command(["check", str(tmp_path / "report" / "certificate-1-decides.json")]) == ExitCode.DONE
+        told = "in every state of the ranges (x in [-10, 10]) with x >= 0.5 and x <= 1000, not acts(cart) == right"
+        assert told in capsys.readouterr().out
 
 
 def test_a_certificate_about_an_action_that_there_is_not(cart, capsys):
@@ -150,7 +133,7 @@ def test_a_certificate_about_an_action_that_there_is_not(cart, capsys):
 
 
 def test_nothing_is_proved_of_an_enclosure_that_is_not_shown_again(cart, capsys, monkeypatch):
-    def refusing(statement):
+    def refusing(statement, on_piece):
         raise RejectedError("piece 1: v: its error is exceeded")
 
     monkeypatch.setattr("maviper.verification.stated.ensure_enclosed", refusing)
@@ -161,8 +144,8 @@ def test_nothing_is_proved_of_an_enclosure_that_is_not_shown_again(cart, capsys,
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        (lambda found: found["start"].update(x="2"), "does not start where the world's file has starts"),
-        (lambda found: found["start"].update(v="1/10"), "does not start where the world's file has starts"),
+        (lambda found: found["start"].update(x="2"), "does not start where the world file has starts"),
+        (lambda found: found["start"].update(v="1/10"), "does not start where the world file has starts"),
         (lambda found: found["claim"].update(steps=10**15), "an episode has 0 to 1000 steps"),
         (lambda found: found["claim"].update(by=-1), "is no step of an episode"),
     ],
@@ -202,6 +185,9 @@ def test_options_that_do_not_fit(cart, capsys, more, said):
 def test_options_that_need_a_world(cart, capsys):
     assert command(["verify", str(cart / "profile.json"), "--max-states", "3"]) == ExitCode.INPUT
     assert "--max-states has no effect without --world" in capsys.readouterr().err
+    for option in ("--max-states", "--max-programs"):
+        assert verify(cart, option, "0") == ExitCode.INPUT
+        assert f"{option} must be at least 1" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
@@ -234,11 +220,11 @@ def test_an_unstable_system_ends_with_its_budget(cart, capsys):
     claim = '[[property]]\nname = "avoids"\nregion = { box = { x = [1000000, 1000001], v = [4, 5] } }\n'
     (cart / "cart.toml").write_text(text + "[dynamics.error]\nx = 0.1\n" + claim)
     assert verify(cart, "--max-states", "60") == ExitCode.INCONCLUSIVE
-    assert "the budget of" in capsys.readouterr().err
+    assert "without a proof: --max-states is 60" in capsys.readouterr().err
 
 
 def test_the_environment_is_measured_and_asked(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr("maviper.worlds.outside.deviation.STEPS", 400)
+    monkeypatch.setattr("maviper.worlds.stated.deviation.STEPS", 400)
     (tmp_path / "profile.json").write_text(profile(DRIVES))
     (tmp_path / "car.toml").write_text(MOUNTAIN + CAR)
     assert verify(tmp_path, "-o", str(tmp_path / "report"), world="car.toml") == ExitCode.VIOLATED
@@ -253,7 +239,7 @@ def test_the_environment_is_measured_and_asked(tmp_path, capsys, monkeypatch):
 
 def test_a_counterexample_of_the_statement_only(tmp_path, capsys, monkeypatch):
     """With a large stated error the statement may leave where the environment stays."""
-    monkeypatch.setattr("maviper.worlds.outside.deviation.STEPS", 400)
+    monkeypatch.setattr("maviper.worlds.stated.deviation.STEPS", 400)
     (tmp_path / "profile.json").write_text(profile(DRIVES))
     (tmp_path / "car.toml").write_text((MOUNTAIN + CAR).replace("position = 1e-12", "position = 0.2"))
     assert verify(tmp_path, world="car.toml") == ExitCode.VIOLATED

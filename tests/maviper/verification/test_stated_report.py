@@ -10,8 +10,8 @@ import pytest
 from codegen.errors import ExitCode
 from maviper.cli.main import run as command
 from tests.maviper.page.browsers import overhang
-from tests.maviper.verification.test_stated import BRAKES, CAR, DRIVES, PROPERTIES, profile, verify
-from tests.systems import CART, MOUNTAIN
+from tests.support.stated import BRAKES, CAR, DRIVES, PROPERTIES, profile, verify
+from tests.support.systems import CART, MOUNTAIN
 from verify.reports import systems as report
 from verify.reports.systems import region_facts, sentence, upwards
 from verify.systems.files import statement_of
@@ -102,14 +102,14 @@ def test_an_unknown_says_what_is_open_and_what_may_help(tmp_path, capsys):
     assert told["open"]["bounds"].keys() == {"x", "v"}
     texts = [(tmp_path / "report" / f"report.{kind}").read_text() for kind in ("txt", "html")]
     for text in (capsys.readouterr().err, *texts):
-        assert "the budget of 2 symbolic states ended before the proof did" in text
+        assert "stopped after 2 symbolic states and" in text and "without a proof: --max-states is 2" in text
         assert re.search(rf"step {told['open']['step']} of 10", text) and re.search(r"v in \[\S+, \S+\]", text)
         assert "a larger --max-states than 2" in text and "fewer steps" in text and "smaller errors" in text
 
 
 def test_verdicts_alone(tmp_path, capsys, monkeypatch):
     """On standard output, and about the statement alone: the environment is not run."""
-    monkeypatch.setattr("maviper.verification.stated.deviation", lambda statement: pytest.fail("it was measured"))
+    monkeypatch.setattr("maviper.verification.reference.deviation", lambda statement: pytest.fail("it was measured"))
     (tmp_path / "profile.json").write_text(profile(DRIVES))
     (tmp_path / "cart.toml").write_text(MOUNTAIN + CAR)
     assert verify(tmp_path, "--verdict-only") == ExitCode.VIOLATED

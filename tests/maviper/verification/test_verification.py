@@ -10,23 +10,17 @@ import pytest
 import maviper
 from codegen import policy_json
 from codegen.errors import ExitCode, ProfileError
-from maviper.cli import main
 from maviper.verification.ask import starter
+from maviper.verification.files.places import FOUND
 from maviper.verification.join import report_files, verify_claims
-from maviper.verification.places import FOUND
 from maviper.worlds import WORLDS, find
-from tests.teams import STAY, UP, team, towards, tree
+from tests.support.teams import STAY, UP, team, towards, tree
+from tests.support.verifying import run
 from verify.claims.catalogue import find_claim
-from verify.claims.region import everywhere
+from verify.claims.uncertified.starts import everywhere
 from verify.question import Question
 
 FOLDER = "tests/golden"
-
-
-def run(capsys, *arguments):
-    code = main.run([str(argument) for argument in arguments])
-    out, err = capsys.readouterr()
-    return code, out, err
 
 
 @pytest.fixture
@@ -76,7 +70,7 @@ def test_the_starter_file(golden):
 @pytest.mark.solver
 def test_the_starter_verifies_as_it_is_written(capsys, tmp_path):
     """On the demo's profile: every property has an answer, the violated ones are replayed."""
-    from tests.test_generated import FOLDER as generated
+    from tests.support.generated import FOLDER as generated
 
     file = tmp_path / "starter.toml"
     assert run(capsys, "properties", "new", "physical-deception", "-o", file)[0] == ExitCode.DONE
@@ -366,7 +360,7 @@ def test_an_interrupted_search_leaves_no_file(capsys, place, monkeypatch):
 
     monkeypatch.setattr(found, "where", interrupted)
     code, out, _ = run(capsys, "verify", "same.json", "--where", "-o", "report")
-    assert code == ExitCode.INTERRUPTED and out == "" and not list((place / "report").iterdir())
+    assert code == ExitCode.INTERRUPTED and out == "" and not (place / "report").exists()
 
 
 def test_a_region_found_overwrites_no_region_of_the_user(capsys, place, monkeypatch):

@@ -12,9 +12,10 @@ from codegen.errors import InputError, UnknownNameError
 from codegen.ir import Meaning
 from maviper.episodes.play import play
 from maviper.experts.scripted import scripted
-from maviper.worlds import PhysicalDeception, WorldState, find, physical_deception
-from maviper.worlds.particle import SQUARED_RADII, placed
-from maviper.worlds.predator_prey import PREDATORS, PREY
+from maviper.worlds import PhysicalDeception, WorldState, find
+from maviper.worlds.games import physical_deception
+from maviper.worlds.games.particle import SQUARED_RADII, placed
+from maviper.worlds.games.predator_prey import PREDATORS, PREY
 
 PROMISED = {True: 0, False: 1e-9}  # of an exact step and of a quick one, from the same state
 SPREAD = "cooperative-navigation"
@@ -186,6 +187,7 @@ def test_a_step_is_mpe2s_in_crowds_at_speed_and_outside(name, exact):
 
 
 @pytest.mark.parametrize("name", [*SPREADS, *TAGS])
+@pytest.mark.smoke
 def test_without_contacts_a_step_is_mpe2s_bit_for_bit(name):
     world = find(name)
     reference = Reference(world)

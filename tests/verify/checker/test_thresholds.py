@@ -16,12 +16,12 @@ from codegen.floats import FLOAT32, FLOAT64
 from codegen.observe import observe
 from maviper.worlds import find
 from tests.faults import sharp_pairs
-from tests.strategies import FLOAT32 as SINGLES
-from tests.verify.solver.test_encode import meanings
+from tests.support.meanings import meanings
+from tests.support.strategies import FLOAT32 as SINGLES
 from verify.checker import thresholds
 from verify.checker.thresholds import rounded_once, rounded_twice, sides
 from verify.claims import formula
-from verify.claims.region import MACHINE, REAL
+from verify.semantics import MACHINE, REAL
 from verify.solver import encode
 
 WORLD = find("physical-deception").spec

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from verify.checker import certificates
+from verify import checker
 from verify.reports import trusted
 
 ROOT = Path(__file__).parents[3]
-README = Path(certificates.__file__).with_name("README.md")
+README = Path(checker.__file__).with_name("README.md")
 SYSTEMS_ROW = re.compile(r"^\| `([\w/]+)\.py` \| (\d+) \| [^|]+ \|$", re.MULTILINE)
 ROW = re.compile(r"^\| `([\w/]+)\.py` \| (\d+) \| (yes|) \| (.+) \|$", re.MULTILINE)
 
@@ -29,9 +29,9 @@ def imported(module):
 @pytest.mark.parametrize(
     ("module", "base"),
     [
-        ("verify.checker.certificates", trusted.DECISIONS),
-        ("verify.checker.episode_certificates", trusted.EPISODES),
-        ("verify.checker.system_certificates", trusted.SYSTEMS),
+        ("verify.checker.decisions.certificates", trusted.DECISIONS),
+        ("verify.checker.episodes.certificates", trusted.EPISODES),
+        ("verify.checker.systems.certificates", trusted.SYSTEMS),
         ("verify.states.state", trusted.REFEREE),
     ],
 )
@@ -42,7 +42,7 @@ def test_reports_name_what_the_accept_path_imports(module, base):
 def test_the_readme_lists_the_trusted_base_and_its_sizes():
     rows = ROW.findall(README.read_text())
     listed = {path.replace("/", "."): (int(size), decisions == "yes") for path, size, decisions, _ in rows}
-    assert set(listed) == imported("verify.checker.episode_certificates") and len(rows) == len(listed)
+    assert set(listed) == imported("verify.checker.episodes.certificates") and len(rows) == len(listed)
     assert {name for name, (_, decisions) in listed.items() if decisions} == set(trusted.modules(trusted.DECISIONS))
     sizes = {name: len((ROOT / f"{name.replace('.', '/')}.py").read_text().splitlines()) for name in listed}
     for name, (said, _) in listed.items():
@@ -61,6 +61,7 @@ def test_the_readme_lists_what_proofs_about_systems_need_beside():
 
 
 def test_packages_of_the_trusted_base_are_empty():
-    for name in ("codegen", "verify", "verify.checker", "verify.claims", "verify.states", "verify.systems"):
+    rooms = ("checker", "checker.decisions", "checker.episodes", "checker.systems", "claims", "states", "systems")
+    for name in ("codegen", "verify", *(f"verify.{room}" for room in rooms)):
         lines = (ROOT / name.replace(".", "/") / "__init__.py").read_text().splitlines()
         assert lines[0].startswith('"""') and lines[-1] == '"""', name

@@ -10,12 +10,14 @@ from hypothesis import strategies as st
 
 from codegen.check import check
 from codegen.errors import InputError, UnknownNameError
-from tests.teams import team, towards
+from tests.support.teams import team, towards
 from verify.claims.catalogue import find_property
-from verify.claims.decisions import BUILT_IN, PLAIN, NoDouble, formula
-from verify.claims.formula import FALSE, TRUE, And, Batch, Linear, Not, Or, below, holds, negated, normal
+from verify.claims.decisions import PLAIN, NoDouble, formula
+from verify.claims.formula import FALSE, TRUE, And, Linear, Not, Or, below, holds, negated, normal
 from verify.claims.formula import given as once
-from verify.claims.region import everywhere, observed_velocities
+from verify.claims.uncertified.own import BUILT_IN
+from verify.claims.uncertified.starts import everywhere, observed_velocities
+from verify.claims.uncertified.values import Batch
 from verify.states.state import batch, sample
 
 TEAM = "defenders"
@@ -116,7 +118,7 @@ def test_observed_velocities_are_bounded_by_what_actions_can_cause(profile):
 
     assert observed_velocities(profile) == () and all(not name.endswith("v.x") for name in everywhere(profile).box)
     spec = find("cooperative-navigation").spec
-    from verify.claims.region import start_region
+    from verify.claims.uncertified.starts import start_region
 
     region = start_region(spec, ("agent_0.vx",))
     terminal = Fraction(5) * Fraction(0.1) / Fraction(0.25)
@@ -131,7 +133,7 @@ def test_no_double_needs_two(profile):
 def test_without_damping_nothing_bounds_a_velocity(profile):
     from dataclasses import replace
 
-    from verify.claims.region import start_region
+    from verify.claims.uncertified.starts import start_region
 
     still = replace(profile.world, damping=0.0)
     with pytest.raises(InputError, match="no damping"):

@@ -8,14 +8,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from codegen.errors import InputError
-from tests.teams import STAY, team, towards, tree
+from tests.support.teams import STAY, team, towards, tree
 from verify.claims.catalogue import find_property
 from verify.claims.decisions import OWN, PLAIN, DistinctTargets
 from verify.claims.episodes import Covers, Reaches
 from verify.claims.files import read_properties
 from verify.claims.formula import TRUE
-from verify.claims.region import Verdict, everywhere, read_region
+from verify.claims.region_files import read_region
+from verify.claims.uncertified.starts import everywhere
 from verify.question import Question
+from verify.result import Verdict
 from verify.solver.decide import decide
 from verify.verdicts.decisions import verify
 
@@ -124,8 +126,11 @@ def test_a_formula_that_says_a_built_in_property_has_its_verdict(profile):
                          (team(profile, towards(0, 0), towards(0, 1)), Verdict.VIOLATED)):  # fmt: skip
         assert decide(Question(one, own, region)).verdict is decide(Question(one, built_in, region)).verdict is verdict
         found, wanted = verify(Question(one, own, region), {}), verify(Question(one, built_in, region), {})
-        assert found.shares.violating == wanted.shares.violating and found.shares.conflict == wanted.shares.conflict
-        assert found.control is Verdict.VIOLATED
+        assert (
+            found.evidence.shares.violating == wanted.evidence.shares.violating
+            and found.evidence.shares.conflict == wanted.evidence.shares.conflict
+        )
+        assert found.evidence.control is Verdict.VIOLATED
 
 
 @pytest.mark.solver
@@ -145,7 +150,7 @@ def test_contradictory_assumptions_are_vacuous_and_never_proved(profile, assume)
     ((claim, region),) = read(source, profile)
     result = verify(Question(profile, claim, region), {})
     assert result.verdict is Verdict.VACUOUS and "assumption" in result.reason
-    assert result.control is Verdict.SKIPPED and result.shares.conflict.count == 0
+    assert result.evidence.control is Verdict.SKIPPED and result.evidence.shares.conflict.count == 0
 
 
 @pytest.mark.solver
@@ -165,9 +170,9 @@ def test_assumptions_restrict_the_claim_and_its_shares(profile):
         result = verify(Question(same, claim, region), {})
         assert result.verdict is verdict, assume
         if "0.5" in assume:
-            state = result.counterexample.state.position
+            state = result.evidence.counterexample.state.position
             gap = max(abs(state[f"landmark_0.{axis}"] - state[f"landmark_1.{axis}"]) for axis in "xy")
-            assert gap >= 0.5 and 0 < result.shares.conflict.count < 100_000
+            assert gap >= 0.5 and 0 < result.evidence.shares.conflict.count < 100_000
 
 
 @pytest.mark.solver
@@ -188,7 +193,7 @@ ERRORS = [
     ("[[proprty]]\n", "did you mean 'property'", "p.toml"),
     ("[[property]]\n", "a name or a formula", "line 1: property 1"),
     ('[[property]]\nname = "distinct_target"', "did you mean 'distinct_targets'", "line 2: property 1, name"),
-    ('[[property]]\nnme = "x"', "did you mean 'name'", "line 1: property 1"),
+    ('[[property]]\nnme = "x"', "did you mean 'name'", "line 2: property 1, nme"),
     ('# x\n\n[[property]]\nname = "own_target"\nteam = "defender"', "mean 'defenders'", "line 5: property 1, team"),
     ('[[property]]\nname = "own_target"\nlandmarks = ["landmrk_0"]', "mean 'landmark_0'", "line 3: property 1, landm"),
     ('[[property]]\nname = "own_target"\nlandmarks = "landmark_0"', "list of names", "line 3"),
@@ -211,7 +216,7 @@ ERRORS = [
     ('[[property]]\nformula = "true"\nregion = 3', "region must be", "line 3: property 1, region"),
     ('[[property]]\nformula = "true"\nregion = "none.toml"', "cannot read the file", "line 3: property 1, region"),
     ('[[property]]\nformula = "true"\n[property.region.box]\n"agent_0.z" = [0, 1]', "mean 'agent_0.", "1, region"),
-    ('property = [{name = "x"}]', "unknown property", "p.toml: property 1, name"),
+    ('property = [{name = "x"}]', "unknown property", "p.toml, line 1: property 1, name"),
     ('[[property]]\nname = "reaches"\nmargin = 1', "reaches has no parameter margin", "line 3: property 1, margin"),
     ('[[property]]\nname = "reaches"\nsteps = 2.5', "a whole number", "line 3: property 1, steps"),
     ('[[property]]\nname = "reaches"\nsteps = true', "a whole number", "line 3: property 1, steps"),
@@ -233,6 +238,16 @@ def test_bad_files_are_refused_with_the_place(profile, source, message, place):
     with pytest.raises(InputError) as error:
         read(source, profile)
     assert message in str(error.value) and place in error.value.where, str(error.value)
+
+
+def test_all_that_is_wrong_is_told_at_once(profile):
+    source = "[[property]]\nname = 'no_doubl'\n[[property]]\nformula = 'true'\n[[property]]\nformula = 'agent_0.x >'\n"
+    with pytest.raises(InputError) as error:
+        read(source, profile)
+    assert error.value.what == "2 of 3 properties cannot be read"
+    for told in ("p.toml, line 2: property 1, name", "did you mean 'no_double'", "p.toml, line 6: property 3, formula"):
+        assert told in error.value.where, error.value.where
+    assert "    agent_0.x >\n" in error.value.where
 
 
 LINES = st.sampled_from([

@@ -11,28 +11,22 @@ from codegen.policy_json import content_hash, dumps
 from maviper.cli import main
 from maviper.verification.ask import from_file
 from maviper.verification.join import verify_claims
-from tests.episode_cases import arriving
-from tests.teams import team, towards
-from tests.test_golden import small_profile
-from verify.checker import certificates, episode_certificates
-from verify.checker.certificates import Certificate
-from verify.checker.episode_certificates import EpisodeCertificate
-from verify.checker.episode_reading import Part
+from tests.support.episode_cases import arriving
+from tests.support.small import small_profile
+from tests.support.teams import team, towards
+from verify.checker.decisions import certificates
+from verify.checker.decisions.certificates import Certificate
+from verify.checker.episodes import certificates as episode_certificates
+from verify.checker.episodes.certificates import EpisodeCertificate
+from verify.checker.episodes.reading import Part
 from verify.checker.reading import RejectedError
 from verify.claims.catalogue import find_claim, find_property
-from verify.claims.decisions import (
-    BUILT_IN,
-    PLAIN,
-    AliveLeaves,
-    DistinctTargets,
-    NoDouble,
-    OwnFormula,
-    checked,
-    formula,
-)
+from verify.claims.decisions import PLAIN, DistinctTargets, NoDouble, checked, formula
 from verify.claims.episodes import EPISODE_CLAIMS, Covers, KeepsApart
 from verify.claims.formula import TRUE
-from verify.claims.region import Region, everywhere
+from verify.claims.region import Region
+from verify.claims.uncertified.own import BUILT_IN, AliveLeaves, OwnFormula
+from verify.claims.uncertified.starts import everywhere
 from verify.claims.verifiable import verifiable
 from verify.episodes import composition
 from verify.question import Question, from_start

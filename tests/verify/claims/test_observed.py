@@ -7,11 +7,13 @@ import pytest
 
 from codegen.check import ensure
 from codegen.errors import InputError, UnknownNameError
-from tests.teams import tree
-from tests.test_golden import small_profile
-from tests.verify.observations import blind
-from verify.claims.observed import ALL, Raised, View, Viewed, carried, over, shared_features, view_from
-from verify.claims.region import Region, everywhere
+from tests.support.observations import blind
+from tests.support.small import small_profile
+from tests.support.teams import tree
+from verify.claims.observed import Raised, View, over, view_from
+from verify.claims.region import Region
+from verify.claims.uncertified.starts import everywhere
+from verify.claims.uncertified.views import ALL, Viewed, carried, shared_features
 
 SPLIT = tree((0, 0.5, 1, 2), 0, 2)
 PAIR = blind({"a": SPLIT, "b": SPLIT}, {"a": ("angle", "spin"), "b": ("angle", "place")})

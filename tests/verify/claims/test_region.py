@@ -13,10 +13,13 @@ from codegen.errors import InputError
 from codegen.floats import rational_literal
 from codegen.intervals import Share
 from maviper.worlds import find
-from tests.strategies import WORLD
+from tests.support.strategies import WORLD
 from verify.claims.formula_json import read_number
 from verify.claims.matching import matched
-from verify.claims.region import Region, exact, plain, positions, read_region, start_region, text
+from verify.claims.region import Region
+from verify.claims.region_files import read_region
+from verify.claims.uncertified.starts import positions, start_region
+from verify.exact import exact, plain, text
 from verify.states.state import contains, inside, sample
 
 FRACTIONS = st.fractions(-2, 2, max_denominator=1000)

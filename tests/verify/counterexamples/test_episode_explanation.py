@@ -7,12 +7,14 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from tests.episode_cases import arriving
-from tests.teams import LEFT, STAY, UP, team, tree
+from tests.support.episode_cases import arriving
+from tests.support.teams import LEFT, STAY, UP, team, tree
 from verify.claims.catalogue import find_claim
-from verify.claims.region import Region, Verdict, everywhere
+from verify.claims.region import Region
+from verify.claims.uncertified.starts import everywhere
 from verify.counterexamples.episode_explanation import BETWEEN
 from verify.question import Question
+from verify.result import Verdict
 from verify.states.episodes import courses, fails
 from verify.states.state import State, inside
 from verify.verdicts.episodes import verify_episodes
@@ -22,11 +24,11 @@ pytestmark = pytest.mark.solver
 
 def alike(profile, result, name, value):
     """Whether the episode from a start with another value of one coordinate has the team's actions and fails."""
-    moved = State({**result.state.position, name: float(value)}, result.state.goal)
+    moved = State({**result.evidence.state.position, name: float(value)}, result.evidence.state.goal)
     episode, actions = courses(profile, [moved], result.claim.steps)
     order = [entity.name for entity in profile.world.agents]
     places = [order.index(policy.agent) for policy in profile.team(result.claim.team)]
-    same = np.array_equal(actions[:, 0][:, places], result.episode.actions[:, places])
+    same = np.array_equal(actions[:, 0][:, places], result.evidence.episode.actions[:, places])
     return inside(result.region, moved) and same and fails(profile, result.claim, episode[:, 0])
 
 
@@ -34,10 +36,10 @@ def alike(profile, result, name, value):
 def test_intervals_hold_wherever_they_were_played(profile, name):
     result = verify_episodes(Question(profile, find_claim(name, profile), everywhere(profile)), {})
     assert result.verdict is Verdict.VIOLATED
-    spans = {span.name: span for span in result.explanation.spans}
-    assert set(spans) == set(result.state.position)
+    spans = {span.name: span for span in result.evidence.explanation.spans}
+    assert set(spans) == set(result.evidence.state.position)
     for one in spans.values():
-        assert one.low <= result.state.position[one.name] <= one.high
+        assert one.low <= result.evidence.state.position[one.name] <= one.high
         assert all(alike(profile, result, one.name, value) for value in (one.low, one.high))
         if one.low < one.high and one.whole:
             values = np.linspace(one.low, one.high, BETWEEN + 2)
@@ -46,7 +48,7 @@ def test_intervals_hold_wherever_they_were_played(profile, name):
     beyond = [
         (one.name, one.high + 1e-9)
         for one in spans.values()
-        if one.high < float(result.region.box[one.name][1]) and one.high > result.state.position[one.name]
+        if one.high < float(result.region.box[one.name][1]) and one.high > result.evidence.state.position[one.name]
     ]
     assert beyond and sum(alike(profile, result, *moved) for moved in beyond) <= len(beyond) // 2
 
@@ -54,30 +56,33 @@ def test_intervals_hold_wherever_they_were_played(profile, name):
 def test_what_the_team_does_not_see_makes_no_difference(profile):
     still = team(profile, tree(UP), tree(STAY))
     result = verify_episodes(Question(still, find_claim("reaches", still), everywhere(still)), {})
-    spans = {span.name: span for span in result.explanation.spans}
+    spans = {span.name: span for span in result.evidence.explanation.spans}
     assert spans["adversary_0.x"].whole and (spans["adversary_0.x"].low, spans["adversary_0.x"].high) == (-1.0, 1.0)
-    assert result.explanation.other is None, "this team has one course only"
-    assert "not decided" in result.explanation.says()["unique"] and "adversary_0.x" in result.explanation.says()["free"]
+    assert result.evidence.explanation.other is None, "this team has one course only"
+    assert (
+        "not decided" in result.evidence.explanation.says()["unique"]
+        and "adversary_0.x" in result.evidence.explanation.says()["free"]
+    )
 
 
 def test_another_way_to_fail_is_an_episode_that_fails(profile):
     arrivers = team(profile, arriving(0), arriving(1))
     result = verify_episodes(Question(arrivers, find_claim("covers", arrivers), everywhere(arrivers)), {})
-    other = result.explanation.other
+    other = result.evidence.explanation.other
     episode, actions = courses(arrivers, [other], 25)
     assert inside(result.region, other) and fails(arrivers, result.claim, episode[:, 0])
-    assert not np.array_equal(actions[:, 0], result.episode.actions)
-    assert result.explanation.document()["other"]["goal"] == other.goal
+    assert not np.array_equal(actions[:, 0], result.evidence.episode.actions)
+    assert result.evidence.explanation.document()["other"]["goal"] == other.goal
 
 
 def test_the_radius_with_which_it_would_hold(profile):
     for name in ("reaches", "covers"):
         result = verify_episodes(Question(profile, find_claim(name, profile), everywhere(profile)), {})
-        change = Fraction(result.explanation.change)
-        assert change > 0 and "larger" in result.explanation.says()["fails by"]
+        change = Fraction(result.evidence.explanation.change)
+        assert change > 0 and "larger" in result.evidence.explanation.says()["fails by"]
         for more, holds in ((change, True), (change - Fraction(1, 10**9), False)):
             wider = replace(result.claim, radius=result.claim.radius + more)
-            assert fails(profile, wider, result.episode.coordinates) != holds
+            assert fails(profile, wider, result.evidence.episode.coordinates) != holds
 
 
 def test_a_start_between_two_bounds_of_a_region(profile):
@@ -89,13 +94,15 @@ def test_a_start_between_two_bounds_of_a_region(profile):
     region = Region(box, start.goals, difference, (("agent_0", "landmark_0", Fraction(1, 5)),))
     result = verify_episodes(Question(both, find_claim("reaches", both), region), {})
     assert result.verdict is Verdict.VIOLATED
-    spans = {span.name: span for span in result.explanation.spans}
+    spans = {span.name: span for span in result.evidence.explanation.spans}
     third = spans["landmark_0.x"]
     assert Fraction(third.low) >= Fraction(1, 3) and Fraction(third.high) <= Fraction(2, 3)
     assert math.isclose(third.low, 1 / 3) and not spans["agent_0.x"].whole
     for one in spans.values():
         for value in (one.low, one.high):
-            assert inside(region, State({**result.state.position, one.name: value}, result.state.goal))
+            assert inside(
+                region, State({**result.evidence.state.position, one.name: value}, result.evidence.state.goal)
+            )
 
 
 def test_what_the_region_fixes_is_not_said_to_make_no_difference(profile):
@@ -103,6 +110,6 @@ def test_what_the_region_fixes_is_not_said_to_make_no_difference(profile):
     start = everywhere(still)
     region = Region(dict(start.box) | {"adversary_0.x": (Fraction(1, 2),) * 2}, start.goals)
     result = verify_episodes(Question(still, find_claim("reaches", still), region), {})
-    spans = {span.name: str(span) for span in result.explanation.spans}
-    free = result.explanation.says()["free"]
+    spans = {span.name: str(span) for span in result.evidence.explanation.spans}
+    free = result.evidence.explanation.says()["free"]
     assert spans["adversary_0.x"] == "fixed by the region" and "adversary_0.x" not in free and "adversary_0.y" in free

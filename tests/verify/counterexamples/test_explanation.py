@@ -10,18 +10,22 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from codegen import ir
-from tests.teams import LEFT, STAY, UP, team, towards, tree
-from tests.verify.zone_cases import deception, near_roles, random_region, stated
+from tests.support.teams import LEFT, STAY, UP, team, towards, tree
+from tests.support.zone_cases import deception, near_roles, random_region, stated
 from verify.checker.thresholds import sides
-from verify.claims.decisions import DistinctTargets, OwnFormula, formula
-from verify.claims.formula import FALSE, TRUE, And, Linear, Not, Or, conjunction, disjunction, holds, tightened, worth
-from verify.claims.region import Region, Verdict, start_region
+from verify.claims.decisions import DistinctTargets, formula
+from verify.claims.formula import FALSE, TRUE, And, Linear, Not, Or, conjunction, disjunction, holds
+from verify.claims.region import Region
+from verify.claims.uncertified.own import OwnFormula
+from verify.claims.uncertified.starts import start_region
+from verify.claims.uncertified.values import tightened, worth
 from verify.counterexamples import uniqueness
 from verify.counterexamples.explanation import explained
 from verify.counterexamples.lines import along, around, closed
 from verify.counterexamples.search import explain, violating_samples
 from verify.counterexamples.uniqueness import Unique, unique
 from verify.question import Budgets, Question, from_start
+from verify.result import Verdict
 from verify.solver.encode import elsewhere, there
 from verify.solver.solve import ask
 from verify.states.state import State, inside, leaves_at, observed, shortfall, violates
@@ -187,13 +191,15 @@ def test_errors_of_features_stay_as_they_are(profile):
     roles = team(profile, towards(0, 0), towards(1, 1))
     claim = DistinctTargets("defenders", eps=Fraction(1, 4))
     found = verify(Question(roles, claim, start_region(roles.world)), {})
-    state = found.counterexample.state
-    assert state.errors and found.explanation.shortfall == float(shortfall(from_start(roles, claim), state)) >= 0
-    for span in found.explanation.spans:
+    state = found.evidence.counterexample.state
+    assert (
+        state.errors and found.evidence.explanation.shortfall == float(shortfall(from_start(roles, claim), state)) >= 0
+    )
+    for span in found.evidence.explanation.spans:
         assert keeps(roles, claim, found.region, state, span.name, span.high)
         assert not keeps(roles, claim, found.region, state, span.name, math.nextafter(span.high, math.inf))
-    assert any(span.low < span.high and not span.free for span in found.explanation.spans)
-    assert all(turn.room >= 0 for room in found.explanation.agents for turn in room.turns)
+    assert any(span.low < span.high and not span.free for span in found.evidence.explanation.spans)
+    assert all(turn.room >= 0 for room in found.evidence.explanation.agents for turn in room.turns)
 
 
 # --- uniqueness
@@ -263,14 +269,14 @@ def test_the_only_way_to_fail_is_told_with_its_goals(profile):
     """One agent stays where its landmark is on its left, and never comes there in the second goal's region."""
     roles = team(profile, tree((2, -0.5, 1, 2), STAY, *moved(towards(0, 0), 2)), towards(1, 1))
     found = verify(Question(roles, CLAIM, start_region(roles.world)), {})
-    assert found.verdict is Verdict.VIOLATED and found.explanation.uniqueness.answer is Unique.OTHERS
+    assert found.verdict is Verdict.VIOLATED and found.evidence.explanation.uniqueness.answer is Unique.OTHERS
     still = team(profile, tree((2, -0.5, 1, 2), STAY, *moved(towards(0, 0), 2)), tree(LEFT))
     one = Fraction(1)
     box = dict(start_region(profile.world).box) | {"agent_1.x": (one, one), "landmark_1.x": (-one, -one)}
-    said = verify(Question(still, CLAIM, Region(box, ("landmark_0", "landmark_1"))), {}).explanation.uniqueness
+    said = verify(Question(still, CLAIM, Region(box, ("landmark_0", "landmark_1"))), {}).evidence.explanation.uniqueness
     assert said.answer is Unique.ONLY and said.goals == ("landmark_0", "landmark_1")
     assert str(said).startswith("the only one:") and said.document()["other"] is None
-    only = verify(Question(still, CLAIM, Region(box, ("landmark_1",))), {}).explanation.uniqueness
+    only = verify(Question(still, CLAIM, Region(box, ("landmark_1",))), {}).evidence.explanation.uniqueness
     assert only.goals == ("landmark_1",)
 
 
@@ -297,12 +303,12 @@ def test_a_small_budget_leaves_it_open(profile, monkeypatch):
 def test_trees_of_one_leaf_are_the_only_way(profile):
     still = team(profile, tree(STAY), tree(UP))
     found = verify(Question(still, CLAIM, start_region(still.world)), {})
-    assert found.explanation.uniqueness.answer is Unique.ONLY
+    assert found.evidence.explanation.uniqueness.answer is Unique.ONLY
     assert (
         ask(elsewhere(Question(still, CLAIM, found.region), "landmark_0", {"agent_0": 0, "agent_1": 0})).holds is False
     )
-    assert all(room.nearest is None and len(room.untested) == 10 for room in found.explanation.agents)
-    assert "nearest" not in found.explanation.says()
+    assert all(room.nearest is None and len(room.untested) == 10 for room in found.evidence.explanation.agents)
+    assert "nearest" not in found.evidence.explanation.says()
 
 
 # --- shortfall
@@ -350,9 +356,9 @@ def test_what_the_region_fixes_is_not_said_to_make_no_difference(profile):
     box = dict(start_region(still.world).box) | {"landmark_0.x": (half, half)}
     region = Region(box, ("landmark_0",), (("agent_0.y", "agent_1.y", (half, half)),))
     result = verify(Question(still, CLAIM, region), {})
-    said = result.explanation.document()["coordinates"]
+    said = result.evidence.explanation.document()["coordinates"]
     for name in ("landmark_0.x", "agent_0.y", "agent_1.y"):
         assert said[name]["says"] == "fixed by the region" and said[name]["matters"] is None
     assert said["adversary_0.x"]["matters"] is False
-    assert set(result.explanation.free) & {"landmark_0.x", "agent_0.y", "agent_1.y"} == set()
-    assert "adversary_0.x" in result.explanation.free
+    assert set(result.evidence.explanation.free) & {"landmark_0.x", "agent_0.y", "agent_1.y"} == set()
+    assert "adversary_0.x" in result.evidence.explanation.free

@@ -19,21 +19,25 @@ from codegen.errors import InputError
 from codegen.lowering.deploy import deployed
 from codegen.policy_json import content_hash
 from maviper import load
-from tests.episode_cases import arriving, on_lattice
-from tests.strategies import grown_trees, with_trees
-from tests.teams import DOWN, LEFT, RIGHT, STAY, UP, team, towards, tree
-from verify.checker import episode_reading, episodes
-from verify.checker.certificates import body_hash, numbers
-from verify.checker.episode_certificates import accepted, from_json, to_json
-from verify.checker.episode_reading import CLAIM, Episode, Part, matchings
+from tests.support.episode_cases import arriving, on_lattice
+from tests.support.episode_certificates import certified, failures
+from tests.support.strategies import grown_trees, with_trees
+from tests.support.teams import DOWN, LEFT, RIGHT, STAY, UP, team, towards, tree
+from verify.checker.envelope import body_hash, numbers
+from verify.checker.episodes import reading as episode_reading
+from verify.checker.episodes import walk as episodes
+from verify.checker.episodes.certificates import accepted, from_json, to_json
+from verify.checker.episodes.reading import CLAIM, Episode, Part, matchings
 from verify.checker.reading import RejectedError
 from verify.claims.catalogue import find_claim
-from verify.claims.region import Region, Verdict, everywhere, start_region
+from verify.claims.region import Region
+from verify.claims.uncertified.starts import everywhere, start_region
 from verify.episodes.certificates import LeftOpenError, NoCertificateError, made
 from verify.episodes.composition import Decision, decide
 from verify.episodes.proof import Prover
 from verify.question import Budgets, Question
-from verify.states.episodes import at_rest, fulfilled, play
+from verify.result import Verdict
+from verify.states.episodes import at_rest, play
 from verify.states.state import sample
 from verify.verdicts.episodes import verify_episodes
 
@@ -65,20 +69,6 @@ def random_pair(profile, first, second, ties=False):
     return with_trees({"agent_0": trees[0], "agent_1": trees[1]}, profile)
 
 
-def failures(profile, claim, region, count, seed=0, lattice=None):
-    """How many sampled starts of a region fail the claim."""
-    coordinates, _ = sample(at_rest(region), profile.world, count, seed)
-    if lattice:
-        coordinates = np.round(coordinates / lattice) * lattice
-    return int((~fulfilled(profile, claim, play(profile, coordinates, claim.steps)[0])).sum())
-
-
-def certified(profile, claim, region):
-    found = decide(Question(profile, claim, region))
-    assert found.verdict is Verdict.PROVED, found
-    return made(Question(profile, claim, region), found.parts)
-
-
 @pytest.fixture(scope="module")
 def arrivers(profile):
     return team(profile, arriving(0), arriving(1))
@@ -95,10 +85,12 @@ def proved(arrivers):
 
 def test_the_checker_is_small_and_shares_nothing_with_the_engine():
     assert len(Path(episodes.__file__).read_text().splitlines()) <= 140
-    ours = ("episode_reading", "episodes", "reading", "thresholds")
-    claims = ("episodes", "formula", "observed", "region")
+    ours = ("episodes", "episodes.reading", "episodes.walk", "reading", "thresholds")
+    claims = ("claim", "episodes", "formula", "observed", "region")
     trusted = {
         "codegen.ir",
+        "verify.exact",
+        "verify.semantics",
         *(f"verify.checker.{name}" for name in ours),
         *(f"verify.claims.{name}" for name in claims),
     }
@@ -107,7 +99,8 @@ def test_the_checker_is_small_and_shares_nothing_with_the_engine():
         imported = {node.module for node in body if isinstance(node, ast.ImportFrom)}
         assert {name for name in imported if name.split(".")[0] in ("verify", "codegen")} <= trusted
     code = (
-        "import sys, verify.checker.episodes; ours = {n for n in sys.modules if n.split('.')[0] in ('verify', 'z3')};"
+        "import sys, verify.checker.episodes.walk;"
+        "ours = {n for n in sys.modules if n.split('.')[0] in ('verify', 'z3')};"
         "print(sorted(ours - {'verify', 'verify.checker', 'verify.claims', *sys.argv[1:]}))"
     )
     found = subprocess.run([sys.executable, "-c", code, *trusted], capture_output=True, text=True, check=True)
@@ -198,7 +191,7 @@ def test_a_certificate_comes_back_and_is_accepted(arrivers, proved):
     assert from_json(text) == proved and accepted(proved, arrivers) > 10_000
     assert [part.followed for part in proved.parts] == [("agent_0",), ("agent_1",)]
     result = verify_episodes(Question(arrivers, proved.claim, everywhere(arrivers)), {})
-    assert result.certificate == proved and result.branches == accepted(proved, arrivers)
+    assert result.evidence.certificate == proved and result.evidence.branches == accepted(proved, arrivers)
 
 
 def test_teams_that_need_a_matching_or_each_other(profile):
@@ -517,7 +510,11 @@ def test_a_proof_that_is_too_long_is_told(arrivers, proved, monkeypatch):
         made(Question(arrivers, proved.claim, proved.region), proved.parts, 1_000)
     monkeypatch.setattr("verify.verdicts.episodes.certificates.made", _too_long)
     result = verify_episodes(Question(arrivers, proved.claim, proved.region), {})
-    assert result.verdict is Verdict.PROVED and result.certificate is None and result.uncertified == "too long"
+    assert (
+        result.verdict is Verdict.PROVED
+        and result.evidence.certificate is None
+        and result.evidence.uncertified == "too long"
+    )
 
 
 def test_what_the_second_reading_leaves_open_is_not_proved(arrivers, proved, monkeypatch):
@@ -527,8 +524,8 @@ def test_what_the_second_reading_leaves_open_is_not_proved(arrivers, proved, mon
     monkeypatch.setattr("verify.verdicts.episodes.first_failing", lambda *_: None)
     result = verify_episodes(Question(swinging, proved.claim, proved.region), {})
     assert result.verdict is Verdict.UNKNOWN and "left open at the last step" in result.reason
-    assert result.certificate is None and not result.followed and not result.uncertified
-    assert result.control is Verdict.SKIPPED
+    assert result.evidence.certificate is None and not result.evidence.followed and not result.evidence.uncertified
+    assert result.evidence.control is Verdict.SKIPPED
 
 
 @pytest.mark.parametrize("order", [1, -1])
@@ -547,7 +544,7 @@ def test_a_control_is_judged_by_both_readings_too(arrivers, proved, monkeypatch)
     monkeypatch.setattr("verify.verdicts.episodes.decide", lambda *_: next(decided))
     monkeypatch.setattr("verify.verdicts.episodes.first_failing", lambda *_: None)
     result = verify_episodes(Question(arrivers, proved.claim, proved.region), {})
-    assert result.verdict is Verdict.PROVED and result.control is Verdict.UNKNOWN
+    assert result.verdict is Verdict.PROVED and result.evidence.control is Verdict.UNKNOWN
 
 
 def _too_long(*given):

@@ -9,17 +9,17 @@ import pytest
 from codegen import ir
 from codegen.errors import InputError
 from codegen.policy_json import content_hash
-from tests.contacts import around
-from tests.strategies import with_trees
-from tests.teams import LEFT, RIGHT, STAY
-from tests.verify.checker import test_contact_reading as faults
-from tests.verify.episodes.test_certificates import certified, failures
-from tests.verify.episodes.test_contacts import HALF, HOMING, LANES, SPREAD, TAG, going
-from verify.checker import episodes
-from verify.checker.certificates import numbers
-from verify.checker.contact_reading import ContactEpisode
-from verify.checker.episode_certificates import PUSHED, accepted, from_json, to_json
-from verify.checker.episode_reading import OpenBranchError, Part
+from tests.support import contact_readings as faults
+from tests.support.contact_teams import HALF, HOMING, LANES, SPREAD, TAG, going
+from tests.support.contacts import around
+from tests.support.episode_certificates import certified, failures
+from tests.support.strategies import with_trees
+from tests.support.teams import LEFT, RIGHT, STAY
+from verify.checker.envelope import numbers
+from verify.checker.episodes import walk as episodes
+from verify.checker.episodes.certificates import PUSHED, accepted, from_json, to_json
+from verify.checker.episodes.contact_reading import ContactEpisode
+from verify.checker.episodes.reading import OpenBranchError, Part
 from verify.checker.reading import RejectedError
 from verify.claims.catalogue import find_claim
 from verify.claims.region import Region
@@ -69,8 +69,8 @@ def test_what_is_proved_has_a_certificate(cases):
 def test_a_verdict_shows_its_certificate(cases):
     profile, certificate = cases[2]
     result = verify_episodes(Question(profile, certificate.claim, certificate.region), {})
-    assert result.certificate == certificate and result.branches == accepted(certificate, profile)
-    assert not result.uncertified and "over-approximated" in result.contacts
+    assert result.evidence.certificate == certificate and result.evidence.branches == accepted(certificate, profile)
+    assert not result.evidence.uncertified and "over-approximated" in result.evidence.contacts
 
 
 def test_opponents_as_in_the_profile_are_followed_in_the_proof():

@@ -14,26 +14,26 @@ from codegen.errors import DisagreementError, InputError, UnknownNameError
 from maviper.verification.replays import rollouts
 from maviper.worlds import find
 from maviper.worlds.matching import matching_world
-from tests.contacts import around, escaped, played, random_team
-from tests.teams import DOWN, LEFT, RIGHT, STAY, UP, team, tree
-from verify.checker.episode_certificates import accepted
+from tests.support.contact_teams import HALF, HOMING, LANES, SPREAD, TAG, going
+from tests.support.contacts import around, escaped, played, random_team
+from tests.support.teams import LEFT, RIGHT, STAY, team, tree
+from verify.checker.episodes.certificates import accepted
 from verify.claims.catalogue import find_claim, sentence
-from verify.claims.region import Verdict, everywhere
+from verify.claims.uncertified.starts import everywhere
 from verify.episodes import contacts
 from verify.episodes.composition import decide
 from verify.episodes.unroll import grouped, strides
 from verify.episodes.zones import SCALE, Zones, starts
 from verify.question import Budgets, Question
 from verify.reports import report
+from verify.result import Verdict
 from verify.states.episodes import at_rest, coinciding, courses, fails, fulfilled, play
 from verify.states.state import State, sample, state_at
 from verify.verdicts.episodes import verify_episodes
 
 pytestmark = pytest.mark.solver
 
-SPREAD, TAG = "cooperative-navigation", "predator-prey"
 WORLDS = (SPREAD, TAG, f"{SPREAD},agents=2", f"{TAG},predators=1,prey=1,obstacles=1")
-HALF = Fraction(1, 40)
 
 
 @contextmanager
@@ -42,22 +42,7 @@ def replays_of(profile):
         yield rollouts(made, matching_world(profile))
 
 
-def going(*actions, name=SPREAD):
-    return played(name, [tree(action) for action in actions])
-
-
-def homing(k):
-    """Goes to landmark k of cooperative navigation: first in y while that is far, then in x, then in y."""
-    dx, dy = 4 + 2 * k, 5 + 2 * k
-    return tree(
-        (dy, -0.8, 1, 2), DOWN, (dy, 0.8, 3, 10), (dx, -0.3, 4, 5), LEFT, (dx, 0.3, 6, 9), (dy, 0.0, 7, 8), DOWN, UP,
-        RIGHT, UP,
-    )  # fmt: skip
-
-
 TURNING = tree((0, 0.3, 1, 2), RIGHT, LEFT)
-HOMING = played(SPREAD, [homing(k) for k in range(3)])
-LANES = [(-0.8, -0.8), (0, -0.8), (0.8, -0.8), (-0.8, 0.8), (0, 0.8), (0.8, 0.8)]
 
 
 def failures(profile, claim, region, count, seed):
@@ -154,8 +139,8 @@ def test_lanes_far_apart_are_proved():
     for name in ("reaches", "keeps_apart"):
         claim = find_claim(name, HOMING)
         result = verify_episodes(Question(HOMING, claim, region), {})
-        assert result.verdict is Verdict.PROVED and not result.opponents
-        assert ("agent_0", "agent_1", "agent_2") in result.followed and result.contacts
+        assert result.verdict is Verdict.PROVED and not result.evidence.opponents
+        assert ("agent_0", "agent_1", "agent_2") in result.evidence.followed and result.evidence.contacts
         assert failures(HOMING, claim, region, 20_000, 5) == 0
 
 
@@ -182,8 +167,8 @@ def test_crowds_are_refuted_and_replayed_by_mpe2():
         assert {"simulator", "mpe2.simple_spread_v3"} <= set(replays)
         claim = find_claim("keeps_apart", profile)
         result = verify_episodes(Question(profile, claim, region), replays)
-        assert result.verdict is Verdict.VIOLATED and set(result.replays) == set(replays)
-        assert result.ways[0].landmark == "agent_1" and result.ways[0].nearest < 0.3
+        assert result.verdict is Verdict.VIOLATED and set(result.evidence.replays) == set(replays)
+        assert result.evidence.ways[0].landmark == "agent_1" and result.evidence.ways[0].nearest < 0.3
         off = {"other": lambda state, steps: replays["simulator"](replace(state, position=_mirrored(state)), steps)}
         with pytest.raises(DisagreementError, match="other plays another episode"):
             verify_episodes(Question(profile, claim, region), off)
@@ -237,7 +222,9 @@ def test_prey_that_flees_is_not_caught():
     result = verify_episodes(Question(profile, claim, region), {})
     assert result.verdict is Verdict.PROVED
     short = verify_episodes(Question(profile, replace(claim, steps=6), region), {})
-    assert short.verdict is Verdict.PROVED and short.followed == (("agent_0",),) and not short.opponents
+    assert (
+        short.verdict is Verdict.PROVED and short.evidence.followed == (("agent_0",),) and not short.evidence.opponents
+    )
     lazy = going(RIGHT, STAY, name=f"{TAG},predators=1,prey=1,obstacles=1")
     assert decide(Question(lazy, claim, region)).verdict is Verdict.VIOLATED
 
@@ -248,8 +235,11 @@ def test_opponents_as_in_the_profile_are_told():
     region = around(profile, Fraction(1, 20), [(-0.5, 0), (0.5, 0), (0, -0.9)])
     claim = find_claim("keeps_apart", profile, "prey", others=["adversary_0"])
     result = verify_episodes(Question(profile, claim, region), {})
-    assert result.verdict is Verdict.PROVED and result.opponents
-    assert ("adversary_0", "agent_0") in result.followed and "opponents as in" in result.whatever
+    assert result.verdict is Verdict.PROVED and result.evidence.opponents
+    assert (
+        "adversary_0",
+        "agent_0",
+    ) in result.evidence.followed and "opponents as in" in result.evidence.opponents_words
 
 
 def test_only_the_team_is_matched_when_opponents_are_followed():
@@ -287,7 +277,7 @@ def test_defenders_keep_apart(profile):
     claim = find_claim("keeps_apart", apart, steps=25, radius=Fraction(1, 4))
     assert decide(Question(apart, claim, region)).verdict is Verdict.PROVED
     assert decide(Question(team(profile, tree(RIGHT), tree(LEFT)), claim, region)).verdict is Verdict.VIOLATED
-    assert verify_episodes(Question(apart, claim, region), {}).contacts == ""
+    assert verify_episodes(Question(apart, claim, region), {}).evidence.contacts == ""
 
 
 def test_where_contacts_have_no_force_nothing_is_pushed():
@@ -369,7 +359,7 @@ def test_no_claim_is_about_centres_that_coincide(name, kind):
         assert np.isnan(replays[profile.world.reference](start, 2).coordinates).any()
     for replays in ({}, {"simulator": lambda *_: pytest.fail("no start of the claim")}):
         result = verify_episodes(Question(profile, claim, region), replays)
-        assert result.verdict is Verdict.UNKNOWN and result.reason and not result.violating.hits
+        assert result.verdict is Verdict.UNKNOWN and result.reason and not result.evidence.violating.hits
     assert "within 1e-150 of each other" in sentence(claim, profile.world)
 
 
@@ -377,14 +367,16 @@ def test_a_proof_says_which_starts_it_leaves_out():
     profile = going(STAY, STAY, name=f"{SPREAD},agents=2")
     claim = find_claim("reaches", profile, steps=0)
     result = verify_episodes(Question(profile, claim, at_one_place(profile, "1/10")), {})
-    assert result.verdict is Verdict.PROVED and "within 1e-150 of each other" in result.left_out
-    assert result.certificate is not None and result.branches == accepted(result.certificate, profile)
+    assert result.verdict is Verdict.PROVED and "within 1e-150 of each other" in result.evidence.left_out
+    assert result.evidence.certificate is not None and result.evidence.branches == accepted(
+        result.evidence.certificate, profile
+    )
     facts = report.document(profile, [result], [""])
     for text in (report.as_text(facts), report.as_html(facts)):
         assert "within 1e-150 of each other" in text and "one reading, no certificate" not in text
     apart = played("physical-deception", [tree(STAY)] * 3)
     still = verify_episodes(Question(apart, find_claim("reaches", apart, steps=0), at_one_place(apart, "1/10")), {})
-    assert still.verdict is Verdict.PROVED and not still.left_out and not still.uncertified
+    assert still.verdict is Verdict.PROVED and not still.evidence.left_out and not still.evidence.uncertified
 
 
 @pytest.mark.parametrize(("gap", "wanted"), [(0.0, True), (1e-160, True), (1e-140, False)])

@@ -10,16 +10,18 @@ import pytest
 from codegen import ir
 from codegen.check import ensure
 from codegen.errors import InputError
-from tests.contacts import played
-from tests.teams import RIGHT, STAY, tree
-from verify.checker.episode_certificates import FORM, accepted, from_json, to_json
-from verify.checker.episode_reading import Part
+from tests.support.contacts import played
+from tests.support.teams import RIGHT, STAY, tree
+from verify.checker.episodes.certificates import FORM, accepted, from_json, to_json
+from verify.checker.episodes.reading import Part
 from verify.checker.reading import RejectedError
 from verify.claims.catalogue import find_claim
-from verify.claims.region import Region, Verdict, everywhere
+from verify.claims.region import Region
+from verify.claims.uncertified.starts import everywhere
 from verify.episodes.certificates import NoCertificateError, made
 from verify.episodes.composition import decide
 from verify.question import Budgets, Question
+from verify.result import Verdict
 from verify.states.episodes import courses, fails, first_failing
 from verify.states.state import State
 

@@ -16,15 +16,17 @@ from codegen.lowering.deploy import deployed
 from maviper.verification.replays import rollouts
 from maviper.worlds.matching import matching_world
 from tests.benchmarks.closed_loop import unrolled
-from tests.episode_cases import arriving, lost, on_lattice, verdicts_wrong
-from tests.strategies import grown_trees, with_trees
-from tests.teams import LEFT, RIGHT, STAY, UP, team, towards, tree
+from tests.support.episode_cases import arriving, lost, on_lattice, verdicts_wrong
+from tests.support.strategies import grown_trees, with_trees
+from tests.support.teams import LEFT, RIGHT, STAY, UP, team, towards, tree
 from verify.claims.catalogue import find_claim
 from verify.claims.episodes import Covers
-from verify.claims.region import Region, Verdict, everywhere, start_region
-from verify.episodes.composition import _Decider, _Task, _Violated, decide
+from verify.claims.region import Region
+from verify.claims.uncertified.starts import everywhere, start_region
+from verify.episodes.composition import _Arrive, _Decider, _Task, _Violated, decide
 from verify.episodes.zones import starts
 from verify.question import Budgets, Question
+from verify.result import Verdict
 from verify.states.episodes import Episode, at_rest, courses, fails, fulfilled, play
 from verify.states.state import State, inside, sample
 from verify.verdicts.episodes import verify_episodes
@@ -67,9 +69,9 @@ def test_a_team_that_arrives_is_proved_from_everywhere_agent_by_agent(arrivers):
     claim = find_claim("reaches", arrivers)
     result = verify_episodes(Question(arrivers, claim, everywhere(arrivers)), {})
     assert result.verdict is Verdict.PROVED
-    assert result.followed == (("agent_0",), ("agent_1",))
-    assert result.control is Verdict.VIOLATED
-    assert result.violating.hits == 0 and result.idle.value < 0.03
+    assert result.evidence.followed == (("agent_0",), ("agent_1",))
+    assert result.evidence.control is Verdict.VIOLATED
+    assert result.evidence.violating.hits == 0 and result.evidence.idle.value < 0.03
     assert sampled_failures(arrivers, claim, result.region, 50_000, 1) == 0
 
 
@@ -78,6 +80,7 @@ def test_the_same_team_does_not_stay_there(arrivers):
     assert result.verdict is Verdict.VIOLATED
 
 
+@pytest.mark.smoke
 def test_heading_is_not_arriving(profile):
     """This team satisfies own_target everywhere, but swings to and fro in x."""
     swinging = team(profile, towards(0, 0), towards(1, 1))
@@ -103,9 +106,9 @@ def test_a_violation_that_sampling_misses_is_found_by_zones(arrivers):
     claim = find_claim("reaches", arrivers)
     sliver = team(arrivers, late, tree(STAY))
     result = verify_episodes(Question(sliver, claim, replace(on_axis, box=box)), {})
-    assert result.violating.hits == 0 and result.zones > 0
+    assert result.evidence.violating.hits == 0 and result.cost.spent > 0
     assert result.verdict is Verdict.VIOLATED
-    assert Fraction("-0.70001") < Fraction(result.state.position["agent_0.x"]) <= Fraction("-0.7000001")
+    assert Fraction("-0.70001") < Fraction(result.evidence.state.position["agent_0.x"]) <= Fraction("-0.7000001")
 
 
 # --- the first steps
@@ -226,7 +229,7 @@ def test_agents_together_answer_as_alone(arrivers):
         for name, steps in (("reaches", 9), ("covers", 9), ("covers", 14)):
             claim = find_claim(name, arrivers, steps=steps, landmarks=["landmark_0", "landmark_1"])
             parts = starts(region, arrivers.world)
-            for task in (_Task(("agent_0",), "landmark_0"), _Task(("agent_1",), "landmark_1")):
+            for task in (_Arrive(("agent_0",), "landmark_0"), _Arrive(("agent_1",), "landmark_1")):
                 answers = []
                 for agents in (task.agents, ("agent_0", "agent_1")):
                     decider = _Decider(Question(arrivers, claim, region, budgets=Budgets(max_zones=1_000_000)), parts)
@@ -336,7 +339,7 @@ def test_the_edge_itself_is_left_open_or_refuted_never_proved(profile):
     places = {"agent_0": (0, 0), "landmark_0": (0.5, 0), "agent_1": (0, 0), "landmark_1": (0, 0)}
     region = centred(still, Fraction(0), places)
     found = decide(Question(still, find_claim("reaches", still, radius=Fraction(1, 2)), region))
-    assert found.verdict is Verdict.UNKNOWN and "between float64 starts" in found.reason
+    assert found.verdict is Verdict.UNKNOWN and "at starts that are not float64" in found.reason
 
 
 def test_courses_equal_simulator_compiled_c_and_mpe2(profile):
@@ -348,7 +351,7 @@ def test_courses_equal_simulator_compiled_c_and_mpe2(profile):
             assert {"simulator", "mpe2.simple_adversary_v3"} <= set(replays)
             result = verify_episodes(Question(swinging, claim, everywhere(swinging)), replays)
         assert result.verdict is Verdict.VIOLATED
-        assert len(result.ways[0].places) == steps + 1 and len(result.ways[0].actions) == steps
+        assert len(result.evidence.ways[0].places) == steps + 1 and len(result.evidence.ways[0].actions) == steps
 
 
 def test_random_courses_equal_mpe2(profile):

@@ -10,8 +10,9 @@ import pytest
 from scipy.stats import binom
 
 from maviper.verification.join import verify_claims
-from tests.teams import STAY, UP, team, towards, tree
-from tests.verify.zone_cases import (
+from tests.support.steady_zones import stands
+from tests.support.teams import STAY, UP, team, towards, tree
+from tests.support.zone_cases import (
     actions_at,
     deception,
     everyone,
@@ -23,11 +24,13 @@ from tests.verify.zone_cases import (
     random_region,
     switching,
 )
-from tests.verify.zones.test_steady import stands
 from verify.claims.catalogue import find_property
-from verify.claims.decisions import DistinctTargets, OwnFormula, engaged, formula
+from verify.claims.decisions import DistinctTargets, engaged, formula
 from verify.claims.formula import And, Goal, Linear, Not, Or, holds
-from verify.claims.region import MACHINE, REAL, Region, Verdict, everywhere, read_region, start_region
+from verify.claims.region import Region
+from verify.claims.region_files import read_region
+from verify.claims.uncertified.own import OwnFormula
+from verify.claims.uncertified.starts import everywhere, start_region
 from verify.extent import found as where
 from verify.extent import violations
 from verify.extent.carving import GRID, obstacles
@@ -36,6 +39,8 @@ from verify.progress import listening
 from verify.question import Budgets, Question
 from verify.reports import report
 from verify.reports import where as where_report
+from verify.result import Verdict
+from verify.semantics import MACHINE, REAL
 from verify.solver.decide import decide
 from verify.states import shares
 from verify.states.state import sample
@@ -295,7 +300,7 @@ def test_the_region_found_holds_though_features_are_off(profile):
     found = where.where(Question(same, claim, region), Verdict.VIOLATED)
     assert found.complete and found.share.exact and found.share.value > plain.share.value
     result = decisions.verify(Question(same, claim, found.part.region), {})
-    assert result.verdict is Verdict.PROVED and result.certificate.eps == claim.eps
+    assert result.verdict is Verdict.PROVED and result.evidence.certificate.eps == claim.eps
     assert found.part.exact > Fraction(1, 100)
 
 
@@ -308,7 +313,7 @@ def test_reports_say_that_cells_with_errors_overlap(profile, monkeypatch):
         facts = report.document(same, [result], [""])
         told = facts["results"][0]["where"]
         assert told["overlapping"] == where_report.OVERLAPPING and bool(told["exact"]) == exact
-        low, high = result.where.share.value, result.where.share.upper
+        low, high = result.evidence.where.share.value, result.evidence.where.share.upper
         assert exact or told["between"] == [float(low), float(high)]
         text = report.as_text(facts)
         assert ("of the region violate the claim: zones of different leaves overlap" in text) != exact
@@ -339,9 +344,9 @@ def test_the_region_found_is_proved_by_both_engines(profile, number):
     again = read_region(part.region.toml(), asked.world, "region-1.toml")
     assert again == part.region
     result = decisions.verify(Question(asked, claim, again), {})
-    assert result.verdict is Verdict.PROVED and result.certificate is not None
-    assert {opinion.verdict for opinion in result.engines} == {Verdict.PROVED}
-    assert result.shares.conflict.hits > 0 and result.shares.violating.hits == 0
+    assert result.verdict is Verdict.PROVED and result.evidence.certificate is not None
+    assert {opinion.verdict for opinion in result.evidence.opinions} == {Verdict.PROVED}
+    assert result.evidence.shares.conflict.hits > 0 and result.evidence.shares.violating.hits == 0
     low, high = part.share.interval
     assert low <= part.exact <= high and part.exact > Fraction(1, 50)
     # no zone of its goals meets the inside of it
@@ -491,7 +496,8 @@ def test_leaves_of_different_agents_are_not_counted_together(profile):
     claim = OwnFormula(CLAIM.team, statement=stated)
     region = everywhere(still)
     result = decisions.verify(Question(still, claim, region), {})
-    result = replace(result, where=where.where(Question(still, claim, region), result.verdict))
+    found = where.where(Question(still, claim, region), result.verdict)
+    result = replace(result, evidence=replace(result.evidence, where=found))
     told = where_report.where_facts(still, result)["most"]
     assert [[one["agent"] for one in zone["agents"]] for zone in told] == [["agent_0"], ["agent_1"]]
     assert [zone["goal"] for zone in told] == ["landmark_0", "landmark_1"]
@@ -502,10 +508,10 @@ def test_why_the_zones_are_not_all(profile):
     claim, region = find_property("distinct_targets", same), everywhere(same)
     assert where.where(
         Question(same, claim, region, budgets=Budgets(max_cells=5)), Verdict.VIOLATED
-    ).share_reason.endswith("there are more than 5")
+    ).share_reason.endswith("there are more than 5; a larger --max-cells lists more")
     assert where.where(
         Question(same, claim, region, budgets=Budgets(max_nodes=60)), Verdict.VIOLATED
-    ).part_reason.endswith("the search ended after 60 nodes")
+    ).part_reason.endswith("the search ended after 60 nodes; a larger --solver-units goes on")
 
 
 def test_a_region_without_sampled_states_says_so(profile):
@@ -524,6 +530,8 @@ def test_of_zones_that_are_not_all_the_file_holds_the_first(profile, monkeypatch
     result = decisions.verify(Question(same, CLAIM, region), {})
     for most, complete in ((9, False), (Budgets().max_cells, True)):
         found = where.where(Question(same, CLAIM, region, budgets=Budgets(max_cells=most)), result.verdict)
-        written = json.loads(where_report.zones_json(same, replace(result, where=found)))
+        written = json.loads(
+            where_report.zones_json(same, replace(result, evidence=replace(result.evidence, where=found)))
+        )
         assert written["complete"] is complete and written["found"] == found.count > 4
         assert len(written["violating"]) == (found.count if complete else 4)

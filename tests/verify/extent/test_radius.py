@@ -6,8 +6,8 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from tests.teams import tree
-from tests.verify.observations import acts, blind_tree, distance
+from tests.support.observations import acts, blind_tree, distance
+from tests.support.teams import tree
 from verify.extent.radius import radius
 
 

@@ -13,14 +13,15 @@ from codegen import policy_json
 from maviper import load
 from maviper.verification.ask import VerifyOptions
 from maviper.verification.run import results
-from tests.episode_cases import arriving
 from tests.hunting import episodes as hunted
 from tests.hunting import playing
 from tests.hunting.places import Case
 from tests.hunting.reading import MACHINE, read
-from tests.teams import LEFT, RIGHT, STAY, team, tree
+from tests.support.episode_cases import arriving
+from tests.support.teams import LEFT, RIGHT, STAY, team, tree
 from verify.claims.catalogue import find_claim
-from verify.claims.region import Region, Verdict, everywhere
+from verify.claims.region import Region
+from verify.claims.uncertified.starts import everywhere
 from verify.episodes.composition import decide
 from verify.extent.starts import NOBODY, NOT_APART, start_share
 from verify.extent.sure import FLAT
@@ -28,6 +29,7 @@ from verify.question import Budgets, Question
 from verify.reports.episodes import _starts
 from verify.reports.lines import as_lines
 from verify.reports.report import result_facts
+from verify.result import Verdict
 
 pytestmark = pytest.mark.solver
 GENERATED = Path(__file__).parents[3] / "generated"
@@ -228,12 +230,12 @@ def test_a_proof_leaves_no_failing_start(defenders):
 
 
 def test_reports_and_terminal_tell_the_share(defenders):
-    options = VerifyOptions(names=("reaches",), where=True, steps=8)
+    options = VerifyOptions(names=("reaches",), where=True, parameters={"steps": 8})
     result = results(defenders, options)[0]
     told = result_facts(defenders, result, "")["starts"]
-    assert told["exact"] and Fraction(told["least"]) <= result.starts.least < result.starts.most <= Fraction(
-        told["most"]
-    )
+    assert told["exact"] and Fraction(
+        told["least"]
+    ) <= result.evidence.starts.least < result.evidence.starts.most <= Fraction(told["most"])
     assert told["answers"] <= told["budget"] == Budgets().max_zones
     assert told["says"].startswith("exactly ") and " of starts fail; " in told["says"]
     assert told["says"] in as_lines(defenders, result)[1]

@@ -2,7 +2,7 @@
 
 from fractions import Fraction as F
 
-from tests.verify.system_cases import form, policy, team
+from tests.support.system_cases import form, policy, team
 from verify.systems.claims import SystemClaim, SystemKind
 from verify.systems.system import Affine, Feature, HalfSpace, Measure, Piece, System, Variable
 

@@ -1,5 +1,6 @@
 """Verdicts about stated systems: the same as those of direct queries, each with evidence that holds on its own."""
 
+import re
 from collections import Counter
 from dataclasses import replace
 from fractions import Fraction as F
@@ -10,8 +11,8 @@ import z3
 
 from codegen.errors import InputError, UnknownNameError
 from codegen.floats import FLOAT64, NUMBERS
-from tests.verify.reach import random_systems, unrolled
-from tests.verify.system_cases import (
+from maviper.cli.verify import verify as verify_command
+from tests.support.system_cases import (
     balancing,
     box,
     collision,
@@ -27,13 +28,14 @@ from tests.verify.system_cases import (
     switching,
     team,
 )
+from tests.verify.reach import random_systems, unrolled
 from verify.checker.reading import RejectedError
-from verify.checker.system_certificates import accepted, from_json, to_json
+from verify.checker.systems.certificates import accepted, from_json, to_json
 from verify.claims.formula import Acts, And, Not, Or, holds, negated
-from verify.claims.region import Verdict
 from verify.reach.decide import decide
 from verify.reach.results import Budget
 from verify.reports.systems import facts, lines
+from verify.result import Verdict
 from verify.systems.claims import SystemClaim, SystemKind
 from verify.systems.documents import content_hash
 from verify.systems.observing import chosen
@@ -174,8 +176,8 @@ def test_a_double_integrator_is_proved_axis_by_axis(error):
 
 def test_merging_proves_what_takes_too_many_symbolic_states_otherwise():
     system, profile = double_integrator(axes=1, error=F(1, 1000)), switching(axes=1)
-    claim = stays(system, 20, x=(-1, 1))
-    (result,) = decide(profile, system, [claim], Budget(max_states=5_000))
+    claim = stays(system, 25, x=(-1, 1))
+    (result,) = decide(profile, system, [claim])
     assert result.verdict is Verdict.PROVED and result.certificate.parts[0].hulls
     ensure_evidence(system, profile, claim, result)
 
@@ -210,11 +212,33 @@ def test_an_unstable_system_ends_with_its_budget():
     profile = team(policy("a", ["f", "g"], ["up", "down"], ((0, 0.0), ((1, 0.0), 0, 1), ((1, 1.0), 1, 0))))
     (result,) = decide(profile, system, [stays(system, 40, x=(-(10**30), 10**30))], Budget(max_states=300))
     assert result.verdict is Verdict.UNKNOWN
-    assert "the budget of 300 symbolic states ended" in result.reason
+    assert "stopped after 300 symbolic states and" in result.reason and "--max-states is 300" in result.reason
     assert 0 < result.open.step < 40 and result.open.bounds.keys() == {"x", "y"}
     assert all(low < high for low, high in result.open.bounds.values())
     said = " ".join(result.helps)
     assert "--max-states than 300" in said and "fewer steps" in said and "errors" in said
+
+
+@pytest.mark.parametrize(("error", "bound"), [(0, F(1)), (F(1, 200), F(1)), (F(1, 50), F(1, 2))])
+def test_a_larger_budget_never_loses_an_answer(error, bound):
+    """It gives the same one for the same work, and whatever ends first is named by an option of the command."""
+    system, profile = double_integrator(axes=1, error=error), switching(axes=1)
+    claim = stays(system, 8, x=(-bound, bound))
+    (known,) = decide(profile, system, [claim])
+    assert known.verdict is not Verdict.UNKNOWN
+    options = {name for each in verify_command.params for name in each.opts}
+    for limits in [(10**6, 3**k) for k in range(8)] + [(3**k, 10**6) for k in range(8)]:
+        budget = Budget(*limits)
+        (result,) = decide(profile, system, [claim], budget)
+        if limits[0] >= known.states and limits[1] >= known.programs:
+            assert (result.verdict, result.states, result.programs) == (known.verdict, known.states, known.programs)
+        elif result.verdict is Verdict.UNKNOWN:
+            named = set(re.findall(r"--[a-z-]+", " ".join((result.reason, *result.helps))))
+            assert len(named) == 1 and named <= options
+            assert f"{result.states:,} symbolic states and {result.programs:,} linear programs" in result.reason
+            assert result.states <= limits[0]
+        else:
+            assert result.verdict is known.verdict
 
 
 @pytest.mark.parametrize("numbers", NUMBERS)
@@ -256,6 +280,7 @@ def test_what_no_float_tells_apart_is_found(start, error, bound):
     assert kept.verdict is Verdict.PROVED
 
 
+@pytest.mark.smoke
 def test_an_episode_that_leaves_what_is_stated_is_not_judged():
     variables = (Variable("x", "1", (F(-9), F(9))),)
     piece = Piece({"x": (F(-1), F(1))}, {"x": form(1, x=1)}, {})
@@ -270,6 +295,7 @@ def test_an_episode_that_leaves_what_is_stated_is_not_judged():
     assert short.verdict is Verdict.PROVED
 
 
+@pytest.mark.smoke
 def test_an_empty_start_is_vacuous():
     system, profile = double_integrator(axes=1), switching(axes=1)
     empty = replace(system, start=(*system.start, HalfSpace(form(2, x=1, vx=1))))

@@ -14,14 +14,16 @@ from codegen.observe import observe
 from codegen.paths import upwards
 from codegen.policy_json import dumps
 from maviper import load
-from tests.teams import DOWN, LEFT, RIGHT, STAY, UP, team, towards, tree
-from tests.verify.zone_cases import navigation, random_tree, stated
-from verify.checker.certificates import accepted
+from tests.support.teams import DOWN, LEFT, RIGHT, STAY, UP, team, towards, tree
+from tests.support.zone_cases import navigation, random_tree, stated
+from verify.checker.decisions.certificates import accepted
 from verify.claims.catalogue import find_property
 from verify.claims.decisions import DistinctTargets, NoDouble, formula
-from verify.claims.region import Region, Verdict, everywhere, start_region
+from verify.claims.region import Region
+from verify.claims.uncertified.starts import everywhere, start_region
 from verify.question import Budgets, Question, shuffled
 from verify.repair.search import repair
+from verify.result import Verdict
 from verify.states.state import sample
 from verify.verdicts.decisions import verify
 from verify.zones import engine
@@ -45,8 +47,8 @@ def claim(profile):
 def proved(profile, claim, region):
     """Both engines say so, and the checker accepts the certificate."""
     result = verify(Question(profile, claim, region), {})
-    assert {opinion.verdict for opinion in result.engines} == {Verdict.PROVED}
-    assert result.certificate is not None and accepted(result.certificate, profile) > 0
+    assert {opinion.verdict for opinion in result.evidence.opinions} == {Verdict.PROVED}
+    assert result.evidence.certificate is not None and accepted(result.evidence.certificate, profile) > 0
     return result
 
 
@@ -92,7 +94,7 @@ def test_teams_that_violate_are_repaired_in_the_whole_start_region(profile, clai
     region = start_region(wrong.world)
     found = repair(Question(wrong, claim, region))
     assert found.ended and found.guards and found.rounds and len(set(found.roles.values())) == 2
-    assert proved(found.profile, claim, region).control is Verdict.VIOLATED
+    assert proved(found.profile, claim, region).evidence.control is Verdict.VIOLATED
     unchanged(wrong, found, region)
 
 
@@ -127,6 +129,7 @@ def test_three_agents_share_three_landmarks():
     unchanged(before, found, region)
 
 
+@pytest.mark.smoke
 def test_what_is_proved_stays_as_it_is(profile, claim):
     roles = team(profile, towards(0, 0), towards(1, 1))
     found = repair(Question(roles, claim, start_region(roles.world)))

@@ -12,12 +12,13 @@ from codegen.policy_json import loads
 from codegen.targets import emit
 from maviper.verification.join import verify_claims
 from tests.hunting.teams import bare
-from tests.teams import STAY, UP, team, towards
-from tests.teams import tree as tree_of
+from tests.support.teams import STAY, UP, team, towards
+from tests.support.teams import tree as tree_of
 from verify.claims.catalogue import find_claim
-from verify.claims.decisions import DistinctTargets, OwnFormula
+from verify.claims.decisions import DistinctTargets
 from verify.claims.formula import Acts, Linear, Not, disjunction
-from verify.claims.region import everywhere
+from verify.claims.uncertified.own import OwnFormula
+from verify.claims.uncertified.starts import everywhere
 from verify.question import Question
 from verify.reports import report
 from verify.reports.code import code_of
@@ -88,6 +89,7 @@ def test_of_a_claim_that_speaks_of_no_landmark_any_joint_action_counts(profile):
     assert "some joint action violates the claim" in text and "engaged with" not in page
 
 
+@pytest.mark.smoke
 def test_terms_are_explained_once_and_each_claim_has_a_button(profile):
     pair = team(profile, towards(0, 0), towards(0, 1))
     claims = [DistinctTargets("defenders"), DistinctTargets("defenders", margin=Fraction(1, 40))]
@@ -123,7 +125,7 @@ def test_where_two_come_too_near_is_drawn():
     (result,) = verify_claims([Question(profile, claim, everywhere(profile))])
     assert result.verdict.value == "VIOLATED"
     drawing = report.document(profile, [result], ["again"])["results"][0]["counterexample"]["picture"]
-    near = [way for way in result.ways if way.nearest < claim.radius]
+    near = [way for way in result.evidence.ways if way.nearest < claim.radius]
     assert near and len(drawing["meetings"]) == len(near)
     scale = drawing["size"] / 2
     for meeting, way in zip(drawing["meetings"], near, strict=True):

@@ -14,15 +14,19 @@ from codegen.errors import InputError
 from codegen.ir import Meaning
 from codegen.lowering.deploy import deployed
 from maviper.worlds import find
-from tests.strategies import FLOAT32, grown_trees
-from tests.teams import DOWN, LEFT, RIGHT, STAY, UP, tree
+from tests.support.meanings import WORLD, meanings, tied_points, with_meanings
+from tests.support.strategies import FLOAT32, grown_trees
+from tests.support.teams import DOWN, LEFT, RIGHT, STAY, UP, tree
 from verify.claims.decisions import DistinctTargets
-from verify.claims.region import Region, Verdict, positions, start_region
+from verify.claims.region import Region
+from verify.claims.uncertified.starts import start_region
 from verify.question import Question, from_start
+from verify.result import Verdict
 from verify.solver.decide import decide
 from verify.solver.encode import half_line, last_double
 from verify.solver.encode import query as query_of
-from verify.states.state import State, inside, violates
+from verify.solver.terms import number
+from verify.states.state import inside, violates
 from verify.verdicts.decisions import verify
 
 NORMAL = FLOAT32.filter(lambda value: value == 0 or abs(value) >= 2.0**-126)
@@ -93,32 +97,8 @@ def test_float32_theory_agrees_with_the_half_line():
 # --- every kind of meaning: what the solver is asked, against the referee, who observes and decides like the machine
 
 
-WORLD = find("physical-deception")
 CLAIM = DistinctTargets("defenders")
 BACK = "agent_0"
-
-
-def meanings(agent):
-    """One of each kind: nothing, coordinates and differences as numbers, as signs, as 0 or 1, as being equal."""
-    across = ((1, "landmark_0.x"), (-1, f"{agent}.x"))
-    up = ((-1, f"{agent}.y"), (1, "landmark_1.y"))
-    goal = ((1, "goal.x"), (-1, f"{agent}.x"))
-    mine, backwards = ((1, f"{agent}.x"),), ((-1, f"{agent}.y"),)
-    numbers = [Meaning(()), Meaning(across), Meaning(mine), Meaning(backwards)]
-    signs = [Meaning(terms, "sign") for terms in (across, up, mine, goal)]
-    same = [Meaning(((1, "goal.x"), (-1, "landmark_0.x")), "zero"), Meaning(across, "zero")]
-    return [*numbers, *signs, *(Meaning(terms, "positive") for terms in (across, up, backwards, goal)), *same]
-
-
-def with_meanings(trees):
-    """A deception profile whose defenders observe `meanings`, with these trees."""
-    agents = []
-    for name, features, actions in zip(WORLD.agents, WORLD.features, WORLD.actions, strict=True):
-        if name in trees:
-            kinds = enumerate(meanings(name))
-            features = tuple(ir.FeatureSpec(f"f{k}", "none", -2.0, 2.0, meaning) for k, meaning in kinds)
-        agents.append(ir.AgentPolicy(name, WORLD.team_of(name), features, actions, trees.get(name, tree(STAY))))
-    return ir.PolicyProfile(WORLD.spec, tuple(agents), ir.Provenance("", "", 0, "", ""))
 
 
 def asked(profile, claim, state, slack=Fraction(0)):
@@ -128,23 +108,10 @@ def asked(profile, claim, state, slack=Fraction(0)):
     region = start_region(profile.world)
     wide = Region(dict.fromkeys(region.box, (Fraction(-9), Fraction(9))), region.goals)
     query = query_of(Question(profile, claim, wide), state.goal, slack)
-    values = [
-        (variable, z3.RatVal(*Fraction(state.position[name]).as_integer_ratio()))
-        for name, variable in query.variables.items()
-    ]
+    values = [(variable, number(Fraction(state.position[name]))) for name, variable in query.variables.items()]
     answer = z3.simplify(z3.substitute(z3.And(*query.constraints), *values))
     assert z3.is_true(answer) or z3.is_false(answer), answer
     return z3.is_true(answer)
-
-
-def tied_points(count, seed):
-    """World states on a coarse grid, where differences are often exactly 0, and beside it by one float64."""
-    rng = np.random.default_rng(seed)
-    names = positions(WORLD.spec)
-    grid = rng.integers(-2, 3, size=(count, len(names))) / 4
-    beside = np.nextafter(grid, rng.choice([-9.0, 9.0], size=grid.shape))
-    values = np.where(rng.random(grid.shape) < 0.2, beside, grid)
-    return [State(dict(zip(names, map(float, row), strict=True)), f"landmark_{rng.integers(2)}") for row in values]
 
 
 @pytest.mark.solver
@@ -186,6 +153,7 @@ def sideways(sign):
 
 @pytest.mark.solver
 @pytest.mark.parametrize("sign", [True, False])
+@pytest.mark.smoke
 def test_verdicts_that_hang_on_a_single_value(sign):
     """The agent misses its target only where it is exactly below it, or above: a state that no sample meets."""
     across = Region(start_region(WORLD.spec).box | {"agent_1.y": (Fraction(-2), Fraction(-2))}, ("landmark_0",))
@@ -193,8 +161,8 @@ def test_verdicts_that_hang_on_a_single_value(sign):
     second = tree(UP)  # closes on both
     profile = with_meanings({BACK: sideways(sign), "agent_1": second})
     found = verify(Question(profile, CLAIM, apart), {})
-    assert found.verdict is Verdict.VIOLATED and found.shares.violating.hits == 0
-    state = found.counterexample.state
+    assert found.verdict is Verdict.VIOLATED and found.evidence.shares.violating.hits == 0
+    state = found.evidence.counterexample.state
     assert state.position[f"{BACK}.x"] == state.position["landmark_0.x"] and violates(from_start(profile, CLAIM), state)
     assert inside(apart, state)
     # on one side of the target nothing is left to refute
@@ -247,7 +215,7 @@ def test_navigation_is_verified_like_deception():
     )
     lost = verify(Question(profile(roles(0), roles(1), roles(1)), claim, region), {})
     assert lost.verdict is Verdict.VIOLATED
-    assert violates(from_start(profile(roles(0), roles(1), roles(1)), claim), lost.counterexample.state)
+    assert violates(from_start(profile(roles(0), roles(1), roles(1)), claim), lost.evidence.counterexample.state)
     fast = tree((names[0].index("vx"), 0.0, 1, 2), LEFT, RIGHT)
     with pytest.raises(InputError, match=r"observes agent_0\.vx, which regions cannot bound"):
         decide(Question(profile(fast, roles(1), roles(2)), claim, region))

@@ -7,11 +7,13 @@ import pytest
 
 from codegen import ir
 from codegen.errors import InputError
-from tests.teams import DOWN, LEFT, RIGHT, STAY, UP, team, towards, tree
+from tests.support.teams import DOWN, LEFT, RIGHT, STAY, UP, team, towards, tree
 from verify.claims.catalogue import find_property
-from verify.claims.decisions import AliveLeaves
-from verify.claims.region import Region, Verdict, start_region
+from verify.claims.region import Region
+from verify.claims.uncertified.own import AliveLeaves
+from verify.claims.uncertified.starts import start_region
 from verify.question import Budgets, Question
+from verify.result import Verdict
 from verify.solver.leaves import dead_leaves, leaf_findings
 from verify.states.state import inside, observed
 from verify.verdicts.decisions import verify
@@ -66,8 +68,8 @@ def test_only_a_real_valued_state_leaves_a_leaf_open(profile, whole):
 def test_the_property_says_it(profile, whole):
     claim = find_property("alive_leaves", profile)
     bad = verify(Question(team(profile, BOTH, SLIVER), claim, whole), {})
-    assert bad.verdict is Verdict.VIOLATED and len(bad.leaves) == 7 and bad.counterexample is None
-    assert bad.shares.conflict.count == 0 and bad.control is Verdict.SKIPPED
+    assert bad.verdict is Verdict.VIOLATED and len(bad.evidence.leaves) == 7 and bad.evidence.counterexample is None
+    assert bad.evidence.shares.conflict.count == 0 and bad.evidence.control is Verdict.SKIPPED
     good = verify(Question(team(profile, towards(0, 0), SLIVER), claim, whole), {})
     assert good.verdict is Verdict.PROVED
     none = Region(whole.box, whole.goals, apart=(("agent_0", "agent_1", Fraction(5)),))

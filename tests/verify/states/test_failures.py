@@ -6,12 +6,13 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from tests.teams import team, towards, tree
-from tests.verify.zone_cases import deception, navigation, noisy, random_region
+from tests.support.teams import team, towards, tree
+from tests.support.zone_cases import deception, navigation, noisy, random_region
 from verify.claims.catalogue import find_property
-from verify.claims.decisions import OwnFormula
-from verify.claims.formula import Batch, Linear, below, holds, negated
-from verify.claims.region import everywhere
+from verify.claims.formula import Linear, below, holds, negated
+from verify.claims.uncertified.own import OwnFormula
+from verify.claims.uncertified.starts import everywhere
+from verify.claims.uncertified.values import Batch
 from verify.question import Question, from_start
 from verify.states import failures, noise
 from verify.states import state as world

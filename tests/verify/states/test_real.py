@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from codegen.errors import DisagreementError
-from tests.teams import RIGHT, STAY, UP, team, tree
-from tests.verify.real_cases import (
+from tests.support.real_cases import (
     ABOVE,
     TEAM,
     THIRD,
@@ -25,12 +24,16 @@ from tests.verify.real_cases import (
     states,
     within,
 )
+from tests.support.teams import RIGHT, STAY, UP, team, tree
 from verify.claims.catalogue import find_property
-from verify.claims.decisions import AliveLeaves
-from verify.claims.region import REAL, Region, Verdict, everywhere, start_region
+from verify.claims.region import Region
+from verify.claims.uncertified.own import AliveLeaves
+from verify.claims.uncertified.starts import everywhere, start_region
 from verify.counterexamples.uniqueness import Unique
 from verify.question import Question, from_start
 from verify.reports import report
+from verify.result import Verdict
+from verify.semantics import REAL
 from verify.solver.leaves import leaf_findings
 from verify.states import noise, real, shares
 from verify.states.state import State, measurements, sample, violates
@@ -68,26 +71,26 @@ def ensure_right(profile, claim, region, pair, found):
     assert found.verdict is (Verdict.VIOLATED if wrong else Verdict.PROVED)
     if not wrong:
         return "proved"
-    state, position = found.counterexample.state, exactly(found.counterexample.state)
+    state, position = found.evidence.counterexample.state, exactly(found.evidence.counterexample.state)
     assert state.goal == goal and within(region, position)
     if claim.eps:
-        ensure_errors_right(profile, claim, found.counterexample)
+        ensure_errors_right(profile, claim, found.evidence.counterexample)
         return "errors" if state.errors else "steady"
-    ensure_leaves_right(profile, claim, found.counterexample)
+    ensure_leaves_right(profile, claim, found.evidence.counterexample)
     ensure_explained(profile, claim, region, found, wrong)
     floats = [state for state in wrong if all(map(is_short, state.values()))]
     assert state.floats or not floats, "a float64 state of few bits exists"
     if not state.floats:
-        assert not found.counterexample.replayed and "no float64 state" in found.counterexample.says
+        assert not found.evidence.counterexample.replayed and "no float64 state" in found.evidence.counterexample.says
         return "rational"
     leaves = machine_leaves(profile, position, goal)
     alike = all(
         profile.policy(view.agent).tree.action[leaves[view.agent]] == profile.policy(view.agent).tree.action[view.leaf]
-        for view in found.counterexample.agents
+        for view in found.evidence.counterexample.agents
     )
-    assert found.counterexample.deployed.violated == fails(profile, claim, position, goal, leaves)
-    assert bool(found.counterexample.replayed) == alike
-    if found.counterexample.deployed.violated:
+    assert found.evidence.counterexample.deployed.violated == fails(profile, claim, position, goal, leaves)
+    assert bool(found.evidence.counterexample.replayed) == alike
+    if found.evidence.counterexample.deployed.violated:
         return "both"
     assert not any(fails(profile, claim, state, goal, machine_leaves(profile, state, goal)) for state in floats)
     return "real"
@@ -124,16 +127,16 @@ def ensure_errors_right(profile, claim, shown):
 
 def ensure_explained(profile, claim, region, found, wrong):
     """Whether other leaves fail, and each coordinate's interval: at its ends, in it, and beyond it."""
-    (goal,), position = region.goals, exactly(found.counterexample.state)
-    here = {view.agent: view.leaf for view in found.counterexample.agents}
+    (goal,), position = region.goals, exactly(found.evidence.counterexample.state)
+    here = {view.agent: view.leaf for view in found.evidence.counterexample.agents}
     elsewhere = [{agent: leaf_of(profile.policy(agent), state_at(one, goal)) for agent in TEAM} for one in wrong]
-    other = found.explanation.uniqueness
+    other = found.evidence.explanation.uniqueness
     assert (other.answer is Unique.ONLY) == all(leaves == here for leaves in elsewhere)
     if other.answer is not Unique.ONLY:
         assert fails(profile, claim, exactly(other.other), goal) and within(region, exactly(other.other))
         reached = {agent: leaf_of(profile.policy(agent), state_at(exactly(other.other), goal)) for agent in TEAM}
         assert reached == dict(other.leaves) != here
-    for span in found.explanation.spans:
+    for span in found.evidence.explanation.spans:
         low, high = Fraction(span.low), Fraction(span.high)
         tiny = Fraction(1, 2**200)
         tried = [(low, "low" not in span.excluded), (high, "high" not in span.excluded), ((low + high) / 2, True)]
@@ -189,9 +192,9 @@ def test_the_state_shown_fails_by_the_arithmetic_asked(profile):
     claim = find_property("own_target", one, radius=Fraction(0))
     sliver = settled(one, landmark_0__x=(ABOVE, ABOVE + Fraction(1, 10**9)))
     found = verify(Question(one, claim, sliver, REAL), {})
-    state = found.counterexample.state
+    state = found.evidence.counterexample.state
     assert found.verdict is Verdict.VIOLATED and Fraction(state.position["landmark_0.x"]) == ABOVE
-    assert found.counterexample.deployed.violated and found.counterexample.replayed == ("reference",)
+    assert found.evidence.counterexample.deployed.violated and found.evidence.counterexample.replayed == ("reference",)
     nearly = replace(
         sliver, box=sliver.box | {"landmark_0.x": (ABOVE + Fraction(1, 10**12), ABOVE + Fraction(1, 10**9))}
     )
@@ -209,12 +212,12 @@ def test_a_region_without_float64_states_is_violated_by_a_rational_one(profile):
     for region in (box, pinned):
         assert verify(Question(still, claim, region), {}).verdict is Verdict.UNKNOWN
         found = verify(Question(still, claim, region, REAL), {})
-        position = exactly(found.counterexample.state)
-        assert found.verdict is Verdict.VIOLATED and not found.counterexample.state.floats
+        position = exactly(found.evidence.counterexample.state)
+        assert found.verdict is Verdict.VIOLATED and not found.evidence.counterexample.state.floats
         assert position["agent_0.x"] - position["agent_1.x"] == THIRD
         assert all(value.denominator <= 10 for value in position.values()), "few digits"
     with pytest.raises(AssertionError, match="no float64 state"):
-        violates(from_start(still, claim), found.counterexample.state)
+        violates(from_start(still, claim), found.evidence.counterexample.state)
 
 
 def test_replays_are_asked_about_float64_states_alone(profile):
@@ -229,10 +232,10 @@ def test_replays_are_asked_about_float64_states_alone(profile):
 
     third = settled(still, agent_0__x=(THIRD, THIRD))
     found = verify(Question(still, claim, third, REAL), {"other": replay})
-    assert found.verdict is Verdict.VIOLATED and not asked and found.counterexample.replayed == ()
+    assert found.verdict is Verdict.VIOLATED and not asked and found.evidence.counterexample.replayed == ()
     half = settled(still, agent_0__x=(Fraction(1, 2), Fraction(1, 2)))
     found = verify(Question(still, claim, half, REAL), {"other": replay})
-    assert len(asked) == 1 and found.counterexample.replayed == ("reference", "other")
+    assert len(asked) == 1 and found.evidence.counterexample.replayed == ("reference", "other")
     with pytest.raises(DisagreementError):
         verify(Question(still, claim, half, REAL), {"other": lambda state: [STAY, UP]})
 

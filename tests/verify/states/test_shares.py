@@ -10,13 +10,13 @@ import pytest
 from codegen.errors import InputError
 from codegen.intervals import percent
 from maviper.worlds import find
-from tests.verify.zone_cases import navigation
+from tests.support.zone_cases import navigation
 from verify.claims.catalogue import find_property
 from verify.claims.decisions import formula
 from verify.claims.files import read_properties
 from verify.claims.formula import given, holds
 from verify.claims.matching import matched, matchings, preventable
-from verify.claims.region import everywhere
+from verify.claims.uncertified.starts import everywhere
 from verify.question import Question, from_start
 from verify.states import shares
 from verify.states.shares import SAMPLE_SEED, conflicts, extent_words, of_start
@@ -96,6 +96,7 @@ def test_the_share_of_the_start_region_counts_only_what_lies_in_it(profile):
     assert of_start(profile, outside) == {"share": 0.0, "low": 0.0, "high": 0.0, "exact": True}
 
 
+@pytest.mark.smoke
 def test_less_than_all_is_never_called_100_percent(profile):
     start = everywhere(profile)
     smaller = replace(start, box=start.box | {"agent_0.x": (Fraction(-1), Fraction(9998, 10_000))})

@@ -1,13 +1,15 @@
 """Claims about stated systems as data: what breaks and fulfils them at each step, and what is refused."""
 
+from dataclasses import replace
 from fractions import Fraction as F
 
 import pytest
 
 from codegen.errors import InputError
 from verify.claims.formula import FALSE, TRUE, Acts, And, Not, Or, below, holds
-from verify.systems.claims import SystemClaim, SystemKind, spelled
+from verify.systems.claims import SystemClaim, SystemKind
 from verify.systems.system import Affine, HalfSpace
+from verify.systems.words import spelled
 
 
 def interval(low, high):
@@ -69,9 +71,13 @@ def test_words_name_the_regions_and_the_steps():
 def test_words_that_are_made_from_the_data_alone():
     near = (HalfSpace(Affine.of({"x": F(-2), "v": F(1)}, F(-1)), strict=True), HalfSpace(Affine.of({}, F(-1))))
     claim = SystemClaim("c", SystemKind.AVOIDS, (near, ()), 30, region="far")
-    assert spelled(claim, {}) == "every episode of 30 steps avoids v - 2*x < 1 and 0 <= 1 or any state"
+    assert spelled(claim, {}, {}) == "every episode of 30 steps avoids v - 2*x < 1 and 0 <= 1 or any state"
     denied = Not(Acts("cart", 1))
     formula = And((below({"x": F(1, 3), "v": F(-1)}, F(1, 2)), Or((denied, TRUE)), FALSE))
     decides = SystemClaim("c", SystemKind.DECIDES, formula=formula)
-    said = "in every state of the ranges, (v - 1/3*x >= -0.5 and (not acts(cart) == go or true) and false)"
-    assert spelled(decides, {"cart": ["rest", "go"]}) == said
+    said = "(v - 1/3*x >= -0.5 and (not acts(cart) == go or true) and false)"
+    actions, ranges = {"cart": ["rest", "go"]}, {"w": (F(0), F(1)), "x": (F(-1), F(1)), "v": (F(1, 3), F(5))}
+    assert spelled(decides, actions, {}) == f"in every state of the ranges, {said}"
+    assert spelled(decides, actions, ranges) == f"in every state of the ranges (x in [-1, 1], v in [1/3, 5]), {said}"
+    far = replace(decides, formula=TRUE, regions=((HalfSpace(Affine.of({"x": F(1)}, F(-9))),),))
+    assert spelled(far, actions, ranges) == "in every state of the ranges (x in [-1, 1]) with x <= 9, true"

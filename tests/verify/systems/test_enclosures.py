@@ -1,6 +1,7 @@
 """Enclosures: the values of what is not affine lie within them, and they are not much wider than need be."""
 
 import math
+import time
 from fractions import Fraction as F
 
 import numpy as np
@@ -9,7 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from codegen.errors import InputError
-from tests.systems import CURVED, MOUNTAIN
+from tests.support.systems import CURVED, MOUNTAIN
+from verify.progress import listening
 from verify.systems.enclosures import Enclosing
 from verify.systems.files import statement_of
 from verify.systems.language.expressions import value
@@ -43,7 +45,7 @@ def at(form, state):
 def test_values_lie_in_the_enclosure(text, ends):
     """By sampling, corners among the samples: no proof, but it knows nothing of the method."""
     box = {"x": (min(ends[:2]), max(ends[:2])), "y": (min(ends[2:]), max(ends[2:]))}
-    expression = expression_of(text, NAMES, "").expression
+    expression = expression_of(text, NAMES, "").value
     form, (low, high) = Enclosing(box, "").of(expression)
     for x in np.linspace(*map(float, box["x"]), 7):
         for y in np.linspace(*map(float, box["y"]), 5):
@@ -55,7 +57,7 @@ def test_values_lie_in_the_enclosure(text, ends):
 @pytest.mark.parametrize("text", TEXTS[:11])
 def test_errors_fall_with_the_square_of_the_width(text):
     """Unless a corner of a clip lies in the box, for which it falls with the width."""
-    expression = expression_of(text, NAMES, "").expression
+    expression = expression_of(text, NAMES, "").value
     wide, narrow = (
         Enclosing({"x": (F(3, 10) - w, F(3, 10) + w), "y": (F(1, 5) - w, F(1, 5) + w)}, "").of(expression).error[1]
         for w in (F(1, 10), F(1, 100))
@@ -66,7 +68,7 @@ def test_errors_fall_with_the_square_of_the_width(text):
 def test_a_line_is_nearly_as_good_as_the_best_one():
     """Of cos over [-w, w] the best line is off by (1 - cos w) / 2."""
     for width in (F(1, 2), F(1, 20)):
-        error = Enclosing({"x": (-width, width)}, "").of(expression_of("cos(x)", NAMES, "").expression).error[1]
+        error = Enclosing({"x": (-width, width)}, "").of(expression_of("cos(x)", NAMES, "").value).error[1]
         best = (1 - math.cos(width)) / 2
         assert best <= float(error) <= 1.1 * best + 1e-9
 
@@ -74,7 +76,7 @@ def test_a_line_is_nearly_as_good_as_the_best_one():
 def test_what_may_be_undefined_is_refused():
     for text in ("1/x", "1/(x - y)", "y/sin(x)", "sin(40*x)"):
         with pytest.raises(InputError, match=r"a denominator may be 0|sin of more than"):
-            Enclosing({"x": (F(-1), F(1)), "y": (F(0), F(1))}, "f").of(expression_of(text, NAMES, "").expression)
+            Enclosing({"x": (F(-1), F(1)), "y": (F(0), F(1))}, "f").of(expression_of(text, NAMES, "").value)
 
 
 @pytest.mark.parametrize("text", [MOUNTAIN, CURVED])
@@ -105,3 +107,13 @@ def test_ranges_are_cut_into_as_many_parts_as_asked():
     assert len(statement_of(CURVED, "f").system.pieces) == 6
     with pytest.raises(InputError, match="more than 4096 pieces"):
         statement_of(CURVED.replace("x = 3\ny = 2", "x = 100\ny = 100"), "f")
+
+
+def test_many_pieces_are_made_while_somebody_waits():
+    """1,024 enclosures, of which those over the same range share what is known; it says how far it is."""
+    text = CURVED.replace("x = 3\ny = 2", "x = 32\ny = 32")
+    told, begun = [], time.process_time()
+    with listening(lambda *given: told.append(given)):
+        assert len(statement_of(text, "f").system.pieces) == 1_024
+    assert time.process_time() - begun < 10
+    assert told[0] == (1, 1_024, "pieces made from rules") and told[-1][0] == 1_024

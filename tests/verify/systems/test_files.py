@@ -5,7 +5,7 @@ from fractions import Fraction as F
 import pytest
 
 from codegen.errors import InputError
-from tests.systems import CART, CURVED
+from tests.support.systems import CART, CURVED
 from verify.systems.files import statement_of, system_of
 from verify.systems.system import Affine, Feature, Measure
 
@@ -115,20 +115,20 @@ def test_a_world_without_dynamics():
     ("text", "what", "where"),
     [
         # units that do not fit
-        (changed('"x + dt*v"', '"x + v"'), "units do not fit: m and m/s", "dynamics.next.x, column 1"),
+        (changed('"x + dt*v"', '"x + v"'), "units do not fit: m and m/s", "dynamics.next.x, column 3"),
         (changed('"x + dt*v"', '"x + 0.2*v"'), "units do not fit: m and m/s", "dynamics.next.x"),
         (changed('"x + dt*v"', '"v"'), "units do not fit: the unit is m/s, and m is needed", "dynamics.next.x"),
         (changed('"-0.5 m/s^2"', '"-0.5 m/s"'), "units do not fit: m/s^2, and m/s in another action", "right.a"),
         (changed("x + 1[s]*v", "x + v"), "units do not fit", "features.ahead"),
         (changed('unit = "m/s"', 'unit = "m//s"'), "cannot read the unit", "variables.v"),
         (changed("x = [-1, 1]", 'x = ["-1 s", 1]'), "units do not fit: the unit is s, and m is needed", "box.x"),
-        (MATRICES.replace("0.2]", '"0.2 m"]'), "units do not fit", "A, row 1, v"),
+        (MATRICES.replace("0.2]", '"0.2 m"]'), "units do not fit", "dynamics.A 1, v"),
         # names
         (changed('place = "x"', 'place = "y"'), "unknown name 'y'", "features.place"),
         (changed('"v + dt*cart.a"', '"v + dt*cart.b"'), "unknown name 'cart.b'", "next.v"),
         (changed("[dynamics.next]", "[dynamics.nxet]"), "unknown key 'nxet'", "dynamics"),
         (changed("steps = 10", "steps = 10\nspeed = 3"), "unknown key 'speed'", "f"),
-        (changed("x = [-1, 1], v", "x = [-1, 1], w = 0, v"), "unknown variable 'w'", "start: box"),
+        (changed("x = [-1, 1], v", "x = [-1, 1], w = 0, v"), "unknown variable 'w'", "start.box"),
         (changed("v = { unit", "lambda = { unit"), "not a name: 'lambda'", "variables.lambda"),
         (changed("v = { unit", "goal = { unit"), "'goal' is the place of a game's goal", "variables.goal"),
         (changed("v = { unit", "X = { unit"), "another variable is 'X' but for its case", "variables.X"),
@@ -137,7 +137,7 @@ def test_a_world_without_dynamics():
         (MATRICES.replace("left = [", "lefd = ["), "unknown action 'lefd'", "B.cart"),
         (MATRICES.replace("B.cart", "B.card"), "unknown agent 'card'", "B"),
         # shapes
-        (MATRICES.replace("[0, 1]]", "[0, 1, 0]]"), "a row of 3, and there are 2 variables", "A, row 2"),
+        (MATRICES.replace("[0, 1]]", "[0, 1, 0]]"), "a row of 3, and there are 2 variables", "dynamics.A 2"),
         (MATRICES.replace("[[1, 0.2], [0, 1]]", "[[1, 0.2]]"), "A has 1 rows, and there are 2 variables", "A"),
         (MATRICES.replace("[0, -0.1]", "[0]"), "a list of 1, where 2 are needed", "B.cart.left"),
         (MATRICES.replace("A =", "c = [1]\nA ="), "a list of 1, where 2 are needed", "dynamics.c"),
@@ -154,7 +154,7 @@ def test_a_world_without_dynamics():
         (changed("x = [-1, 1]", "x = [1, -1]"), "the lower bound 1 is above", "box.x"),
         (changed("v = [0, 0] }", 'v = [0, 0] }\nwhere = ["x > 1"]'), "the start region is empty", "start"),
         (changed("v = [0, 0] }", 'v = [0, 1] }\nwhere = ["x + 1[s]*v < -1", "v >= 0"]'), "region is empty", "start"),
-        (changed(", v = [0, 0]", ""), "the start says nothing of v", "start: box"),
+        (changed(", v = [0, 0]", ""), "the start says nothing of v", "start.box"),
         (changed("x = [-1, 1]", "x = [-11, 1]"), "the start lies outside the range", "box.x"),
         # motion
         (changed('v = "v + dt*cart.a"', ""), "nothing says how v moves", "dynamics.next"),
@@ -164,7 +164,7 @@ def test_a_world_without_dynamics():
         (changed("steps = 10", ""), "not a whole number", "steps"),
         # features and agents
         (changed('place = "x"', 'place = "x*x"'), "not a feature", "features.place"),
-        (changed('place = "x"', 'place = "sign(sin(1[1/m]*x))"'), "not an affine form", "features.place"),
+        (changed('place = "x"', 'place = "sign(sin(1[1/m]*x))"'), "not a feature", "features.place"),
         (changed('place = "x"', 'place = "clip(x, 1, -1)"'), "the bounds of clip", "features.place"),
         (CART[: CART.index("[agents.cart.actions]")], "0 actions", "agents.cart.actions"),
         ("", "0 variables", "variables"),
@@ -174,9 +174,9 @@ def test_a_world_without_dynamics():
         (changed("range = [-10, 10]", 'range = ["1/0", 10]'), "not a number", "variables.x"),
         (changed("range = [-10, 10]", "range = [-10]"), "a list of 1, where 2 are needed", "variables.x"),
         (changed('"x + dt*v"', '"x + 1e999*dt*v"'), "numbers may be at most", "next.x"),
-        (changed('"x + dt*v"', '"x +"'), "cannot read", "next.x, column"),
-        (changed('"x + dt*v"', '"x^2"'), "^ is no power", "next.x"),
-        (changed('"x + dt*v"', "\"__import__('os').getcwd()\""), "unknown function", "next.x"),
+        (changed('"x + dt*v"', '"x +"'), "ends too early", "next.x, column 4"),
+        (changed('"x + dt*v"', '"x^2"'), "cannot go on with '^'", "next.x, column 2"),
+        (changed('"x + dt*v"', '"__import__(os)"'), "unknown function", "next.x"),
         (changed('"x + dt*v"', '"' + "(" * 300 + "x" + ")" * 300 + '"'), "", "next.x"),
         (changed('"x + dt*v"', '"' + "x+" * 900 + 'x"'), "nested deeper", "next.x"),
         ("name = ", "not a readable file", "f:"),

@@ -1,4 +1,4 @@
-"""Particle games without contacts as world's files: the same verdicts as by the engine for games."""
+"""Particle games without contacts as world files: the same verdicts as by the engine for games."""
 
 from dataclasses import replace
 from fractions import Fraction as F
@@ -7,13 +7,14 @@ from itertools import permutations
 import pytest
 
 from codegen.errors import InputError
-from tests.episode_cases import arriving
-from tests.teams import STAY, team, tree
+from tests.support.episode_cases import arriving
+from tests.support.teams import STAY, team, tree
 from verify.claims.catalogue import find_claim
-from verify.claims.region import Verdict, everywhere
+from verify.claims.uncertified.starts import everywhere
 from verify.episodes.composition import decide as decided_by_zones
 from verify.question import Budgets, Question
 from verify.reach.decide import decide
+from verify.result import Verdict
 from verify.systems.claims import SystemClaim, SystemKind
 from verify.systems.files import statement_of
 from verify.systems.games import world_file

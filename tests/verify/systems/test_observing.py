@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from codegen.floats import NUMBERS
-from tests.verify.system_cases import policy, team
-from verify.checker.system_trees import goes_left
+from tests.support.system_cases import policy, team
+from verify.checker.systems.trees import goes_left
 from verify.claims.formula import holds
 from verify.systems.observing import chosen, measured, nearest
 from verify.systems.system import Affine, Feature, Measure, System, Variable

@@ -5,8 +5,8 @@ from fractions import Fraction as F
 import pytest
 
 from codegen.errors import InputError
-from tests.systems import CART
-from tests.verify.system_cases import policy, team
+from tests.support.system_cases import policy, team
+from tests.support.systems import CART
 from verify.claims.formula import holds
 from verify.systems.claims import SystemKind
 from verify.systems.files import statement_of
@@ -38,6 +38,28 @@ formula = "x > 1/2 implies not acts(cart) == right"
 """
 
 
+@pytest.mark.parametrize(
+    ("region", "said"),
+    [
+        ("{ box = { x = [0.5, 20] } }", "of the ranges with x in [0.5, 20] (of the ranges [0.5, 10])"),
+        ("{ box = { x = [-20, 20], v = 1 } }", "of the ranges with x in [-20, 20] (of the ranges [-10, 10]) and v = 1"),
+        ("{ box = { x = [11, 20] } }", "of the ranges with x in [11, 20] (no state of the ranges)"),
+        ("{ box = { x = [-10, 10] } }", "of the ranges with x in [-10, 10]"),
+        ('{ where = ["x >= 1/2"] }', "of the ranges with x >= 1/2"),
+        ("{}", "of the ranges with any state"),
+        ("[]", "of the ranges"),
+        (
+            "[{ box = { x = 1 } }, { box = { v = [0, 6] } }]",
+            "of the ranges with x = 1 or v in [0, 6] (of the ranges [0, 5])",
+        ),
+    ],
+)
+def test_a_claim_about_decisions_says_that_it_is_about_states_of_the_ranges(region, said):
+    text = f'{CART}[[property]]\nformula = "not acts(cart) == right"\nregion = {region}\n'
+    [claim] = claims_of(statement_of(text, "f"), PROFILE, "f")
+    assert claim.sentence == f"in every state {said}, the agents decide as claimed"
+
+
 def test_claims_of_every_kind():
     statement = statement_of(CART + ALL, "f")
     near, far, there, slow, acts = claims_of(statement, PROFILE, "f")
@@ -62,7 +84,7 @@ def test_claims_of_every_kind():
 @pytest.mark.parametrize(
     ("text", "what"),
     [
-        ("", "0 properties"),
+        ("", "no property in the file"),
         ("[[property]]\n", "needs a name or a formula"),
         ('[[property]]\nname = "stay_in"\n', "unknown property 'stay_in'"),
         ('[[property]]\nname = "stays_in"\n', "needs a region"),
@@ -83,7 +105,7 @@ def test_claims_of_every_kind():
         ('[[property]]\nformula = "x >"\n', "ends too early"),
         ("[[property]]\nspeed = 3\n", "unknown key 'speed'"),
         ("[[proberty]]\n", "unknown key 'proberty'"),
-        ("property = 3\n", "not a list"),
+        ("property = 3\n", "no property in the file"),
     ],
 )
 def test_bad_properties(text, what):
@@ -106,3 +128,22 @@ def test_episodes_that_nothing_can_be_claimed_of(text, said):
         ensure_claims(statement_of(text + stays, "f"), "f")
     if "dynamics" in text:
         assert ensure_claims(statement_of(text + stays + "steps = 20\n", "f"), "f") == 1
+
+
+def test_faults_have_their_lines_and_all_are_told():
+    """In a world file and in a property file; a text over several lines is shown with the line of its fault."""
+    wrong = '[[property]]\nname = "stays_in"\nregion = { where = ["x <= 1",\n "x <= v"] }\n'
+    wrong += '[[property]]\nformula = "x > y"\n[[property]]\nformula = "true"\n'
+    lines = len(CART.splitlines())
+    with pytest.raises(InputError) as raised:
+        ensure_claims(statement_of(CART + wrong, "f"), "f")
+    assert raised.value.what == "2 of 3 properties cannot be read"
+    assert f"f, line {lines + 3}: property 1, region.where 2, column 6" in raised.value.where
+    assert f"f, line {lines + 6}: property 2, formula, column 5" in raised.value.where and "^" in raised.value.where
+    with pytest.raises(InputError) as raised:
+        claims_in(wrong, statement_of(CART, "f"), PROFILE, "g")
+    assert "g, line 6: property 2, formula, column 5" in raised.value.where
+    with pytest.raises(InputError) as raised:
+        statement_of(CART.replace("dt*v", "dt*w"), "f")
+    line = 1 + CART.splitlines().index('x = "x + dt*v"')
+    assert raised.value.where.startswith(f"f, line {line}: dynamics.next.x, column 8\n  x + dt*w\n")

@@ -12,20 +12,23 @@ from hypothesis import strategies as st
 from codegen import ir
 from codegen.errors import DisagreementError, InputError, UnknownNameError
 from codegen.lowering.deploy import deployed
-from tests.strategies import grown_trees, profiles
-from tests.teams import LEFT, RIGHT, STAY, team, towards, tree
-from verify.checker.certificates import accepted
+from tests.support.strategies import grown_trees, profiles
+from tests.support.teams import LEFT, RIGHT, STAY, team, towards, tree
+from verify.checker.decisions.certificates import accepted
 from verify.claims.catalogue import find_property
-from verify.claims.decisions import PROPERTIES, Aligned, DistinctTargets
+from verify.claims.decisions import Aligned, DistinctTargets
 from verify.claims.formula import below, conjunction, disjunction
-from verify.claims.region import Region, Verdict, start_region
+from verify.claims.region import Region
+from verify.claims.uncertified.own import PROPERTIES
+from verify.claims.uncertified.starts import start_region
 from verify.question import Budgets, Question, from_start, shuffled
+from verify.result import Opinion, Verdict
 from verify.solver.decide import Decision, decide
 from verify.states import shares
 from verify.states.state import State, inside, sample, violates
 from verify.verdicts import decisions
 from verify.verdicts.decisions import verify
-from verify.verdicts.opinions import Opinion, Zoned
+from verify.verdicts.opinions import Zoned
 from verify.zones import engine as zones
 
 pytestmark = pytest.mark.solver
@@ -40,17 +43,17 @@ def test_fixed_roles_are_proved_everywhere(profile, claim):
     roles = team(profile, towards(0, 0), towards(1, 1))
     result = verify(Question(roles, claim, start_region(roles.world)), {})
     assert result.verdict is Verdict.PROVED
-    assert result.control is Verdict.VIOLATED
-    assert 0.34 < result.shares.conflict.value < 0.38  # 36 % of the start region, see the definitions
-    assert result.shares.contested is not None and 0.026 < result.shares.contested.value < 0.031
-    assert result.shares.violating.hits == 0
+    assert result.evidence.control is Verdict.VIOLATED
+    assert 0.34 < result.evidence.shares.conflict.value < 0.38  # 36 % of the start region, see the definitions
+    assert result.evidence.shares.contested is not None and 0.026 < result.evidence.shares.contested.value < 0.031
+    assert result.evidence.shares.violating.hits == 0
 
 
 def test_both_at_the_same_target_is_refuted(profile, claim):
     same = team(profile, towards(0, 0), towards(0, 1))
     result = verify(Question(same, claim, start_region(same.world)), {})
     assert result.verdict is Verdict.VIOLATED
-    state = result.counterexample.state
+    state = result.evidence.counterexample.state
     assert violates(from_start(same, claim), state) and inside(result.region, state)
     assert all(len(repr(value)) <= 6 for value in state.position.values()), "not shrunk"
 
@@ -64,7 +67,7 @@ def test_an_empty_region_is_vacuous(profile, claim):
     start = start_region(profile.world)
     high = Region(start.box, start.goals, differences=(("agent_0.x", "agent_1.x", (Fraction(3), Fraction(4))),))
     result = verify(Question(profile, claim, high), {})
-    assert result.verdict is Verdict.VACUOUS and result.control is Verdict.SKIPPED
+    assert result.verdict is Verdict.VACUOUS and result.evidence.control is Verdict.SKIPPED
     apart = Region(start.box, start.goals, apart=(("agent_0", "agent_1", Fraction(5)),))
     assert verify(Question(profile, claim, apart), {}).verdict is Verdict.VACUOUS
 
@@ -101,7 +104,7 @@ def test_violation_only_between_neighbouring_floats(profile, claim):
     lopsided = team(profile, sliver, other)
     result = verify(Question(lopsided, claim, region), {})
     assert result.verdict is Verdict.VIOLATED
-    assert violates(from_start(lopsided, claim), result.counterexample.state)
+    assert violates(from_start(lopsided, claim), result.evidence.counterexample.state)
     # the same region is proved once the sliver is gone
     assert decide(Question(team(profile, tree(RIGHT), other), claim, region)).verdict is Verdict.PROVED
 
@@ -162,21 +165,26 @@ def test_proved_against_samples_is_our_bug(profile, claim, monkeypatch):
 def test_a_verdict_names_its_engines_and_a_proof_its_certificate(profile, claim):
     roles = team(profile, towards(0, 0), towards(1, 1))
     proved = verify(Question(roles, claim, start_region(roles.world)), {})
-    assert [opinion.verdict for opinion in proved.engines] == [Verdict.PROVED] * 2
-    assert proved.certificate is not None and proved.branches == accepted(proved.certificate, roles) > 10
+    assert [opinion.verdict for opinion in proved.evidence.opinions] == [Verdict.PROVED] * 2
+    assert (
+        proved.evidence.certificate is not None
+        and proved.evidence.branches == accepted(proved.evidence.certificate, roles) > 10
+    )
     same = team(profile, towards(0, 0), towards(0, 1))
     refuted = verify(Question(same, claim, start_region(same.world)), {})
-    assert [opinion.verdict for opinion in refuted.engines] == [Verdict.VIOLATED] * 2
-    assert refuted.certificate is None
+    assert [opinion.verdict for opinion in refuted.evidence.opinions] == [Verdict.VIOLATED] * 2
+    assert refuted.evidence.certificate is None
     beyond = verify(Question(roles, Aligned(claim.team), start_region(roles.world)), {})
-    assert beyond.engines[0].verdict is Verdict.SKIPPED and beyond.engines[1].verdict is beyond.verdict
+    assert (
+        beyond.evidence.opinions[0].verdict is Verdict.SKIPPED and beyond.evidence.opinions[1].verdict is beyond.verdict
+    )
 
 
 def test_zones_answer_where_the_solver_does_not(profile, claim, monkeypatch):
     monkeypatch.setattr(decisions, "decide", lambda *given: Decision(Verdict.UNKNOWN, 0, reason="spent"))
     for roles, wanted in ((towards(1, 1), Verdict.PROVED), (towards(0, 1), Verdict.VIOLATED)):
         found = verify(Question(team(profile, towards(0, 0), roles), claim, start_region(profile.world)), {})
-        assert found.verdict is wanted and (found.counterexample is None) == (wanted is Verdict.PROVED)
+        assert found.verdict is wanted and (found.evidence.counterexample is None) == (wanted is Verdict.PROVED)
 
 
 def test_a_refused_proof_is_our_bug(profile, claim, monkeypatch):
@@ -223,8 +231,8 @@ def test_bounds_that_no_float64_meets_still_give_counterexamples(profile, claim,
     same = team(profile, towards(0, 0), towards(0, 1))
     result = verify(Question(same, claim, region), {})
     assert result.verdict is Verdict.VIOLATED
-    assert inside(region, result.counterexample.state) and violates(
-        from_start(same, claim), result.counterexample.state
+    assert inside(region, result.evidence.counterexample.state) and violates(
+        from_start(same, claim), result.evidence.counterexample.state
     )
 
 
@@ -234,7 +242,7 @@ def test_a_state_on_a_boundary_that_sampling_misjudges(profile, claim):
     place |= {"agent_0.x": (Fraction(3, 10),) * 2, "landmark_0.x": (Fraction(4, 10),) * 2}
     still = team(profile, tree(STAY), tree(STAY))
     result = verify(Question(still, claim, Region(place, ("landmark_0",))), {})
-    assert result.verdict is Verdict.PROVED and result.shares.violating.hits > 0
+    assert result.verdict is Verdict.PROVED and result.evidence.shares.violating.hits > 0
 
 
 def test_only_a_real_valued_state_is_unknown(profile, claim):
@@ -252,8 +260,8 @@ def test_the_control_is_asked_not_assumed(profile, claim):
     place = dict.fromkeys(start_region(profile.world).box, (Fraction(0), Fraction(0)))
     place |= {f"{name}.x": (Fraction(1), Fraction(1)) for name in ("agent_1", "landmark_1")}
     result = verify(Question(team(profile, towards(0, 0), towards(1, 1)), claim, Region(place, ("landmark_0",))), {})
-    assert result.verdict is Verdict.PROVED and result.control is Verdict.PROVED
-    assert result.shares.conflict.hits == 0
+    assert result.verdict is Verdict.PROVED and result.evidence.control is Verdict.PROVED
+    assert result.evidence.shares.conflict.hits == 0
 
 
 def test_shrinking_keeps_the_violation_and_drops_the_digits(profile, claim):
@@ -358,4 +366,4 @@ def test_a_proof_under_an_assumption_that_nobody_meets_is_no_proof(profile):
     claim = replace(find_property("own_target", roles), assume=assume)
     for budget in (20_000, 2_000_000):
         found = verify(Question(roles, claim, start_region(roles.world), budgets=Budgets(budget)), {})
-        assert found.verdict in (Verdict.UNKNOWN, Verdict.VACUOUS) and found.certificate is None
+        assert found.verdict in (Verdict.UNKNOWN, Verdict.VACUOUS) and found.evidence.certificate is None

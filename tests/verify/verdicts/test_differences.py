@@ -15,14 +15,16 @@ from codegen import ir, policy_json
 from codegen.errors import InputError, UnknownNameError
 from codegen.observe import observe
 from tests.hunting import places, questions, reading, teams
-from tests.strategies import with_trees
-from tests.teams import DOWN, LEFT, STAY, UP, team, towards, tree
-from verify.checker import certificates
+from tests.support.strategies import with_trees
+from tests.support.teams import DOWN, LEFT, STAY, UP, team, towards, tree
+from verify.checker.decisions import certificates
 from verify.checker.reading import RejectedError
 from verify.claims.formula import And, Or
 from verify.claims.pairs import alike
-from verify.claims.region import MACHINE, Verdict, everywhere
+from verify.claims.uncertified.starts import everywhere
 from verify.question import Budgets
+from verify.result import Verdict
+from verify.semantics import MACHINE
 from verify.states.state import sample
 from verify.verdicts.differences import difference, differing_leaves, example
 
@@ -247,7 +249,9 @@ def test_trees_that_differ_as_texts_may_act_alike(profile):
 
 def test_budgets_are_counts_and_said(profile):
     second = team(profile, towards(0, 0), towards(1, 1))
-    short = difference(profile, second, ["agent_0"], everywhere(profile), budgets=Budgets(max_nodes=1))
+    short = difference(
+        profile, second, ["agent_0"], everywhere(profile), budgets=Budgets(max_nodes=1, option="--max-nodes")
+    )
     assert short.verdict is Verdict.UNKNOWN and "--max-nodes" in short.agents[0].reason
     few = difference(profile, second, ["agent_0"], everywhere(profile), budgets=Budgets(max_cells=1))
     whole = difference(profile, second, ["agent_0"], everywhere(profile))
@@ -282,7 +286,7 @@ def test_profiles_that_cannot_be_compared_are_refused(profile):
 
 
 def test_long_sums_are_decided_by_the_solver_alone():
-    from tests.verify.solver.test_encode import with_meanings
+    from tests.support.meanings import with_meanings
 
     base = with_meanings({f"agent_{k}": towards(0, 0) for k in (0, 1)})
     feature = replace(base.policy("agent_0").features[0], meaning=ir.Meaning(((1.0, "agent_0.x"), (1.0, "agent_1.x"))))

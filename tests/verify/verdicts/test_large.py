@@ -4,8 +4,8 @@ import pytest
 
 from tests.benchmarks.large import full
 from verify.claims.catalogue import find_property
-from verify.claims.region import Verdict
 from verify.question import from_start
+from verify.result import Verdict
 from verify.solver import budget
 from verify.solver.decide import decide
 from verify.solver.encode import query
@@ -50,5 +50,5 @@ def test_queries_beyond_the_budget_are_not_written(monkeypatch):
     assert second.reason.endswith("; smaller trees may be decided")
     assert verdict(asked) == before == (Verdict.VIOLATED, "")
     found = verify(asked, {})
-    assert found.counterexample is not None and found.control is Verdict.UNKNOWN
+    assert found.evidence.counterexample is not None and found.evidence.control is Verdict.UNKNOWN
     assert query(asked, "landmark_0", however_large=True).constraints

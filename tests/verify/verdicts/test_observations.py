@@ -9,16 +9,18 @@ import pytest
 
 from codegen.errors import InputError
 from codegen.policy_json import content_hash
-from tests.teams import tree
-from tests.verify.observations import ACTIONS, NAMES, acts, blind, blind_tree, breaks, cells, doubled, representatives
-from verify.checker.certificates import accepted, from_json, to_json
+from tests.support.observations import ACTIONS, NAMES, acts, blind, blind_tree, breaks, cells, doubled, representatives
+from tests.support.teams import tree
+from verify.checker.decisions.certificates import accepted, from_json, to_json
 from verify.checker.reading import RejectedError
-from verify.claims.decisions import OwnFormula
 from verify.claims.formula import Acts, below, conjunction, disjunction, negated
-from verify.claims.observed import View, Viewed, carried
-from verify.claims.region import Verdict, everywhere
-from verify.claims.relations import DECREASING, INCREASING, Agree, Monotone
+from verify.claims.observed import View
+from verify.claims.relations import DECREASING, INCREASING, Agree, Differ, Monotone
+from verify.claims.uncertified.own import OwnFormula
+from verify.claims.uncertified.starts import everywhere
+from verify.claims.uncertified.views import Viewed, carried
 from verify.question import Question
+from verify.result import Verdict
 from verify.solver.decide import decide
 from verify.verdicts.opinions import by_zones
 
@@ -75,7 +77,7 @@ def test_a_formula_about_one_agent(seed, numbers):
 @pytest.mark.parametrize("seed", range(20))
 @pytest.mark.parametrize("shared", [(), ("angle",), ("angle", "spin")])
 @pytest.mark.parametrize("numbers", [("float32", "float32"), ("float64", "float64"), ("float32", "float64")])
-def test_two_agents_agree(seed, shared, numbers):
+def test_two_agents_agree_or_differ(seed, shared, numbers):
     rng = np.random.default_rng(100 + seed)
     first = blind_tree(rng, 2)
     second = first if seed % 3 == 0 else blind_tree(rng, 2)
@@ -84,12 +86,13 @@ def test_two_agents_agree(seed, shared, numbers):
     both = [sorted({*breaks([(first, 0), (second, 0)], 0)}), sorted({*breaks([(first, 1), (second, 1)], 1)})]
     lines = [representatives(line, -SIDE, SIDE) for line in both]
     others = [[None] if name in shared else line for name, line in zip(NAMES, lines, strict=False)]
-    holds = all(
+    alike = {
         acts(first, one) == acts(second, [a if b is None else b for a, b in zip(one, other, strict=True)])
         for one in product(*lines)
         for other in product(*others)
-    )
-    assert verdicts(asked(profile, Agree("team", agents=("a", "b")), View(shared))) == expected(holds)
+    }
+    for claim, holds in ((Agree, alike == {True}), (Differ, alike == {False})):
+        assert verdicts(asked(profile, claim("team", agents=("a", "b")), View(shared))) == expected(holds)
 
 
 @pytest.mark.parametrize("seed", range(20))

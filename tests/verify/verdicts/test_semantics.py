@@ -9,12 +9,16 @@ import pytest
 
 from codegen import ir
 from maviper.verification.join import question_files
-from tests.teams import RIGHT, STAY, UP, team, towards, tree
+from tests.support.teams import RIGHT, STAY, UP, team, towards, tree
 from verify.claims.catalogue import EPS, find_property
-from verify.claims.decisions import BUILT_IN, PLAIN, Aligned, NoDouble, OwnFormula
+from verify.claims.decisions import PLAIN, Aligned, NoDouble
 from verify.claims.formula import Acts, below, conjunction, disjunction
-from verify.claims.region import MACHINE, REAL, Region, Verdict, start_region
+from verify.claims.region import Region
+from verify.claims.uncertified.own import BUILT_IN, OwnFormula
+from verify.claims.uncertified.starts import start_region
 from verify.question import Question, from_start
+from verify.result import Verdict
+from verify.semantics import MACHINE, REAL
 from verify.solver.decide import decide
 from verify.solver.encode import half_line
 from verify.solver.encode import query as query_of
@@ -44,8 +48,8 @@ def test_a_violation_over_the_reals_only_is_one_of_real_arithmetic_alone(profile
     sliver = between(profile, T + Fraction(1, 2**40), END - Fraction(1, 2**40))
     assert decide(Question(one, claim, sliver)).verdict is Verdict.PROVED
     found = verify(Question(one, claim, sliver, REAL), {})
-    assert found.verdict is Verdict.VIOLATED and found.semantics == REAL and found.shares.violating.count == 0
-    shown = found.counterexample
+    assert found.verdict is Verdict.VIOLATED and found.semantics == REAL and found.evidence.shares.violating.count == 0
+    shown = found.evidence.counterexample
     assert shown.state.floats and inside(sliver, shown.state) and violates(from_start(one, claim, REAL), shown.state)
     assert not violates(from_start(one, claim), shown.state) and not shown.deployed.violated and not shown.replayed
     assert (
@@ -67,8 +71,8 @@ def test_away_from_thresholds_both_agree_and_real_violations_replay(profile):
     for one, verdict in ((team(profile, towards(0, 0), towards(1, 1)), Verdict.PROVED),
                          (team(profile, towards(0, 0), towards(0, 1)), Verdict.VIOLATED)):  # fmt: skip
         found = verify(Question(one, claim, start_region(one.world), REAL), {})
-        assert found.verdict is verdict and found.control is Verdict.VIOLATED
-        assert (found.counterexample is not None) == (verdict is Verdict.VIOLATED)
+        assert found.verdict is verdict and found.evidence.control is Verdict.VIOLATED
+        assert (found.evidence.counterexample is not None) == (verdict is Verdict.VIOLATED)
 
 
 def test_the_exported_question_is_the_very_question(profile):
@@ -132,14 +136,14 @@ def test_the_largest_margin_is_proved_and_the_next_is_not(profile):
     region = start_region(roles.world)
     claim = replace(find_property("distinct_targets", roles), radius=Fraction(3, 50))
     found = verify(Question(roles, claim, region), {})
-    room = found.largest
+    room = found.evidence.largest
     assert found.verdict is Verdict.PROVED and room.failed == room.proved + STEP and room.questions <= MAX_QUESTIONS
     assert decide(Question(roles, replace(claim, margin=room.proved), region)).verdict is Verdict.PROVED
     assert decide(Question(roles, replace(claim, margin=room.failed), region)).verdict is Verdict.VIOLATED
     # where x is left for y within 0.05, an agent at distance 0.06 on y has no more than that ahead of it
     assert Fraction(1, 40) < room.proved < Fraction(1, 10)
     same = team(profile, towards(0, 0), towards(0, 1))
-    assert verify(Question(same, claim, region), {}).largest is None
+    assert verify(Question(same, claim, region), {}).evidence.largest is None
 
 
 def test_bisection_finds_every_end_with_few_questions():

@@ -10,21 +10,22 @@ from hypothesis import strategies as st
 
 from codegen import ir
 from codegen.lowering.deploy import deployed
-from tests.strategies import grown_trees
-from tests.teams import LEFT, RIGHT, STAY, UP, team, towards, tree
-from tests.verify.solver.test_encode import meanings, tied_points, with_meanings
+from tests.support.meanings import meanings, tied_points, with_meanings
+from tests.support.steady import CLAIM, EPS
+from tests.support.strategies import grown_trees
+from tests.support.teams import LEFT, RIGHT, STAY, UP, team, towards, tree
 from verify.claims.catalogue import find_property
 from verify.claims.decisions import DistinctTargets
-from verify.claims.region import Region, Verdict, start_region
+from verify.claims.region import Region
+from verify.claims.uncertified.starts import start_region
 from verify.question import Question, from_start
+from verify.result import Verdict
 from verify.solver.decide import decide
 from verify.solver.encode import query as query_of
+from verify.solver.terms import number
 from verify.states import noise, shares
 from verify.states.state import State, error_name, inside, measurable, observed, sample, violates
 from verify.verdicts.decisions import verify
-
-EPS = Fraction(1, 10)
-CLAIM = DistinctTargets("defenders", eps=EPS)
 
 
 def asked(profile, claim, state):
@@ -35,10 +36,7 @@ def asked(profile, claim, state):
     wide = Region(dict.fromkeys(region.box, (Fraction(-9), Fraction(9))), region.goals)
     query = query_of(Question(profile, claim, wide), state.goal)
     known = dict(state.position) | dict(state.errors)
-    values = [
-        (variable, z3.RatVal(*Fraction(known.get(name, 0.0)).as_integer_ratio()))
-        for name, variable in query.variables.items()
-    ]
+    values = [(variable, number(Fraction(known.get(name, 0.0)))) for name, variable in query.variables.items()]
     answer = z3.simplify(z3.substitute(z3.And(*query.constraints), *values))
     assert z3.is_true(answer) or z3.is_false(answer), answer
     return z3.is_true(answer)
@@ -99,8 +97,8 @@ def test_a_feature_read_twice_has_one_error(profile):
     apart = team(profile, goal_first, tree(UP))
     assert decide(Question(apart, find_property("distinct_targets", profile), region)).verdict is Verdict.PROVED
     found = verify(Question(apart, CLAIM, region), {})
-    assert found.verdict is Verdict.VIOLATED and found.shares.violating.hits > 0
-    errors = found.counterexample.state.errors
+    assert found.verdict is Verdict.VIOLATED and found.evidence.shares.violating.hits > 0
+    errors = found.evidence.counterexample.state.errors
     assert errors["agent_0:goal_dx"] > 0 > errors["agent_0:landmark_0_dx"]
     assert all(abs(Fraction(error)) <= EPS for error in errors.values())
     narrow = DistinctTargets("defenders", eps=Fraction(7, 100))
@@ -135,14 +133,14 @@ def test_violations_hold_their_errors_and_replay(profile):
         return [int(ir.act(policy, observed(roles, policy, state))[0]) for policy in roles.team("defenders")]
 
     found = verify(Question(roles, claim, region), {"again": replay})
-    assert found.verdict is Verdict.VIOLATED and found.control is Verdict.VIOLATED
-    state = found.counterexample.state
+    assert found.verdict is Verdict.VIOLATED and found.evidence.control is Verdict.VIOLATED
+    state = found.evidence.counterexample.state
     assert state.errors and replayed == [state] and violates(from_start(roles, claim), state) and inside(region, state)
     assert not violates(from_start(roles, claim), State(state.position, state.goal)), (
         "without its errors nothing is wrong"
     )
     assert all(len(repr(value)) <= 8 for value in state.errors.values()), "errors are not shrunk"
-    shown = {name for view in found.counterexample.agents for name, _ in view.errors}
+    shown = {name for view in found.evidence.counterexample.agents for name, _ in view.errors}
     assert shown == {name.split(":")[1] for name in state.errors}
 
 
@@ -220,5 +218,5 @@ def test_errors_replay_in_compiled_code_and_in_the_environment(profile):
     roles = team(profile, towards(0, 0), towards(1, 1))
     claim = DistinctTargets("defenders", eps=Fraction(1, 4))
     (found,) = verify_claims([Question(roles, claim, start_region(roles.world))])
-    assert found.verdict is Verdict.VIOLATED and found.counterexample.state.errors
-    assert found.counterexample.replayed == ("reference", "compiled C", roles.world.reference)
+    assert found.verdict is Verdict.VIOLATED and found.evidence.counterexample.state.errors
+    assert found.evidence.counterexample.replayed == ("reference", "compiled C", roles.world.reference)

@@ -11,17 +11,20 @@ from codegen.errors import InputError
 from maviper.verification.join import question_files
 from maviper.worlds import find
 from tests.faults import EDGE, SUM, pinned_states, sums_wrong
-from tests.teams import DOWN, LEFT, RIGHT, STAY, UP, tree
+from tests.support.teams import DOWN, LEFT, RIGHT, STAY, UP, tree
 from verify.checker.reading import Reading, RejectedError
 from verify.claims.catalogue import find_episode_claim, find_property
-from verify.claims.decisions import AliveLeaves, OwnFormula
 from verify.claims.formula import Acts, Not
-from verify.claims.region import REAL, Region, Semantics, Verdict, start_region
+from verify.claims.region import Region
+from verify.claims.uncertified.own import AliveLeaves, OwnFormula
+from verify.claims.uncertified.starts import start_region
 from verify.episodes import composition
 from verify.extent.found import BEYOND, where
 from verify.question import Question, from_start
 from verify.repair.search import repair
 from verify.reports import report
+from verify.result import Verdict
+from verify.semantics import REAL, Semantics
 from verify.solver.decide import decide
 from verify.states.real import comparable, measured
 from verify.states.state import violates
@@ -64,9 +67,9 @@ def roles():
 def test_z3_decides_alone_and_says_so(semantics):
     profile = roles()
     found = verify(from_start(profile, find_property("distinct_targets", profile), semantics), {})
-    assert found.verdict is Verdict.PROVED and found.certificate is None
-    assert [opinion.verdict for opinion in found.engines] == [Verdict.SKIPPED, Verdict.PROVED]
-    assert "adds more than two coordinates" in found.alone
+    assert found.verdict is Verdict.PROVED and found.evidence.certificate is None
+    assert [opinion.verdict for opinion in found.evidence.opinions] == [Verdict.SKIPPED, Verdict.PROVED]
+    assert "adds more than two coordinates" in found.evidence.alone
     facts = report.document(profile, [found], [""])
     assert "Z3 decides alone" in facts["results"][0]["alone"]
     assert ("rounded after each addition" in facts["semantics"]) == (semantics == "machine")
@@ -78,8 +81,8 @@ def test_a_violation_is_confirmed_and_explained_as_far_as_it_can_be(semantics):
     profile = profile_of(headed(0, 1, (LEFT, UP, DOWN, RIGHT)), headed(1, 2))
     question = from_start(profile, find_property("distinct_targets", profile), semantics)
     found = verify(question, {})
-    assert found.verdict is Verdict.VIOLATED and violates(question, found.counterexample.state)
-    says = {span.name: str(span) for span in found.explanation.spans}
+    assert found.verdict is Verdict.VIOLATED and violates(question, found.evidence.counterexample.state)
+    says = {span.name: str(span) for span in found.evidence.explanation.spans}
     assert says["adversary_0.x"] == "does not matter"
     assert ("not determined" in says["agent_0.x"]) == (semantics == "machine")
     assert "not determined" in report.as_text(report.document(profile, [found], [""])) or semantics == REAL
@@ -124,7 +127,7 @@ def test_a_control_is_violated_only_where_its_own_state_is_confirmed(profile):
     question, state = rounded(profile, STAY, UP, UP)
     assert violates(question, state) and not violates(question.control, state)
     found = verify(question, {})
-    assert (found.verdict, found.control) == (Verdict.VIOLATED, Verdict.UNKNOWN)
+    assert (found.verdict, found.evidence.control) == (Verdict.VIOLATED, Verdict.UNKNOWN)
 
 
 def test_zones_repair_and_where_refuse():
@@ -147,7 +150,7 @@ def test_episodes_are_left_open_or_violated_by_play():
 def test_leaves_are_asked_about_too():
     profile = roles()
     found = verify(from_start(profile, find_property("alive_leaves", profile)), {})
-    assert found.verdict is Verdict.PROVED and len(found.leaves) == 8
+    assert found.verdict is Verdict.PROVED and len(found.evidence.leaves) == 8
 
 
 def test_the_checker_accepts_no_proof_about_long_sums():
@@ -189,7 +192,7 @@ def test_a_region_of_one_state_has_the_referees_verdict():
         region = Region({name: (value, value) for name, value in values.items()}, ("landmark_0",))
         question = Question(profile, claim, region)
         found = verify(question, {})
-        wanted = found.shares.violating.hits > 0
+        wanted = found.evidence.shares.violating.hits > 0
         assert found.verdict in ((Verdict.VIOLATED if wanted else Verdict.PROVED), Verdict.UNKNOWN)
         assert (decide(question).verdict is Verdict.VIOLATED) or not wanted
 

@@ -12,13 +12,15 @@ import numpy as np
 import pytest
 
 from codegen.agreement.compiled import find_compiler
-from tests.teams import team, towards
-from tests.verify.zone_cases import deception, navigation, near_roles, noisy, random_region, stated, switching
+from tests.support.teams import team, towards
+from tests.support.zone_cases import deception, navigation, near_roles, noisy, random_region, stated, switching
 from verify.claims.catalogue import find_property
 from verify.claims.decisions import formula
-from verify.claims.region import MACHINE, REAL, Verdict, start_region
+from verify.claims.uncertified.starts import start_region
 from verify.extent import violations
 from verify.question import Budgets, Question
+from verify.result import Verdict
+from verify.semantics import MACHINE, REAL
 from verify.zones import compiled as zone_compiled
 from verify.zones import engine
 from verify.zones.compiled import CompiledSearch

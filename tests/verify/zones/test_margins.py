@@ -5,10 +5,11 @@ from fractions import Fraction
 
 import pytest
 
-from tests.teams import team, towards
+from tests.support.teams import team, towards
 from verify.claims.catalogue import find_property
-from verify.claims.region import Verdict, start_region
+from verify.claims.uncertified.starts import start_region
 from verify.question import Question
+from verify.result import Verdict
 from verify.solver.decide import decide
 from verify.verdicts.margins import STEP, largest_margin, room
 from verify.zones.engine import BeyondZonesError, ZoneQuery

@@ -9,13 +9,13 @@ import pytest
 from codegen import ir
 from codegen.check import ensure
 from maviper.worlds import find
-from tests.teams import LEFT, STAY, UP, tree
-from verify.checker.certificates import FORM, PARTED, accepted, from_json, to_json
+from tests.support.teams import LEFT, STAY, UP, tree
+from verify.checker.decisions.certificates import FORM, PARTED, accepted, from_json, to_json
 from verify.checker.reading import RejectedError
-from verify.claims.decisions import OwnFormula
 from verify.claims.formula import TRUE, Acts, And, Linear, Not, Or, agents, conjuncts
-from verify.claims.region import Verdict
+from verify.claims.uncertified.own import OwnFormula
 from verify.question import from_start
+from verify.result import Verdict
 from verify.solver.decide import decide
 from verify.solver.encode import query
 from verify.solver.solve import ask
@@ -74,7 +74,7 @@ def test_a_part_that_fails_between_floats_does_not_end_the_others(crowd):
     assert len(question.parts) == 2 and decide(question).part.claim == question.parts[0].claim
     found = verify(question, {})
     assert found.verdict is Verdict.VIOLATED
-    position = found.counterexample.state.position
+    position = found.evidence.counterexample.state.position
     assert position[f"{third_agent}.x"] > Fraction(9, 10) and isinstance(position[f"{first}.x"], float)
     alone = from_start(crowd, OwnFormula(crowd.agents[0].team, statement=sliver))
     assert verify(alone, {}).verdict is Verdict.UNKNOWN
@@ -110,7 +110,9 @@ def test_parts_share_search_nodes_where_numbers_are_long(crowd):
     assert engine.decide(question.spending(max_nodes=needed * SLOWER)).verdict is Verdict.PROVED
     found = engine.decide(question.spending(max_nodes=needed * SLOWER - 1))
     assert found.verdict is Verdict.UNKNOWN and found.nodes == needed - 1
-    assert found.reason == f"goal none: not decided within {needed - 1} search nodes"
+    assert (
+        found.reason == f"goal none: not decided within {needed - 1:,} search nodes; a larger --solver-units may answer"
+    )
 
 
 @pytest.mark.solver

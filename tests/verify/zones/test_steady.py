@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 from fractions import Fraction
-from itertools import product
 
 import numpy as np
 import pytest
@@ -10,10 +9,10 @@ import pytest
 from codegen import ir
 from codegen.floats import FLOAT32
 from codegen.ir import Meaning
-from tests.teams import RIGHT, STAY, UP, team, towards, tree
-from tests.verify.verdicts.test_steady import CLAIM, EPS
-from tests.verify.zone_cases import (
-    actions_with_errors,
+from tests.support.steady import CLAIM, EPS
+from tests.support.steady_zones import stands
+from tests.support.teams import RIGHT, STAY, UP, team, towards, tree
+from tests.support.zone_cases import (
     everyone,
     exactly_inside,
     grid_points,
@@ -23,16 +22,21 @@ from tests.verify.zone_cases import (
     random_region,
     stated,
 )
-from verify.checker import decisions
-from verify.checker.certificates import numbers
+from verify.checker.decisions import walk as decisions
+from verify.checker.envelope import numbers
 from verify.checker.thresholds import sides
 from verify.claims.catalogue import find_property
-from verify.claims.decisions import BUILT_IN, DistinctTargets, formula
-from verify.claims.formula import for_goal, holds
-from verify.claims.region import MACHINE, REAL, Region, Semantics, Verdict, start_region
+from verify.claims.decisions import DistinctTargets, formula
+from verify.claims.formula import holds
+from verify.claims.region import Region
+from verify.claims.uncertified.own import BUILT_IN
+from verify.claims.uncertified.starts import start_region
 from verify.counterexamples import search
+from verify.exact import text
 from verify.question import Budgets, Question, from_start
 from verify.reports import report
+from verify.result import Verdict
+from verify.semantics import MACHINE, REAL, Semantics
 from verify.solver.decide import decide
 from verify.states import noise
 from verify.states.state import sample, violates
@@ -44,16 +48,6 @@ from verify.zones import tables
 
 pytestmark = pytest.mark.solver
 BUDGET = 10**9
-
-
-def stands(profile, claim, state, goal, machine=True):
-    """Whether no errors make the team violate the claim at a rational point."""
-    asked = for_goal(formula(profile, claim), goal)
-    ways = actions_with_errors(profile, state, goal, claim.eps, machine)
-    return all(
-        holds(asked, state, dict(zip(ways, joint, strict=True)))
-        for joint in product(*(sorted(actions) for actions in ways.values()))
-    )
 
 
 def agree(profile, claim, region, semantics=MACHINE, seed=0):
@@ -185,19 +179,19 @@ def test_up_to_which_errors_a_claim_holds(profile):
     region = start_region(roles.world)
     claim = DistinctTargets("defenders", eps=Fraction(1, 100))
     found = engine.verify(Question(roles, claim, region), {})
-    room = found.steady_up_to
-    assert found.verdict is Verdict.PROVED and found.certificate.eps == claim.eps
+    room = found.evidence.steady_up_to
+    assert found.verdict is Verdict.PROVED and found.evidence.certificate.eps == claim.eps
     assert room.failed == room.proved + STEP and claim.eps < room.proved and room.questions <= MAX_QUESTIONS
     verdicts = [decide(Question(roles, replace(claim, eps=eps), region)).verdict for eps in (room.proved, room.failed)]
     assert verdicts == [Verdict.PROVED, Verdict.VIOLATED]
     facts = report.document(roles, [found], [""])
-    assert facts["results"][0]["largest_eps"]["proved"] == report.decimal(room.proved)
-    assert f"proved up to eps {report.decimal(room.proved)}, not at" in report.as_text(facts)
+    assert facts["results"][0]["largest_eps"]["proved"] == text(room.proved)
+    assert f"proved up to eps {text(room.proved)}, not at" in report.as_text(facts)
     assert "largest eps" in report.as_html(facts)
     off = engine.verify(Question(roles, replace(claim, eps=room.failed), region), {})
-    assert off.verdict is Verdict.VIOLATED and off.steady_up_to is None
+    assert off.verdict is Verdict.VIOLATED and off.evidence.steady_up_to is None
     plain = engine.verify(Question(roles, find_property("distinct_targets", roles), region), {})
-    assert plain.steady_up_to is None
+    assert plain.evidence.steady_up_to is None
     facts = report.document(roles, [plain], [""])
     assert "largest_eps" not in facts["results"][0] and "eps" not in report.as_text(facts)
 

@@ -8,8 +8,8 @@ import pytest
 
 from codegen import ir
 from codegen.errors import InputError
-from tests.teams import RIGHT, STAY, UP, team, towards, tree
-from tests.verify.zone_cases import (
+from tests.support.teams import RIGHT, STAY, UP, team, towards, tree
+from tests.support.zone_cases import (
     NAVIGATION,
     actions_at,
     deception,
@@ -23,17 +23,19 @@ from tests.verify.zone_cases import (
     stated,
     switching,
 )
-from verify.checker import decisions
-from verify.checker.certificates import numbers
+from verify.checker.decisions import walk as decisions
+from verify.checker.envelope import numbers, varint
 from verify.claims.catalogue import find_property
 from verify.claims.decisions import DistinctTargets, formula
 from verify.claims.formula import Linear, holds
-from verify.claims.region import MACHINE, REAL, Region, Semantics, Verdict, start_region
+from verify.claims.region import Region
+from verify.claims.uncertified.starts import start_region
 from verify.question import Question, from_start, shuffled
+from verify.result import Verdict
+from verify.semantics import MACHINE, REAL, Semantics
 from verify.solver import encode
 from verify.solver.decide import decide
 from verify.zones import engine as zones
-from verify.zones.search import varint
 
 pytestmark = pytest.mark.solver
 
@@ -139,6 +141,7 @@ def test_unused_lemmas_are_left_out(profile):
     assert len(found.proofs["landmark_0"]) == len(own.proofs["landmark_0"])
 
 
+@pytest.mark.smoke
 def test_shuffled_teams_are_refuted(profile):
     roles = team(profile, towards(0, 0), towards(1, 1))
     claim = find_property("distinct_targets", roles)
@@ -178,6 +181,7 @@ def test_one_goal_may_be_asked_alone(profile):
     assert set(found.proofs) == {"landmark_1"}
 
 
+@pytest.mark.smoke
 def test_a_strict_cycle_of_sum_zero_is_empty(profile):
     """x below y and y at most x; and the same cycle without a strict bound is not."""
     one = Fraction(1)

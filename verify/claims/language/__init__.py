@@ -1,6 +1,6 @@
-"""The language of formulas: its words, its sums, and the formulas that a text states.
+"""What texts of the language state as claims: formulas over coordinates, observations or stated variables.
 
-Does: reads formulas of property files.
+Does: gives the formula of a text.
 Assumes: a vocabulary of coordinates, agents and entities.
-Does not: run what it reads.
+Does not: parse (verify.language), or run what it reads.
 """

@@ -2,7 +2,7 @@
 
 Does: exact arithmetic; distances and absolute values as maxima; comparisons as formulas of linear atoms.
 Assumes: the parts of a maximum are linear.
-Does not: know text (parser.py).
+Does not: know text (formulas.py).
 """
 
 from collections.abc import Callable, Sequence

@@ -1,6 +1,6 @@
-"""The language of world's files: units, expressions, and the text that states them.
+"""What texts of the language state in world files: expressions and half spaces.
 
 Does: reads sums, products, sin, cos and clip of variables, with units.
 Assumes: names are given with their units.
-Does not: run what it reads.
+Does not: parse (verify.language), or run what it reads.
 """

@@ -1,4 +1,4 @@
-"""What a world's file writes about numbers, as trees: sums, products, quotients, powers, sin, cos and clip.
+"""What a world file writes about numbers, as trees: sums, products, quotients, powers, sin, cos and clip.
 
 Does: the data of expressions; which names stand in one; puts expressions in place of names; the affine form of one
   that is affine; its value in floats.

@@ -10,7 +10,7 @@ from codegen.errors import InputError
 from codegen.importers.c.header import from_header
 from codegen.importers.origin import Names, profile_of
 from codegen.targets import emit
-from tests.codegen.games import NAMES, random_profile
+from tests.support.games import NAMES, random_profile
 
 TEAM = Path(__file__).parent.parent.parent.parent.parent / "generated" / "physical_deception"
 

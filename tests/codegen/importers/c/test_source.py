@@ -1,8 +1,6 @@
 """If/else C of others: each file decides after its import as the program that a compiler makes of it, or is refused."""
 
 import ctypes
-import shutil
-import subprocess
 import time
 
 import numpy as np
@@ -12,19 +10,11 @@ from sklearn.tree import DecisionTreeClassifier
 from codegen import ir
 from codegen.errors import InputError
 from codegen.importers.c.source import from_c
-from codegen.importers.origin import Names, profile_of
+from codegen.importers.origin import Names, Said, profile_of
 from tests.codegen.importers.origins import asked, data, decided
+from tests.support.c_source import COMPILER, compiled, scores
 
-COMPILER = shutil.which("cc") or shutil.which("gcc")
 needs_compiler = pytest.mark.skipif(COMPILER is None, reason="no C compiler")
-
-
-def compiled(text, folder):
-    """The functions of a text of C."""
-    (folder / "tree.c").write_text(text)
-    library = folder / "tree.so"
-    subprocess.run([COMPILER, "-std=c99", "-O1", "-shared", "-fPIC", "-o", library, folder / "tree.c"], check=True)
-    return ctypes.CDLL(str(library))
 
 
 def answers(function, rows, kind=ctypes.c_float, result=ctypes.c_int):
@@ -32,16 +22,6 @@ def answers(function, rows, kind=ctypes.c_float, result=ctypes.c_int):
     function.restype = result
     wide = np.ascontiguousarray(rows, dtype=np.float32 if kind is ctypes.c_float else np.float64)
     return [function(row.ctypes.data_as(ctypes.POINTER(kind))) for row in wide]
-
-
-def scores(function, rows, n_scores):
-    """The places of the largest scores that a function copies to its output for each row."""
-    taken = np.zeros(n_scores)
-    found = []
-    for row in np.ascontiguousarray(rows, dtype=np.float64):
-        function(*(each.ctypes.data_as(ctypes.POINTER(ctypes.c_double)) for each in (row, taken)))
-        found.append(int(taken.argmax()))
-    return found
 
 
 BODIES = [
@@ -65,11 +45,9 @@ def test_functions_decide_as_compiled(body, kind, tmp_path):
     text = f"{HEAD}int act(const {kind} *x)\n{{ {body} }}\n"
     origins = from_c(text.encode(), "tree.c")
     policy, rows = asked(origins)
-    (origin,) = origins.values()
-    labels = [{"OFF": 0, "ON": 4}.get(each, each) for each in origin.labels]
     function = compiled(text, tmp_path).act
     wanted = answers(function, rows, ctypes.c_float if kind == "float" else ctypes.c_double)
-    assert [labels[action] for action in ir.act(policy, rows)] == wanted
+    assert decided(origins, policy, rows) == wanted
 
 
 @needs_compiler
@@ -84,6 +62,26 @@ def test_one_parameter_a_feature(tmp_path):
     assert decided(origins, policy, rows) == [function(*map(float, row)) for row in rows]
 
 
+SCORES = """void score(double *input, double *output)
+{
+    double var0[2];
+    if (input[0] <= 0.5) { memcpy(var0, (double[]){0.2, 0.8}, 2 * sizeof(double)); }
+    else { memcpy(var0, (double[]){0.5, 0.5}, 2 * sizeof(double)); }
+    memcpy(output, var0, 2 * sizeof(double));
+}
+"""
+
+
+@needs_compiler
+def test_a_list_of_numbers_is_scores_only_where_the_user_says_so(tmp_path):
+    with pytest.raises(InputError, match="a list of 2 numbers is returned") as caught:
+        from_c(SCORES.encode(), "tree.c")
+    assert "--scores" in caught.value.next_step
+    policy, rows = asked(from_c(SCORES.encode(), "tree.c", Said(scores=True)))
+    text = f"#include <string.h>\n{SCORES}"
+    assert ir.act(policy, rows).tolist() == scores(compiled(text, tmp_path).score, rows, 2)
+
+
 @needs_compiler
 @pytest.mark.interop
 @pytest.mark.parametrize("seed", range(20))
@@ -91,7 +89,7 @@ def test_random_trees_of_m2cgen_decide_as_its_compiled_c(seed, tmp_path):
     m2cgen = pytest.importorskip("m2cgen", reason="the extra maviper[interop] is not installed")
     x, y = data(seed, classes=2 + seed % 3)
     text = m2cgen.export_to_c(DecisionTreeClassifier(max_depth=2 + seed % 8, random_state=seed).fit(x, y))
-    origins = from_c(text.encode(), "tree.c")
+    origins = from_c(text.encode(), "tree.c", Said(scores=True))
     policy, rows = asked(origins)
     assert ir.act(policy, rows).tolist() == scores(compiled(text, tmp_path).score, rows, len(np.unique(y)))
 

@@ -30,8 +30,8 @@ from tests.codegen.importers.onnx.graphs import (
     same,
     stump,
 )
-from tests.strategies import with_trees
-from tests.teams import tree
+from tests.support.strategies import with_trees
+from tests.support.teams import tree
 
 
 def labelled(y, labels):

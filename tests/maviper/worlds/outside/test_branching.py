@@ -51,7 +51,7 @@ def test_measured_q_is_what_gymnasium_pays():
 
 def test_what_cannot_be_copied_is_refused():
     with pytest.raises(InputError, match="measured"):
-        Measured(find("tests.environments:early"), Policies([lean] * 2))
+        Measured(find("tests.support.environments:early"), Policies([lean] * 2))
 
 
 @pytest.mark.interop

@@ -12,7 +12,7 @@ from maviper.cli import main
 from maviper.episodes.play import Policies, rollout
 from maviper.worlds import find
 from maviper.worlds.checking import check, usable
-from maviper.worlds.pettingzoo import GAMES_HERE
+from maviper.worlds.outside.pettingzoo import GAMES_HERE
 from maviper.worlds.seeds import folded
 
 
@@ -36,7 +36,7 @@ def test_cartpole_is_played_as_gymnasium_plays_it():
 
 
 def test_an_end_by_itself_is_told_from_a_cut():
-    world = find("tests.environments:walker")
+    world = find("tests.support.environments:walker")
     state = world.start_from_seeds(range(24))
     for _ in range(6):
         state = world.step(state, np.ones((24, 1), int))  # their 0: nobody moves
@@ -54,7 +54,7 @@ def test_an_end_by_itself_is_told_from_a_cut():
     ],
 )
 def test_observations_are_flattened_with_names(shows, names, high):
-    world = find(f"tests.environments:walker,shows={shows}")
+    world = find(f"tests.support.environments:walker,shows={shows}")
     assert [feature.name for feature in world.features[0]] == names
     assert {feature.high for feature in world.features[0]} == {high}
     env = gymnasium.spaces.utils
@@ -69,9 +69,9 @@ def test_observations_are_flattened_with_names(shows, names, high):
     [
         ("gymnasium:Pendulum-v1", ["continuous actions", "TransformAction", "mygame:make"]),
         ("gymnasium:Blackjack-v1", ["Tuple", "FlattenObservation"]),
-        ("tests.environments:steered", ["continuous actions"]),
-        ("tests.environments:walker,shows=parts", ["Dict", "FlattenObservation"]),
-        ("tests.environments:walker,shows=picture", ["4,800 numbers"]),
+        ("tests.support.environments:steered", ["continuous actions"]),
+        ("tests.support.environments:walker,shows=parts", ["Dict", "FlattenObservation"]),
+        ("tests.support.environments:walker,shows=picture", ["4,800 numbers"]),
         ("gymnasium:CartPol-v1", ["did you mean CartPole-v1"]),
         ("gymnasium:CartPole-v9", ["`v1`"]),
         ("gymnasium:PongNoFrameskip-v4", ["pip install ale-py", "gymnasium:ale_py:PongNoFrameskip-v4"]),

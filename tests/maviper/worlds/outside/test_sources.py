@@ -5,11 +5,11 @@ from gymnasium.spaces import Box, Dict, Discrete, MultiDiscrete, Tuple
 
 from codegen.errors import InputError
 from maviper.worlds.outside.flattening import ensure_small
-from maviper.worlds.pettingzoo import PettingZooWorld
-from maviper.worlds.processes import Copy
-from tests.environments import Line
+from maviper.worlds.outside.pettingzoo import PettingZooWorld
+from maviper.worlds.outside.processes import Copy
+from tests.support.environments import Line
 
-LINE = "tests.environments:early"
+LINE = "tests.support.environments:early"
 
 
 def world_of(n_actions=3, **said):

@@ -13,13 +13,13 @@ from maviper.evaluation.crossplay import Uniform
 from maviper.worlds import find
 from maviper.worlds.checking import check, usable
 from maviper.worlds.outside.flattening import names_of
+from maviper.worlds.outside.pettingzoo import PettingZooWorld
 from maviper.worlds.outside.sources import parsed
 from maviper.worlds.outside.wrappers import Flattened
-from maviper.worlds.pettingzoo import PettingZooWorld
 from maviper.worlds.seeds import folded
-from tests.environments import Line
+from tests.support.environments import Line
 
-LINE = "tests.environments:early"
+LINE = "tests.support.environments:early"
 TICTACTOE = "pettingzoo.classic.tictactoe.tictactoe:env,wrap=flatten+turns"
 
 
@@ -102,7 +102,7 @@ def masked(mask):
     env = Line(goal=3)
     seen, _ = env.reset(seed=0)
     env.reset = lambda seed=None, options=None: (seen, {each: {"action_mask": mask} for each in env.possible_agents})
-    return Flattened(env, True, parsed("tests.environments:early,wrap=masks"))
+    return Flattened(env, True, parsed("tests.support.environments:early,wrap=masks"))
 
 
 @pytest.mark.parametrize("mask", [[1, 0, 1], np.array([True, False, True]), np.array([[1.0], [-0.0], [1.0]])])
@@ -181,8 +181,8 @@ def test_every_number_of_a_flattened_space_has_a_name_of_its_own(space, names):
         ("pettingzoo.classic.rps.rps:env,wrap=parallel+masks", ["no action_mask of 3 numbers in its infos"]),
         ("gymnasium:Blackjack-v1", ["Tuple", "wrap=flatten"]),
         ("gymnasium:CartPole-v1,wrap=masks", ["no action_mask of 2 numbers"]),
-        ("tests.environments:walker,shows=picture,wrap=flatten", ["4,800 numbers"]),
-        ("tests.environments:walker,shows=words,wrap=flatten", ["are a Text", "numbers in a row"]),
+        ("tests.support.environments:walker,shows=picture,wrap=flatten", ["4,800 numbers"]),
+        ("tests.support.environments:walker,shows=words,wrap=flatten", ["are a Text", "numbers in a row"]),
     ],
 )
 def test_what_is_refused_and_the_way_out(name, said):
@@ -194,7 +194,7 @@ def test_what_is_refused_and_the_way_out(name, said):
 def test_single_agents_with_tuples_and_dictionaries_are_flattened():
     world = find("gymnasium:Blackjack-v1,wrap=flatten,max_steps=20")
     assert [world.features[0][place].name for place in (0, 32, 43)] == ["part_0_is_0", "part_1_is_0", "part_2_is_0"]
-    assert find("tests.environments:walker,shows=parts,wrap=flatten").features[0][0].name == "x"
+    assert find("tests.support.environments:walker,shows=parts,wrap=flatten").features[0][0].name == "x"
 
 
 def test_commands_take_the_option(capsys):

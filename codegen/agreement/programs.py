@@ -1,0 +1,58 @@
+"""Other programs, run to their end or for a limited time: compilers, and what they made.
+
+Does: runs a command in a folder; ends it, with all that it started, when its time is over or this process is stopped.
+Assumes: programs that end by themselves within seconds, so that the limit means that one hangs.
+Does not: judge how a program ended.
+"""
+
+import contextlib
+import os
+import signal
+import subprocess
+from collections.abc import Sequence
+from pathlib import Path
+
+from codegen.errors import HangingToolError, MissingToolError
+
+LIMIT_S = 120
+GRACE_S = 5  # for pipes to close
+
+
+def run(command: Sequence[str], folder: Path | str) -> subprocess.CompletedProcess[str]:
+    """The exit status and the output of a command. MissingToolError where it cannot start, HangingToolError
+    where it does not end in time."""
+    called = Path(command[0]).name
+    try:
+        process = subprocess.Popen(
+            command,
+            cwd=folder,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            errors="replace",
+            start_new_session=True,  # a compiler starts others, which must not outlive it
+        )
+    except OSError as error:
+        raise MissingToolError(f"cannot run {called}", f"{command[0]}: {error.strerror}", "install it again") from None
+    try:
+        out, err = process.communicate(timeout=LIMIT_S)
+    except subprocess.TimeoutExpired:
+        _end(process)
+        what = f"{called} did not end within {LIMIT_S} seconds, and was stopped"
+        raise HangingToolError(what, " ".join(command), "does it wait for something? try it by hand") from None
+    except BaseException:
+        _end(process)
+        raise
+    return subprocess.CompletedProcess(command, process.returncode, out, err)
+
+
+def _end(process: subprocess.Popen[str]) -> None:
+    """Kills a process and those that it started."""
+    with contextlib.suppress(OSError):
+        if os.name == "posix":
+            os.killpg(process.pid, signal.SIGKILL)
+        else:
+            process.kill()
+    with contextlib.suppress(subprocess.TimeoutExpired, OSError):
+        process.communicate(timeout=GRACE_S)

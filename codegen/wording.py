@@ -1,0 +1,42 @@
+"""Tests of a feature as people read them: `<= 0.1`, and `< 0` where the threshold is the last number below 0.
+
+Does: words a test, either of its sides, or both ends of a range, with some digits.
+Assumes: a reader; code and profiles hold thresholds exactly.
+Does not: write what a program reads.
+
+What is written as x < 0 compares with a number so small that it says nothing to a reader: -1.17549e-38, the last
+float32 that is not subnormal, or the last number of all.
+"""
+
+TINY = 2.0**-126  # the least float32 that is not subnormal
+
+
+def holds(threshold: float, digits: int = 6) -> str:
+    """The side of a test where it holds: `<= 0.1`, `< 0`."""
+    return f"{_sign(threshold, '<=', '<')} {number(threshold, digits)}"
+
+
+def fails(threshold: float, digits: int = 6) -> str:
+    """Its other side: `> 0.1`, `>= 0`."""
+    return f"{_sign(threshold, '>', '>=')} {number(threshold, digits)}"
+
+
+def within(name: str, low: float | None, high: float | None, digits: int = 6) -> str:
+    """The numbers above `low` and at most `high`: `0 <= x <= 0.5`. None: no end; an end at least there is."""
+    if low is None or high is None:
+        return f"{name} {fails(low, digits)}" if low is not None else f"{name} {holds(high or 0.0, digits)}"
+    return f"{number(low, digits)} {_sign(low, '<', '<=')} {name} {holds(high, digits)}"
+
+
+def number(threshold: float, digits: int = 6) -> str:
+    """The number that a test's words compare with."""
+    return f"{0.0 if is_zero(threshold) else threshold:.{digits}g}"
+
+
+def is_zero(threshold: float) -> bool:
+    """Whether a threshold is read as 0."""
+    return abs(threshold) <= TINY
+
+
+def _sign(threshold: float, plain: str, below: str) -> str:
+    return below if is_zero(threshold) and threshold < 0 else plain

@@ -1,0 +1,149 @@
+"""Built-in claims as objects: `maviper.verify(team, claims.Reaches(steps=25))`.
+
+Does: a class for each built-in claim, with the parameters that it reads as typed fields.
+Assumes: None is as usual (`maviper properties list`); `verify.claims.catalogue` finds the claim of a name.
+Does not: check values, or know a profile: whoever verifies does.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import Any, ClassVar
+
+from maviper.options.verification import Names, Number
+
+
+@dataclass(frozen=True, kw_only=True)
+class Claim:
+    """A built-in claim about a team of a profile; None: the team with as many agents as landmarks."""
+
+    name: ClassVar[str]
+    team: str | None = None
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """What was said of it, as options of `maviper.verify`."""
+        said = {field.name: getattr(self, field.name) for field in fields(self)}
+        return {name: value for name, value in said.items() if value is not None}
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Engaging(Claim):
+    margin: Number | None = None  # length of the world
+    radius: Number | None = None  # length of the world
+
+
+@dataclass(frozen=True, kw_only=True)
+class DistinctTargets(_Engaging):
+    """The agents engage different landmarks."""
+
+    name = "distinct_targets"
+
+
+@dataclass(frozen=True, kw_only=True)
+class OwnTarget(_Engaging):
+    """Each agent engages its own landmark."""
+
+    name = "own_target"
+    landmarks: Names | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class NoDouble(Claim):
+    """No landmark has two agents closing on it."""
+
+    name = "no_double"
+    margin: Number | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Aligned(_Engaging):
+    """Each agent closes on a landmark that is ahead of it, by `kappa` times the sideways offset."""
+
+    name = "aligned"
+    kappa: Number | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Assignment(_Engaging):
+    """Agents that engage landmarks do so in some one-to-one matching."""
+
+    name = "assignment"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Steady(Claim):
+    """Another claim stays true where each feature is off by at most `eps`."""
+
+    name = "steady"
+    of: DistinctTargets | OwnTarget | NoDouble | Aligned | Assignment = DistinctTargets()
+    eps: Number | None = None  # in the features' units
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """What was said of it and of the other claim, as options of `maviper.verify`."""
+        return {**self.of.options, **super().options, "of": self.of.name}
+
+
+@dataclass(frozen=True, kw_only=True)
+class AliveLeaves(Claim):
+    """Every leaf decides somewhere."""
+
+    name = "alive_leaves"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Agree(Claim):
+    """Two agents always act alike."""
+
+    name = "agree"
+    agents: Names
+
+
+@dataclass(frozen=True, kw_only=True)
+class Differ(Claim):
+    """Two agents never act alike."""
+
+    name = "differ"
+    agents: Names
+
+
+@dataclass(frozen=True, kw_only=True)
+class Monotone(Claim):
+    """Raising a feature never moves an agent's action down in the order, or with `direction` decreasing never up."""
+
+    name = "monotone"
+    feature: str
+    agent: str | None = None
+    direction: str | None = None
+    order: Names | None = None  # all actions, lowest first
+
+
+@dataclass(frozen=True, kw_only=True)
+class _OfEpisodes(Claim):
+    steps: int | None = None
+    radius: Number | None = None  # length of the world
+
+
+@dataclass(frozen=True, kw_only=True)
+class Reaches(_OfEpisodes):
+    """Each agent comes within the radius of its own landmark at some step."""
+
+    name = "reaches"
+    landmarks: Names | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Covers(_OfEpisodes):
+    """After the last step, the team is matched to the landmarks."""
+
+    name = "covers"
+    landmarks: Names | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class KeepsApart(_OfEpisodes):
+    """No agent of the team ever comes too near to the others."""
+
+    name = "keeps_apart"
+    others: Names | None = None

@@ -1,0 +1,144 @@
+"""Experts of a user's own: what their code raises or returns wrongly is told as their code's, with its place.
+
+Does: makes the expert that a `module:function` returns; checks every answer that it gives.
+Assumes: whoever names a module means to run its code.
+Does not: change what a correct expert does.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from codegen.errors import InputError
+from codegen.ir import Float32, Float64
+from maviper.experts.wrapped import Wrapped
+from maviper.worlds import World
+from maviper.worlds.outside.making import imported
+from maviper.worlds.outside.silence import output_aside
+from maviper.worlds.outside.sources import Source, fault
+from maviper.worlds.world import Int
+
+MEMBERS = ("world", "agents", "act", "q")
+FIX = "fix it there"
+ROWS = "return an array of action numbers [batch, len(agents)], as np.stack(columns, axis=1) of one column per agent"
+
+
+@dataclass(frozen=True)
+class Given(Wrapped):
+    """A user's expert, whose answers are checked. InputError for those that are not what `Expert` says."""
+
+    source: Source
+
+    @property
+    def card(self) -> Mapping[str, Any]:
+        """The expert's; {} where it has none."""
+        return getattr(self.expert, "card", {})
+
+    @property
+    def hash(self) -> str:
+        """The expert's; "" where it has none."""
+        return getattr(self.expert, "hash", "")
+
+    @property
+    def centralized(self) -> bool:
+        """The expert's; True where it does not say."""
+        return bool(getattr(self.expert, "centralized", True))
+
+    @property
+    def world(self) -> World:
+        """The world that it plays."""
+        return self.expert.world  # pyright: ignore[reportAttributeAccessIssue]
+
+    def act(self, agents: Sequence[int], observations: Sequence[Float32], state: Any) -> Int:
+        """As `Controller.act`."""
+        found = self._asked("act", agents, observations, state)
+        wanted = (len(observations[0]), len(agents))
+        if found.dtype.kind not in "iu":
+            what = f"act of your expert returns {_kind(found)}, not numbers of actions"
+            raise InputError(
+                what, self.source.text, "return whole numbers, such as logits.argmax(axis=1) of each agent"
+            )
+        if found.shape != wanted:
+            what = f"act of your expert returns shape {found.shape} for {wanted[0]} observations of {wanted[1]} agents"
+            raise InputError(f"{what}, not {wanted}", self.source.text, ROWS)
+        acting = self.world.alive(state)
+        for place, agent in enumerate(agents):
+            n = len(self.world.actions[agent])
+            wrong = (found[:, place] < 0) | (found[:, place] >= n)
+            if (wrong & acting[:, agent]).any():
+                action = found[wrong & acting[:, agent], place][0]
+                what = f"act of your expert returns action {action} for {self.agents[agent]}, which has {n}"
+                raise InputError(what, self.source.text, f"its actions are 0 to {n - 1}: {_named(self.world, agent)}")
+            found[wrong, place] = 0  # of who no longer acts, which means nothing
+        return found.astype(np.int64)
+
+    def q(self, agent: int, observations: Sequence[Float32], state: Any, joint: Int, given: Int) -> Float64:
+        """As `Expert.q`."""
+        try:
+            found = self._asked("q", agent, observations, state, joint, given)
+        except InputError as error:
+            if not isinstance(error.__cause__, NotImplementedError):
+                raise
+            what = "your expert has no critic: its q raises NotImplementedError"
+            advice = "add --critic none, or --critic measured where the game can be tried out"
+            raise InputError(what, self.source.text, advice) from None
+        wanted = (len(given), len(joint))
+        if found.dtype.kind not in "fiu" or found.shape != wanted or not np.isfinite(found).all():
+            seen = _kind(found) if found.shape == wanted else f"shape {found.shape}"
+            what = f"q of your expert returns {seen}, not finite numbers of shape {wanted}"
+            raise InputError(
+                what, self.source.text, "return one worth for each state and joint action, or --critic none"
+            )
+        return found.astype(np.float64)
+
+    def _asked(self, verb: str, *given: Any) -> np.ndarray:
+        doing = f"{verb} of your expert"
+        return _run(lambda: np.array(getattr(self.expert, verb)(*given)), self.source, doing)
+
+
+def given(source: Source) -> Given:
+    """The expert that the function of a module returns. InputError when it raises, or returns something else."""
+    function = imported(source)
+    expert = _run(lambda: function(**source.options), source, source.function)
+    missing = [name for name in MEMBERS if not hasattr(expert, name)]
+    if missing:
+        what = f"what it returns is not an expert: it lacks {', '.join(missing)}"
+        advice = "return a maviper.experts.adapter.TorchExpert, or an object with these members"
+        raise InputError(what, source.text, advice)
+    if not isinstance(expert.world, World):
+        what = f"`world` of your expert is a {type(expert.world).__name__}, not a world"
+        raise InputError(what, source.text, "write self.world = maviper.worlds.find(NAME)")
+    if not isinstance(expert.agents, Sequence) or tuple(expert.agents) != expert.world.agents:
+        what = f"`agents` of your expert are not those of its world, {', '.join(expert.world.agents)}"
+        raise InputError(what, source.text, "write self.agents = self.world.agents")
+    return Given(expert, source)
+
+
+def _run(function: Callable[[], Any], source: Source, doing: str) -> Any:
+    """What a user's code returns; InputError, with the cause, when it raises."""
+    try:
+        with output_aside():
+            return function()
+    except (Exception, SystemExit) as error:
+        raise fault(error, source, doing, FIX) from error
+
+
+def _kind(found: np.ndarray) -> str:
+    """What an array holds, in words."""
+    kinds = {
+        "f": "floats",
+        "b": "truth values",
+        "O": "objects",
+        "U": "texts",
+        "i": "whole numbers",
+        "u": "whole numbers",
+    }
+    nan = " that are not finite" if found.dtype.kind == "f" and not np.isfinite(found).all() else ""
+    return f"{kinds.get(found.dtype.kind, str(found.dtype))}{nan}"
+
+
+def _named(world: World, agent: int) -> str:
+    names = [action.name for action in world.actions[agent]]
+    return ", ".join(names[:8]) + (", ..." if len(names) > 8 else "")

@@ -1,0 +1,164 @@
+"""The files of one run in an output folder, without those that an earlier run of the same verb left there.
+
+Does: puts the files of a run in the place of those that an earlier run of the verb left there, all or none; refuses to
+  write over a profile, a world file or any other file of a common name that no earlier run wrote.
+Assumes: each verb writes names of its own form, and one file (its mark) in every run.
+Does not: touch folders without the mark, other names, folders inside, or files that are asked to be kept.
+"""
+
+import contextlib
+import json
+import os
+import re
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass
+from hashlib import sha256
+from pathlib import Path
+
+from codegen.errors import InputError
+from maviper.files import runs
+
+NUMBERED = r"(certificate|counterexample|zones|states)-\d+-[\w-]+\.json|test_counterexample_\d+_\w+\.py|play\.html"
+RECORD = ".maviper.json"  # files of common names that runs wrote: mark of the verb -> name -> SHA-256
+MAX_RECORD_BYTES = 2**16
+FOUND = "# Found by maviper verify --where:"  # what the file of a region found begins with
+
+
+@dataclass(frozen=True)
+class Verb:
+    """The names that a verb writes, and how its mark begins."""
+
+    mark: str
+    begins: str  # a pattern, within the first bytes of the mark
+    names: str  # a pattern
+    code: bool = False  # generated code, which is made again over what is there
+
+
+VERIFY = Verb("report.json", r'"report": "maviper-', rf"{NUMBERED}|region-\d+-[\w-]+\.toml|report\.(html|txt)")
+REPAIR = Verb("repair.json", r'"command": "maviper repair ', rf"{NUMBERED}|report\.(html|txt|json)")
+DIFF = Verb("difference.json", r'"difference": "maviper-', r"certificate\.json|play\.html")
+ROBUST = Verb("radii.csv", r"row,action,leaf,radius,", r"certificate-\d+-robust\.json")
+QUESTIONS = {  # for other programs: names, and what they begin with
+    "smt": (r"\d\d-\w+-[\w-]+\.smt2", r"\A; Profile [0-9a-f]{64}\n; Claim   "),
+    "vnnlib": (r"\d\d-\w+-[\w-]+\.vnnlib", r"; sat: a world state violates the claim; "),
+}
+
+
+def write_set(folder: Path, files: Mapping[str, str | bytes], verb: Verb, keep: Collection[Path] = ()) -> None:
+    """Writes a run's files, name -> content, all or none, and removes what an earlier run of the verb left there.
+
+    `keep`: files that this run was given, which stay whatever their names. InputError as `runs.write` and `ensure_own`.
+    """
+    ensure_own(folder, files, verb)
+    kept, written, stale = {path.resolve() for path in keep}, _recorded(folder, verb.mark), list[Path]()
+    common = {name for name in files if not verb.code and not _of_form(name, verb)}
+    recorded = {name: _digest(files[name]) for name in common if name in written or not (folder / name).exists()}
+    if _held(folder / verb.mark, verb.begins):
+        named = [path for path in folder.iterdir() if _of_form(path.name, verb) or path.name in written.keys() - common]
+        stale = [path for path in named if path.resolve() not in kept]
+    recorded |= {name: digest for name, digest in written.items() if folder / name not in stale and name not in files}
+    others = {one.mark: _recorded(folder, one.mark) for one in (VERIFY, REPAIR, DIFF) if one is not verb}
+    all_ = {mark: found for mark, found in {**others, verb.mark: recorded}.items() if found}
+    record = {RECORD: runs.as_json(all_)} if all_ else {}
+    if files or stale:
+        _write(folder, {**files, **record}, [*stale, *([] if record else [folder / RECORD])])
+
+
+def ensure_own(folder: Path, files: Mapping[str, str | bytes], verb: Verb) -> None:
+    """InputError where a file would be written over another that no earlier run wrote, or that was changed since."""
+    if verb.code:
+        return
+    written = _recorded(folder, verb.mark)
+    for name, content in files.items():
+        path, of_form = folder / name, _of_form(name, verb)
+        foreign = (name == verb.mark and not _held(path, verb.begins)) or not (of_form or name in written)
+        if foreign and path.exists() and _digest_of(path) != _digest(content):
+            what = f"the folder holds another {name}, which no earlier run wrote there"
+            raise InputError(what, str(path), "choose another folder with -o, or move the file away")
+
+
+def without_given(folder: Path, files: Mapping[str, str | bytes], given: Mapping[str, Path]) -> dict[str, str | bytes]:
+    """The files without those that are in the folder already, since the run was given them from there.
+
+    `given`: name -> the file that the run read, whose content this is.
+    """
+    there = {name for name, path in given.items() if (folder / name).resolve() == path.resolve()}
+    return {name: content for name, content in files.items() if name not in there}
+
+
+def _of_form(name: str, verb: Verb) -> bool:
+    return name == verb.mark or re.fullmatch(verb.names, name) is not None
+
+
+def _digest(content: str | bytes) -> str:
+    return sha256(content.encode() if isinstance(content, str) else content).hexdigest()
+
+
+def _digest_of(path: Path) -> str:
+    """The SHA-256 of a file; nothing where it cannot be read."""
+    with contextlib.suppress(OSError):
+        return _digest(path.read_bytes())
+    return ""
+
+
+def _recorded(folder: Path, mark: str) -> dict[str, str]:
+    """What runs of a verb wrote into a folder under common names, as far as it is as they wrote it: name -> SHA-256."""
+    with contextlib.suppress(OSError, ValueError, KeyError, AttributeError, RecursionError):
+        with (folder / RECORD).open("rb") as file:
+            listed: dict[str, str] = json.loads(file.read(MAX_RECORD_BYTES))[mark]
+        return {name: digest for name, digest in listed.items() if _digest_of(folder / Path(name).name) == digest}
+    return {}
+
+
+def _write(folder: Path, files: Mapping[str, str | bytes], stale: Iterable[Path]) -> None:
+    gone = [path.relative_to(folder).as_posix() for path in stale if _removable(path)]
+    runs.write_all(folder, files, [name for name in gone if name not in files])
+
+
+def clear(folder: Path, verb: Verb, given: Iterable[Path]) -> bool:
+    """Removes what an earlier run of the verb left, unless a file given is in the folder too; whether it did."""
+    if any(path.resolve().parent == folder.resolve() for path in given) or not _held(folder / verb.mark, verb.begins):
+        return False
+    write_set(folder, {}, verb)
+    return True
+
+
+def of_code(prefix: str, profile: str) -> Verb:
+    """Code of that prefix, where it is of another profile than the one with this hash."""
+    own = rf"{re.escape(prefix)}(\.(h|json|mjs|py|rs|smt2|vectors\.txt|proofs\.json)|_(reader|jax|torch)\.py"
+    names = rf"{own}|_test\.(c|py|mjs|rs)|_\w+\.(svg|onnx|c\.smt2|python\.smt2))"
+    return Verb(f"{prefix}.agreement.json", rf'"profile": "(?!{profile})', names, code=True)
+
+
+def write_listed(folder: Path, files: Mapping[str, str | bytes], manifest: str) -> None:
+    """As `write_set`, and removes the files that the manifest of an earlier run lists and that are as it wrote them."""
+    stale: list[Path] = []
+    with contextlib.suppress(OSError, ValueError, KeyError, AttributeError):
+        listed: dict[str, str] = json.loads((folder / manifest).read_text(encoding="utf-8"))["sha256"]
+        for name, digest in listed.items():
+            path = folder / name
+            inside = folder.resolve() in path.resolve().parents
+            if inside and name not in files and sha256(path.read_bytes()).hexdigest() == digest:
+                stale.append(path)
+    _write(folder, files, stale)
+
+
+def write_questions(folder: Path, files: Mapping[str, str | bytes], kind: str) -> None:
+    """As `write_set`, for questions for other programs: of one kind of QUESTIONS."""
+    pattern, begins = QUESTIONS[kind]
+    found = sorted(folder.iterdir()) if folder.is_dir() else []
+    _write(folder, files, [path for path in found if re.fullmatch(pattern, path.name) and _held(path, begins)])
+
+
+def _removable(path: Path) -> bool:
+    """Whether a file of a name of ours is one: of a region, only where it says that it was found."""
+    if os.path.islink(path) or not os.path.isfile(path):  # noqa: PTH114, PTH113 - False, too, for a name that is too long
+        return False
+    return path.suffix != ".toml" or _held(path, re.escape(FOUND))
+
+
+def _held(path: Path, begins: str) -> bool:
+    """Whether a file is there, and its first bytes hold a pattern."""
+    with contextlib.suppress(OSError), path.open("rb") as file:
+        return re.search(begins, file.read(4_096).decode(errors="replace")) is not None
+    return False

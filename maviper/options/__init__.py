@@ -1,0 +1,13 @@
+"""What the verbs are asked, each option written once.
+
+Does: holds the table of options of a verb (its TypedDict), and what reads such a table.
+Assumes: a table is imported with the package and with --help, so that nothing heavy may come with it.
+Does not: run a verb, or know click.
+"""
+
+from maviper.options.extraction import ExtractOptions
+from maviper.options.reproduction import ReproduceOptions
+from maviper.options.table import completed, spelled_out, table_of
+from maviper.options.verification import VerifyOptions
+
+__all__ = ["ExtractOptions", "ReproduceOptions", "VerifyOptions", "completed", "spelled_out", "table_of"]

@@ -1,0 +1,122 @@
+"""A table of options: a TypedDict whose fields have a type, a default, a section and a help text.
+
+Does: reads the table; completes what was given; gives a function the signature and the text that the table says.
+Assumes: each field of the TypedDict is `Annotated[type, Option(...)]`; a help text is one sentence.
+Does not: make options of the command line (`maviper.cli.options`), or check what a value means.
+"""
+
+import inspect
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from functools import cache
+from numbers import Integral, Real
+from pathlib import Path
+from types import MappingProxyType, UnionType
+from typing import Any, TypeVar, Union, get_args, get_origin, get_type_hints
+
+from codegen.errors import InputError, shown, suggestion
+
+Verb = TypeVar("Verb", bound=Callable[..., Any])
+MANY = (Iterable, Sequence)
+NUMBERS = {int: Integral, float: Real}
+CALLED = {
+    bool: "yes or no",
+    int: "a whole number",
+    float: "a number",
+    Fraction: "a number",
+    str: "a text",
+    Path: "a path",
+}
+
+
+@dataclass(frozen=True)
+class Option:
+    """An option of a verb. What stands behind `form` is read from its type."""
+
+    default: Any
+    section: str  # the heading under which the command's help shows it
+    help: str
+    form: str = ""  # of its value, in the help
+    setting: str = ""  # what the code calls it, where that is another name
+    commas: bool = False  # several values stand in one word on the command line
+    name: str = ""
+    hint: Any = None
+    base: type = str  # of one value
+    several: bool = False
+
+    @property
+    def flag(self) -> str:
+        """As it is given on the command line."""
+        return f"--{self.name.replace('_', '-')}"
+
+    def read(self, value: Any) -> Any:
+        """A value as the code has it: paths as Path, several in a tuple. InputError for one of another type."""
+        if value is None:
+            return None
+        if not self.several:
+            return self._one(value)
+        if isinstance(value, str) or not isinstance(value, Iterable):
+            what = f"{self.name} takes several values, not {shown(repr(value)[:40])}"
+            raise InputError(what, self.flag, "give a list")
+        return tuple(map(self._one, value))
+
+    def _one(self, value: Any) -> Any:
+        if self.base is Fraction and isinstance(value, Real | str) and not isinstance(value, bool):
+            return value  # which whoever computes with it reads exactly: that takes NumPy
+        if self.base is Path and isinstance(value, str | Path):
+            return Path(value)
+        if self.base in NUMBERS and isinstance(value, NUMBERS[self.base]) and not isinstance(value, bool):
+            return self.base(value)
+        if not isinstance(value, self.base) or self.base in NUMBERS:
+            raise InputError(f"{self.name} is {CALLED[self.base]}, not {shown(repr(value)[:40])}", self.flag)
+        return value
+
+
+@cache
+def table_of(options: type) -> Mapping[str, Option]:
+    """The options of a TypedDict by name, in its order."""
+    found: dict[str, Option] = {}
+    for name, hint in get_type_hints(options, include_extras=True).items():
+        written, option = get_args(hint)
+        base, several = _base(written)
+        found[name] = replace(option, name=name, hint=written, base=base, several=several)
+    return MappingProxyType(found)
+
+
+def _base(hint: Any) -> tuple[type, bool]:
+    """What one value is, and whether there are several, of a type such as `Sequence[str | Path] | None`."""
+    if get_origin(hint) in (Union, UnionType):
+        parts = [part for part in get_args(hint) if part is not type(None)]
+        return (Path, False) if Path in parts else _base(parts[0])
+    return (_base(get_args(hint)[0])[0], True) if get_origin(hint) in MANY else (hint, False)
+
+
+def completed(options: type, given: Mapping[str, Any]) -> dict[str, Any]:
+    """Every option of a table by name, as given; where it is not, or is None, its default. TypeError for a name that is
+    not in it, as of any function; InputError for a value of another type.
+    """
+    table = table_of(options)
+    for name in given:
+        if name not in table:
+            raise TypeError(f"there is no option {name}; {suggestion(name, list(table))}")
+    said = {name: option.default if given.get(name) is None else given[name] for name, option in table.items()}
+    return {name: option.read(said[name]) for name, option in table.items()}
+
+
+def spelled_out(options: type) -> Callable[[Verb], Verb]:
+    """For a function that takes `**options: Unpack[...]`: its signature and its docstring say each of them."""
+
+    def spelled(verb: Verb) -> Verb:
+        table, signature = table_of(options), inspect.signature(verb)
+        own = [each for each in signature.parameters.values() if each.kind is not inspect.Parameter.VAR_KEYWORD]
+        named = [
+            inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=option.default, annotation=option.hint)
+            for name, option in table.items()
+        ]
+        verb.__signature__ = signature.replace(parameters=[*own, *named])  # type: ignore[attr-defined]
+        lines = [f"    `{name}`: {option.help}" for name, option in table.items()]
+        verb.__doc__ = "\n".join([inspect.cleandoc(verb.__doc__ or ""), "", "Options:", *lines])
+        return verb
+
+    return spelled

@@ -1,0 +1,144 @@
+"""What questions about one profile are answered with: its build, its world, and the states of its own episodes.
+
+Does: builds the profile once; finds what replays a decision of a team.
+Assumes: the profile's world is one of ours; otherwise only the reference replays.
+Does not: decide anything.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+from types import TracebackType
+
+import numpy as np
+
+from codegen import ir
+from codegen.agreement.build import Build, ReplayBuild
+from codegen.errors import shown
+from maviper.episodes.on_policy import on_policy
+from maviper.episodes.play import Episodes
+from maviper.verification.replays import rollouts, state_of
+from maviper.worlds import ParticleWorld, WorldState
+from maviper.worlds.games.particle import placed
+from maviper.worlds.matching import NO_WORLD, matching_places
+from verify.claims.formula import Formula
+from verify.claims.observed import RAISED, View, over
+from verify.claims.region import Region
+from verify.states.acting import Acted, Replay, acted
+from verify.states.episodes import Episode, agreed
+from verify.states.state import State, contains, observed
+from verify.verdicts.decisions import Visited
+
+NOT_SET = "claims over observations are replayed by observation; no state of the environment need show them"
+
+
+@dataclass
+class Bench:
+    """All of it; to be entered, since the compiled code lies in a folder of its own."""
+
+    profile: ir.PolicyProfile
+    made: ReplayBuild
+    world: ParticleWorld | None  # None: not one of ours, or claims are over observations
+    skipped: tuple[str, ...]  # replays that cannot be had, with the reason
+
+    @staticmethod
+    def of(profile: ir.PolicyProfile, observing: bool) -> Bench:
+        """For questions about a profile. `observing`: about its observations."""
+        made, world = ReplayBuild.of(profile), None if observing else matching_places(profile)
+        skipped = [] if made.compilable else ["compiled C: no compiler found"]
+        if world is None:
+            why = NOT_SET if observing else NO_WORLD
+            skipped.append(f"{shown(profile.world.reference) or 'environment'}: {why}")
+        return Bench(profile, made, world, tuple(skipped))
+
+    def __enter__(self) -> Bench:
+        self.made.__enter__()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.made.__exit__(kind, error, trace)
+
+    @cached_property
+    def _episodes(self) -> Episodes | None:
+        return None if self.world is None else on_policy(self.profile, self.world)
+
+    def visited(self, region: Region) -> Visited | None:
+        """How many states of its own episodes lie inside a region; None where the world cannot be played here."""
+        return None if self.world is None or self._episodes is None else _visited(self.world, self._episodes, region)
+
+
+def state_replays(
+    made: Build, profile: ir.PolicyProfile, team: str, world: ParticleWorld | None
+) -> Mapping[str, Replay]:
+    """What replays a team's decisions in one state. `profile`: the one that was built, or a view of it."""
+    replays: dict[str, Replay] = {}
+    if made.compilable:
+        replays["compiled C"] = partial(_in_compiled, made, profile, team)
+    if world is not None:
+        replays[shown(profile.world.reference)] = partial(_in_reference, profile, profile.team(team), world)
+    return replays
+
+
+def _in_compiled(made: Build, profile: ir.PolicyProfile, team: str, state: State) -> list[int]:
+    """The team's actions by the compiled header; a copy of an agent acts by that agent's function."""
+    known = [policy.agent for policy in made.profile.agents]
+    found: list[int] = []
+    for policy in profile.team(team):
+        agent = policy.agent if policy.agent in known else policy.agent.removesuffix(RAISED)
+        found.append(int(made.library.act(agent, observed(profile, policy, state))[0]))
+    return found
+
+
+def _in_reference(
+    profile: ir.PolicyProfile, team: Sequence[ir.AgentPolicy], world: ParticleWorld, state: State
+) -> list[int]:
+    """The team's actions on what the reference environment itself observes in the world state; features that it does
+    not have, and those that a counterexample's errors change, are observed by their meanings.
+    """
+    env = world.reference_env()
+    env.reset(seed=0)
+    world_state = state_of(profile, state)
+    placed(env, world_state)
+    found = []
+    for policy in team:
+        agent = world.agents.index(policy.agent)
+        obs = world.observe(world_state)[agent].copy()
+        shown = env.aec_env.unwrapped.observe(policy.agent)
+        obs[0, : world.shown[agent]] = shown[: world.shown[agent]]
+        exact, wrong = observed(profile, policy, replace(state, errors={})), observed(profile, policy, state)
+        obs = np.where(exact == wrong, obs, wrong)
+        found.append(int(ir.act(policy, obs)[0]))
+    return found
+
+
+def _visited(world: ParticleWorld, episodes: Episodes, region: Region) -> Visited:
+    """How many on-policy states lie inside a region, its goals included."""
+    world_state = WorldState.joined(episodes.states[1:])
+    within = contains(region, world.coordinates(world_state), world.spec)
+    if region.goals:
+        names = np.array([landmark.name for landmark in world.spec.landmarks])
+        within &= np.isin(names[world_state.goal], region.goals)
+    return Visited(int(within.sum()), len(within), len(episodes.states[0]))
+
+
+def replayed(
+    origin: ir.PolicyProfile, view: View | None, claim: Formula, team: str, state: State, semantics: str
+) -> Acted:
+    """A team's actions in a state, by everything that can replay it here: of a view by the compiled C alone."""
+    profile, world = (origin, matching_places(origin)) if view is None else (over(origin, view), None)
+    with ReplayBuild.of(origin) as made:
+        return acted(profile, claim, team, state, state_replays(made, profile, team, world), semantics)
+
+
+def replayed_course(profile: ir.PolicyProfile, state: State, steps: int) -> tuple[Episode, tuple[str, ...]]:
+    """The episode from a start, and the names of everything that can play it here and took the same course.
+
+    DisagreementError when one of them takes another course.
+    """
+    with ReplayBuild.of(profile) as made:
+        players = rollouts(made, matching_places(profile))
+        return agreed(profile, state, steps, players), tuple(players)

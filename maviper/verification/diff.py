@@ -1,0 +1,142 @@
+"""Comparing two profiles: where they act differently, and in how many of the states met.
+
+Does: hands `verify.verdicts.differences` the profiles, counts in sampled states and in those that the first one meets,
+  renders the files.
+Assumes: states met are known where the world is one of ours.
+Does not: decide, print or write files.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+from codegen import ir
+from codegen.check import ensure
+from codegen.errors import InputError
+from codegen.intervals import Share
+from codegen.lowering.render import render
+from codegen.policy_json import dumps
+from maviper.episodes.on_policy import ON_POLICY_EPISODES, on_policy
+from maviper.evaluation.comparison import differing
+from maviper.files import runs
+from maviper.files.regions import find_region
+from maviper.verification.ask import MAX_CELLS
+from maviper.verification.files.certificates import AGAINST_FILE
+from maviper.worlds import ParticleWorld, WorldState
+from maviper.worlds.matching import ensure_places, matching_places
+from verify.checker.decisions import certificates
+from verify.question import UNITS_A_NODE, Budgets
+from verify.reports import differences as report
+from verify.result import Verdict
+from verify.semantics import MACHINE, SEMANTICS
+from verify.states.shares import SAMPLE_SEED, SAMPLES
+from verify.states.state import sample
+from verify.verdicts.differences import Difference, difference
+
+CERTIFICATE_FILE, REPORT_FILE = "certificate.json", "difference.json"
+MAX_NODES = 10**12
+ONE_TEAM = (  # the way out for trees that know no places
+    "import both as one team, `maviper import --agents a=FILE,b=FILE`, and compare them over observations: "
+    "`maviper verify TEAM --property agree --agents a,b --shared all`"
+)
+
+
+@dataclass(frozen=True)
+class DiffOptions:
+    """What is compared; None: as usual."""
+
+    agents: tuple[str, ...] = ()  # none: all, which must be the same in both profiles
+    region: str = "start"
+    semantics: str = MACHINE
+    max_nodes: int | None = None  # of each search
+    max_cells: int | None = None  # zones of an agent
+
+    def checked(self) -> "DiffOptions":
+        """The options themselves; InputError for a limit that is out of its range."""
+        if self.semantics not in SEMANTICS:
+            raise InputError("the semantics must be machine or real", "--semantics")
+        if not 0 < self.budgets.max_nodes <= MAX_NODES:
+            raise InputError(f"the number of nodes must be between 1 and {MAX_NODES}", "--max-nodes")
+        if not 0 < self.budgets.max_cells <= MAX_CELLS:
+            raise InputError(f"the number of zones must be between 1 and {MAX_CELLS}", "--max-cells")
+        return self
+
+    @property
+    def budgets(self) -> Budgets:
+        """What may be spent; Z3 gets as much as it does where it decides beside the zones."""
+        usual = Budgets()
+        nodes = usual.max_nodes if self.max_nodes is None else self.max_nodes
+        cells = usual.max_cells if self.max_cells is None else self.max_cells
+        return Budgets(min(nodes * UNITS_A_NODE, 2**32 - 1), nodes, cells, option="--max-nodes")
+
+
+@dataclass(frozen=True)
+class Compared:
+    """Two profiles compared, with what was counted."""
+
+    found: Difference
+    counted: report.Estimates
+
+    @property
+    def verdict(self) -> Verdict:
+        """PROVED where all agents act alike, VIOLATED where some does not."""
+        return self.found.verdict
+
+    @cached_property
+    def facts(self) -> dict[str, Any]:
+        """All facts as plain data."""
+        return report.document(self.found, self.counted)
+
+    @property
+    def lines(self) -> list[tuple[str, str]]:
+        """What a person is told: labels and texts."""
+        rows = render("difference/lines.txt.j2", facts=self.facts).splitlines()
+        return [(label, text) for label, _, text in (row.partition("|") for row in rows if row)]
+
+    @property
+    def files(self) -> dict[str, str]:
+        """Both profiles, the report, and a certificate where agents act alike, name -> text."""
+        found = {runs.PROFILE_FILE: dumps(self.found.first), AGAINST_FILE: dumps(self.found.second)}
+        found[REPORT_FILE] = report.as_json(self.facts)
+        if self.found.certificate is not None:
+            found[CERTIFICATE_FILE] = certificates.to_json(self.found.certificate)
+        return found
+
+
+def compared(first: ir.PolicyProfile, second: ir.PolicyProfile, options: DiffOptions) -> Compared:
+    """Where two profiles act differently. InputError for profiles or options that cannot be compared."""
+    options, agents = options.checked(), options.agents or _common(first, second)
+    for profile in (ensure(first), ensure(second)):
+        ensure_places(profile.world, [one for policy in profile.agents for one in policy.features], ONE_TEAM)
+    region = find_region(options.region, first)
+    found = difference(first, second, agents, region, options.semantics, options.budgets)
+    coordinates, _ = sample(region, first.world, SAMPLES, SAMPLE_SEED)
+    uniform = _counted(first, second, agents, coordinates)
+    world = matching_places(first)
+    if world is None:
+        return Compared(found, report.Estimates(uniform, None))
+    met = _counted(first, second, agents, met_states(first, world))
+    return Compared(found, report.Estimates(uniform, met, ON_POLICY_EPISODES))
+
+
+def _common(first: ir.PolicyProfile, second: ir.PolicyProfile) -> tuple[str, ...]:
+    names, others = ([policy.agent for policy in profile.agents] for profile in (first, second))
+    if set(names) != set(others):
+        what = f"the profiles have different agents: {', '.join(names)} and {', '.join(others)}"
+        raise InputError(what, "", "name those to compare: --agent NAME")
+    return tuple(names)
+
+
+def _counted(
+    first: ir.PolicyProfile, second: ir.PolicyProfile, agents: Sequence[str], coordinates: ir.Float64
+) -> Mapping[str, Share]:
+    """Of how many of the states each agent, and some agent, acts differently."""
+    other = differing(first, second, agents, coordinates)
+    rows = {**dict(zip(agents, other, strict=True)), report.SOME: other.any(axis=0)}
+    return {name: Share(int(row.sum()), len(row)) for name, row in rows.items()}
+
+
+def met_states(profile: ir.PolicyProfile, world: ParticleWorld) -> ir.Float64:
+    """Coordinates [n, n_coordinates] of the states in which the profile's agents decide, playing one another."""
+    return world.coordinates(WorldState.joined(on_policy(profile, world).states[:-1]))

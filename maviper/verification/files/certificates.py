@@ -1,0 +1,139 @@
+"""Certificates as files: written beside a report, and checked by `maviper check`.
+
+Does: names the files of certificates; reads one with its profile, checks it, says what it proves.
+Assumes: results of `verify.verdicts.decisions.verify`, or files that anyone wrote.
+Does not: prove.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+
+from codegen.errors import InputError, RefusedError, shown
+from codegen.ir import PolicyProfile
+from maviper.files import kinds, runs
+from maviper.files.profiles import loaded
+from maviper.verification.files.words import formula_words, region_words
+from verify.checker.decisions import certificates as certificate
+from verify.checker.decisions.certificates import Certificate
+from verify.checker.episodes import certificates as episode_certificates
+from verify.checker.episodes.certificates import EpisodeCertificate
+from verify.checker.reading import RejectedError
+from verify.claims.catalogue import left_out, opponents_words
+from verify.claims.claim import Parameter
+from verify.claims.formula import agents
+from verify.claims.observed import over
+from verify.claims.region import Region
+from verify.claims.uncertified.starts import is_start
+from verify.exact import plain
+
+AGAINST_FILE = "against.json"  # the second profile, beside a certificate about two
+
+
+@dataclass(frozen=True)
+class Checked:
+    """A certificate whose proof holds."""
+
+    subject: str  # what it proves, from what was checked
+    closed: int  # branches of the proof
+    size: int  # bytes of proof
+
+
+def checked(
+    path: Path,
+    profile: PolicyProfile | Path | None = None,
+    against: PolicyProfile | Path | None = None,
+    world: Path | None = None,
+) -> Checked:
+    """What the certificate in a file proves of a profile (default: profile.json beside it), of a second one where it is
+    about two (default: against.json beside it), or in the system of a world file (default: world.toml beside it).
+
+    RefusedError when the proof does not hold.
+    """
+    text = runs.read(path, certificate.MAX_BYTES)
+    if kinds.kind_of(text) is kinds.SYSTEM_CERTIFICATE:
+        if against is not None:
+            raise InputError("the certificate is about one profile", "--against", "leave it out")
+        from maviper.verification.files import systems
+
+        return Checked(*systems.checked(path, profile, world))
+    if world is not None:
+        raise InputError("the certificate is not about a stated system", "--world", "leave it out")
+    try:
+        found, about = _read(text, str(path)), loaded(profile, beside=path)
+        if isinstance(found, Certificate):
+            other = _second(found, against, path)
+            closed, subject = certificate.accepted(found, about, other), _subject(found, about)
+        else:
+            closed, subject = episode_certificates.accepted(found, about), _episodes(found, about)
+    except RejectedError as error:
+        raise RefusedError(
+            "the certificate is refused", f"{path}: {shown(error)}", "do not rely on it; run `maviper verify` again"
+        ) from None
+    return Checked(subject, closed, found.size)
+
+
+def _second(found: Certificate, against: PolicyProfile | Path | None, path: Path) -> PolicyProfile | None:
+    """The second profile of a certificate about two. InputError for one that was given to another certificate."""
+    if not found.against:
+        if against is not None:
+            raise InputError("the certificate is about one profile", "--against", "leave it out")
+        return None
+    return loaded(path.parent / AGAINST_FILE if against is None else against, beside=path)
+
+
+def _read(text: bytes, where: str) -> Certificate | EpisodeCertificate:
+    """A certificate of either kind; what says of neither that it is one is told as one about single decisions."""
+    kinds.ensure(text, where, kinds.CERTIFICATE.called, kinds.CERTIFICATE, kinds.EPISODE_CERTIFICATE)
+    about = kinds.kind_of(text) is kinds.EPISODE_CERTIFICATE
+    return episode_certificates.from_json(text, where) if about else certificate.from_json(text, where)
+
+
+def _subject(found: Certificate, profile: PolicyProfile) -> str:
+    """What was proved, from what was checked."""
+    if found.against:
+        compared = ", ".join(certificate.compared_agents(found, profile))
+        return (
+            f"{compared} act as in the second profile in {_place(found.region, profile)}, {found.semantics} arithmetic"
+        )
+    profile = profile if found.view is None else over(profile, found.view)
+    claim = "a formula without a name" if found.claim is None else f"{found.claim.name} of the {found.claim.team}"
+    if found.claim is None and not agents(found.formula):
+        claim += " that speaks of no agent's actions"
+    if found.claim is None and found.eps:
+        claim += f", though every feature is off by up to {_shown(found.eps)}"
+    if found.claim is not None:
+        claim += "".join(f", {name} {_shown(value)}" for name, value in found.claim.stated.items())
+    claim += "" if found.view is None else f", {found.view},"
+    place = f"{claim} in {_place(found.region, profile)}, {found.semantics} arithmetic"
+    return place if found.claim is not None else f"{place}; the formula: {formula_words(found.formula, profile)}"
+
+
+def _episodes(found: EpisodeCertificate, profile: PolicyProfile) -> str:
+    """What was proved of episodes, and opponents_words others do."""
+    claim = found.claim
+    own = f" {'from' if claim.apart else 'at'} {' '.join(claim.named)}" if claim.named else ""
+    followed = sorted({" with ".join(part.followed) for part in found.parts})
+    said = f"{claim.name} of the {claim.team}{own}, steps {claim.steps}, radius {_shown(claim.radius)}"
+    opponents = any(profile.policy(agent).team != claim.team for part in found.parts for agent in part.followed)
+    others = f"followed: {', '.join(followed)}, {opponents_words(opponents)}"
+    apart = left_out(profile.world)
+    about = f"{said}, from rest in {_place(found.region, profile)}, {found.semantics} arithmetic; {others}"
+    return about + (f"; {apart}" if apart else "")
+
+
+def _place(region: Region, profile: PolicyProfile) -> str:
+    """A region with its goals in words: it is called `start` only where it is the start region."""
+    goals = f", goal {' or '.join(region.goals)}" if region.goals else ""
+    if is_start(profile, region):
+        return f"region start{goals}"
+    bounds = region_words(region, profile)
+    return f"a region of its own{f' ({bounds})' if bounds else ''}{goals}"
+
+
+def _shown(value: Parameter) -> str:
+    if isinstance(value, Fraction):
+        return plain(value)
+    return " ".join(value) if isinstance(value, tuple) else str(value)

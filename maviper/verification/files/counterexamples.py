@@ -1,0 +1,276 @@
+"""Counterexamples as files, and their replay.
+
+Does: writes a counterexample with its claim and a test of it; replays one by reference, compiled C and environment, and
+  judges one of real arithmetic by exact measurements.
+Assumes: results of `verify.verdicts.decisions.verify`; a profile of the same world, the same policy or a better one.
+Does not: look for counterexamples; the files of those about whole episodes are in episodes.py.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from codegen.errors import InputError, shown
+from codegen.ir import PolicyProfile
+from codegen.policy_json import content_hash
+from maviper.files import kinds, runs
+from maviper.verification.bench import replayed
+from maviper.verification.files import episodes as episode_files
+from verify.claims.decisions import OWN, PLAIN, formula
+from verify.claims.formula import Acts, Formula, Goal, agents, atoms, coordinates
+from verify.claims.formula_json import formula_document, read_formula, read_number
+from verify.claims.observed import over, view_from
+from verify.claims.region import goal_cases, goal_of, goal_text
+from verify.claims.uncertified.own import BUILT_IN
+from verify.claims.uncertified.starts import positions
+from verify.counterexamples.search import Counterexample
+from verify.exact import MAX_NUMBER
+from verify.reports.decisions import deployed_facts
+from verify.semantics import MACHINE, REAL
+from verify.states.acting import REFERENCE
+from verify.states.real import Value, value_of, written_all
+from verify.states.state import State, error_name, true_at
+from verify.verdicts.decisions import DecisionResult
+
+FORM, REAL_FORM = "maviper-counterexample-1", "maviper-counterexample-2"  # of deployed, of real arithmetic
+FORMS = (FORM, REAL_FORM)
+MAX_BYTES = 1 << 24
+OTHER_SYSTEM = "; the world file is not the one that the counterexample was made from"
+ADVICE = "make it again with `maviper verify -o`"
+
+
+class DeployedJson(msgspec.Struct, forbid_unknown_fields=True):
+    """What the deployed arithmetic does in the state of a counterexample in real arithmetic."""
+
+    actions: dict[str, str]
+    violated: bool
+
+
+class CounterexampleJson(msgspec.Struct, forbid_unknown_fields=True):
+    """The members of the file. Texts are fractions that are no float64 numbers, in real arithmetic only."""
+
+    counterexample: str
+    profile: str  # content hash
+    property: str
+    team: str
+    formula: dict[str, Any]
+    goal: str
+    position: dict[str, float | str]  # every coordinate that the region bounds
+    errors: dict[str, float | str]  # of features, as `verify.states.state.error_name` names them
+    actions: dict[str, str]  # agent -> what it did
+    explanation: dict[str, Any] = {}  # as in the report; replays do not read it
+    semantics: str = MACHINE
+    deployed: DeployedJson | None = None  # of real arithmetic; None where the state is no float64 state
+    view: dict[str, list[str]] | None = None  # of claims over observations: how these are put together
+
+
+@dataclass(frozen=True)
+class Replayed:
+    """What the team does in the world state, and whether the claim fails there; of an episode, what all agents do, step
+    by step, and whether the claim fails in it.
+    """
+
+    property: str  # its name where that is sure, see `named`
+    violated: bool
+    actions: Mapping[str, str]  # of an episode: in order, with spaces between
+    before: Mapping[str, str]  # what the file says that it did
+    by: tuple[str, ...]  # what replays gave the same actions
+    same_policy: bool
+    says: str  # what judged the actions and who replayed them, in words
+
+
+def document(profile: PolicyProfile, result: DecisionResult, found: Counterexample) -> dict[str, Any]:
+    """What the file of a violated claim about single decisions holds."""
+    claim, explanation = result.claim, result.evidence.explanation
+    real = {} if result.semantics == MACHINE else {"semantics": result.semantics, "deployed": deployed_facts(found)}
+    view = {} if result.viewed is None else {"view": result.viewed.view.document()}
+    return {
+        "counterexample": REAL_FORM if real else FORM,
+        "profile": content_hash(profile),
+        "property": claim.shown,
+        "team": claim.team,
+        **view,
+        "formula": formula_document(formula(result.question.profile, claim)),
+        "goal": goal_text(found.state.goal),
+        "position": written_all(found.state.position),
+        "errors": written_all(found.state.errors),
+        "actions": {view.agent: view.action for view in found.agents},
+        **real,
+        "explanation": {} if explanation is None else explanation.document(),
+    }
+
+
+def replay(path: Path, profile: PolicyProfile, world: Path | None = None) -> Replayed:
+    """The counterexample of a file, replayed with a profile: the one that it is about, or another of its world.
+
+    `world`: the world file of one in a stated system (None: world.toml beside it).
+
+    InputError when the file is damaged or speaks of what the profile does not have; DisagreementError when compiled C
+    or environment act differently from the reference.
+    """
+    data = runs.read(path, MAX_BYTES)
+    if kinds.kind_of(data) is kinds.SYSTEM_COUNTEREXAMPLE:
+        return _replayed_statement(path, profile, world)
+    called = kinds.COUNTEREXAMPLE.called
+    kinds.ensure(data, str(path), called, kinds.COUNTEREXAMPLE, kinds.EPISODE_COUNTEREXAMPLE)
+    about_episode = kinds.kind_of(data) is kinds.EPISODE_COUNTEREXAMPLE
+    return _ensure_same(path, (_replayed_episode if about_episode else _replayed_state)(path, profile))
+
+
+def _replayed_statement(path: Path, profile: PolicyProfile, world: Path | None) -> Replayed:
+    from maviper.verification.files import systems
+    from verify.reports import systems as report
+
+    found, claim, again, same = systems.replay(path, profile, world)
+    actions = {} if again is None else report.counterexample(again)["actions"]
+    return Replayed(
+        property=systems.called(claim),
+        violated=again is not None,
+        actions={agent: " ".join(names) for agent, names in actions.items()},
+        before={agent: " ".join(names) for agent, names in found.actions.items()},
+        by=(),
+        same_policy=content_hash(profile) == found.profile,
+        says="played in exact numbers, by the dynamics and the errors that are stated" + ("" if same else OTHER_SYSTEM),
+    )
+
+
+def _replayed_state(path: Path, profile: PolicyProfile) -> Replayed:
+    found, state, claim = read_counterexample(path, profile)
+    origin, view = profile, None if found.view is None else view_from(found.view)
+    profile = origin if view is None else over(origin, view)
+    strange = sorted(set(found.actions) - {policy.agent for policy in profile.team(found.team)})
+    if strange:
+        what = "the counterexample is about another world"
+        raise InputError(what, f"{path}: {', '.join(map(shown, strange[:5]))}", ADVICE)
+    did = replayed(origin, view, claim, found.team, state, found.semantics)
+    return Replayed(
+        property=named(found.property, claim, found.team, profile),
+        violated=not true_at(profile, claim, state, did.actions),
+        actions={policy.agent: policy.actions[did.actions[policy.agent]].name for policy in profile.team(found.team)},
+        before=found.actions,
+        by=did.by,
+        same_policy=content_hash(origin) == found.profile,
+        says=did.says,
+    )
+
+
+def _replayed_episode(path: Path, profile: PolicyProfile) -> Replayed:
+    episode = episode_files.replay(path, profile)
+    found = episode.file
+    return Replayed(
+        property=_words(found.claim, found.property),
+        violated=episode.violated,
+        actions=episode.actions,
+        before=found.actions,
+        by=(REFERENCE, *episode.by),
+        same_policy=content_hash(profile) == found.profile,
+        says=f"replayed by {', '.join((REFERENCE, *episode.by))}",
+    )
+
+
+def named(stated: str, claim: Formula, team: str, profile: PolicyProfile) -> str:
+    """What the formula of a file is called: a property's name where it is what that says, for any other what the file
+    calls it, as the file's word.
+    """
+    if stated in PLAIN:
+        with suppress(InputError, ValueError):  # a property of other teams
+            if formula(profile, BUILT_IN[stated](team)) == claim:
+                return stated
+    return _words(OWN, stated)
+
+
+def _words(name: str, stated: str) -> str:
+    return name if stated == name else f"{name} (in the file: '{shown(stated)}')"
+
+
+def _ensure_same(path: Path, found: Replayed) -> Replayed:
+    """The replay itself; InputError where the file is about this very policy, and says that it acts otherwise."""
+    wrong = [agent for agent, action in found.actions.items() if found.before.get(agent, action) != action]
+    if found.same_policy and wrong:
+        where = f"{path}: $.actions.{wrong[0]}: the policy takes {found.actions[wrong[0]][:40]}"
+        raise InputError("the counterexample was edited after it was written", where, ADVICE)
+    return found
+
+
+def _strange_parts(claim: Formula, team: str, profile: PolicyProfile) -> list[str]:
+    """Goals and actions of a formula that the profile does not have; its agents are known."""
+    actions, parts = {policy.agent: policy.actions for policy in profile.team(team)}, list(atoms(claim))
+    acts = sorted({(atom.agent, atom.action) for atom in parts if isinstance(atom, Acts)})
+    return [
+        *sorted({atom.landmark for atom in parts if isinstance(atom, Goal)} - set(profile.world.goals)),
+        *(f"action {number} of {agent}" for agent, number in acts if not 0 <= number < len(actions[agent])),
+    ]
+
+
+def _read(path: Path) -> tuple[CounterexampleJson, State]:
+    found = runs.decoded(path, MAX_BYTES, CounterexampleJson, "not a counterexample", ADVICE)
+    if found.counterexample not in FORMS:
+        raise InputError("a counterexample of another version", f"{path}: '{shown(found.counterexample[:40])}'", ADVICE)
+    try:
+        position, errors = (
+            {name: _value(value) for name, value in values.items()} for values in (found.position, found.errors)
+        )
+        _ = found.view and view_from(found.view)
+    except ValueError as error:
+        raise InputError("not a counterexample", f"{path}: {shown(error)}", ADVICE) from None
+    state = State(position, goal_of(found.goal), errors)
+    semantics = MACHINE if found.counterexample == FORM else REAL
+    if found.semantics != semantics or (semantics == MACHINE and (found.deployed or not state.floats)):
+        what = f"'{shown(found.semantics[:20])}' where {found.counterexample} is of {semantics} arithmetic"
+        raise InputError("not a counterexample", f"{path}: {what}", ADVICE)
+    return found, state
+
+
+def _value(stated: float | str) -> Value:
+    if not isinstance(stated, str):
+        return stated
+    number = read_number(stated)
+    if abs(number) > MAX_NUMBER:
+        raise ValueError(f"a number beyond {MAX_NUMBER}")
+    return value_of(number)
+
+
+def read_counterexample(path: Path, profile: PolicyProfile) -> tuple[CounterexampleJson, State, Formula]:
+    """A file, the state and the formula in it, both known to a profile's world or its view. InputError otherwise."""
+    found, state = _read(path)
+    if found.view is not None:
+        profile = over(profile, view_from(found.view))
+    return found, state, known_formula(found.formula, found.team, [state], profile, path)
+
+
+def known_formula(
+    document: dict[str, Any], team: str, states: Sequence[State], profile: PolicyProfile, path: Path
+) -> Formula:
+    """The formula of a file, if it and the world states are about what the profile's world has; else InputError."""
+    try:
+        claim = read_formula(document)
+    except (ValueError, LookupError, TypeError, AttributeError, RecursionError) as error:
+        raise InputError(
+            "the counterexample's formula cannot be read", f"{path}: {shown(error)}"[:200], ADVICE
+        ) from None
+    world = profile.world
+    needed = set(positions(world))
+    members = {policy.agent for policy in profile.team(team)}
+    placed = {name for state in states for name in state.position}
+    features = {error_name(policy.agent, feature.name) for policy in profile.agents for feature in policy.features}
+    strange = [
+        *sorted((coordinates(claim) | placed) - set(world.coordinates())),
+        *sorted(agents(claim) - members),
+        *sorted({name for state in states for name in state.errors} - features),
+        *sorted(f"goal {goal or 'none'}" for goal in {state.goal for state in states} - set(goal_cases(world.goals))),
+        *sorted({f"no {name}" for state in states for name in needed - set(state.position)}),
+    ]
+    strange = strange or _strange_parts(claim, team, profile)
+    if strange or not members:
+        what = ", ".join(strange[:5]) if members else f"no team {team}"
+        raise InputError("the counterexample is about another world", f"{path}: {shown(what)}", "give its profile")
+    for name, value in (pair for state in states for pair in (*state.position.items(), *state.errors.items())):
+        if abs(value) > MAX_NUMBER:
+            raise InputError("not a counterexample", f"{path}: {shown(name)} is beyond {MAX_NUMBER}", ADVICE)
+    return claim

@@ -1,0 +1,169 @@
+"""Counterexamples about whole episodes as files, and their replay.
+
+Does: writes the start, the claim and the actions of an episode that fails; plays it again and judges it.
+Assumes: results of `verify.verdicts.episodes.verify_episodes`; a profile of the same world, the same policy or a
+  better one.
+Does not: look for counterexamples.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import msgspec
+
+from codegen.errors import InputError, UnknownNameError, shown
+from codegen.ir import PolicyProfile
+from codegen.policy_json import content_hash
+from maviper.files import runs
+from maviper.verification.bench import replayed_course
+from verify.claims.catalogue import ZONES, find_episode_claim, readable
+from verify.claims.claim import Parameter
+from verify.claims.episodes import EPISODE_CLAIMS, EpisodeClaim
+from verify.claims.formula_json import read_number
+from verify.claims.region import goal_cases, goal_of, goal_text
+from verify.exact import MAX_NUMBER
+from verify.states.episodes import Episode, fails, playable
+from verify.states.state import State
+
+if TYPE_CHECKING:
+    from verify.verdicts.episodes import EpisodeResult
+
+FORM = "maviper-episode-counterexample-1"
+MAX_BYTES = 1 << 24
+ADVICE = "make it again with `maviper verify -o`"
+
+
+class EpisodeJson(msgspec.Struct, forbid_unknown_fields=True):
+    """The members of the file."""
+
+    counterexample: str
+    profile: str  # content hash
+    property: str  # as it is shown
+    claim: str  # its name
+    team: str
+    parameters: dict[str, int | str | list[str]]  # of the claim; exact numbers are texts
+    region: dict[str, Any]  # in which it was found
+    goal: str
+    position: dict[str, float]  # of the start, at rest
+    actions: dict[str, str]  # agent -> what it did, step by step, with spaces between
+    explanation: dict[str, Any] = {}  # as in the report; replays do not read it
+
+
+@dataclass(frozen=True)
+class ReplayedEpisode:
+    """An episode played again: whether the claim fails in it, what every agent does, and what played it alike."""
+
+    file: EpisodeJson
+    violated: bool
+    actions: Mapping[str, str]
+    by: tuple[str, ...]
+
+
+def document(profile: PolicyProfile, result: EpisodeResult) -> dict[str, Any]:
+    """What the file of a violated claim holds."""
+    claim, evidence = result.claim, result.evidence
+    assert evidence.state is not None and evidence.episode is not None
+    return {
+        "counterexample": FORM,
+        "profile": content_hash(profile),
+        "property": claim.shown,
+        "claim": claim.name,
+        "team": claim.team,
+        "parameters": {name: _written(value) for name, value in claim.parameters.items()},
+        "region": result.region.document(),
+        "goal": goal_text(evidence.state.goal),
+        "position": dict(evidence.state.position),
+        "actions": _named(profile, evidence.episode),
+        "explanation": {} if evidence.explanation is None else evidence.explanation.document(),
+    }
+
+
+def _named(profile: PolicyProfile, episode: Episode) -> dict[str, str]:
+    """Agent -> its actions by name, in order."""
+    return {
+        entity.name: " ".join(profile.policy(entity.name).actions[action].name for action in episode.actions[:, place])
+        for place, entity in enumerate(profile.world.agents)
+    }
+
+
+def _written(value: Parameter) -> int | str | list[str]:
+    if isinstance(value, tuple):
+        return list(value)
+    return value if isinstance(value, int) else str(value)
+
+
+def replay(path: Path, profile: PolicyProfile) -> ReplayedEpisode:
+    """The episode of a file, played with a profile: the one that it is about, or another of its world.
+
+    InputError when the file is damaged or speaks of what the profile does not have; DisagreementError when compiled C
+    or environment take another course.
+    """
+    found = _read(path)
+    claim = _claim(found, profile, path)
+    _ensure_known(found, profile, path)
+    playable(profile)
+    episode, by = replayed_course(profile, State(found.position, goal_of(found.goal)), claim.steps)
+    return ReplayedEpisode(found, fails(profile, claim, episode.coordinates), _named(profile, episode), by)
+
+
+def _read(path: Path) -> EpisodeJson:
+    found = runs.decoded(path, MAX_BYTES, EpisodeJson, "not a counterexample", ADVICE)
+    if found.counterexample != FORM:
+        raise InputError("a counterexample of another version", f"{path}: '{shown(found.counterexample[:40])}'", ADVICE)
+    return found
+
+
+def _claim(found: EpisodeJson, profile: PolicyProfile, path: Path) -> EpisodeClaim:
+    """The claim of the file; InputError for a name or a parameter that there is not, or out of its range."""
+    if found.claim not in EPISODE_CLAIMS:
+        raise UnknownNameError("property", found.claim, EPISODE_CLAIMS, str(path))
+    read = readable(found.claim)
+    for name in found.parameters:
+        if name not in read:
+            raise UnknownNameError("parameter", name, read, str(path))
+    try:
+        given = {name: _value(name, value) for name, value in found.parameters.items() if name != ZONES}
+        claim = find_episode_claim(found.claim, profile, found.team, **given)
+    except InputError as error:
+        error.where = f"{path}: {error.where}" if error.where else str(path)
+        raise
+    except ValueError as error:
+        raise InputError("not a counterexample", f"{path}: {shown(error)}"[:200], ADVICE) from None
+    return claim
+
+
+def _value(name: str, value: int | str | list[str]) -> Any:
+    """A parameter as claims take it. ValueError for one of another kind."""
+    kind = {"steps": int, "radius": Fraction}.get(name, tuple)
+    if kind is tuple and isinstance(value, list):
+        return tuple(value)
+    if kind is int and isinstance(value, int):
+        return value
+    if kind is Fraction and isinstance(value, str):
+        return read_number(value)
+    raise ValueError(f"{name} is {str(value)[:40]!r}")
+
+
+def _ensure_known(found: EpisodeJson, profile: PolicyProfile, path: Path) -> None:
+    """InputError for a start or actions that the profile's world does not have."""
+    world = profile.world
+    needed = {f"{entity.name}.{axis}" for entity in world.agents + world.landmarks for axis in "xy"}
+    strange = [
+        *sorted(set(found.position) - set(world.coordinates())),
+        *sorted(set(found.actions) - {entity.name for entity in world.agents}),
+        *([f"goal {found.goal or 'none'}"] if goal_of(found.goal) not in goal_cases(world.goals) else []),
+        *sorted(f"no {name}" for name in needed - set(found.position)),
+    ]
+    if strange:
+        what = "the counterexample is about another world"
+        raise InputError(what, f"{path}: {', '.join(map(shown, strange[:5]))}", ADVICE)
+    for name, value in found.position.items():
+        if abs(value) > MAX_NUMBER:
+            raise InputError("not a counterexample", f"{path}: {name} is beyond {MAX_NUMBER}", ADVICE)
+        if value and name.endswith((".vx", ".vy")):
+            raise InputError("not a counterexample", f"{path}: {name} is not 0, but episodes start at rest", ADVICE)

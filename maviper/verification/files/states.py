@@ -1,0 +1,265 @@
+"""World states in which a team fails a claim, as files that extraction learns from.
+
+Does: writes further states beside a counterexample; reads counterexamples and such states for the world that is
+  extracted, from files or from the folder that `maviper verify -o` wrote.
+Assumes: a world of ours; claims about single decisions.
+Does not: learn (extraction/refitting.py), or replay (counterexamples.py).
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+import shlex
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+
+from codegen.errors import InputError, shown
+from codegen.ir import GrownTree, PolicyProfile, Provenance
+from codegen.json_layout import layout
+from codegen.policy_json import content_hash
+from maviper.episodes.trees import agent_policies
+from maviper.files import kinds, runs
+from maviper.files.profiles import load
+from maviper.verification.ask import Asked
+from maviper.verification.files import counterexamples
+from maviper.worlds import ParticleWorld
+from maviper.worlds.world import plain_name, world_name
+from verify.claims.claim import check_range
+from verify.claims.decisions import DecisionClaim, formula
+from verify.claims.formula import Formula, Linear, atoms
+from verify.claims.formula_json import formula_document, read_number
+from verify.claims.region import Region, goal_of, goal_text
+from verify.claims.region_files import read_region
+from verify.claims.uncertified.own import OwnFormula
+from verify.claims.uncertified.starts import called, observed_velocities
+from verify.question import Question
+from verify.result import AnyResult
+from verify.semantics import MACHINE
+from verify.states.failures import failures
+from verify.states.state import State, violates
+
+FORM = "maviper-states-1"
+MAX_STATES = 100_000  # of one file
+LARGEST = 10**100  # number in a formula
+PATTERNS = ("counterexample-*.json", "states-*.json")
+ADVICE = "make it again with `maviper verify -o`"
+ONLY_REAL = "is one of real arithmetic only: trees learn what the deployed arithmetic decides"
+ADVICE_REAL = "ask `maviper verify -o` without --semantics real"
+
+
+class StatesJson(msgspec.Struct, forbid_unknown_fields=True):
+    """The members of a file of states."""
+
+    states: str
+    world: str
+    profile: str  # content hash
+    property: str
+    team: str
+    formula: dict[str, Any]
+    eps: str
+    region: str  # its name
+    bounds: str  # the region, as a region file states it
+    command: str
+    coordinates: list[str]
+    positions: list[list[float]]  # [n, n_coordinates]
+    goals: list[str]  # [n]
+    errors: list[dict[str, float]]  # [n], as in a counterexample; empty where no feature is off anywhere
+
+
+@dataclass(frozen=True)
+class Failing:
+    """World states in which a team failed a claim; of one claim and team all that were given."""
+
+    claim: OwnFormula  # under the name of the claim
+    states: tuple[State, ...]
+    profiles: tuple[str, ...]  # hashes of the policies that failed, in the order given
+    folders: tuple[Path, ...]  # where files of theirs lie
+    region: Region | None = None  # what the claim is about, where a file says it
+    command: str = ""  # that asks about the claim, where a file says it
+
+    @property
+    def digest(self) -> str:
+        """SHA-256 of what is learned from."""
+        states = [[dict(state.position), goal_text(state.goal), dict(state.errors)] for state in self.states]
+        content = [self.claim.team, formula_document(self.claim.statement), states]
+        return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+
+    def before(self) -> PolicyProfile | None:
+        """The policy that failed last, where it lies beside a file; None where another one or none does."""
+        for folder in reversed(self.folders):
+            with suppress(InputError):
+                found = load(folder / runs.PROFILE_FILE)
+                if content_hash(found) == self.profiles[-1]:
+                    return found
+        return None
+
+
+def states_files(profile: PolicyProfile, asked: Sequence[Asked], results: Sequence[AnyResult]) -> dict[str, str]:
+    """For each violated claim about single decisions a file of sampled states in which it fails, where any is found: in
+    the deployed arithmetic, which is what extraction mends, and in the one asked about.
+    """
+    files: dict[str, str] = {}
+    for place, (one, result) in enumerate(zip(asked, results, strict=True), 1):
+        claim, region = result.claim, result.region
+        failed = claim.per_state and result.evidence.failing_state is not None
+        if not failed or result.viewed is not None:  # extraction learns from world states
+            continue
+        question = Question(profile, claim, region, result.semantics)
+        states = failures(question)
+        if result.semantics != MACHINE:
+            states = [state for state in states if violates(question, state)]
+        if states:
+            files[f"states-{place}-{claim.name}.json"] = document_of(profile, claim, region, states, one.command)
+    return files
+
+
+def document_of(
+    profile: PolicyProfile, claim: DecisionClaim, region: Region, states: Sequence[State], command: str
+) -> str:
+    """States of a region in which a team fails a claim, as a file's text. `command`: the line that asked."""
+    document = {
+        "states": FORM,
+        "world": world_name(profile.world),
+        "profile": content_hash(profile),
+        "property": claim.shown,
+        "team": claim.team,
+        "formula": formula_document(formula(profile, claim)),
+        "eps": str(claim.eps),
+        "region": region.name,
+        "bounds": region.toml(),
+        "command": shlex.join(["maviper", "verify", runs.PROFILE_FILE, *shlex.split(command)[3:]]),
+        "coordinates": list(states[0].position),
+        "positions": [list(state.position.values()) for state in states],
+        "goals": [goal_text(state.goal) for state in states],
+        "errors": [dict(state.errors) for state in states] if any(state.errors for state in states) else [],
+    }
+    return layout(document) + "\n"
+
+
+def read_failing(paths: Sequence[Path], world: ParticleWorld) -> tuple[list[Failing], list[str]]:
+    """What files and folders hold, one entry a claim and team, for the world that is extracted; and of what files in
+    folders teach no single decision, in words.
+
+    InputError for a file that is damaged or about another world, and where there is none.
+    """
+    found: dict[tuple[str, Formula], Failing] = {}
+    skipped: list[str] = []
+    policies = blank(world)
+    for path in paths:
+        inside = path.is_dir()
+        files = sorted(each for pattern in PATTERNS for each in path.glob(pattern)) if inside else [path]
+        if not files:
+            raise InputError("the folder holds no counterexamples", str(path), ADVICE)
+        for file in files:
+            if inside and _kind_of(file) is kinds.EPISODE_COUNTEREXAMPLE:
+                skipped.append(f"{file.name} is about a whole episode, which does not say which decision to learn")
+                continue
+            new = _read(file, policies)
+            if new is None and inside:
+                skipped.append(f"{file.name} {ONLY_REAL}")
+                continue
+            if new is None:
+                raise InputError(f"the counterexample {ONLY_REAL}", str(file), ADVICE_REAL)
+            key = new.claim.team, new.claim.statement
+            found[key] = _joined(found[key], new) if key in found else new
+    if not found:
+        what = "claims about whole episodes or in real arithmetic do not say which deployed decision is wrong"
+        raise InputError(what, "; ".join(skipped), "give counterexamples of claims about single decisions")
+    return list(found.values()), skipped
+
+
+def blank(world: ParticleWorld) -> PolicyProfile:
+    """A profile of the world whose agents do nothing: names, features and actions for those that read claims."""
+    leaf = GrownTree(*(np.array([value]) for value in (-1, 0.0, -1, -1, 0)))
+    return PolicyProfile(world.spec, agent_policies(world, [leaf] * len(world.agents)), Provenance("", "", 0, "", ""))
+
+
+def _kind_of(path: Path) -> kinds.Kind | None:
+    return kinds.kind_of(runs.read(path, counterexamples.MAX_BYTES))
+
+
+def _read(path: Path, policies: PolicyProfile) -> Failing | None:
+    """One file of either kind; None for a counterexample of real arithmetic alone."""
+    data = runs.read(path, counterexamples.MAX_BYTES)
+    what = "a counterexample to a claim about single decisions"
+    kinds.ensure(data, str(path), what, kinds.COUNTEREXAMPLE, kinds.STATES)
+    if kinds.kind_of(data) is not kinds.STATES:
+        found, state, statement = counterexamples.read_counterexample(path, policies)
+        if found.view is not None:
+            raise InputError("a counterexample over observations", str(path), "extraction learns from world states")
+        _ensure_floats(statement, path)
+        if found.semantics != MACHINE and (not state.floats or found.deployed is None or not found.deployed.violated):
+            return None
+        eps = max((abs(Fraction(error)) for error in state.errors.values()), default=Fraction(0))
+        label = counterexamples.named(found.property, statement, found.team, policies)
+        claim = OwnFormula(found.team, statement=statement, eps=eps, label=label)
+        return Failing(claim, (state,), (found.profile,), (path.parent,))
+    written = runs.decoded(path, counterexamples.MAX_BYTES, StatesJson, "not a file of states", ADVICE)
+    try:
+        eps, words = read_number(written.eps), shlex.split(written.command)
+    except ValueError as error:
+        raise InputError("not a file of states", f"{path}: {shown(error)}", ADVICE) from None
+    if written.states != FORM:
+        raise InputError("a file of states of another version", f"{path}: '{shown(written.states[:40])}'", ADVICE)
+    check_range("eps", eps)
+    if words and words[:2] != ["maviper", "verify"]:
+        raise InputError("not a file of states", f"{path}: its command is not `maviper verify`", ADVICE)
+    ours, theirs = (plain_name(name)[0] for name in (world_name(policies.world), written.world))
+    if ours != theirs:
+        raise InputError("the states are of another world", f"{path}: {shown(theirs[:80])}, not {ours}", ADVICE)
+    states = _points(written, path)
+    statement = counterexamples.known_formula(written.formula, written.team, states, policies, path)
+    _ensure_floats(statement, path)
+    region = read_region(written.bounds, policies.world, f"{path}: bounds", observed_velocities(policies))
+    label = counterexamples.named(written.property, statement, written.team, policies)
+    claim = OwnFormula(written.team, statement=statement, eps=eps, label=label)
+    region = replace(region, name=written.region)
+    region = replace(region, name=shown(called(policies, region)) or "given")
+    return Failing(claim, states, (written.profile,), (path.parent,), region, written.command)
+
+
+def _ensure_floats(statement: Formula, path: Path) -> None:
+    """InputError for numbers that no float64 comes near."""
+    parts = [part for part in atoms(statement) if isinstance(part, Linear)]
+    if any(abs(number) > LARGEST for part in parts for number in (part.bound, *(weight for weight, _ in part.terms))):
+        raise InputError("the formula has numbers that are too large", str(path), ADVICE)
+
+
+def _points(written: StatesJson, path: Path) -> tuple[State, ...]:
+    n = len(written.positions)
+    errors = written.errors or [{}] * n
+    if not 1 <= n <= MAX_STATES or not n == len(written.goals) == len(errors):
+        what = f"{n} positions, {len(written.goals)} goals, {len(errors)} errors"
+        raise InputError("not a file of states", f"{path}: {what}", ADVICE)
+    if any(len(row) != len(written.coordinates) for row in written.positions):
+        raise InputError("not a file of states", f"{path}: not {len(written.coordinates)} numbers in each row", ADVICE)
+    if not all(math.isfinite(value) for row in written.positions for value in row):
+        raise InputError("not a file of states", f"{path}: a position is not finite", ADVICE)
+    return tuple(
+        State(dict(zip(written.coordinates, row, strict=True)), goal_of(goal), wrong)
+        for row, goal, wrong in zip(written.positions, written.goals, errors, strict=True)
+    )
+
+
+def _joined(a: Failing, b: Failing) -> Failing:
+    """Both, each state once."""
+    known = {(tuple(state.position.items()), state.goal, tuple(state.errors.items())) for state in a.states}
+    further = [p for p in b.states if (tuple(p.position.items()), p.goal, tuple(p.errors.items())) not in known]
+    claim = replace(a.claim, eps=max(a.claim.eps, b.claim.eps))
+    return Failing(
+        claim,
+        (*a.states, *further),
+        (*a.profiles, *b.profiles),
+        (*a.folders, *b.folders),
+        b.region or a.region,
+        b.command or a.command,
+    )

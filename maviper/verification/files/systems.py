@@ -1,0 +1,133 @@
+"""Certificates and counterexamples about systems that files state.
+
+Does: writes counterexamples; checks a certificate of a file and replays a counterexample of one, with the world file.
+Assumes: files that anyone wrote.
+Does not: decide verdicts, print or write files.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from codegen.errors import InputError, RefusedError, UnknownNameError, shown
+from codegen.ir import PolicyProfile
+from codegen.json_layout import layout
+from codegen.policy_json import content_hash
+from maviper.files import runs
+from maviper.files.profiles import loaded
+from maviper.worlds.stated.systems import read
+from verify.checker.decisions.certificates import MAX_BYTES
+from verify.checker.reading import RejectedError
+from verify.checker.systems import certificates as system_certificates
+from verify.checker.systems.enclosures import ensure_enclosed
+from verify.claims.formula_json import read_number
+from verify.reach.replay import Course, is_start, replayed
+from verify.reach.results import Counterexample
+from verify.reports import systems as report
+from verify.systems import documents
+from verify.systems.claims import SystemClaim
+from verify.systems.statement import Statement
+from verify.systems.system import System
+from verify.systems.words import spelled
+
+WORLD_FILE = "world.toml"  # beside certificates and counterexamples
+FORM = "maviper-system-counterexample-1"
+ADVICE = "make it again with `maviper verify --world -o`"
+
+
+def ensure_plays(profile: PolicyProfile, statement: Statement) -> None:
+    """InputError for agents, features or actions that the file does not state."""
+    actions = {agent.name: tuple(agent.actions) for agent in statement.agents}
+    for policy in profile.agents:
+        where = f"{statement.system.name}: {policy.agent}"
+        if policy.agent not in actions:
+            raise UnknownNameError("agent", policy.agent, actions, statement.system.name)
+        for kind, names, known in (
+            ("feature", [each.name for each in policy.features], statement.system.features[policy.agent]),
+            ("action", [each.name for each in policy.actions], actions[policy.agent]),
+        ):
+            for name in names:
+                if name not in known:
+                    raise UnknownNameError(kind, name, known, where)
+    missing = sorted(actions.keys() - {policy.agent for policy in profile.agents})
+    if missing:
+        raise InputError(f"the profile has no {', '.join(missing)}", statement.system.name, "name the file it plays in")
+
+
+def counterexample_file(profile: PolicyProfile, system: System, claim: SystemClaim, found: Counterexample) -> str:
+    """What the file of a violated claim holds, as text."""
+    told = report.counterexample(found)
+    body = {
+        "counterexample": FORM,
+        "profile": content_hash(profile),
+        "system": documents.content_hash(system),
+        "claim": system_certificates.claim_document(claim),
+        **{key: told[key] for key in ("step", "start", "errors", "pieces", "actions")},
+    }
+    return layout(body) + "\n"
+
+
+class CounterexampleJson(msgspec.Struct, forbid_unknown_fields=True):
+    """The members of the file; numbers are exact texts."""
+
+    counterexample: str
+    profile: str
+    system: str
+    claim: dict[str, Any]
+    step: int
+    start: dict[str, str]
+    errors: list[dict[str, str]]
+    pieces: list[int]
+    actions: dict[str, list[str]]
+
+
+def checked(path: Path, profile: PolicyProfile | Path | None, world: Path | None) -> tuple[str, int, int]:
+    """What the certificate in a file proves, in words, its branches, and its bytes. RefusedError when it does not hold.
+
+    The pieces of the system are shown again from the rules of the file, then the proof is followed.
+    """
+    text = runs.read(path, MAX_BYTES)
+    statement = read(world or path.parent / WORLD_FILE)
+    try:
+        found, about = system_certificates.from_json(text, str(path)), loaded(profile, beside=path)
+        ensure_plays(about, statement)
+        ensure_enclosed(statement)
+        closed = system_certificates.accepted(found, about, statement.system)
+    except RejectedError as error:
+        advice = "do not rely on it; run `maviper verify` again"
+        raise RefusedError("the certificate is refused", f"{path}: {shown(error)}", advice) from None
+    actions = {policy.agent: [action.name for action in policy.actions] for policy in about.agents}
+    ranges = {variable.name: variable.range for variable in statement.system.variables}
+    said = f"{spelled(found.claim, actions, ranges)}, {report.sentence(statement.system)}"
+    return f"{called(found.claim)}: {said}", closed, found.size
+
+
+def called(claim: SystemClaim) -> str:
+    """What a claim in a file is called: its kind, and its label as the file's word."""
+    return claim.kind.value + (f" (in the file: '{shown(claim.label)}')" if claim.label else "")
+
+
+def replay(path: Path, profile: PolicyProfile, world: Path | None) -> tuple[CounterexampleJson, SystemClaim, Any, bool]:
+    """A counterexample of a file, the claim in it, the episode that breaks it again (None where none does), and whether
+    the system is the one that it was made of.
+    """
+    found = runs.decoded(path, MAX_BYTES, CounterexampleJson, "not a readable counterexample", ADVICE)
+    statement = read(world or path.parent / WORLD_FILE)
+    ensure_plays(profile, statement)
+    try:
+        claim = system_certificates.read_claim(found.claim)
+        start = {name: read_number(value) for name, value in found.start.items()}
+        errors = [{name: read_number(value) for name, value in each.items()} for each in found.errors]
+        if set(start) != {each.name for each in statement.system.variables}:
+            raise ValueError("its start names other variables than the world file")
+        claim.ensure()
+        if not is_start(statement.system, claim, start):
+            where = f"{path}: $.start: {statement.system.name}"
+            raise InputError("the counterexample does not start where the world file has starts", where, ADVICE)
+        again = replayed(profile, statement.system, claim, Course(start, errors, found.pieces))
+    except (ValueError, LookupError, TypeError, ZeroDivisionError) as error:
+        raise InputError("not a readable counterexample", f"{path}: {shown(error)}", ADVICE) from None
+    return found, claim, again, found.system == documents.content_hash(statement.system)

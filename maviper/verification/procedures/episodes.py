@@ -1,0 +1,60 @@
+"""What is done with claims about whole episodes.
+
+Does: joins their verdicts with rollouts; certificates and counterexamples as text.
+Assumes: a bench for the profile that is asked about. Such claims are of the deployed arithmetic.
+Does not: decide.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+from codegen.ir import PolicyProfile
+from maviper.verification.bench import Bench
+from maviper.verification.files import episodes as episode_files
+from maviper.verification.procedures.procedure import Procedure
+from maviper.verification.replays import rollouts
+from verify.checker.episodes import certificates
+from verify.extent.starts import start_share
+from verify.question import EpisodeQuestion
+from verify.result import Verdict
+from verify.semantics import MACHINE
+from verify.verdicts import episodes
+from verify.verdicts.episodes import EpisodeResult
+
+
+def _answer(question: EpisodeQuestion, bench: Bench, region_file: str | None) -> EpisodeResult:
+    asked = question.by(MACHINE)
+    result = episodes.verify_episodes(asked, rollouts(bench.made, bench.world), bench.skipped)
+    if region_file is None:
+        return result
+    return replace(result, evidence=replace(result.evidence, starts=start_share(asked, result.verdict)))
+
+
+def _verdict(question: EpisodeQuestion) -> tuple[Verdict, str]:
+    return episodes.verdict(question.by(MACHINE))
+
+
+def _counterexample(profile: PolicyProfile, result: EpisodeResult) -> tuple[dict[str, Any], str] | None:
+    return None if result.evidence.state is None else (episode_files.document(profile, result), "from its start")
+
+
+def _places(profile: PolicyProfile, place: int, result: EpisodeResult) -> dict[str, str]:
+    """None: the share of starts that fail stands in the report."""
+    return {}
+
+
+def _solver_files(number: int, question: EpisodeQuestion) -> dict[str, str]:
+    """None: zones decide without a solver."""
+    return {}
+
+
+PROCEDURE = Procedure(
+    answer=_answer,
+    verdict=_verdict,
+    certificate=certificates.to_json,
+    counterexample=_counterexample,
+    places=_places,
+    solver_files=_solver_files,
+)

@@ -1,0 +1,29 @@
+"""What a kind of claim needs beside its verdict, as functions.
+
+Does: names them.
+Assumes: a module that has them for each kind.
+Does not: know the kinds (table.py).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from codegen.ir import PolicyProfile
+    from maviper.verification.bench import Bench
+    from verify.result import AnyResult, Verdict
+
+
+@dataclass(frozen=True)
+class Procedure:
+    """What is done with one kind of claim."""
+
+    answer: Callable[[Any, Bench, str | None], AnyResult]  # a question; where it holds too, for the file named
+    verdict: Callable[[Any], tuple[Verdict, str]]  # of a question, with the reason
+    certificate: Callable[[Any], str]  # a certificate as text
+    counterexample: Callable[[PolicyProfile, Any], tuple[dict[str, Any], str] | None]  # and where it is, in words
+    places: Callable[[PolicyProfile, int, Any], dict[str, str]]  # files of where a result holds, which has a number
+    solver_files: Callable[[int, Any], dict[str, str]]  # what the solver is asked of a question, which has a number

@@ -1,0 +1,124 @@
+"""Cooperative navigation: N agents cover N targets and do not bump into each other.
+
+Does: mpe2's `simple_spread_v3` as a batched world; distance, collisions and success.
+Assumes: full observability, discrete actions, silent agents (their words are features that are always 0).
+Does not: local observations.
+"""
+
+from collections.abc import Sequence
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+
+from codegen.ir import EntitySpec, FeatureSpec, Float64, Meaning
+from maviper.worlds.games.features import own, relative
+from maviper.worlds.games.particle import (
+    ACTIONS,
+    EPISODE_STEPS,
+    FORCE,
+    SQUARED_RADII,
+    SUCCESS,
+    ParticleWorld,
+    WorldState,
+    covered,
+    distances,
+    mpe2_spec,
+    planes,
+    squared_distances,
+)
+from maviper.worlds.world import Measure, unusual
+
+AGENTS = "agents"
+WORDS = 2  # width of mpe2's communication channel
+LOCAL_RATIO = 0.5  # mpe2's default: half the shared reward, half the agent's own
+
+
+class CooperativeNavigation(ParticleWorld):
+    """The game with `agents` agents and as many targets."""
+
+    def __init__(self, agents: int = 3, features: str = "") -> None:
+        names = tuple(f"agent_{index}" for index in range(agents))
+        targets = [f"landmark_{index}" for index in range(agents)]
+        self.spec = mpe2_spec(
+            unusual(CooperativeNavigation, {"agents": agents, "features": features}),
+            name="cooperative-navigation",
+            reference="mpe2.simple_spread_v3",
+            agents=(EntitySpec(name, size=0.15, force=FORCE, max_speed=None, collides=True) for name in names),
+            landmarks=(EntitySpec(name, size=0.05, force=0.0, max_speed=None, collides=False) for name in targets),
+        )
+        self.teams = {AGENTS: names}
+        self.actions = tuple(ACTIONS for _ in names)
+        base = [self._features(name) for name in names]
+        self.features, self.shown = self.extended(base, features), tuple(len(each) for each in base)
+        lower = (Measure(AGENTS, name, lower_is_better=True) for name in ("D + collisions", "D", "collisions"))
+        self.measures = (*lower, *(Measure(AGENTS, name, share=True) for name in SUCCESS))
+
+    def _features(self, agent: str) -> tuple[FeatureSpec, ...]:
+        others = [name for name in self.agents if name != agent]
+        mine = own(agent, self.spec)
+        seen = [entity.name for entity in self.spec.landmarks] + others
+        apart = [feature for other in seen for feature in relative(other, agent, self.spec)]
+        words = [FeatureSpec(f"{name}_word{k}", "none", 0.0, 0.0, Meaning(())) for name in others for k in range(WORDS)]
+        return (*mine["velocity"], *mine["position"], *apart, *words)
+
+    def rewards(self, state: WorldState) -> Float64:
+        """Half of minus the summed distance of the targets to their nearest agents, half of minus own collisions."""
+        shared, collisions = -self._distance(state), self._collisions(state)
+        return (shared * (1 - LOCAL_RATIO) + -collisions * LOCAL_RATIO).T
+
+    def shaping(self, state: WorldState) -> Float64:
+        """What an agent's presence is worth: the sum over targets of how much farther the nearest agent would be
+        without it. A shared reward alone does not tell an agent its own part.
+        """
+        gaps = np.sqrt(self._gaps(state))
+        if len(gaps) == 1:
+            return np.zeros((len(state), 1))
+        nearest, second = np.partition(gaps, 1, axis=0)[:2]
+        return ((gaps == nearest) * (second - nearest)).sum(axis=1).T
+
+    def _gaps(self, state: WorldState) -> Float64:
+        """[n_agents, n_landmarks, batch] squared distances."""
+        n_agents = len(self.agents)
+        position = planes(state.position)
+        return squared_distances(position[:n_agents, None], position[None, n_agents:])
+
+    def _distance(self, state: WorldState) -> Float64:
+        """The sum over targets of the nearest agent's distance, [batch]."""
+        nearest = np.sqrt(self._gaps(state).min(axis=0))
+        total = nearest[0].copy()
+        for row in nearest[1:]:  # one after the other, as mpe2 adds them
+            total += row
+        return total
+
+    def _collisions(self, state: WorldState) -> Float64:
+        """With how many others each agent collides, [n_agents, batch]."""
+        position = planes(state.position)
+        found = np.zeros((len(self.agents), len(state)))
+        for a, b in combinations(range(len(self.agents)), 2):
+            touching = self.spec.agents[a].size + self.spec.agents[b].size
+            hit = distances(position[a], position[b]) < touching
+            found[a] += hit
+            found[b] += hit
+        return found
+
+    def values(self, states: Sequence[WorldState]) -> Float64:
+        """D: mean over steps of the summed distance to the nearest agents. Collisions: mean over steps and agents.
+        Success: at some one step every target has an agent of its own within the radius, and nobody ever collides.
+        """
+        distance = np.stack([self._distance(state) for state in states]).mean(axis=0)
+        collisions = np.stack([self._collisions(state).mean(axis=0) for state in states])
+        rows = [distance + collisions.mean(axis=0), distance, collisions.mean(axis=0)]
+        unhurt = np.asarray(~collisions.any(axis=0))
+        for squared in SQUARED_RADII:
+            done = np.zeros(len(unhurt), dtype=bool)
+            for state in states:
+                done |= covered(self._gaps(state) < squared)
+            rows.append((done & unhurt).astype(np.float64))
+        return np.stack(rows)
+
+    def reference_env(self) -> Any:
+        """mpe2's parallel environment."""
+        from mpe2 import simple_spread_v3
+
+        return simple_spread_v3.parallel_env(N=len(self.agents), max_cycles=EPISODE_STEPS)

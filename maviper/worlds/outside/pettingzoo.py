@@ -1,0 +1,379 @@
+"""A user's PettingZoo parallel environment as a world, by `module:function,option=value`. The slow path.
+
+Does: derives spec, teams, features, actions and measures from an environment; plays one copy a core.
+Assumes: discrete actions, vector observations, episodes that follow from their seed (`maviper worlds check` tests it).
+Does not: know the dynamics, or where episodes start. What a profile must state about them says so: time step, damping,
+  sizes and forces are 0, there are no landmarks or goals, and the start region is the widest that a profile may have.
+
+Agents may leave before the others: when the environment terminates or truncates them, or drops them from `agents`. From
+then on they take no part in anything: no data, no votes, no rewards. All must be there at the start.
+
+An environment may say more about itself by attributes (its own, or its `unwrapped` environment's):
+- `max_cycles`: how long episodes are; the option `max_steps` counts more.
+- `teams`: team -> its agents. Without it, a team is what agents share before the last `_`: `agent_0` is in `agent`.
+- `features`: agent -> a FeatureSpec for each number that it observes, with unit, range and meaning.
+- `action_names`: agent -> a name for each of its actions.
+"""
+
+import re
+import weakref
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import count
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from codegen import ir
+from codegen.check import check
+from codegen.dynamics import motionless
+from codegen.errors import InputError, UnknownNameError
+from codegen.ir import MAX_LENGTH, ActionSpec, Bool, FeatureSpec, Float32, Float64, WorldSpec
+from maviper.worlds.outside.branching import Pasts, continued, copies_of, ensure_copies, started
+from maviper.worlds.outside.flattening import legal_names
+from maviper.worlds.outside.making import imported, made
+from maviper.worlds.outside.processes import Copies, Copy, copies_at_once, undisturbed
+from maviper.worlds.outside.sources import MAX_STEPS, Source, action_names, attribute, parsed, space, table, told_legal
+from maviper.worlds.seeds import TRAINING, folded
+from maviper.worlds.world import RETURN, Int, Measure, Outcome, World
+
+DEFAULT_STEPS = 25  # where nobody knows how long an episode is
+GAMES_HERE = 32  # copies of an environment that says it `plays_here`
+PROBE_STEPS = 1_000  # of the episode that is played to find out
+LONGEST_NAME = 40  # of a world: generated code starts with it
+PAST = -1  # the moment of a state that cannot be stepped: a part of one, or several joined
+_moments = count()  # unlike in all worlds
+
+
+@dataclass(frozen=True)
+class EnvStates:
+    """What is known of a batch of games at one step; the games themselves live in their copies."""
+
+    observations: tuple[Float32, ...]  # per agent [batch, n_features]
+    rewards: Float64  # [batch, n_agents] on entering the state
+    done: Bool  # [batch, n_agents] whose episode has ended
+    terminated: Bool  # [batch, n_agents] ... and was not just cut
+    acting: Bool  # [batch, n_agents] who acts in the next step
+    moment: int = PAST
+    pasts: Pasts | None = None  # how each game got here, where it may be branched
+    copies: tuple[Copy, ...] = ()  # of its own, where it was branched
+
+    def __len__(self) -> int:
+        return len(self.rewards)
+
+    def __getitem__(self, rows: Any) -> "EnvStates":
+        observations = tuple(seen[rows] for seen in self.observations)
+        pasts = None if self.pasts is None else self.pasts[rows]
+        ends = self.done[rows], self.terminated[rows], self.acting[rows]
+        return EnvStates(observations, self.rewards[rows], *ends, pasts=pasts)
+
+    @staticmethod
+    def joined(states: Sequence["EnvStates"]) -> "EnvStates":
+        """Several batches as one, in their order."""
+        observations = zip(*(state.observations for state in states), strict=True)
+        parts = zip(*((state.rewards, state.done, state.terminated, state.acting) for state in states), strict=True)
+        rewards, done, terminated, acting = map(np.concatenate, parts)
+        known = [state.pasts for state in states if state.pasts is not None]
+        pasts = np.concatenate(known) if len(known) == len(states) else None
+        return EnvStates(tuple(map(np.concatenate, observations)), rewards, done, terminated, acting, pasts=pasts)
+
+
+class PettingZooWorld(World):
+    """The environment that `function` returns; `text` is its name, `module:function,option=value`.
+
+    `games`: how many copies play at once, more than one each in a process of its own; None: one a core, or 1 where
+    other processes cannot import the function, in processes of their own where that is quicker. Of an environment that
+    says it `plays_here` GAMES_HERE copies play in this process, if they leave each other alone.
+    InputError when the environment cannot be played. `close` ends the copies; so does the end of the world.
+    """
+
+    games: int
+
+    def __init__(self, function: Callable[..., Any], text: str, games: int | None = None) -> None:
+        self.source = parsed(text)
+        self._function = function
+        env = self.reference_env()
+        wrong = list(faults(env))
+        if wrong:
+            places = "\n".join(f"{self.source.text}: {each.what}" for each in wrong)
+            raise InputError("the environment cannot be played", places, wrong[0].next_step)
+        self.env_agents = tuple(env.possible_agents)  # the environment's own names, in the order of `agents`
+        names = legal_names([str(agent) for agent in self.env_agents], "agent")
+        called = dict(zip(self.env_agents, names, strict=True))
+        self.actions = tuple(_actions(env, agent, self.source) for agent in self.env_agents)
+        self.teams = _teams(env, called, self.source)
+        self.measures = tuple(Measure(team, RETURN) for team in self.teams)
+        self.features = tuple(_features(env, agent, self.source) for agent in self.env_agents)
+        steps, self.length_known = episode_steps(env, self.source)
+        self.spec = _spec(self.source, names, steps)
+        self._ensure()
+        self.games, apart = self._at_once(env) if games is None else (games, games > 1)
+        with suppress(Exception):  # it has said what it had to
+            env.close()
+        self._copies = Copies(self.source, partial(made, function, self.source), self.games, apart)
+        self.plays_here = apart is False and self.games > 1
+        self._moment, self.branches = PAST, False
+        weakref.finalize(self, self._copies.close)
+
+    @property
+    def name(self) -> str:
+        """`module:function,option=value`."""
+        return self.source.text
+
+    def _at_once(self, env: Any) -> tuple[int, bool | None]:
+        """How many copies play at once, and whether each in a process of its own; None: to be tried."""
+        here = attribute(env, "plays_here", self.source)
+        if here and undisturbed(self._copy(), Copy(env, self.source)):
+            return GAMES_HERE, False
+        return copies_at_once(self._function, self.source), None
+
+    def _ensure(self) -> None:
+        """InputError where a profile could not be what the environment says about itself."""
+        for features, choices in zip(self.features, self.actions, strict=True):
+            names = [feature.name for feature in features]
+            for action in choices:
+                if action.legal_if and action.legal_if not in names:
+                    raise UnknownNameError("feature in `legal`", action.legal_if, names, self.source.text)
+        # a leaf takes no heed of masks
+        lawless = [tuple(replace(action, legal_if="") for action in choices) for choices in self.actions]
+        leaf = ir.Tree(*(np.array([value]) for value in (ir.NO_FEATURE, 0, ir.NO_CHILD, ir.NO_CHILD, 0)))
+        policies = tuple(
+            ir.AgentPolicy(agent, self.team_of(agent), features, actions, leaf)
+            for agent, features, actions in zip(self.agents, self.features, lawless, strict=True)
+        )
+        profile = ir.PolicyProfile(self.spec, policies, ir.Provenance("", "", 0, "", ""))
+        wrong = "\n".join(f"{self.source.text}: {each.path}: {each.message}" for each in check(profile))
+        if wrong:
+            advice = "fix its `features` or `action_names`"
+            raise InputError("a profile cannot hold what the environment declares", wrong, advice)
+
+    def start(self, n: int, rng: np.random.Generator) -> EnvStates:
+        """`n` random start states, `n` at most `games`: every copy is reset with a seed of its own."""
+        return self.start_from_seeds(rng.integers(*TRAINING, size=n))
+
+    def start_from_seeds(self, seeds: Sequence[int] | Int) -> EnvStates:
+        """The start states after `reset(seed=...)`, one for each of at most `games` seeds, which are `folded`."""
+        assert 0 < len(seeds) <= self.games, f"{len(seeds)} games asked of {self.games} copies"
+        given = [folded(int(seed)) for seed in seeds]
+        found = self._entered("reset", given)
+        return replace(found, pasts=started(given)) if self.branches else found
+
+    def step(self, state: EnvStates, actions: Int) -> EnvStates:
+        """The next states; RuntimeError for any state but the newest, since the copies cannot go back. A branched state
+        has copies of its own, which go on with the next one.
+        """
+        acted = np.asarray(actions).tolist()
+        if state.copies:
+            outcomes = [copy.ask("step", each) for copy, each in zip(state.copies, acted, strict=True)]
+            return replace(_states(outcomes), copies=state.copies)
+        if state.moment == PAST or state.moment != self._moment:
+            raise RuntimeError("only the newest state of all games can be stepped: the copies have moved on")
+        assert len(actions) == len(state)
+        found = self._entered("step", acted)
+        return found if state.pasts is None else replace(found, pasts=continued(state.pasts, acted))
+
+    def _entered(self, verb: str, arguments: Sequence[Any]) -> EnvStates:
+        self._moment = PAST  # in case the copies fail
+        found = _states(self._copies.ask(verb, arguments))
+        self._moment = next(_moments)
+        return replace(found, moment=self._moment)
+
+    def branch(self) -> None:
+        """Lets states be branched from now on; InputError where the environment cannot be copied."""
+        if not self.plays_here:
+            super().branch()
+        ensure_copies(self._copy, self.name)
+        self.branches = True
+
+    def branched(self, state: EnvStates) -> EnvStates:
+        """The same states with copies of their own, so that they can be stepped, once."""
+        assert state.pasts is not None, "the world was not told to branch"
+        return replace(state, copies=tuple(copies_of(state.pasts, self._copy)))
+
+    def _copy(self) -> Copy:
+        return Copy(self.reference_env(), self.source)
+
+    def observe(self, state: EnvStates) -> tuple[Float32, ...]:
+        """Each agent's observation, [batch, n_features] float32."""
+        return state.observations
+
+    def rewards(self, state: EnvStates) -> Float64:
+        """The environment's rewards on entering `state`, [batch, n_agents]; 0 at the start and for who is done."""
+        return state.rewards
+
+    def alive(self, state: EnvStates) -> Bool:
+        """Who acts in `state`, [batch, n_agents]."""
+        return state.acting
+
+    def playing(self, state: EnvStates) -> Bool:
+        """Whose episode goes on, [batch, n_agents]; nobody's where nobody can act."""
+        return ~state.done & state.acting.any(axis=1, keepdims=True)
+
+    def terminated(self, state: EnvStates) -> Bool:
+        """Whose episode has ended by itself, [batch, n_agents]: the environment did not say that it was cut."""
+        return state.terminated
+
+    def values(self, states: Sequence[EnvStates]) -> Float64:
+        """Each team's return, [n_teams, batch]: the mean over its agents of the rewards of an episode, summed."""
+        total = np.sum([state.rewards for state in states], axis=0)
+        return np.stack([total[:, self.members(team)].mean(axis=1) for team in self.teams])
+
+    def reference_env(self) -> Any:
+        """A fresh environment."""
+        return made(self._function, self.source)
+
+    def close(self) -> None:
+        """Ends the copies; a later start makes fresh ones."""
+        self._moment = PAST
+        self._copies.close()
+
+
+def _states(outcomes: Sequence[Outcome]) -> EnvStates:
+    observations = zip(*(outcome.observations for outcome in outcomes), strict=True)
+    rewards, done, terminated, acting = map(np.array, zip(*(outcome[1:] for outcome in outcomes), strict=True))
+    return EnvStates(tuple(map(np.array, observations)), rewards, done, terminated, acting)
+
+
+def user_world(text: str) -> PettingZooWorld:
+    """The world `module:function,option=value`. It runs the user's code: never call it with a name from a data file."""
+    source = parsed(text)
+    return PettingZooWorld(imported(source), source.text)
+
+
+# --- what an environment must be
+
+
+class Fault(NamedTuple):
+    """Why an environment cannot be played, and what its author can do."""
+
+    what: str
+    next_step: str
+
+
+def faults(env: Any) -> Iterator[Fault]:
+    """What is wrong with the agents and spaces of a parallel environment."""
+    agents = list(getattr(env, "possible_agents", []))
+    if not agents:
+        yield Fault("agents: possible_agents is missing or empty", "list the names of all agents there")
+    if len({str(agent) for agent in agents}) < len(agents):
+        yield Fault("agents: a name appears twice in possible_agents", "give each agent a name of its own")
+    for agent in agents:
+        for kind, wrong in (("action", _action_fault), ("observation", _observation_fault)):
+            try:
+                found = wrong(space(env, kind, agent))
+            except (Exception, SystemExit) as error:
+                said = f"{type(error).__name__}: {error}"
+                found = Fault(f"{kind}_space raised {said}", f"return the agent's space from {kind}_space(agent)")
+            if found:
+                yield Fault(f"{kind}s: {agent}: {found.what}", found.next_step)
+
+
+def _action_fault(found: Any) -> Fault | None:
+    from gymnasium.spaces import Discrete
+
+    if not isinstance(found, Discrete):
+        return Fault(
+            f"the space is a {type(found).__name__}, not Discrete",
+            "use Discrete(n): agents choose among numbered actions",
+        )
+    return Fault(f"actions count from {found.start}", "make the space Discrete(n), from 0") if found.start else None
+
+
+def _observation_fault(found: Any) -> Fault | None:
+    from gymnasium.spaces import Box
+
+    if not isinstance(found, Box):
+        advice = "flatten it: the option wrap=flatten"
+        return Fault(f"the space is a {type(found).__name__}, not a Box", advice)
+    if len(found.shape) != 1 or found.shape[0] < 1:
+        return Fault(f"the space has shape {found.shape}, not (n,)", "flatten it: the option wrap=flatten")
+    if not np.issubdtype(found.dtype, np.floating):
+        return Fault(f"the space holds {found.dtype}, not floats", "make it a Box of float32")
+    return None
+
+
+# --- what an environment says about itself
+
+
+def _spec(source: Source, agents: Sequence[str], steps: int) -> WorldSpec:
+    name = re.sub(r"[^A-Za-z0-9_-]+", "-", source.called)[-LONGEST_NAME:].lstrip("-_0123456789")
+    return motionless(name or "environment", source.reference, agents, steps, source.options)
+
+
+def teams_by_name(agents: Sequence[str]) -> dict[str, tuple[str, ...]]:
+    """Teams of agents whose names are alike before the last `_`."""
+    teams: dict[str, tuple[str, ...]] = {}
+    for name in agents:
+        team = name.rsplit("_", 1)[0]
+        teams[team] = (*teams.get(team, ()), name)
+    return teams
+
+
+def _teams(env: Any, called: Mapping[Any, str], source: Source) -> dict[str, tuple[str, ...]]:
+    given = table(env, "teams", source)
+    if not given:
+        return teams_by_name(tuple(called.values()))
+    members = [agent for team in given.values() for agent in team]
+    if sorted(map(str, members)) != sorted(map(str, called)) or not all(given.values()):
+        places = f"{source.text}: teams: {', '.join(map(str, members))}; agents: {', '.join(map(str, called))}"
+        raise InputError(
+            "the environment's teams do not match its agents", places, "put every agent into exactly one team"
+        )
+    names = legal_names([str(team) for team in given], "team")
+    return {
+        name: tuple(legal for agent, legal in called.items() if agent in team)
+        for name, team in zip(names, given.values(), strict=True)
+    }
+
+
+def _features(env: Any, agent: Any, source: Source) -> tuple[FeatureSpec, ...]:
+    box = space(env, "observation", agent)
+    given = table(env, "features", source)
+    if agent in given:
+        features = tuple(given[agent]) if isinstance(given[agent], Iterable) else ()
+        if len(features) != box.shape[0] or not all(isinstance(feature, FeatureSpec) for feature in features):
+            what = f"the features of {agent} are not {box.shape[0]} FeatureSpecs, one for each number that it observes"
+            raise InputError(what, source.text, "fix the environment's `features`, or leave this agent out of it")
+        return features
+    bounds = zip(_within(box.low), _within(box.high), strict=True)
+    return tuple(FeatureSpec(f"feature_{k}", "none", low, high, None) for k, (low, high) in enumerate(bounds))
+
+
+def _actions(env: Any, agent: Any, source: Source) -> tuple[ActionSpec, ...]:
+    names = action_names(env, agent, source)
+    legal = told_legal(env, agent, source) or tuple("" for _ in names)
+    if len(legal) != len(names):
+        what = f"`legal` names {len(legal)} features for the {len(names)} actions of {agent}"
+        raise InputError(what, source.text, 'name one for each action, "" where it is always legal')
+    return tuple(ActionSpec(name, None, feature) for name, feature in zip(names, legal, strict=True))
+
+
+def _within(bounds: Any) -> list[float]:
+    return np.clip(np.asarray(bounds, dtype=np.float64), -MAX_LENGTH, MAX_LENGTH).tolist()
+
+
+def episode_steps(env: Any, source: Source) -> tuple[int, bool]:
+    """How many steps an episode has at most, and whether that is known: by option or attribute, else from a random
+    episode that the environment itself cut; DEFAULT_STEPS, or as many as that episode had, otherwise.
+    """
+    limit = source.options.get(MAX_STEPS)
+    if limit is not None:
+        if not isinstance(limit, int) or limit < 1:
+            raise InputError(f"{MAX_STEPS} is '{limit}'", source.text, "give a number from 1")
+        return limit, True
+    metadata = attribute(env, "metadata", source)
+    stated_there = metadata.get("max_cycles") if isinstance(metadata, Mapping) else None
+    for stated in (attribute(env, "max_cycles", source), stated_there):
+        if isinstance(stated, (int, np.integer)) and stated > 0:
+            return int(stated), True
+    rng = np.random.default_rng(0)
+    copy = Copy(env, source)
+    sizes = [space(env, "action", agent).n for agent in copy.names]
+    outcome = copy.ask("reset", 0)
+    for step in range(1, PROBE_STEPS + 1):
+        outcome = copy.ask("step", copy.lawful(rng.integers(sizes).tolist(), outcome))
+        if all(outcome.done):
+            return (step, True) if copy.truncated else (max(step, DEFAULT_STEPS), False)
+    return DEFAULT_STEPS, False

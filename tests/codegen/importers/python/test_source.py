@@ -1,0 +1,399 @@
+"""If/else Python: what comes in acts as Python runs it, whatever else is refused with its line, and nothing is run."""
+
+import contextlib
+import math
+import time
+
+import numpy as np
+import pytest
+
+from codegen import ir, policy_json
+from codegen.errors import InputError
+from codegen.floats import neighbour
+from codegen.importers.origin import Names, Said, profile_of
+from codegen.importers.python.source import from_python
+from tests.codegen.importers.origins import label_of
+from tests.support.python_source import nested
+
+SAID = Said()
+NUMBERS = (0.1, -0.3, 0.5, 2, 0, 1e-3, 16777217, 0.30000001192092896, -1e30, 9007199254740993)
+
+
+def imported(text, said=SAID, **given):
+    return profile_of(from_python(text.encode(), "policy.py", said), Names(**given))
+
+
+def called(text, name):
+    """The function as Python itself makes it; only tests run what they wrote."""
+    space = {}
+    exec(text, space)
+    return space[name]
+
+
+def around(numbers, width, count=3_000):
+    """Observations with every feature at a number, beside it, or anywhere, [count, width] float32."""
+    rng = np.random.default_rng(0)
+    with np.errstate(over="ignore"):
+        at = np.array([float(each) for each in numbers]).astype(np.float32)
+    values = np.concatenate([at, neighbour(at, -np.inf), neighbour(at, np.inf), [np.inf, -np.inf]])
+    rows = rng.choice(values.astype(np.float32), (count, width))
+    rows[::2] = np.where(rng.random((len(rows[::2]), width)) < 0.5, rows[::2], rng.normal(size=rows[::2].shape))
+    return rows
+
+
+def same(text, numbers=NUMBERS, label=str, spread=False, said=SAID, **given):
+    """The profile, after each function was compared with Python's own."""
+    profile = imported(text, said, **given)
+    origins = from_python(text.encode(), "policy.py", said)
+    for policy, (name, origin) in zip(profile.agents, origins.items(), strict=True):
+        function, rows = called(text, name), around(numbers, len(policy.features))
+        said = [function(*row) if spread else function(row) for row in rows.astype(np.float64).tolist()]
+        found = [label(label_of(policy, origin, action)) for action in ir.act(policy, rows).tolist()]
+        assert found == [label(each) for each in said]
+    assert policy_json.dumps(policy_json.loads(policy_json.dumps(profile))) == policy_json.dumps(profile)
+    return profile
+
+
+# --- what comes in
+
+
+def condition(rng, width, depth):
+    """A random condition, as text."""
+    kind = rng.integers(6) if depth else rng.integers(3)
+    feature, number = f"x[{rng.integers(width)}]", repr(NUMBERS[rng.integers(len(NUMBERS))])
+    sign = ("<", "<=", ">", ">=", "==", "!=")[rng.integers(6)]
+    if kind == 0:
+        return f"{feature} {sign} {number}"
+    if kind == 1:
+        return f"{number} {sign} {feature}"
+    if kind == 2:
+        return f"{number} <= {feature} < {NUMBERS[rng.integers(len(NUMBERS))]!r}"
+    parts = [condition(rng, width, depth - 1) for _ in range(2)]
+    return f"not ({parts[0]})" if kind == 3 else f"({parts[0]}) {('and', 'or')[kind - 4]} ({parts[1]})"
+
+
+def body(rng, width, depth, indent):
+    """Random statements that end in a return, as text."""
+    if depth == 0 or rng.random() < 0.2:
+        return f"{indent}return {rng.integers(-2, 3)}\n"
+    shape = rng.integers(3)
+    inner = body(rng, width, depth - 1, indent + "    ")
+    asked = condition(rng, width, 2)
+    if shape == 0:
+        return f"{indent}if {asked}:\n{inner}{body(rng, width, depth - 1, indent)}"
+    other = body(rng, width, depth - 1, indent + "    ")
+    if shape == 1:
+        return f"{indent}if {asked}:\n{inner}{indent}else:\n{other}"
+    more = f"{indent}elif {condition(rng, width, 1)}:\n{other}"
+    return f"{indent}if {asked}:\n{inner}{more}{body(rng, width, depth - 1, indent)}"
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_random_programs_decide_as_python_does(seed):
+    rng = np.random.default_rng(seed)
+    same("def act(x):\n" + body(rng, 3, 3, "    "), label=float)
+
+
+@pytest.mark.smoke
+def test_every_form_of_an_observation():
+    same("def act(obs):\n    if obs[0] > 0.1: return 1\n    return 0\n", label=int)
+    profile = same(
+        "def act(obs):\n    speed, gap = obs\n    if gap < 0.5 and speed > 0.1:\n        return 1\n    return 0\n",
+        label=int,
+    )
+    assert [feature.name for feature in profile.agents[0].features] == ["speed", "gap"]
+    text = "def act(speed, gap):\n    if speed <= gap_most:\n        return 1\n    return 0\ngap_most = 0.5\n"
+    profile = same(text, label=int, spread=True)
+    assert [feature.name for feature in profile.agents[0].features] == ["speed", "gap"]
+    profile = same("def act(x):\n    return 1 if x > 0.5 else 0\n", label=int, spread=True)
+    assert [feature.name for feature in profile.agents[0].features] == ["x0"]
+    text = "def act(obs):\n    v = obs['v']\n    if v > 0.1 or obs['gap'] == 0.5:\n        return 1\n    return 0\n"
+    assert [feature.name for feature in imported(text).agents[0].features] == ["v", "gap"]
+
+
+def test_numbers_may_have_several_signs():
+    text = "A = -True\ndef act(x):\n    if x[0] <= --0.1 and x[1] < A:\n        return +True\n    return -(-2)\n"
+    same(text, label=int)
+
+
+def test_spellings_that_python_warns_of_are_read_without_a_word():
+    imported("def act(x):\n    '\\d'\n    return 1 if x[0] < 1else 0\n")  # warnings are errors here
+
+
+def test_variables_and_results_assigned_on_the_way():
+    same(
+        "def act(x):\n    limit = 0.5\n    v: float = x[1]\n    a = 0\n    if v > limit:\n        a = 1\n"
+        "    if x[0]:\n        if not x[2] > 2:\n            a = 2\n    else:\n        pass\n    return a\n",
+        label=int,
+    )
+
+
+@pytest.mark.parametrize(
+    ("returned", "names"),
+    [
+        ("9 if {} else -2 if {} else 5", ["action_minus_2", "action_5", "action_9"]),
+        ("0.5 if {} else -0.5 if {} else 1e2", ["action_minus_0_5", "action_0_5", "action_100_0"]),
+        ("'wait' if {} else 'go left' if {} else 'b'", ["wait", "go_left", "b"]),
+        ("True if {} else False if {} else True", ["False", "True"]),
+        ("UP if {} else STAY if {} else UP", ["UP", "STAY"]),
+        ("Move.UP if {} else Move.STAY if {} else Move.UP", ["Move_UP", "Move_STAY"]),
+    ],
+)
+def test_labels_keep_their_order_their_sign_and_their_text(returned, names):
+    text = f"def act(x):\n    return {returned.format('x[0] > 0.1', 'x[1] <= 0.5')}\n"
+    (policy,) = imported(text).agents
+    assert [action.name for action in policy.actions] == names
+
+
+def test_numbers_may_have_names():
+    text = "STAY = 2\nGO = 1\nWAIT = 2\ndef act(x):\n    return STAY if x[0] > 0 else GO if x[1] > 0 else WAIT\n"
+    (policy,) = imported(text).agents
+    assert [action.name for action in policy.actions] == ["action_0", "GO", "STAY"]
+
+
+AROUND = """'A policy.'
+'and a second text'
+__all__ = ["drone"]
+metadata: dict = {"algorithm": "PPO", "layers": (64, -64), "seeds": [1, +2], "tags": {"a", None}}
+VERSION = NAME = "1"
+LEFT, (RIGHT, up) = 0, (1, b"2")
+limit: float
+UNBOUNDED = 1e999
+...
+pass
+
+def drone(x):
+    "Decides."
+    VERSION = 3
+    if x[0] > 0.1:
+        return VERSION
+    return 0
+"""
+
+
+def test_literals_that_no_decision_reads_are_skipped():
+    profile = same(AROUND, label=int)
+    assert [policy.agent for policy in profile.agents] == ["drone"]
+    for read in ("return LEFT", "return VERSION", "return metadata.x", "return 1 if x[0] < UNBOUNDED else 0"):
+        with pytest.raises(InputError, match=r"a literal that is not read|not read as a number"):
+            imported(AROUND + f"def other(x):\n    {read}\n")
+    for odd in ("x.y = 1", "x[0] = 'a'", "a = [f()]", "a = f'{1}'", "a = [*b]", "a = {**b}", "a = 'b' * 9", "a = b"):
+        with pytest.raises(InputError, match="stands outside a function"):
+            imported(f"{odd}\n{AROUND}")
+    with pytest.raises(InputError, match="several things"):
+        imported(f"VERSION = '2'\n{AROUND}")
+
+
+def test_a_list_of_scores_stands_for_the_place_of_its_largest():
+    text = "def act(x):\n  if x[0] <= 0.5:\n    v = [0.25, 0.5, 0.25]\n  else:\n    v = [0.5, 0, 0.5]\n  return v\n"
+    label, said = (lambda each: int(np.argmax(each)) if isinstance(each, list) else each), Said(scores=True)
+    same(text, label=label, said=said)
+    with pytest.raises(InputError, match="lists of 1 and 2 numbers"):
+        imported("def act(x):\n    return [1, 0] if x[0] > 0 else [1]\n", said)
+
+
+@pytest.mark.parametrize("action", ["[-0.87, 0.12]", "(1, 0)", "[0.5]"])
+def test_a_list_of_numbers_is_no_list_of_scores_by_itself(action):
+    with pytest.raises(InputError, match=r"a list of \d numbers? is returned, which may be an action") as caught:
+        imported(f"def act(x):\n    return {action} if x[0] > 0 else {action}\n")
+    assert "--scores" in caught.value.next_step
+
+
+@pytest.mark.smoke
+def test_functions_are_agents():
+    text = "def left(x):\n    return 0 if x[0] > 0 else 1\n\ndef right(a, b):\n    return 'go' if b > 2 else 'wait'\n"
+    profile = imported(text)
+    assert [policy.agent for policy in profile.agents] == ["left", "right"]
+    assert [[f.name for f in policy.features] for policy in profile.agents] == [["x0"], ["a", "b"]]
+
+
+@pytest.mark.parametrize(
+    ("test", "kept"),
+    [("x[0] <= 0.5", True), ("x[0] < 0.5", True), ("x[0] == 0.5", True), ("x[0] != 0.5", True), ("not x[0] <= 1", True),
+     ("x[0] > 0.5", False), ("not x[0] >= 1", False), ("x[0] <= 0.5 or x[0] > 0.5", False),
+     ("x[0] <= 2 and x[0] > 1", True), ("x[0]", True)],
+)  # fmt: skip
+def test_what_is_said_of_nan_is_so(test, kept):
+    text = f"def act(x):\n    if {test}:\n        return 1\n    return 0\n"
+    profile = imported(text)
+    assert profile.provenance.training["act NaN"].startswith("decided as" if kept else "goes right")
+    row = np.array([[np.nan]])
+    said = profile.agents[0].actions[ir.act(profile.agents[0], row)[0]].name
+    assert (said == f"action_{called(text, 'act')([math.nan])}") or not kept
+
+
+# --- arrays of NumPy
+
+MET = (0.1, 0.3, -0.1, 2, 0, 1e-3, 16777217, 1e-46, 2**60 + 2**36 + 1, 9007199254740993, -7.7e30, 1.1754944e-38)
+
+
+@pytest.mark.parametrize("numbers", ["float32", "float64"])
+@pytest.mark.parametrize("sign", ["<", "<=", ">", ">=", "==", "!="])
+def test_arrays_decide_as_numpy_compares_them(numbers, sign):
+    tests = "".join(f"    if x[0] {sign} {each!r}: return {place}\n" for place, each in enumerate(MET, 1))
+    turned = "".join(
+        f"    if {each!r} {sign} x[1] and not x[2]: return {place}\n" for place, each in enumerate(MET, 14)
+    )
+    text = f"def act(x):\n{tests}{turned}    return 0\n"
+    profile = imported(text, Said(arrays=numbers))
+    (policy,) = profile.agents
+    assert policy.numbers == numbers and profile.provenance.training["act given"].startswith(f"{numbers} arrays")
+    with np.errstate(over="ignore", under="ignore"):
+        at = np.array([float(each) for each in MET]).astype(numbers)
+        near = np.concatenate([at, neighbour(at, -np.inf, numbers), neighbour(at, np.inf, numbers), [np.inf, -np.inf]])
+        rows = np.random.default_rng(0).choice(near, (2_000, 3)).astype(numbers)
+        rows[:, 2] = np.where(np.arange(len(rows)) % 3, 0, rows[:, 2])
+        said = [called(text, "act")(row) for row in rows]
+    assert [policy.actions[place].name for place in ir.act(policy, rows)] == [f"action_{each}" for each in said]
+
+
+def test_the_same_test_decides_otherwise_for_floats_and_for_arrays():
+    text = "def act(x):\n    return 1 if x[0] <= 0.1 else 0\n"
+    row = np.array([[0.1]], dtype=np.float32)
+    act = called(text, "act")
+    assert (act(row[0]), act(row[0].tolist())) == (1, 0)
+    floats, arrays = imported(text), imported(text, Said(arrays="float32"))
+    assert [int(ir.act(each.agents[0], row)[0]) for each in (floats, arrays)] == [0, 1]
+    assert floats.provenance.training["act given"] == "Python's floats, or float64 arrays"
+    long = imported("def act(x):\n    return 1 if x[0] <= 9007199254740993 else 0\n")
+    assert long.provenance.training["act given"].startswith("Python's floats, no arrays")
+
+
+@pytest.mark.parametrize("number", ["1e39", "-1e39", str(2**130), str(-(10**400))])
+def test_a_number_beyond_the_type_of_the_arrays_is_refused(number):
+    with pytest.raises(InputError, match="beyond float32") as caught:
+        imported(f"def act(x):\n    return 1 if x[0] <= {number} else 0\n", Said(arrays="float32"))
+    assert caught.value.where.endswith("line 2")
+
+
+# --- what does not
+
+
+REFUSED = [
+    ("def act(x):\n    if x[0] < x[1]:\n        return 1\n    return 0\n", 2, "two features are compared"),
+    ("def act(x):\n    if x[0] + x[1] < 1:\n        return 1\n    return 0\n", 2, "not of a feature and a number"),
+    ("def act(x):\n    if abs(x[0]) < 1:\n        return 1\n    return 0\n", 2, "not of a feature and a number"),
+    ("def act(x):\n    if 1 < 2:\n        return 1\n    return 0\n", 2, "not of a feature and a number"),
+    ("def act(x):\n    if x[0] < 1e999:\n        return 1\n    return 0\n", 2, "not read as a number: 1e309"),
+    ("def act(x):\n    if 2 + 2 < x[0]:\n        return 1\n    return 0\n", 2, "not read as a number: 2 + 2"),
+    (f"def act(x):\n    if x[0] < 2 + 0x{'f' * 5000}:\n        return 1\n    return 0\n", 2, "as a number: 'BinOp'"),
+    ("def act(x):\n    if x[-1] < 1:\n        return 1\n    return 0\n", 2, "a feature is not understood"),
+    ("def act(x):\n    if x[0:2] < 1:\n        return 1\n    return 0\n", 2, "a feature is not understood"),
+    ("def act(x):\n    if x[0] in (1, 2):\n        return 1\n", 2, "a comparison is not understood: 'In'"),
+    ("def act(x):\n    if x[0] is None:\n        return 1\n    return 0\n", 2, "a comparison is not understood: 'Is'"),
+    ("def act(x):\n    if (y := x[0]) < 1:\n        return 1\n    return 0\n", 2, "not of a feature and a number"),
+    ("def act(x):\n    while x[0] < 1:\n        return 1\n    return 0\n", 2, "a statement is not understood: 'While'"),
+    ("def act(x):\n    a += 1\n    return 0\n", 2, "a statement is not understood: 'AugAssign'"),
+    ("def act(x):\n    x = [1]\n    return 0\n", 1, "'x' means several things"),
+    ("def act(x):\n    x[0] = 1\n    return 0\n", 1, "'x' means several things"),
+    ("def act(x):\n    del x[0]\n    return 0\n", 2, "a statement is not understood: 'Delete'"),
+    ("def act(x):\n    if x[0] < 1:\n        y = x[1]\n    return 0\n", 3, "on some paths only"),
+    ("def act(x):\n    a, a = x\n    return 0\n", 2, "an unpacking is not understood"),
+    ("def act(x):\n    a, *b = x\n    return 0\n", 2, "an unpacking is not understood"),
+    ("def act(x):\n    return print(x)\n", 2, "a value is not understood: print(x)"),
+    ("def act(x):\n    return x[0]\n", 2, "a value is not understood: x[0]"),
+    ("def act(x):\n    return x\n", 2, "a value is not understood: x"),
+    ("def act(x):\n    return None\n", 2, "a value is not understood: None"),
+    ("def act(x):\n    return\n", 2, "nothing is returned"),
+    ("def act(x):\n    if x[0] > 0:\n        return 1\n", None, "a path ends without a return"),
+    ("def act(x):\n    if x[0] > 0:\n        a = 1\n    return a\n", 4, "'a' is returned, but holds nothing"),
+    ("def act(x):\n    return 1 if x[0] > 0 else 'go'\n", None, "side by side"),
+    ("def act(x):\n    return [1, 0] if x[0] > 0 else [1]\n", None, "returned, which may be an action of several"),
+    ("def act(x):\n    return UP if x[0] > 0 else 'UP'\n", 1, "as a text and as a name"),
+    ("def act(*x):\n    return 0\n", 1, "the parameters are not understood"),
+    ("def act():\n    return 0\n", 1, "the parameters are not understood"),
+    ("def act(x, y=1):\n    return 0\n", 1, "the parameters are not understood"),
+    ("@cache\ndef act(x):\n    return 0\n", 2, "the parameters are not understood"),
+    ("class Act:\n    pass\n", 1, "'ClassDef' stands outside a function"),
+    ("import os\nos.system('true')\ndef act(x):\n    return 0\n", 2, "'Expr' stands outside a function"),
+    ("A = 1\nA = 2\ndef act(x):\n    return A\n", None, "'A' may mean several things"),
+    ("from moves import *\ndef act(x):\n    return UP\n", None, "'*' may mean several things"),
+    ("A = 1\n", None, "the file has no function"),
+    ("def act(x):\n    if x[0] <\n", 2, "not Python"),
+    ("def act(x):\n\treturn 0\0\n", None, "not Python"),
+    ("LIMIT = 3\ndef act(x):\n    return LIMIT.x\n", 3, "a number has no attributes"),
+    (f"def act(x):\n    return 1 if x[0] <= -{'9' * 400} else 0\n", None, "below every float64 number"),
+    (f"def act(x):\n    return 0x{'f' * 5000}\n", 2, "a number is too long for a name"),
+    ("A = 3\ndef act(a, A):\n    if a < A:\n        return 1\n    return 0\n", 2, "'A' means several things"),
+    ("def act(x):\n    if x:\n        return 0\n    return 1 if x[0] < 1 else 2\n", 4, "a feature is not understood"),
+    ("Y = 1\ndef act(x: (Y := 3)):\n    return 1 if x[0] < Y else 0\n", 2, "an annotation calls or assigns"),
+    ("Y = 1\ndef act(x) -> globals().clear():\n    return 1 if x[0] < Y else 0\n", 2, "an annotation calls or assigns"),
+    ("Y = 1\nZ: (Y := 3) = 2\ndef act(x):\n    return 1 if x[0] < Y else 0\n", 2, "an annotation calls or assigns"),
+    ("Y = 1\ndef act(x):\n    z: (Y := 3) = 2\n    return 1 if x[0] < Y else z\n", 3, "an annotation calls or assigns"),
+    ("def act(x, x):\n    return 1 if x < 1 else 0\n", 1, "not Python: duplicate argument 'x'"),
+    ("from __future__ import nothing\ndef act(x):\n    return 1 if x < 1 else 0\n", 1, "not Python: future feature"),
+    ("def act(x):\n    if x[0] <= 1 or x['a'] < 1:\n        return 1\n", 2, "a feature is not understood"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("text", "line", "what"), REFUSED, ids=lambda each: each[:30] if isinstance(each, str) else "")
+def test_what_is_not_understood_is_refused_with_its_line(text, line, what):
+    with pytest.raises(InputError) as caught:
+        imported(text)
+    assert what in caught.value.what and caught.value.next_step
+    assert line is None or caught.value.where.endswith(f"line {line}")
+
+
+def test_a_null_byte_is_said_without_a_line():
+    with pytest.raises(InputError) as caught:
+        imported("def act(x):\n    return 0\0\n")
+    assert "line" not in caught.value.where and "null" in caught.value.what
+
+
+@pytest.mark.parametrize("test", ["x[0] < 1 and (x[0] < 2 or x[5] < 3)", f"x[0] < {'9' * 400}"])
+def test_features_that_decide_nothing_and_long_numbers(test):
+    same(f"def act(x):\n    if {test}:\n        return 1\n    return 0\n")
+
+
+DEEP = [
+    "def act(x):\n    return " + "not " * 100_000 + "1\n",
+    "def act(x):\n    return " + "-" * 100_000 + "1\n",
+    "def act(x):\n    return " + "(" * 100_000 + "1" + ")" * 100_000 + "\n",
+    "def act(x):\n    return " + "[" * 500 + "]" * 500 + "\n",
+    "def act(x):\n    return a" + ".b" * 100_000 + "\n",
+    "def act(x):\n    return 1" + " + 1" * 100_000 + "\n",
+    "def act(x):\n    return " + "1 if x[0] > 0 else " * 20_000 + "1\n",
+    "def act(x):\n    if x[0] < 0:\n        return 1\n" + "    elif x[0] < 0:\n        return 1\n" * 50_000,
+    "def act(x):\n" + "".join(f"{' ' * (k + 1)}if x[0] > {k}:\n" for k in range(99)) + " " * 101 + "return 1\n",
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("text", DEEP, ids=range(len(DEEP)))
+def test_deep_nesting_is_an_error_in_words(text):
+    with pytest.raises(InputError):
+        imported(text)
+
+
+def test_paths_do_not_multiply_without_end():
+    text = (
+        "def act(x):\n    a = 0\n"
+        + "".join(f"    if x[{k}] > 0:\n        a = {k}\n" for k in range(40))
+        + "    return a\n"
+    )
+    with pytest.raises(InputError, match="more than"):
+        imported(text)
+
+
+def test_nothing_of_a_file_is_run(tmp_path):
+    mark = tmp_path / "mark"
+    for text in (
+        f"import pathlib\npathlib.Path({str(mark)!r}).touch()\ndef act(x):\n    return 0\n",
+        f"def act(x, y=open({str(mark)!r}, 'w')):\n    return 0\n",
+        f"def act(x: open({str(mark)!r}, 'w')):\n    return 0\n",
+        f"def act(x):\n    return open({str(mark)!r}, 'w')\n",
+        f"A = open({str(mark)!r}, 'w')\ndef act(x):\n    return 0\n",
+        f"import os\nif os.mkdir({str(mark)!r}):\n    pass\ndef act(x):\n    return 0\n",
+    ):
+        with contextlib.suppress(InputError):
+            imported(text)
+        assert not mark.exists()
+
+
+@pytest.mark.slow
+def test_a_large_file_takes_less_than_a_minute():
+    bounds = dict.fromkeys(range(8), (-100.0, 100.0))
+    text = "def act(x):\n" + "".join(nested(17, bounds, " ", np.random.default_rng(0)))
+    start = time.process_time()
+    profile = imported(text)
+    assert text.count("\n") > 300_000 and len(profile.agents[0].tree.feature) > 200_000
+    assert time.process_time() - start < 60

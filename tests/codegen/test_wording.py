@@ -1,0 +1,69 @@
+"""Tests as people read them: what lies next to 0 is read as 0, with the sign that says on which side of it."""
+
+import numpy as np
+import pytest
+
+from codegen import ir
+from codegen.importers.origin import Names, profile_of
+from codegen.importers.python.source import from_python
+from codegen.lowering.lower import lower
+from codegen.targets import TARGETS
+from codegen.wording import TINY, fails, holds, within
+from maviper.evaluation.show import rules
+from verify.states.path import Step
+
+CASES = [
+    (0.1, "<= 0.1", "> 0.1"),
+    (-0.5, "<= -0.5", "> -0.5"),
+    (0.0, "<= 0", "> 0"),
+    (-0.0, "<= 0", "> 0"),
+    (-TINY, "< 0", ">= 0"),
+    (-5e-324, "< 0", ">= 0"),
+    (float(np.nextafter(np.float32(0), np.float32(-1))), "< 0", ">= 0"),
+    (TINY, "<= 0", "> 0"),
+    (-2.4e-38, "<= -2.4e-38", "> -2.4e-38"),
+]
+
+
+@pytest.mark.parametrize(("threshold", "left", "right"), CASES)
+def test_both_sides_of_a_test(threshold, left, right):
+    assert (holds(threshold), fails(threshold)) == (left, right)
+
+
+def test_ranges():
+    assert within("x", -TINY, 0.5) == "0 <= x <= 0.5" and within("x", -1.0, -TINY) == "-1 < x < 0"
+    assert within("x", None, -TINY) == "x < 0" and within("x", -TINY, None) == "x >= 0"
+    assert within("x", 0.1234567, 1 / 3, digits=3) == "0.123 < x <= 0.333"
+
+
+@pytest.mark.parametrize(
+    ("value", "threshold", "said"),
+    [
+        (-0.5, -TINY, "x = -0.5 < 0"),
+        (0.5, -TINY, "x = 0.5 >= 0"),
+        (0.0, -TINY, "x = 0 >= 0"),
+        (-1e-40, -TINY, f"x = -1e-40 > {-TINY!r}"),
+        (-TINY, -TINY, f"x = {-TINY!r} <= {-TINY!r}"),
+        (0.0, 0.0, "x = 0 <= 0"),
+        (0.1, 0.10000000149011612, "x = 0.1 <= 0.10000000149011612"),
+        (0.5, 0.25, "x = 0.5 > 0.25"),
+    ],
+)
+def test_a_step_of_a_decision_says_what_is_so(value, threshold, said):
+    assert str(Step(0, "x", value, threshold, value <= threshold)) == said
+
+
+def test_no_text_for_people_names_the_last_number_below_zero():
+    text = b"def act(x):\n    if x[0] < 0: return 1\n    return 0 if x[1] < 0 else 2\n"
+    for numbers in (None, "float32"):
+        profile = profile_of(from_python(text, "act.py"), Names(), numbers)
+        (policy,) = profile.agents
+        assert [line.split("  ")[0] for line in rules(policy)] == [
+            "if x0 < 0 -> action_1", "if x0 >= 0 and x1 < 0 -> action_0", "if x0 >= 0 and x1 >= 0 -> action_2",
+        ]  # fmt: skip
+        model = lower(profile)
+        c, rust, svg = (next(iter(TARGETS[name](model, profile).values())) for name in ("c", "rust", "svg"))
+        assert "node 0: < 0" in c and "node 0: < 0" in rust and "&lt; 0<" in svg
+        assert "e-324" not in svg and "e-45" not in svg
+        assert ir.act(policy, [[-1.0, 0], [0, -1], [0, 0]]).tolist() == [1, 0, 2]
+    assert "below 0" in next(iter(TARGETS["c"](lower(profile, style="ordered"), profile).values()))

@@ -1,0 +1,176 @@
+"""An output folder holds the files of one run: what an earlier run of the verb left there goes, a user's files stay."""
+
+from pathlib import Path
+
+import pytest
+
+from codegen import policy_json
+from maviper.cli import main
+from maviper.files import outputs
+from tests.support.far import far
+from tests.support.observations import blind
+from tests.support.teams import tree
+
+ROOT = Path(__file__).parents[3]
+pytestmark = pytest.mark.solver
+CLAIM = '[[property]]\nlabel = "q"\nformula = "angle < {} implies acts(cart) == left"\n'
+
+
+def run(*arguments):
+    return main.run([*map(str, arguments)])
+
+
+def names(folder):
+    return {path.name for path in folder.iterdir()}
+
+
+@pytest.fixture
+def place(tmp_path):
+    """`left` and `late` go left up to 0 and up to 0.5; `claim` says: up to 0.25."""
+    for name, threshold in (("early", 0.0), ("late", 0.5)):
+        cart = blind({"cart": tree((0, threshold, 1, 2), 0, 2)})
+        (tmp_path / f"{name}.json").write_text(policy_json.dumps(cart))
+    (tmp_path / "claim").write_text(CLAIM.format(0.25))
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "certificate-of-mine.json").write_text("{}")
+    (tmp_path / "out" / "region-1-mine.toml").write_text("[box]\nangle = [-1, 1]\n")
+    return tmp_path
+
+
+def test_no_certificate_of_before_stands_beside_violated(place):
+    given, out = names(place / "out"), place / "out"
+    asked = ["--properties", place / "claim", "-o", out]
+    assert run("verify", place / "late.json", *asked) == 0
+    assert "certificate-1-formula.json" in names(out)
+    assert run("verify", place / "early.json", *asked, "--where") == 1
+    assert "certificate-1-formula.json" not in names(out) and given < names(out)
+    left = names(out)
+    assert {"counterexample-1-formula.json", "zones-1-formula.json", "region-1-formula.toml"} < left
+    region = out / "region-1-formula.toml"
+    assert run("verify", place / "late.json", *asked, "--region", region) == 0
+    assert region.exists()  # it was asked about
+    assert run("verify", place / "late.json", *asked) == 0
+    fresh = place / "fresh"
+    assert run("verify", place / "late.json", *asked[:-1], fresh) == 0
+    assert names(out) - given - {"profile.json"} == names(fresh)  # a profile may be the user's
+
+
+def test_a_folder_without_a_report_of_ours_keeps_all(place):
+    out = place / "out"
+    (out / "certificate-1-formula.json").write_text("mine")
+    (out / "report.json").write_text('{"report": "quarterly"}')
+    before = texts(out)
+    assert run("verify", place / "early.json", "--properties", place / "claim", "-o", out) == 2
+    assert texts(out) == before
+
+
+def texts(folder):
+    return {path.name: path.read_bytes() for path in folder.iterdir()}
+
+
+def test_a_profile_that_no_run_wrote_is_never_written_over(place, capsys):
+    """Neither by a verb for the first time, nor after the verb was run on that very profile in its place."""
+    out, other = place / "out", place / "late.json"
+    (out / "profile.json").write_text((place / "early.json").read_text())
+    asked = ["--properties", place / "claim"]
+    for _ in range(2):
+        before = texts(out)
+        for verb in (["verify", other, *asked], ["diff", other, place / "early.json"], ["repair", other]):
+            assert run(*verb, "-o", out) == 2
+            told = capsys.readouterr().err
+            assert "another profile.json" in told and "choose another folder with -o" in told
+        assert texts(out) == before
+        assert run("verify", out / "profile.json", *asked, "-o", out) == 1  # in its place
+        assert (out / "profile.json").read_text() == (place / "early.json").read_text()
+    for name in ("early", "late", "early"):  # a folder of its own may hold one profile after another
+        assert run("verify", place / f"{name}.json", *asked, "-o", place / "own") == (name == "early")
+        assert (place / "own" / "profile.json").exists() == (name == "early")
+    (place / "own" / "profile.json").write_text("edited")
+    assert run("verify", other, *asked, "-o", place / "own") == 2
+
+
+def test_another_verb_is_no_earlier_run(place):
+    for name, threshold in (("a", 30.0), ("b", 40.0)):
+        (place / name).write_text(policy_json.dumps(far(threshold, 1)))
+    assert run("diff", place / "a", place / "b", "-o", place / "both") == 1
+    before = (place / "both" / "profile.json").read_bytes()
+    assert run("verify", place / "late.json", "--properties", place / "claim", "-o", place / "both") == 2
+    assert run("diff", place / "b", place / "a", "-o", place / "both") == 1
+    assert (place / "both" / "profile.json").read_bytes() != before
+
+
+def test_an_edited_property_file_is_not_written_over(tmp_path, capsys):
+    path = tmp_path / "claims.toml"
+    asked = ["properties", "new", "physical-deception", "-o", path]
+    assert run(*asked) == 0 and run(*asked) == 0
+    path.write_text("mine")
+    assert run(*asked) == 2 and path.read_text() == "mine"
+    assert "choose another name with -o" in capsys.readouterr().err
+
+
+def test_a_repair_that_finds_nothing_leaves_none_of_before(place, monkeypatch):
+    from dataclasses import replace
+
+    from maviper.verification import repair as repairs
+
+    profile, out = place / "proved.json", place / "repaired"
+    profile.write_text((ROOT / "generated" / "proved_defenders" / "profile.json").read_text())
+    asked = ["repair", profile, "--episodes", "2", "-o", out]
+    assert run(*asked) == 0 and {"profile.json", "repair.json"} < names(out)
+    (out / "mine").write_text("mine")
+    found = repairs.repair
+    monkeypatch.setattr(repairs, "repair", lambda *given: replace(found(*given), ended=False, reason="none"))
+    assert run("repair", out / "profile.json", *asked[2:]) == 3 and "repair.json" in names(out)  # it was given
+    assert run(*asked) == 3 and names(out) == {"mine"}
+    assert run(*asked) == 3 and names(out) == {"mine"}
+
+
+def test_a_comparison_leaves_no_certificate_of_before(place):
+    out = place / "out"
+    for name, threshold in (("a", 30.0), ("b", 40.0)):
+        (place / name).write_text(policy_json.dumps(far(threshold, 1)))
+    assert run("diff", place / "a", place / "a", "-o", out) == 0 and "certificate.json" in names(out)
+    assert run("diff", place / "a", place / "b", "-o", out) == 1 and "certificate.json" not in names(out)
+
+
+def test_radii_leave_no_certificate_of_before(place):
+    out = place / "out"
+    (place / "seen.csv").write_text("angle\n-0.5\n0.75\n")
+    asked = ["robust", place / "early.json", place / "seen.csv", "-o", out]
+    assert run(*asked, "--certify") == 0 and "certificate-2-robust.json" in names(out)
+    assert run(*asked) == 0 and not {name for name in names(out) if name.endswith("robust.json")}
+
+
+def test_code_of_another_profile_goes_with_what_was_compared(place):
+    out, mine = place / "out", "imported_main.c"
+    (out / mine).write_text("int main(void) { return 0; }")
+    assert run("compile", place / "early.json", "--target", "c,python", "-o", out) in (0, 3)
+    assert run("compile", place / "early.json", "--target", "json", "-o", out) in (0, 3)
+    assert {"imported.py", "imported.json"} < names(out)  # all of one profile
+    assert run("compile", place / "late.json", "--target", "c", "-o", out) in (0, 3)
+    assert {"imported.h", mine} < names(out) and not {"imported.py", "imported.json"} & names(out)
+
+
+def test_queries_of_before_go_too(place):
+    folder = place / "queries"
+    (place / "two").write_text(CLAIM.format(0.25) + CLAIM.format(0.5))
+    asked = ["verify", place / "late.json", "--verdict-only", "--smt", folder, "--vnnlib", folder]
+    assert run(*asked, "--properties", place / "two") == 0
+    assert {"02-formula-no-goal.smt2", "02-formula-no-goal.vnnlib"} < names(folder)
+    assert run(*asked, "--properties", place / "claim") == 0
+    assert not {name for name in names(folder) if name.startswith("02-")}
+
+
+def test_what_a_manifest_lists_goes_unless_it_was_changed(tmp_path):
+    for name, text in (("old", "of before"), ("changed", "by its user"), ("new", "again")):
+        (tmp_path / name).write_text(text)
+    before = '{"sha256": {"old": "%s", "changed": "0", "new": "%s", "../outside": "%s"}}'
+    digests = [outputs.sha256(text.encode()).hexdigest() for text in ("of before", "again", "mine")]
+    folder = tmp_path / "folder"
+    folder.mkdir()
+    (tmp_path / "outside").write_text("mine")
+    for path in (tmp_path / name for name in ("old", "changed", "new")):
+        path.rename(folder / path.name)
+    (folder / "manifest.json").write_text(before % tuple(digests))
+    outputs.write_listed(folder, {"new": "more"}, "manifest.json")
+    assert names(folder) == {"changed", "new", "manifest.json"} and (tmp_path / "outside").exists()

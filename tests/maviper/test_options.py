@@ -1,0 +1,161 @@
+"""Tables of options: what is given to a verb, its command, its request and its manual come from one place."""
+
+import inspect
+import re
+import textwrap
+from dataclasses import fields
+from fractions import Fraction
+from pathlib import Path
+from typing import get_type_hints
+
+import numpy as np
+import pytest
+
+import maviper
+from codegen.errors import InputError
+from maviper import claims, manual
+from maviper.cli import main
+from maviper.extraction import run as extraction
+from maviper.extraction.settings import Settings, parted
+from maviper.options import ExtractOptions, ReproduceOptions, VerifyOptions, completed, table_of
+from maviper.reproduction import run as reproduction
+from maviper.verification.ask import VerifyOptions as Asked
+from verify.claims.catalogue import NAMES, ZONES, readable
+from verify.claims.language import parameters
+
+PLAIN = {"margin", "radius", "kappa", "eps", "steps", "landmarks", "others", "order"}  # None: as usual
+FOLDER = "maviper/manual"
+TABLES = {"extract": ExtractOptions, "reproduce": ReproduceOptions, "verify": VerifyOptions}
+CLAIMS = {each.name: each for each in vars(claims).values() if isinstance(each, type) and hasattr(each, "name")}
+PAGES = {"extract": ("extraction", "## Every option of extract")}
+
+
+@pytest.mark.parametrize("name", TABLES)
+def test_a_command_has_the_options_of_the_table_and_no_other(name):
+    table = table_of(TABLES[name])
+    command = {each.name: each for each in main.cli.commands[name].params if each.param_type_name == "option"}
+    if name == "verify":  # whose command asks several claims, of files and of stated systems too, and prints
+        assert list(table) == [key for key in command if key in table]
+    else:
+        assert list(table) == [key for key in command if key != "output"]
+    for key, option in table.items():
+        assert command[key].opts == [option.flag] and (command[key].section, command[key].help) == (
+            option.section,
+            option.help,
+        )
+
+
+@pytest.mark.parametrize("name", TABLES)
+def test_a_verb_says_every_option_with_its_type_and_default(name):
+    verb, table = getattr(maviper, name), table_of(TABLES[name])
+    given = inspect.signature(verb).parameters
+    assert {key: given[key].default for key in table} == {key: option.default for key, option in table.items()}
+    assert {key: given[key].annotation for key in table} == get_type_hints(TABLES[name])
+    for key, option in table.items():
+        assert f"`{key}`: {option.help}" in verb.__doc__
+
+
+def test_an_option_of_extraction_is_a_setting_or_a_field_of_the_request():
+    """And there is no setting, but for how many samples are drawn, that a user cannot give."""
+    asked, settings = parted(completed(ExtractOptions, {}))
+    assert {*asked, "settings", "command"} == {field.name for field in fields(extraction.Request)}
+    assert {field.name for field in fields(Settings)} - set(settings) == {"max_samples"}
+    assert {field.name for field in fields(reproduction.Request)} == set(completed(ReproduceOptions, {}))
+
+
+def test_what_is_not_given_or_none_is_as_usual():
+    assert completed(ExtractOptions, {"max_depth": None, "jobs": 2})["max_depth"] == 4
+    asked = extraction.request({"features_file": "a.toml", "counterexamples": ["b"], "max_episodes": np.int64(9)})
+    assert asked.features_file == Path("a.toml") and asked.counterexamples == (Path("b"),)
+    assert asked.settings["budget"] == 9 and type(asked.settings["budget"]) is int
+    assert asked.command == "maviper.extract"
+
+
+@pytest.mark.parametrize(
+    ("given", "what"),
+    [
+        ({"max_depth": "5"}, "max_depth is a whole number, not '5'"),
+        ({"max_depth": 4.5}, "max_depth is a whole number, not 4.5"),
+        ({"max_depth": True}, "max_depth is a whole number, not True"),
+        ({"explore": "much"}, "explore is a number, not 'much'"),
+        ({"algorithm": 3}, "algorithm is a text, not 3"),
+        ({"features_file": 3}, "features_file is a path, not 3"),
+        ({"counterexamples": "failed"}, "counterexamples takes several values, not 'failed'"),
+        ({"counterexamples": [3]}, "counterexamples is a path, not 3"),
+        ({"resume": "yes"}, "resume is yes or no, not 'yes'"),
+    ],
+)
+def test_a_value_of_another_type_is_told(given, what):
+    with pytest.raises(InputError, match=re.escape(what)) as caught:
+        maviper.extract("physical-deception", **given)
+    assert caught.value.where == f"--{next(iter(given)).replace('_', '-')}"
+
+
+def test_an_option_that_there_is_not_is_told_with_the_closest():
+    with pytest.raises(TypeError, match=r"no option max_depht; did you mean 'max_depth'\?"):
+        maviper.extract("physical-deception", max_depht=3)
+
+
+def test_every_built_in_claim_has_a_class_with_what_it_reads():
+    assert set(CLAIMS) == set(NAMES)
+    for name, each in CLAIMS.items():
+        own = {field.name for field in fields(each)} - {"team"}
+        assert own == set(readable(name)) - {ZONES} - ({"margin", "radius"} if name == "steady" else set())
+        assert get_type_hints(each).items() >= {key: get_type_hints(VerifyOptions)[key] for key in own & PLAIN}.items()
+
+
+def test_every_parameter_of_a_claim_is_an_option_of_verify():
+    assert [name for name in table_of(VerifyOptions) if name in parameters.NAMES] == list(parameters.NAMES)
+
+
+@pytest.mark.parametrize(
+    ("claim", "said"),
+    [
+        (claims.Reaches(steps=25, team="defenders"), {"steps": 25}),
+        (claims.OwnTarget(margin=0.025, landmarks=["a"]), {"margin": Fraction(1, 40), "landmarks": ("a",)}),
+        (
+            claims.Steady(of=claims.Aligned(kappa="1/3"), eps="1/40"),
+            {"kappa": Fraction(1, 3), "eps": Fraction(1, 40), "of": "aligned"},
+        ),
+        (claims.AliveLeaves(), {}),
+    ],
+)
+def test_a_claim_is_asked_as_an_object(claim, said):
+    asked = Asked.about(claim, "start", {"where": True, "max_zones": 9})
+    assert asked.parameters == said and asked.names == (claim.name,) and asked.team == claim.team
+    named = {**said, "team": claim.team, "where": True, "max_zones": 9}
+    assert asked == Asked.about(claim.name, "start", named)
+
+
+def test_a_claim_that_is_an_object_has_its_parameters_itself():
+    with pytest.raises(InputError, match="the claim is an object, which has steps, team itself") as caught:
+        Asked.about(claims.Reaches(), "start", {"steps": 3, "team": "defenders"})
+    assert caught.value.next_step == "write it among the parameters of Reaches"
+    with pytest.raises(InputError, match="margin is a number, not True"):
+        Asked.about(claims.NoDouble(margin=True), "start", {})
+
+
+def described(table):
+    """Each option of a table with its default and what it does, by heading, as lines of a page."""
+    lines = []
+    for section in dict.fromkeys(option.section for option in table.values()):
+        lines += ["", f"{section}:", ""]
+        for option in table.values():
+            if option.section == section:
+                usual = f" (default: `{option.default}`)" if option.default not in (None, "", (), False) else ""
+                text = f"- `{option.flag}`{usual}: {option.help}"
+                lines += textwrap.wrap(text, 100, subsequent_indent="  ", break_on_hyphens=False)
+    return lines
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_the_manual_has_every_option(golden, request, name):
+    topic, heading = PAGES[name]
+    before, after = manual.page(topic).split(f"\n{heading}\n")
+    end = after.index("\n## ") if "\n## " in after else len(after)
+    wanted = "\n".join(described(table_of(TABLES[name]))) + "\n"
+    if request.config.getoption("--update-golden"):
+        after = wanted + after[end:]
+    else:
+        assert after[:end] == wanted
+    golden(FOLDER, {f"{topic}.md": f"{before}\n{heading}\n{after}"})

@@ -1,0 +1,277 @@
+"""`robust`, `diff`, `--shared`, action masks and VNN-LIB against every cell of many small random profiles."""
+
+import itertools
+import math
+from dataclasses import replace
+from fractions import Fraction
+
+import numpy as np
+import pytest
+import vnnlib
+
+from codegen import ir
+from codegen.legality import illegal_leaves
+from maviper.verification.exports.vnnlib import vnnlib_files
+from tests.support import brute
+from tests.support.observations import ACTIONS, NAMES, blind
+from tests.support.queries import true
+from verify.claims.catalogue import find_claim
+from verify.claims.formula import Acts, below, disjunction
+from verify.claims.observed import View, over
+from verify.claims.uncertified.own import OwnFormula
+from verify.claims.uncertified.starts import everywhere
+from verify.claims.uncertified.views import Viewed
+from verify.extent.radius import radius
+from verify.question import Question
+from verify.result import Verdict
+from verify.semantics import REAL
+from verify.verdicts import decisions
+from verify.verdicts.differences import difference
+
+pytestmark = pytest.mark.solver
+SMALL, LARGE = 60, 1_500
+SPAN = Fraction(2)
+MOST = 20_000  # cells of a case
+
+
+def cases(count, many=LARGE):
+    return pytest.mark.parametrize(
+        "cases",
+        [range(count), pytest.param(range(count, count + many), marks=pytest.mark.slow)],
+        ids=["small", "large"],
+    )
+
+
+def drawn(seed, n_agents, max_depth=4):
+    """(rng, trees by agent, features by agent), float32 or float64 for each agent."""
+    rng = np.random.default_rng([30, seed])
+    kinds = [str(rng.choice(["float32", "float64"])) for _ in range(n_agents)]
+    pool = brute.random_pool(rng)
+    trees, features = {}, {}
+    for number, kind in enumerate(kinds):
+        own = pool.astype(kind)
+        if kind == "float64":
+            own = np.concatenate([own, np.nextafter(own[np.abs(own) > 0.1], 9.0)])
+        n_features = int(rng.integers(1, 4))
+        name = "abc"[number]
+        trees[name] = brute.random_tree(rng, n_features, max_depth, own, numbers=kind)
+        features[name] = list(NAMES[:n_features])
+    return rng, trees, features
+
+
+@cases(SMALL * 10)
+def test_radii_are_the_distance_to_the_nearest_cell_of_another_action(cases):
+    for seed in cases:
+        rng, trees, features = drawn(seed, 1, 5)
+        tree, names = trees["a"], features["a"]
+        lines = [brute.lines_of([(tree, place)]) for place in range(len(names))]
+        cells = [
+            (cell, brute.action_of(tree, [brute.float_in(line) for line in cell]))
+            for cell in itertools.product(*lines)
+            if all(brute.float_in(line) is not None for line in cell)
+        ]
+        exact = len(cells) == math.prod(map(len, lines))
+        pool = [*tree.threshold.tolist(), *(np.nextafter(tree.threshold, 9)).tolist(), *rng.uniform(-2, 2, 3).tolist()]
+        for _ in range(4):
+            seen = [float(rng.choice(pool)) for _ in names]
+            action = brute.action_of(tree, seen)
+            found = radius(tree, seen)
+            far = [
+                max(brute.gap(line, Fraction(value)) for line, value in zip(cell, seen, strict=True))
+                for cell, other in cells
+                if other != action
+            ]
+            assert found.action == action, (seed, seen)
+            if not far:
+                assert not exact or found.distance is None, (seed, seen)
+                continue
+            distance, beyond = min(far)
+            if exact:
+                assert (found.distance, found.beyond) == (distance, beyond), (seed, seen)
+            assert found.distance is not None and found.distance <= distance, (seed, seen)
+            largest, above = Fraction(found.largest), Fraction(math.nextafter(found.largest, math.inf))
+            assert largest < distance or (largest == distance and beyond), (seed, seen)
+            assert not exact or above > distance or (above == distance and not beyond), (seed, seen)
+
+
+def cells_of(trees, box, exact=False):
+    """Every cell (variable -> part) of a box that trees tell apart. `trees`: (tree, the variables of its features)."""
+    parts = []
+    for name, bounds in box.items():
+        reading = [(tree, names.index(name)) for tree, names in trees if name in names]
+        lines = (brute.inside(line, *bounds) for line in brute.lines_of(reading, exact))
+        parts.append([line for line in lines if line])
+    return (
+        [dict(zip(box, cell, strict=True)) for cell in itertools.product(*parts)]
+        if math.prod(map(len, parts)) <= MOST
+        else []
+    )
+
+
+def volume(cell, box):
+    """The share of a box that a cell is."""
+    sides = [(line[2] - line[0], box[name][1] - box[name][0]) for name, line in cell.items()]
+    return math.prod((Fraction(side, whole) for side, whole in sides), start=Fraction(1))
+
+
+@cases(SMALL)
+def test_a_comparison_tells_the_exact_share_of_cells_that_differ(cases):
+    """Teams of one to three agents, which share `angle`; every other agent is left as it was."""
+    told = set()
+    for seed in cases:
+        rng, trees, features = drawn(seed, 1 + seed % 3, 3)
+        pool = brute.random_pool(rng)
+        changed = {
+            agent: brute.random_tree(rng, len(features[agent]), 2, pool.astype(tree.numbers), numbers=tree.numbers)
+            for agent, tree in trees.items()
+            if rng.random() < 0.5
+        }
+        view = View(("angle",) if len(trees) > 1 else ())
+        wide = {agent: list(NAMES[: len(own)]) for agent, own in features.items()}
+        one, other = (over(blind(each, wide, float(SPAN)), view) for each in (trees, {**trees, **changed}))
+        own = {
+            agent: [name if len(trees) == 1 or name == "angle" else f"{agent}.{name}" for name in names]
+            for agent, names in wide.items()
+        }
+        pairs = [(trees[agent], tree, own[agent]) for agent, tree in changed.items()]
+        each = [(tree, names) for first, second, names in pairs for tree in (first, second)]
+        cells = cells_of(each, box_of(own))
+        if not cells:
+            continue
+        share, open_ = Fraction(0), False
+        for cell in cells:
+            differs = [differing(first, second, [cell[name] for name in names]) for first, second, names in pairs]
+            open_ |= None in differs and not any(differs)
+            share += volume(cell, box_of(own)) if any(differs) else 0
+        found = difference(one, other, list(trees), everywhere(one))
+        told.add(found.verdict)
+        if not open_:
+            assert found.verdict is (Verdict.VIOLATED if share else Verdict.PROVED), seed
+            assert found.together == (share, share), seed
+    assert told == {Verdict.PROVED, Verdict.VIOLATED}
+
+
+def differing(first, second, cell):
+    """Whether two trees act differently in a cell; None where it holds no float64 numbers."""
+    values = [brute.float_in(line) for line in cell]
+    return None if None in values else brute.action_of(first, values) != brute.action_of(second, values)
+
+
+def box_of(own):
+    return dict.fromkeys(itertools.chain.from_iterable(own.values()), (-SPAN, SPAN))
+
+
+@cases(SMALL)
+def test_agents_that_share_features_agree_where_every_cell_says_so(cases):
+    told = set()
+    for seed in cases:
+        rng, trees, features = drawn(seed, 3, 2)
+        if rng.random() < 0.4:
+            trees["b"] = trees["a"]
+            features["b"] = features["a"]
+        several = [name for name in NAMES if sum(name in own for own in features.values()) > 1]
+        shared = [name for name in several if rng.random() < 0.8]
+        profile = blind(trees, features, float(SPAN))
+        viewed = Viewed(profile, View(tuple(shared)))
+        claim = find_claim("agree", viewed.profile, agents=("a", "b"))
+        found = decisions.verdict(Question(viewed.profile, claim, everywhere(viewed.profile), viewed=viewed))[0]
+        own = {agent: [name if name in shared else f"{agent}.{name}" for name in features[agent]] for agent in "ab"}
+        some = False
+        for cell in cells_of([(trees[agent], own[agent]) for agent in "ab"], box_of(own)):
+            values = {name: brute.float_in(line) for name, line in cell.items()}
+            if None not in values.values():
+                one, other = (brute.action_of(trees[agent], [values[name] for name in own[agent]]) for agent in "ab")
+                some |= one != other
+        told.add(found)
+        assert found is (Verdict.VIOLATED if some else Verdict.PROVED), seed
+    assert told == {Verdict.PROVED, Verdict.VIOLATED}
+
+
+@cases(SMALL * 10)
+def test_leaves_are_illegal_where_a_cell_reaches_them_with_an_illegal_action(cases):
+    for seed in cases:
+        rng, trees, features = drawn(seed, 1, 5)
+        tree, names = trees["a"], features["a"]
+        pool = np.array([0.5, np.nextafter(np.float32(0.5), np.float32(1)), 0.25, 0.75])
+        threshold = np.where(tree.feature < 0, 0.0, rng.choice(pool, len(tree.feature)))
+        tree = ir.Tree(tree.feature, threshold, tree.left, tree.right, tree.action, numbers=tree.numbers)
+        mask = tuple(int(rng.integers(len(names))) if rng.random() < 0.8 else None for _ in ACTIONS)
+        edge = ir.Tree(
+            *(np.array(x) for x in ([0, -1, -1], [0.5, 0, 0], [1, -1, -1], [2, -1, -1], [-1, 0, 0])),
+            numbers=tree.numbers,
+        )
+        lines = [brute.lines_of([(tree, place), (edge, 0)]) for place in range(len(names))]
+        expected = set()
+        for cell in itertools.product(*lines):
+            values = [brute.float_in(line) for line in cell]
+            if None in values:
+                continue
+            read = [float(np.dtype(tree.numbers).type(value)) for value in values]
+            legal = [place is None or read[place] > 0.5 for place in mask]
+            leaf = leaf_of(tree, values)
+            if any(legal) and not legal[tree.action[leaf]]:
+                expected.add(leaf)
+        assert set(illegal_leaves(tree, mask)) == expected, (seed, mask)
+
+
+def leaf_of(tree, values):
+    """The leaf that an observation reaches, by a tree that has the leaf's number as its action."""
+    return brute.action_of(replace(tree, action=np.arange(len(tree.action))), values)
+
+
+@cases(SMALL // 3, many=150)
+def test_a_query_has_a_state_just_where_the_verdict_says_violated(cases):
+    told = set()
+    for seed in cases:
+        rng, trees, features = drawn(seed, 2, 3)
+        profile = blind(trees, features, float(SPAN))
+        viewed = Viewed(profile, View(("angle",)))
+        own = {agent: ["angle" if name == "angle" else f"{agent}.{name}" for name in features[agent]] for agent in "ab"}
+        claim = random_claim(rng, own)
+        question = Question(viewed.profile, claim, everywhere(viewed.profile), REAL, viewed=viewed)
+        verdict = decisions.verdict(question)[0]
+        (text,) = [text for name, text in vnnlib_files([question]).items() if name.endswith(".vnnlib")]
+        some = any(holds(text, viewed.profile, trees, own, point) for point in grid(claim, trees, own))
+        told.add(verdict)
+        assert verdict is (Verdict.VIOLATED if some else Verdict.PROVED), seed
+    assert told == {Verdict.PROVED, Verdict.VIOLATED}
+
+
+def random_claim(rng, own):
+    """An action of `a`, or one of `b`, or a bound of a variable of either."""
+    name = str(rng.choice([*own["a"], *own["b"]]))
+    bound = Fraction(int(rng.integers(-4, 5)), int(rng.choice([2, 3])))
+    parts = [
+        Acts("a", int(rng.integers(3))),
+        Acts("b", int(rng.integers(3))),
+        below({name: int(rng.choice([-1, 1]))}, bound),
+    ]
+    parts += [Acts("a", int(rng.integers(3)))] if rng.random() < 0.5 else []
+    return OwnFormula("team", statement=disjunction(*parts))
+
+
+def grid(claim, trees, own):
+    """An exact point in every cell, with the claim's bound as a threshold too, and with the cells' ends."""
+    bound = next(part for part in claim.statement.parts if not isinstance(part, Acts))
+    ((_, named),) = bound.terms
+    edges = [bound.bound, -bound.bound]
+    box, parts = box_of(own), []
+    for name in box:
+        numbers = {-SPAN, SPAN, *(edges if name == named else ())}
+        for tree, features in zip(trees.values(), own.values(), strict=True):
+            for place, each in enumerate(features):
+                if each == name:
+                    numbers |= {Fraction(float(number)) for number in tree.threshold[tree.feature == place]}
+        ordered = sorted(number for number in numbers if -SPAN <= number <= SPAN)
+        parts.append([*ordered, *((a + b) / 2 for a, b in itertools.pairwise(ordered))])
+    return [dict(zip(box, point, strict=True)) for point in itertools.product(*parts)]
+
+
+def holds(text, profile, trees, own, point):
+    """Whether all facts of a query hold in a point, the networks being the trees."""
+    at = {("W", (place,)): point[name] for place, name in enumerate(profile.world.coordinates())}
+    for number, (agent, tree) in enumerate(trees.items()):
+        values = [point[name] for name in own[agent]]
+        at |= {(f"X_{number}", (0, place)): value for place, value in enumerate(values)}
+        at[f"Y_{number}", (0,)] = Fraction(brute.action_of(tree, values))
+    return all(true(fact.expr, at) for fact in vnnlib.parse_query_string(text).assertions)

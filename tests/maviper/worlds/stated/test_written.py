@@ -1,0 +1,65 @@
+"""Rules as they are written: what breaks a claim only by the error of enclosures is no counterexample."""
+
+from fractions import Fraction as F
+
+import pytest
+
+from maviper.verification.stated import ENCLOSED, StatedOptions, verified
+from maviper.worlds.stated.written import episodes
+from tests.support.system_cases import policy, team
+from verify.result import Verdict
+from verify.systems.files import statement_of
+
+SINE = """
+name = "sine"
+steps = 1
+[variables]
+x = { range = [-2, 2] }
+[agents.a.features]
+f = "x"
+[agents.a.actions]
+go = {}
+[start]
+box = { x = [0, 1] }
+[dynamics.next]
+x = "sin(x)"
+[[property]]
+name = "reaches_and_stays"
+by = 1
+region = { where = ["x <= 0.85"] }
+"""
+GOES = team(policy("a", ["f"], ["go"], 0))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "verdict"),
+    [
+        ("", "", Verdict.UNKNOWN),  # sin 1 = 0.8415, and one piece encloses it by 0.42
+        ("[dynamics.next]", "[dynamics.cuts]\nx = 16\n[dynamics.next]", Verdict.PROVED),
+        ("0.85", "0.84", Verdict.VIOLATED),
+        ("[dynamics.next]", "[dynamics.error]\nx = 0.01\n[dynamics.next]", Verdict.VIOLATED),
+        ("[dynamics.next]", "[dynamics.error]\nx = 0.008\n[dynamics.next]", Verdict.UNKNOWN),
+    ],
+)
+def test_verdicts_are_of_the_rules_and_the_stated_errors(tmp_path, old, new, verdict):
+    (tmp_path / "sine.toml").write_text(SINE.replace(old, new) if old else SINE)
+    (result,) = verified(GOES, StatedOptions(tmp_path / "sine.toml")).results
+    assert result.verdict is verdict
+    assert (result.reason == ENCLOSED) == (verdict is Verdict.UNKNOWN)
+    if verdict is Verdict.VIOLATED:
+        last = result.counterexample.states[-1]["x"]
+        assert F("0.84") < last < F("0.8515")
+
+
+def test_an_episode_ends_where_nothing_is_stated():
+    grows = statement_of(SINE.replace("sin(x)", "x + 2*x*x").replace("steps = 1\n", "steps = 40\n"), "f")
+    assert next(episodes(grows, GOES, 40, [{"x": F(1)}])) == [{"x": 1}, {"x": 3}]
+
+
+def test_starts_that_are_no_float64_stay_as_they_are(tmp_path):
+    """A start of a tenth is the only one there is; the nearest float64 lies above it."""
+    text = SINE.replace("[0, 1] }", '["1/10", "1/10"] }').replace("0.85", "0.09")
+    (tmp_path / "sine.toml").write_text(text)
+    (result,) = verified(GOES, StatedOptions(tmp_path / "sine.toml")).results
+    assert result.verdict is Verdict.VIOLATED and result.counterexample.start == {"x": F(1, 10)}
+    assert abs(result.counterexample.states[-1]["x"] - F("0.0998334166")) < F(1, 10**9)

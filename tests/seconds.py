@@ -1,0 +1,126 @@
+"""Seconds that each file of tests takes: recorded by a run, compared with a committed table, and the order of a run.
+
+Does: as a plugin, writes what a run took by file and why tests were skipped (`pytest --seconds RECORD`); as a command
+  (`python -m tests.seconds RECORD`), prints skips and which files are over their cap; `--update` renews the table.
+Assumes: the table is of README's line of tests, on two idle cores; a slower machine is slower for most files alike.
+Does not: run inside a test; no test asserts a time.
+"""
+
+import argparse
+import json
+import statistics
+import sys
+from collections import Counter
+from pathlib import Path
+
+ROOT = Path(__file__).parent.parent
+TABLE = Path(__file__).parent / "seconds.json"
+CAP_S = 45.0
+CAPS_S: dict[str, float] = {}  # files that may take longer, each with its reason
+TOLD_S = 5.0  # a file that takes so much longer than the table says is named, even below its cap
+STEADY_S = 3.0  # the pace of a machine is read from files that take at least so long
+
+
+class Recorder:
+    """What the reports of a run add up to, by file; with several workers, in the process that hears of all."""
+
+    def __init__(self, place: Path) -> None:
+        self.place = place
+        self.seconds: Counter[str] = Counter()
+        self.skipped: dict[str, str] = {}
+
+    def pytest_runtest_logreport(self, report):
+        """Setup, call and teardown of one test."""
+        self.seconds[report.nodeid.split("::")[0]] += report.duration
+        self._note_skip(report)
+
+    def pytest_collectreport(self, report):
+        """A whole file may be skipped while it is read."""
+        self._note_skip(report)
+
+    def pytest_sessionfinish(self):
+        """Writes the record."""
+        record = {
+            "seconds": {name: round(spent, 2) for name, spent in sorted(self.seconds.items())},
+            "skipped": dict(sorted(self.skipped.items())),
+        }
+        self.place.write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
+
+    def _note_skip(self, report):
+        if report.skipped and isinstance(report.longrepr, tuple):
+            self.skipped[report.nodeid] = report.longrepr[2].removeprefix("Skipped: ")
+
+
+def table() -> dict[str, float]:
+    """Seconds by file, as committed."""
+    return json.loads(TABLE.read_text(encoding="utf-8"))
+
+
+def longest_first(items, seconds):
+    """The same tests, those of long files first, so that no worker ends alone with one; unknown files before all."""
+    unknown = float("inf")
+    return sorted(items, key=lambda item: -seconds.get(item.nodeid.split("::")[0], unknown))
+
+
+def pace(seconds, expected) -> float:
+    """How many times longer than in the table most files take here; a fast machine is no reason to allow less."""
+    ratios = [seconds[name] / long for name, long in expected.items() if long >= STEADY_S and name in seconds]
+    return max(1.0, statistics.median(ratios)) if ratios else 1.0
+
+
+def over_caps(seconds, slower, caps=None):
+    """Files over their caps: (file, seconds at the table's pace, cap)."""
+    caps = CAPS_S if caps is None else caps
+    found = [(name, spent / slower, caps.get(name, CAP_S)) for name, spent in seconds.items()]
+    return sorted((each for each in found if each[1] > each[2]), key=lambda each: -each[1])
+
+
+def told(seconds, expected) -> list[str]:
+    """Lines about a run beside the table."""
+    slower = pace(seconds, expected)
+    over = over_caps(seconds, slower)
+    lines = [
+        f"{sum(seconds.values()):.0f} s of tests in {len(seconds)} files, {slower:.2f} times as long as the table says"
+    ]
+    for name in sorted(seconds, key=seconds.__getitem__, reverse=True)[:5]:
+        lines.append(f"  {seconds[name] / slower:5.1f} s  {name}")
+    for name, spent in sorted(seconds.items()):
+        if spent / slower > 1.5 * expected.get(name, 0) + TOLD_S:
+            lines.append(f"  longer: {name}: {spent / slower:.1f} s, in the table {expected.get(name, 0):.0f} s")
+    lines += [f"OVER ITS CAP: {name}: {spent:.0f} s > {cap:.0f} s: split it" for name, spent, cap in over]
+    return lines
+
+
+def told_skips(skipped) -> list[str]:
+    """How many tests were skipped, and why."""
+    reasons = Counter(skipped.values())
+    return [f"{len(skipped)} skipped", *(f"  {count:4d}  {why}" for why, count in sorted(reasons.items()))]
+
+
+def skipped_of(skipped, folders):
+    """Skipped tests of folders whose every test is to run, a line each."""
+    under = tuple(folder.rstrip("/") + "/" for folder in folders)
+    return [f"NOT TO BE SKIPPED: {name}: {why}" for name, why in skipped.items() if under and name.startswith(under)]
+
+
+def main(arguments: list[str]) -> int:
+    """The command; 1 where a test was skipped that must not be. A file over its cap is told, but machines are busy."""
+    parser = argparse.ArgumentParser(prog="python -m tests.seconds", description="What a run of the tests took.")
+    parser.add_argument("record", type=Path, help="made by pytest --seconds RECORD")
+    parser.add_argument("--update", action="store_true", help="renew the table by this record")
+    parser.add_argument(
+        "--all-of", action="append", default=[], metavar="FOLDER", help="fail if a test there is skipped"
+    )
+    asked = parser.parse_args(arguments)
+    record = json.loads(asked.record.read_text(encoding="utf-8"))
+    lines = told(record["seconds"], table())
+    missing = skipped_of(record["skipped"], asked.all_of)
+    print("\n".join([*lines, *told_skips(record["skipped"]), *missing]))
+    if asked.update:
+        rounded = {name: round(spent) for name, spent in sorted(record["seconds"].items()) if spent >= 0.5}
+        TABLE.write_text(json.dumps(rounded, indent=1) + "\n", encoding="utf-8")
+    return 1 if missing else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

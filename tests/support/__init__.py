@@ -1,0 +1,1 @@
+"""What tests share: teams, systems, environments and cases. No test file imports another one."""

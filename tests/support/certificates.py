@@ -1,0 +1,66 @@
+"""What several tests use of `verify.checker.decisions.test_certificates`."""
+
+import json
+from dataclasses import replace
+from fractions import Fraction
+
+import numpy as np
+
+from codegen import ir
+from verify.checker.decisions import certificates
+
+
+def changed_tree(rng, pair):
+    policies = list(pair.agents)
+    place = next(k for k in rng.permutation(len(policies)) if policies[k].team == "defenders")
+    old = policies[place].tree
+    node = int(rng.integers(len(old.feature)))
+    action, threshold = old.action.copy(), old.threshold.copy()
+    if old.feature[node] == ir.NO_FEATURE:
+        action[node] = rng.integers(5)
+    elif rng.random() < 0.5:
+        threshold[node] = np.nextafter(threshold[node], np.float32(rng.choice([-9, 9]))) or 0.5
+        threshold[node] = threshold[node] if abs(threshold[node]) > 1e-30 else 0.001
+    else:
+        threshold[node] += np.float32(rng.normal() / 4)
+    policies[place] = replace(policies[place], tree=replace(old, action=action, threshold=threshold), grown=None)
+    return replace(pair, agents=tuple(policies))
+
+
+def changed_region(rng, region):
+    box = dict(region.box)
+    name = str(rng.choice(list(box)))
+    low, high = box[name]
+    kind = rng.integers(4)
+    if kind == 0:
+        box[name] = (low - Fraction(int(rng.integers(1, 9)), 8), high)
+    elif kind == 1:
+        box[name] = (low + (high - low) / 4, high)
+    elif kind == 2:
+        return replace(region, differences=())
+    else:
+        return replace(region, apart=())
+    return replace(region, box=box)
+
+
+def changed_proof(rng, proofs):
+    goal = str(rng.choice(sorted(proofs)))
+    data = bytearray(proofs[goal])
+    for _ in range(int(rng.integers(1, 4))):
+        place = int(rng.integers(len(data)))
+        kind = rng.integers(4)
+        if kind == 0:
+            data[place] = rng.integers(0, 60)
+        elif kind == 1:
+            del data[place : place + int(rng.integers(1, 4))]
+        elif kind == 2:
+            data[place:place] = bytes(rng.integers(0, 60, int(rng.integers(1, 4))).tolist())
+        else:
+            data[place] = min(127, data[place] + 1)
+    return {**proofs, goal: bytes(data)}
+
+
+def rehashed(document):
+    """The text of an edited document with its hash computed again."""
+    body = {key: value for key, value in document.items() if key != "content_hash"}
+    return json.dumps({**body, "content_hash": certificates.body_hash(body)})

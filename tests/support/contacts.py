@@ -1,0 +1,91 @@
+"""What zones promise where entities collide: every start stays between the bounds of a zone, step by step."""
+
+from fractions import Fraction
+
+import numpy as np
+
+from codegen import ir
+from maviper.worlds import find
+from tests.support.teams import tree
+from verify.claims.region import Region
+from verify.claims.uncertified.starts import start_region
+from verify.episodes.contacts import travels
+from verify.episodes.unroll import Search, grouped, strides
+from verify.episodes.zones import SCALE, Zones, starts
+from verify.states.episodes import at_rest, play
+from verify.states.state import sample
+
+ROOM = 64  # units of 1 / SCALE that this check's own arithmetic may lose
+MOVED = 2**10  # and the one of whole courses
+
+
+def played(name, trees):
+    """A profile of the world `name` with a tree for each agent."""
+    world = find(name)
+    columns = zip(world.agents, world.features, world.actions, trees, strict=True)
+    policies = (ir.AgentPolicy(agent, world.team_of(agent), *rest) for agent, *rest in columns)
+    return ir.PolicyProfile(world.spec, tuple(policies), ir.Provenance("", "", 0, "", ""))
+
+
+def random_team(name, depth, seed):
+    """A profile with full random trees over features that are not constant."""
+    world, rng = find(name), np.random.default_rng(seed)
+    trees = []
+    for features, actions in zip(world.features, world.actions, strict=True):
+        useful = [number for number, feature in enumerate(features) if feature.meaning.terms]
+        trees.append(tree(*_grown(rng, useful, len(actions), depth, 0)))
+    return played(name, trees)
+
+
+def _grown(rng, useful, n_actions, depth, place):
+    """The nodes of a full random tree whose root stands at `place`, in preorder."""
+    if not depth:
+        return [int(rng.integers(n_actions))]
+    left = _grown(rng, useful, n_actions, depth - 1, place + 1)
+    right = _grown(rng, useful, n_actions, depth - 1, place + 1 + len(left))
+    threshold = round(float(rng.uniform(-0.6, 0.6)), 2)
+    return [(int(rng.choice(useful)), threshold, place + 1, place + 1 + len(left)), *left, *right]
+
+
+def around(profile, half, middles):
+    """A region of boxes of half the side `half` around middles, (x, y) an entity in the world's order."""
+    names = [name for name in start_region(profile.world).box if not name.endswith((".vx", ".vy"))]
+    places = [Fraction(str(round(float(value), 3))) for middle in middles for value in middle]
+    box = {name: (place - half, place + half) for name, place in zip(names, places, strict=True)}
+    return Region(box, profile.world.goals)
+
+
+def escaped(profile, region, steps, agents, count=100, budget=20_000):
+    """How many (start, step) lie in no zone whose bounds hold the start's own course; None when zones are too many.
+
+    Also the number of zones that were touched. Zones must not be given up (MAX_DRIFT).
+    """
+    parts = starts(region, profile.world)
+    group = grouped(profile, agents, None, [], travels(profile.world, strides(profile), parts, steps))
+    seen = [[] for _ in range(steps + 1)]
+
+    def cut(zones, step):
+        seen[step].append(zones)
+        return zones
+
+    search = Search(group, steps, cut, budget)
+    first = np.array([part.projected(group.entities) for part in parts])
+    begun = Zones.at_start(first, np.arange(len(first)), len(agents), group.tests, group.contacts is not None)
+    if not search.run(begun, lambda zones: None):
+        return None, search.touched
+    coordinates, _ = sample(at_rest(region), profile.world, count, 1)
+    course, _ = play(profile, coordinates, steps)
+    names = profile.world.coordinates()
+    columns = np.array([[names.index(f"{name}.{axis}") for axis in "xy"] for name in group.entities])
+    place = np.concatenate([np.zeros((len(coordinates), 1, 2)), coordinates[:, columns]], axis=1)
+    gaps = (place[:, :, None] - place[:, None]).transpose(0, 3, 1, 2) * SCALE
+    missing = 0
+    for step, batches in enumerate(seen):
+        zones = Zones.joined(batches)
+        moved = (course[step] - course[0])[:, columns[: len(agents)]] * SCALE
+        for gap, far in zip(gaps, moved, strict=True):
+            mine = zones.take((gap <= zones.bounds + ROOM).all(axis=(1, 2, 3)))
+            more = 0 if mine.loose is None else mine.loose.drift
+            between = (far >= mine.offset - MOVED) & (far <= mine.offset + more + MOVED)
+            missing += not between.all(axis=(1, 2)).any()
+    return missing, search.touched

@@ -1,0 +1,34 @@
+"""The README's picture: a photograph of the committed page of a team that violates its claim.
+
+Run as `python -m tests.support.pictures`, with Chromium on the path, after `generated/` was made again.
+"""
+
+import subprocess
+import tempfile
+from pathlib import Path
+
+from tests.maviper.page.browsers import CHROMIUM, QUIETLY
+
+ROOT = Path(__file__).parents[2]
+PAGE = ROOT / "generated" / "physical_deception" / "extracted" / "play.html"
+PICTURE = ROOT / "maviper" / "manual" / "play.png"
+WIDTH, HEIGHT, SCALE = 1140, 800, 0.8
+MAX_BYTES = 150_000
+
+
+def main() -> None:
+    """Writes the picture."""
+    assert CHROMIUM is not None, "chromium is not installed"
+    with tempfile.TemporaryDirectory() as folder:
+        shot = Path(folder) / "play.png"
+        sizes = [f"--window-size={WIDTH},{HEIGHT}", f"--force-device-scale-factor={SCALE}", "--hide-scrollbars"]
+        # time that passes at once, so that the arena is coloured to its end
+        command = [CHROMIUM, *QUIETLY, *sizes, "--virtual-time-budget=5000", f"--user-data-dir={folder}/user"]
+        subprocess.run([*command, f"--screenshot={shot}", PAGE.as_uri()], check=True, capture_output=True, timeout=300)
+        data = shot.read_bytes()
+    assert len(data) <= MAX_BYTES, len(data)
+    PICTURE.write_bytes(data)
+
+
+if __name__ == "__main__":
+    main()

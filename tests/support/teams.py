@@ -1,0 +1,28 @@
+"""Small hand-made teams whose verdicts are known."""
+
+import numpy as np
+
+from codegen import ir
+from tests.support.strategies import with_trees
+
+
+def tree(*nodes):
+    """A tree from (feature, threshold, left, right) splits and bare actions."""
+    columns = [(*node, -1) if isinstance(node, tuple) else (-1, 0.0, -1, -1, node) for node in nodes]
+    return ir.Tree(*(np.array(column) for column in zip(*columns, strict=True)))
+
+
+STAY, LEFT, RIGHT, DOWN, UP = range(5)
+
+
+def towards(k, index):
+    """Goes to landmark k along the axis on which it is farther, with tests on its offsets only."""
+    dx, dy = 2 + 2 * k, 3 + 2 * k
+    # x first unless it is within a tenth
+    return tree(
+        (dx, -0.05, 1, 2), LEFT, (dx, 0.05, 3, 6), (dy, 0.0, 4, 5), DOWN, UP, RIGHT,
+    )  # fmt: skip
+
+
+def team(profile, first, second):
+    return with_trees({"agent_0": first, "agent_1": second}, profile)

@@ -1,0 +1,97 @@
+"""Nothing that we read can run code: what loads or runs code stands in a table, each place with its reason."""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+PACKAGES = ("codegen", "maviper", "verify")
+MODULES = ("pickle", "cPickle", "dill", "cloudpickle", "marshal", "shelve", "runpy", "code", "yaml", "imp")
+NAMES = ("eval", "exec", "compile", "__import__")  # the built-in functions
+METHODS = ("exec_module", "load_module", "run_path", "run_module", "load_pickle", "read_pickle")
+LOADERS = {"np.load", "numpy.load", "joblib.load", "torch.load", "torch.jit.load", "torch.hub.load"}
+ALLOWED: dict[tuple[str, str], str] = {
+    ("codegen/importers/python/source.py", "compile"): "checks the grammar; what it gives is thrown away, never run",
+    ("codegen/agreement/readback.py", "import_module"): "jax or torch, by its name in the sources",
+    ("codegen/agreement/readback.py", "runpy"): "code that this very run has generated, to compare it with the trees",
+    ("codegen/agreement/readback.py", "runpy.run_path"): "the same",
+    ("maviper/reproduction/run.py", "import_module"): "a module of this package, by its name in the sources",
+    ("maviper/worlds/outside/making.py", "import_module"): "user code that the user names on the command line",
+}
+
+
+def dotted(node):
+    """`a.b.c` of an expression; nothing of any other."""
+    if isinstance(node, ast.Attribute):
+        return f"{dotted(node.value)}.{node.attr}"
+    return node.id if isinstance(node, ast.Name) else ""
+
+
+def safe_load(called, call):
+    """Weights alone are read by torch.load; numpy's arrays by np.load, which refuses objects unless it is asked."""
+    given = {one.arg: one.value for one in call.keywords}
+    if called == "torch.load":
+        return isinstance(given.get("weights_only"), ast.Constant) and given["weights_only"].value is True
+    allow = given.get("allow_pickle")
+    return (
+        called in ("np.load", "numpy.load")
+        and None not in given
+        and (len(call.args) <= 2 and (allow is None or (isinstance(allow, ast.Constant) and allow.value is False)))
+    )
+
+
+def running(source):
+    """What in a source can run code that is read: names, each as often as it stands there."""
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Import):
+            yield from (one.name for one in node.names if one.name.split(".")[0] in MODULES)
+        elif isinstance(node, ast.ImportFrom):
+            yield from ([node.module] if (node.module or "").split(".")[0] in MODULES else [])
+            yield from (one.name for one in node.names if f"{node.module}.{one.name}" in LOADERS)
+        elif isinstance(node, ast.Call):
+            called = dotted(node.func)
+            last = called.rpartition(".")[2]
+            if called in NAMES or last in METHODS or (called in LOADERS and not safe_load(called, node)):
+                yield called
+            elif last == "import_module" and not all(isinstance(one, ast.Constant) for one in node.args):
+                yield last
+
+
+def test_nothing_that_we_read_can_run_code():
+    found = set()
+    for package in PACKAGES:
+        for path in (ROOT / package).rglob("*.py"):
+            found |= {(path.relative_to(ROOT).as_posix(), name) for name in running(path.read_text())}
+    assert found == set(ALLOWED), sorted(found ^ set(ALLOWED))
+
+
+@pytest.mark.parametrize(
+    "source",
+    [
+        "import pickle",
+        "from pickle import loads",
+        "import yaml",
+        "from numpy import load",
+        "eval(text)",
+        "exec(text)",
+        "np.load(path, allow_pickle=True)",
+        "np.load(path, allow_pickle=asked)",
+        "np.load(path, None, True)",
+        "np.load(path, **given)",
+        "torch.load(path)",
+        "torch.load(path, weights_only=False)",
+        "joblib.load(path)",
+        "spec.loader.exec_module(made)",
+        "importlib.import_module(name)",
+    ],
+)
+def test_what_runs_code_is_seen(source):
+    assert list(running(source))
+
+
+@pytest.mark.parametrize(
+    "source", ["torch.load(path, weights_only=True)", "np.load(path)", "re.compile(text)", "import_module('onnx')"]
+)
+def test_what_runs_none_is_left_alone(source):
+    assert not list(running(source))

@@ -1,0 +1,88 @@
+"""Records of what tests took: read, compared with the table, at the pace of a machine; and the table itself."""
+
+import json
+from types import SimpleNamespace
+
+import pytest
+
+from tests import seconds
+
+pytestmark = pytest.mark.smoke
+
+
+def record(tmp_path, spent, skipped=()):
+    file = tmp_path / "record.json"
+    file.write_text(json.dumps({"seconds": spent, "skipped": dict(skipped)}))
+    return str(file)
+
+
+def test_the_table_is_within_the_caps():
+    """A file that has moved since stands there under its old name until the table is renewed."""
+    table = seconds.table()
+    assert sum((seconds.ROOT / name).is_file() for name in table) > len(table) / 2
+    assert seconds.over_caps(table, 1.0) == []
+    assert all((seconds.ROOT / name).is_file() for name in seconds.CAPS_S)
+
+
+def test_a_file_over_its_cap_is_named(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(seconds, "table", lambda: {"a.py": 10, "b.py": 10, "c.py": 40})
+    assert seconds.main([record(tmp_path, {"a.py": 10, "b.py": 10, "c.py": 44})]) == 0
+    assert "OVER" not in capsys.readouterr().out
+    assert seconds.main([record(tmp_path, {"a.py": 10, "b.py": 10, "c.py": 46})]) == 0
+    assert "OVER ITS CAP: c.py: 46 s > 45 s" in capsys.readouterr().out
+
+
+def test_a_slow_machine_is_no_fault_of_a_file_and_a_fast_one_allows_no_more(tmp_path, monkeypatch):
+    table = {"a.py": 10, "b.py": 20, "c.py": 40}
+    assert seconds.pace({"a.py": 20, "b.py": 40, "c.py": 80}, table) == 2
+    assert seconds.over_caps({"a.py": 20, "b.py": 40, "c.py": 80}, 2) == []
+    assert [name for name, *_ in seconds.over_caps({"a.py": 20, "b.py": 100, "c.py": 80}, 2)] == ["b.py"]
+    assert seconds.pace({"a.py": 5, "b.py": 10, "c.py": 20}, table) == 1
+    assert seconds.pace({}, table) == 1
+
+
+def test_what_takes_longer_than_the_table_says_is_named_below_the_cap(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(seconds, "table", lambda: {"a.py": 10, "b.py": 10, "c.py": 10})
+    assert seconds.main([record(tmp_path, {"a.py": 10, "b.py": 10, "c.py": 30})]) == 0
+    assert "longer: c.py: 30.0 s, in the table 10 s" in capsys.readouterr().out
+
+
+def test_skips_are_counted_by_reason(tmp_path, capsys):
+    skipped = {"a.py::x": "no chromium", "a.py::y": "no chromium", "b.py": "no torch"}
+    assert seconds.main([record(tmp_path, {"a.py": 1}, skipped)]) == 0
+    out = capsys.readouterr().out
+    assert "3 skipped" in out and "2  no chromium" in out and "1  no torch" in out
+
+
+def test_the_table_is_renewed_from_a_record(tmp_path, monkeypatch):
+    monkeypatch.setattr(seconds, "TABLE", tmp_path / "seconds.json")
+    seconds.TABLE.write_text("{}")
+    seconds.main(["--update", record(tmp_path, {"b.py": 3.4, "a.py": 10.6, "tiny.py": 0.1})])
+    assert json.loads(seconds.TABLE.read_text()) == {"a.py": 11, "b.py": 3}
+
+
+def test_long_files_come_first_and_keep_their_order_and_unknown_ones_come_before_them():
+    items = [SimpleNamespace(nodeid=f"{name}::{test}") for name in ("a.py", "b.py", "new.py", "c.py") for test in "xy"]
+    ordered = [item.nodeid for item in seconds.longest_first(items, {"a.py": 1, "b.py": 9})]
+    assert [name for name in ordered if name.endswith("x")] == ["new.py::x", "c.py::x", "b.py::x", "a.py::x"]
+    assert [ordered.index(f"{name}::y") - ordered.index(f"{name}::x") for name in ("a.py", "b.py", "c.py")] == [1, 1, 1]
+
+
+def test_a_recorder_adds_up_what_reports_say(tmp_path):
+    recorder = seconds.Recorder(tmp_path / "record.json")
+    for nodeid, spent in (("a.py::x", 1.0), ("a.py::x", 0.5), ("b.py::y", 2.0)):
+        recorder.pytest_runtest_logreport(SimpleNamespace(nodeid=nodeid, duration=spent, skipped=False))
+    place = ("a.py", 3, "Skipped: no node")
+    recorder.pytest_runtest_logreport(SimpleNamespace(nodeid="a.py::z", duration=0.0, skipped=True, longrepr=place))
+    recorder.pytest_sessionfinish()
+    written = json.loads(recorder.place.read_text())
+    assert written == {"seconds": {"a.py": 1.5, "b.py": 2.0}, "skipped": {"a.py::z": "no node"}}
+
+
+def test_tests_of_some_folders_must_not_be_skipped(tmp_path, capsys):
+    skipped = {"tests/page/a.py::x": "no chromium", "tests/pages.py::y": "no torch"}
+    file = record(tmp_path, {}, skipped)
+    assert seconds.main([file]) == 0
+    assert seconds.main([file, "--all-of", "tests/page"]) == 1
+    out = capsys.readouterr().out
+    assert "NOT TO BE SKIPPED: tests/page/a.py::x: no chromium" in out and "TO BE SKIPPED: tests/pages.py" not in out

@@ -1,0 +1,477 @@
+"""Certificates: read back, bound to their question, checked; and what the checker refuses."""
+
+import ast
+import json
+from collections import Counter
+from dataclasses import replace
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from codegen import ir
+from codegen.errors import InputError
+from codegen.policy_json import content_hash
+from tests.support.certificates import changed_proof, changed_region, changed_tree, rehashed
+from tests.support.teams import STAY, UP, team, towards, tree
+from tests.support.zone_cases import NAVIGATION, deception, near_roles, random_region, stated, switching
+from verify.checker import reading
+from verify.checker.decisions import walk as decisions
+from verify.checker.decisions.certificates import Certificate, accepted, from_json, to_json
+from verify.checker.envelope import numbers, varint
+from verify.checker.reading import RejectedError
+from verify.claims.catalogue import find_property
+from verify.claims.decisions import DistinctTargets, OwnTarget, formula
+from verify.claims.formula import FALSE, TRUE, Goal, Not, disjunction, negated
+from verify.claims.region import Region
+from verify.claims.uncertified.own import BUILT_IN
+from verify.claims.uncertified.starts import start_region
+from verify.question import Question
+from verify.result import Verdict
+from verify.semantics import MACHINE, REAL, Semantics
+from verify.solver.decide import decide
+from verify.zones import engine as zones
+from verify.zones import search, tables
+
+pytestmark = pytest.mark.solver
+
+
+def certified(profile, claim, region, semantics=MACHINE):
+    """The certificate of a claim that holds."""
+    found = zones.decide(stated(profile, formula(profile, claim), region, semantics))
+    assert found.verdict is Verdict.PROVED
+    asked = formula(profile, claim)
+    return Certificate(content_hash(profile), claim, asked, region, semantics, found.inhabitant, found.proofs)
+
+
+@pytest.fixture(scope="module")
+def roles(profile):
+    """A team whose claim leaves settle, and its certificate."""
+    pair = team(profile, towards(0, 0), towards(1, 1))
+    return pair, certified(pair, find_property("distinct_targets", pair), start_region(pair.world))
+
+
+@pytest.fixture(scope="module")
+def switchers(profile):
+    """A team whose proof needs both trees, in a region with differences and distances, and its certificate."""
+    pair = team(profile, *switching(0.1))
+    start = start_region(pair.world)
+    half = (Fraction(-1, 2), Fraction(1, 3))
+    apart = (("agent_0", "agent_1", Fraction(1, 5)),)
+    region = Region(start.box, start.goals, (("agent_0.x", "landmark_1.x", half),), apart, name="region.toml")
+    return pair, certified(pair, find_property("distinct_targets", pair, radius=Fraction(3, 50)), region)
+
+
+def test_the_checker_is_small_and_shares_nothing_with_the_engines():
+    assert len(Path(decisions.__file__).read_text().splitlines()) <= 200
+    for module in (decisions, reading):
+        nodes = ast.walk(ast.parse(Path(module.__file__).read_text()))
+        imported = {node.module for node in nodes if isinstance(node, ast.ImportFrom)}
+        ours = {name for name in imported if name.split(".")[0] in ("verify", "codegen", "maviper", "z3")}
+        trusted = {
+            "codegen.errors",
+            "codegen.ir",
+            "verify.checker.reading",
+            "verify.claims.formula",
+            "verify.claims.region",
+            "verify.checker.thresholds",
+            "verify.semantics",
+        }
+        assert ours <= trusted, ours
+
+
+@pytest.mark.parametrize("which", ["roles", "switchers"])
+@pytest.mark.smoke
+def test_a_certificate_comes_back_and_is_accepted(which, request):
+    pair, made = request.getfixturevalue(which)
+    text = to_json(made)
+    back = from_json(text)
+    assert back == made and to_json(back) == text
+    assert accepted(back, pair) > 10
+
+
+def test_real_semantics_is_named_and_not_the_machines(profile):
+    """Proved over the reals only: standing still is wrong in the sliver where float32 rounds to the threshold."""
+    pair = team(profile, towards(0, 0), towards(1, 1))
+    asked = find_property("distinct_targets", pair, radius=Fraction(float(np.float32(0.05))))
+    real = certified(pair, asked, start_region(pair.world), REAL)
+    assert accepted(from_json(to_json(real)), pair) > 10
+    with pytest.raises(RejectedError):
+        accepted(replace(real, semantics=MACHINE), pair)
+
+
+# --- what a certificate is bound to
+
+
+def test_another_policy_is_told(roles, profile):
+    _, made = roles
+    other = team(profile, towards(0, 0), tree(STAY))
+    with pytest.raises(InputError, match="another profile"):
+        accepted(made, other)
+    with pytest.raises(RejectedError):
+        accepted(replace(made, profile=content_hash(other)), other)
+
+
+def test_the_formula_must_be_the_propertys(roles):
+    pair, made = roles
+    for changed in (TRUE, Not(FALSE), formula(pair, replace(made.claim, radius=Fraction(1)))):
+        with pytest.raises(RejectedError, match="not the one that distinct_targets has"):
+            accepted(replace(made, formula=changed), pair)
+    assert accepted(replace(made, claim=None), pair) > 10
+    strange = OwnTarget(made.claim.team, landmarks=("landmark_7", "landmark_8"))
+    with pytest.raises(RejectedError, match="not the one that own_target has"):
+        accepted(replace(made, claim=strange), pair)
+
+
+def test_every_goal_needs_its_proof(roles):
+    pair, made = roles
+    with pytest.raises(RejectedError, match="goals"):
+        accepted(replace(made, proofs={"landmark_0": made.proofs["landmark_0"]}), pair)
+
+
+def test_an_empty_region_is_refused(roles):
+    """Everything holds in a region without points: no inhabitant, no certificate."""
+    pair, made = roles
+    empty = replace(made.region, differences=(("agent_0.x", "agent_1.x", (Fraction(3), Fraction(4))),))
+    assert zones.decide(stated(pair, made.formula, empty)).verdict is Verdict.VACUOUS
+    with pytest.raises(RejectedError, match="not a state of the region"):
+        accepted(replace(made, region=empty), pair)
+    with pytest.raises(InputError, match="inhabitant"):
+        accepted(replace(made, region=empty, inhabitant={}), pair)
+
+
+@pytest.mark.parametrize("name", ["agent_9.x", "", "goal.z"])
+def test_unknown_coordinates_are_told(roles, name):
+    pair, made = roles
+    box = {**made.region.box, name: (Fraction(0), Fraction(1))}
+    with pytest.raises(InputError, match="does not have"):
+        accepted(replace(made, region=replace(made.region, box=box)), pair)
+
+
+def damage(text, name):
+    """A certificate's text with one fault."""
+    document = json.loads(text)
+    match name:
+        case "truncated":
+            return text[: len(text) // 2]
+        case "not a certificate":
+            return '{"agents": []}'
+        case "other version":
+            document["certificate"] = "maviper-certificate-99"
+        case "edited":
+            document["region"]["box"]["agent_0.x"] = ["-2", "2"]
+        case "a member missing":
+            del document["inhabitant"]
+        case "a member more":
+            document["proved"] = "yes"
+        case "no number":
+            document["region"]["box"]["agent_0.x"] = ["low", "high"]
+        case "a long number":
+            document["inhabitant"]["agent_0.x"] = "1" * 5000
+        case "other semantics":
+            document["semantics"] = "roughly"
+        case "no formula":
+            document["formula"] = {"maybe": []}
+        case "a deep formula":
+            deep = '{"not": ' * 9000 + '{"all": []}' + "}" * 9000
+            return text.replace('"formula": {', f'"formula": {deep}, "old": {{', 1)
+        case "a huge number":
+            document["inhabitant"]["agent_0.x"] = "1e999999999"
+        case "an unknown property":
+            document["property"]["name"] = "always_right"
+        case "a formula of many levels":
+            for _ in range(300):
+                document["formula"] = {"not": document["formula"]}
+        case "no property":
+            document["property"]["colour"] = "red"
+        case "no base64":
+            document["proofs"]["landmark_0"] = ["!!!!"]
+    if name not in ("edited", "other version"):
+        document = json.loads(rehashed(document))
+    return json.dumps(document)
+
+
+DAMAGES = {
+    "truncated": "truncated", "not a certificate": "not a certificate", "other version": "another version",
+    "edited": "edited", "a member missing": "not a certificate", "a member more": "not a certificate",
+    "no number": "does not hold", "a long number": "does not hold", "other semantics": "does not hold",
+    "no formula": "does not hold", "a deep formula": "certificate", "no property": "does not hold",
+    "no base64": "does not hold", "a huge number": "does not hold", "an unknown property": "does not hold",
+    "a formula of many levels": "does not hold",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", DAMAGES)
+def test_damaged_files_are_told(roles, name):
+    _, made = roles
+    with pytest.raises(InputError, match=DAMAGES[name]) as raised:
+        from_json(damage(to_json(made), name), "claim.json")
+    assert "claim.json" in raised.value.where and raised.value.next_step
+
+
+# --- a thousand changes, with all hashes made again: what is accepted, holds
+
+
+def changed(rng, pair, made):
+    """One change of tree, region, property or proof, with hashes and formula made again."""
+    kind = ("tree", "region", "property", "proof")[rng.integers(4)]
+    if kind == "tree":
+        pair = changed_tree(rng, pair)
+    if kind == "region":
+        made = replace(made, region=changed_region(rng, made.region))
+    if kind == "property":
+        name = str(rng.choice(["own_target", "no_double", "distinct_targets"]))
+        margin, radius = Fraction(int(rng.integers(0, 4)), 40), Fraction(int(rng.integers(0, 30)), 100)
+        made = replace(made, claim=BUILT_IN[name](made.claim.team, margin, radius))
+    if kind == "proof":
+        made = replace(made, proofs=changed_proof(rng, made.proofs))
+    made = replace(made, profile=content_hash(pair), formula=formula(pair, made.claim))
+    return kind, pair, from_json(to_json(made))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("which", ["roles", "switchers"])
+def test_no_certificate_of_a_false_claim_is_accepted(which, request):
+    """500 changes each; a change that keeps the claim true may pass."""
+    pair, made = request.getfixturevalue(which)
+    rng = np.random.default_rng(17)
+    passed, refused = Counter(), Counter()
+    for _ in range(500):
+        kind, other, forged = changed(rng, pair, made)
+        try:
+            accepted(forged, other)
+        except RejectedError:
+            refused[kind] += 1
+            continue
+        passed[kind] += 1
+        assert zones.decide(stated(other, forged.formula, forged.region)).verdict is Verdict.PROVED
+        if kind in ("tree", "property"):
+            assert decide(Question(other, forged.claim, forged.region)).verdict is Verdict.PROVED
+    # fixed roles hold in every region
+    kinds = ("tree", "property", "proof") if which == "roles" else ("tree", "region", "property", "proof")
+    assert all(refused[kind] > 15 for kind in kinds) and sum(passed.values()) < 300, (refused, passed)
+
+
+def test_proofs_of_other_claims_are_refused(roles):
+    """The denial's proof, an empty proof, and numbers without end."""
+    pair, made = roles
+    for proof in (b"", b"\0", b"\1", b"\0\0\0", varint(2**62) * 3, b"\xff" * 40, bytes(range(60))):
+        with pytest.raises(RejectedError):
+            accepted(replace(made, proofs=dict.fromkeys(made.proofs, proof)), pair)
+    with pytest.raises(RejectedError):
+        decisions.check(pair, negated(made.formula), made.region, "landmark_0", Semantics(), numbers(b""))
+    for longer in (b"\0", b"\1\0"):
+        with pytest.raises(RejectedError, match="continues"):
+            accepted(replace(made, proofs={goal: proof + longer for goal, proof in made.proofs.items()}), pair)
+
+
+# --- bugs in the engine: its certificates are refused
+
+
+def backwards(patch):
+    real = tables.problem
+
+    def swapped(table):
+        made = real(table)
+        return replace(made, edges=[(component, b, a) for component, a, b in made.edges])
+
+    patch.setattr(zones, "problem", swapped)
+
+
+def wrong_bound(patch):
+    real = tables.problem
+    patch.setattr(
+        zones, "problem", lambda table: replace(p := real(table), weights=[w - p.scale // 9 for w in p.weights])
+    )
+
+
+def all_strict(patch):
+    """Weak cycles of sum zero taken for empty."""
+    real = tables.problem
+    patch.setattr(zones, "problem", lambda table: replace(p := real(table), weights=[w - 1 for w in p.weights]))
+
+
+def right_forgotten(patch):
+    real = tables.zone_tree
+
+    def pruned(*given):
+        made = real(*given)
+        return replace(made, sides=[(left, None) for left, _ in made.sides])
+
+    patch.setattr(zones, "zone_tree", pruned)
+
+
+def choices_forgotten(patch):
+    real = tables._joined
+
+    def first_only(everyone, parts):
+        return real(everyone, parts if everyone else [part for part in parts if part is not None][:1])
+
+    patch.setattr(tables, "_joined", first_only)
+
+
+def sides_swapped(patch):
+    real = tables.sides
+    patch.setattr(tables, "sides", lambda *given: real(*given)[::-1])
+
+
+def thresholds_as_written(patch):
+    real = tables.sides
+    patch.setattr(tables, "sides", lambda feature, threshold, numbers, *_: real(feature, threshold, numbers, REAL))
+
+
+def lemmas_believed(patch):
+    class Believing(search.Search):
+        def lemmas(self, tree, parts, allowed):
+            stream, masks = super().lemmas(tree, parts, allowed)
+            return stream, [3] * len(masks)
+
+    patch.setattr(zones, "search", Believing)
+
+
+BUGS = {
+    bug.__name__: bug
+    for bug in (
+        backwards, wrong_bound, all_strict, right_forgotten, choices_forgotten, sides_swapped, thresholds_as_written,
+        lemmas_believed,
+    )
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", BUGS)
+def test_bugs_of_the_engine_are_caught(profile, name, monkeypatch):
+    """Some proof is refused, and every one of a false claim."""
+    rng = np.random.default_rng(5)
+    questions = []
+    for _ in range(60):
+        pair, claim = near_roles(rng, profile) if rng.random() < 0.7 else deception(rng, 3)
+        region = start_region(pair.world) if rng.random() < 0.5 else random_region(rng, pair)
+        asked = formula(pair, claim)
+        questions.append((pair, asked, region, zones.decide(stated(pair, asked, region)).verdict))
+    sliver = team(profile, towards(0, 0), towards(1, 1))  # fails only where float32 rounds down to the threshold
+    asked = formula(sliver, find_property("distinct_targets", sliver, radius=Fraction(float(np.float32(0.05)))))
+    questions.append((sliver, asked, start_region(sliver.world), Verdict.VIOLATED))
+    BUGS[name](monkeypatch)
+    caught = 0
+    for pair, asked, region, truth in questions:
+        found = zones.decide(stated(pair, asked, region))
+        refused = 0
+        for goal, proof in found.proofs.items():
+            try:
+                decisions.check(pair, asked, region, goal, Semantics(), numbers(proof))
+            except RejectedError:
+                refused += 1
+        caught += refused
+        assert refused or found.verdict is not Verdict.PROVED or truth is Verdict.PROVED
+    assert caught > 0
+
+
+def test_bugs_never_lead_to_an_accepted_false_proof(profile, monkeypatch):
+    """The same, goal by goal, against the answers of the engine without bugs."""
+    rng = np.random.default_rng(6)
+    questions = []
+    for _ in range(25):
+        pair, claim = near_roles(rng, profile)
+        region = start_region(pair.world)
+        asked = formula(pair, claim)
+        for goal in region.goals:
+            questions.append(
+                (pair, asked, region, goal, zones.decide(stated(pair, asked, region, goals=(goal,))).verdict)
+            )
+    for bug in BUGS.values():
+        with monkeypatch.context() as patch:
+            bug(patch)
+            for pair, asked, region, goal, truth in questions:
+                found = zones.decide(stated(pair, asked, region, goals=(goal,)))
+                for proof in found.proofs.values():
+                    if truth is not Verdict.PROVED:
+                        with pytest.raises(RejectedError):
+                            decisions.check(pair, asked, region, goal, Semantics(), numbers(proof))
+
+
+def test_three_agents_with_velocities(profile):
+    """A world without goals has one proof, for no goal; in the file its name is empty."""
+    world = NAVIGATION
+    still = tree(UP)
+    agents = tuple(
+        ir.AgentPolicy(name, "agents", features, actions, still)
+        for name, features, actions in zip(world.agents, world.features, world.actions, strict=True)
+    )
+    trio = ir.PolicyProfile(world.spec, agents, ir.Provenance("", "", 0, "", ""))
+    start = start_region(world.spec)
+    low = {name: (Fraction(-3), Fraction(-2)) for name in start.box if name.startswith("agent") and name.endswith("y")}
+    made = certified(trio, DistinctTargets("agents"), Region({**start.box, **low}, ()))
+    written = to_json(made)
+    assert set(made.proofs) == {None} and list(json.loads(written)["proofs"]) == [""]
+    assert from_json(written) == made and accepted(from_json(written), trio) == 4
+
+
+def test_no_property_whose_formula_says_less_is_accepted(roles):
+    """Of steady and alive_leaves the formula is not all that they claim: a certificate cannot be about them."""
+    pair, made = roles
+    document = json.loads(to_json(made))
+    named = document["property"]
+    for other in ({**named, "name": "steady"}, {"name": "alive_leaves", "team": "defenders"}, {**named, "eps": "5"}):
+        with pytest.raises(InputError, match="does not hold what it should"):
+            from_json(rehashed(document | {"property": other}))
+    with pytest.raises(InputError, match="margin must be between"):
+        claim = replace(made.claim, margin=Fraction(-1))
+        accepted(replace(made, claim=claim, formula=formula(pair, claim)), pair)
+
+
+def test_the_goals_place_cannot_be_bounded_apart_from_its_landmark(roles):
+    """`goal.x` is another name of a coordinate that the region bounds: free, it would make a region of nothing."""
+    pair, made = roles
+    far = {"goal.x": Fraction(5), "goal.y": Fraction(5)}
+    odd = replace(made.region, box={**made.region.box, **{name: (value, value) for name, value in far.items()}})
+    with pytest.raises(InputError, match=r"goal\.x"):
+        accepted(replace(made, region=odd, inhabitant={**made.inhabitant, **far}), pair)
+    loose = replace(made.region, differences=(("agent_0.vx", "agent_1.x", (Fraction(0), Fraction(1))),))
+    with pytest.raises(InputError, match=r"agent_0\.vx"):
+        accepted(replace(made, region=loose), pair)
+
+
+def forged_for_all(made, pair):
+    """A certificate for one goal, said to be for all: with its proof for each."""
+    region = start_region(pair.world)
+    (proof,) = made.proofs.values()
+    return replace(made, region=region, proofs=dict.fromkeys(region.goals, proof))
+
+
+def test_a_proof_for_one_goal_is_none_for_another_where_a_test_names_the_goal(profile):
+    pair = team(profile, towards(-1, 0), towards(1, 1))  # agent_0 goes to the goal: at landmark_1 both go there
+    first = replace(start_region(pair.world), goals=("landmark_0",))
+    made = certified(pair, find_property("distinct_targets", pair), first)
+    assert accepted(made, pair) > 0
+    with pytest.raises(RejectedError, match="goal landmark_1"):
+        accepted(forged_for_all(made, pair), pair)
+
+
+def test_a_proof_for_one_goal_is_none_for_another_where_the_claim_names_the_goal(profile):
+    pair = team(profile, tree(STAY), tree(STAY))
+    first = replace(start_region(pair.world), goals=("landmark_0",))
+    asked = disjunction(Goal("landmark_0"), formula(pair, find_property("own_target", pair)))
+    found = zones.decide(stated(pair, asked, first))
+    made = Certificate(content_hash(pair), None, asked, first, MACHINE, found.inhabitant, found.proofs)
+    assert found.verdict is Verdict.PROVED and accepted(made, pair) >= 0
+    with pytest.raises(RejectedError, match="goal landmark_1"):
+        accepted(forged_for_all(made, pair), pair)
+
+
+def test_goals_that_nothing_names_are_one_question(roles, monkeypatch):
+    """Proof, nodes and branches are those of each goal asked alone; the checker reads equal proofs once."""
+    pair, made = roles
+    question = stated(pair, made.formula, made.region)
+    alone = {goal: zones.decide(question.for_one_goal(goal)) for goal in made.region.goals}
+    assert made.proofs == {goal: one.proofs[goal] for goal, one in alone.items()}
+    # the region's state is sought once
+    assert zones.decide(question).nodes == sum(one.nodes for one in alone.values()) - (len(alone) - 1)
+    single = [replace(made, region=question.for_one_goal(goal).region, proofs=alone[goal].proofs) for goal in alone]
+    branches, read = sum(accepted(one, pair) for one in single), list[object]()
+    real = decisions.check_all
+    monkeypatch.setattr(decisions, "check_all", lambda *asked: read.append(asked) or real(*asked))
+    assert accepted(made, pair) == branches and len(read) == 1
+    other = made.region.goals[1]
+    with pytest.raises(RejectedError, match=f"goal {other}"):
+        accepted(replace(made, proofs={**made.proofs, other: made.proofs[other][:-1]}), pair)

@@ -1,0 +1,283 @@
+"""Certificates about stated systems: damaged proofs are refused, and no proof is taken for one of a false claim."""
+
+from dataclasses import replace
+from fractions import Fraction as F
+
+import numpy as np
+import pytest
+
+from codegen.errors import InputError
+from codegen.policy_json import content_hash
+from tests.support.system_cases import box, double_integrator, form, policy, stays, switching, team
+from tests.verify.reach import random_systems
+from verify.checker.reading import RejectedError
+from verify.checker.systems import trees as system_trees
+from verify.checker.systems.certificates import accepted, from_json, to_json
+from verify.checker.systems.reading import Leap
+from verify.checker.systems.walk import Hull
+from verify.claims.formula import negated
+from verify.reach.decide import decide
+from verify.reach.replay import replayed
+from verify.reach.results import Budget
+from verify.reach.samples import courses
+from verify.result import Verdict
+from verify.systems import documents
+from verify.systems.claims import SystemClaim, SystemKind
+from verify.systems.system import Affine, HalfSpace, Piece
+
+MUTATIONS = 1_000
+
+
+def coupled():
+    """A rotation whose proof adds several rows: start and errors are not told apart by axes."""
+    system = double_integrator(axes=1, error=F(1, 500), steps=12)
+    piece = system.pieces[0]
+    move = {"x": form(x=F(99, 100), vx=F(1, 5)), "vx": form(x=F(-1, 10), vx=F(98, 100))}
+    start = (*system.start, HalfSpace(form(F(-3, 5), x=1, vx=1)))
+    spread = tuple(replace(half, form=form(F(-1, 5), **dict(half.form.terms))) for half in start[2:4])
+    return replace(system, start=(*start[:2], *spread, start[4]), pieces=(Piece({}, move, piece.effect, piece.error),))
+
+
+@pytest.fixture(scope="module")
+def proved():
+    """Certificates with their profiles and systems: with bounds alone, with rows, with hulls, of many small systems."""
+    found = []
+    cases = [
+        (double_integrator(axes=2, steps=20), switching(axes=2), dict.fromkeys("xy", (F(-3, 5), F(3, 5)))),
+        (coupled(), switching(axes=1), {"x": (F(-7, 10), F(7, 10))}),
+        (double_integrator(axes=1, error=F(1, 1000), steps=25), switching(axes=1), {"x": (F(-7, 10), F(7, 10))}),
+    ]
+    for system, profile, bounds in cases:
+        (result,) = decide(profile, system, [stays(system, system.steps, **bounds)])
+        assert result.verdict is Verdict.PROVED, (result, system.name)
+        found.append((result.certificate, profile, system))
+    for seed in range(120):
+        system, profile, claim = random_systems.case(np.random.default_rng(seed))
+        (result,) = decide(profile, system, [claim])
+        if result.verdict is Verdict.PROVED and result.certificate.size:
+            found.append((result.certificate, profile, system))
+    assert len(found) >= 8 and found[1][0].size > 500 and any(part.hulls for part in found[2][0].parts)
+    return found
+
+
+def damaged(certificate, random):
+    """The certificate with a proof in which a number is another one, is missing, or is there twice."""
+    place = int(random.integers(len(certificate.parts)))
+    part = certificate.parts[place]
+    proof = bytearray(part.proof)
+    at = int(random.integers(len(proof)))
+    match int(random.integers(4)):
+        case 0:
+            proof[at] ^= 1 << int(random.integers(8))
+        case 1:
+            del proof[at]
+        case 2:
+            proof.insert(at, int(random.integers(256)))
+        case _:
+            del proof[at:]
+    parts = (*certificate.parts[:place], part._replace(proof=bytes(proof)), *certificate.parts[place + 1 :])
+    return replace(certificate, parts=parts)
+
+
+def refused(certificate, profile, system):
+    try:
+        accepted(certificate, profile, system)
+    except (RejectedError, InputError):
+        return True
+    return False
+
+
+@pytest.mark.slow
+def test_damaged_proofs_are_refused(proved):
+    """What is still accepted is another proof of the same: a multiplier that may be larger, a row that may be kept."""
+    random, tried, counted = np.random.default_rng(0), 0, 0
+    while counted < MUTATIONS:
+        certificate, profile, system = proved[tried % len(proved)]
+        counted += refused(damaged(certificate, random), profile, system)
+        tried += 1
+    assert counted / tried > 0.75, (counted, tried)
+
+
+def changed(profile, system, claim, random):
+    """The question with one number changed: of A, B, e, the start, the region, a test or a measure."""
+    piece = system.pieces[int(random.integers(len(system.pieces)))]
+    names = [one.name for one in system.variables]
+    name, other = random_systems.some(random, names), random_systems.some(random, names)
+    amount = random_systems.some(random, [F(1, 50), F(-1, 50), F(1, 10), F(-1, 10), F(1), F(-1)])
+    match int(random.integers(7)):
+        case 0:
+            move = {**piece.move, name: piece.move[name].plus(form(**{other: amount}))}
+            after = replace(piece, move=move)
+        case 1:
+            choice = random_systems.some(random, list(piece.effect))
+            effect = piece.effect[choice]
+            more = {**effect, name: effect.get(name, form()).plus(form(amount))}
+            after = replace(piece, effect={**piece.effect, choice: more})
+        case 2:
+            low, high = piece.error.get(name, (F(0), F(0)))
+            after = replace(piece, error={**piece.error, name: (low - abs(amount), high + abs(amount))})
+        case 3:
+            start = tuple(replace(half, form=half.form.plus(form(-abs(amount)))) for half in system.start)
+            return profile, replace(system, start=start), claim
+        case 4:
+            regions = tuple(
+                tuple(replace(half, form=half.form.plus(form(amount))) for half in region) for region in claim.regions
+            )
+            return profile, system, replace(claim, regions=regions)
+        case 5:
+            agent = random_systems.some(random, profile.agents)
+            threshold = agent.tree.threshold + np.where(agent.tree.feature >= 0, float(amount), 0).astype(np.float32)
+            trees = [
+                replace(one, tree=replace(one.tree, threshold=threshold)) if one is agent else one
+                for one in profile.agents
+            ]
+            return team(*trees), system, claim
+        case _:
+            agent = random_systems.some(random, list(system.features))
+            known = system.features[agent]
+            feature = random_systems.some(random, list(known))
+            measured = replace(known[feature], form=known[feature].form.plus(form(amount, **{other: amount})))
+            return profile, replace(system, features={**system.features, agent: {**known, feature: measured}}), claim
+    pieces = tuple(after if one is piece else one for one in system.pieces)
+    return profile, replace(system, pieces=pieces), claim
+
+
+def is_false(profile, system, claim):
+    played = courses(profile, system, claim, 256)
+    return any(replayed(profile, system, claim, course) is not None for course in played)
+
+
+@pytest.mark.slow
+def test_no_certificate_shows_a_false_claim(proved):
+    """A certificate is put to a question that differs in one number, and whose claim a replayed episode breaks."""
+    random, counted, tried = np.random.default_rng(1), 0, 0
+    while counted < MUTATIONS:
+        certificate, *about = proved[tried % len(proved)]
+        profile, system, claim = changed(*about, certificate.claim, random)
+        tried += 1
+        if is_false(profile, system, claim):
+            hashes = {"profile": content_hash(profile), "system": documents.content_hash(system)}
+            assert refused(replace(certificate, claim=claim, **hashes), profile, system), (tried, claim)
+            counted += 1
+
+
+def test_another_profile_or_system_is_told_by_its_hash(proved):
+    certificate, profile, system = proved[0]
+    with pytest.raises(InputError, match="another system"):
+        accepted(certificate, profile, replace(system, name="another"))
+    with pytest.raises(InputError, match="another profile"):
+        accepted(certificate, switching(axes=1), system)
+
+
+def test_every_way_must_be_shown_by_variables_that_depend_on_no_other(proved):
+    certificate, profile, system = proved[0]
+    first, second = certificate.parts
+    with pytest.raises(RejectedError, match="no part shows"):
+        accepted(replace(certificate, parts=(first,)), profile, system)
+    with pytest.raises(RejectedError, match="depends"):
+        accepted(replace(certificate, parts=(first._replace(followed=("x",)), second)), profile, system)
+    with pytest.raises(RejectedError, match="part 0"):  # what the first one follows says nothing of y
+        swapped = (first._replace(shows=second.shows), second._replace(shows=first.shows))
+        accepted(replace(certificate, parts=swapped), profile, system)
+
+
+def test_hulls_hold_what_goes_on_in_them(proved):
+    certificate, profile, system = proved[2]
+    part = next(part for part in certificate.parts if part.hulls)
+    place = certificate.parts.index(part)
+
+    def with_hulls(hulls):
+        parts = (*certificate.parts[:place], part._replace(hulls=hulls), *certificate.parts[place + 1 :])
+        return replace(certificate, parts=parts)
+
+    first, *others = part.hulls
+    narrow = tuple(replace(half, form=half.form.plus(form(F(1, 10)))) for half in first.region)
+    for hulls in (
+        (Hull(first.step, narrow), *others),
+        (Hull(first.step + 1, first.region), *others),
+        (Hull(first.step, first.region[1:]), *others),  # its first variable has no lower bound
+        tuple(others),
+        (),
+    ):
+        with pytest.raises(RejectedError):
+            accepted(with_hulls(hulls), profile, system)
+
+
+def test_an_inhabitant_must_be_a_start(proved):
+    certificate, profile, system = proved[0]
+    far = {**certificate.inhabitant, "x": F(9)}
+    with pytest.raises(RejectedError, match="vacuous"):
+        accepted(replace(certificate, inhabitant=far), profile, system)
+
+
+def test_a_text_that_was_edited_is_refused(proved):
+    text = to_json(proved[0][0])
+    for wrong in (text.replace('"steps": 20', '"steps": 10'), text[:-40], text.replace("3/5", "4/5")):
+        assert wrong != text
+        with pytest.raises(InputError):
+            from_json(wrong)
+
+
+# --- planted faults: a wrong reading is caught, as what it proves is false
+
+
+def ignore_errors(patch):
+    init = Leap.__init__
+
+    def without(self, forms, piece):
+        init(self, forms, replace(piece, error={}))
+
+    patch.setattr(Leap, "__init__", without)
+
+
+def ignore_effects(patch):
+    patch.setattr("verify.checker.systems.reading._total", lambda name, piece, effects, number: piece.move[name])
+
+
+def ignore_the_motion_of_others(patch):
+    def alone(name, piece, effects, number):
+        form = piece.move[name]
+        for effect in effects:
+            form = form.plus(effect.by_piece[number].get(name, Affine()))
+        return Affine.of({each: factor for each, factor in form.terms if each == name}, form.constant)
+
+    patch.setattr("verify.checker.systems.reading._total", alone)
+
+
+def swap_sides(patch):
+    right = system_trees.goes_left
+    patch.setattr(system_trees, "goes_left", lambda *given: negated(right(*given)))
+
+
+def false_claims():
+    """Questions whose claims a replayed episode breaks: by errors, or as pushes lead into a region."""
+    noisy = double_integrator(axes=1, error=F(1, 50), steps=12)
+    aside = replace(double_integrator(axes=1, steps=12), start=box(x=(F(2, 5), F(1, 2)), vx=(0, 0)))
+    crossing = SystemClaim("avoids", SystemKind.AVOIDS, (box(x=(F(-1, 5), F(1, 5))),), 12)
+    return [(noisy, stays(noisy, 12, x=(F(-101, 200), F(101, 200)))), (aside, crossing)]
+
+
+def wrongly_proved():
+    profile, proved = switching(axes=1), 0
+    for system, claim in false_claims():
+        assert is_false(profile, system, claim)
+        (result,) = decide(profile, system, [claim], Budget(max_states=400, max_programs=4_000, samples=0))
+        proved += result.verdict is Verdict.PROVED
+    return proved
+
+
+@pytest.mark.parametrize("plant", [ignore_errors, ignore_effects, ignore_the_motion_of_others, swap_sides])
+def test_a_fault_in_the_reading_proves_what_an_episode_breaks(plant, monkeypatch):
+    plant(monkeypatch)
+    assert wrongly_proved() >= 1
+
+
+def test_without_a_fault_nothing_false_is_proved():
+    assert wrongly_proved() == 0
+
+
+def test_a_policy_with_one_action_needs_no_tests():
+    system = double_integrator(axes=1, steps=3)
+    profile = team(policy("drone", ["sx"], ["push0", "push1"], 1))
+    (result,) = decide(profile, system, [stays(system, 3, x=(-1, 1))])
+    assert result.verdict is Verdict.PROVED and result.certificate.size == 0

@@ -1,0 +1,35 @@
+"""Units: what texts mean the same, and what is no unit."""
+
+import pytest
+
+from codegen.errors import InputError
+from verify.language.units import PURE, times, unit_of, written
+
+
+@pytest.mark.parametrize(
+    ("text", "same"),
+    [
+        ("m/s^2", "m/s/s"),
+        ("kg*m/s**2", "m*kg/s^2"),
+        ("1/s", "m/s/m"),
+        ("rad", "none"),
+        ("", "1"),
+        ("rad/s", "1/s"),
+        ("m*s^-1", "m/s"),
+    ],
+)
+def test_units_that_are_the_same(text, same):
+    assert unit_of(text, "") == unit_of(same, "")
+
+
+@pytest.mark.parametrize("text", ["m s", "m//s", "/s", "2*m", "m^", "m^1.5", "m^99", "m+s", "*m"])
+def test_what_is_no_unit(text):
+    with pytest.raises(InputError):
+        unit_of(text, "here")
+
+
+def test_units_multiply_and_are_written():
+    speed, time = unit_of("m/s", ""), unit_of("s", "")
+    assert written(times(speed, time)) == "m" and written(times(speed, time, -1)) == "m/s^2"
+    assert written(PURE) == "1" and written(unit_of("1/s", "")) == "1/s"
+    assert unit_of(written(unit_of("kg*m/s^2/A", "")), "") == unit_of("kg*m/s^2/A", "")

@@ -1,0 +1,198 @@
+"""Certificates of claims about whole episodes: the document with its proofs, and whether it is accepted.
+
+Does: its JSON text; whether one fits a profile and passes the checker.
+Assumes: a profile that was read and checked; proofs of the form that README.md specifies, made by anyone.
+Does not: make proofs.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from fractions import Fraction
+from typing import Any
+
+import msgspec
+
+from codegen.floats import rational_literal
+from codegen.ir import PolicyProfile
+from codegen.json_layout import layout
+from codegen.policy_json import content_hash
+from verify.checker.decisions.certificates import Certificate, known_names, region_from
+from verify.checker.envelope import (
+    body_hash,
+    ensure_about,
+    ensure_whole,
+    numbers,
+    proof_lines,
+    read_proof,
+    undamaged,
+)
+from verify.checker.episodes import walk as episodes
+from verify.checker.episodes.contact_reading import ContactEpisode
+from verify.checker.episodes.contacts import coincident
+from verify.checker.episodes.reading import FARTHEST, Episode, Part, PartedEpisode, certifiable
+from verify.checker.reading import RejectedError, region_formula
+from verify.claims.episodes import EpisodeClaim
+from verify.claims.formula import TRUE, holds
+from verify.claims.formula_json import read_number
+from verify.claims.region import Region, goal_of, goal_text
+from verify.semantics import MACHINE
+
+FORM = "maviper-episode-certificate-1"
+PUSHED = "maviper-episode-certificate-3"
+READINGS = {FORM: Episode, "maviper-episode-certificate-2": PartedEpisode, PUSHED: ContactEpisode}
+
+
+@dataclass(frozen=True)
+class EpisodeCertificate:
+    """A claim about the episodes of a profile from a region, with a proof for each of its parts."""
+
+    profile: str  # content hash
+    claim: EpisodeClaim
+    region: Region
+    inhabitant: Mapping[str, Fraction]  # a start of the region, which shows that it is not empty
+    parts: tuple[Part, ...]
+    semantics: str = MACHINE
+    region_said: str = field(default="", compare=False)  # what a file that was read calls its region; says nothing
+    form: str = FORM  # by which the proofs are to be read
+
+    @property
+    def size(self) -> int:
+        """Bytes of all proofs."""
+        return sum(len(part.proof) for part in self.parts)
+
+
+def forms(profile: PolicyProfile, claim: EpisodeClaim) -> list[str]:
+    """The forms that a certificate may have, the simplest first."""
+    pushed = claim.apart or any(agent.collides for agent in profile.world.agents)
+    return [form for form in READINGS if (form == PUSHED) == pushed]
+
+
+def accepted(certificate: EpisodeCertificate, profile: PolicyProfile) -> int:
+    """Checks a certificate; the number of branches that its proofs close.
+
+    InputError when it is about another policy or names what the profile does not have; RejectedError when a proof is
+    missing or does not hold.
+    """
+    found, region = content_hash(profile), certificate.region
+    ensure_about(certificate.profile, found, "profile", "--profile")
+    start = certificate.inhabitant
+    states = Certificate(found, None, TRUE, region, certificate.semantics, start, {})
+    known_names(states, profile, certificate.claim.team)
+    if any(value and name.endswith((".vx", ".vy")) for name, value in start.items()) or any(
+        abs(value) > FARTHEST or Fraction(float(value)) != value for value in start.values()
+    ):
+        raise RejectedError("its inhabitant is not a start that proofs cover: float64 positions, at rest")
+    if certificate.semantics != MACHINE:
+        raise RejectedError(f"proofs about episodes are for {MACHINE} arithmetic")
+    if not holds(region_formula(region), start, {}):
+        raise RejectedError("its inhabitant is not a start in the region, so the claim may be vacuous")
+    if coincident(profile.world, start):
+        raise RejectedError("at its inhabitant two that push each other stand in one place, where claims say nothing")
+    agents, marks = {each.agent for each in profile.agents}, {mark.name for mark in profile.world.landmarks}
+    marks |= agents if certificate.claim.apart else set()
+    for part in certificate.parts:
+        if not {part.agent} <= agents | {""} or not {*part.followed} <= agents or not part.followed:
+            raise RejectedError("a part is about agents that the profile does not have")
+        if (
+            not {part.landmark} <= marks | {""}
+            or part.goal not in (None, *region.goals)
+            or (bool(part.agent) != bool(part.landmark))
+        ):
+            whom = "others" if certificate.claim.apart else "landmarks"
+            raise RejectedError(f"a part is about {whom} that the profile does not have")
+    proofs = [(part, numbers(part.proof)) for part in certificate.parts]
+    return episodes.check(profile, certificate.claim, region, proofs, READINGS[certificate.form])
+
+
+class PartJson(msgspec.Struct, forbid_unknown_fields=True):
+    """A part of the claim and its proof."""
+
+    agent: str
+    landmark: str
+    goal: str
+    followed: list[str]
+    proof: list[str]
+
+
+class EpisodeCertificateJson(msgspec.Struct, forbid_unknown_fields=True):
+    """The members of the file; numbers are exact texts."""
+
+    certificate: str
+    profile: str
+    property: str
+    team: str
+    steps: int
+    radius: str
+    semantics: str
+    region: dict[str, Any]
+    inhabitant: dict[str, str]
+    parts: list[PartJson]
+    content_hash: str
+    landmarks: list[str] | msgspec.UnsetType = msgspec.UNSET  # of claims that an agent arrives
+    others: list[str] | msgspec.UnsetType = msgspec.UNSET  # of claims that it keeps apart
+
+
+def to_json(certificate: EpisodeCertificate) -> str:
+    """The text of a certificate; equal certificates give equal bytes."""
+    claim = certificate.claim
+    body = {
+        "certificate": certificate.form,
+        "profile": certificate.profile,
+        "property": claim.name,
+        "team": claim.team,
+        "steps": claim.steps,
+        "radius": str(claim.radius),
+        claim.whom: list(claim.named),
+        "semantics": certificate.semantics,
+        "region": {"name": certificate.region.name or certificate.region_said, **certificate.region.document()},
+        "inhabitant": {name: rational_literal(value) for name, value in certificate.inhabitant.items()},
+        "parts": [
+            {
+                "agent": part.agent,
+                "landmark": part.landmark,
+                "goal": goal_text(part.goal),
+                "followed": list(part.followed),
+                "proof": proof_lines(part.proof),
+            }
+            for part in certificate.parts
+        ],
+    }
+    return layout(body | {"content_hash": body_hash(body)}) + "\n"
+
+
+def from_json(text: str | bytes, where: str = "certificate") -> EpisodeCertificate:
+    """The certificate in a text. InputError when it is damaged, of another version, or edited; RejectedError for claims
+    that have no certificates.
+    """
+    with undamaged(where):
+        raw = msgspec.json.decode(text, type=EpisodeCertificateJson)
+        ensure_whole(raw, raw.certificate if raw.certificate in READINGS else FORM, where)
+        parts = [
+            Part(
+                part.agent,
+                part.landmark,
+                goal_of(part.goal),
+                tuple(part.followed),
+                read_proof(part.proof, f"$.parts[{place}]"),
+            )
+            for place, part in enumerate(raw.parts)
+        ]
+        return EpisodeCertificate(
+            profile=raw.profile,
+            claim=_claim(raw),
+            region=region_from(raw.region),
+            inhabitant={name: read_number(value) for name, value in raw.inhabitant.items()},
+            parts=tuple(parts),
+            semantics=raw.semantics,
+            region_said=str(raw.region["name"]),
+            form=raw.certificate,
+        )
+
+
+def _claim(raw: EpisodeCertificateJson) -> EpisodeClaim:
+    kind = certifiable(raw.property)
+    stated = {name: names for name in ("landmarks", "others") if (names := getattr(raw, name)) is not msgspec.UNSET}
+    if stated.keys() != {kind.whom}:
+        raise ValueError(f"$.{kind.whom}: {kind.title} states these, and no other names")
+    named: dict[str, Any] = {kind.whom: tuple(stated[kind.whom])}
+    return kind(raw.team, raw.steps, read_number(raw.radius), **named)

@@ -1,0 +1,274 @@
+"""Certificates of claims about stated systems: the document with its proofs, and whether it is accepted.
+
+Does: the document and its JSON text; whether a certificate fits a profile and a system and passes the checker.
+Assumes: a profile and a system that were read and checked; proofs of the form that README.md specifies, made by anyone.
+Does not: prove.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+import msgspec
+
+from codegen.errors import InputError, shown
+from codegen.floats import rational_literal
+from codegen.ir import PolicyProfile
+from codegen.json_layout import layout
+from codegen.policy_json import content_hash
+from verify.checker.envelope import (
+    REMAKE,
+    body_hash,
+    ensure_about,
+    ensure_whole,
+    numbers,
+    proof_lines,
+    read_proof,
+    undamaged,
+)
+from verify.checker.reading import RejectedError
+from verify.checker.systems.walk import Hull, Part, Proof, Search, ways
+from verify.claims.formula import Acts, Linear, agents, atoms, coordinates, holds
+from verify.claims.formula_json import formula_document, read_formula, read_number
+from verify.systems import documents
+from verify.systems.claims import SystemClaim, SystemKind
+from verify.systems.system import Affine, HalfSpace, System
+
+FORM = "maviper-system-certificate-1"
+BITS = 7 * 1_000  # of the largest number in a proof
+
+
+@dataclass(frozen=True)
+class SystemCertificate:
+    """A claim about a profile in a stated system, with proofs of its parts."""
+
+    profile: str  # content hash
+    system: str  # content hash
+    claim: SystemClaim
+    inhabitant: Mapping[str, Fraction]  # a state that the claim is about, which shows that there is one
+    parts: tuple[Part, ...]
+
+    @property
+    def size(self) -> int:
+        """Bytes of all proofs."""
+        return sum(len(part.proof) for part in self.parts)
+
+
+def accepted(certificate: SystemCertificate, profile: PolicyProfile, system: System) -> int:
+    """Checks a certificate; the number of branches that its proofs close by sums of rows.
+
+    InputError when it is about another profile or system, or names what they do not have; RejectedError when a proof is
+    missing or does not hold.
+    """
+    ensure_about(certificate.profile, content_hash(profile), "profile")
+    ensure_about(certificate.system, documents.content_hash(system), "system")
+    _ensure_known(certificate, profile, system)
+    certificate.claim.ensure()
+    if not _is_state(certificate, system):
+        raise RejectedError("its inhabitant is not a state that the claim is about, so the claim may be vacuous")
+    _ensure_all_shown(certificate, system)
+    closed = 0
+    for number, part in enumerate(certificate.parts):
+        _ensure_closed(system, part)
+        proof = Proof(numbers(part.proof, BITS))
+        try:
+            Search(profile, system, certificate.claim, part, proof).run()
+            proof.ensure_read()
+        except RejectedError as error:
+            raise RejectedError(f"part {number}: {error}") from None
+        closed += proof.closed
+    return closed
+
+
+def needs_stated(claim: SystemClaim, system: System) -> bool:
+    """Whether an episode may leave what is stated: then it is to be shown that none does."""
+    return not claim.about_decisions and claim.steps > 0 and all(piece.where for piece in system.pieces)
+
+
+def depends_on(system: System) -> dict[str, frozenset[str]]:
+    """The variables that the next value of each variable is made of."""
+    found: dict[str, set[str]] = {one.name: set() for one in system.variables}
+    for piece in system.pieces:
+        for forms in (piece.move, *piece.effect.values()):
+            for name, form in forms.items():
+                found[name] |= {read for read, _ in form.terms}
+    return {name: frozenset(read) for name, read in found.items()}
+
+
+def acting(system: System) -> set[str]:
+    """The agents of a system. One without a tree may do anything, of which no proof speaks."""
+    return {*system.features, *(agent for piece in system.pieces for agent, _ in piece.effect)}
+
+
+def _ensure_known(certificate: SystemCertificate, profile: PolicyProfile, system: System) -> None:
+    """InputError where a certificate speaks of what its profile and system do not have."""
+    claim, names = certificate.claim, {one.name for one in system.variables}
+    used = {name for region in claim.regions for half in region for name, _ in half.form.terms}
+    used |= coordinates(claim.formula) | {name for part in certificate.parts for name in part.followed}
+    hulls = [hull for part in certificate.parts for hull in part.hulls]
+    used |= {name for hull in hulls for half in hull.region for name, _ in half.form.terms}
+    strange = sorted(used - names) + sorted(agents(claim.formula) - {policy.agent for policy in profile.agents})
+    silent = sorted(acting(system) - {policy.agent for policy in profile.agents})
+    if silent:
+        raise InputError(
+            "the profile has no tree for agents that move the system", ", ".join(map(shown, silent)), REMAKE
+        )
+    strange = strange or _strange_actions(claim, profile)
+    if strange or set(certificate.inhabitant) != names:
+        what = "the certificate names what the profile and the system do not have"
+        raise InputError(what, ", ".join(map(shown, strange)) or "$.inhabitant", REMAKE)
+
+
+def _strange_actions(claim: SystemClaim, profile: PolicyProfile) -> list[str]:
+    """Actions that a claim speaks of, and that its agents do not have."""
+    known = {policy.agent: len(policy.actions) for policy in profile.agents}
+    said = {(part.agent, part.action) for part in atoms(claim.formula) if isinstance(part, Acts)}
+    return [f"action {action} of {agent}" for agent, action in sorted(said) if not 0 <= action < known[agent]]
+
+
+def _is_state(certificate: SystemCertificate, system: System) -> bool:
+    claim, state = certificate.claim, certificate.inhabitant
+    if not all(one.range[0] <= state[one.name] <= one.range[1] for one in system.variables):
+        return False
+    if claim.about_decisions:
+        return not claim.regions or holds(claim.inside, state, {})
+    return all(half.holds(state) for half in system.start)
+
+
+def _ensure_all_shown(certificate: SystemCertificate, system: System) -> None:
+    claim = certificate.claim
+    if claim.steps and not system.pieces and not claim.about_decisions:
+        raise RejectedError("the system states no dynamics, so nothing is known of its episodes")
+    if any(low > high for piece in system.pieces for low, high in piece.error.values()):
+        raise RejectedError("an error of the system has its low end above its high end, so there is none")
+    asked = set(range(ways(claim) + needs_stated(claim, system)))
+    missing = asked - {way for part in certificate.parts for way in part.shows}
+    if missing:
+        raise RejectedError(f"no part shows that the claim is not broken in the ways {sorted(missing)}")
+
+
+def _ensure_closed(system: System, part: Part) -> None:
+    """RejectedError where a variable that is followed depends on one that is not."""
+    depends = depends_on(system)
+    for name in part.followed:
+        unknown = depends[name] - set(part.followed)
+        if unknown:
+            raise RejectedError(f"{name} is followed, but not {', '.join(sorted(unknown))}, on which it depends")
+
+
+# --- the text
+
+
+class HullJson(msgspec.Struct, forbid_unknown_fields=True):
+    """States at a step, as inequalities that all hold."""
+
+    step: int
+    region: list[dict[str, Any]]
+
+
+class PartJson(msgspec.Struct, forbid_unknown_fields=True):
+    """A proof in the file."""
+
+    followed: list[str]
+    shows: list[int]
+    hulls: list[HullJson]
+    proof: list[str]
+
+
+class SystemCertificateJson(msgspec.Struct, forbid_unknown_fields=True):
+    """The members of the file; numbers are exact texts."""
+
+    certificate: str
+    profile: str
+    system: str
+    claim: dict[str, Any]
+    inhabitant: dict[str, str]
+    parts: list[PartJson]
+    content_hash: str
+
+
+def to_json(certificate: SystemCertificate) -> str:
+    """The text of a certificate; equal certificates give equal bytes."""
+    parts = [
+        {
+            "followed": list(part.followed),
+            "shows": list(part.shows),
+            "hulls": [{"step": hull.step, "region": list(map(_half_document, hull.region))} for hull in part.hulls],
+            "proof": proof_lines(part.proof),
+        }
+        for part in certificate.parts
+    ]
+    body = {
+        "certificate": FORM,
+        "profile": certificate.profile,
+        "system": certificate.system,
+        "claim": claim_document(certificate.claim),
+        "inhabitant": {name: rational_literal(value) for name, value in certificate.inhabitant.items()},
+        "parts": parts,
+    }
+    return layout(body | {"content_hash": body_hash(body)}) + "\n"
+
+
+def from_json(text: str | bytes, where: str = "certificate") -> SystemCertificate:
+    """The certificate in a text. InputError when it is damaged, of another version, or edited."""
+    with undamaged(where):
+        raw = msgspec.json.decode(text, type=SystemCertificateJson)
+        ensure_whole(raw, FORM, where)
+        parts = [_part(part, f"$.parts.{number}") for number, part in enumerate(raw.parts)]
+        inhabitant = {name: read_number(value) for name, value in raw.inhabitant.items()}
+        return SystemCertificate(raw.profile, raw.system, read_claim(raw.claim), inhabitant, tuple(parts))
+
+
+def _part(raw: PartJson, where: str) -> Part:
+    hulls = tuple(Hull(hull.step, tuple(map(_read_half, hull.region))) for hull in raw.hulls)
+    return Part(tuple(raw.followed), tuple(raw.shows), hulls, read_proof(raw.proof, where))
+
+
+def claim_document(claim: SystemClaim) -> dict[str, Any]:
+    """A claim as plain data."""
+    return {
+        "name": claim.name,
+        "kind": claim.kind.value,
+        "regions": [[_half_document(half) for half in region] for region in claim.regions],
+        "steps": claim.steps,
+        "by": claim.by,
+        "formula": formula_document(claim.formula),
+        "label": claim.label,
+        "region": claim.region,
+    }
+
+
+def read_claim(document: Mapping[str, Any]) -> SystemClaim:
+    """The claim in plain data. ValueError, LookupError or TypeError for anything else."""
+    regions = tuple(tuple(_read_half(half) for half in region) for region in document["regions"])
+    steps, by = document["steps"], document["by"]
+    if type(steps) is not int or type(by) is not int:
+        raise TypeError("$.claim: steps are whole numbers")
+    claim = SystemClaim(
+        name=str(document["name"]),
+        kind=SystemKind(document["kind"]),
+        regions=regions,
+        steps=steps,
+        by=by,
+        formula=read_formula(document["formula"]),
+        label=str(document["label"]),
+        region=str(document["region"]),
+    )
+    if claim_document(claim) != document:
+        raise ValueError("$.claim: not as it is written")
+    return claim
+
+
+def _half_document(half: HalfSpace) -> dict[str, Any]:
+    terms = tuple((factor, name) for name, factor in half.form.terms)
+    return formula_document(Linear(terms, -half.form.constant, half.strict))
+
+
+def _read_half(document: Mapping[str, Any]) -> HalfSpace:
+    found = read_formula(document)
+    if not isinstance(found, Linear):
+        raise ValueError(f"not an inequality: {str(document)[:80]}")
+    return HalfSpace(Affine.of({name: weight for weight, name in found.terms}, -found.bound), found.strict)

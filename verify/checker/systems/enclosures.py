@@ -1,0 +1,363 @@
+"""Shows again that the pieces of a system hold what the rules of its file say, curved ones included.
+
+Does: for each piece and joint action the range of rule less piece, over parts of the box until each lies in the error.
+Assumes: rules as a world file states them.
+Does not: share arithmetic with verify/systems/enclosures.py, or know how an enclosure was found.
+
+Numbers are whole multiples of 2^-BITS here, and every operation rounds outwards. The values of an expression lie around
+its value in the middle of the box, no farther off than its gradient times the way from there. sin and cos are short
+series of a small angle, which is doubled until it is the one asked for. A box that does not show a bound is halved.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from fractions import Fraction
+from functools import lru_cache
+from itertools import product
+from typing import NamedTuple
+
+from verify.checker.reading import RejectedError
+from verify.systems.language.expressions import (
+    Call,
+    Expression,
+    Name,
+    Number,
+    Power,
+    Product,
+    Quotient,
+    Sum,
+    affine,
+    names,
+    terms,
+    total,
+)
+from verify.systems.regions import left_out
+from verify.systems.statement import Rule, Statement
+from verify.systems.system import Affine, Box, Interval, Piece
+
+BITS = 128
+ONE = 1 << BITS
+MAX_PARTS = 20_000  # of a box, for one bound
+MAX_HALVINGS = 40  # of an angle
+HALF = ONE >> 8  # of what the series of sin and cos are taken
+
+
+class Range(NamedTuple):
+    """All numbers from `low` to `high`, in multiples of 2^-BITS."""
+
+    low: int
+    high: int
+
+
+class Part(NamedTuple):
+    """What an expression and its derivatives are over a box."""
+
+    value: Range
+    slopes: dict[str, Range]
+
+
+class Difference(NamedTuple):
+    """The sum of some terms, less a form."""
+
+    curved: tuple[Expression, ...]
+    rest: Affine
+
+
+NOTHING = Difference((), Affine())
+OnPiece = Callable[[int, int], None]  # how many pieces are shown, of how many
+
+
+class _Unbounded(Exception):
+    """A denominator may be 0 over a box."""
+
+
+def ensure_enclosed(statement: Statement, on_piece: OnPiece = lambda done, most: None) -> int:
+    """How many bounds were shown; `on_piece` is told of each piece. RejectedError where one does not hold what its rule
+    says.
+    """
+    ranges = {each.name: each.range for each in statement.system.variables}
+    shown = 0
+    owners = [_owner(piece, statement.rules) for piece in statement.system.pieces]
+    for number, rule in enumerate(statement.rules):
+        boxes = [piece.where for piece, owner in zip(statement.system.pieces, owners, strict=True) if owner == number]
+        whole = {**ranges, **_common(rule.where, ranges)}
+        if not boxes or left_out(whole, boxes) is not None:
+            raise RejectedError(f"pieces leave out states of rule {number + 1}")
+    for number, (piece, owner) in enumerate(zip(statement.system.pieces, owners, strict=True), 1):
+        shown += _shown(piece, statement.rules[owner], f"piece {number}")
+        on_piece(number, len(owners))
+    return shown
+
+
+def _common(where: Box, ranges: Box) -> Box:
+    both = {name: (max(low, ranges[name][0]), min(high, ranges[name][1])) for name, (low, high) in where.items()}
+    return {name: bounds if bounds[0] <= bounds[1] else where[name] for name, bounds in both.items()}
+
+
+def _owner(piece: Piece, rules: Sequence[Rule]) -> int:
+    """The rule in whose box a piece lies."""
+    for number, rule in enumerate(rules):
+        inside = (
+            name in piece.where and low <= piece.where[name][0] and piece.where[name][1] <= high
+            for name, (low, high) in rule.where.items()
+        )
+        if all(inside):
+            return number
+    raise RejectedError("a piece lies in the box of no rule")
+
+
+def _shown(piece: Piece, rule: Rule, where: str) -> int:
+    shown = 0
+    for name in rule.move:
+        allowed = _less(piece.error.get(name, (Fraction(0), Fraction(0))), rule.error.get(name, (0, 0)))
+        for curved, rest in _differences(piece, rule, name):
+            if not curved and (rest != Affine() or not allowed[0] <= 0 <= allowed[1]):
+                raise RejectedError(f"{where}: {name} moves otherwise than the rule says")
+            if curved:
+                _ensure_within(total(list(curved)), rest, piece.where, allowed, f"{where}: {name}")
+                shown += 1
+    return shown
+
+
+def _less(error: Interval, stated: tuple[Fraction | int, Fraction | int]) -> Interval:
+    """What the error leaves for enclosures."""
+    return error[0] - stated[0], error[1] - stated[1]
+
+
+def _differences(piece: Piece, rule: Rule, name: str) -> Iterator[Difference]:
+    """What the rule says of a variable less what the piece says, for all joint actions.
+
+    What an agent does exactly as the rule says adds nothing, so joint actions that differ in such agents are one.
+    """
+    choices = dict.fromkeys([*rule.effect, *piece.effect])
+    sides = [[_difference(rule.move[name], piece.move[name])]]
+    for agent in dict.fromkeys(agent for agent, _ in choices):
+        found = [
+            _difference(rule.effect.get(choice, {}).get(name), piece.effect.get(choice, {}).get(name))
+            for choice in choices
+            if choice[0] == agent
+        ]
+        sides.append(list(dict.fromkeys([NOTHING, *found])))
+    for chosen in product(*sides):
+        rest = Affine()
+        for each in chosen:
+            rest = rest.plus(each.rest)
+        yield Difference(tuple(term for each in chosen for term in each.curved), rest)
+
+
+def _difference(expression: Expression | None, form: Affine | None) -> Difference:
+    curved, rest = list[Expression](), form or Affine()
+    for term in () if expression is None else terms(expression):
+        known = affine(term)
+        if known is None:
+            curved.append(term)
+        else:
+            rest = rest.plus(known, Fraction(-1))
+    return Difference(tuple(curved), rest)
+
+
+# --- one bound
+
+
+def _ensure_within(expression: Expression, form: Affine, box: Box, allowed: Interval, where: str) -> None:
+    """RejectedError where it is not shown that an expression less a form lies within bounds over a box."""
+    found_in = sorted(names(expression) | {name for name, _ in form.terms})
+    if not box.keys() >= set(found_in):
+        raise RejectedError(f"{where}: nothing bounds what is not affine")
+    least, most = _up(allowed[0]), -_up(-allowed[1])
+    open_ = [{name: _outwards(box[name]) for name in found_in}]
+    parts = 0
+    while open_:
+        parts += 1
+        if parts > MAX_PARTS:
+            raise RejectedError(f"{where}: its error was not shown over {MAX_PARTS} parts of the box")
+        here = open_.pop()
+        try:
+            found, worst = _over(expression, form, here)
+        except _Unbounded:
+            found, worst = Range(least - 1, most + 1), _widest(here)
+        if not least <= found.low or not found.high <= most:
+            if not here or here[worst].high - here[worst].low < 4:
+                raise RejectedError(f"{where}: its error is exceeded")
+            open_ += _halves(here, worst)
+
+
+def _widest(box: Mapping[str, Range]) -> str:
+    return max(box, key=lambda name: box[name].high - box[name].low, default="")
+
+
+def _halves(box: Mapping[str, Range], name: str) -> list[dict[str, Range]]:
+    low, high = box[name]
+    middle = (low + high) // 2
+    return [{**box, name: Range(low, middle)}, {**box, name: Range(middle, high)}]
+
+
+def _over(expression: Expression, form: Affine, box: Mapping[str, Range]) -> tuple[Range, str]:
+    """The range of the difference over a box, and the variable in which it changes most."""
+    middle = {name: Range((low + high) // 2, (low + high) // 2) for name, (low, high) in box.items()}
+    slopes = _part(expression, box).slopes
+    at = _part(expression, middle).value
+    found = _minus(at, _affine(form, middle))
+    widest, most = next(iter(box), ""), -1
+    factors = dict(form.terms)
+    for name, (low, high) in box.items():
+        slope = _minus(slopes.get(name, Range(0, 0)), _exact(factors.get(name, Fraction(0))))
+        way = Range(low - middle[name].low, high - middle[name].low)
+        change = _times(slope, way)
+        found = _plus(found, change)
+        if change.high - change.low > most:
+            widest, most = name, change.high - change.low
+    return found, widest
+
+
+def _affine(form: Affine, at: Mapping[str, Range]) -> Range:
+    found = _exact(form.constant)
+    for name, factor in form.terms:
+        found = _plus(found, _times(_exact(factor), at[name]))
+    return found
+
+
+def _part(expression: Expression, box: Mapping[str, Range]) -> Part:
+    """Values and derivatives of an expression."""
+    match expression:
+        case Number(value):
+            return Part(_exact(value), {})
+        case Name(name):
+            return Part(box[name], {name: Range(ONE, ONE)})
+        case Sum(left, right):
+            one, other = _part(left, box), _part(right, box)
+            return Part(_plus(one.value, other.value), _both(one.slopes, other.slopes))
+        case Product(left, right):
+            return _product(_part(left, box), _part(right, box))
+        case Quotient(left, right):
+            return _product(_part(left, box), _inverse(_part(right, box)))
+        case Power(base, exponent):
+            part = _part(base, box)
+            return _chained(part, _power(part.value, exponent), _scaled(_power(part.value, exponent - 1), exponent))
+        case Call(_, argument, (low, high)):
+            return _clipped(_part(argument, box), _exact(low), _exact(high))
+        case Call(function, argument, _):
+            part = _part(argument, box)
+            sin, cos = _waves(part.value)
+            return _chained(part, sin, cos) if function == "sin" else _chained(part, cos, Range(-sin.high, -sin.low))
+
+
+def _chained(part: Part, value: Range, slope: Range) -> Part:
+    return Part(value, {name: _times(slope, inner) for name, inner in part.slopes.items()})
+
+
+def _product(one: Part, other: Part) -> Part:
+    first = {name: _times(slope, other.value) for name, slope in one.slopes.items()}
+    second = {name: _times(slope, one.value) for name, slope in other.slopes.items()}
+    return Part(_times(one.value, other.value), _both(first, second))
+
+
+def _inverse(part: Part) -> Part:
+    low, high = part.value
+    if low <= 0 <= high:
+        raise _Unbounded
+    value = Range(ONE * ONE // high, -(-ONE * ONE // low))
+    square = _times(value, value)
+    return _chained(part, value, Range(-square.high, -square.low))
+
+
+def _clipped(part: Part, low: Range, high: Range) -> Part:
+    least, most = part.value
+    value = Range(min(max(least, low.low), high.low), min(max(most, low.high), high.high))
+    if low.high <= least and most <= high.low:
+        return part
+    inside = low.low <= most and least <= high.high
+    slopes = {name: Range(min(0, s.low), max(0, s.high)) for name, s in part.slopes.items()} if inside else {}
+    return Part(value, slopes)
+
+
+# --- arithmetic, rounded outwards
+
+
+def _up(value: Fraction) -> int:
+    return (value * ONE).__ceil__()
+
+
+def _exact(value: Fraction | int) -> Range:
+    return Range(-_up(Fraction(-value)), _up(Fraction(value)))
+
+
+def _outwards(bounds: Interval) -> Range:
+    return Range(-_up(-bounds[0]), _up(bounds[1]))
+
+
+def _plus(one: Range, other: Range) -> Range:
+    return Range(one.low + other.low, one.high + other.high)
+
+
+def _minus(one: Range, other: Range) -> Range:
+    return Range(one.low - other.high, one.high - other.low)
+
+
+def _both(one: dict[str, Range], other: dict[str, Range]) -> dict[str, Range]:
+    zero = Range(0, 0)
+    return {name: _plus(one.get(name, zero), other.get(name, zero)) for name in {**one, **other}}
+
+
+def _times(one: Range, other: Range) -> Range:
+    ends = (one.low * other.low, one.low * other.high, one.high * other.low, one.high * other.high)
+    return Range(min(ends) >> BITS, -(-max(ends) >> BITS))
+
+
+def _scaled(one: Range, factor: int) -> Range:
+    return Range(one.low * factor, one.high * factor)  # of a positive number
+
+
+def _power(base: Range, exponent: int) -> Range:
+    if exponent == 0:
+        return Range(ONE, ONE)
+    if exponent % 2 == 0:
+        most = max(abs(base.low), abs(base.high))
+        least = 0 if base.low <= 0 <= base.high else min(abs(base.low), abs(base.high))
+        base = Range(least, most)
+    low, high = Range(base.low, base.low), Range(base.high, base.high)
+    lowest, highest = low, high
+    for _ in range(exponent - 1):
+        lowest, highest = _times(lowest, low), _times(highest, high)
+    return Range(lowest.low, highest.high)
+
+
+def _waves(angle: Range) -> tuple[Range, Range]:
+    """sin and cos of all angles of a range: those of its middle, off by at most half its width."""
+    middle = (angle.low + angle.high) // 2
+    off = max(angle.high - middle, middle - angle.low)
+    sin, cos = _waves_at(middle)
+    return _near(sin, off), _near(cos, off)
+
+
+def _near(value: Range, off: int) -> Range:
+    return Range(max(value.low - off, -ONE), min(value.high + off, ONE))
+
+
+@lru_cache(maxsize=1 << 14)
+def _waves_at(angle: int) -> tuple[Range, Range]:
+    """sin and cos of a number."""
+    halvings = 0
+    while abs(angle) >> halvings > HALF:
+        halvings += 1
+    if halvings > MAX_HALVINGS:
+        raise RejectedError("sin or cos of a number beyond all use")
+    small = Range(angle >> halvings, -(-angle >> halvings))
+    square = _power(small, 2)
+    sin, cos = _series(small, square, 1), _series(Range(ONE, ONE), square, 0)
+    for _ in range(halvings):
+        both, squared = _times(sin, cos), _power(sin, 2)
+        sin, cos = _scaled(both, 2), Range(ONE - 2 * squared.high, ONE - 2 * squared.low)
+    return sin, cos
+
+
+def _series(first: Range, square: Range, k: int) -> Range:
+    """The series that begins with a term, whose next terms are the ones before times -square / (k (k - 1))."""
+    found = term = first
+    while max(abs(term.low), abs(term.high)) > 1:
+        k += 2
+        grown, divisor = _times(term, square), k * (k - 1)
+        term = Range(-grown.high // divisor, -(grown.low // divisor))
+        found = _plus(found, term)
+    return Range(found.low - 2, found.high + 2)

@@ -1,0 +1,83 @@
+"""What a claim has whatever it is about: a team, a name, words, parameters, and what deciding it may use up.
+
+Does: the base class of claims, the kinds of them, and the ranges of parameters.
+Assumes: teams are those of the profile that is asked about.
+Does not: decide anything.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
+from enum import Enum
+from fractions import Fraction
+from typing import ClassVar
+
+from codegen.errors import InputError, UnknownNameError
+from codegen.ir import PolicyProfile
+from verify.exact import MAX_NUMBER
+from verify.semantics import MACHINE
+
+Parameter = Fraction | int | str | tuple[str, ...]
+
+
+class Kind(Enum):
+    """What a claim is about; the values are the words of reports."""
+
+    DECISIONS = "decisions"  # in world states
+    LEAVES = "leaves"  # of trees: whether a world state reaches them
+    EPISODES = "episodes"  # from rest
+
+
+@dataclass(frozen=True)
+class AnyClaim:
+    """A claim about a team."""
+
+    kind: ClassVar[Kind]
+    per_state: ClassVar[bool] = False  # whether a single world state fulfils or breaks it
+    limits: ClassVar[tuple[str, ...]]  # the budgets, as `Budgets` names them, that deciding it may use up
+    arithmetics: ClassVar[tuple[str, ...]] = (MACHINE,)  # by which it may be asked
+
+    team: str
+    label: str = field(default="", compare=False, kw_only=True)
+
+    @property
+    def name(self) -> str:
+        """The name of the property."""
+        raise NotImplementedError
+
+    @property
+    def sentence(self) -> str:
+        """The claim in words, without its assumption."""
+        raise NotImplementedError
+
+    @property
+    def parameters(self) -> Mapping[str, Parameter]:
+        """What the claim reads beside its team."""
+        raise NotImplementedError
+
+    @property
+    def shown(self) -> str:
+        """The label, or else the name."""
+        return self.label or self.name
+
+    @property
+    def stated(self) -> dict[str, Parameter]:
+        """The parameters that are not the usual ones; those that have no usual one are among them."""
+        usual = {item.name: item.default for item in fields(self)}
+        return {key: value for key, value in self.parameters.items() if key not in usual or value != usual[key]}
+
+
+def ensure_team(profile: PolicyProfile, team: str) -> None:
+    """UnknownNameError for a team of which the profile has no agent."""
+    if not profile.team(team):
+        raise UnknownNameError("team", team, teams(profile))
+
+
+def teams(profile: PolicyProfile) -> list[str]:
+    """The teams of a profile, in the order of its agents."""
+    return list(dict.fromkeys(policy.team for policy in profile.agents))
+
+
+def check_range(parameter: str, value: Fraction | int, most: int = MAX_NUMBER, least: int = 0) -> None:
+    """InputError for a value out of its range."""
+    if not least <= value <= most:
+        raise InputError(f"{parameter} must be between {least} and {most}", parameter)

@@ -1,0 +1,300 @@
+"""The formulas that users' texts state.
+
+Does: coordinates, distances, comparisons, actions, named predicates, not / and / or / implies; units, where those of
+  the coordinates are known.
+Assumes: the names that a text may use are given; every number is exact.
+Does not: parse (verify.language), run anything that a text holds, or know files (files.py).
+
+A text that states no unit, and names no constant, is read in numbers alone. Else all of its units must fit.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+
+from codegen.errors import InputError
+from codegen.ir import GOAL, AgentPolicy
+from verify.claims import predicates
+from verify.claims.formula import FALSE, TRUE, Acts, Formula, Goal, conjunction, disjunction, negated
+from verify.claims.language.sums import Sum, compared, constant, coordinate, distance, largest
+from verify.language.arithmetic import Arithmetic, Typed
+from verify.language.lexer import Source, Token
+from verify.language.parser import ACTS, BARS, Call, Joined, Level, Limits, Listed, Name, Node, Prefixed, parse
+from verify.language.units import Unit
+
+LIMITS = Limits(characters=10_000, depth=41)  # 40 levels, and a predicate within
+EXTREMES = ("abs", "max", "min")
+PREDICATES = ("closes", "engaged", "at")
+FUNCTIONS = (ACTS, *PREDICATES, "distance", *EXTREMES)
+WORDS = ("not", "and", "or", "implies", "in", "true", "false")
+TRUTHS = {"true": TRUE, "false": FALSE}
+
+
+@dataclass(frozen=True)
+class Vocabulary:
+    """What a text may speak of, and the default parameters of its predicates."""
+
+    coordinates: tuple[str, ...]  # those that a region bounds, and the goal's
+    agents: Mapping[str, AgentPolicy]  # whose actions may be spoken of
+    entities: tuple[str, ...] = ()  # agents, landmarks, and the goal where there is one
+    goals: tuple[str, ...] = ()
+    margin: Fraction = Fraction(0)
+    radius: Fraction = Fraction(0)
+    units: Mapping[str, Unit] = field(default_factory=dict[str, Unit])  # of coordinates; empty: they have none
+    constants: Mapping[str, Typed[Fraction]] = field(default_factory=dict[str, Typed[Fraction]])
+
+
+def formula_of(text: str, vocabulary: Vocabulary, where: Callable[[int], str]) -> Formula:
+    """The formula that a text states. InputError that shows the first fault, and the closest known name."""
+    source = Source(text, where)
+    reader = _Formulas(source, vocabulary)
+    found = reader.claim(parse(source, LIMITS))
+    sums = reader.sums
+    if sums.measured is not None and not vocabulary.units:
+        advice = "write the number alone: only a world file states the units of what it names"
+        raise source.wrong("nothing here has a unit that is known", sums.measured.place, advice)
+    if sums.measured is not None and sums.misfits:
+        raise sums.misfits[0]
+    return found
+
+
+class _Sums(Arithmetic[Sum]):
+    """The linear sums of a text."""
+
+    def __init__(self, source: Source, known: Vocabulary) -> None:
+        super().__init__(source)
+        self._known = known
+
+    def constant(self, number: Fraction) -> Sum:
+        return constant(number)
+
+    def negative(self, value: Sum, sign: Token | None = None) -> Sum:
+        return value.times(Fraction(-1))
+
+    def joined(self, left: Sum, sign: Token, right: Sum) -> Sum:
+        if sign.text == "+":
+            return left + right
+        if sign.text == "/" and right.is_constant and not right.offset:
+            raise self.source.wrong("division by zero", sign.place)
+        if right.is_constant:
+            return self._scaled(left, right.offset if sign.text == "*" else 1 / right.offset, sign)
+        if sign.text == "*" and left.is_constant:
+            return self._scaled(right, left.offset, sign)
+        what = "only linear arithmetic can be decided"
+        raise self.source.wrong(what, sign.place, "multiply and divide by numbers only")
+
+    def power(self, base: Sum, sign: Token, exponent: int) -> Sum:
+        found = base
+        for _ in range(exponent - 1):
+            found = self.joined(found, sign._replace(text="*"), base)
+        return found
+
+    def _scaled(self, value: Sum, factor: Fraction, sign: Token) -> Sum:
+        try:
+            return value.times(factor)
+        except OverflowError as error:
+            raise self.source.wrong(str(error), sign.place, "simplify the formula") from None
+
+    def named(self, name: Token) -> Typed[Sum]:
+        known = self._known
+        if name.text in TRUTHS:
+            raise self.refused(Name(name))
+        if name.text in known.constants:
+            self.measured = self.measured or name
+            number, unit = known.constants[name.text]
+            return Typed(constant(number), unit)
+        if name.text in known.coordinates:
+            return Typed(coordinate(name.text), known.units.get(name.text))
+        if name.text in known.entities:
+            advice = f"write {name.text}.x, or distance(a, b)"
+            raise self.source.wrong(f"{name.text} is no number", name.place, advice)
+        if "." in name.text:
+            raise self.source.unknown("coordinate", name, known.coordinates)
+        raise self.source.unknown("name", name, (*FUNCTIONS, *known.entities, *known.coordinates, *known.constants))
+
+    def called(self, call: Call) -> Typed[Sum]:
+        function = call.token
+        if function.text == "distance":
+            a, b = named_in(self.source, call, ("entity", self._known.entities), ("entity", self._known.entities))
+            return Typed(distance(a, b), None)
+        if function.text in (ACTS, *PREDICATES):
+            raise self.refused(call)
+        if function.text not in (*EXTREMES, BARS):
+            raise self.source.unknown("function", function, FUNCTIONS)
+        single = function.text in ("abs", BARS)
+        if single and len(call.arguments) != 1:
+            raise self.source.wrong("abs has one argument", function.place, "write max(..) for the largest of several")
+        first, *others = [self._plain(each) for each in call.arguments]
+        unit = first.unit
+        for other in others:
+            unit = self.same(Typed(first.value, unit), other, function)
+        sums = [first.value, self.negative(first.value)] if single else [first.value, *(one.value for one in others)]
+        if function.text != "min":
+            return Typed(largest(sums), unit)
+        return Typed(self.negative(largest([self.negative(each) for each in sums])), unit)
+
+    def _plain(self, node: Node) -> Typed[Sum]:
+        found = self.typed(node)
+        if found.value.maxima:
+            what = "absolute values, distances, max and min do not nest"
+            raise self.source.wrong(what, node.token.place, "split the formula")
+        return found
+
+    def refused(self, node: Node) -> InputError:
+        action = isinstance(node, Call) and node.token.text == ACTS
+        what = f"{'an action' if action else 'a claim'} is no number"
+        return self.source.wrong(what, node.token.place, "join claims by and, or, implies")
+
+
+def named_in(source: Source, call: Call, *kinds: tuple[str, Sequence[str]]) -> list[str]:
+    """The names that are the first arguments of a call: each of a kind, and one of those that are known."""
+    if len(call.arguments) < len(kinds):
+        what = f"{call.token.text} needs {len(kinds)} names"
+        raise source.wrong(what, call.token.place, " and then ".join(f"an {kind}" for kind, _ in kinds))
+    for argument, (kind, known) in zip(call.arguments, kinds, strict=False):
+        if not isinstance(argument, Name) or argument.token.text not in known:
+            raise source.unknown(kind, argument.token, known)
+    return [argument.token.text for argument, _ in zip(call.arguments, kinds, strict=False)]
+
+
+class _Formulas:
+    """The claims of a text."""
+
+    def __init__(self, source: Source, known: Vocabulary) -> None:
+        self._source, self._known = source, known
+        self.sums = _Sums(source, known)
+
+    def claim(self, node: Node) -> Formula:
+        """The formula of a tree."""
+        match node:
+            case Joined(_, Level.IMPLIES, first, ((_, then),)):
+                return disjunction(negated(self.claim(first)), self.claim(then))
+            case Joined(_, Level.OR | Level.AND as level, first, rest):
+                join = disjunction if level is Level.OR else conjunction
+                return join(self.claim(first), *(self.claim(other) for _, other in rest))
+            case Joined(_, Level.RELATION, first, rest):
+                sides = [first, *(other for _, other in rest)]
+                signs = [sign for sign, _ in rest]
+                return conjunction(*map(self._related, sides, signs, sides[1:]))
+            case Prefixed(_, signs, inside) if "not" in signs:
+                claim = self.claim(inside)
+                return negated(claim) if len(signs) % 2 else claim
+            case Listed():
+                return self._listed(node)
+            case Name(token) if token.text in TRUTHS:
+                return TRUTHS[token.text]
+            case Name(token) if token.text not in (*self._known.coordinates, *self._known.constants):
+                raise self._source.unknown("word", token, (*FUNCTIONS, *WORDS, *self._known.entities))
+            case Call(token, _) if token.text in PREDICATES:
+                return self._predicate(node)
+            case Call(token, _) if token.text == ACTS:
+                what, advice = "an action is no claim", f"write acts({self._actor(node)}) == ACTION"
+                raise self._source.wrong(what, token.place, advice)
+            case _:
+                self.sums.typed(node)
+                what = "a number is no claim"
+                raise self._source.wrong(what, node.token.place, "compare it: <, <=, >, >=, == or !=")
+
+    # --- relations
+
+    def _related(self, left: Node, sign: Token, right: Node) -> Formula:
+        acting = [_is_action(left), _is_action(right)]
+        named = [isinstance(side, Name) for side in (left, right)]
+        words = [self._is_word(left), self._is_word(right)]
+        if not ((any(acting) and all(a or n for a, n in zip(acting, named, strict=True))) or all(words)):
+            return self._compared(left, sign, right)
+        if sign.text not in ("==", "!="):
+            what = f"names are not ordered by {sign.text}"
+            raise self._source.wrong(what, sign.place, "write ==, != or a coordinate")
+        same = self._same(left, right, sign)
+        return same if sign.text == "==" else negated(same)
+
+    def _is_word(self, node: Node) -> bool:
+        """Whether a tree is the name of something that is no number."""
+        if not isinstance(node, Name):
+            return False
+        known = (*self._known.coordinates, *self._known.constants, *TRUTHS)
+        return node.token.text not in known and "." not in node.token.text
+
+    def _compared(self, left: Node, sign: Token, right: Node) -> Formula:
+        one, other = self.sums.typed(left), self.sums.typed(right)
+        self.sums.same(one, other, sign)
+        try:
+            return compared(one.value, sign.text, other.value)
+        except OverflowError as error:
+            raise self._source.wrong(str(error), sign.place, "simplify the formula") from None
+
+    def _same(self, left: Node, right: Node, sign: Token) -> Formula:
+        """That two agents act alike, that an agent takes an action, or which landmark the goal is."""
+        if _is_action(left) and _is_action(right):
+            a, b = (self._known.agents[self._actor(side)] for side in (left, right))
+            shared = [action.name for action in a.actions if action.name in [other.name for other in b.actions]]
+            return disjunction(*(conjunction(_acts(a, name), _acts(b, name)) for name in shared))
+        if _is_action(left) or _is_action(right):
+            acting, name = (left, right) if _is_action(left) else (right, left)
+            return self._takes(acting, name.token)
+        if GOAL not in (left.token.text, right.token.text):
+            advice = "compare coordinates, or distance(a, b) == 0"
+            raise self._source.wrong("only the goal is compared by name", sign.place, advice)
+        landmark = right.token if left.token.text == GOAL else left.token
+        if not self._known.goals:
+            raise self._source.wrong("this world has no goal", sign.place)
+        if landmark.text not in self._known.goals:
+            raise self._source.unknown("landmark", landmark, self._known.goals)
+        return Goal(landmark.text)
+
+    # --- actions
+
+    def _actor(self, call: Node) -> str:
+        """The agent of `acts(agent)`."""
+        assert isinstance(call, Call)
+        if len(call.arguments) > 1:
+            raise self._source.wrong("acts has one agent", call.token.place, "write acts(AGENT) == ACTION")
+        return named_in(self._source, call, ("agent", tuple(self._known.agents)))[0]
+
+    def _takes(self, acting: Node, name: Token) -> Formula:
+        policy = self._known.agents[self._actor(acting)]
+        known = [spec.name for spec in policy.actions]
+        if name.text not in known:
+            raise self._source.unknown(f"action of {policy.agent}", name, known)
+        return _acts(policy, name.text)
+
+    def _listed(self, node: Listed) -> Formula:
+        """`acts(agent) in [a, b]`, or `not in`."""
+        if not _is_action(node.value):
+            raise self._source.wrong("only actions are listed", node.token.place, "write acts(AGENT) in [a, b]")
+        found = disjunction(*(self._takes(node.value, name) for name in node.names))
+        return negated(found) if node.denied else found
+
+    # --- predicates
+
+    def _predicate(self, call: Call) -> Formula:
+        """closes, engaged or at, of an agent (for `at`: any entity) and an entity, with a bound of its own or not."""
+        known, near = self._known, call.token.text == "at"
+        first = ("entity", known.entities) if near else ("agent", tuple(known.agents))
+        agent, target = named_in(self._source, call, first, ("entity", known.entities))
+        if target == agent:
+            raise self._source.wrong(f"{agent} is always at itself", call.arguments[1].token.place, "name two")
+        bound = self._bound(call)
+        if near:
+            return predicates.at(agent, target, known.radius if bound is None else bound)
+        closing = predicates.closing(known.agents[agent], target, known.margin if bound is None else bound)
+        near_it = predicates.at(agent, target, known.radius)
+        return closing if call.token.text == "closes" else disjunction(closing, near_it)
+
+    def _bound(self, call: Call) -> Fraction | None:
+        if len(call.arguments) < 3:
+            return None
+        given = self.sums.typed(call.arguments[2]).value
+        if len(call.arguments) > 3 or not given.is_constant or given.offset < 0:
+            what = "the bound must be a number that is not negative"
+            raise self._source.wrong(what, call.arguments[-1].token.place)
+        return given.offset
+
+
+def _is_action(node: Node) -> bool:
+    return isinstance(node, Call) and node.token.text == ACTS
+
+
+def _acts(policy: AgentPolicy, action: str) -> Formula:
+    return Acts(policy.agent, [spec.name for spec in policy.actions].index(action))

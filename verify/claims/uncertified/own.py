@@ -1,0 +1,69 @@
+"""Claims about decisions that no certificate names: that every leaf is reached, and formulas of users' own.
+
+Does: one class each; the built-in properties by name.
+Assumes: decisions.py, which says what every claim about decisions has.
+Does not: belong to what proofs rest on, which state such a formula itself.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from codegen.ir import PolicyProfile
+from verify.claims.claim import Kind, Parameter
+from verify.claims.decisions import BY_NAME, OWN, PLAIN, STEADY, WITH_ERRORS, DecisionClaim
+from verify.claims.formula import TRUE, Formula
+
+
+@dataclass(frozen=True)
+class AliveLeaves(DecisionClaim):
+    """That every leaf is reached: no formula over world states, so nothing is claimed of any one of them."""
+
+    kind = Kind.LEAVES
+    per_state = False
+    of = "alive_leaves"
+    words = "every leaf of every agent of the {team} is reached in some world state of the region"
+    reads = ()
+    hardens = landmark_each = False
+
+    def states(self, profile: PolicyProfile) -> Formula:
+        """What is claimed of a world state: nothing."""
+        return TRUE
+
+
+@dataclass(frozen=True)
+class OwnFormula(DecisionClaim):
+    """A formula of the user's own."""
+
+    of = OWN
+    words = "in every world state of the region, the formula holds for what the {team} do"
+    hardens = landmark_each = False
+
+    statement: Formula = field(kw_only=True)
+
+    @property
+    def name(self) -> str:
+        """`formula`, whatever errors are allowed."""
+        return OWN
+
+    @property
+    def sentence(self) -> str:
+        """The claim in words, without its assumption."""
+        return self.words.format(team=self.team) + (WITH_ERRORS.format(who="") if self.eps else "")
+
+    @property
+    def parameters(self) -> Mapping[str, Parameter]:
+        """What the claim reads beside its team."""
+        return {"margin": self.margin, "radius": self.radius} | ({"eps": self.eps} if self.eps else {})
+
+    @property
+    def says_all(self) -> bool:
+        """Never: the name is that of all formulas."""
+        return False
+
+    def states(self, profile: PolicyProfile) -> Formula:
+        """What is claimed where the assumption holds."""
+        return self.statement
+
+
+BUILT_IN: dict[str, type[DecisionClaim]] = {**BY_NAME, AliveLeaves.of: AliveLeaves}
+PROPERTIES = (*PLAIN, STEADY, AliveLeaves.of)

@@ -1,0 +1,256 @@
+"""The grammar: a tree of every text that states a formula, a condition or an expression.
+
+Does: levels of operators, parentheses, calls, units of numbers, lists of actions.
+Assumes: nothing about names; what a tree means is read by verify.claims.language and verify.systems.language.
+Does not: run anything that a text holds.
+
+    text      = value                               lowest level first; `implies` and `**` group to the right
+    value     = value "implies" value | value "or" value | value "and" value | "not" value
+              | value ("<" | "<=" | ">" | ">=" | "==" | "!=") value        chains, as in 0 <= x < 1
+              | value [ "not" ] "in" "[" name { "," name } "]"
+              | value ("+" | "-") value | value ("*" | "/") value | ("-" | "+") value | value "**" value
+              | number [ "[" unit "]" ] | name | "|" value "|" | "(" value ")"
+              | name "(" value { "," value } [ "," ] ")"
+"""
+
+from enum import IntEnum
+from typing import NamedTuple, TypeAlias
+
+from verify.language.lexer import HINTS, Source, Token, tokens
+
+
+class Level(IntEnum):
+    """How tightly an operator binds."""
+
+    IMPLIES, OR, AND, NOT, RELATION, SUM, PRODUCT, SIGN, POWER = range(1, 10)
+
+
+RELATIONS = ("<=", ">=", "==", "!=", "<", ">")
+ACTS, BARS = "acts", "|"
+LEVELS = {
+    "implies": Level.IMPLIES,
+    "or": Level.OR,
+    "and": Level.AND,
+    **dict.fromkeys((*RELATIONS, "in", "not"), Level.RELATION),
+    **dict.fromkeys("+-", Level.SUM),
+    **dict.fromkeys("*/", Level.PRODUCT),
+    "**": Level.POWER,
+}
+NO_VALUES = ("and", "or", "not", "in")
+MAY_BEGIN = "a number, a name, a call, -, (, | or not may stand here"
+MAY_FOLLOW = "an operator may stand here (+ - * / ** < <= > >= == != in and or implies), or the end"
+
+
+class Limits(NamedTuple):
+    """How long a text may be, and how deep its parentheses."""
+
+    characters: int
+    depth: int
+
+
+class Number(NamedTuple):
+    """A number as it is written, and its unit."""
+
+    token: Token
+    unit: str | None = None
+
+
+class Name(NamedTuple):
+    """A name; what it means shows in what stands beside it."""
+
+    token: Token
+
+
+class Call(NamedTuple):
+    """A function of arguments; `|x|` is one called `|`."""
+
+    token: Token
+    arguments: tuple["Node", ...]
+
+
+class Prefixed(NamedTuple):
+    """Signs, or `not`, before a value; `token` is the first of them."""
+
+    token: Token
+    signs: tuple[str, ...]
+    value: "Node"
+
+
+class Joined(NamedTuple):
+    """Values of one level with the operators between them: the first, and each other with its operator."""
+
+    token: Token
+    level: Level
+    first: "Node"
+    rest: tuple[tuple[Token, "Node"], ...]
+
+
+class Listed(NamedTuple):
+    """`value in [a, b]`, or `not in`; `token` is that of the value."""
+
+    token: Token
+    value: "Node"
+    denied: bool
+    names: tuple[Token, ...]
+
+
+Node: TypeAlias = Number | Name | Call | Prefixed | Joined | Listed
+
+
+def parse(source: Source, limits: Limits) -> Node:
+    """The tree of a text. InputError that shows the first fault, and what may stand there."""
+    try:
+        return _Parser(source, limits).whole()
+    except RecursionError:
+        raise source.wrong("nested too deep", 0, "split the text") from None
+
+
+class _Parser:
+    def __init__(self, source: Source, limits: Limits) -> None:
+        self._source, self._most = source, limits.depth
+        self._tokens, self._next, self._depth = tokens(source, limits.characters), 0, 0
+
+    # --- tokens
+
+    @property
+    def _here(self) -> Token:
+        return self._tokens[self._next]
+
+    @property
+    def _after(self) -> str:
+        """The text of the token after the next one."""
+        return self._tokens[self._next + 1].text if self._here.kind != "end" else ""
+
+    def _take(self) -> Token:
+        token = self._here
+        self._next += token.kind != "end"
+        return token
+
+    def _is(self, *texts: str) -> bool:
+        return self._here.kind in ("name", "mark") and self._here.text in texts
+
+    def _need(self, text: str, after: str) -> None:
+        if not self._is(text):
+            raise self._source.wrong(
+                f"expected {text!r} {after}, not {self._here.text or 'the end'!r}",
+                self._here.place,
+                HINTS.get(self._here.text, f"{text} may stand here"),
+            )
+        self._take()
+
+    def _level(self) -> int:
+        """How tightly the operator binds that comes next; 0 for none."""
+        if self._here.kind not in ("name", "mark") or (self._here.text == "not" and self._after != "in"):
+            return 0
+        return LEVELS.get(self._here.text, 0)
+
+    # --- values; few calls a level, as Python's own stack is short
+
+    def whole(self) -> Node:
+        """The tree of the whole text."""
+        self._deeper()
+        found = self._value(Level.IMPLIES)
+        if self._here.kind != "end":
+            what = f"cannot go on with {self._here.text!r}"
+            raise self._source.wrong(what, self._here.place, HINTS.get(self._here.text, MAY_FOLLOW))
+        return found
+
+    def _deeper(self) -> None:
+        self._depth += 1
+        if self._depth > self._most:
+            what = f"nested deeper than {self._most} levels"
+            raise self._source.wrong(what, self._here.place, "split the text")
+
+    def _value(self, least: int) -> Node:
+        """A value whose operators bind at least so tightly."""
+        found = self._operand(least)
+        while (level := self._level()) >= least:
+            if self._is("in", "not"):
+                found = self._listed(found)
+                continue
+            right = level in (Level.IMPLIES, Level.POWER)  # grouped from there
+            rest: list[tuple[Token, Node]] = []
+            while self._level() == level and not self._is("in", "not") and not (right and rest):
+                sign = self._take()
+                if right:
+                    self._deeper()
+                if level == Level.RELATION and self._is_action(rest[-1][1] if rest else found):
+                    rest.append((sign, Name(self._take())))
+                else:
+                    rest.append((sign, self._value(min(level, Level.SIGN) if right else level + 1)))
+                self._depth -= right
+            found = Joined(found.token, Level(level), found, tuple(rest))
+        return found
+
+    def _is_action(self, left: Node) -> bool:
+        """Whether an action is named next: beside `acts(agent)` a name is that of an action, whatever else it names."""
+        return isinstance(left, Call) and left.token.text == ACTS and self._here.kind == "name" and self._after != "("
+
+    def _operand(self, least: int) -> Node:
+        token = self._here
+        if self._is("not") and least <= Level.NOT and self._after not in (",", ")"):
+            return Prefixed(token, self._signs("not"), self._value(Level.RELATION))
+        if self._is("+", "-"):
+            return Prefixed(token, self._signs("+", "-"), self._value(Level.POWER))
+        self._take()
+        if token.text in ("(", BARS) and token.kind == "mark":
+            self._deeper()
+            found = self._value(Level.IMPLIES if token.text == "(" else Level.SUM)
+            self._need(*((")", "after the parenthesis") if token.text == "(" else (BARS, "after the absolute value")))
+            self._depth -= 1
+            found = Call(token, (found,)) if token.text == BARS else found
+        elif token.kind == "number":
+            found = Number(token)
+        elif token.kind == "name" and (token.text not in NO_VALUES or self._is(",", ")")):
+            found = Name(token)
+        else:
+            what = f"cannot begin with {token.text!r} here" if token.text else "the text ends too early"
+            raise self._source.wrong(what, token.place, HINTS.get(token.text, MAY_BEGIN))
+        if isinstance(found, Name) and self._is("("):
+            return self._called(found.token)
+        return self._measured(found.token) if isinstance(found, Number) and self._is("[") else found
+
+    def _signs(self, *texts: str) -> tuple[str, ...]:
+        found: list[str] = []
+        while self._is(*texts):
+            found.append(self._take().text)
+        return tuple(found)
+
+    def _called(self, function: Token) -> Node:
+        """The arguments of a function; a comma may end them."""
+        self._take()
+        self._deeper()
+        found: list[Node] = []
+        while not (found and self._is(")")):
+            found.append(self._value(Level.IMPLIES))
+            if not self._is(","):
+                break
+            self._take()
+        self._depth -= 1
+        self._need(")", f"after the arguments of {function.text}")
+        return Call(function, tuple(found))
+
+    def _listed(self, value: Node) -> Node:
+        denied = self._take().text == "not"
+        if denied:
+            self._take()
+        self._need("[", "after in")
+        names = [self._take()]
+        while self._is(","):
+            self._take()
+            names.append(self._take())
+        self._need("]", "after the actions")
+        return Listed(value.token, value, denied, tuple(names))
+
+    def _measured(self, number: Token) -> Node:
+        """A number with the unit behind it."""
+        begins = self._take().place + 1
+        while not self._is("]") and self._here.kind != "end":
+            self._take()
+        unit = self._source.text[begins : self._here.place].strip()
+        self._need("]", "after the unit")
+        while unit.startswith("(") and unit.endswith(")"):
+            unit = unit[1:-1].strip()
+        if not unit:
+            raise self._source.wrong("a unit is missing", begins, "write it as in 0.1[m/s]")
+        return Number(number, unit)

@@ -1,0 +1,271 @@
+"""The part of a report that is about single decisions.
+
+Does: collects what was claimed of world states or observations, the verdict and its evidence; draws counterexamples.
+Assumes: results of `verdicts.decisions.verify`.
+Does not: contain times, paths or facts about the machine.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict
+from fractions import Fraction
+from typing import Any
+
+from codegen.ir import PolicyProfile, Tree
+from codegen.paths import leaves_below
+from verify.claims.claim import Parameter
+from verify.claims.decisions import formula
+from verify.claims.formula_json import formula_document
+from verify.claims.region import goal_text
+from verify.claims.uncertified.starts import called
+from verify.counterexamples.search import AgentView, Counterexample
+from verify.exact import plain
+from verify.exact import text as decimal
+from verify.reports import trusted
+from verify.reports.drawing import MARK, VIEW, around, label_place
+from verify.reports.telling import POSITIONS, SHARES, Telling
+from verify.result import Margin, Verdict
+from verify.semantics import MACHINE, REAL
+from verify.solver.leaves import LeafFinding
+from verify.states import shares
+from verify.states.real import written, written_all
+from verify.verdicts.decisions import DecisionEvidence, DecisionResult
+
+SINGLE = "The claim is about single decisions in world states of the region: it does not say that agents arrive."
+REAL_POSITIONS = "Positions are real numbers. Agents may leave the region during an episode (see the on-policy states)."
+REAL_SHARES = (
+    "In real arithmetic, shares are estimated from float64 states in which agents decide by exact measurements. "
+    "States within a rounding error of the bounds of region or claim may be misjudged."
+)
+OBSERVED_STATES = (
+    "Every combination of numbers of the region is a state, whether the environment can show it or not. The claim is "
+    "about single decisions: nothing is said of what comes next. NaN and infinity are left out."
+)
+ASSUMING = "If a claim has an assumption, shares are those among the states that meet it."
+NOISE = (
+    "Each feature of each agent has its own error, independent of all others. It is added to the exact coordinate or "
+    "difference before rounding. Constants and features that test for equality have no error."
+)
+LEAVES_MEANINGS = {
+    Verdict.PROVED: "every leaf is reached in some world state",
+    Verdict.VIOLATED: "no world state of the region reaches the dead leaves",
+}
+REAL_MEANINGS = {
+    Verdict.PROVED: "holds in every world state of the region, in real arithmetic",
+    Verdict.VIOLATED: "fails in the world state shown, in real arithmetic",
+}
+WORLD_MARGIN = 0.25
+NEAREST = 0.25  # least half side of what a picture shows, its margin aside: length units
+ARROW = 34  # picture units
+MEANINGS = {
+    Verdict.PROVED: "holds in every world state of the region",
+    Verdict.VIOLATED: "fails in the world state shown, which was replayed",
+    Verdict.VACUOUS: "no world state lies in the region and meets the assumptions, so nothing was claimed",
+    Verdict.UNKNOWN: "no answer",
+    Verdict.SKIPPED: "not asked",
+}
+
+
+def limits(profile: PolicyProfile, results: Sequence[DecisionResult]) -> list[str]:
+    """What these verdicts do not say."""
+    real = any(result.semantics == REAL for result in results)
+    if any(result.viewed is not None for result in results):
+        found = [OBSERVED_STATES, *SHARES]
+    else:
+        found = [SINGLE, REAL_POSITIONS if real else POSITIONS, *SHARES]
+    found += [REAL_SHARES] if real else []
+    if any(result.claim.assumption for result in results):
+        found.append(ASSUMING)
+    if any(result.claim.eps for result in results):
+        found.append(NOISE)
+    return found
+
+
+def facts(given: PolicyProfile, result: DecisionResult, command: str) -> dict[str, Any]:
+    """A result as plain data."""
+    profile, claim, evidence = result.question.profile, result.claim, result.evidence
+    measured, found = evidence.shares, evidence.counterexample
+    return {
+        "kind": claim.kind.value,
+        "property": claim.name,
+        "label": claim.label,
+        "team": claim.team,
+        **({} if result.viewed is None else {"observations": str(result.viewed.view)}),
+        "claim": _told(result, claim.sentence),
+        "landmarks": shares.about_landmarks(profile, formula(profile, claim)),
+        "formula": claim.written.strip(),
+        "data": formula_document(formula(profile, claim)) if claim.per_state else None,
+        "assumption": claim.assumption.strip(),
+        "parameters": {name: _shown(value, name) for name, value in claim.parameters.items()},
+        "semantics": result.semantics,
+        "region_name": called(profile, result.region),
+        "region": result.region.document(),
+        "verdict": result.verdict.value,
+        "meaning": _told(result, _meaning(result)),
+        "reason": result.reason,
+        "conflict": None if measured.conflict is None else measured.conflict.document(),
+        "contested": None if measured.contested is None else measured.contested.document(),
+        "violating": None if measured.violating is None else measured.violating.document(),
+        "changing": None if measured.changing is None else measured.changing.document(),
+        **({"unmeasured": measured.unmeasured} if measured.unmeasured else {}),
+        "largest_margin": None if evidence.largest is None else _margin(evidence.largest),
+        **({} if evidence.steady_up_to is None else {"largest_eps": _margin(evidence.steady_up_to)}),
+        "leaves": [_leaf(finding) for finding in evidence.leaves],
+        "visited": None if evidence.visited is None else asdict(evidence.visited),
+        "shuffled_control": evidence.control.value,
+        "replays": ["reference", *evidence.replays],
+        "replays_skipped": list(evidence.skipped),
+        "solver": evidence.solver,
+        "resources": result.cost.spent,
+        "budget": result.cost.budget,
+        "engines": [asdict(opinion) | {"verdict": opinion.verdict.value} for opinion in evidence.opinions],
+        **({"alone": _alone(evidence.alone)} if evidence.alone else {}),
+        "certificate": None if evidence.certificate is None else _certificate(evidence),
+        "counterexample": None if found is None else _counterexample(profile, result, found),
+        "command": command,
+    } | ({} if evidence.where is None else _where(profile, result))
+
+
+def _where(profile: PolicyProfile, result: DecisionResult) -> dict[str, Any]:
+    from verify.reports.where import where_facts  # imported here, as few ask where
+
+    return {"where": where_facts(profile, result)}
+
+
+def _told(result: DecisionResult, text: str) -> str:
+    """Words about a result: over observations, of these and of no world states."""
+    return text if result.viewed is None else text.replace("world state", "observation")
+
+
+def _alone(reason: str) -> str:
+    return f"Z3 decides alone, without a second engine or a certificate: {reason}"
+
+
+def _meaning(result: DecisionResult) -> str:
+    """The verdict in words."""
+    meanings = REAL_MEANINGS if result.semantics == REAL else {}
+    meanings = meanings if result.claim.per_state else LEAVES_MEANINGS
+    return meanings.get(result.verdict, MEANINGS[result.verdict])
+
+
+def _shown(value: Parameter, name: str) -> str:
+    """A parameter as text."""
+    if isinstance(value, Fraction):
+        return plain(value)
+    usual = "in the profile's order" if name == "order" else "in the world's order"
+    return (", ".join(value) or usual) if isinstance(value, tuple) else str(value)
+
+
+def _margin(found: Margin) -> dict[str, Any]:
+    failed = None if found.failed is None else decimal(found.failed)
+    return {"proved": decimal(found.proved), "not_proved": failed, "questions": found.questions}
+
+
+def _leaf(finding: LeafFinding) -> dict[str, Any]:
+    witness = finding.witness
+    state = None if witness is None else {"goal": goal_text(witness.goal), "position": written_all(witness.position)}
+    verdict = finding.verdict.value
+    return {"agent": finding.agent, "leaf": finding.leaf, "action": finding.action, "verdict": verdict, "state": state}
+
+
+def _certificate(evidence: DecisionEvidence) -> dict[str, Any]:
+    assert evidence.certificate is not None
+    return {"bytes": evidence.certificate.size, "branches": evidence.branches, "checker": "accepted"}
+
+
+def _counterexample(profile: PolicyProfile, result: DecisionResult, found: Counterexample) -> dict[str, Any]:
+    explanation = result.evidence.explanation
+    real = {} if result.semantics == MACHINE else {"judged": found.says, "deployed": deployed_facts(found)}
+    return {
+        "goal": goal_text(found.state.goal),
+        "position": written_all(found.state.position),
+        "agents": [
+            _view(view, profile.policy(view.agent).tree) | {"code": _code(profile, result, view)}
+            for view in found.agents
+        ],
+        "replayed_by": list(found.replayed),
+        **real,
+        "explanation": None if explanation is None else explanation.document(),
+        "picture": picture(profile, found) if profile.world.agents else None,
+    }
+
+
+def deployed_facts(found: Counterexample) -> dict[str, Any] | None:
+    """What the deployed arithmetic does in a counterexample of real arithmetic; None where it is no float64 state."""
+    return None if found.deployed is None else asdict(found.deployed)
+
+
+def _code(profile: PolicyProfile, result: DecisionResult, view: AgentView) -> dict[str, Any] | None:
+    """The lines of a decision in the header of the profile that is compiled, which is never a view."""
+    from verify.reports.code import code_of  # which imports the compiler
+
+    nodes = [*(step.node for step in view.path), view.leaf]
+    if result.viewed is None:
+        return code_of(profile, view.agent, nodes)
+    return code_of(result.viewed.origin, result.viewed.view.original(view.agent), nodes)
+
+
+def _view(view: AgentView, tree: Tree) -> dict[str, Any]:
+    steps = [
+        {
+            "node": step.node,
+            "test": str(step),
+            "feature": step.feature,
+            "others": len(leaves_below(tree, int((tree.right if step.left else tree.left)[step.node]))),
+            "value": written(step.value),
+            "threshold": step.threshold,
+            "left": step.left,
+        }
+        for step in view.path
+    ]
+    return {
+        "agent": view.agent,
+        "action": view.action,
+        "leaf": view.leaf,
+        "engaged_with": list(view.engaged_with),
+        "errors": written_all(dict(view.errors)),
+        "path": steps,
+    }
+
+
+def picture(profile: PolicyProfile, found: Counterexample) -> dict[str, Any]:
+    """What to draw, in picture coordinates: landmarks, agents, and an arrow for each chosen action."""
+    state = {name: float(value) for name, value in found.state.position.items()}
+    entities = [entity.name for entity in profile.world.agents + profile.world.landmarks]
+    ends = [[min(values), max(values)] for values in ([state[f"{name}.{axis}"] for name in entities] for axis in "xy")]
+    middle_x, middle_y = ((low + high) / 2 for low, high in ends)
+    reach = max(NEAREST, *((high - low) / 2 for low, high in ends)) + WORLD_MARGIN
+    scale = VIEW / (2 * reach)
+
+    def place(name: str) -> tuple[float, float]:
+        x, y = state[f"{name}.x"] - middle_x, state[f"{name}.y"] - middle_y
+        return round((x + reach) * scale, 2), round((reach - y) * scale, 2)
+
+    team = {view.agent: view for view in found.agents}
+    taken: list[tuple[float, float, float, float]] = []  # rectangles of marks, arrows and labels
+    agents: list[dict[str, Any]] = []
+    for entity in profile.world.agents:
+        x, y = place(entity.name)
+        mark: dict[str, Any] = {"name": entity.name, "x": x, "y": y, "ours": entity.name in team, "arrow": None}
+        if entity.name in team:
+            chosen = team[entity.name].action
+            effect = next(action.effect for action in profile.policy(entity.name).actions if action.name == chosen)
+            if effect is not None and any(effect):
+                tip_x, tip_y = x + effect[0] * ARROW, y - effect[1] * ARROW
+                mark["arrow"] = [round(tip_x, 2), round(tip_y, 2)]
+                taken += [around(tip_x, tip_y, MARK), around((x + tip_x) / 2, (y + tip_y) / 2, MARK)]
+        agents.append(mark)
+        taken.append(around(x, y, MARK))
+    landmarks: list[dict[str, Any]] = []
+    for entity in profile.world.landmarks:
+        x, y = place(entity.name)
+        landmarks.append({"name": entity.name, "x": x, "y": y, "goal": entity.name == found.state.goal})
+        taken.append(around(x, y, MARK))
+    for mark in (*agents, *landmarks):
+        mark["label"] = mark["name"] + (" (goal)" if mark.get("goal") else "")
+        mark["label_x"], mark["label_y"] = label_place(mark, taken)
+    return {"size": VIEW, "agents": agents, "landmarks": landmarks}
+
+
+TELLING = Telling(facts, limits, (trusted.WITH_CERTIFICATE, trusted.WITHOUT_CERTIFICATE))

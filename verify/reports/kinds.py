@@ -1,0 +1,48 @@
+"""How a report tells of each kind of claim: the one place that knows them all.
+
+Does: for a claim the functions that collect its facts and limits; sorts results by them.
+Assumes: a module for each kind, imported where a result is of it, as most reports are about decisions alone.
+Does not: say anything itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+from verify.claims.claim import Kind
+from verify.reports.telling import Telling
+from verify.result import AnyResult
+
+
+def _decisions() -> Telling:
+    from verify.reports.decisions import TELLING
+
+    return TELLING
+
+
+def _episodes() -> Telling:
+    from verify.reports.episodes import TELLING
+
+    return TELLING
+
+
+TELLINGS: Mapping[Kind, Callable[[], Telling]] = {
+    Kind.DECISIONS: _decisions,
+    Kind.LEAVES: _decisions,
+    Kind.EPISODES: _episodes,
+}
+
+
+def telling(result: AnyResult) -> Telling:
+    """How a report tells of a result."""
+    return _found(result)()
+
+
+def by_telling(results: Sequence[AnyResult]) -> list[tuple[Telling, list[AnyResult]]]:
+    """Results that are told of alike, together, in the order of the table."""
+    groups = [(found, [one for one in results if _found(one) is found]) for found in dict.fromkeys(TELLINGS.values())]
+    return [(found(), group) for found, group in groups if group]
+
+
+def _found(result: AnyResult) -> Callable[[], Telling]:
+    return TELLINGS[result.claim.kind]

@@ -1,0 +1,140 @@
+"""The answer to a question, whatever kind of claim it is about: verdict, reason, evidence and cost.
+
+Does: the possible verdicts; what every kind of evidence has; the opinion of an engine, and how much room a proof has.
+Assumes: whoever decides one kind of claim has a kind of evidence of its own (verdicts/).
+Does not: decide, or say anything in words.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
+
+from verify.question import About, Question
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from verify.claims.region import Region
+    from verify.claims.uncertified.views import Viewed
+    from verify.states.state import State
+
+
+class Verdict(Enum):
+    """The answer to a question; the values are the words that reports use."""
+
+    PROVED = "PROVED"  # holds in every world state of the region, by the arithmetic asked about
+    VIOLATED = "VIOLATED"  # fails in a world state that the referee confirmed by it
+    VACUOUS = "VACUOUS"  # no world state lies in the region and meets the assumptions
+    UNKNOWN = "UNKNOWN"  # the budget ended, or of the deployed arithmetic only a real-valued state was found
+    SKIPPED = "SKIPPED"  # not asked
+
+
+SETTLED = (Verdict.PROVED, Verdict.VIOLATED)  # what a control is asked about
+
+
+@dataclass(frozen=True)
+class Opinion:
+    """What one engine said, and what it spent; SKIPPED where the question is beyond it."""
+
+    engine: str
+    verdict: Verdict
+    spent: int
+    unit: str
+
+
+@dataclass(frozen=True)
+class Margin:
+    """Proved at `proved`; not at `failed`, or None where the widest margin that is asked about is proved too."""
+
+    proved: Fraction
+    failed: Fraction | None
+    questions: int
+
+
+@dataclass(frozen=True)
+class Cost:
+    """What an answer took of its main budget, in a unit that does not depend on the machine."""
+
+    spent: int
+    budget: int
+    unit: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Evidence:
+    """What a verdict rests on, of whatever kind. `certificate`: of a proof; the checker accepted it."""
+
+    control: Verdict = Verdict.SKIPPED  # of shuffled leaves; should be VIOLATED, else the claim is too weak
+    opinions: tuple[Opinion, ...] = ()  # of the engines asked; where two have a verdict, it is the same
+    certificate: Any = None
+    counterexample: Any = None  # of a claim about decisions: the state in which it fails, and who does what there
+    branches: int = 0  # that the certificate closes
+    replays: tuple[str, ...] = ()  # what replays a counterexample, beside the reference
+    skipped: tuple[str, ...] = ()  # replays that could not be had, with the reason
+    left_out: str = ""  # which states of the region the claim is not about, in words
+
+    @property
+    def certificates(self) -> Iterator[tuple[str, Any]]:
+        """Each certificate, and how the name of its file goes on after the name of the claim."""
+        if self.certificate is not None:
+            yield "", self.certificate
+
+    @property
+    def failing_state(self) -> State | None:
+        """The world state of a counterexample: in which the claim fails, or the start of an episode that fails."""
+        return None
+
+    @property
+    def plays_world(self) -> bool:
+        """Whether this version plays the world that the profile is about, so that meanings of features were checked."""
+        return False
+
+
+Found = TypeVar("Found", bound=Evidence, covariant=True)
+
+
+@dataclass(frozen=True)
+class Result(Generic[About, Found]):
+    """The answer to one question."""
+
+    question: Question[About]
+    verdict: Verdict
+    reason: str  # why there is no answer; "" where there is one
+    evidence: Found
+    cost: Cost
+
+    @property
+    def claim(self) -> About:
+        """What is claimed."""
+        return self.question.claim
+
+    @property
+    def region(self) -> Region:
+        """Where it is claimed."""
+        return self.question.region
+
+    @property
+    def semantics(self) -> str:
+        """The arithmetic that was asked about."""
+        return self.question.semantics
+
+    @property
+    def counterexample(self) -> Any:
+        """The state in which a claim about decisions fails, or None; of episodes the evidence has start and course."""
+        return self.evidence.counterexample
+
+    @property
+    def certificate(self) -> Any:
+        """What the checker accepts as a proof, or None."""
+        return self.evidence.certificate
+
+    @property
+    def viewed(self) -> Viewed | None:
+        """The view that the claim is about, of claims over observations."""
+        return self.question.viewed
+
+
+AnyResult = Result[Any, Evidence]

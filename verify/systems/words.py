@@ -1,0 +1,67 @@
+"""What a claim about a stated system says, in words that are made from its data alone.
+
+Does: spells a claim with its regions, ranges and formula.
+Assumes: claims.py.
+Does not: decide, or read files.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from fractions import Fraction
+
+from verify.claims.formula import Acts, And, Formula, Goal, Linear, Not, Or, coordinates
+from verify.exact import plain
+from verify.systems.claims import SystemClaim, atom
+from verify.systems.system import Affine, HalfSpace, Interval, Polytope
+
+
+def spelled(claim: SystemClaim, actions: Mapping[str, Sequence[str]], ranges: Mapping[str, Interval]) -> str:
+    """The claim in words that are made from its data alone, as a file's own words may say anything. `actions`: of each
+    agent, by number. `ranges`: of the system's variables, which bound what a claim about decisions says.
+    """
+    regions = " or ".join(_conditions(region) for region in claim.regions)
+    if not claim.about_decisions:
+        return replace(claim, region=regions).sentence
+    named = coordinates(claim.formula).union(*(coordinates(atom(half)) for region in claim.regions for half in region))
+    bounds = ", ".join(
+        f"{name} in [{plain(low)}, {plain(high)}]" for name, (low, high) in ranges.items() if name in named
+    )
+    where = "of the ranges" + (f" ({bounds})" if bounds else "") + (f" with {regions}" if regions else "")
+    return f"in every state {where}, {_formula(claim.formula, actions)}"
+
+
+def _conditions(region: Polytope) -> str:
+    return " and ".join(map(_condition, region)) or "any state"
+
+
+def _condition(half: HalfSpace) -> str:
+    """An inequality whose first factor is 1."""
+    lead = half.form.terms[0][1] if half.form.terms else Fraction(1)
+    form = Affine().plus(half.form, 1 / lead)
+    return f"{_sum(form.terms)} {'<' if lead > 0 else '>'}{'' if half.strict else '='} {plain(-form.constant)}"
+
+
+def _sum(terms: Sequence[tuple[str, Fraction]]) -> str:
+    found = ""
+    for name, factor in terms:
+        times = name if abs(factor) == 1 else f"{plain(abs(factor))}*{name}"
+        sign = "-" if factor < 0 else "+"
+        found += f" {sign} {times}" if found else times if factor > 0 else f"-{times}"
+    return found or "0"
+
+
+def _formula(formula: Formula, actions: Mapping[str, Sequence[str]]) -> str:
+    match formula:
+        case Linear(terms, bound, strict):
+            return _condition(HalfSpace(Affine.of({name: factor for factor, name in terms}, -bound), strict))
+        case Acts(agent, action):
+            return f"acts({agent}) == {actions[agent][action]}"
+        case Not(part):
+            return f"not {_formula(part, actions)}"
+        case And(()) | Or(()):
+            return "true" if isinstance(formula, And) else "false"
+        case And(parts) | Or(parts):
+            joined = f" {'and' if isinstance(formula, And) else 'or'} ".join(_formula(part, actions) for part in parts)
+            return f"({joined})"
+        case Goal(landmark):
+            return f"goal == {landmark}"
