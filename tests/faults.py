@@ -42,6 +42,7 @@ from verify.solver import decide as deciding
 from verify.solver import encode
 from verify.solver.decide import decide
 from verify.states.state import State, violates
+from verify.subjects import Game
 
 CLAIM = DistinctTargets("defenders")
 
@@ -327,7 +328,7 @@ def encoder_wrong(profile: ir.PolicyProfile) -> bool:
         first = tree((2 + axis, threshold, 1, 2), STAY, (RIGHT, UP)[axis])
         second = tree((4 + axis, threshold, 1, 2), (LEFT, DOWN)[axis], STAY)
         for profile_here in (team(profile, first, towards(1, 1)), team(profile, towards(0, 0), second)):
-            question = encode.query(Question(profile_here, CLAIM, start_region(profile.world)), "landmark_0")
+            question = encode.query(Question(Game(profile_here), CLAIM, start_region(profile.world)), "landmark_0")
             for state in sharp_points(threshold, axis, rng):
                 exact = [
                     (question.variables[name], encode.number(Fraction(value))) for name, value in state.position.items()
@@ -405,7 +406,7 @@ def sums_wrong(profile: ir.PolicyProfile) -> bool:
         one = team(replace(profile, agents=agents), tree((place, EDGE, 1, 2), near, away), towards(1, 1))
         box = {name: (Fraction(value), Fraction(value)) for name, value in state.position.items()}
         region = replace(start_region(profile.world), box=box, goals=("landmark_0",))
-        question = Question(one, OwnTarget("defenders"), region)
+        question = Question(Game(one), OwnTarget("defenders"), region)
         if violates(question, state) and decide(question).verdict is Verdict.PROVED:
             return True
     return False
@@ -433,7 +434,7 @@ def verdicts_wrong(profile: ir.PolicyProfile) -> bool:
         (still, start, Verdict.VIOLATED), (follower, start, Verdict.VIOLATED),
         (follower, replace(start, goals=("landmark_0",)), Verdict.PROVED),
     ]  # fmt: skip
-    return any(decide(Question(one, CLAIM, region)).verdict is not verdict for one, region, verdict in known)
+    return any(decide(Question(Game(one), CLAIM, region)).verdict is not verdict for one, region, verdict in known)
 
 
 def verdict_fault(module, name: str, attribute: str, change: Callable[[Callable], Callable]) -> Fault:
@@ -465,7 +466,7 @@ def steady_wrong(profile: ir.PolicyProfile) -> bool:
     ((own, *_),) = read_properties(source, profile, "faults", lambda name: region)
     known = [(twice, claim, region, Verdict.PROVED), (apart, claim, region, Verdict.VIOLATED)]
     known.append((opposite, own, start_region(profile.world), Verdict.VIOLATED))
-    return any(decide(Question(one, asked, where)).verdict is not verdict for one, asked, where, verdict in known)
+    return any(decide(Question(Game(one), asked, where)).verdict is not verdict for one, asked, where, verdict in known)
 
 
 def assuming_wrong(profile: ir.PolicyProfile) -> bool:
@@ -481,7 +482,7 @@ def assuming_wrong(profile: ir.PolicyProfile) -> bool:
     for assume, verdict in known.items():
         source = f'[[property]]\nname = "{CLAIM.name}"\nradius = 0.2\nassume = "{assume}"'
         ((claim, region, _),) = read_properties(source, same, "faults", lambda name: start_region(profile.world))
-        if decide(Question(same, claim, region)).verdict is not verdict:
+        if decide(Question(Game(same), claim, region)).verdict is not verdict:
             return True
     return False
 

@@ -1,6 +1,6 @@
-"""The question: what is asked of a profile, as one value.
+"""The question: what is asked of a subject, as one value.
 
-Does: holds profile, claim, region, semantics and budgets; derives formula, goals, team, neighbouring questions and the
+Does: holds subject, claim, region, semantics and budgets; derives formula, goals, team, neighbouring questions and the
   shuffled control.
 Assumes: a checked profile, a claim and a region about its world.
 Does not: decide.
@@ -26,6 +26,7 @@ from verify.claims.uncertified.starts import everywhere
 from verify.claims.uncertified.views import Viewed
 from verify.claims.verifiable import read_by, verifiable
 from verify.semantics import MACHINE
+from verify.subjects import Game, Subject
 
 CONTROL_SEED = 0
 MAX_TOGETHER = 3  # agents of a claim that is never divided
@@ -62,19 +63,28 @@ class Budgets:
 
 @dataclass(frozen=True, eq=False)
 class Question(Generic[About]):
-    """Whether a claim holds for a profile wherever a region reaches, by the arithmetic named."""
+    """Whether a claim holds of its subject wherever a region reaches, by the arithmetic named."""
 
-    profile: PolicyProfile
+    subject: Subject
     claim: About
     region: Region
     semantics: str = MACHINE
     budgets: Budgets = Budgets()
-    viewed: Viewed | None = None  # where the profile is the view of another one, over whose observations is asked
+
+    @property
+    def profile(self) -> PolicyProfile:
+        """Whose trees are asked about."""
+        return self.subject.profile
 
     @property
     def origin(self) -> PolicyProfile:
         """The profile that was given: the one whose view is asked about, or else the one asked about."""
-        return self.profile if self.viewed is None else self.viewed.origin
+        return self.subject.origin
+
+    @property
+    def viewed(self) -> Viewed | None:
+        """The view that is asked about; None where it is not about observations alone."""
+        return self.subject.viewed
 
     @cached_property
     def formula(self: "Question[DecisionClaim]") -> Formula:
@@ -133,11 +143,11 @@ class Question(Generic[About]):
 
     def of(self, profile: PolicyProfile) -> "Question[About]":
         """The same question about another profile."""
-        return replace(self, profile=profile)
+        return replace(self, subject=self.subject.of(profile))
 
     def about(self, claim: "Asked") -> "Question[Asked]":
         """The same question about another claim."""
-        return Question(self.profile, claim, self.region, self.semantics, self.budgets, self.viewed)
+        return Question(self.subject, claim, self.region, self.semantics, self.budgets)
 
     def within(self, region: Region) -> "Question[About]":
         """The same question about another region."""
@@ -185,4 +195,4 @@ def shuffled(profile: PolicyProfile, team: str, seed: int = CONTROL_SEED) -> Pol
 
 def from_start(profile: PolicyProfile, claim: Asked, semantics: str = MACHINE) -> Question[Asked]:
     """The question about the start region."""
-    return Question(profile, claim, everywhere(profile), semantics)
+    return Question(Game(profile), claim, everywhere(profile), semantics)

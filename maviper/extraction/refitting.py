@@ -35,6 +35,7 @@ from verify.question import Question
 from verify.states.failures import fails
 from verify.states.shares import SAMPLE_SEED, SAMPLES, unbounded, violating
 from verify.states.state import observed, sample
+from verify.subjects import Game
 
 COST_FILE = "refit.json"
 NO_POLICY = "profile.json beside the counterexamples is another policy, or there is none"
@@ -195,11 +196,11 @@ def _outcome(given: Failing, after: PolicyProfile, place: Path, expert: Player, 
     def failures(profile: PolicyProfile | None) -> Share | None:
         if profile is None or unbounded(region):
             return None
-        return Share(int(violating(Question(profile, claim, region), uniform).sum()), len(uniform))
+        return Share(int(violating(Question(Game(profile), claim, region), uniform).sum()), len(uniform))
 
     learned = None
     if whole:
-        learned = Share(int((~fails(Question(after, claim, region), given.states)).sum()), len(given.states))
+        learned = Share(int((~fails(Question(Game(after), claim, region), given.states)).sum()), len(given.states))
     cost = None
     if before is not None:
         cost = comparison.measured(before, after, claim.team, region, world, expert, EVALUATION_EPISODES)

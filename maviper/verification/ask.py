@@ -36,6 +36,7 @@ from verify.claims.uncertified.views import Viewed, carried, shared_features, un
 from verify.exact import exact, plain
 from verify.question import UNITS_A_NODE, Budgets, Question
 from verify.semantics import MACHINE, SEMANTICS
+from verify.subjects import Game
 
 MAX_FILE_BYTES = 2**20
 DEFAULT, DEFAULT_OBSERVED = "distinct_targets", "alive_leaves"
@@ -194,9 +195,9 @@ def _question(
     """The question; over observations about the view that the claim needs. InputError for episodes of observations."""
     budgets = options.budgets(zones)
     if viewed is None:
-        return Question(profile, claim, region, options.semantics, budgets)
+        return Question(Game(profile), claim, region, options.semantics, budgets)
     seen = Viewed(viewed.origin, claim.of_view(viewed.view))
-    return Question(seen.profile, claim, carried(region, seen), options.semantics, budgets, seen)
+    return Question(Game(seen.profile, seen), claim, carried(region, seen), options.semantics, budgets)
 
 
 def number(value: Fraction | float | str | None, parameter: str) -> Fraction | None:

@@ -37,6 +37,7 @@ from verify.claims.region import Region
 from verify.question import Budgets, Question
 from verify.repair.search import Repair, repair
 from verify.result import AnyResult
+from verify.subjects import Game
 
 COST_FILE = "repair.json"
 PARAMETERS = ("margin", "radius", "landmarks")
@@ -94,7 +95,7 @@ def repaired(before: ir.PolicyProfile, options: RepairOptions, name: str = runs.
         claim = find_property(options.name, before, options.team, **given)
     if Path(options.region).name in (runs.PROFILE_FILE, COST_FILE):
         raise InputError("the region file would be overwritten by a result", "--region", "give it another name")
-    world, question = matching_places(before), Question(before, claim, region, budgets=Budgets(option=""))
+    world, question = matching_places(before), Question(Game(before), claim, region, budgets=Budgets(option=""))
     found = repair(question, None if world is None else met_states(before, world), options.max_depth)
     unmeasured = Repaired(before, claim, region, found)
     if not found.ended:
@@ -109,7 +110,7 @@ def repaired(before: ir.PolicyProfile, options: RepairOptions, name: str = runs.
 def _files(done: Repaired, name: str, options: RepairOptions) -> dict[str, str | bytes]:
     """Profile, costs, region, report and certificate, name -> text."""
     assert done.after is not None
-    asked = command(runs.PROFILE_FILE, Question(done.after, done.claim, done.region))
+    asked = command(runs.PROFILE_FILE, Question(Game(done.after), done.claim, done.region))
     made = ["maviper", "repair", name, *shlex.split(asked)[3:], "--episodes", str(options.episodes)]
     made += ["--max-depth", str(options.max_depth)] if options.max_depth is not None else []
     files: dict[str, str | bytes] = {

@@ -31,6 +31,7 @@ from verify.claims.uncertified.views import Viewed
 from verify.exact import MAX_NUMBER
 from verify.extent.radius import Radius, radius
 from verify.question import DecisionQuestion, Question
+from verify.subjects import Game
 from verify.verdicts.opinions import by_zones
 
 MAX_BYTES, MAX_ROWS = 1 << 26, 100_000
@@ -136,7 +137,7 @@ def _question(
         assert feature.meaning is not None, feature
         box[feature.meaning.terms[0][1]] = Fraction(value) - size, Fraction(value) + size
     claim = OwnFormula(policy.team, statement=Acts(policy.agent, found.action))
-    return Question(viewed.profile, claim, Region(box, ()), viewed=viewed)
+    return Question(Game(viewed.profile, viewed), claim, Region(box, ()))
 
 
 def _certificate(question: DecisionQuestion, row: int) -> Certificate:

@@ -36,6 +36,7 @@ from verify.question import Budgets, Question
 from verify.result import Verdict
 from verify.solver.halflines import half_line
 from verify.states.episodes import owned
+from verify.subjects import Game
 
 MINUTE = 60_000  # milliseconds
 
@@ -163,7 +164,7 @@ def compare(depths, seeds, side, limit):
             for name in ("reaches", "covers"):
                 claim = find_claim(name, profile)
                 start = time.perf_counter()
-                found = decide(Question(profile, claim, region))
+                found = decide(Question(Game(profile), claim, region))
                 ours = time.perf_counter() - start
                 start = time.perf_counter()
                 violated = unrolled(profile, claim, region, "landmark_0", limit)
@@ -186,7 +187,9 @@ def everywhere_table(depths, budget):
         for name in ("reaches", "covers"):
             start = time.perf_counter()
             found = decide(
-                Question(profile, find_claim(name, profile), everywhere(profile), budgets=Budgets(max_zones=budget))
+                Question(
+                    Game(profile), find_claim(name, profile), everywhere(profile), budgets=Budgets(max_zones=budget)
+                )
             )
             seconds = time.perf_counter() - start
             said = f"{found.verdict.value:8} {found.zones:10,} zones {seconds:7.2f} s"
@@ -216,13 +219,13 @@ def certificate_table(depths, seeds, side):
         for name in ("reaches", "covers"):
             claim = find_claim(name, profile)
             start = time.perf_counter()
-            found = decide(Question(profile, claim, region, budgets=Budgets(max_zones=1_000_000)))
+            found = decide(Question(Game(profile), claim, region, budgets=Budgets(max_zones=1_000_000)))
             decided = time.perf_counter() - start
             if found.verdict is not Verdict.PROVED:
                 print(f"{where:34} {name:8} {found.verdict.value}: no certificate ({decided:.2f} s)", flush=True)
                 continue
             start = time.perf_counter()
-            certificate = made(Question(profile, claim, region), found.parts)
+            certificate = made(Question(Game(profile), claim, region), found.parts)
             proving = time.perf_counter() - start
             start = time.perf_counter()
             branches = accepted(certificate, profile)

@@ -25,7 +25,7 @@ import numpy as np
 from codegen.errors import ExitCode
 from codegen.ir import PolicyProfile
 from codegen.policy_json import dumps
-from tests.benchmarks.verifier import Game, below, held_roles, offset, towards
+from tests.benchmarks.verifier import Played, below, held_roles, offset, towards
 
 LIMIT = 120  # seconds of CPU
 ANSWERS = {ExitCode.DONE: "PROVED", ExitCode.VIOLATED: "VIOLATED", ExitCode.INCONCLUSIVE: "UNKNOWN"}
@@ -42,7 +42,7 @@ class Ended(NamedTuple):
 
 def held(count: int) -> PolicyProfile:
     """A team with fixed roles under fitted splits, of depth 6 in all."""
-    game = Game(f"cooperative-navigation,agents={count}")
+    game = Played(f"cooperative-navigation,agents={count}")
     trees = {}
     for k, agent in enumerate(game.world.agents):
         above = game.fitted(agent, game.heading(agent, np.full(len(game.states), k)), 3)
@@ -52,7 +52,7 @@ def held(count: int) -> PolicyProfile:
 
 def full(world: str, depth: int, team: str, seed: int = 0) -> PolicyProfile:
     """Full trees over the features that measure positions, with splits and actions at random."""
-    game, rng = Game(world), np.random.default_rng(seed)
+    game, rng = Played(world), np.random.default_rng(seed)
     trees = {}
     for agent, features in zip(game.world.agents, game.world.features, strict=True):
         if game.world.team_of(agent) == team:
@@ -82,7 +82,7 @@ CASES: dict[str, tuple[Made, str]] = {
     "12 agents, own_target": (lambda: held(12), "own_target"),
     "12 agents, full trees, no_double": (lambda: full("cooperative-navigation,agents=12", 6, "agents"), "no_double"),
     "8 agents, 33,000 leaves, no_double": (lambda: full("cooperative-navigation,agents=8", 12, "agents"), "no_double"),
-    "2 agents, depth 17, fixed roles": (lambda: held_roles(Game("physical-deception"), 14), "distinct_targets"),
+    "2 agents, depth 17, fixed roles": (lambda: held_roles(Played("physical-deception"), 14), "distinct_targets"),
     "2 agents, 131,000 leaves": (lambda: full("physical-deception", 16, "defenders"), "distinct_targets"),
 }
 

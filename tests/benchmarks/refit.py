@@ -38,6 +38,7 @@ from verify.repair.search import repair
 from verify.states.failures import failures
 from verify.states.shares import SAMPLES, violating
 from verify.states.state import sample
+from verify.subjects import Game
 
 EPISODES, SAMPLE_SEEDS = 4_000, (41, 42, 43)
 DEMO = {"iterations": demo.ITERATIONS, "rollouts": demo.ROLLOUTS, "refinement": demo.REFINEMENT}
@@ -84,7 +85,7 @@ def one(name, prop, rounds, given):
         paths = []
         for number in range(1, rounds + 1):
             started = time.perf_counter()
-            points = failures(Question(profile, claim, region))
+            points = failures(Question(Game(profile), claim, region))
             if points:
                 paths.append(Path(folder) / f"states-{number}.json")
                 paths[-1].write_text(document_of(profile, claim, region, points, f"maviper verify x --property {prop}"))
@@ -93,7 +94,7 @@ def one(name, prop, rounds, given):
             seconds = time.perf_counter() - started
             found.append(row(f"round {number}", first, profile, claim, player, seconds, len(points)))
     started = time.perf_counter()
-    mended = repair(Question(first, claim, region), met_states(first, world))
+    mended = repair(Question(Game(first), claim, region), met_states(first, world))
     kind = "repaired" if mended.ended else "repair did not end"
     return [*found, row(kind, first, mended.profile, claim, player, time.perf_counter() - started, mended.rounds)]
 

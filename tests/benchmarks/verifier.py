@@ -55,6 +55,7 @@ from verify.semantics import Semantics
 from verify.solver.decide import decide
 from verify.solver.encode import query
 from verify.solver.solve import ask
+from verify.subjects import Game
 from verify.verdicts.opinions import by_zones
 from verify.zones import compiled
 from verify.zones import engine as zones
@@ -84,7 +85,7 @@ IMPORTS = "import click, jinja2, msgspec, numpy, rich.console, z3, mpe2.simple_a
 GENERATED = Path(__file__).parents[2] / "generated"
 
 
-class Game:
+class Played:
     """A world with uniform states, observations and hand-written experts."""
 
     def __init__(self, name, seed=0):
@@ -236,7 +237,7 @@ def main():
 
 def measured(rounds, full):
     values, rows = {}, []
-    game = Game("physical-deception")
+    game = Played("physical-deception")
     against_direct, ours_over_direct, sweeps, branches = [], [], [], []
     region = start_region(game.world.spec)
     asked = list(teams(game, full))
@@ -296,12 +297,12 @@ def teams(game, full):
 
 def interleaved(profile, region, rounds):
     """The zones' answer, and the median seconds of CPU of each way to it, in turns."""
-    question = Question(profile, DistinctTargets("defenders"), region)
+    question = Question(Game(profile), DistinctTargets("defenders"), region)
     ways = {
-        "zones": lambda: by_zones(Question(profile, question.claim, region)).opinion.verdict is Verdict.PROVED,
+        "zones": lambda: by_zones(Question(Game(profile), question.claim, region)).opinion.verdict is Verdict.PROVED,
         "search": lambda: zones.decide(question).verdict is Verdict.PROVED,
         "direct": lambda: direct.decided(profile, "defenders"),
-        "ours": lambda: _by_solver(Question(profile, question.claim, region)),
+        "ours": lambda: _by_solver(Question(Game(profile), question.claim, region)),
     }
     times = {name: [] for name in ways}
     for _ in range(rounds):
@@ -379,7 +380,7 @@ def with_bytecode(folder):
 
 def profiles_in(folder):
     """The profiles that whole commands are asked about, written into a folder."""
-    game = Game("physical-deception")
+    game = Played("physical-deception")
     made = {
         "proof, held": held_roles(game, 7),
         "proof, swap": deception_team(game, "swapping", 12),
@@ -415,7 +416,7 @@ def steady(game, region, rounds):
         asked, times = formula(profile, claim), []
         for _ in range(rounds):
             ours, found = seconds(lambda: zones.decide(stated(profile, asked, region, eps=claim.eps)))  # noqa: B023
-            theirs, second = seconds(lambda: decide(Question(profile, claim, region)))  # noqa: B023
+            theirs, second = seconds(lambda: decide(Question(Game(profile), claim, region)))  # noqa: B023
             assert found.verdict is second.verdict
             times.append((theirs / ours, ours, theirs))
         ratio, ours, theirs = sorted(times)[rounds // 2]
@@ -438,7 +439,7 @@ def held_roles(game, depth):
 
 def three_agents():
     """Three agents with fixed roles under fitted splits, of depth 6 in all."""
-    game = Game("cooperative-navigation")
+    game = Played("cooperative-navigation")
     trees = {}
     for k, agent in enumerate(game.world.agents):
         above = game.fitted(agent, game.heading(agent, np.full(SAMPLES, k)), 3)

@@ -15,7 +15,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parents[2]))  # for tests.*, also when run by this path
 
 from maviper import load
-from tests.benchmarks.verifier import Game, deception_team, seconds
+from tests.benchmarks.verifier import Played, deception_team, seconds
 from verify.claims.catalogue import find_property
 from verify.claims.region import Region
 from verify.claims.uncertified.starts import everywhere
@@ -23,6 +23,7 @@ from verify.extent import violations
 from verify.extent.largest import largest
 from verify.question import Question
 from verify.states.shares import SAMPLE_SEED, measure
+from verify.subjects import Game
 from verify.verdicts import decisions
 from verify.zones import compiled
 
@@ -36,10 +37,10 @@ TARGETS = {
 def parts(profile):
     """Seconds of each part, and what it found."""
     claim, region = find_property("distinct_targets", profile), everywhere(profile)
-    whole, _ = seconds(lambda: decisions.verify(Question(profile, claim, region), {}))
-    listing, found = seconds(lambda: violations.violations(Question(profile, claim, region)))
-    adding, share = seconds(lambda: violations.exact_share(Question(profile, claim, region), found))
-    growing, part = seconds(lambda: largest(Question(profile, claim, region), found, SAMPLE_SEED))
+    whole, _ = seconds(lambda: decisions.verify(Question(Game(profile), claim, region), {}))
+    listing, found = seconds(lambda: violations.violations(Question(Game(profile), claim, region)))
+    adding, share = seconds(lambda: violations.exact_share(Question(Game(profile), claim, region), found))
+    growing, part = seconds(lambda: largest(Question(Game(profile), claim, region), found, SAMPLE_SEED))
     facts = {
         "verdict s": whole,
         "zones s": listing,
@@ -48,12 +49,12 @@ def parts(profile):
         "zones": sum(len(one.zones) for one in found),
         "complete": all(one.complete for one in found),
         "violating": None if isinstance(share, str) else float(share.value),
-        "sampled": str(measure(Question(profile, claim, region), SAMPLE_SEED).violating),
+        "sampled": str(measure(Question(Game(profile), claim, region), SAMPLE_SEED).violating),
         "region": None,
     }
     if isinstance(part, Region):
-        facts["region"] = float(violations.exact_part(Question(profile, claim, region), part))
-        facts["conflict in region"] = measure(Question(profile, claim, part), SAMPLE_SEED).conflict.value
+        facts["region"] = float(violations.exact_part(Question(Game(profile), claim, region), part))
+        facts["conflict in region"] = measure(Question(Game(profile), claim, part), SAMPLE_SEED).conflict.value
     return facts
 
 
@@ -62,7 +63,7 @@ def main():
     parser.add_argument("--profile", type=Path, action="append", default=[])
     parser.add_argument("--json", action="store_true")
     options = parser.parse_args()
-    teams = {"demo": load(DEMO), "nearer, depth 6": deception_team(Game("physical-deception"), "nearer", 6)}
+    teams = {"demo": load(DEMO), "nearer, depth 6": deception_team(Played("physical-deception"), "nearer", 6)}
     teams |= {str(path.name): load(path) for path in options.profile}
     rows = {name: parts(profile) for name, profile in teams.items()}
     demo = rows["demo"]

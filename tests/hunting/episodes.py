@@ -31,6 +31,7 @@ from verify.claims.catalogue import find_claim
 from verify.claims.region import Region
 from verify.claims.uncertified.starts import everywhere
 from verify.question import Budgets, EpisodeQuestion, Question
+from verify.subjects import Game
 from verify.verdicts import episodes as front
 from verify.verdicts.episodes import EpisodeResult, verify_episodes
 
@@ -82,7 +83,7 @@ def drawn(seed: int, worlds: Mapping[str, int] = WORLDS, doubled: bool = False) 
     given = {key: claim[key] for key in ("steps", "radius", "landmarks", "others") if claim[key]}
     stated = find_claim(claim["name"], profile, team, **given)
     where = Region(region["box"], tuple(region["goals"]))
-    return Asked(seed, case, Question(profile, stated, where, budgets=Budgets(max_zones=ZONES)))
+    return Asked(seed, case, Question(Game(profile), stated, where, budgets=Budgets(max_zones=ZONES)))
 
 
 def _team(rng: np.random.Generator, profile: PolicyProfile, team: str, goes: bool) -> tuple[PolicyProfile, list[str]]:

@@ -19,6 +19,7 @@ from tests.hunting.reading import MACHINE, REAL, read
 from verify.claims.files import read_properties
 from verify.claims.region import Region
 from verify.question import Budgets, DecisionQuestion, Question
+from verify.subjects import Game
 
 NODES, UNITS = 200_000, 10_000_000  # what a question may cost; few reach it
 
@@ -99,7 +100,9 @@ def asked(
     case = Case(read(policy_json.dumps(profile)), claim, region, semantics)
     source = claims.property_file(claim, regions.table(region))
     (stated,) = read_properties(source, profile, "hunt", _no_file)
-    question = Question(profile, stated.claim, stated.region, semantics, Budgets(solver_units=UNITS, max_nodes=NODES))
+    question = Question(
+        Game(profile), stated.claim, stated.region, semantics, Budgets(solver_units=UNITS, max_nodes=NODES)
+    )
     return Asked(seed, case, question, source, twin)
 
 

@@ -15,6 +15,7 @@ from verify.question import Budgets, Question
 from verify.result import Verdict
 from verify.states.episodes import at_rest, play
 from verify.states.state import sample
+from verify.subjects import Game
 
 ROOM = 64  # units of 1 / SCALE that float64 arithmetic in this check may lose; tests are relaxed by 2^14 of them
 
@@ -59,7 +60,7 @@ def verdicts_wrong(profile):
         (still, "covers", shared, Verdict.PROVED),
     ]
     found = [
-        decide(Question(one, find_claim(name, one), region, budgets=Budgets(max_zones=100_000))).verdict
+        decide(Question(Game(one), find_claim(name, one), region, budgets=Budgets(max_zones=100_000))).verdict
         for one, name, region, _ in known
     ]
     return found != [verdict for *_, verdict in known]
@@ -79,7 +80,7 @@ def signs_wrong(profile):
     box |= dict.fromkeys(("agent_0.x", "landmark_0.x"), (Fraction(0), Fraction(1, 20)))
     claim = find_claim("covers", turning, steps=8, radius=Fraction(3, 50))
     return (
-        decide(Question(turning, claim, replace(start, box=box), budgets=Budgets(max_zones=10_000))).verdict
+        decide(Question(Game(turning), claim, replace(start, box=box), budgets=Budgets(max_zones=10_000))).verdict
         is not Verdict.VIOLATED
     )
 

@@ -8,6 +8,7 @@ from verify.question import Question
 from verify.result import Verdict
 from verify.states.episodes import at_rest, fulfilled, play
 from verify.states.state import sample
+from verify.subjects import Game
 
 
 def failures(profile, claim, region, count, seed=0, lattice=None):
@@ -19,6 +20,6 @@ def failures(profile, claim, region, count, seed=0, lattice=None):
 
 
 def certified(profile, claim, region):
-    found = decide(Question(profile, claim, region))
+    found = decide(Question(Game(profile), claim, region))
     assert found.verdict is Verdict.PROVED, found
-    return made(Question(profile, claim, region), found.parts)
+    return made(Question(Game(profile), claim, region), found.parts)

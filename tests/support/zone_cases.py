@@ -18,6 +18,7 @@ from verify.question import Budgets, Question
 from verify.semantics import MACHINE
 from verify.solver import encode
 from verify.states.state import measurable
+from verify.subjects import Game
 
 PROPERTIES = ("distinct_targets", "own_target", "no_double")
 SHARP = [0.0, -0.0, 0.1, -0.7, 0.5, -0.5, 1.0, -1.0, 2.0, 0.05, float(np.nextafter(np.float32(0.1), np.float32(1)))]
@@ -31,7 +32,7 @@ def stated(profile, formula, region, semantics=MACHINE, budget=NODES, goals=None
     team = next((policy.team for policy in profile.agents if policy.agent in acting), profile.agents[0].team)
     claim = OwnFormula(team, statement=formula, eps=eps)
     region = region if goals is None else replace(region, goals=goals)
-    return Question(profile, claim, region, semantics, Budgets(max_nodes=budget))
+    return Question(Game(profile), claim, region, semantics, Budgets(max_nodes=budget))
 
 
 def random_tree(rng, n_features, max_depth, n_actions=5, grow=0.75):

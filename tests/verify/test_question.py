@@ -14,6 +14,7 @@ from verify.claims.formula import for_goal
 from verify.claims.uncertified.starts import everywhere
 from verify.question import Budgets, Question, from_start, shuffled
 from verify.semantics import REAL
+from verify.subjects import Game
 
 CLAIM = DistinctTargets("defenders")
 
@@ -60,4 +61,4 @@ def test_is_frozen_and_refuses_whom_it_cannot_be_about(question):
         features=tuple(replace(one, meaning=None) for one in question.profile.policy("agent_0").features),
     )
     with pytest.raises(InputError, match="meaning"):
-        _ = Question(replace(question.profile, agents=(unknown, blind)), CLAIM, question.region).team
+        _ = Question(Game(replace(question.profile, agents=(unknown, blind))), CLAIM, question.region).team

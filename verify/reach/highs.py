@@ -6,7 +6,7 @@ Does not: state programs.
 """
 
 import os
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
 
 import highspy
@@ -24,7 +24,7 @@ def solver() -> highspy.Highs:
 
 
 @contextmanager
-def _without_stdout() -> Iterator[None]:
+def _without_stdout() -> Generator[None]:
     """Sends what the process writes to its standard output nowhere, Python's own buffered text aside."""
     try:
         before = os.dup(STDOUT)

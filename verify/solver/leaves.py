@@ -24,6 +24,7 @@ from verify.solver.pinning import pinned
 from verify.solver.solve import ask
 from verify.states.shares import SAMPLE_SEED, SAMPLES
 from verify.states.state import State, exact_point, inside, leaf_at, nearest, reached, sample, state_at
+from verify.subjects import Game
 
 SLACKS = tuple(Fraction(1, 2**power) for power in (4, 7, 10, 20, 40))  # room inside the leaf's cell, for a witness
 ONLY_REAL = "only a real-valued world state was found to reach it"
@@ -52,7 +53,7 @@ def dead_leaves(profile: PolicyProfile, region: Region, budget: int = Budgets().
     nothing, and so lists every leaf.
     """
     teams = dict.fromkeys(policy.team for policy in profile.agents)
-    asked = (Question(profile, AliveLeaves(team), region, budgets=Budgets(budget)) for team in teams)
+    asked = (Question(Game(profile), AliveLeaves(team), region, budgets=Budgets(budget)) for team in teams)
     found = [finding for question in asked for finding in leaf_findings(question)[0]]
     return {
         policy.agent: [one.leaf for one in found if one.agent == policy.agent and one.verdict is Verdict.VIOLATED]

@@ -28,6 +28,7 @@ from verify.semantics import MACHINE
 from verify.solver import decide as solver
 from verify.states.shares import unstated
 from verify.states.state import State, exact_point, inside, leaf_at, nearest
+from verify.subjects import Game
 from verify.verdicts.decisions import ONLY_REAL
 from verify.zones import engine as zones
 from verify.zones.search import Branch
@@ -124,7 +125,7 @@ def difference(
 
     def asked(*names: str) -> DecisionQuestion:
         claim = OwnFormula(first.policy(names[0]).team, statement=alike(first, names))
-        return Question(pair, claim, region, semantics, budgets or Budgets())
+        return Question(Game(pair), claim, region, semantics, budgets or Budgets())
 
     found = [replace(_compared(asked(one), one), unmeasured=unstated(asked(one))) for one in agents]
     proved = [one.agent for one in found if one.verdict is Verdict.PROVED and one.failing]

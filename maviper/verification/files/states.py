@@ -46,6 +46,7 @@ from verify.result import AnyResult
 from verify.semantics import MACHINE
 from verify.states.failures import failures
 from verify.states.state import State, violates
+from verify.subjects import Game
 
 FORM = "maviper-states-1"
 MAX_STATES = 100_000  # of one file
@@ -113,7 +114,7 @@ def states_files(profile: PolicyProfile, asked: Sequence[Asked], results: Sequen
         failed = claim.per_state and result.evidence.failing_state is not None
         if not failed or result.viewed is not None:  # extraction learns from world states
             continue
-        question = Question(profile, claim, region, result.semantics)
+        question = Question(Game(profile), claim, region, result.semantics)
         states = failures(question)
         if result.semantics != MACHINE:
             states = [state for state in states if violates(question, state)]

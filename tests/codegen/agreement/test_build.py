@@ -19,6 +19,7 @@ from verify.claims.catalogue import find_property
 from verify.claims.uncertified.starts import everywhere
 from verify.question import Question
 from verify.result import Verdict
+from verify.subjects import Game
 
 
 @pytest.fixture
@@ -61,9 +62,9 @@ def test_proofs_and_vectors_use_the_same_build(profile, counted, tmp_path):
 def test_a_verify_compiles_for_its_first_replay_only(profile, counted):
     apart = team(profile, towards(0, 1), towards(1, 1))
     claim, start = find_property("distinct_targets", apart), everywhere(apart)
-    (proved,) = verify_claims([Question(apart, claim, start)])
+    (proved,) = verify_claims([Question(Game(apart), claim, start)])
     assert proved.verdict is Verdict.PROVED and counted["libraries"] == 0, "nothing was replayed"
-    found = verify_claims([Question(profile, claim, start)] * 2)
+    found = verify_claims([Question(Game(profile), claim, start)] * 2)
     assert found[0].verdict is Verdict.VIOLATED and "compiled C" in found[0].evidence.replays
     assert counted == {"lowered": 2, "libraries": 1}
 
@@ -76,7 +77,7 @@ def test_a_proof_needs_no_header(profile, monkeypatch):
         raise AssertionError("a header was written")
 
     monkeypatch.setitem(TARGETS, "c", refuse)
-    (proved,) = verify_claims([Question(apart, find_property("distinct_targets", apart), everywhere(apart))])
+    (proved,) = verify_claims([Question(Game(apart), find_property("distinct_targets", apart), everywhere(apart))])
     assert proved.verdict is Verdict.PROVED
 
 

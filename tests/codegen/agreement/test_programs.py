@@ -40,7 +40,7 @@ def alive(process):
 @pytest.mark.parametrize(("name", "target"), [("cc", "c"), ("gcc", "c"), ("node", "javascript"), ("rustc", "rust")])
 def test_a_tool_that_hangs_is_stopped(tmp_path, name, target, monkeypatch, capsys):
     tool = hanging(tmp_path, name)
-    monkeypatch.setattr(programs, "LIMIT_S", 0.5)
+    monkeypatch.setattr(programs, "LIMIT_S", 3)  # other tools that are asked do end, on a busy machine too
     monkeypatch.setenv("PATH", f"{tool.parent}{os.pathsep}{os.environ['PATH']}")
     if name == "cc":
         monkeypatch.setenv("CC", str(tool))
@@ -50,7 +50,7 @@ def test_a_tool_that_hangs_is_stopped(tmp_path, name, target, monkeypatch, capsy
     code = main.run(["-q", "compile", str(PROFILE), "--target", target, "-o", str(tmp_path / "out")])
     assert code == ExitCode.MISSING and time.monotonic() - began < 60
     said = capsys.readouterr().err
-    assert f"{name} did not end within 0.5 seconds, and was stopped" in said and "Traceback" not in said
+    assert f"{name} did not end within 3 seconds, and was stopped" in said and "Traceback" not in said
     assert not (tmp_path / "out").exists()
     child = int((tmp_path / "child").read_text())
     for _ in range(50):

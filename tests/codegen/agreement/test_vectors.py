@@ -14,7 +14,8 @@ from codegen.lowering.lower import lower
 
 RUNS = {
     "c": [["cc", "-std=c99", "-Wall", "-Wextra", "-Werror", "physical_deception_test.c", "-o", "run"], ["./run"]],
-    "python": [[sys.executable, "physical_deception_test.py"]],
+    # without bytecode: that of the right source would stand in for a wrong one of the same second and length
+    "python": [[sys.executable, "-B", "physical_deception_test.py"]],
     "javascript": [["node", "physical_deception_test.mjs"]],
     "rust": [["rustc", "--edition=2021", "physical_deception_test.rs", "-o", "run"], ["./run"]],
 }

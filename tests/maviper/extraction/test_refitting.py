@@ -40,6 +40,7 @@ from verify.question import Question, from_start
 from verify.states.failures import failures
 from verify.states.shares import violating
 from verify.states.state import State, inside, sample, violates
+from verify.subjects import Game
 from verify.verdicts.decisions import Result
 
 SMALL = [
@@ -111,12 +112,12 @@ def test_states_lie_in_their_region_with_errors_where_the_claim_allows_them(prof
     claim = find_property("steady", same, of="own_target", eps=Fraction(1, 10))
     box = {**everywhere(same).box, "agent_0.x": (Fraction(0), Fraction(1, 3))}
     region = Region(box, ("landmark_1",), name="near.toml")
-    states = failures(Question(same, claim, region), 40)
+    states = failures(Question(Game(same), claim, region), 40)
     assert len(states) == 40 and all(
         inside(region, state) and violates(from_start(same, claim), state) for state in states
     )
     assert any(state.errors for state in states) and all(state.goal == "landmark_1" for state in states)
-    assert failures(Question(same, claim, region), 40) == states
+    assert failures(Question(Game(same), claim, region), 40) == states
 
 
 def test_states_files_keep_region_errors_and_command(profile, tmp_path, world):
@@ -126,15 +127,15 @@ def test_states_files_keep_region_errors_and_command(profile, tmp_path, world):
         {**everywhere(same).box, "agent_0.x": (Fraction(0), Fraction(1, 3))}, ("landmark_1",), name="n.toml"
     )
     # the verdict on the claim without errors, which is quicker, stands for the one with them
-    (result,) = verify_claims([Question(same, find_property("own_target", same), region)])
+    (result,) = verify_claims([Question(Game(same), find_property("own_target", same), region)])
     assert isinstance(result, Result)
-    asked = [Asked(Question(same, claim, region), "maviper verify team.json --property steady --region n.toml")]
+    asked = [Asked(Question(Game(same), claim, region), "maviper verify team.json --property steady --region n.toml")]
     files = states_files(same, asked, [replace(result, question=result.question.about(claim))])
     assert list(files) == ["states-1-steady.json"]
     (tmp_path / "s.json").write_text(files["states-1-steady.json"])
     (found,), _ = read_failing([tmp_path / "s.json"], world)
     assert found.region == region and found.region.name == "n.toml" and found.claim.eps == claim.eps
-    assert list(found.states) == failures(Question(same, claim, region))
+    assert list(found.states) == failures(Question(Game(same), claim, region))
     assert found.command == "maviper verify profile.json --property steady --region n.toml"
     assert found.before() is None
 
@@ -228,7 +229,7 @@ def test_large_teams_are_labelled_by_few_changes():
 def test_what_an_agent_measures_wrongly_is_what_it_learns_from(world, expert, profile, tmp_path):
     same = team(profile, towards(0, 0), towards(1, 1))
     claim = find_property("steady", same, of="own_target", eps=Fraction(1, 10))
-    state = next(state for state in failures(Question(same, claim, everywhere(same)), 40) if state.errors)
+    state = next(state for state in failures(Question(Game(same), claim, everywhere(same)), 40) if state.errors)
     document = {
         "states": FORM,
         "world": "physical-deception",

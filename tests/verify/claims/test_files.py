@@ -19,6 +19,7 @@ from verify.claims.uncertified.starts import everywhere
 from verify.question import Question
 from verify.result import Verdict
 from verify.solver.decide import decide
+from verify.subjects import Game
 from verify.verdicts.decisions import verify
 
 
@@ -124,8 +125,12 @@ def test_a_formula_that_says_a_built_in_property_has_its_verdict(profile):
     built_in = find_property("distinct_targets", profile)
     for one, verdict in ((team(profile, towards(0, 0), towards(1, 1)), Verdict.PROVED),
                          (team(profile, towards(0, 0), towards(0, 1)), Verdict.VIOLATED)):  # fmt: skip
-        assert decide(Question(one, own, region)).verdict is decide(Question(one, built_in, region)).verdict is verdict
-        found, wanted = verify(Question(one, own, region), {}), verify(Question(one, built_in, region), {})
+        assert (
+            decide(Question(Game(one), own, region)).verdict
+            is decide(Question(Game(one), built_in, region)).verdict
+            is verdict
+        )
+        found, wanted = verify(Question(Game(one), own, region), {}), verify(Question(Game(one), built_in, region), {})
         assert (
             found.evidence.shares.violating == wanted.evidence.shares.violating
             and found.evidence.shares.conflict == wanted.evidence.shares.conflict
@@ -148,7 +153,7 @@ def test_a_formula_that_says_a_built_in_property_has_its_verdict(profile):
 def test_contradictory_assumptions_are_vacuous_and_never_proved(profile, assume):
     source = f'[[property]]\nname = "distinct_targets"\nassume = "{assume}"'
     ((claim, region),) = read(source, profile)
-    result = verify(Question(profile, claim, region), {})
+    result = verify(Question(Game(profile), claim, region), {})
     assert result.verdict is Verdict.VACUOUS and "assumption" in result.reason
     assert result.evidence.control is Verdict.SKIPPED and result.evidence.shares.conflict.count == 0
 
@@ -167,7 +172,7 @@ def test_assumptions_restrict_the_claim_and_its_shares(profile):
             '[[property]]\nname = "distinct_targets"\nradius = 0.2' + (f'\nassume = "{assume}"' if assume else ""),
             profile,
         )
-        result = verify(Question(same, claim, region), {})
+        result = verify(Question(Game(same), claim, region), {})
         assert result.verdict is verdict, assume
         if "0.5" in assume:
             state = result.evidence.counterexample.state.position
@@ -180,10 +185,10 @@ def test_the_goal_is_the_goal_even_where_landmarks_coincide(profile):
     """`goal == landmark_0` is about the name: with another goal allowed only, nothing is left."""
     source = '[[property]]\nformula = "acts(agent_0) == stay"\nassume = "goal == landmark_0"\n[property.region]\n'
     ((claim, region),) = read(source + 'goals = ["landmark_1"]', profile)
-    assert decide(Question(profile, claim, region)).verdict is Verdict.VACUOUS
+    assert decide(Question(Game(profile), claim, region)).verdict is Verdict.VACUOUS
     ((claim, region),) = read(source + 'goals = ["landmark_0", "landmark_1"]', profile)
     still = team(profile, tree(STAY), tree(STAY))
-    assert decide(Question(still, claim, region)).verdict is Verdict.PROVED
+    assert decide(Question(Game(still), claim, region)).verdict is Verdict.PROVED
 
 
 ERRORS = [
@@ -288,9 +293,9 @@ def test_velocities_can_be_spoken_of_where_they_are_observed():
     )
     navigation = ir.PolicyProfile(world.spec, agents, ir.Provenance("", "", 0, "", ""))
     ((claim, region),) = read('[[property]]\nformula = "agent_0.vx > 0 implies acts(agent_0) == stay"', navigation)
-    assert decide(Question(navigation, claim, region)).verdict is Verdict.PROVED
+    assert decide(Question(Game(navigation), claim, region)).verdict is Verdict.PROVED
     with pytest.raises(InputError, match="this world has no goal"):
         read('[[property]]\nformula = "goal == landmark_0"', navigation)
     with pytest.raises(InputError, match="no meaning"):
         blind = replace(agents[0], features=tuple(replace(one, meaning=None) for one in agents[0].features))
-        decide(Question(replace(navigation, agents=(blind, *agents[1:])), claim, region))
+        decide(Question(Game(replace(navigation, agents=(blind, *agents[1:]))), claim, region))

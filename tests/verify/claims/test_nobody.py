@@ -35,6 +35,7 @@ from verify.solver import leaves
 from verify.solver.decide import decide
 from verify.states.episodes import at_rest, playable
 from verify.states.state import State, violates
+from verify.subjects import Game
 from verify.verdicts import decisions, episodes
 
 pytestmark = pytest.mark.solver
@@ -54,10 +55,10 @@ def test_no_property_is_about_nobody(name, property_name):
         lambda: formula(PAIR, claim),
         lambda: checked(PAIR, claim),
         lambda: verifiable(PAIR, name),
-        lambda: decide(Question(PAIR, claim, start)),
-        lambda: decisions.verify(Question(PAIR, claim, start), {}),
-        lambda: verify_claims([Question(PAIR, claim, start)]),
-        lambda: leaves.leaf_findings(Question(PAIR, AliveLeaves(name), start)),
+        lambda: decide(Question(Game(PAIR), claim, start)),
+        lambda: decisions.verify(Question(Game(PAIR), claim, start), {}),
+        lambda: verify_claims([Question(Game(PAIR), claim, start)]),
+        lambda: leaves.leaf_findings(Question(Game(PAIR), AliveLeaves(name), start)),
     ):
         with pytest.raises(InputError, match="unknown team"):
             ask()
@@ -67,8 +68,8 @@ def test_no_formula_of_a_users_and_no_repair_is_about_nobody():
     own = OwnFormula("nobody", statement=TRUE)
     for ask in (
         lambda: checked(PAIR, own),
-        lambda: decisions.verify(Question(PAIR, own, everywhere(PAIR)), {}),
-        lambda: search.repair(Question(PAIR, DistinctTargets("nobody"), everywhere(PAIR))),
+        lambda: decisions.verify(Question(Game(PAIR), own, everywhere(PAIR)), {}),
+        lambda: search.repair(Question(Game(PAIR), DistinctTargets("nobody"), everywhere(PAIR))),
         lambda: violates(from_start(PAIR, own), State({}, None)),
     ):
         with pytest.raises(UnknownNameError, match="unknown team 'nobody'"):
@@ -82,8 +83,8 @@ def test_no_claim_about_episodes_is_about_nobody(name):
         claim = EPISODE_CLAIMS[name](stranger, 3, **({"landmarks": ("landmark_0",)} if name == "reaches" else {}))
         for ask in (
             lambda: find_claim(name, PAIR, stranger),  # noqa: B023
-            lambda: episodes.verify_episodes(Question(PAIR, claim, start), {}),  # noqa: B023
-            lambda: composition.decide(Question(PAIR, claim, start)),  # noqa: B023
+            lambda: episodes.verify_episodes(Question(Game(PAIR), claim, start), {}),  # noqa: B023
+            lambda: composition.decide(Question(Game(PAIR), claim, start)),  # noqa: B023
         ):
             with pytest.raises(UnknownNameError, match="unknown team"):
                 ask()
@@ -96,7 +97,7 @@ def test_nobody_keeps_apart_from_itself():
     for ask in (episodes.verify_episodes, composition.decide):
         given = ({},) if ask is episodes.verify_episodes else ()
         with pytest.raises(InputError, match="needs at least two"):
-            ask(Question(PAIR, alone, everywhere(PAIR)), *given)
+            ask(Question(Game(PAIR), alone, everywhere(PAIR)), *given)
 
 
 def test_a_claim_needs_the_landmarks_that_it_speaks_of():

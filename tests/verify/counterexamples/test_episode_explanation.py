@@ -17,6 +17,7 @@ from verify.question import Question
 from verify.result import Verdict
 from verify.states.episodes import courses, fails
 from verify.states.state import State, inside
+from verify.subjects import Game
 from verify.verdicts.episodes import verify_episodes
 
 pytestmark = pytest.mark.solver
@@ -34,7 +35,7 @@ def alike(profile, result, name, value):
 
 @pytest.mark.parametrize("name", ["reaches", "covers"])
 def test_intervals_hold_wherever_they_were_played(profile, name):
-    result = verify_episodes(Question(profile, find_claim(name, profile), everywhere(profile)), {})
+    result = verify_episodes(Question(Game(profile), find_claim(name, profile), everywhere(profile)), {})
     assert result.verdict is Verdict.VIOLATED
     spans = {span.name: span for span in result.evidence.explanation.spans}
     assert set(spans) == set(result.evidence.state.position)
@@ -55,7 +56,7 @@ def test_intervals_hold_wherever_they_were_played(profile, name):
 
 def test_what_the_team_does_not_see_makes_no_difference(profile):
     still = team(profile, tree(UP), tree(STAY))
-    result = verify_episodes(Question(still, find_claim("reaches", still), everywhere(still)), {})
+    result = verify_episodes(Question(Game(still), find_claim("reaches", still), everywhere(still)), {})
     spans = {span.name: span for span in result.evidence.explanation.spans}
     assert spans["adversary_0.x"].whole and (spans["adversary_0.x"].low, spans["adversary_0.x"].high) == (-1.0, 1.0)
     assert result.evidence.explanation.other is None, "this team has one course only"
@@ -67,7 +68,7 @@ def test_what_the_team_does_not_see_makes_no_difference(profile):
 
 def test_another_way_to_fail_is_an_episode_that_fails(profile):
     arrivers = team(profile, arriving(0), arriving(1))
-    result = verify_episodes(Question(arrivers, find_claim("covers", arrivers), everywhere(arrivers)), {})
+    result = verify_episodes(Question(Game(arrivers), find_claim("covers", arrivers), everywhere(arrivers)), {})
     other = result.evidence.explanation.other
     episode, actions = courses(arrivers, [other], 25)
     assert inside(result.region, other) and fails(arrivers, result.claim, episode[:, 0])
@@ -77,7 +78,7 @@ def test_another_way_to_fail_is_an_episode_that_fails(profile):
 
 def test_the_radius_with_which_it_would_hold(profile):
     for name in ("reaches", "covers"):
-        result = verify_episodes(Question(profile, find_claim(name, profile), everywhere(profile)), {})
+        result = verify_episodes(Question(Game(profile), find_claim(name, profile), everywhere(profile)), {})
         change = Fraction(result.evidence.explanation.change)
         assert change > 0 and "larger" in result.evidence.explanation.says()["fails by"]
         for more, holds in ((change, True), (change - Fraction(1, 10**9), False)):
@@ -92,7 +93,7 @@ def test_a_start_between_two_bounds_of_a_region(profile):
     box = dict(start.box) | {"landmark_0.x": (Fraction(1, 3), Fraction(2, 3))}
     difference = (("agent_0.x", "agent_1.x", (Fraction(1, 10), Fraction(1, 2))),)
     region = Region(box, start.goals, difference, (("agent_0", "landmark_0", Fraction(1, 5)),))
-    result = verify_episodes(Question(both, find_claim("reaches", both), region), {})
+    result = verify_episodes(Question(Game(both), find_claim("reaches", both), region), {})
     assert result.verdict is Verdict.VIOLATED
     spans = {span.name: span for span in result.evidence.explanation.spans}
     third = spans["landmark_0.x"]
@@ -109,7 +110,7 @@ def test_what_the_region_fixes_is_not_said_to_make_no_difference(profile):
     still = team(profile, tree(UP), tree(STAY))
     start = everywhere(still)
     region = Region(dict(start.box) | {"adversary_0.x": (Fraction(1, 2),) * 2}, start.goals)
-    result = verify_episodes(Question(still, find_claim("reaches", still), region), {})
+    result = verify_episodes(Question(Game(still), find_claim("reaches", still), region), {})
     spans = {span.name: str(span) for span in result.evidence.explanation.spans}
     free = result.evidence.explanation.says()["free"]
     assert spans["adversary_0.x"] == "fixed by the region" and "adversary_0.x" not in free and "adversary_0.y" in free

@@ -29,6 +29,7 @@ from verify.result import Verdict
 from verify.solver.encode import elsewhere, there
 from verify.solver.solve import ask
 from verify.states.state import State, inside, leaves_at, observed, shortfall, violates
+from verify.subjects import Game
 from verify.verdicts.decisions import verify
 from verify.zones import engine
 
@@ -47,7 +48,7 @@ def cases(count, seed, max_depth=2):
     while count:
         profile, claim = deception(rng, max_depth)
         region = random_region(rng, profile)
-        state = next(violating_samples(Question(profile, claim, region)), None)
+        state = next(violating_samples(Question(Game(profile), claim, region)), None)
         if state is not None:
             count -= 1
             yield rng, profile, claim, region, state
@@ -62,7 +63,7 @@ def keeps(profile, claim, region, state, name, value):
 
 def why(profile, claim, region, state):
     return explained(
-        Question(profile, claim, region, budgets=Budgets()),
+        Question(Game(profile), claim, region, budgets=Budgets()),
         explain(from_start(profile, claim), state, {}),
     )
 
@@ -170,7 +171,7 @@ def test_features_say_which_values_lead_to_the_same_leaf():
 def test_a_test_turns_when_what_it_measures_moves_by_its_room(profile):
     turned, same = 0, team(profile, towards(0, 0), towards(0, 1))
     region = start_region(same.world)
-    for state, _ in zip(violating_samples(Question(same, CLAIM, region)), range(12), strict=False):
+    for state, _ in zip(violating_samples(Question(Game(same), CLAIM, region)), range(12), strict=False):
         for room in why(same, CLAIM, region, state).agents:
             policy = same.policy(room.agent)
             for turn in room.turns:
@@ -190,7 +191,7 @@ def test_a_test_turns_when_what_it_measures_moves_by_its_room(profile):
 def test_errors_of_features_stay_as_they_are(profile):
     roles = team(profile, towards(0, 0), towards(1, 1))
     claim = DistinctTargets("defenders", eps=Fraction(1, 4))
-    found = verify(Question(roles, claim, start_region(roles.world)), {})
+    found = verify(Question(Game(roles), claim, start_region(roles.world)), {})
     state = found.evidence.counterexample.state
     assert (
         state.errors and found.evidence.explanation.shortfall == float(shortfall(from_start(roles, claim), state)) >= 0
@@ -227,7 +228,7 @@ def elsewhere_by_pairs(profile, claim, region, leaves):
     every = [[(policy.agent, int(leaf)) for leaf in ir.leaves(policy.tree)] for policy in profile.team(claim.team)]
     others = [dict(pair) for pair in product(*every) if dict(pair) != leaves]
     return any(
-        ask(there(Question(profile, claim, region), goal, pair)).holds for pair in others for goal in region.goals
+        ask(there(Question(Game(profile), claim, region), goal, pair)).holds for pair in others for goal in region.goals
     )
 
 
@@ -240,11 +241,11 @@ def test_uniqueness_against_pairs_of_leaves_and_zones(kind, profile, monkeypatch
     while len(answers) < 14:
         found, claim = deception(rng, 2) if kind == "any" else near_roles(rng, profile)
         region = random_region(rng, found)
-        state = next(violating_samples(Question(found, claim, region)), None)
+        state = next(violating_samples(Question(Game(found), claim, region)), None)
         if state is None:
             continue
         leaves = leaves_at(found, claim.team, state)
-        answer = unique(Question(found, claim, region, budgets=Budgets()), state)
+        answer = unique(Question(Game(found), claim, region, budgets=Budgets()), state)
         answers.append(answer.answer)
         wanted = elsewhere_by_pairs(found, claim, region, leaves)
         assert wanted == (answer.answer is not Unique.ONLY)
@@ -258,7 +259,9 @@ def test_uniqueness_against_pairs_of_leaves_and_zones(kind, profile, monkeypatch
             assert inside(region, answer.other) and violates(from_start(found, claim), answer.other)
             assert leaves_at(found, claim.team, answer.other) == dict(answer.leaves) != leaves
         if answer.answer is Unique.ONLY:
-            goals = {goal for goal in region.goals if ask(there(Question(found, claim, region), goal, leaves)).holds}
+            goals = {
+                goal for goal in region.goals if ask(there(Question(Game(found), claim, region), goal, leaves)).holds
+            }
             assert set(answer.goals) == goals and not answer.open_goals
         assert answer.answer is not Unique.OPEN or answer.reason == uniqueness.ONLY_REAL
     assert {Unique.ONLY, Unique.OTHERS} <= set(answers) and by_zones > 7
@@ -268,15 +271,17 @@ def test_uniqueness_against_pairs_of_leaves_and_zones(kind, profile, monkeypatch
 def test_the_only_way_to_fail_is_told_with_its_goals(profile):
     """One agent stays where its landmark is on its left, and never comes there in the second goal's region."""
     roles = team(profile, tree((2, -0.5, 1, 2), STAY, *moved(towards(0, 0), 2)), towards(1, 1))
-    found = verify(Question(roles, CLAIM, start_region(roles.world)), {})
+    found = verify(Question(Game(roles), CLAIM, start_region(roles.world)), {})
     assert found.verdict is Verdict.VIOLATED and found.evidence.explanation.uniqueness.answer is Unique.OTHERS
     still = team(profile, tree((2, -0.5, 1, 2), STAY, *moved(towards(0, 0), 2)), tree(LEFT))
     one = Fraction(1)
     box = dict(start_region(profile.world).box) | {"agent_1.x": (one, one), "landmark_1.x": (-one, -one)}
-    said = verify(Question(still, CLAIM, Region(box, ("landmark_0", "landmark_1"))), {}).evidence.explanation.uniqueness
+    said = verify(
+        Question(Game(still), CLAIM, Region(box, ("landmark_0", "landmark_1"))), {}
+    ).evidence.explanation.uniqueness
     assert said.answer is Unique.ONLY and said.goals == ("landmark_0", "landmark_1")
     assert str(said).startswith("the only one:") and said.document()["other"] is None
-    only = verify(Question(still, CLAIM, Region(box, ("landmark_1",))), {}).evidence.explanation.uniqueness
+    only = verify(Question(Game(still), CLAIM, Region(box, ("landmark_1",))), {}).evidence.explanation.uniqueness
     assert only.goals == ("landmark_1",)
 
 
@@ -294,18 +299,19 @@ def test_a_small_budget_leaves_it_open(profile, monkeypatch):
     monkeypatch.setattr(uniqueness, "violating_samples", lambda *_: iter(()))
     same = team(profile, towards(0, 0), towards(0, 1))
     region = start_region(same.world)
-    state = next(violating_samples(Question(same, CLAIM, region)))
-    said = unique(Question(same, CLAIM, region, budgets=Budgets(10)), state)
+    state = next(violating_samples(Question(Game(same), CLAIM, region)))
+    said = unique(Question(Game(same), CLAIM, region, budgets=Budgets(10)), state)
     assert said.answer is Unique.OPEN and "resource units" in said.reason and "not decided" in str(said)
 
 
 @pytest.mark.solver
 def test_trees_of_one_leaf_are_the_only_way(profile):
     still = team(profile, tree(STAY), tree(UP))
-    found = verify(Question(still, CLAIM, start_region(still.world)), {})
+    found = verify(Question(Game(still), CLAIM, start_region(still.world)), {})
     assert found.evidence.explanation.uniqueness.answer is Unique.ONLY
     assert (
-        ask(elsewhere(Question(still, CLAIM, found.region), "landmark_0", {"agent_0": 0, "agent_1": 0})).holds is False
+        ask(elsewhere(Question(Game(still), CLAIM, found.region), "landmark_0", {"agent_0": 0, "agent_1": 0})).holds
+        is False
     )
     assert all(room.nearest is None and len(room.untested) == 10 for room in found.evidence.explanation.agents)
     assert "nearest" not in found.evidence.explanation.says()
@@ -355,7 +361,7 @@ def test_what_the_region_fixes_is_not_said_to_make_no_difference(profile):
     half = Fraction(1, 2)
     box = dict(start_region(still.world).box) | {"landmark_0.x": (half, half)}
     region = Region(box, ("landmark_0",), (("agent_0.y", "agent_1.y", (half, half)),))
-    result = verify(Question(still, CLAIM, region), {})
+    result = verify(Question(Game(still), CLAIM, region), {})
     said = result.evidence.explanation.document()["coordinates"]
     for name in ("landmark_0.x", "agent_0.y", "agent_1.y"):
         assert said[name]["says"] == "fixed by the region" and said[name]["matters"] is None

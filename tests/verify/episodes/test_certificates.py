@@ -39,6 +39,7 @@ from verify.question import Budgets, Question
 from verify.result import Verdict
 from verify.states.episodes import at_rest, play
 from verify.states.state import sample
+from verify.subjects import Game
 from verify.verdicts.episodes import verify_episodes
 
 pytestmark = pytest.mark.solver
@@ -170,14 +171,14 @@ def test_proofs_are_found_for_what_zones_prove_and_only_for_what_holds(profile, 
     region = centred(random, Fraction(1, side), random_middles(seed))
     for name in ("reaches", "covers"):
         claim = find_claim(name, random, steps=steps)
-        decided = decide(Question(random, claim, region, budgets=Budgets(max_zones=20_000)))
+        decided = decide(Question(Game(random), claim, region, budgets=Budgets(max_zones=20_000)))
         if decided.verdict is Verdict.PROVED:
-            certificate = made(Question(random, claim, region), decided.parts)
+            certificate = made(Question(Game(random), claim, region), decided.parts)
             assert from_json(to_json(certificate)) == certificate
             assert accepted(certificate, random) > 0
         whole = [Part("", "", None, BOTH, b"")]
         try:  # also without asking the zones first
-            certificate = made(Question(random, claim, region), whole, 20_000)
+            certificate = made(Question(Game(random), claim, region), whole, 20_000)
         except NoCertificateError:
             continue
         assert accepted(certificate, random) > 0
@@ -190,7 +191,7 @@ def test_a_certificate_comes_back_and_is_accepted(arrivers, proved):
     assert to_json(from_json(text)) == text
     assert from_json(text) == proved and accepted(proved, arrivers) > 10_000
     assert [part.followed for part in proved.parts] == [("agent_0",), ("agent_1",)]
-    result = verify_episodes(Question(arrivers, proved.claim, everywhere(arrivers)), {})
+    result = verify_episodes(Question(Game(arrivers), proved.claim, everywhere(arrivers)), {})
     assert result.evidence.certificate == proved and result.evidence.branches == accepted(proved, arrivers)
 
 
@@ -258,7 +259,7 @@ def tight(profile):
 
 
 def _holds(profile, name, steps, region):
-    return decide(Question(profile, find_claim(name, profile, steps=steps), region)).verdict is Verdict.PROVED
+    return decide(Question(Game(profile), find_claim(name, profile, steps=steps), region)).verdict is Verdict.PROVED
 
 
 def stands(certificate, profile):
@@ -334,7 +335,7 @@ def test_no_mutation_makes_a_false_claim_accepted(profile):
         if stands(certificate, changed):
             kept += 1
             assert not false
-            assert decide(Question(changed, claim, region)).verdict is not Verdict.VIOLATED
+            assert decide(Question(Game(changed), claim, region)).verdict is not Verdict.VIOLATED
     assert wrong > 100 and kept > 10
 
 
@@ -425,7 +426,7 @@ def test_faults_of_the_search_are_refused(kind, profile):
         for name, steps in (("reaches", 6 + 2 * seed), ("covers", 8 + 2 * seed)):
             claim = find_claim(name, played, steps=steps, landmarks=["landmark_0", "landmark_1"])
             parts = forged(kind, played, claim, region)
-            if parts is None or decide(Question(played, claim, region)).verdict is Verdict.PROVED:
+            if parts is None or decide(Question(Game(played), claim, region)).verdict is Verdict.PROVED:
                 continue
             caught += 1
             with pytest.raises(RejectedError):
@@ -501,15 +502,15 @@ def test_forms_without_contacts_are_refused_where_agents_collide(arrivers, prove
     with pytest.raises(RejectedError, match="can push each other"):
         accepted(replace(proved, profile=content_hash(touching)), touching)
     still = centred(touching, Fraction(1, 20), dict.fromkeys(ENTITIES, (0, 0)))
-    found = made(Question(touching, find_claim("reaches", touching, steps=0), still), proved.parts)
+    found = made(Question(Game(touching), find_claim("reaches", touching, steps=0), still), proved.parts)
     assert found.form != proved.form and accepted(found, touching) > 0
 
 
 def test_a_proof_that_is_too_long_is_told(arrivers, proved, monkeypatch):
     with pytest.raises(NoCertificateError, match="more than"):
-        made(Question(arrivers, proved.claim, proved.region), proved.parts, 1_000)
+        made(Question(Game(arrivers), proved.claim, proved.region), proved.parts, 1_000)
     monkeypatch.setattr("verify.verdicts.episodes.certificates.made", _too_long)
-    result = verify_episodes(Question(arrivers, proved.claim, proved.region), {})
+    result = verify_episodes(Question(Game(arrivers), proved.claim, proved.region), {})
     assert (
         result.verdict is Verdict.PROVED
         and result.evidence.certificate is None
@@ -522,7 +523,7 @@ def test_what_the_second_reading_leaves_open_is_not_proved(arrivers, proved, mon
     swinging = team(arrivers, towards(0, 0), arriving(1))
     monkeypatch.setattr("verify.verdicts.episodes.decide", lambda *_: Decision(Verdict.PROVED, 1, parts=proved.parts))
     monkeypatch.setattr("verify.verdicts.episodes.first_failing", lambda *_: None)
-    result = verify_episodes(Question(swinging, proved.claim, proved.region), {})
+    result = verify_episodes(Question(Game(swinging), proved.claim, proved.region), {})
     assert result.verdict is Verdict.UNKNOWN and "left open at the last step" in result.reason
     assert result.evidence.certificate is None and not result.evidence.followed and not result.evidence.uncertified
     assert result.evidence.control is Verdict.SKIPPED
@@ -533,17 +534,17 @@ def test_a_part_that_is_too_large_hides_no_open_branch(arrivers, proved, order):
     """One agent's proof exceeds the limit, the other's fails."""
     swinging = team(arrivers, arriving(0), towards(1, 1))
     with pytest.raises(LeftOpenError):
-        made(Question(swinging, proved.claim, proved.region), proved.parts[::order], 2_000)
+        made(Question(Game(swinging), proved.claim, proved.region), proved.parts[::order], 2_000)
 
 
 def test_a_control_is_judged_by_both_readings_too(arrivers, proved, monkeypatch):
     monkeypatch.setattr("verify.question.shuffled", lambda profile, *_: team(profile, tree(STAY), tree(STAY)))
     decided = iter(
-        [decide(Question(arrivers, proved.claim, proved.region)), Decision(Verdict.PROVED, 1, parts=proved.parts)]
+        [decide(Question(Game(arrivers), proved.claim, proved.region)), Decision(Verdict.PROVED, 1, parts=proved.parts)]
     )
     monkeypatch.setattr("verify.verdicts.episodes.decide", lambda *_: next(decided))
     monkeypatch.setattr("verify.verdicts.episodes.first_failing", lambda *_: None)
-    result = verify_episodes(Question(arrivers, proved.claim, proved.region), {})
+    result = verify_episodes(Question(Game(arrivers), proved.claim, proved.region), {})
     assert result.verdict is Verdict.PROVED and result.evidence.control is Verdict.UNKNOWN
 
 
@@ -572,4 +573,7 @@ def test_the_adversary_may_do_anything(profile):
     assert accepted(certified(pair, find_claim("reaches", pair, steps=6), region), pair) > 0
     swinging = team(profile, towards(0, 0), towards(1, 1))
     with pytest.raises(NoCertificateError, match="left open"):
-        made(Question(swinging, find_claim("reaches", swinging), everywhere(swinging)), [Part("", "", None, BOTH, b"")])
+        made(
+            Question(Game(swinging), find_claim("reaches", swinging), everywhere(swinging)),
+            [Part("", "", None, BOTH, b"")],
+        )

@@ -25,6 +25,7 @@ from verify.claims.catalogue import find_claim
 from verify.claims.region import Region
 from verify.episodes.proof import Prover, TooLongError
 from verify.question import Question
+from verify.subjects import Game
 from verify.verdicts.episodes import verify_episodes
 
 pytestmark = pytest.mark.solver
@@ -68,7 +69,7 @@ def test_what_is_proved_has_a_certificate(cases):
 
 def test_a_verdict_shows_its_certificate(cases):
     profile, certificate = cases[2]
-    result = verify_episodes(Question(profile, certificate.claim, certificate.region), {})
+    result = verify_episodes(Question(Game(profile), certificate.claim, certificate.region), {})
     assert result.evidence.certificate == certificate and result.evidence.branches == accepted(certificate, profile)
     assert not result.evidence.uncertified and "over-approximated" in result.evidence.contacts
 

@@ -29,6 +29,7 @@ from verify.reports import report
 from verify.result import Verdict
 from verify.states.episodes import at_rest, coinciding, courses, fails, fulfilled, play
 from verify.states.state import State, sample, state_at
+from verify.subjects import Game
 from verify.verdicts.episodes import verify_episodes
 
 pytestmark = pytest.mark.solver
@@ -138,7 +139,7 @@ def test_lanes_far_apart_are_proved():
     region = around(HOMING, HALF, LANES)
     for name in ("reaches", "keeps_apart"):
         claim = find_claim(name, HOMING)
-        result = verify_episodes(Question(HOMING, claim, region), {})
+        result = verify_episodes(Question(Game(HOMING), claim, region), {})
         assert result.verdict is Verdict.PROVED and not result.evidence.opponents
         assert ("agent_0", "agent_1", "agent_2") in result.evidence.followed and result.evidence.contacts
         assert failures(HOMING, claim, region, 20_000, 5) == 0
@@ -150,10 +151,10 @@ def test_a_proof_through_a_contact():
     region = around(profile, Fraction(1, 100), [(-0.5, 0), (0.5, 0), (0, 0.9), (0, -0.9)])
     claim = find_claim("keeps_apart", profile, steps=6, radius=Fraction(1, 20))
     assert fails_nowhere(profile, claim, region)
-    found = decide(Question(profile, claim, region))
+    found = decide(Question(Game(profile), claim, region))
     assert found.verdict is Verdict.PROVED
     closer = find_claim("keeps_apart", profile, steps=6, radius=Fraction(2, 5))
-    assert decide(Question(profile, closer, region)).verdict is Verdict.VIOLATED
+    assert decide(Question(Game(profile), closer, region)).verdict is Verdict.VIOLATED
 
 
 def fails_nowhere(profile, claim, region):
@@ -166,12 +167,12 @@ def test_crowds_are_refuted_and_replayed_by_mpe2():
     with replays_of(profile) as replays:
         assert {"simulator", "mpe2.simple_spread_v3"} <= set(replays)
         claim = find_claim("keeps_apart", profile)
-        result = verify_episodes(Question(profile, claim, region), replays)
+        result = verify_episodes(Question(Game(profile), claim, region), replays)
         assert result.verdict is Verdict.VIOLATED and set(result.evidence.replays) == set(replays)
         assert result.evidence.ways[0].landmark == "agent_1" and result.evidence.ways[0].nearest < 0.3
         off = {"other": lambda state, steps: replays["simulator"](replace(state, position=_mirrored(state)), steps)}
         with pytest.raises(DisagreementError, match="other plays another episode"):
-            verify_episodes(Question(profile, claim, region), off)
+            verify_episodes(Question(Game(profile), claim, region), off)
 
 
 def _mirrored(state):
@@ -204,7 +205,7 @@ def test_random_teams_on_small_boxes(seed):
         find_claim("reaches", profile, side, steps=8, radius=Fraction(7, 10)),
         find_claim("keeps_apart", profile, side, steps=8, others=[profile.agents[0].agent], radius=Fraction(1, 4)),
     ):
-        found = decide(Question(profile, claim, region, budgets=Budgets(max_zones=30_000)))
+        found = decide(Question(Game(profile), claim, region, budgets=Budgets(max_zones=30_000)))
         if found.verdict is Verdict.PROVED:
             assert fails_nowhere(profile, claim, region)
         elif found.verdict is Verdict.VIOLATED:
@@ -219,14 +220,14 @@ def test_prey_that_flees_is_not_caught():
     region = around(profile, Fraction(1, 20), [(-0.5, 0), (0.5, 0), (-0.5, -0.9)])
     claim = find_claim("keeps_apart", profile, "prey", others=["adversary_0"])
     assert claim.radius == Fraction(1, 8) and "adversary_0" in claim.sentence
-    result = verify_episodes(Question(profile, claim, region), {})
+    result = verify_episodes(Question(Game(profile), claim, region), {})
     assert result.verdict is Verdict.PROVED
-    short = verify_episodes(Question(profile, replace(claim, steps=6), region), {})
+    short = verify_episodes(Question(Game(profile), replace(claim, steps=6), region), {})
     assert (
         short.verdict is Verdict.PROVED and short.evidence.followed == (("agent_0",),) and not short.evidence.opponents
     )
     lazy = going(RIGHT, STAY, name=f"{TAG},predators=1,prey=1,obstacles=1")
-    assert decide(Question(lazy, claim, region)).verdict is Verdict.VIOLATED
+    assert decide(Question(Game(lazy), claim, region)).verdict is Verdict.VIOLATED
 
 
 def test_opponents_as_in_the_profile_are_told():
@@ -234,7 +235,7 @@ def test_opponents_as_in_the_profile_are_told():
     profile = going(LEFT, STAY, name=f"{TAG},predators=1,prey=1,obstacles=1")
     region = around(profile, Fraction(1, 20), [(-0.5, 0), (0.5, 0), (0, -0.9)])
     claim = find_claim("keeps_apart", profile, "prey", others=["adversary_0"])
-    result = verify_episodes(Question(profile, claim, region), {})
+    result = verify_episodes(Question(Game(profile), claim, region), {})
     assert result.verdict is Verdict.PROVED and result.evidence.opponents
     assert (
         "adversary_0",
@@ -249,7 +250,7 @@ def test_only_the_team_is_matched_when_opponents_are_followed():
     profile = replace(going(LEFT, LEFT, STAY, STAY, name=TAG), world=replace(world, landmarks=open_ground))
     middles = [(0, 0), (0, 0.6), (0.5, 0), (0.5, 0.6), (0.5, 0), (0.5, 0.6)]
     claim = find_claim("covers", profile, "prey", steps=12, radius=Fraction(1, 5))
-    found = decide(Question(profile, claim, around(profile, HALF, middles)))
+    found = decide(Question(Game(profile), claim, around(profile, HALF, middles)))
     assert found.verdict is Verdict.PROVED
     assert found.followed[-1] == ("adversary_0", "adversary_1", "agent_0", "agent_1")
 
@@ -275,9 +276,9 @@ def test_defenders_keep_apart(profile):
     box = dict(start.box) | {"agent_0.x": (Fraction(-1), Fraction(-1, 5)), "agent_1.x": (Fraction(1, 5), Fraction(1))}
     region = replace(start, box=box)
     claim = find_claim("keeps_apart", apart, steps=25, radius=Fraction(1, 4))
-    assert decide(Question(apart, claim, region)).verdict is Verdict.PROVED
-    assert decide(Question(team(profile, tree(RIGHT), tree(LEFT)), claim, region)).verdict is Verdict.VIOLATED
-    assert verify_episodes(Question(apart, claim, region), {}).evidence.contacts == ""
+    assert decide(Question(Game(apart), claim, region)).verdict is Verdict.PROVED
+    assert decide(Question(Game(team(profile, tree(RIGHT), tree(LEFT))), claim, region)).verdict is Verdict.VIOLATED
+    assert verify_episodes(Question(Game(apart), claim, region), {}).evidence.contacts == ""
 
 
 def test_where_contacts_have_no_force_nothing_is_pushed():
@@ -286,10 +287,10 @@ def test_where_contacts_have_no_force_nothing_is_pushed():
     region = around(profile, Fraction(1, 100), [(-0.12, 0), (0.12, 0), (0, 0.9), (0, -0.9)])
     for radius, verdict in ((Fraction(1, 10), Verdict.PROVED), (Fraction(3, 20), Verdict.VIOLATED)):
         claim = find_claim("keeps_apart", profile, steps=2, radius=radius)
-        assert decide(Question(profile, claim, region)).verdict is verdict
+        assert decide(Question(Game(profile), claim, region)).verdict is verdict
         assert fails_nowhere(profile, claim, region) == (verdict is Verdict.PROVED)
     assert (
-        decide(Question(profile, find_claim("reaches", profile, steps=2, radius=Fraction(1)), region)).verdict
+        decide(Question(Game(profile), find_claim("reaches", profile, steps=2, radius=Fraction(1)), region)).verdict
         is Verdict.PROVED
     )
 
@@ -300,7 +301,7 @@ def test_pushes_beyond_what_numbers_hold_are_refused():
         profile = _pushing(played("physical-deception", [tree(LEFT)] * 3), scale)
         for name in ("covers", "keeps_apart"):
             with pytest.raises(InputError, match="rounding over 3 steps"):
-                decide(Question(profile, find_claim(name, profile, steps=3), everywhere(profile)))
+                decide(Question(Game(profile), find_claim(name, profile, steps=3), everywhere(profile)))
 
 
 def _pushing(profile, scale):
@@ -322,7 +323,7 @@ def test_a_speed_beside_a_place_that_is_not_followed_is_asked_again():
     region = around(profile, Fraction(1, 1000), [(0.2, 0), (0, 0), (5, 5), (0.08, 0), (0.5, 0.5)])
     claim = find_claim("keeps_apart", profile, steps=4, others=["landmark_0"], radius=Fraction(1, 400))
     assert failures(profile, claim, region, 300, 3) > 0
-    assert decide(Question(profile, claim, region)).verdict is Verdict.VIOLATED
+    assert decide(Question(Game(profile), claim, region)).verdict is Verdict.VIOLATED
 
 
 def test_pairs_and_refusals():
@@ -358,7 +359,7 @@ def test_no_claim_is_about_centres_that_coincide(name, kind):
     with replays_of(profile) as replays, np.errstate(invalid="ignore"):
         assert np.isnan(replays[profile.world.reference](start, 2).coordinates).any()
     for replays in ({}, {"simulator": lambda *_: pytest.fail("no start of the claim")}):
-        result = verify_episodes(Question(profile, claim, region), replays)
+        result = verify_episodes(Question(Game(profile), claim, region), replays)
         assert result.verdict is Verdict.UNKNOWN and result.reason and not result.evidence.violating.hits
     assert "within 1e-150 of each other" in sentence(claim, profile.world)
 
@@ -366,7 +367,7 @@ def test_no_claim_is_about_centres_that_coincide(name, kind):
 def test_a_proof_says_which_starts_it_leaves_out():
     profile = going(STAY, STAY, name=f"{SPREAD},agents=2")
     claim = find_claim("reaches", profile, steps=0)
-    result = verify_episodes(Question(profile, claim, at_one_place(profile, "1/10")), {})
+    result = verify_episodes(Question(Game(profile), claim, at_one_place(profile, "1/10")), {})
     assert result.verdict is Verdict.PROVED and "within 1e-150 of each other" in result.evidence.left_out
     assert result.evidence.certificate is not None and result.evidence.branches == accepted(
         result.evidence.certificate, profile
@@ -375,7 +376,9 @@ def test_a_proof_says_which_starts_it_leaves_out():
     for text in (report.as_text(facts), report.as_html(facts)):
         assert "within 1e-150 of each other" in text and "one reading, no certificate" not in text
     apart = played("physical-deception", [tree(STAY)] * 3)
-    still = verify_episodes(Question(apart, find_claim("reaches", apart, steps=0), at_one_place(apart, "1/10")), {})
+    still = verify_episodes(
+        Question(Game(apart), find_claim("reaches", apart, steps=0), at_one_place(apart, "1/10")), {}
+    )
     assert still.verdict is Verdict.PROVED and not still.evidence.left_out and not still.evidence.uncertified
 
 
@@ -397,5 +400,5 @@ def test_a_region_without_float64_starts_is_not_proved(profile):
     still = team(profile, tree(STAY), tree(STAY))
     start = everywhere(still)
     third = replace(start, box={name: (Fraction(1, 3), Fraction(1, 3)) for name in start.box})
-    result = verify_episodes(Question(still, find_claim("reaches", still, steps=0), third), {})
+    result = verify_episodes(Question(Game(still), find_claim("reaches", still, steps=0), third), {})
     assert result.verdict is Verdict.UNKNOWN and "no start in the region was found" in result.reason

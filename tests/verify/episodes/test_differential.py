@@ -24,6 +24,7 @@ from verify.question import Budgets, Question
 from verify.result import Verdict
 from verify.states.episodes import courses, fails, first_failing
 from verify.states.state import State
+from verify.subjects import Game
 
 pytestmark = pytest.mark.solver
 
@@ -127,10 +128,10 @@ def disagreement(seed):
     profile, claim, region = random_question(seed)
     ensure(profile)
     try:
-        found = decide(Question(profile, claim, region, budgets=Budgets(max_zones=20_000)))
+        found = decide(Question(Game(profile), claim, region, budgets=Budgets(max_zones=20_000)))
     except InputError as error:
         return f"refused: {error}", None
-    fails_at = first_failing(Question(profile, claim, region), corners(profile, region, seed))
+    fails_at = first_failing(Question(Game(profile), claim, region), corners(profile, region, seed))
     if found.verdict is Verdict.PROVED and fails_at is not None:
         return f"proved by zones, fails at {fails_at}", found.verdict
     if found.verdict is Verdict.VIOLATED:
@@ -142,7 +143,7 @@ def disagreement(seed):
     own = [("", "")] if not claim.landmarks else zip(followed, claim.landmarks, strict=True)
     try:
         proved = found.parts if found.verdict is Verdict.PROVED else [Part(*p, None, followed, b"") for p in own]
-        accepted(made(Question(profile, claim, region), proved, 20_000), profile)
+        accepted(made(Question(Game(profile), claim, region), proved, 20_000), profile)
     except NoCertificateError as error:
         wrong = found.verdict is Verdict.PROVED and "answers" not in str(error)
         return f"proved by zones, {error}" if wrong else "", found.verdict
@@ -167,9 +168,11 @@ def answers(profile, claim, region):
     """The verdict of the zones, and whether the second reading has a certificate."""
     whole = [Part("", "", None, ("agent_0",), b"")]
     try:
-        return decide(Question(profile, claim, region)).verdict, bool(made(Question(profile, claim, region), whole))
+        return decide(Question(Game(profile), claim, region)).verdict, bool(
+            made(Question(Game(profile), claim, region), whole)
+        )
     except NoCertificateError:
-        return decide(Question(profile, claim, region)).verdict, False
+        return decide(Question(Game(profile), claim, region)).verdict, False
 
 
 @pytest.mark.parametrize(
@@ -203,9 +206,9 @@ def test_a_sign_that_a_shipped_world_shows():
     assert profile.policy("agent_0").features[10].name == "agent_1_dx_sign"
     claim = find_claim("covers", profile, TEAM, steps=8, radius=Fraction(3, 50))
     for region in (placed(profile), placed(profile, agent_0_x=NEAR, agent_0_y=BESIDE, agent_1_x=NEAR)):
-        assert decide(Question(profile, claim, region)).verdict is Verdict.VIOLATED
+        assert decide(Question(Game(profile), claim, region)).verdict is Verdict.VIOLATED
     beside = placed(profile, agent_0_x=(Fraction(1, 100), Fraction(1, 20)))
-    assert decide(Question(profile, claim, beside)).verdict is Verdict.PROVED
+    assert decide(Question(Game(profile), claim, beside)).verdict is Verdict.PROVED
 
 
 @pytest.mark.parametrize("function", ["positive", "zero"])
@@ -226,7 +229,7 @@ def test_what_is_not_zero_stays_so():
     profile = observing(profile, "agent_0", ("zero", SIGN[1]))
     claim = find_claim("covers", profile, TEAM, steps=6, radius=Fraction(3, 50))
     region = placed(profile, agent_0_x=NEAR, landmark_0_x=NEAR)
-    certificate = made(Question(profile, claim, region), decide(Question(profile, claim, region)).parts)
+    certificate = made(Question(Game(profile), claim, region), decide(Question(Game(profile), claim, region)).parts)
     assert certificate.form == "maviper-episode-certificate-2"
     assert from_json(to_json(certificate)) == certificate and accepted(certificate, profile) > 0
     with pytest.raises(RejectedError):
@@ -239,7 +242,7 @@ def test_sums_of_three_are_refused():
     rounding = [*SIGN[1], (1, "landmark_0.x")]
     profile = observing(profile, "agent_0", ("", rounding))
     claim = find_claim("keeps_apart", profile, TEAM, steps=8, others=["landmark_0"])
-    found = decide(Question(profile, claim, placed(profile)))
+    found = decide(Question(Game(profile), claim, placed(profile)))
     assert found.verdict is Verdict.UNKNOWN and "not a coordinate or a difference of two" in found.reason
 
 

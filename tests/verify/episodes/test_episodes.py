@@ -29,6 +29,7 @@ from verify.question import Budgets, Question
 from verify.result import Verdict
 from verify.states.episodes import Episode, at_rest, courses, fails, fulfilled, play
 from verify.states.state import State, inside, sample
+from verify.subjects import Game
 from verify.verdicts.episodes import verify_episodes
 
 pytestmark = pytest.mark.solver
@@ -67,7 +68,7 @@ def sampled_failures(profile, claim, region, count, seed):
 
 def test_a_team_that_arrives_is_proved_from_everywhere_agent_by_agent(arrivers):
     claim = find_claim("reaches", arrivers)
-    result = verify_episodes(Question(arrivers, claim, everywhere(arrivers)), {})
+    result = verify_episodes(Question(Game(arrivers), claim, everywhere(arrivers)), {})
     assert result.verdict is Verdict.PROVED
     assert result.evidence.followed == (("agent_0",), ("agent_1",))
     assert result.evidence.control is Verdict.VIOLATED
@@ -76,7 +77,7 @@ def test_a_team_that_arrives_is_proved_from_everywhere_agent_by_agent(arrivers):
 
 
 def test_the_same_team_does_not_stay_there(arrivers):
-    result = verify_episodes(Question(arrivers, find_claim("covers", arrivers), everywhere(arrivers)), {})
+    result = verify_episodes(Question(Game(arrivers), find_claim("covers", arrivers), everywhere(arrivers)), {})
     assert result.verdict is Verdict.VIOLATED
 
 
@@ -85,14 +86,17 @@ def test_heading_is_not_arriving(profile):
     """This team satisfies own_target everywhere, but swings to and fro in x."""
     swinging = team(profile, towards(0, 0), towards(1, 1))
     for name in ("reaches", "covers"):
-        assert decide(Question(swinging, find_claim(name, swinging), everywhere(swinging))).verdict is Verdict.VIOLATED
+        assert (
+            decide(Question(Game(swinging), find_claim(name, swinging), everywhere(swinging))).verdict
+            is Verdict.VIOLATED
+        )
 
 
 def test_matchings_are_what_is_asked(arrivers):
     crossed = find_claim("reaches", arrivers, landmarks=["landmark_1", "landmark_0"])
-    assert decide(Question(arrivers, crossed, everywhere(arrivers))).verdict is Verdict.VIOLATED
+    assert decide(Question(Game(arrivers), crossed, everywhere(arrivers))).verdict is Verdict.VIOLATED
     swapped = team(arrivers, arriving(1), arriving(0))
-    assert decide(Question(swapped, crossed, everywhere(swapped))).verdict is Verdict.PROVED
+    assert decide(Question(Game(swapped), crossed, everywhere(swapped))).verdict is Verdict.PROVED
     assert "landmark_1, landmark_0" in crossed.sentence
 
 
@@ -105,7 +109,7 @@ def test_a_violation_that_sampling_misses_is_found_by_zones(arrivers):
     box = dict(on_axis.box) | {"agent_0.x": (Fraction(-1), Fraction("-0.7000001")), "agent_0.y": (Fraction(0),) * 2}
     claim = find_claim("reaches", arrivers)
     sliver = team(arrivers, late, tree(STAY))
-    result = verify_episodes(Question(sliver, claim, replace(on_axis, box=box)), {})
+    result = verify_episodes(Question(Game(sliver), claim, replace(on_axis, box=box)), {})
     assert result.evidence.violating.hits == 0 and result.cost.spent > 0
     assert result.verdict is Verdict.VIOLATED
     assert Fraction("-0.70001") < Fraction(result.evidence.state.position["agent_0.x"]) <= Fraction("-0.7000001")
@@ -119,7 +123,7 @@ def test_nobody_moves_before_the_second_next_state(profile):
     places = {"agent_0": (0, 0), "landmark_0": (0.4375, 0), "agent_1": (0, 0), "landmark_1": (0, 0)}
     region = centred(runner, Fraction(0), places)
     verdicts = [
-        decide(Question(runner, find_claim("reaches", runner, steps=steps), region)).verdict for steps in range(4)
+        decide(Question(Game(runner), find_claim("reaches", runner, steps=steps), region)).verdict for steps in range(4)
     ]
     # 0.05 after the second step is the first that it comes
     assert verdicts == [Verdict.VIOLATED, Verdict.VIOLATED, Verdict.PROVED, Verdict.PROVED]
@@ -131,7 +135,7 @@ def test_without_moves_a_claim_is_one_about_starts(profile, steps):
         names = ("agent_0", "agent_1", "landmark_0", "landmark_1")
         region = centred(profile, half, dict.fromkeys(names, (0, 0)))
         for name in ("reaches", "covers"):
-            assert decide(Question(profile, find_claim(name, profile, steps=steps), region)).verdict is wanted
+            assert decide(Question(Game(profile), find_claim(name, profile, steps=steps), region)).verdict is wanted
 
 
 # --- against simulation
@@ -153,7 +157,7 @@ def test_random_teams_on_small_boxes(profile, first, second, steps, seed, side):
     region = centred(random, Fraction(1, side), middles)
     for name in ("reaches", "covers"):
         claim = find_claim(name, random, steps=steps)
-        found = decide(Question(random, claim, region, budgets=Budgets(max_zones=20_000)))
+        found = decide(Question(Game(random), claim, region, budgets=Budgets(max_zones=20_000)))
         failures = sampled_failures(random, claim, region, 2_000, seed)
         if found.verdict is Verdict.PROVED:
             assert failures == 0
@@ -176,7 +180,7 @@ def test_points_are_decided_as_simulated(profile, first, second, steps):
         box = {name: (Fraction(value), Fraction(value)) for name, value in position.items()}
         for name in ("reaches", "covers"):
             claim = find_claim(name, random, steps=steps, radius=Fraction(7, 10))
-            found = decide(Question(random, claim, Region(box, ("landmark_1",))))
+            found = decide(Question(Game(random), claim, Region(box, ("landmark_1",))))
             wrong = fails(random, claim, courses(random, [state], steps)[0][:, 0])
             # an adversary's own place can leave both answers open
             assert found.verdict is (Verdict.VIOLATED if wrong else Verdict.PROVED) or "other opponents" in found.reason
@@ -192,7 +196,7 @@ def test_against_unrolling_by_z3(profile, trees, steps):
         for name in ("reaches", "covers"):
             claim = find_claim(name, played, steps=steps, radius=radius)
             wanted = Verdict.VIOLATED if unrolled(played, claim, region, "landmark_0") else Verdict.PROVED
-            assert decide(Question(played, claim, region)).verdict is wanted
+            assert decide(Question(Game(played), claim, region)).verdict is wanted
 
 
 @settings(max_examples=40)
@@ -232,15 +236,17 @@ def test_agents_together_answer_as_alone(arrivers):
             for task in (_Arrive(("agent_0",), "landmark_0"), _Arrive(("agent_1",), "landmark_1")):
                 answers = []
                 for agents in (task.agents, ("agent_0", "agent_1")):
-                    decider = _Decider(Question(arrivers, claim, region, budgets=Budgets(max_zones=1_000_000)), parts)
+                    decider = _Decider(
+                        Question(Game(arrivers), claim, region, budgets=Budgets(max_zones=1_000_000)), parts
+                    )
                     try:
                         answers.append(decider._attempt(task, agents, "landmark_0", 1_000_000, None))
                     except _Violated:
                         answers.append("violated")
                 assert answers[0] == answers[1]
             freely = Covers(claim.team, claim.steps, claim.radius)
-            whole = decide(Question(arrivers, freely, region)).verdict
-            decider = _Decider(Question(arrivers, freely, region, budgets=Budgets(max_zones=1_000_000)), parts)
+            whole = decide(Question(Game(arrivers), freely, region)).verdict
+            decider = _Decider(Question(Game(arrivers), freely, region, budgets=Budgets(max_zones=1_000_000)), parts)
             try:
                 both = ("agent_0", "agent_1")
                 left = decider._attempt(_Task(both), both, "landmark_0", 1_000_000, None)
@@ -255,7 +261,7 @@ def test_team_mates_that_are_read_are_followed(profile):
     pair = team(profile, waiting, tree(LEFT))
     places = {"agent_0": (0, 0), "agent_1": (1, 0), "landmark_0": (0.5, 0), "landmark_1": (0.5, 0)}
     region = centred(pair, Fraction(1, 100), places)
-    found = decide(Question(pair, find_claim("reaches", pair, steps=15, radius=Fraction(1, 5)), region))
+    found = decide(Question(Game(pair), find_claim("reaches", pair, steps=15, radius=Fraction(1, 5)), region))
     assert found.verdict is Verdict.PROVED
     assert found.followed == (("agent_0", "agent_1"), ("agent_1",))
 
@@ -267,18 +273,18 @@ def test_the_adversary_may_do_anything(profile):
     places = {"agent_0": (0, 0), "landmark_0": (0.3, 0.3), "agent_1": (0, 0), "landmark_1": (0, 0)}
     region = centred(pair, Fraction(1, 100), places)
     claim = find_claim("reaches", pair, steps=6)
-    free = decide(Question(pair, claim, region))
+    free = decide(Question(Game(pair), claim, region))
     assert free.verdict is Verdict.PROVED and free.followed == (("agent_0",), ("agent_1",))
     # the profile's own adversary stays on the right, so agent_0 only ever goes up; another one could make it go right
     far = find_claim("reaches", pair, steps=12, radius=Fraction(1, 5))
     above = centred(pair, Fraction(1, 100), {**places, "landmark_0": (0, 0.5)})
     right = replace(above, box={**above.box, "adversary_0.x": (Fraction(1, 2), Fraction(1))})
     assert sampled_failures(pair, far, right, 1_000, 0) == 0
-    found = decide(Question(pair, far, right))
+    found = decide(Question(Game(pair), far, right))
     assert found.verdict is Verdict.PROVED and ("adversary_0", "agent_0", "agent_1") in found.followed
-    assert decide(Question(pair, far, right, budgets=Budgets(max_zones=500))).verdict is Verdict.UNKNOWN
+    assert decide(Question(Game(pair), far, right, budgets=Budgets(max_zones=500))).verdict is Verdict.UNKNOWN
     left = replace(above, box={**above.box, "adversary_0.x": (Fraction(-1), Fraction(-1, 2))})
-    assert decide(Question(pair, far, left)).verdict is Verdict.VIOLATED
+    assert decide(Question(Game(pair), far, left)).verdict is Verdict.VIOLATED
 
 
 def test_goals_are_told_apart(profile):
@@ -288,8 +294,8 @@ def test_goals_are_told_apart(profile):
     places = {"agent_0": (0, 0), "landmark_0": (0.8, 0), "agent_1": (-0.8, 0), "landmark_1": (-0.8, 0)}
     region = centred(pair, Fraction(1, 100), places)
     claim = find_claim("reaches", pair, steps=10)
-    assert decide(Question(pair, claim, replace(region, goals=("landmark_0",)))).verdict is Verdict.PROVED
-    found = decide(Question(pair, claim, region))
+    assert decide(Question(Game(pair), claim, replace(region, goals=("landmark_0",)))).verdict is Verdict.PROVED
+    found = decide(Question(Game(pair), claim, region))
     assert found.verdict is Verdict.VIOLATED and found.state.goal == "landmark_1"
 
 
@@ -298,7 +304,9 @@ def test_goals_are_told_apart(profile):
 
 def test_a_spent_budget_is_unknown_with_the_same_count(arrivers):
     claim = find_claim("reaches", arrivers)
-    found = [decide(Question(arrivers, claim, everywhere(arrivers), budgets=Budgets(max_zones=500))) for _ in range(2)]
+    found = [
+        decide(Question(Game(arrivers), claim, everywhere(arrivers), budgets=Budgets(max_zones=500))) for _ in range(2)
+    ]
     assert found[0] == found[1]
     assert found[0].verdict is Verdict.UNKNOWN and "--max-zones" in found[0].reason and found[0].zones <= 500
 
@@ -307,11 +315,11 @@ def test_empty_regions_are_vacuous(arrivers):
     start = everywhere(arrivers)
     claim = find_claim("reaches", arrivers)
     apart = replace(start, apart=(("agent_0", "agent_1", Fraction(5)),))
-    assert verify_episodes(Question(arrivers, claim, apart), {}).verdict is Verdict.VACUOUS
+    assert verify_episodes(Question(Game(arrivers), claim, apart), {}).verdict is Verdict.VACUOUS
     differing = replace(start, differences=(("agent_0.x", "agent_1.x", (Fraction(3), Fraction(4))),))
-    assert decide(Question(arrivers, claim, differing)).verdict is Verdict.VACUOUS
+    assert decide(Question(Game(arrivers), claim, differing)).verdict is Verdict.VACUOUS
     moving = replace(start, box={**start.box, "agent_0.vx": (Fraction(1), Fraction(2))})
-    assert decide(Question(arrivers, claim, moving)).verdict is Verdict.VACUOUS
+    assert decide(Question(Game(arrivers), claim, moving)).verdict is Verdict.VACUOUS
 
 
 def test_regions_with_differences_and_distances(profile):
@@ -323,14 +331,14 @@ def test_regions_with_differences_and_distances(profile):
     close = replace(start, differences=tuple((a, b, near) for a, b in pairs))
     claim = find_claim("reaches", still, steps=3)
     tight = replace(close, differences=tuple((a, b, (near[0] / 2, near[1] / 2)) for a, b in pairs))
-    assert decide(Question(still, claim, tight)).verdict is Verdict.PROVED
+    assert decide(Question(Game(still), claim, tight)).verdict is Verdict.PROVED
     apart = replace(tight, apart=(("agent_0", "agent_1", Fraction(1, 2)), ("landmark_0", "landmark_1", Fraction(1, 5))))
-    assert decide(Question(still, claim, apart)).verdict is Verdict.PROVED
+    assert decide(Question(Game(still), claim, apart)).verdict is Verdict.PROVED
     wide = replace(close, differences=tuple((a, b, (near[0], Fraction(1, 2))) for a, b in pairs))
-    found = decide(Question(still, claim, wide))
+    found = decide(Question(Game(still), claim, wide))
     assert found.verdict is Verdict.VIOLATED and inside(wide, found.state)
     off = replace(start, apart=(("agent_0", "landmark_0", Fraction(1, 2)),))
-    assert decide(Question(still, claim, off)).verdict is Verdict.VIOLATED
+    assert decide(Question(Game(still), claim, off)).verdict is Verdict.VIOLATED
 
 
 def test_the_edge_itself_is_left_open_or_refuted_never_proved(profile):
@@ -338,7 +346,7 @@ def test_the_edge_itself_is_left_open_or_refuted_never_proved(profile):
     still = team(profile, tree(STAY), tree(STAY))
     places = {"agent_0": (0, 0), "landmark_0": (0.5, 0), "agent_1": (0, 0), "landmark_1": (0, 0)}
     region = centred(still, Fraction(0), places)
-    found = decide(Question(still, find_claim("reaches", still, radius=Fraction(1, 2)), region))
+    found = decide(Question(Game(still), find_claim("reaches", still, radius=Fraction(1, 2)), region))
     assert found.verdict is Verdict.UNKNOWN and "at starts that are not float64" in found.reason
 
 
@@ -349,7 +357,7 @@ def test_courses_equal_simulator_compiled_c_and_mpe2(profile):
         claim = find_claim("reaches", swinging, steps=steps)
         with replays_of(swinging) as replays:
             assert {"simulator", "mpe2.simple_adversary_v3"} <= set(replays)
-            result = verify_episodes(Question(swinging, claim, everywhere(swinging)), replays)
+            result = verify_episodes(Question(Game(swinging), claim, everywhere(swinging)), replays)
         assert result.verdict is Verdict.VIOLATED
         assert len(result.evidence.ways[0].places) == steps + 1 and len(result.evidence.ways[0].actions) == steps
 
@@ -376,7 +384,7 @@ def test_a_replay_that_takes_another_course_is_no_verdict(profile):
         return Episode(coordinates[:, 0] + 2.0**-52, actions[:, 0])
 
     with pytest.raises(DisagreementError, match="another episode"):
-        verify_episodes(Question(swinging, claim, everywhere(swinging)), {"simulator": off})
+        verify_episodes(Question(Game(swinging), claim, everywhere(swinging)), {"simulator": off})
 
 
 def test_speed_limits_and_observed_velocities(profile):
@@ -397,7 +405,7 @@ def test_speed_limits_and_observed_velocities(profile):
     verdicts = []
     for steps in range(14, 22):
         claim = find_claim("reaches", limited, steps=steps)
-        verdicts.append(decide(Question(limited, claim, region)).verdict)
+        verdicts.append(decide(Question(Game(limited), claim, region)).verdict)
         assert (sampled_failures(limited, claim, region, 500, 1) > 0) >= (verdicts[-1] is not Verdict.PROVED)
     assert verdicts[0] is Verdict.VIOLATED and verdicts[-1] is Verdict.PROVED
 
@@ -413,7 +421,7 @@ def test_what_cannot_be_asked_is_refused(profile):
         find_claim("reaches", profile, landmarks=["landmark_0", "landmark_0"])
     huge = Region(dict.fromkeys(everywhere(profile).box, (Fraction(-(10**6)), Fraction(10**6))), ("landmark_0",))
     with pytest.raises(InputError, match="rounding over 25 steps"):
-        decide(Question(profile, find_claim("reaches", profile), huge))
+        decide(Question(Game(profile), find_claim("reaches", profile), huge))
 
 
 def test_an_interrupt_passes_through(arrivers, monkeypatch):
@@ -422,4 +430,4 @@ def test_an_interrupt_passes_through(arrivers, monkeypatch):
 
     monkeypatch.setattr("verify.episodes.unroll.decided", interrupted)
     with pytest.raises(KeyboardInterrupt):
-        decide(Question(arrivers, find_claim("reaches", arrivers), everywhere(arrivers)))
+        decide(Question(Game(arrivers), find_claim("reaches", arrivers), everywhere(arrivers)))

@@ -44,6 +44,7 @@ from verify.semantics import MACHINE, REAL
 from verify.solver.decide import decide
 from verify.states import shares
 from verify.states.state import sample
+from verify.subjects import Game
 from verify.verdicts import decisions
 from verify.zones.compiled import SLOWER
 
@@ -68,7 +69,7 @@ def fails_at(profile, claim, state, goal, machine=True):
 
 def check_points(profile, claim, region, semantics, rng, count=40):
     """Every violating point lies in exactly one zone of its goal, every other one in none; returns how many violate."""
-    found, seen = violations.violations(Question(profile, claim, region, semantics)), 0
+    found, seen = violations.violations(Question(Game(profile), claim, region, semantics)), 0
     assert [one.goal for one in found] == list(everyone(region)) and all(one.complete for one in found)
     zones_of = [[one.bounds(zone) for zone in one.zones] for one in found]
     for state in grid_points(rng, region, count):
@@ -113,7 +114,7 @@ def test_zones_name_the_leaves_that_the_agents_are_in(profile):
 
     same = team(profile, towards(0, 0), towards(0, 1))
     claim = find_property("distinct_targets", same)
-    for failing in violations.violations(Question(same, claim, everywhere(same))):
+    for failing in violations.violations(Question(Game(same), claim, everywhere(same))):
         assert failing.agents == ("agent_0", "agent_1")
         for leaves, _ in failing.zones:
             for agent, leaf in zip(failing.agents, leaves, strict=True):
@@ -124,10 +125,10 @@ def test_an_assumption_keeps_zones_inside_it(profile):
     same = team(profile, towards(0, 0), towards(0, 1))
     right = Linear(((Fraction(-1), "agent_0.x"),), Fraction(0))
     claim = replace(find_property("distinct_targets", same), assume=right)
-    found = violations.violations(Question(same, claim, everywhere(same)))
+    found = violations.violations(Question(Game(same), claim, everywhere(same)))
     assert check_points(same, claim, everywhere(same), MACHINE, np.random.default_rng(1)) > 0
-    share = violations.exact_share(Question(same, claim, everywhere(same)), found)
-    low, high = shares.measure(Question(same, claim, everywhere(same)), 3).violating.interval
+    share = violations.exact_share(Question(Game(same), claim, everywhere(same)), found)
+    low, high = shares.measure(Question(Game(same), claim, everywhere(same)), 3).violating.interval
     assert low <= share.value <= high
 
 
@@ -135,9 +136,9 @@ def test_an_assumption_keeps_zones_inside_it(profile):
 
 
 def sampled_and_exact(profile, claim, region, seed):
-    found = violations.violations(Question(profile, claim, region))
-    share = violations.exact_share(Question(profile, claim, region), found)
-    return found, share, shares.measure(Question(profile, claim, region), seed, 20_000).violating
+    found = violations.violations(Question(Game(profile), claim, region))
+    share = violations.exact_share(Question(Game(profile), claim, region), found)
+    return found, share, shares.measure(Question(Game(profile), claim, region), seed, 20_000).violating
 
 
 def test_exact_shares_lie_in_the_sampled_intervals():
@@ -170,7 +171,7 @@ def test_a_zone_left_out_is_seen_in_the_share():
         fewer = list(found)
         kept = [zone for number, zone in enumerate(found[place].zones) if number != largest_zone]
         fewer[place] = replace(found[place], zones=tuple(kept))
-        without = violations.exact_share(Question(profile, claim, region), fewer)
+        without = violations.exact_share(Question(Game(profile), claim, region), fewer)
         assert without.value < share.value
         low, high = sampled.interval
         seen += low <= share.value <= high and not low <= without.value <= high
@@ -183,7 +184,7 @@ def test_shares_of_what_is_known(profile):
     region = everywhere(still)
     claim = find_property("own_target", still, radius=Fraction(1, 10))
     share = violations.exact_share(
-        Question(still, claim, region), violations.violations(Question(still, claim, region))
+        Question(Game(still), claim, region), violations.violations(Question(Game(still), claim, region))
     )
     # one axis: |a - b| <= r for uniform numbers of [-1, 1]; the second agent also closes when it is below
     near = Fraction(1, 10) - Fraction(1, 400)
@@ -226,13 +227,13 @@ def test_bounds_of_hundreds_of_digits(profile):
     names = [name for name in start.box if name[-2] == "."]
     lowest = {name: -Fraction(10**196 + 2 * k, 10**196 + 2 * k + 7) for k, name in enumerate(names)}
     region = replace(start, box=start.box | {name: (low, Fraction(1)) for name, low in lowest.items()})
-    question, told = Question(same, claim, region, budgets=Budgets(max_cells=60)), list[str]()
+    question, told = Question(Game(same), claim, region, budgets=Budgets(max_cells=60)), list[str]()
     with listening(lambda done, most, words: told.append(words)):
         found = violations.violations(question)
         share = violations.exact_share(question, found)
     assert found[0].limit == Budgets().max_nodes // SLOWER and found[0].problem.scale.bit_length() > 256
     assert {"search nodes of zones", "volumes of failing cells added up"} <= set(told)
-    plain = Question(same, claim, start, budgets=Budgets(max_cells=60))
+    plain = Question(Game(same), claim, start, budgets=Budgets(max_cells=60))
     usual = violations.exact_share(plain, violations.violations(plain))
     assert abs(share.value - usual.value) < Fraction(1, 10**100) and share.value != usual.value
     assert violations.exact_share(question, found, 100) == "it takes more than 3 faces"
@@ -241,9 +242,9 @@ def test_bounds_of_hundreds_of_digits(profile):
 def test_the_budget_of_faces_has_its_reason(profile):
     same = team(profile, towards(0, 0), towards(0, 1))
     claim, region = find_property("distinct_targets", same), everywhere(same)
-    found = violations.violations(Question(same, claim, region))
-    assert violations.exact_share(Question(same, claim, region), found, 1) == "it takes more than 1 faces"
-    assert violations.exact_part(Question(same, claim, region), region, 0) == 1  # a box has no faces to visit
+    found = violations.violations(Question(Game(same), claim, region))
+    assert violations.exact_share(Question(Game(same), claim, region), found, 1) == "it takes more than 1 faces"
+    assert violations.exact_part(Question(Game(same), claim, region), region, 0) == 1  # a box has no faces to visit
 
 
 # --- features that are off
@@ -256,7 +257,7 @@ def test_zones_hold_exactly_the_states_that_some_errors_make_fail(profile):
     for _ in range(25):
         pair, claim = noisy(rng, profile)
         region = random_region(rng, pair)
-        found = violations.violations(Question(pair, claim, region))
+        found = violations.violations(Question(Game(pair), claim, region))
         for state in grid_points(rng, region, 30):
             for failing in found:
                 holding = sum(contains(failing.bounds(zone), state) for zone in failing.zones)
@@ -271,7 +272,7 @@ def test_states_in_several_zones_are_counted_once(profile, monkeypatch):
     rng, asked, overlapping = np.random.default_rng(32), 0, 0
     for seed in range(6):
         pair, claim = noisy_roles(rng, profile)
-        question = Question(pair, claim, start_region(pair.world))
+        question = Question(Game(pair), claim, start_region(pair.world))
         found = violations.violations(question)
         share = violations.exact_share(question, found)
         drawn, goals = sample(question.region, pair.world, 300, seed)
@@ -296,10 +297,10 @@ def binomial(hits, count, share):
 def test_the_region_found_holds_though_features_are_off(profile):
     same = team(profile, towards(0, 0), towards(0, 1))
     claim, region = DistinctTargets("defenders", eps=Fraction(1, 50)), everywhere(same)
-    plain = where.where(Question(same, replace(claim, eps=Fraction(0)), region), Verdict.VIOLATED)
-    found = where.where(Question(same, claim, region), Verdict.VIOLATED)
+    plain = where.where(Question(Game(same), replace(claim, eps=Fraction(0)), region), Verdict.VIOLATED)
+    found = where.where(Question(Game(same), claim, region), Verdict.VIOLATED)
     assert found.complete and found.share.exact and found.share.value > plain.share.value
-    result = decisions.verify(Question(same, claim, found.part.region), {})
+    result = decisions.verify(Question(Game(same), claim, found.part.region), {})
     assert result.verdict is Verdict.PROVED and result.evidence.certificate.eps == claim.eps
     assert found.part.exact > Fraction(1, 100)
 
@@ -309,7 +310,7 @@ def test_reports_say_that_cells_with_errors_overlap(profile, monkeypatch):
     claim, region = DistinctTargets("defenders", eps=Fraction(1, 50)), everywhere(same)
     for parts, exact in ((violations.DEFAULT_PARTS, True), (3, False)):
         monkeypatch.setattr(violations, "DEFAULT_PARTS", parts)
-        result = verify_claims([Question(same, claim, region)], where=True)[0]
+        result = verify_claims([Question(Game(same), claim, region)], where=True)[0]
         facts = report.document(same, [result], [""])
         told = facts["results"][0]["where"]
         assert told["overlapping"] == where_report.OVERLAPPING and bool(told["exact"]) == exact
@@ -338,27 +339,27 @@ def teams_to_locate(profile):
 def test_the_region_found_is_proved_by_both_engines(profile, number):
     asked = list(teams_to_locate(profile))[number]
     claim, region = find_property("distinct_targets", asked), everywhere(asked)
-    found = where.where(Question(asked, claim, region), Verdict.VIOLATED, name="region-1.toml")
+    found = where.where(Question(Game(asked), claim, region), Verdict.VIOLATED, name="region-1.toml")
     part = found.part
     assert found.complete and part.region.name == "region-1.toml"
     again = read_region(part.region.toml(), asked.world, "region-1.toml")
     assert again == part.region
-    result = decisions.verify(Question(asked, claim, again), {})
+    result = decisions.verify(Question(Game(asked), claim, again), {})
     assert result.verdict is Verdict.PROVED and result.evidence.certificate is not None
     assert {opinion.verdict for opinion in result.evidence.opinions} == {Verdict.PROVED}
     assert result.evidence.shares.conflict.hits > 0 and result.evidence.shares.violating.hits == 0
     low, high = part.share.interval
     assert low <= part.exact <= high and part.exact > Fraction(1, 50)
     # no zone of its goals meets the inside of it
-    for failing in violations.violations(Question(asked, claim, part.region)):
+    for failing in violations.violations(Question(Game(asked), claim, part.region)):
         assert not failing.zones
 
 
 def test_the_same_question_finds_the_same_region(profile):
     same = team(profile, towards(0, 0), towards(0, 1))
     claim, region = find_property("distinct_targets", same), everywhere(same)
-    failing = violations.violations(Question(same, claim, region))
-    once, twice = (largest(Question(same, claim, region), failing, 7) for _ in range(2))
+    failing = violations.violations(Question(Game(same), claim, region))
+    once, twice = (largest(Question(Game(same), claim, region), failing, 7) for _ in range(2))
     assert once.toml() == twice.toml()
 
 
@@ -368,7 +369,7 @@ def test_a_region_inside_a_region_keeps_its_bounds(profile):
     gap = (("agent_0.x", "landmark_1.x", (Fraction(-1, 2), Fraction(1, 3))),)
     apart = (("landmark_0", "landmark_1", Fraction(1, 4)),)
     region = replace(everywhere(same), goals=("landmark_1",), differences=gap, apart=apart)
-    found = where.where(Question(same, claim, region), Verdict.VIOLATED)
+    found = where.where(Question(Game(same), claim, region), Verdict.VIOLATED)
     assert found.part.region.goals == ("landmark_1",) and found.part.region.apart == apart
     assert all(
         region.box[name][0] <= low and high <= region.box[name][1]
@@ -376,13 +377,13 @@ def test_a_region_inside_a_region_keeps_its_bounds(profile):
     )
     low, high = next(one[2] for one in found.part.region.differences if one[:2] == gap[0][:2])
     assert low >= Fraction(-1, 2) and high <= Fraction(1, 3)
-    assert decide(Question(same, claim, found.part.region)).verdict is Verdict.PROVED
+    assert decide(Question(Game(same), claim, found.part.region)).verdict is Verdict.PROVED
     assert found.part.start.value < found.part.share.value
 
 
 def test_cuts_remove_the_zones_that_they_say(profile):
     same = team(profile, towards(0, 0), towards(0, 1))
-    failing = violations.violations(Question(same, find_property("distinct_targets", same), everywhere(same)))
+    failing = violations.violations(Question(Game(same), find_property("distinct_targets", same), everywhere(same)))
     space = obstacles(failing)
     for direction in range(0, len(space.directions), 7):
         at = space.thresholds(space.zones, direction)
@@ -403,7 +404,7 @@ def test_too_many_cells_leave_a_region_inside_a_smaller_one(profile):
     trios = [navigation(rng, 2) for _ in range(2)]
     same = team(profile, towards(0, 0), towards(0, 1))
     for asked, claim in [(same, CLAIM), *trios]:
-        question = Question(asked, claim, everywhere(asked), budgets=Budgets(max_cells=40))
+        question = Question(Game(asked), claim, everywhere(asked), budgets=Budgets(max_cells=40))
         found = where.where(question, Verdict.VIOLATED, name="region-1.toml")
         if found.complete or found.part is None:
             continue
@@ -423,8 +424,8 @@ def test_too_many_cells_leave_a_region_inside_a_smaller_one(profile):
 def test_a_proved_claim_holds_everywhere(profile):
     roles = team(profile, towards(0, 0), towards(1, 1))
     claim, region = find_property("distinct_targets", roles), everywhere(roles)
-    assert where.where(Question(roles, claim, region), Verdict.PROVED) == where.Where(everywhere=True)
-    assert not any(one.zones for one in violations.violations(Question(roles, claim, region)))
+    assert where.where(Question(Game(roles), claim, region), Verdict.PROVED) == where.Where(everywhere=True)
+    assert not any(one.zones for one in violations.violations(Question(Game(roles), claim, region)))
 
 
 @pytest.mark.parametrize(
@@ -437,25 +438,25 @@ def test_a_proved_claim_holds_everywhere(profile):
     ],
 )
 def test_what_cannot_be_had_has_its_reason(profile, name, verdict, reason):
-    found = where.where(Question(profile, find_property(name, profile), everywhere(profile)), verdict)
+    found = where.where(Question(Game(profile), find_property(name, profile), everywhere(profile)), verdict)
     assert found.reason == reason and not found.everywhere and found.part is None
 
 
 def test_a_budget_of_zones_that_ends_says_so(profile):
     same = team(profile, towards(0, 0), towards(0, 1))
     claim, region = find_property("distinct_targets", same), everywhere(same)
-    every = where.where(Question(same, claim, region), Verdict.VIOLATED)
-    few = where.where(Question(same, claim, region, budgets=Budgets(max_cells=5)), Verdict.VIOLATED)
+    every = where.where(Question(Game(same), claim, region), Verdict.VIOLATED)
+    few = where.where(Question(Game(same), claim, region, budgets=Budgets(max_cells=5)), Verdict.VIOLATED)
     assert few.count == 5 and not few.complete and few.share is None and few.part is not None
     assert few.share_reason.startswith("not all violating zones are known")
-    exactly = where.where(Question(same, claim, region, budgets=Budgets(max_cells=every.count)), Verdict.VIOLATED)
+    exactly = where.where(Question(Game(same), claim, region, budgets=Budgets(max_cells=every.count)), Verdict.VIOLATED)
     assert exactly.complete and exactly.share == every.share
 
 
 def test_a_team_that_always_fails_has_no_region(profile):
     still = team(profile, tree(STAY), tree(STAY))
     claim = find_property("distinct_targets", still, radius=Fraction(0))
-    found = where.where(Question(still, claim, everywhere(still)), Verdict.VIOLATED)
+    found = where.where(Question(Game(still), claim, everywhere(still)), Verdict.VIOLATED)
     assert found.share.value == 1 and found.part is None and "none both conflicts" in found.part_reason
 
 
@@ -468,7 +469,7 @@ def test_bounds_in_words_are_all_that_a_zone_needs():
     for _ in range(30):
         profile, claim = deception(rng, 2)
         region = random_region(rng, profile)
-        for failing in violations.violations(Question(profile, claim, region)):
+        for failing in violations.violations(Question(Game(profile), claim, region)):
             for zone in failing.zones[:5]:
                 bounds = failing.bounds(zone)
                 names = ["", *failing.problem.places]
@@ -495,8 +496,8 @@ def test_leaves_of_different_agents_are_not_counted_together(profile):
     stated = And((Or((Not(goal_0), first)), Or((Not(goal_1), second))))
     claim = OwnFormula(CLAIM.team, statement=stated)
     region = everywhere(still)
-    result = decisions.verify(Question(still, claim, region), {})
-    found = where.where(Question(still, claim, region), result.verdict)
+    result = decisions.verify(Question(Game(still), claim, region), {})
+    found = where.where(Question(Game(still), claim, region), result.verdict)
     result = replace(result, evidence=replace(result.evidence, where=found))
     told = where_report.where_facts(still, result)["most"]
     assert [[one["agent"] for one in zone["agents"]] for zone in told] == [["agent_0"], ["agent_1"]]
@@ -507,10 +508,10 @@ def test_why_the_zones_are_not_all(profile):
     same = team(profile, towards(0, 0), towards(0, 1))
     claim, region = find_property("distinct_targets", same), everywhere(same)
     assert where.where(
-        Question(same, claim, region, budgets=Budgets(max_cells=5)), Verdict.VIOLATED
+        Question(Game(same), claim, region, budgets=Budgets(max_cells=5)), Verdict.VIOLATED
     ).share_reason.endswith("there are more than 5; a larger --max-cells lists more")
     assert where.where(
-        Question(same, claim, region, budgets=Budgets(max_nodes=60)), Verdict.VIOLATED
+        Question(Game(same), claim, region, budgets=Budgets(max_nodes=60)), Verdict.VIOLATED
     ).part_reason.endswith("the search ended after 60 nodes; a larger --solver-units goes on")
 
 
@@ -518,7 +519,7 @@ def test_a_region_without_sampled_states_says_so(profile):
     """A difference that has one value: there are states and zones, and no draw meets one."""
     same = team(profile, towards(0, 0), towards(0, 1))
     flat = (("agent_0.y", "agent_1.y", (Fraction(1, 4), Fraction(1, 4))),)
-    found = where.where(Question(same, CLAIM, replace(everywhere(same), differences=flat)), Verdict.VIOLATED)
+    found = where.where(Question(Game(same), CLAIM, replace(everywhere(same), differences=flat)), Verdict.VIOLATED)
     assert found.count and 0 < found.share.value < 1
     assert found.part is None and found.part_reason == "no sampled state lies in the region"
 
@@ -527,9 +528,9 @@ def test_of_zones_that_are_not_all_the_file_holds_the_first(profile, monkeypatch
     same = team(profile, towards(0, 0), towards(0, 1))
     region = everywhere(same)
     monkeypatch.setattr(where_report, "FIRST", 4)
-    result = decisions.verify(Question(same, CLAIM, region), {})
+    result = decisions.verify(Question(Game(same), CLAIM, region), {})
     for most, complete in ((9, False), (Budgets().max_cells, True)):
-        found = where.where(Question(same, CLAIM, region, budgets=Budgets(max_cells=most)), result.verdict)
+        found = where.where(Question(Game(same), CLAIM, region, budgets=Budgets(max_cells=most)), result.verdict)
         written = json.loads(
             where_report.zones_json(same, replace(result, evidence=replace(result.evidence, where=found)))
         )

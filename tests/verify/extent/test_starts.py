@@ -30,6 +30,7 @@ from verify.reports.episodes import _starts
 from verify.reports.lines import as_lines
 from verify.reports.report import result_facts
 from verify.result import Verdict
+from verify.subjects import Game
 
 pytestmark = pytest.mark.solver
 GENERATED = Path(__file__).parents[3] / "generated"
@@ -80,7 +81,7 @@ def plausible(found, hits, count):
 def checked(profile, name, region, count=100_000, seed=3, zones=500_000, **given):
     """The share of starts that fail, which as many played starts agree with."""
     claim = find_claim(name, profile, **given)
-    found = start_share(Question(profile, claim, region, budgets=Budgets(max_zones=zones)), Verdict.VIOLATED)
+    found = start_share(Question(Game(profile), claim, region, budgets=Budgets(max_zones=zones)), Verdict.VIOLATED)
     hits, played = failing(case_of(profile, claim, region), count, seed)
     assert played > count // 50 and plausible(found, hits, played), (found, hits, played)
     return found
@@ -134,7 +135,7 @@ def test_a_share_that_can_be_told_by_hand(profile):
     near = TENTH - TENTH**2 / 4  # |a - b| <= r for uniform numbers of [-1, 1]
     for name in ("reaches", "covers"):
         claim = find_claim(name, still, radius=TENTH, landmarks=("landmark_0", "landmark_1"))
-        found = start_share(Question(still, claim, everywhere(still)), Verdict.VIOLATED)
+        found = start_share(Question(Game(still), claim, everywhere(still)), Verdict.VIOLATED)
         assert found.exact and found.least == found.most == 1 - near**4
 
 
@@ -148,7 +149,7 @@ def test_equal_bounds_leave_a_share_of_what_there_is(profile):
     for radius, sure in ((TENTH, True), (TENTH - Fraction(1, 10**30), False)):
         claim = find_claim("reaches", still, radius=radius, **named)
         region = replace(start, box=start.box | beside, differences=(level,))
-        found = start_share(Question(still, claim, region), Verdict.VIOLATED)
+        found = start_share(Question(Game(still), claim, region), Verdict.VIOLATED)
         assert found.least == found.most and found.exact
         assert found.least == (1 - (radius - radius**2 / 4) ** 2 if sure else 1)
 
@@ -170,7 +171,7 @@ def test_a_start_within_roundings_of_an_edge_is_not_said_to_hold_exactly(profile
     start = everywhere(movers)
     box = {name: (Fraction(0),) * 2 if name[-2] == "." else ends for name, ends in start.box.items()}
     box |= dict.fromkeys(("landmark_0.x", "landmark_1.x"), (Fraction(3, 20),) * 2)
-    question = Question(movers, find_claim("reaches", movers, steps=2, radius=TENTH), replace(start, box=box))
+    question = Question(Game(movers), find_claim("reaches", movers, steps=2, radius=TENTH), replace(start, box=box))
     told = _starts(start_share(question, Verdict.UNKNOWN))
     assert (told["least"], told["most"]) == ("0", "1")
     assert told["says"] == "between 0 % and 100 % of starts fail: 100 % are within roundings of an edge"
@@ -187,10 +188,10 @@ def test_differences_and_distances_of_a_region(profile):
     assert found.exact and 0 < found.least < found.most < 1
     impossible = replace(region, apart=(("landmark_0", "agent_0", Fraction(2)),))
     claim = find_claim("reaches", crossing, steps=6)
-    assert start_share(Question(crossing, claim, impossible), Verdict.UNKNOWN).reason == FLAT
+    assert start_share(Question(Game(crossing), claim, impossible), Verdict.UNKNOWN).reason == FLAT
     names = [entity.name for entity in crossing.world.agents + crossing.world.landmarks]
     crowd = replace(region, apart=tuple((a, b, TENTH) for a, b in combinations(names, 2)))
-    assert "parts" in start_share(Question(crossing, claim, crowd), Verdict.UNKNOWN).reason
+    assert "parts" in start_share(Question(Game(crossing), claim, crowd), Verdict.UNKNOWN).reason
 
 
 def test_a_budget_that_ends_leaves_bounds(defenders):
@@ -206,26 +207,26 @@ def test_a_budget_that_ends_leaves_bounds(defenders):
 def test_faces_that_end_leave_bounds(defenders):
     claim = find_claim("covers", defenders, steps=8)
     found = start_share(
-        Question(defenders, claim, everywhere(defenders)).spending(max_zones=20_000), Verdict.UNKNOWN, 0
+        Question(Game(defenders), claim, everywhere(defenders)).spending(max_zones=20_000), Verdict.UNKNOWN, 0
     )
     assert 0 <= found.least <= found.most <= 1 and not found.exact
 
 
 def test_what_has_no_share_says_why(profile, defenders):
     claim = find_claim("reaches", defenders)
-    question = Question(defenders, claim, everywhere(defenders))
+    question = Question(Game(defenders), claim, everywhere(defenders))
     assert start_share(question, Verdict.PROVED).most == 0 and start_share(question, Verdict.VACUOUS).reason == NOBODY
     apart = find_claim("keeps_apart", profile, others=("landmark_0",))
-    assert start_share(Question(profile, apart, everywhere(profile)), Verdict.UNKNOWN).reason == NOT_APART
+    assert start_share(Question(Game(profile), apart, everywhere(profile)), Verdict.UNKNOWN).reason == NOT_APART
     crowded = load(GENERATED / "proved_navigation" / "profile.json")
-    found = start_share(Question(crowded, find_claim("reaches", crowded), everywhere(crowded)), Verdict.UNKNOWN)
+    found = start_share(Question(Game(crowded), find_claim("reaches", crowded), everywhere(crowded)), Verdict.UNKNOWN)
     assert "push each other" in found.reason
 
 
 def test_a_proof_leaves_no_failing_start(defenders):
     """What zones prove has no cell that surely fails."""
     claim = find_claim("reaches", defenders, steps=28)
-    question = Question(defenders, claim, everywhere(defenders))
+    question = Question(Game(defenders), claim, everywhere(defenders))
     assert decide(question).verdict is Verdict.PROVED and start_share(question, Verdict.UNKNOWN).least == 0
 
 

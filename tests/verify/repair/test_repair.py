@@ -25,6 +25,7 @@ from verify.question import Budgets, Question, shuffled
 from verify.repair.search import repair
 from verify.result import Verdict
 from verify.states.state import sample
+from verify.subjects import Game
 from verify.verdicts.decisions import verify
 from verify.zones import engine
 
@@ -46,7 +47,7 @@ def claim(profile):
 
 def proved(profile, claim, region):
     """Both engines say so, and the checker accepts the certificate."""
-    result = verify(Question(profile, claim, region), {})
+    result = verify(Question(Game(profile), claim, region), {})
     assert {opinion.verdict for opinion in result.evidence.opinions} == {Verdict.PROVED}
     assert result.evidence.certificate is not None and accepted(result.evidence.certificate, profile) > 0
     return result
@@ -68,8 +69,8 @@ def unchanged(before, found, region):
 def test_one_wrong_leaf_costs_one_guard_and_no_more(profile, claim):
     wrong = team(profile, towards(0, 0), ASTRAY)
     region = start_region(wrong.world)
-    assert verify(Question(wrong, claim, region), {}).verdict is Verdict.VIOLATED
-    found = repair(Question(wrong, claim, region))
+    assert verify(Question(Game(wrong), claim, region), {}).verdict is Verdict.VIOLATED
+    found = repair(Question(Game(wrong), claim, region))
     assert found.ended and [(one.agent, one.node, one.landmark) for one in found.guards] == [
         ("agent_1", 4, "landmark_1")
     ]
@@ -92,7 +93,7 @@ def test_one_wrong_leaf_costs_one_guard_and_no_more(profile, claim):
 def test_teams_that_violate_are_repaired_in_the_whole_start_region(profile, claim, pair):
     wrong = team(profile, *pair)
     region = start_region(wrong.world)
-    found = repair(Question(wrong, claim, region))
+    found = repair(Question(Game(wrong), claim, region))
     assert found.ended and found.guards and found.rounds and len(set(found.roles.values())) == 2
     assert proved(found.profile, claim, region).evidence.control is Verdict.VIOLATED
     unchanged(wrong, found, region)
@@ -101,7 +102,7 @@ def test_teams_that_violate_are_repaired_in_the_whole_start_region(profile, clai
 def test_learned_trees_are_repaired_and_so_are_their_shuffled_ones(profile, claim):
     region = start_region(profile.world)
     for before in (profile, shuffled(profile, claim.team)):
-        found = repair(Question(before, claim, region))
+        found = repair(Question(Game(before), claim, region))
         assert found.ended and found.guards
         proved(found.profile, claim, region)
         unchanged(before, found, region)
@@ -114,7 +115,7 @@ def test_random_trees_are_repaired_for_every_radius_and_margin(profile):
     for margin, radius in ((0, Fraction(1, 10)), (Fraction(1, 40), Fraction(1, 10)), (0, Fraction(1, 100)), (0, 1)):
         claim = DistinctTargets("defenders", margin=Fraction(margin), radius=Fraction(radius))
         wrong = team(profile, random_tree(rng, 10, 4), random_tree(rng, 10, 3))
-        found = repair(Question(wrong, claim, region))
+        found = repair(Question(Game(wrong), claim, region))
         assert found.ended, (margin, radius, found.reason)
         proved(found.profile, claim, region)
         unchanged(wrong, found, region)
@@ -123,7 +124,7 @@ def test_random_trees_are_repaired_for_every_radius_and_margin(profile):
 def test_three_agents_share_three_landmarks():
     before, claim = navigation(np.random.default_rng(4), 3)
     claim, region = DistinctTargets(claim.team, claim.margin, claim.radius), everywhere(before)
-    found = repair(Question(before, claim, region))
+    found = repair(Question(Game(before), claim, region))
     assert found.ended and sorted(found.roles.values()) == ["landmark_0", "landmark_1", "landmark_2"]
     assert engine.decide(stated(found.profile, formula(before, claim), region)).verdict is Verdict.PROVED
     unchanged(before, found, region)
@@ -132,7 +133,7 @@ def test_three_agents_share_three_landmarks():
 @pytest.mark.smoke
 def test_what_is_proved_stays_as_it_is(profile, claim):
     roles = team(profile, towards(0, 0), towards(1, 1))
-    found = repair(Question(roles, claim, start_region(roles.world)))
+    found = repair(Question(Game(roles), claim, start_region(roles.world)))
     assert found.ended and not found.guards and not found.rounds
     assert dumps(found.profile) == dumps(roles)
 
@@ -140,7 +141,7 @@ def test_what_is_proved_stays_as_it_is(profile, claim):
 def test_the_landmarks_of_own_target_are_the_roles(profile):
     swapped = find_property("own_target", profile, landmarks=("landmark_1", "landmark_0"))
     roles = team(profile, towards(0, 0), towards(1, 1))
-    found = repair(Question(roles, swapped, start_region(roles.world)))
+    found = repair(Question(Game(roles), swapped, start_region(roles.world)))
     assert found.ended and found.roles == {"agent_0": "landmark_1", "agent_1": "landmark_0"}
     proved(found.profile, swapped, start_region(roles.world))
 
@@ -150,31 +151,31 @@ def test_a_smaller_region_needs_fewer_guards(profile, claim):
     start = start_region(still.world)
     apart = {"agent_0.x": (Fraction(1, 2), Fraction(1)), "landmark_0.x": (Fraction(-1), Fraction(0))}
     left = Region({**start.box, **apart}, start.goals)
-    found = repair(Question(still, claim, left))
+    found = repair(Question(Game(still), claim, left))
     assert found.profile.policy("agent_0").tree.action.tolist() == [LEFT]
     proved(found.profile, claim, left)
-    assert verify(Question(found.profile, claim, start), {}).verdict is Verdict.VIOLATED
+    assert verify(Question(Game(found.profile), claim, start), {}).verdict is Verdict.VIOLATED
 
 
 def test_regions_too_thin_or_empty_to_sample(profile, claim):
     still, start = team(profile, tree(STAY), towards(1, 1)), start_region(profile.world)
     thin = replace(start, differences=(("agent_0.x", "landmark_0.x", (Fraction(1, 2), Fraction(1, 2))),))
-    found = repair(Question(still, claim, thin))
+    found = repair(Question(Game(still), claim, thin))
     assert found.ended and found.profile.policy("agent_0").tree.action.tolist() == [LEFT]
     proved(found.profile, claim, thin)
     empty = replace(start, differences=(("agent_0.x", "landmark_0.x", (Fraction(5), Fraction(6))),))
-    found = repair(Question(still, claim, empty))
+    found = repair(Question(Game(still), claim, empty))
     assert not found.ended and found.reason == "the region holds no world state"
 
 
 def test_guards_stay_within_the_depth_where_they_can(profile, claim):
     still = team(profile, tree(STAY), tree(STAY))
     region = start_region(still.world)
-    assert repair(Question(still, claim, region)).depth > 3
-    found = repair(Question(still, claim, region), max_depth=3)
+    assert repair(Question(Game(still), claim, region)).depth > 3
+    found = repair(Question(Game(still), claim, region), max_depth=3)
     assert found.ended and found.depth == 3
     proved(found.profile, claim, region)
-    tight = repair(Question(still, claim, region), max_depth=1)
+    tight = repair(Question(Game(still), claim, region), max_depth=1)
     assert tight.ended and tight.depth > 1, "within the depth where it can be, else deeper"
 
 
@@ -183,8 +184,8 @@ def test_where_a_leafs_guard_is_too_deep_a_split_above_it_is_replaced(profile, c
     rng, region, splits = np.random.default_rng(3), start_region(profile.world), 0
     for _ in range(4):
         wrong = team(profile, random_tree(rng, 10, 4), random_tree(rng, 10, 4))
-        free = repair(Question(wrong, claim, region))
-        found = repair(Question(wrong, claim, region), max_depth=6)
+        free = repair(Question(Game(wrong), claim, region))
+        found = repair(Question(Game(wrong), claim, region), max_depth=6)
         assert free.ended and found.ended and found.depth <= 6
         proved(found.profile, claim, region)
         unchanged(wrong, found, region)
@@ -196,42 +197,42 @@ def test_visited_states_decide_what_is_cheap(profile, claim):
     wrong = team(profile, towards(0, 0), towards(0, 1))
     region = start_region(wrong.world)
     states, _ = sample(region, wrong.world, 5_000, 1)
-    free, told = repair(Question(wrong, claim, region)), repair(Question(wrong, claim, region), states[:0])
+    free, told = repair(Question(Game(wrong), claim, region)), repair(Question(Game(wrong), claim, region), states[:0])
     assert dumps(free.profile) == dumps(told.profile), "no states are as good as none"
-    found = repair(Question(wrong, claim, region), states)
+    found = repair(Question(Game(wrong), claim, region), states)
     assert found.ended and 0 < found.price < 2
 
 
 def test_the_same_question_gives_the_same_bytes(profile, claim):
     region = start_region(profile.world)
-    first, second = (repair(Question(profile, claim, region), max_depth=5) for _ in range(2))
+    first, second = (repair(Question(Game(profile), claim, region), max_depth=5) for _ in range(2))
     assert dumps(first.profile) == dumps(second.profile) and first.roles == second.roles
 
 
 @pytest.mark.parametrize("changes", [{"radius": Fraction(0)}, {"margin": Fraction(1, 5)}])
 def test_what_no_guard_can_keep_is_refused_with_the_leaf(profile, claim, changes):
     found = repair(
-        Question(team(profile, tree(STAY), tree(STAY)), replace(claim, **changes), start_region(profile.world))
+        Question(Game(team(profile, tree(STAY), tree(STAY))), replace(claim, **changes), start_region(profile.world))
     )
     assert not found.ended and "no guard keeps agent_" in found.reason and "leaf 0" in found.reason
 
 
 def test_a_spent_budget_is_no_repair(profile, claim):
-    found = repair(Question(profile, claim, start_region(profile.world), budgets=Budgets(max_nodes=3)))
+    found = repair(Question(Game(profile), claim, start_region(profile.world), budgets=Budgets(max_nodes=3)))
     assert not found.ended and "search nodes" in found.reason
 
 
 def test_claims_and_teams_beyond_it_are_input_errors(profile, claim):
     region = start_region(profile.world)
     with pytest.raises(InputError, match="cannot be repaired"):
-        repair(Question(profile, NoDouble("defenders"), region))
+        repair(Question(Game(profile), NoDouble("defenders"), region))
     policy = profile.policy("agent_1")
     blind = tuple(
         replace(one, name="a", meaning=profile.policy("agent_0").features[0].meaning) for one in policy.features
     )
     agents = tuple(replace(one, features=blind) if one is policy else one for one in profile.agents)
     with pytest.raises(InputError, match="agent_1 does not observe its offset to landmark_0"):
-        repair(Question(replace(profile, agents=agents), claim, region))
+        repair(Question(Game(replace(profile, agents=agents)), claim, region))
 
 
 def test_a_tree_does_not_differ_from_itself():

@@ -23,6 +23,7 @@ from verify.question import Question
 from verify.reports import report
 from verify.reports.code import code_of
 from verify.states.shares import SAMPLE_SEED, measure
+from verify.subjects import Game
 
 GENERATED = Path(__file__).parents[3] / "generated"
 LONG = re.compile(r"\d\.\d{18,}")
@@ -61,7 +62,7 @@ def test_code_that_is_a_walk_over_tables_has_no_lines(profile):
 def test_a_decision_is_drawn_as_its_path_and_what_is_left_out(profile):
     """Each test of the path has the other side's leaves beside it; together with the path's own they are all."""
     pair = team(profile, towards(0, 0), towards(0, 1))
-    (result,) = verify_claims([Question(pair, DistinctTargets("defenders"), everywhere(pair))])
+    (result,) = verify_claims([Question(Game(pair), DistinctTargets("defenders"), everywhere(pair))])
     facts = report.document(pair, [result], ["again"])
     agents = facts["results"][0]["counterexample"]["agents"]
     for agent in agents:
@@ -80,9 +81,9 @@ def test_of_a_claim_that_speaks_of_no_landmark_any_joint_action_counts(profile):
     pair = team(profile, towards(0, 0), towards(1, 1))
     right = Linear(((Fraction(-1), "agent_0.x"),), Fraction(0))  # agent_0.x >= 0
     claim = OwnFormula("defenders", statement=disjunction(right, Not(Acts("agent_0", 1))))
-    found = measure(Question(pair, claim, everywhere(pair)), SAMPLE_SEED)
+    found = measure(Question(Game(pair), claim, everywhere(pair)), SAMPLE_SEED)
     assert abs(found.conflict.value - 0.5) < 0.01 and found.contested is None
-    (result,) = verify_claims([Question(pair, claim, everywhere(pair))])
+    (result,) = verify_claims([Question(Game(pair), claim, everywhere(pair))])
     facts = report.document(pair, [result], ["again"])
     text, page = report.as_text(facts), report.as_html(facts)
     assert "closes on a landmark" not in text + page
@@ -93,7 +94,7 @@ def test_of_a_claim_that_speaks_of_no_landmark_any_joint_action_counts(profile):
 def test_terms_are_explained_once_and_each_claim_has_a_button(profile):
     pair = team(profile, towards(0, 0), towards(0, 1))
     claims = [DistinctTargets("defenders"), DistinctTargets("defenders", margin=Fraction(1, 40))]
-    results = verify_claims([Question(pair, claim, everywhere(pair)) for claim in claims])
+    results = verify_claims([Question(Game(pair), claim, everywhere(pair)) for claim in claims])
     page = report.as_html(report.document(pair, results, ["again"] * 2))
     assert page.count("an agent closes on a landmark if") == 1 and page.count("how often does it fail?") == 1
     assert [f'href="play.html#claim-{number}"' in page for number in (1, 2, 3)] == [True, True, False]
@@ -106,7 +107,7 @@ def test_terms_are_explained_once_and_each_claim_has_a_button(profile):
 def test_the_start_region_is_one_line_and_numbers_are_short():
     profile = bare("predator-prey")
     claim = OwnFormula("prey", statement=Not(Acts("agent_0", 1)))
-    (result,) = verify_claims([Question(profile, claim, everywhere(profile))])
+    (result,) = verify_claims([Question(Game(profile), claim, everywhere(profile))])
     facts = report.document(profile, [result], ["again"])
     text = report.as_text(facts)
     assert "every start position" in text and "<= adversary_0.x <=" not in text
@@ -114,7 +115,7 @@ def test_the_start_region_is_one_line_and_numbers_are_short():
     part = replace(
         everywhere(profile), name="part.toml", differences=(("agent_0.x", "agent_1.x", (Fraction(1, 3),) * 2),)
     )
-    (result,) = verify_claims([Question(profile, claim, part)])
+    (result,) = verify_claims([Question(Game(profile), claim, part)])
     text = report.as_text(report.document(profile, [result], ["again"]))
     assert "<= adversary_0.x <=" in text and not LONG.search(text)
 
@@ -122,7 +123,7 @@ def test_the_start_region_is_one_line_and_numbers_are_short():
 def test_where_two_come_too_near_is_drawn():
     profile = committed("verdicts/predator_prey")
     claim = find_claim("keeps_apart", profile, "prey", others=("adversary_0", "adversary_1"), steps=25)
-    (result,) = verify_claims([Question(profile, claim, everywhere(profile))])
+    (result,) = verify_claims([Question(Game(profile), claim, everywhere(profile))])
     assert result.verdict.value == "VIOLATED"
     drawing = report.document(profile, [result], ["again"])["results"][0]["counterexample"]["picture"]
     near = [way for way in result.evidence.ways if way.nearest < claim.radius]

@@ -27,6 +27,7 @@ from verify.solver.encode import half_line, last_double
 from verify.solver.encode import query as query_of
 from verify.solver.terms import number
 from verify.states.state import inside, violates
+from verify.subjects import Game
 from verify.verdicts.decisions import verify
 
 NORMAL = FLOAT32.filter(lambda value: value == 0 or abs(value) >= 2.0**-126)
@@ -107,7 +108,7 @@ def asked(profile, claim, state, slack=Fraction(0)):
 
     region = start_region(profile.world)
     wide = Region(dict.fromkeys(region.box, (Fraction(-9), Fraction(9))), region.goals)
-    query = query_of(Question(profile, claim, wide), state.goal, slack)
+    query = query_of(Question(Game(profile), claim, wide), state.goal, slack)
     values = [(variable, number(Fraction(state.position[name]))) for name, variable in query.variables.items()]
     answer = z3.simplify(z3.substitute(z3.And(*query.constraints), *values))
     assert z3.is_true(answer) or z3.is_false(answer), answer
@@ -160,7 +161,7 @@ def test_verdicts_that_hang_on_a_single_value(sign):
     apart = replace(across, apart=((BACK, "landmark_0", Fraction(1, 2)),))
     second = tree(UP)  # closes on both
     profile = with_meanings({BACK: sideways(sign), "agent_1": second})
-    found = verify(Question(profile, CLAIM, apart), {})
+    found = verify(Question(Game(profile), CLAIM, apart), {})
     assert found.verdict is Verdict.VIOLATED and found.evidence.shares.violating.hits == 0
     state = found.evidence.counterexample.state
     assert state.position[f"{BACK}.x"] == state.position["landmark_0.x"] and violates(from_start(profile, CLAIM), state)
@@ -168,7 +169,7 @@ def test_verdicts_that_hang_on_a_single_value(sign):
     # on one side of the target nothing is left to refute
     for low, high in ((Fraction(1, 1000), Fraction(2)), (Fraction(-2), Fraction(-1, 1000))):
         side = replace(apart, differences=((f"{BACK}.x", "landmark_0.x", (low, high)),))
-        assert decide(Question(profile, CLAIM, side)).verdict is Verdict.PROVED
+        assert decide(Question(Game(profile), CLAIM, side)).verdict is Verdict.PROVED
 
 
 @pytest.mark.solver
@@ -180,12 +181,12 @@ def test_what_is_always_nought_takes_one_branch(threshold, reached):
     box = dict.fromkeys(region.box, (Fraction(0), Fraction(0))) | {"agent_1.y": (Fraction(-2), Fraction(-2))}
     box |= {f"landmark_{k}.x": (Fraction(1), Fraction(2)) for k in (0, 1)}
     here = Region(box, ("landmark_0",))
-    assert decide(Question(with_meanings(still), CLAIM, here)).verdict is Verdict.VIOLATED
+    assert decide(Question(Game(with_meanings(still)), CLAIM, here)).verdict is Verdict.VIOLATED
     for good, verdict in ((1 - reached, Verdict.VIOLATED), (reached, Verdict.PROVED)):
         actions = [STAY, STAY]
         actions[good] = RIGHT
         profile = with_meanings(still | {BACK: tree((0, threshold, 1, 2), *actions)})
-        assert decide(Question(profile, CLAIM, here)).verdict is verdict
+        assert decide(Question(Game(profile), CLAIM, here)).verdict is verdict
 
 
 @pytest.mark.solver
@@ -211,11 +212,12 @@ def test_navigation_is_verified_like_deception():
 
     region = start_region(world.spec)
     assert (
-        region.goals == () and decide(Question(profile(*map(roles, range(3))), claim, region)).verdict is Verdict.PROVED
+        region.goals == ()
+        and decide(Question(Game(profile(*map(roles, range(3)))), claim, region)).verdict is Verdict.PROVED
     )
-    lost = verify(Question(profile(roles(0), roles(1), roles(1)), claim, region), {})
+    lost = verify(Question(Game(profile(roles(0), roles(1), roles(1))), claim, region), {})
     assert lost.verdict is Verdict.VIOLATED
     assert violates(from_start(profile(roles(0), roles(1), roles(1)), claim), lost.evidence.counterexample.state)
     fast = tree((names[0].index("vx"), 0.0, 1, 2), LEFT, RIGHT)
     with pytest.raises(InputError, match=r"observes agent_0\.vx, which regions cannot bound"):
-        decide(Question(profile(fast, roles(1), roles(2)), claim, region))
+        decide(Question(Game(profile(fast, roles(1), roles(2))), claim, region))

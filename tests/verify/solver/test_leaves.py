@@ -16,6 +16,7 @@ from verify.question import Budgets, Question
 from verify.result import Verdict
 from verify.solver.leaves import dead_leaves, leaf_findings
 from verify.states.state import inside, observed
+from verify.subjects import Game
 from verify.verdicts.decisions import verify
 
 pytestmark = pytest.mark.solver
@@ -33,7 +34,7 @@ def whole(profile):
 
 def test_a_dead_leaf_is_named_and_all_others_have_witnesses(profile, whole):
     one = team(profile, BOTH, SLIVER)
-    found, _ = leaf_findings(Question(one, AliveLeaves("defenders"), whole))
+    found, _ = leaf_findings(Question(Game(one), AliveLeaves("defenders"), whole))
     assert [(f.agent, f.leaf) for f in found if f.verdict is Verdict.VIOLATED] == [("agent_0", DEAD)]
     for finding in found:
         if finding.verdict is Verdict.PROVED:  # the sliver of agent_1 too, one float32 wide
@@ -54,26 +55,26 @@ def test_open_leaves_are_not_dead(profile, whole):
     """A budget that answers nothing leaves leaves open."""
     still = team(profile, BOTH, tree(STAY))
     assert dead_leaves(still, whole, budget=1) == {"adversary_0": [], "agent_0": [], "agent_1": []}
-    found = verify(Question(still, find_property("alive_leaves", still), whole, budgets=Budgets(1)), {})
+    found = verify(Question(Game(still), find_property("alive_leaves", still), whole, budgets=Budgets(1)), {})
     assert found.verdict is Verdict.UNKNOWN and "resource units" in found.reason
 
 
 def test_only_a_real_valued_state_leaves_a_leaf_open(profile, whole):
     """A region that no float64 state meets reaches its leaf over the reals only."""
     third = Region(dict.fromkeys(whole.box, (Fraction(1, 3), Fraction(1, 3))), ("landmark_0",))
-    found, _ = leaf_findings(Question(team(profile, tree(STAY), tree(STAY)), AliveLeaves("defenders"), third))
+    found, _ = leaf_findings(Question(Game(team(profile, tree(STAY), tree(STAY))), AliveLeaves("defenders"), third))
     assert {f.verdict for f in found} == {Verdict.UNKNOWN} and "real-valued" in found[0].reason
 
 
 def test_the_property_says_it(profile, whole):
     claim = find_property("alive_leaves", profile)
-    bad = verify(Question(team(profile, BOTH, SLIVER), claim, whole), {})
+    bad = verify(Question(Game(team(profile, BOTH, SLIVER)), claim, whole), {})
     assert bad.verdict is Verdict.VIOLATED and len(bad.evidence.leaves) == 7 and bad.evidence.counterexample is None
     assert bad.evidence.shares.conflict.count == 0 and bad.evidence.control is Verdict.SKIPPED
-    good = verify(Question(team(profile, towards(0, 0), SLIVER), claim, whole), {})
+    good = verify(Question(Game(team(profile, towards(0, 0), SLIVER)), claim, whole), {})
     assert good.verdict is Verdict.PROVED
     none = Region(whole.box, whole.goals, apart=(("agent_0", "agent_1", Fraction(5)),))
-    assert verify(Question(profile, claim, none), {}).verdict is Verdict.VACUOUS
+    assert verify(Question(Game(profile), claim, none), {}).verdict is Verdict.VACUOUS
 
 
 def test_leaves_agree_with_exhaustive_sampling(profile, whole):

@@ -37,6 +37,7 @@ from verify.semantics import REAL
 from verify.solver.leaves import leaf_findings
 from verify.states import noise, real, shares
 from verify.states.state import State, measurements, sample, violates
+from verify.subjects import Game
 from verify.verdicts import decisions
 from verify.verdicts.decisions import verify
 
@@ -154,14 +155,14 @@ def test_verdicts_and_states_are_those_of_plain_fractions(seed):
     rng = np.random.default_rng([seed, 77])
     for _ in range(4):
         profile, claim, region, pair = random_question(rng)
-        ensure_right(profile, claim, region, pair, verify(Question(profile, claim, region, REAL), {}))
+        ensure_right(profile, claim, region, pair, verify(Question(Game(profile), claim, region, REAL), {}))
 
 
 def test_so_are_those_where_the_deployed_arithmetic_decides_otherwise():
     rng, kinds = np.random.default_rng(81), []
     for _ in range(12):
         profile, claim, region, pair = question_on_paper(rng)
-        found = verify(Question(profile, claim, region, REAL), {})
+        found = verify(Question(Game(profile), claim, region, REAL), {})
         kinds.append(ensure_right(profile, claim, region, pair, found))
     assert "real" in kinds and "both" in kinds and "proved" in kinds
 
@@ -173,7 +174,7 @@ def test_so_are_those_of_features_that_are_off(seed):
         profile, claim, region, pair = random_question(rng, 1)
         eps = Fraction(rng.choice([Fraction(1, 20), T, Fraction(1, 30), ABOVE - T]))
         claim = replace(claim, eps=eps)
-        ensure_right(profile, claim, region, pair, verify(Question(profile, claim, region, REAL), {}))
+        ensure_right(profile, claim, region, pair, verify(Question(Game(profile), claim, region, REAL), {}))
 
 
 # --- states that are chosen
@@ -191,15 +192,15 @@ def test_the_state_shown_fails_by_the_arithmetic_asked(profile):
     one = team(profile, tree((2, float(T), 1, 2), RIGHT, (2, float(ABOVE), 3, 4), STAY, RIGHT), tree(UP))
     claim = find_property("own_target", one, radius=Fraction(0))
     sliver = settled(one, landmark_0__x=(ABOVE, ABOVE + Fraction(1, 10**9)))
-    found = verify(Question(one, claim, sliver, REAL), {})
+    found = verify(Question(Game(one), claim, sliver, REAL), {})
     state = found.evidence.counterexample.state
     assert found.verdict is Verdict.VIOLATED and Fraction(state.position["landmark_0.x"]) == ABOVE
     assert found.evidence.counterexample.deployed.violated and found.evidence.counterexample.replayed == ("reference",)
     nearly = replace(
         sliver, box=sliver.box | {"landmark_0.x": (ABOVE + Fraction(1, 10**12), ABOVE + Fraction(1, 10**9))}
     )
-    assert verify(Question(one, claim, nearly, REAL), {}).verdict is Verdict.PROVED
-    assert verify(Question(one, claim, nearly), {}).verdict is Verdict.VIOLATED
+    assert verify(Question(Game(one), claim, nearly, REAL), {}).verdict is Verdict.PROVED
+    assert verify(Question(Game(one), claim, nearly), {}).verdict is Verdict.VIOLATED
 
 
 def test_a_region_without_float64_states_is_violated_by_a_rational_one(profile):
@@ -210,8 +211,8 @@ def test_a_region_without_float64_states_is_violated_by_a_rational_one(profile):
     start = start_region(still.world)
     pinned = Region(start.box, ("landmark_0",), (("agent_0.x", "agent_1.x", (THIRD, THIRD)),))
     for region in (box, pinned):
-        assert verify(Question(still, claim, region), {}).verdict is Verdict.UNKNOWN
-        found = verify(Question(still, claim, region, REAL), {})
+        assert verify(Question(Game(still), claim, region), {}).verdict is Verdict.UNKNOWN
+        found = verify(Question(Game(still), claim, region, REAL), {})
         position = exactly(found.evidence.counterexample.state)
         assert found.verdict is Verdict.VIOLATED and not found.evidence.counterexample.state.floats
         assert position["agent_0.x"] - position["agent_1.x"] == THIRD
@@ -231,22 +232,22 @@ def test_replays_are_asked_about_float64_states_alone(profile):
         return list(actions)
 
     third = settled(still, agent_0__x=(THIRD, THIRD))
-    found = verify(Question(still, claim, third, REAL), {"other": replay})
+    found = verify(Question(Game(still), claim, third, REAL), {"other": replay})
     assert found.verdict is Verdict.VIOLATED and not asked and found.evidence.counterexample.replayed == ()
     half = settled(still, agent_0__x=(Fraction(1, 2), Fraction(1, 2)))
-    found = verify(Question(still, claim, half, REAL), {"other": replay})
+    found = verify(Question(Game(still), claim, half, REAL), {"other": replay})
     assert len(asked) == 1 and found.evidence.counterexample.replayed == ("reference", "other")
     with pytest.raises(DisagreementError):
-        verify(Question(still, claim, half, REAL), {"other": lambda state: [STAY, UP]})
+        verify(Question(Game(still), claim, half, REAL), {"other": lambda state: [STAY, UP]})
 
 
 def test_leaves_are_reached_by_rational_states(profile):
     third = Region(dict.fromkeys(start_region(profile.world).box, (THIRD, THIRD)), ("landmark_0",))
     one = team(profile, tree((2, 0.0, 1, 2), UP, STAY), tree(STAY))
-    found, _ = leaf_findings(Question(one, AliveLeaves("defenders"), third, REAL))
+    found, _ = leaf_findings(Question(Game(one), AliveLeaves("defenders"), third, REAL))
     assert [finding.verdict for finding in found] == [Verdict.PROVED, Verdict.VIOLATED, Verdict.PROVED]
     assert found[0].witness.position["agent_0.x"] == THIRD
-    result = verify(Question(one, find_property("alive_leaves", one), third, REAL), {})
+    result = verify(Question(Game(one), find_property("alive_leaves", one), third, REAL), {})
     assert result.verdict is Verdict.VIOLATED and result.semantics == REAL
     document = report.document(one, [result], [""])
     assert document["results"][0]["leaves"][0]["state"]["position"]["agent_0.x"] == "1/3"
@@ -257,7 +258,7 @@ def test_a_leaf_between_the_machines_thresholds_is_reached_on_paper(profile):
     one = team(profile, tree((2, float(T), 1, 2), UP, STAY), tree(STAY))
     sliver = settled(one, landmark_0__x=(T + Fraction(1, 2**40), T + Fraction(1, 2**39)))
     for semantics, dead in (("machine", [2]), (REAL, [1])):
-        found, _ = leaf_findings(Question(one, AliveLeaves("defenders"), sliver, semantics))
+        found, _ = leaf_findings(Question(Game(one), AliveLeaves("defenders"), sliver, semantics))
         assert [f.leaf for f in found if f.agent == "agent_0" and f.verdict is Verdict.VIOLATED] == dead
 
 
@@ -292,9 +293,9 @@ def test_shares_are_judged_by_the_arithmetic_asked(profile):
     claim = find_property("own_target", one, radius=Fraction(0))
     sliver = settled(one, landmark_0__x=(T + Fraction(1, 2**40), T + Fraction(1, 2**30)))
     for semantics, share in (("machine", 0), (REAL, 1)):
-        assert shares.measure(Question(one, claim, sliver, semantics), 0, 200).violating.value == share
+        assert shares.measure(Question(Game(one), claim, sliver, semantics), 0, 200).violating.value == share
     off = find_property("steady", one, of="own_target", radius=Fraction(0), eps=Fraction(1, 2**50))
-    found = shares.measure(Question(one, off, sliver, REAL), 0, 200)
+    found = shares.measure(Question(Game(one), off, sliver, REAL), 0, 200)
     assert found.violating.value == 1 and found.changing.value == 0
 
 

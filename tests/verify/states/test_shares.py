@@ -21,6 +21,7 @@ from verify.question import Question, from_start
 from verify.states import shares
 from verify.states.shares import SAMPLE_SEED, conflicts, extent_words, of_start
 from verify.states.state import sample
+from verify.subjects import Game
 
 POINTS = 60
 NAMED = {"distinct_targets": {}, "own_target": {}, "no_double": {}, "steady": {"of": "distinct_targets"}}
@@ -73,7 +74,7 @@ def test_conflicts_are_those_of_some_joint_action(team, name, most, monkeypatch)
 def test_a_formula_about_too_many_joint_actions_has_no_conflict_share(team, monkeypatch):
     monkeypatch.setattr(shares, "MAX_JOINT_ACTIONS", 100)
     ((claim, region, _),) = read_properties(OF_ALL.replace('name = "formula"', 'team = "agents"'), team, "f.toml", None)
-    assert shares.measure(Question(team, claim, region), SAMPLE_SEED, 1_000).conflict is None
+    assert shares.measure(Question(Game(team), claim, region), SAMPLE_SEED, 1_000).conflict is None
 
 
 def test_preventable_is_what_trying_all_choices_finds():

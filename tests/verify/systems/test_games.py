@@ -15,6 +15,7 @@ from verify.episodes.composition import decide as decided_by_zones
 from verify.question import Budgets, Question
 from verify.reach.decide import decide
 from verify.result import Verdict
+from verify.subjects import Game
 from verify.systems.claims import SystemClaim, SystemKind
 from verify.systems.files import statement_of
 from verify.systems.games import world_file
@@ -59,7 +60,7 @@ def by_file(profile, name, region, steps):
 
 def by_zones(profile, name, region, steps):
     claim = find_claim(name, profile, steps=steps)
-    return decided_by_zones(Question(profile, claim, region, budgets=Budgets(max_zones=200_000))).verdict
+    return decided_by_zones(Question(Game(profile), claim, region, budgets=Budgets(max_zones=200_000))).verdict
 
 
 def placed(profile, half, **middles):

@@ -16,13 +16,14 @@ from verify.question import Budgets, Question
 from verify.repair.search import repair
 from verify.result import Verdict
 from verify.solver import budget, decide, leaves
+from verify.subjects import Game
 from verify.verdicts.differences import difference
 
 pytestmark = pytest.mark.solver
 
 
 def asked(profile, name="distinct_targets", **limits):
-    return Question(profile, find_claim(name, profile), everywhere(profile), budgets=Budgets(**limits))
+    return Question(Game(profile), find_claim(name, profile), everywhere(profile), budgets=Budgets(**limits))
 
 
 @pytest.fixture
@@ -47,7 +48,7 @@ def test_a_query_that_a_larger_budget_would_write_says_so(crossed, monkeypatch):
 def test_a_leaf_that_is_left_open_says_what_helps(profile):
     """The second leaf is so thin that no sampled state reaches it."""
     thin = with_trees({"agent_0": tree((2, 0.0, 1, 2), LEFT, (2, 1e-9, 3, 4), RIGHT, LEFT)}, profile)
-    question = Question(thin, AliveLeaves("defenders"), everywhere(thin), budgets=Budgets(1))
+    question = Question(Game(thin), AliveLeaves("defenders"), everywhere(thin), budgets=Budgets(1))
     reasons = [one.reason for one in leaves.leaf_findings(question)[0] if one.reason]
     assert reasons and all(one.endswith("resource units; a larger --solver-units may answer") for one in reasons)
 

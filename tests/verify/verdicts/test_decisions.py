@@ -26,6 +26,7 @@ from verify.result import Opinion, Verdict
 from verify.solver.decide import Decision, decide
 from verify.states import shares
 from verify.states.state import State, inside, sample, violates
+from verify.subjects import Game
 from verify.verdicts import decisions
 from verify.verdicts.decisions import verify
 from verify.verdicts.opinions import Zoned
@@ -41,7 +42,7 @@ def claim(profile):
 
 def test_fixed_roles_are_proved_everywhere(profile, claim):
     roles = team(profile, towards(0, 0), towards(1, 1))
-    result = verify(Question(roles, claim, start_region(roles.world)), {})
+    result = verify(Question(Game(roles), claim, start_region(roles.world)), {})
     assert result.verdict is Verdict.PROVED
     assert result.evidence.control is Verdict.VIOLATED
     assert 0.34 < result.evidence.shares.conflict.value < 0.38  # 36 % of the start region, see the definitions
@@ -51,7 +52,7 @@ def test_fixed_roles_are_proved_everywhere(profile, claim):
 
 def test_both_at_the_same_target_is_refuted(profile, claim):
     same = team(profile, towards(0, 0), towards(0, 1))
-    result = verify(Question(same, claim, start_region(same.world)), {})
+    result = verify(Question(Game(same), claim, start_region(same.world)), {})
     assert result.verdict is Verdict.VIOLATED
     state = result.evidence.counterexample.state
     assert violates(from_start(same, claim), state) and inside(result.region, state)
@@ -60,34 +61,37 @@ def test_both_at_the_same_target_is_refuted(profile, claim):
 
 def test_standing_still_is_refuted(profile, claim):
     still = team(profile, tree(STAY), tree(STAY))
-    assert decide(Question(still, claim, start_region(still.world))).verdict is Verdict.VIOLATED
+    assert decide(Question(Game(still), claim, start_region(still.world))).verdict is Verdict.VIOLATED
 
 
 def test_an_empty_region_is_vacuous(profile, claim):
     start = start_region(profile.world)
     high = Region(start.box, start.goals, differences=(("agent_0.x", "agent_1.x", (Fraction(3), Fraction(4))),))
-    result = verify(Question(profile, claim, high), {})
+    result = verify(Question(Game(profile), claim, high), {})
     assert result.verdict is Verdict.VACUOUS and result.evidence.control is Verdict.SKIPPED
     apart = Region(start.box, start.goals, apart=(("agent_0", "agent_1", Fraction(5)),))
-    assert verify(Question(profile, claim, apart), {}).verdict is Verdict.VACUOUS
+    assert verify(Question(Game(profile), claim, apart), {}).verdict is Verdict.VACUOUS
 
 
 def test_a_spent_budget_is_unknown_with_its_reason(profile, claim):
-    result = verify(Question(profile, claim, start_region(profile.world), budgets=Budgets(10)), {})
+    result = verify(Question(Game(profile), claim, start_region(profile.world), budgets=Budgets(10)), {})
     assert result.verdict is Verdict.UNKNOWN
     assert "resource units" in result.reason and "--solver-units" in result.reason
 
 
 def test_the_same_question_costs_the_same(profile, claim):
     region = start_region(profile.world)
-    decide(Question(shuffled(profile, claim.team), claim, region))
-    assert decide(Question(profile, claim, region)).resources == decide(Question(profile, claim, region)).resources
+    decide(Question(Game(shuffled(profile, claim.team)), claim, region))
+    assert (
+        decide(Question(Game(profile), claim, region)).resources
+        == decide(Question(Game(profile), claim, region)).resources
+    )
 
 
 def test_a_replay_that_acts_differently_is_no_verdict(profile, claim):
     same = team(profile, towards(0, 0), towards(0, 1))
     with pytest.raises(DisagreementError, match="compiled C"):
-        verify(Question(same, claim, start_region(same.world)), {"compiled C": lambda state: [STAY, STAY]})
+        verify(Question(Game(same), claim, start_region(same.world)), {"compiled C": lambda state: [STAY, STAY]})
 
 
 def test_violation_only_between_neighbouring_floats(profile, claim):
@@ -102,11 +106,11 @@ def test_violation_only_between_neighbouring_floats(profile, claim):
     box |= {"agent_1.x": (Fraction(-1, 2), Fraction(-1, 4)), "agent_1.y": (Fraction(1, 4), one)}
     region = Region(box, ("landmark_0",))
     lopsided = team(profile, sliver, other)
-    result = verify(Question(lopsided, claim, region), {})
+    result = verify(Question(Game(lopsided), claim, region), {})
     assert result.verdict is Verdict.VIOLATED
     assert violates(from_start(lopsided, claim), result.evidence.counterexample.state)
     # the same region is proved once the sliver is gone
-    assert decide(Question(team(profile, tree(RIGHT), other), claim, region)).verdict is Verdict.PROVED
+    assert decide(Question(Game(team(profile, tree(RIGHT), other)), claim, region)).verdict is Verdict.PROVED
 
 
 GRID = [-1.0, -0.25, 0.5]
@@ -134,7 +138,7 @@ def test_against_brute_force_on_a_grid(first, second):
     for x, y in product(GRID, GRID):
         state = State(fixed | {"agent_0.x": x, "agent_0.y": y}, "landmark_1")
         box = {name: (Fraction(value), Fraction(value)) for name, value in state.position.items()}
-        found = decide(Question(profile, claim, Region(box, ("landmark_1",)))).verdict
+        found = decide(Question(Game(profile), claim, Region(box, ("landmark_1",)))).verdict
         answers.append((found is Verdict.VIOLATED) == violates(from_start(profile, claim), state))
     assert all(answers)
 
@@ -148,33 +152,33 @@ def test_sampled_violations_are_never_proved_away(profile, seed):
     region = start_region(profile.world)
     coordinates, _ = sample(region, profile.world, 500, seed)
     if shares.violating(from_start(profile, claim), coordinates).any():
-        assert decide(Question(profile, claim, region)).verdict is Verdict.VIOLATED
+        assert decide(Question(Game(profile), claim, region)).verdict is Verdict.VIOLATED
 
 
 def test_proved_against_samples_is_our_bug(profile, claim, monkeypatch):
     same = team(profile, towards(0, 0), towards(0, 1))
     monkeypatch.setattr(decisions, "decide", lambda *given: Decision(Verdict.PROVED, 0))
     with pytest.raises(AssertionError, match=r"engines disagree: zones VIOLATED, Z3 .* PROVED"):
-        verify(Question(same, claim, start_region(same.world)), {})
+        verify(Question(Game(same), claim, start_region(same.world)), {})
     silent = Zoned(Opinion("zones", Verdict.SKIPPED, 0, "search nodes"))
     monkeypatch.setattr(decisions, "by_zones", lambda *given: silent)
     with pytest.raises(AssertionError, match="proved, yet"):
-        verify(Question(same, claim, start_region(same.world)), {})
+        verify(Question(Game(same), claim, start_region(same.world)), {})
 
 
 def test_a_verdict_names_its_engines_and_a_proof_its_certificate(profile, claim):
     roles = team(profile, towards(0, 0), towards(1, 1))
-    proved = verify(Question(roles, claim, start_region(roles.world)), {})
+    proved = verify(Question(Game(roles), claim, start_region(roles.world)), {})
     assert [opinion.verdict for opinion in proved.evidence.opinions] == [Verdict.PROVED] * 2
     assert (
         proved.evidence.certificate is not None
         and proved.evidence.branches == accepted(proved.evidence.certificate, roles) > 10
     )
     same = team(profile, towards(0, 0), towards(0, 1))
-    refuted = verify(Question(same, claim, start_region(same.world)), {})
+    refuted = verify(Question(Game(same), claim, start_region(same.world)), {})
     assert [opinion.verdict for opinion in refuted.evidence.opinions] == [Verdict.VIOLATED] * 2
     assert refuted.evidence.certificate is None
-    beyond = verify(Question(roles, Aligned(claim.team), start_region(roles.world)), {})
+    beyond = verify(Question(Game(roles), Aligned(claim.team), start_region(roles.world)), {})
     assert (
         beyond.evidence.opinions[0].verdict is Verdict.SKIPPED and beyond.evidence.opinions[1].verdict is beyond.verdict
     )
@@ -183,7 +187,7 @@ def test_a_verdict_names_its_engines_and_a_proof_its_certificate(profile, claim)
 def test_zones_answer_where_the_solver_does_not(profile, claim, monkeypatch):
     monkeypatch.setattr(decisions, "decide", lambda *given: Decision(Verdict.UNKNOWN, 0, reason="spent"))
     for roles, wanted in ((towards(1, 1), Verdict.PROVED), (towards(0, 1), Verdict.VIOLATED)):
-        found = verify(Question(team(profile, towards(0, 0), roles), claim, start_region(profile.world)), {})
+        found = verify(Question(Game(team(profile, towards(0, 0), roles)), claim, start_region(profile.world)), {})
         assert found.verdict is wanted and (found.evidence.counterexample is None) == (wanted is Verdict.PROVED)
 
 
@@ -197,13 +201,13 @@ def test_a_refused_proof_is_our_bug(profile, claim, monkeypatch):
 
     monkeypatch.setattr(zones, "decide", damaged)
     with pytest.raises(AssertionError, match="checker refuses"):
-        verify(Question(roles, claim, start_region(roles.world)), {})
+        verify(Question(Game(roles), claim, start_region(roles.world)), {})
 
 
 def test_subnormal_thresholds_are_refused(profile, claim):
     tiny = team(profile, tree((0, 1e-40, 1, 2), LEFT, RIGHT), tree(STAY))
     with pytest.raises(InputError, match="subnormal"):
-        decide(Question(tiny, claim, start_region(tiny.world)))
+        decide(Question(Game(tiny), claim, start_region(tiny.world)))
 
 
 def test_features_without_meaning_are_refused(profile, claim):
@@ -211,7 +215,7 @@ def test_features_without_meaning_are_refused(profile, claim):
     blind = replace(policy, features=tuple(replace(feature, meaning=None) for feature in policy.features))
     agents = tuple(blind if p.agent == "agent_0" else p for p in profile.agents)
     with pytest.raises(InputError, match="no meaning"):
-        decide(Question(replace(profile, agents=agents), claim, start_region(profile.world)))
+        decide(Question(Game(replace(profile, agents=agents)), claim, start_region(profile.world)))
 
 
 def test_unknown_names_are_answered_with_the_closest(profile):
@@ -229,7 +233,7 @@ def test_bounds_that_no_float64_meets_still_give_counterexamples(profile, claim,
     limit = Fraction(bound)
     region = Region(dict.fromkeys(start.box, (-limit, limit)), start.goals)
     same = team(profile, towards(0, 0), towards(0, 1))
-    result = verify(Question(same, claim, region), {})
+    result = verify(Question(Game(same), claim, region), {})
     assert result.verdict is Verdict.VIOLATED
     assert inside(region, result.evidence.counterexample.state) and violates(
         from_start(same, claim), result.evidence.counterexample.state
@@ -241,7 +245,7 @@ def test_a_state_on_a_boundary_that_sampling_misjudges(profile, claim):
     place = dict.fromkeys(start_region(profile.world).box, (Fraction(0), Fraction(0)))
     place |= {"agent_0.x": (Fraction(3, 10),) * 2, "landmark_0.x": (Fraction(4, 10),) * 2}
     still = team(profile, tree(STAY), tree(STAY))
-    result = verify(Question(still, claim, Region(place, ("landmark_0",))), {})
+    result = verify(Question(Game(still), claim, Region(place, ("landmark_0",))), {})
     assert result.verdict is Verdict.PROVED and result.evidence.shares.violating.hits > 0
 
 
@@ -250,7 +254,7 @@ def test_only_a_real_valued_state_is_unknown(profile, claim):
     place = {name: (Fraction(1, 3), Fraction(1, 3)) for name in start_region(profile.world).box}
     place |= {"landmark_0.x": (Fraction(2, 3),) * 2, "landmark_1.x": (Fraction(5, 3),) * 2}
     result = verify(
-        Question(team(profile, tree(STAY), tree(STAY)), claim, Region(place, ("landmark_0", "landmark_1"))), {}
+        Question(Game(team(profile, tree(STAY), tree(STAY))), claim, Region(place, ("landmark_0", "landmark_1"))), {}
     )
     assert result.verdict is Verdict.UNKNOWN and "real-valued" in result.reason
 
@@ -259,7 +263,9 @@ def test_the_control_is_asked_not_assumed(profile, claim):
     """Where both agents are at their landmarks, any team satisfies the claim, shuffled or not."""
     place = dict.fromkeys(start_region(profile.world).box, (Fraction(0), Fraction(0)))
     place |= {f"{name}.x": (Fraction(1), Fraction(1)) for name in ("agent_1", "landmark_1")}
-    result = verify(Question(team(profile, towards(0, 0), towards(1, 1)), claim, Region(place, ("landmark_0",))), {})
+    result = verify(
+        Question(Game(team(profile, towards(0, 0), towards(1, 1))), claim, Region(place, ("landmark_0",))), {}
+    )
     assert result.verdict is Verdict.PROVED and result.evidence.control is Verdict.PROVED
     assert result.evidence.shares.conflict.hits == 0
 
@@ -276,7 +282,7 @@ def test_shrinking_keeps_the_violation_and_drops_the_digits(profile, claim):
         state = State(
             {name: float(coordinates[row, names.index(name)]) for name in region.box}, f"landmark_{goals[row]}"
         )
-        small = shrink([Question(same, claim, region)], state)
+        small = shrink([Question(Game(same), claim, region)], state)
         assert violates(from_start(same, claim), small) and inside(region, small) and small.goal == state.goal
         shrunk += all(len(repr(value)) <= 5 for value in small.position.values())
     assert shrunk >= 8
@@ -297,7 +303,7 @@ def test_shrinking_keeps_the_violation_and_drops_the_digits(profile, claim):
 def test_margin_and_radius_are_exact(profile, claim, margin, radius, wanted):
     roles = team(profile, towards(0, 0), towards(1, 1))
     asked = replace(claim, margin=Fraction(margin), radius=Fraction(radius))
-    assert decide(Question(roles, asked, start_region(profile.world))).verdict is wanted
+    assert decide(Question(Game(roles), asked, start_region(profile.world))).verdict is wanted
 
 
 @pytest.mark.parametrize("meaning", ["sign", "coordinate"])
@@ -322,7 +328,7 @@ def test_signs_and_single_coordinates_against_the_referee(profile, claim, meanin
             position |= {"agent_0.x": 0.25 if meaning == "sign" else -1.0, "agent_0.y": -0.5, "agent_1.y": -0.5}
             state = State(position, "landmark_0")
             box = {name: (Fraction(value), Fraction(value)) for name, value in position.items()}
-            found = decide(Question(here, claim, Region(box, ("landmark_0",)))).verdict
+            found = decide(Question(Game(here), claim, Region(box, ("landmark_0",)))).verdict
             assert (found is Verdict.VIOLATED) == violates(from_start(here, claim), state), (threshold, x)
 
 
@@ -365,5 +371,5 @@ def test_a_proof_under_an_assumption_that_nobody_meets_is_no_proof(profile):
     assume = conjunction(*(apart(a, b) for place, a in enumerate(names) for b in names[place + 1 :]))
     claim = replace(find_property("own_target", roles), assume=assume)
     for budget in (20_000, 2_000_000):
-        found = verify(Question(roles, claim, start_region(roles.world), budgets=Budgets(budget)), {})
+        found = verify(Question(Game(roles), claim, start_region(roles.world), budgets=Budgets(budget)), {})
         assert found.verdict in (Verdict.UNKNOWN, Verdict.VACUOUS) and found.evidence.certificate is None

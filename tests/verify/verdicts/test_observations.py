@@ -22,6 +22,7 @@ from verify.claims.uncertified.views import Viewed, carried
 from verify.question import Question
 from verify.result import Verdict
 from verify.solver.decide import decide
+from verify.subjects import Game
 from verify.verdicts.opinions import by_zones
 
 pytestmark = pytest.mark.solver
@@ -32,7 +33,7 @@ def asked(profile, claim, view=VIEW):
     """The question over the ranges of all features."""
     viewed = Viewed(profile, claim.of_view(view))
     region = carried(everywhere(Viewed(profile, view).profile), viewed)
-    return Question(viewed.profile, claim, region, viewed=viewed)
+    return Question(Game(viewed.profile, viewed), claim, region)
 
 
 def verdicts(question):

@@ -24,6 +24,7 @@ from verify.solver.encode import half_line
 from verify.solver.encode import query as query_of
 from verify.solver.solve import smt_lib
 from verify.states.state import inside, violates
+from verify.subjects import Game
 from verify.verdicts.decisions import verify
 from verify.verdicts.margins import MAX_QUESTIONS, STEP, largest_margin
 
@@ -46,8 +47,8 @@ def test_a_violation_over_the_reals_only_is_one_of_real_arithmetic_alone(profile
     claim = find_property("distinct_targets", profile)
     one = team(profile, tree((2, float(T), 1, 2), RIGHT, STAY), tree(UP))
     sliver = between(profile, T + Fraction(1, 2**40), END - Fraction(1, 2**40))
-    assert decide(Question(one, claim, sliver)).verdict is Verdict.PROVED
-    found = verify(Question(one, claim, sliver, REAL), {})
+    assert decide(Question(Game(one), claim, sliver)).verdict is Verdict.PROVED
+    found = verify(Question(Game(one), claim, sliver, REAL), {})
     assert found.verdict is Verdict.VIOLATED and found.semantics == REAL and found.evidence.shares.violating.count == 0
     shown = found.evidence.counterexample
     assert shown.state.floats and inside(sliver, shown.state) and violates(from_start(one, claim, REAL), shown.state)
@@ -55,22 +56,22 @@ def test_a_violation_over_the_reals_only_is_one_of_real_arithmetic_alone(profile
     assert (
         shown.deployed.actions["agent_0"] == "right" and "agent_0 takes right, and the claim holds there" in shown.says
     )
-    assert decide(Question(one, claim, sliver, REAL)).verdict is Verdict.VIOLATED
+    assert decide(Question(Game(one), claim, sliver, REAL)).verdict is Verdict.VIOLATED
 
 
 def test_a_proof_over_the_reals_may_fail_on_the_machine(profile):
     claim = find_property("distinct_targets", profile)
     other = team(profile, tree((2, float(T), 1, 2), STAY, RIGHT), tree(UP))
     sliver = between(profile, T + Fraction(1, 2**40), END - Fraction(1, 2**40))
-    assert verify(Question(other, claim, sliver, REAL), {}).verdict is Verdict.PROVED
-    assert verify(Question(other, claim, sliver, MACHINE), {}).verdict is Verdict.VIOLATED
+    assert verify(Question(Game(other), claim, sliver, REAL), {}).verdict is Verdict.PROVED
+    assert verify(Question(Game(other), claim, sliver, MACHINE), {}).verdict is Verdict.VIOLATED
 
 
 def test_away_from_thresholds_both_agree_and_real_violations_replay(profile):
     claim = find_property("distinct_targets", profile)
     for one, verdict in ((team(profile, towards(0, 0), towards(1, 1)), Verdict.PROVED),
                          (team(profile, towards(0, 0), towards(0, 1)), Verdict.VIOLATED)):  # fmt: skip
-        found = verify(Question(one, claim, start_region(one.world), REAL), {})
+        found = verify(Question(Game(one), claim, start_region(one.world), REAL), {})
         assert found.verdict is verdict and found.evidence.control is Verdict.VIOLATED
         assert (found.evidence.counterexample is not None) == (verdict is Verdict.VIOLATED)
 
@@ -85,11 +86,14 @@ def test_the_exported_question_is_the_very_question(profile):
             claim = find_property(name, one)
             region = start_region(one.world)
             for goal in region.goals:
-                text = smt_lib(query_of(Question(one, claim, region), goal))
-                assert text == smt_lib(query_of(Question(one, claim, region), goal)) and text.count("(check-sat)") == 1
+                text = smt_lib(query_of(Question(Game(one), claim, region), goal))
+                assert (
+                    text == smt_lib(query_of(Question(Game(one), claim, region), goal))
+                    and text.count("(check-sat)") == 1
+                )
                 solver = z3.Solver(ctx=z3.Context())
                 solver.from_string(text)
-                question = Question(one, claim, region)
+                question = Question(Game(one), claim, region)
                 violated = decide(question, cases=[(goal, question)]).verdict is Verdict.VIOLATED
                 assert (str(solver.check()) == "sat") == violated, (name, goal)
 
@@ -124,7 +128,7 @@ def test_the_exported_question_is_for_every_solver(profile):
     agents = tuple(first if one.agent == "agent_0" else one for one in profile.agents)
     one = replace(profile, agents=agents)
     for statement in (below({"agent_0.x": 1}, 1), conjunction(), disjunction(Acts("agent_0", STAY))):
-        question = Question(one, OwnFormula("defenders", statement=statement), start_region(one.world))
+        question = Question(Game(one), OwnFormula("defenders", statement=statement), start_region(one.world))
         (text, *_) = question_files([question]).values()
         commands = parts_of(text)
         assert commands[0] == ["set-logic", "QF_LRA"] and commands[-1] == ["check-sat"]
@@ -135,15 +139,15 @@ def test_the_largest_margin_is_proved_and_the_next_is_not(profile):
     roles = team(profile, towards(0, 0), towards(1, 1))
     region = start_region(roles.world)
     claim = replace(find_property("distinct_targets", roles), radius=Fraction(3, 50))
-    found = verify(Question(roles, claim, region), {})
+    found = verify(Question(Game(roles), claim, region), {})
     room = found.evidence.largest
     assert found.verdict is Verdict.PROVED and room.failed == room.proved + STEP and room.questions <= MAX_QUESTIONS
-    assert decide(Question(roles, replace(claim, margin=room.proved), region)).verdict is Verdict.PROVED
-    assert decide(Question(roles, replace(claim, margin=room.failed), region)).verdict is Verdict.VIOLATED
+    assert decide(Question(Game(roles), replace(claim, margin=room.proved), region)).verdict is Verdict.PROVED
+    assert decide(Question(Game(roles), replace(claim, margin=room.failed), region)).verdict is Verdict.VIOLATED
     # where x is left for y within 0.05, an agent at distance 0.06 on y has no more than that ahead of it
     assert Fraction(1, 40) < room.proved < Fraction(1, 10)
     same = team(profile, towards(0, 0), towards(0, 1))
-    assert verify(Question(same, claim, region), {}).evidence.largest is None
+    assert verify(Question(Game(same), claim, region), {}).evidence.largest is None
 
 
 def test_bisection_finds_every_end_with_few_questions():

@@ -25,6 +25,7 @@ from verify.solver.encode import query as query_of
 from verify.solver.terms import number
 from verify.states import noise, shares
 from verify.states.state import State, error_name, inside, measurable, observed, sample, violates
+from verify.subjects import Game
 from verify.verdicts.decisions import verify
 
 
@@ -34,7 +35,7 @@ def asked(profile, claim, state):
 
     region = start_region(profile.world)
     wide = Region(dict.fromkeys(region.box, (Fraction(-9), Fraction(9))), region.goals)
-    query = query_of(Question(profile, claim, wide), state.goal)
+    query = query_of(Question(Game(profile), claim, wide), state.goal)
     known = dict(state.position) | dict(state.errors)
     values = [(variable, number(Fraction(known.get(name, 0.0)))) for name, variable in query.variables.items()]
     answer = z3.simplify(z3.substitute(z3.And(*query.constraints), *values))
@@ -91,18 +92,18 @@ def test_a_feature_read_twice_has_one_error(profile):
     region = Region(near | {"agent_0.x": (Fraction(-2), Fraction(2))}, ("landmark_0",))
     # landmark_0_dx (feature 2) above 0.3 and then at most 0.15: out of reach for any one error
     twice = tree((2, 0.3, 1, 2), UP, (2, 0.15, 3, 4), STAY, UP)
-    assert decide(Question(team(profile, twice, tree(UP)), CLAIM, region)).verdict is Verdict.PROVED
+    assert decide(Question(Game(team(profile, twice, tree(UP))), CLAIM, region)).verdict is Verdict.PROVED
     # the same with two features that measure the same thing: each has an error of its own
     goal_first = tree((0, 0.3, 1, 2), UP, (2, 0.15, 3, 4), STAY, UP)
     apart = team(profile, goal_first, tree(UP))
-    assert decide(Question(apart, find_property("distinct_targets", profile), region)).verdict is Verdict.PROVED
-    found = verify(Question(apart, CLAIM, region), {})
+    assert decide(Question(Game(apart), find_property("distinct_targets", profile), region)).verdict is Verdict.PROVED
+    found = verify(Question(Game(apart), CLAIM, region), {})
     assert found.verdict is Verdict.VIOLATED and found.evidence.shares.violating.hits > 0
     errors = found.evidence.counterexample.state.errors
     assert errors["agent_0:goal_dx"] > 0 > errors["agent_0:landmark_0_dx"]
     assert all(abs(Fraction(error)) <= EPS for error in errors.values())
     narrow = DistinctTargets("defenders", eps=Fraction(7, 100))
-    assert decide(Question(apart, narrow, region)).verdict is Verdict.PROVED
+    assert decide(Question(Game(apart), narrow, region)).verdict is Verdict.PROVED
 
 
 @pytest.mark.solver
@@ -117,7 +118,7 @@ def test_the_least_error_that_matters_is_found_exactly(profile):
     cases = ((end - little, Verdict.PROVED), (end + little, Verdict.VIOLATED), (EPS, Verdict.PROVED))
     for eps, verdict in cases:
         claim = DistinctTargets("defenders", eps=eps)
-        assert decide(Question(one, claim, region)).verdict is verdict, eps
+        assert decide(Question(Game(one), claim, region)).verdict is verdict, eps
 
 
 @pytest.mark.solver
@@ -132,7 +133,7 @@ def test_violations_hold_their_errors_and_replay(profile):
         replayed.append(state)
         return [int(ir.act(policy, observed(roles, policy, state))[0]) for policy in roles.team("defenders")]
 
-    found = verify(Question(roles, claim, region), {"again": replay})
+    found = verify(Question(Game(roles), claim, region), {"again": replay})
     assert found.verdict is Verdict.VIOLATED and found.evidence.control is Verdict.VIOLATED
     state = found.evidence.counterexample.state
     assert state.errors and replayed == [state] and violates(from_start(roles, claim), state) and inside(region, state)
@@ -203,7 +204,7 @@ def test_without_room_for_errors_the_plain_verdict_stays(profile):
     roles = team(profile, towards(0, 0), towards(1, 1))
     region = start_region(roles.world)
     verdicts = [
-        decide(Question(roles, DistinctTargets("defenders", eps=eps), region)).verdict
+        decide(Question(Game(roles), DistinctTargets("defenders", eps=eps), region)).verdict
         for eps in (Fraction(1, 10**6), Fraction(1, 100), Fraction(1, 5), Fraction(1, 2))
     ]
     order = [Verdict.PROVED, Verdict.VIOLATED]
@@ -217,6 +218,6 @@ def test_errors_replay_in_compiled_code_and_in_the_environment(profile):
 
     roles = team(profile, towards(0, 0), towards(1, 1))
     claim = DistinctTargets("defenders", eps=Fraction(1, 4))
-    (found,) = verify_claims([Question(roles, claim, start_region(roles.world))])
+    (found,) = verify_claims([Question(Game(roles), claim, start_region(roles.world))])
     assert found.verdict is Verdict.VIOLATED and found.evidence.counterexample.state.errors
     assert found.evidence.counterexample.replayed == ("reference", "compiled C", roles.world.reference)

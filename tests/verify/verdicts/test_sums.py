@@ -28,6 +28,7 @@ from verify.semantics import REAL, Semantics
 from verify.solver.decide import decide
 from verify.states.real import comparable, measured
 from verify.states.state import violates
+from verify.subjects import Game
 from verify.verdicts.decisions import verify
 from verify.verdicts.episodes import verify_episodes
 from verify.zones import engine as zones
@@ -105,7 +106,7 @@ def rounded(profile, *leaves):
     box = {name: (Fraction(value), Fraction(value)) for name, value in state.position.items()}
     region = replace(start_region(profile.world), box=box, goals=(state.goal,))
     claim = OwnFormula("defenders", statement=Not(Acts("agent_0", UP)))
-    return Question(replace(profile, agents=agents), claim, region), state
+    return Question(Game(replace(profile, agents=agents)), claim, region), state
 
 
 def test_what_rounding_only_may_do_is_called_no_violation(profile):
@@ -141,7 +142,9 @@ def test_zones_repair_and_where_refuse():
 def test_episodes_are_left_open_or_violated_by_play():
     profile = roles()
     claim = find_episode_claim("covers", profile)
-    open_ = verify_episodes(Question(profile, replace(claim, radius=Fraction(3)), start_region(profile.world)), {})
+    open_ = verify_episodes(
+        Question(Game(profile), replace(claim, radius=Fraction(3)), start_region(profile.world)), {}
+    )
     assert open_.verdict is Verdict.UNKNOWN and "zones cannot follow" in open_.reason
     still = profile_of(tree(STAY), tree(STAY))
     assert verify_episodes(from_start(still, claim), {}).verdict is Verdict.VIOLATED
@@ -190,7 +193,7 @@ def test_a_region_of_one_state_has_the_referees_verdict():
     for _ in range(4):
         values = {name: Fraction(float(np.round(rng.uniform(-1, 1), rng.integers(1, 4)))) for name in box}
         region = Region({name: (value, value) for name, value in values.items()}, ("landmark_0",))
-        question = Question(profile, claim, region)
+        question = Question(Game(profile), claim, region)
         found = verify(question, {})
         wanted = found.evidence.shares.violating.hits > 0
         assert found.verdict in ((Verdict.VIOLATED if wanted else Verdict.PROVED), Verdict.UNKNOWN)
@@ -221,4 +224,4 @@ def test_weights_and_both_axes_are_beyond_zones_too(terms):
         with pytest.raises(BeyondZonesError):
             zones.decide(question)
     claim = find_episode_claim("reaches", profile)
-    assert composition.decide(Question(profile, claim, start_region(profile.world))).verdict is not Verdict.PROVED
+    assert composition.decide(Question(Game(profile), claim, start_region(profile.world))).verdict is not Verdict.PROVED

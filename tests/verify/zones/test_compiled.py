@@ -21,6 +21,7 @@ from verify.extent import violations
 from verify.question import Budgets, Question
 from verify.result import Verdict
 from verify.semantics import MACHINE, REAL
+from verify.subjects import Game
 from verify.zones import compiled as zone_compiled
 from verify.zones import engine
 from verify.zones.compiled import CompiledSearch
@@ -123,12 +124,12 @@ def test_all_violating_zones(compiled, monkeypatch, bits):
         for most, nodes in ((1000, 10**6), (3, 10**6), (1000, 60)):
             monkeypatch.setattr(engine, "search", Search)
             plain = violations.violations(
-                Question(profile, claim, region, MACHINE, Budgets(max_nodes=nodes, max_cells=most))
+                Question(Game(profile), claim, region, MACHINE, Budgets(max_nodes=nodes, max_cells=most))
             )
             monkeypatch.setattr(engine, "search", build)
             assert (
                 violations.violations(
-                    Question(profile, claim, region, MACHINE, Budgets(max_nodes=nodes, max_cells=most))
+                    Question(Game(profile), claim, region, MACHINE, Budgets(max_nodes=nodes, max_cells=most))
                 )
                 == plain
             )

@@ -11,6 +11,7 @@ from verify.claims.uncertified.starts import start_region
 from verify.question import Question
 from verify.result import Verdict
 from verify.solver.decide import decide
+from verify.subjects import Game
 from verify.verdicts.margins import STEP, largest_margin, room
 from verify.zones.engine import BeyondZonesError, ZoneQuery
 from verify.zones.margins import Room
@@ -27,14 +28,14 @@ def roles(profile):
 @pytest.mark.parametrize("name", ["distinct_targets", "own_target"])
 def test_margins_are_those_that_z3_finds(roles, name, radius, margin):
     claim = replace(find_property(name, roles), radius=radius, margin=margin)
-    question = Question(roles, claim, start_region(roles.world))
+    question = Question(Game(roles), claim, start_region(roles.world))
     assert decide(question).verdict is Verdict.PROVED
     asked = largest_margin(lambda m: decide(question.with_margin(m)).verdict is Verdict.PROVED, margin)
     assert room(question) == asked
 
 
 def test_most_margins_need_no_search(roles, monkeypatch):
-    question = Question(roles, find_property("distinct_targets", roles), start_region(roles.world))
+    question = Question(Game(roles), find_property("distinct_targets", roles), start_region(roles.world))
     answer, asked = ZoneQuery.answer, []
     monkeypatch.setattr(ZoneQuery, "answer", lambda self: (asked.append(1), answer(self))[1])
     found = room(question)
@@ -42,12 +43,12 @@ def test_most_margins_need_no_search(roles, monkeypatch):
 
 
 def test_what_takes_too_many_nodes_counts_as_not_proved(roles):
-    question = Question(roles, find_property("distinct_targets", roles), start_region(roles.world))
+    question = Question(Game(roles), find_property("distinct_targets", roles), start_region(roles.world))
     assert room(question).proved > 0
     assert room(question.spending(max_nodes=5)).proved == 0
 
 
 def test_claims_beyond_zones_are_left_to_z3(roles):
-    question = Question(roles, find_property("aligned", roles), start_region(roles.world))
+    question = Question(Game(roles), find_property("aligned", roles), start_region(roles.world))
     with pytest.raises(BeyondZonesError):
         Room(question, STEP, 10)

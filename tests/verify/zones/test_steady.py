@@ -40,6 +40,7 @@ from verify.semantics import MACHINE, REAL, Semantics
 from verify.solver.decide import decide
 from verify.states import noise
 from verify.states.state import sample, violates
+from verify.subjects import Game
 from verify.verdicts import decisions as engine
 from verify.verdicts import opinions
 from verify.verdicts.margins import MAX_QUESTIONS, STEP
@@ -54,7 +55,7 @@ def agree(profile, claim, region, semantics=MACHINE, seed=0):
     """Zones, Z3, checker and errors tried one by one say the same; returns the verdict."""
     asked, machine = formula(profile, claim), semantics == MACHINE
     found = zones.decide(stated(profile, asked, region, semantics, eps=claim.eps))
-    assert found.verdict is decide(Question(profile, claim, region, semantics)).verdict
+    assert found.verdict is decide(Question(Game(profile), claim, region, semantics)).verdict
     if found.verdict is Verdict.VIOLATED:
         assert exactly_inside(region, found.state)
         assert not stands(profile, claim, found.state, found.goal, machine)
@@ -167,8 +168,8 @@ def test_zones_alone_give_a_counterexample_with_errors(profile):
         DistinctTargets("defenders", eps=Fraction(1, 4)),
         start_region(roles.world),
     )
-    zoned = opinions.by_zones(Question(roles, claim, region, budgets=Budgets(BUDGET)))
-    state = search.near(Question(roles, claim, region), zoned.goal, zoned.state)
+    zoned = opinions.by_zones(Question(Game(roles), claim, region, budgets=Budgets(BUDGET)))
+    state = search.near(Question(Game(roles), claim, region), zoned.goal, zoned.state)
     assert state.errors and violates(from_start(roles, claim), state)
     assert all(abs(Fraction(error)) <= claim.eps for error in state.errors.values())
 
@@ -178,19 +179,21 @@ def test_up_to_which_errors_a_claim_holds(profile):
     roles = team(profile, towards(0, 0), towards(1, 1))
     region = start_region(roles.world)
     claim = DistinctTargets("defenders", eps=Fraction(1, 100))
-    found = engine.verify(Question(roles, claim, region), {})
+    found = engine.verify(Question(Game(roles), claim, region), {})
     room = found.evidence.steady_up_to
     assert found.verdict is Verdict.PROVED and found.evidence.certificate.eps == claim.eps
     assert room.failed == room.proved + STEP and claim.eps < room.proved and room.questions <= MAX_QUESTIONS
-    verdicts = [decide(Question(roles, replace(claim, eps=eps), region)).verdict for eps in (room.proved, room.failed)]
+    verdicts = [
+        decide(Question(Game(roles), replace(claim, eps=eps), region)).verdict for eps in (room.proved, room.failed)
+    ]
     assert verdicts == [Verdict.PROVED, Verdict.VIOLATED]
     facts = report.document(roles, [found], [""])
     assert facts["results"][0]["largest_eps"]["proved"] == text(room.proved)
     assert f"proved up to eps {text(room.proved)}, not at" in report.as_text(facts)
     assert "largest eps" in report.as_html(facts)
-    off = engine.verify(Question(roles, replace(claim, eps=room.failed), region), {})
+    off = engine.verify(Question(Game(roles), replace(claim, eps=room.failed), region), {})
     assert off.verdict is Verdict.VIOLATED and off.evidence.steady_up_to is None
-    plain = engine.verify(Question(roles, find_property("distinct_targets", roles), region), {})
+    plain = engine.verify(Question(Game(roles), find_property("distinct_targets", roles), region), {})
     assert plain.evidence.steady_up_to is None
     facts = report.document(roles, [plain], [""])
     assert "largest_eps" not in facts["results"][0] and "eps" not in report.as_text(facts)
@@ -201,7 +204,7 @@ def test_what_zones_cannot_decide_is_left_to_z3(profile, name):
     claim = find_property("steady", profile, of=name)
     assert (
         opinions.by_zones(
-            Question(profile, claim, start_region(profile.world), budgets=Budgets(BUDGET))
+            Question(Game(profile), claim, start_region(profile.world), budgets=Budgets(BUDGET))
         ).opinion.verdict
         is Verdict.SKIPPED
     )

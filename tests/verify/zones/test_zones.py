@@ -35,6 +35,7 @@ from verify.result import Verdict
 from verify.semantics import MACHINE, REAL, Semantics
 from verify.solver import encode
 from verify.solver.decide import decide
+from verify.subjects import Game
 from verify.zones import engine as zones
 
 pytestmark = pytest.mark.solver
@@ -44,7 +45,7 @@ def agree(profile, claim, region, semantics, seed):
     """Zones, Z3, checker and grid points say the same; returns the verdict."""
     asked = formula(profile, claim)
     found = zones.decide(stated(profile, asked, region, semantics))
-    assert found.verdict is decide(Question(profile, claim, region)).verdict
+    assert found.verdict is decide(Question(Game(profile), claim, region)).verdict
     if found.verdict is Verdict.VIOLATED:
         at = dict(found.state) | {f"goal.{axis}": found.state.get(f"{found.goal}.{axis}", Fraction(0)) for axis in "xy"}
         assert exactly_inside(region, found.state)
@@ -224,7 +225,7 @@ def test_deep_trees_do_not_meet_the_recursion_limit(profile):
     region = start_region(pair.world)
     assert (
         zones.decide(stated(pair, formula(pair, claim), region)).verdict
-        is decide(Question(pair, claim, region)).verdict
+        is decide(Question(Game(pair), claim, region)).verdict
     )
 
 

@@ -23,6 +23,7 @@ from verify.question import Question
 from verify.semantics import REAL
 from verify.states.real import measured
 from verify.states.state import State, inside, sample, violates
+from verify.subjects import Game
 
 
 def values(question, state):
@@ -70,10 +71,12 @@ def questions(profile):
     )
     lone = disjunction(Not(Acts("agent_0", LEFT)), below({"agent_0.x": 3, "landmark_0.x": -1}, Fraction(1, 3), True))
     return [
-        Question(team(profile, towards(0, 0), towards(1, 1)), find_claim("distinct_targets", profile), start, REAL),
-        Question(same, find_claim("distinct_targets", profile), cut, REAL),
-        Question(same, find_claim("aligned", profile), cut, REAL),
-        Question(same, OwnFormula("defenders", Fraction(0), Fraction(1, 10), statement=lone), start, REAL),
+        Question(
+            Game(team(profile, towards(0, 0), towards(1, 1))), find_claim("distinct_targets", profile), start, REAL
+        ),
+        Question(Game(same), find_claim("distinct_targets", profile), cut, REAL),
+        Question(Game(same), find_claim("aligned", profile), cut, REAL),
+        Question(Game(same), OwnFormula("defenders", Fraction(0), Fraction(1, 10), statement=lone), start, REAL),
     ]
 
 
@@ -100,7 +103,7 @@ def test_a_query_holds_where_the_claim_fails_in_the_region(profile):
 def test_errors_of_features_are_within_their_bound(profile):
     """A feature may be off by eps and no more, each on its own."""
     steady = find_claim("steady", profile, of="distinct_targets", eps=Fraction(1, 100))
-    question = Question(team(profile, towards(0, 0), towards(1, 1)), steady, everywhere(profile), REAL)
+    question = Question(Game(team(profile, towards(0, 0), towards(1, 1))), steady, everywhere(profile), REAL)
     text = vnnlib_files([question])[f"01-{steady.name}-landmark_0.vnnlib"]
     asked = vnnlib.parse_query_string(text)
     readings = [each.expr for each in asked.assertions if "X_0 [0, 2]" in str(each)]
@@ -124,7 +127,7 @@ def test_functions_of_sums(profile, function):
     agents = [replace(each, features=features) if each.agent == "agent_0" else each for each in made.agents]
     made = replace(made, agents=tuple(agents))
     claim = OwnFormula("defenders", Fraction(0), Fraction(1, 10), statement=Acts("agent_0", LEFT))
-    question = Question(made, claim, everywhere(made), REAL)
+    question = Question(Game(made), claim, everywhere(made), REAL)
     asked = vnnlib.parse_query_string(vnnlib_files([question])["01-formula-landmark_0.vnnlib"])
     seen = set()
     for state in states(question.for_one_goal("landmark_0"), 60, 1):

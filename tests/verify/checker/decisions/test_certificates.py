@@ -31,6 +31,7 @@ from verify.question import Question
 from verify.result import Verdict
 from verify.semantics import MACHINE, REAL, Semantics
 from verify.solver.decide import decide
+from verify.subjects import Game
 from verify.zones import engine as zones
 from verify.zones import search, tables
 
@@ -247,7 +248,7 @@ def test_no_certificate_of_a_false_claim_is_accepted(which, request):
         passed[kind] += 1
         assert zones.decide(stated(other, forged.formula, forged.region)).verdict is Verdict.PROVED
         if kind in ("tree", "property"):
-            assert decide(Question(other, forged.claim, forged.region)).verdict is Verdict.PROVED
+            assert decide(Question(Game(other), forged.claim, forged.region)).verdict is Verdict.PROVED
     # fixed roles hold in every region
     kinds = ("tree", "property", "proof") if which == "roles" else ("tree", "region", "property", "proof")
     assert all(refused[kind] > 15 for kind in kinds) and sum(passed.values()) < 300, (refused, passed)

@@ -31,6 +31,7 @@ from verify.question import Budgets, Question
 from verify.result import Verdict
 from verify.semantics import Semantics
 from verify.solver.decide import decide
+from verify.subjects import Game
 from verify.verdicts import opinions
 from verify.zones import engine as zones
 from verify.zones import tables
@@ -41,7 +42,7 @@ EPS = Fraction(1, 25)
 
 def proved(profile, claim, region):
     """The certificate that goes with the verdict, read back from its text."""
-    zoned = opinions.by_zones(Question(profile, claim, region, budgets=Budgets(10**9)))
+    zoned = opinions.by_zones(Question(Game(profile), claim, region, budgets=Budgets(10**9)))
     assert zoned.opinion.verdict is Verdict.PROVED and zoned.branches > 0
     text = to_json(zoned.certificate)
     back = from_json(text)
@@ -82,7 +83,7 @@ def test_the_proof_of_the_property_itself_does_not_pass_for_steady(roles):
     with pytest.raises(RejectedError, match="errors up to 0, but the proof about errors up to 1/25"):
         accepted(replace(made, claim=plain.claim), pair)
     false = replace(made.claim, eps=Fraction(1, 4))
-    assert decide(Question(pair, false, plain.region)).verdict is Verdict.VIOLATED
+    assert decide(Question(Game(pair), false, plain.region)).verdict is Verdict.VIOLATED
     for proofs in (plain.proofs, made.proofs):
         with pytest.raises(RejectedError):
             accepted(replace(plain, claim=false, eps=false.eps, proofs=proofs), pair)
@@ -153,7 +154,7 @@ def test_claims_of_ones_own_are_certified_with_their_errors(profile):
         accepted(replace(made, eps=Fraction(1, 5)), pair)
     assert (
         opinions.by_zones(
-            Question(pair, replace(own, eps=Fraction(1, 5)), region, budgets=Budgets(10**9))
+            Question(Game(pair), replace(own, eps=Fraction(1, 5)), region, budgets=Budgets(10**9))
         ).opinion.verdict
         is Verdict.VIOLATED
     )
@@ -188,7 +189,7 @@ def test_no_certificate_of_a_false_claim_is_accepted(profile):
     teams = []
     while len(teams) < 6:
         pair, claim = noisy_roles(rng, profile)
-        zoned = opinions.by_zones(Question(pair, claim, start_region(pair.world), budgets=Budgets(10**9)))
+        zoned = opinions.by_zones(Question(Game(pair), claim, start_region(pair.world), budgets=Budgets(10**9)))
         if zoned.certificate is not None:
             teams.append((pair, zoned.certificate))
     passed, refused = Counter(), Counter()
@@ -203,7 +204,7 @@ def test_no_certificate_of_a_false_claim_is_accepted(profile):
         found = zones.decide(stated(other, forged.formula, forged.region, eps=forged.eps))
         assert found.verdict is Verdict.PROVED
         if kind in ("tree", "property", "errors"):
-            assert decide(Question(other, forged.claim, forged.region)).verdict is Verdict.PROVED
+            assert decide(Question(Game(other), forged.claim, forged.region)).verdict is Verdict.PROVED
     assert all(refused[kind] > 10 for kind in ("tree", "property", "errors", "proof")), refused
     assert sum(passed.values()) < 400 and passed["errors"] > 0, passed
 
