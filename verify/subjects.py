@@ -1,7 +1,7 @@
 """What a claim is about: who acts, and what they act in.
 
-Does: what every subject has; a team in a game.
-Assumes: a checked profile; a team in a stated system is a subject of its own (systems/loop.py).
+Does: what every subject has; a team in a game, and one in a stated system.
+Assumes: checked profiles; names and units of a system were checked.
 Does not: decide.
 """
 
@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Protocol
 if TYPE_CHECKING:
     from codegen.ir import PolicyProfile
     from verify.claims.uncertified.views import Viewed
+    from verify.systems.system import System
 
 
 class Subject(Protocol):
@@ -53,3 +54,21 @@ class Game:
     def of(self, profile: PolicyProfile) -> Game:
         """Other agents in their world."""
         return Game(profile, self.viewed)
+
+
+@dataclass(frozen=True, eq=False)
+class ClosedLoop:
+    """Agents in a system that somebody states, which they observe and move."""
+
+    profile: PolicyProfile
+    system: System
+    viewed: None = None  # claims are about the state
+
+    @property
+    def origin(self) -> PolicyProfile:
+        """The profile that was given."""
+        return self.profile
+
+    def of(self, profile: PolicyProfile) -> ClosedLoop:
+        """Other agents in the system."""
+        return ClosedLoop(profile, self.system)
