@@ -26,7 +26,7 @@ from maviper.compilation import compile, proofs
 from tests.support import contact_readings, episode_cases
 from tests.support.teams import DOWN, LEFT, RIGHT, STAY, UP, team, towards, tree
 from verify.checker.episodes import contact_reading
-from verify.checker.episodes.contact_reading import ContactEpisode
+from verify.checker.episodes.contact_reading import ContactReading
 from verify.checker.episodes.contacts import Contact
 from verify.checker.episodes.reading import GRID
 from verify.claims import decisions as properties
@@ -584,8 +584,8 @@ ZONES = [
     zones_fault(unroll, "sides of a split swapped", "_sides", lambda f: lambda *given: f(*given)[::-1]),
     zones_fault(unroll, "a threshold a millionth too low", "deciding_double", lambda f: lambda t: f(t) - 1e-6),
     zones_fault(unroll, "both ends of a sign are one test", "_line", lambda f: lambda *given: (f(*given)[0], False), episode_cases.signs_wrong),
-    zones_fault(unroll.Search, "an action moves at once", "_stepped", hasty),
-    zones_fault(unroll.Search, "first answers stay", "_stepped", forgetful),
+    zones_fault(unroll.EpisodeSearch, "an action moves at once", "_stepped", hasty),
+    zones_fault(unroll.EpisodeSearch, "first answers stay", "_stepped", forgetful),
     zones_fault(composition, "arrived within one", "away", lambda f: lambda z, g, a, k, radius: f(z, g, a, k, Fraction(1)), episode_cases.verdicts_wrong),
     zones_fault(composition, "never arrived", "away", lambda f: lambda zones, *given: zones, episode_cases.verdicts_wrong),
     zones_fault(composition, "always matched", "unmatched", lambda f: lambda zones, *given: zones.take(slice(0)), episode_cases.verdicts_wrong),
@@ -613,10 +613,10 @@ CONTACTS = [
     contacts_fault(Contact, "pushes a tenth too weak", "overlap", lambda f: lambda *given: tuple(9 * end // 10 for end in f(*given))),
     contacts_fault(Contact, "noticed only when they overlap", "apart", lambda f: lambda pair, gap: f(pair._replace(reach=int(pair.touching * GRID)), gap)),
     contacts_fault(Contact, "pushed the wrong way", "push", lambda f: lambda *given: tuple((-high, -low) for low, high in f(*given))),
-    contacts_fault(ContactEpisode, "the first alone is pushed", "_forces", lambda f: lambda self, *given: {k: v for k, v in f(self, *given).items() if k in {pair.first for pair in self.contacts}}),
+    contacts_fault(ContactReading, "the first alone is pushed", "_forces", lambda f: lambda self, *given: {k: v for k, v in f(self, *given).items() if k in {pair.first for pair in self.contacts}}),
     contacts_fault(contact_reading, "each part of a speed cut alone", "limited", lambda _: lambda velocity, limit: tuple((max(low, -int(limit * GRID)), min(high, int(limit * GRID))) for low, high in velocity)),
-    contacts_fault(ContactEpisode, "who is not followed stands still", "_bounded", lambda f: lambda self: [self.start._replace(step=step) for step in range(self.steps + 1)]),
-    contacts_fault(ContactEpisode, "tests do not shift", "bound", lambda f: lambda self, side, now: f(self, side, self.start)),
+    contacts_fault(ContactReading, "who is not followed stands still", "_bounded", lambda f: lambda self: [self.start._replace(step=step) for step in range(self.steps + 1)]),
+    contacts_fault(ContactReading, "tests do not shift", "bound", lambda f: lambda self, side, now: f(self, side, self.start)),
 ]  # fmt: skip
 
 ALL = [*TEXT, *PROOF, *GROWN, *PROFILE, *THRESHOLD, *ENCODER, *ZONES, *CONTACTS]

@@ -117,6 +117,17 @@ def test_no_goal_is_none():
     }
 
 
+def test_no_two_classes_of_the_verifier_share_a_name():
+    places = {}
+    for path in (path for path in MODULES if path.relative_to(ROOT).parts[0] == "verify"):
+        for node in ast.walk(parsed(path)):
+            if isinstance(node, ast.ClassDef):
+                places.setdefault(node.name, []).append(f"{path.relative_to(ROOT)}:{node.lineno}")
+    assert len(places) > 200 and all(len(each) == 1 for each in places.values()), {
+        name: each for name, each in places.items() if len(each) > 1
+    }
+
+
 def names_in(node):
     return {getattr(each, "id", getattr(each, "attr", "")) for each in ast.walk(node)}
 

@@ -5,7 +5,7 @@ from fractions import Fraction
 import numpy as np
 
 from tests.support.contacts import around, random_team
-from verify.checker.episodes.contact_reading import CUT, ContactEpisode
+from verify.checker.episodes.contact_reading import CUT, ContactReading
 from verify.checker.episodes.reading import AWAY, GRID, SLACK, Gap
 from verify.claims.catalogue import find_claim
 from verify.claims.episodes import Reaches
@@ -77,7 +77,7 @@ def possible(episode, node, course, now):
     return found
 
 
-def strays(seed, kind=ContactEpisode):
+def strays(seed, kind=ContactReading):
     """What played episodes do that the reading does not know of, and how many pushes were known between bounds."""
     found, touched = [], 0
     episode, pair, followed, courses, rng = crowded(seed, kind)
@@ -132,7 +132,7 @@ def cut(episode, course, now, rng):
     return now
 
 
-class Weak(ContactEpisode):
+class Weak(ContactReading):
     """Pushes half as strong."""
 
     def _forces(self, now, pairs):
@@ -140,7 +140,7 @@ class Weak(ContactEpisode):
         return {agent: tuple((low // 2, high // 2) for low, high in force) for agent, force in found.items()}
 
 
-class Pulling(ContactEpisode):
+class Pulling(ContactReading):
     """Pushes of the wrong sign."""
 
     def _forces(self, now, pairs):
@@ -148,7 +148,7 @@ class Pulling(ContactEpisode):
         return {agent: tuple((-high, -low) for low, high in force) for agent, force in found.items()}
 
 
-class Late(ContactEpisode):
+class Late(ContactReading):
     """Contacts are noticed too late."""
 
     def __init__(self, *given):
@@ -156,7 +156,7 @@ class Late(ContactEpisode):
         self.contacts = tuple(pair._replace(reach=pair.reach - GRID // 6) for pair in self.contacts)
 
 
-class Rigid(ContactEpisode):
+class Rigid(ContactReading):
     """Takes the middle of each push for all of it."""
 
     def _forces(self, now, pairs):
@@ -164,7 +164,7 @@ class Rigid(ContactEpisode):
         return {agent: tuple(((low + high) // 2,) * 2 for low, high in force) for agent, force in found.items()}
 
 
-class Tame(ContactEpisode):
+class Tame(ContactReading):
     """Takes those who are not followed to stand still."""
 
     def _bounded(self):

@@ -10,7 +10,7 @@ from tests.support.teams import tree
 from verify.claims.region import Region
 from verify.claims.uncertified.starts import start_region
 from verify.episodes.contacts import travels
-from verify.episodes.unroll import Search, grouped, strides
+from verify.episodes.unroll import EpisodeSearch, grouped, strides
 from verify.episodes.zones import SCALE, Zones, starts
 from verify.states.episodes import at_rest, play
 from verify.states.state import sample
@@ -68,7 +68,7 @@ def escaped(profile, region, steps, agents, count=100, budget=20_000):
         seen[step].append(zones)
         return zones
 
-    search = Search(group, steps, cut, budget)
+    search = EpisodeSearch(group, steps, cut, budget)
     first = np.array([part.projected(group.entities) for part in parts])
     begun = Zones.at_start(first, np.arange(len(first)), len(agents), group.tests, group.contacts is not None)
     if not search.run(begun, lambda zones: None):

@@ -9,7 +9,7 @@ from tests.support.teams import DOWN, LEFT, RIGHT, STAY, UP, team, tree
 from verify.claims.catalogue import find_claim
 from verify.claims.uncertified.starts import everywhere
 from verify.episodes.composition import decide
-from verify.episodes.unroll import Search, grouped
+from verify.episodes.unroll import EpisodeSearch, grouped
 from verify.episodes.zones import SCALE, Zones, starts
 from verify.question import Budgets, Question
 from verify.result import Verdict
@@ -102,7 +102,7 @@ def lost(profile, steps, seed, count=200, lattice=None, agents=("agent_0", "agen
         group = grouped(profile, agents, goal, landmarks)
         first = np.array([part.projected(group.entities) for part in parts])
         kept = []
-        search = Search(group, steps, lambda zones, step: zones, budget)
+        search = EpisodeSearch(group, steps, lambda zones, step: zones, budget)
         if not search.run(Zones.at_start(first, np.arange(len(first)), len(agents), group.tests), kept.append):
             return None
         zones = Zones.joined(kept)

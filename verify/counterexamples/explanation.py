@@ -37,7 +37,7 @@ LOW, HIGH = "low", "high"
 
 
 @dataclass(frozen=True)
-class Span:
+class CoordinateSpan:
     """The values of a coordinate that keep violation and leaves, all else being as it is.
 
     They are the float64 values between the ends, ends included; of real arithmetic all values between them.
@@ -111,7 +111,7 @@ class Explanation:
     """What a safety engineer asks about a counterexample beside its point, its paths and its replays."""
 
     uniqueness: Uniqueness
-    spans: tuple[Span, ...]
+    spans: tuple[CoordinateSpan, ...]
     agents: tuple[AgentRoom, ...]
     shortfall: float  # length units; infinite when no distance matters, only the actions
 
@@ -251,7 +251,9 @@ def _undetermined(question: DecisionQuestion, found: Counterexample) -> set[str]
     return {f"{goal}{name.removeprefix(GOAL)}" if name.startswith(f"{GOAL}.") else name for name in names}
 
 
-def _spans(question: DecisionQuestion, state: State, keeps: Formula, undetermined: Collection[str]) -> tuple[Span, ...]:
+def _spans(
+    question: DecisionQuestion, state: State, keeps: Formula, undetermined: Collection[str]
+) -> tuple[CoordinateSpan, ...]:
     region, limits = question.region, _limits(question.region)
 
     def reached(at: State) -> dict[str, int]:
@@ -263,10 +265,12 @@ def _spans(question: DecisionQuestion, state: State, keeps: Formula, undetermine
         moved = State({**state.position, name: value}, state.goal, state.errors)
         return inside(region, moved) and violates(question, moved) and reached(moved) == leaves
 
-    found, exact = list[Span](), state.exactly(question.profile)
+    found, exact = list[CoordinateSpan](), state.exactly(question.profile)
     for name, bounds in region.box.items():
         if name in undetermined:
-            found.append(Span(name, state.position[name], state.position[name], free=False, fixed=False, open=True))
+            found.append(
+                CoordinateSpan(name, state.position[name], state.position[name], free=False, fixed=False, open=True)
+            )
             continue
         allowed = along(limits, name, exact, closed(*bounds))
         kept = along(keeps, name, exact, allowed)
@@ -282,20 +286,24 @@ def _spans(question: DecisionQuestion, state: State, keeps: Formula, undetermine
     return tuple(found)
 
 
-def _float_span(name: str, value: float, allowed: Line, kept: Line) -> tuple[Span, Sequence[Value], Sequence[Value]]:
+def _float_span(
+    name: str, value: float, allowed: Line, kept: Line
+) -> tuple[CoordinateSpan, Sequence[Value], Sequence[Value]]:
     """The interval of float64 values, with values that must stand and such that must not."""
     low, high = around(kept, value)
     fixed = around(allowed, value) == (low, low) and len(allowed) == 1
     outside = (math.nextafter(low, -math.inf), math.nextafter(high, math.inf))
-    return Span(name, low, high, free=kept == allowed and not fixed, fixed=fixed), (low, high), outside
+    return CoordinateSpan(name, low, high, free=kept == allowed and not fixed, fixed=fixed), (low, high), outside
 
 
-def _real_span(name: str, value: Value, allowed: Line, kept: Line) -> tuple[Span, Sequence[Value], Sequence[Value]]:
+def _real_span(
+    name: str, value: Value, allowed: Line, kept: Line
+) -> tuple[CoordinateSpan, Sequence[Value], Sequence[Value]]:
     """As `_float_span`, of all real values."""
     (low, above), (high, within) = interval(kept, Fraction(value))
     excluded = tuple(end for end, out in ((LOW, above == 1), (HIGH, within == 0)) if out)
     fixed = len(allowed) == 1 and allowed[0] == ((low, 0), (low, 1))
-    span = Span(name, value_of(low), value_of(high), kept == allowed and not fixed, fixed, excluded)
+    span = CoordinateSpan(name, value_of(low), value_of(high), kept == allowed and not fixed, fixed, excluded)
     ends = [end for end, out in ((low, above == 1), (high, within == 0)) if not out]
     return span, [*map(value_of, ends), value_of((low + high) / 2)], [*map(value_of, beyond(kept, Fraction(value)))]
 

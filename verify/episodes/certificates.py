@@ -13,13 +13,13 @@ from fractions import Fraction
 from codegen.ir import PolicyProfile
 from codegen.policy_json import content_hash
 from verify.checker.episodes.certificates import READINGS, EpisodeCertificate, forms
-from verify.checker.episodes.contact_reading import ContactEpisode
+from verify.checker.episodes.contact_reading import ContactReading
 from verify.checker.episodes.contacts import coincident
-from verify.checker.episodes.reading import Episode, Matching, OpenBranchError, Part, matchings
+from verify.checker.episodes.reading import EpisodeReading, Matching, OpenBranchError, ProofPart, matchings
 from verify.checker.reading import RejectedError, region_formula
 from verify.claims.formula import holds
 from verify.claims.region import Region
-from verify.episodes.proof import MAX_ANSWERS, Prover, TooLongError
+from verify.episodes.proof import MAX_ANSWERS, EpisodeProver, TooLongError
 from verify.episodes.zones import points_of, starts
 from verify.question import Budgets, EpisodeQuestion
 from verify.states.shares import SAMPLE_SEED
@@ -33,7 +33,7 @@ class LeftOpenError(NoCertificateError):
     """The second reading leaves a start open, so the claim is not proved."""
 
 
-def made(question: EpisodeQuestion, proved: Sequence[Part], most: int | None = None) -> EpisodeCertificate:
+def made(question: EpisodeQuestion, proved: Sequence[ProofPart], most: int | None = None) -> EpisodeCertificate:
     """The certificate of a claim whose parts were proved (with or without a proof in them).
 
     LeftOpenError when the second search leaves a start open in some part, NoCertificateError when it looks at more than
@@ -55,13 +55,13 @@ def made(question: EpisodeQuestion, proved: Sequence[Part], most: int | None = N
 
 
 def _closed(
-    reading: type[Episode],
+    reading: type[EpisodeReading],
     question: EpisodeQuestion,
-    proved: Sequence[Part],
+    proved: Sequence[ProofPart],
     most: int,
-) -> tuple[Part, ...]:
+) -> tuple[ProofPart, ...]:
     """The parts that are needed, with their proofs. OpenBranchError, or NoCertificateError where they are too large."""
-    parts: list[Part] = []
+    parts: list[ProofPart] = []
     profile, claim, region = question.profile, question.claim, question.region
     needed, left = _needed(question, proved), most
     for part in needed:
@@ -76,28 +76,28 @@ def _closed(
     return tuple(parts)
 
 
-def _searched(episode: Episode, limit: int) -> tuple[bytes | None, int]:
+def _searched(episode: EpisodeReading, limit: int) -> tuple[bytes | None, int]:
     """A proof, None where it is too large, and how many answers were looked at. OpenBranchError.
 
     Where agents push each other, starts are told apart by how they touch only if it does not close otherwise.
     """
-    if isinstance(episode, ContactEpisode):
-        coarse = Prover(episode, limit, finely=False)
+    if isinstance(episode, ContactReading):
+        coarse = EpisodeProver(episode, limit, finely=False)
         with suppress(OpenBranchError, TooLongError):
             return coarse.run(), coarse.looked
-    prover = Prover(episode, limit)
+    prover = EpisodeProver(episode, limit)
     with suppress(TooLongError):
         return prover.run(), prover.looked
     return None, prover.looked
 
 
-def _own(part: Part, allowed: list[Matching]) -> list[Matching]:
+def _own(part: ProofPart, allowed: list[Matching]) -> list[Matching]:
     return [((part.agent, part.landmark),)] if part.agent else allowed
 
 
-def _needed(question: EpisodeQuestion, proved: Sequence[Part]) -> list[Part]:
+def _needed(question: EpisodeQuestion, proved: Sequence[ProofPart]) -> list[ProofPart]:
     """The parts that show the claim for all goals, each once."""
-    found: dict[Part, None] = {}
+    found: dict[ProofPart, None] = {}
     allowed = matchings(question.profile, question.claim)
     for goal in question.goals:
         about = [part for part in proved if part.goal in (None, goal)]

@@ -19,13 +19,13 @@ import numpy as np
 from codegen import ir
 from codegen.dynamics import partners
 from codegen.ir import Float64
-from verify.checker.episodes.reading import Part
+from verify.checker.episodes.reading import ProofPart
 from verify.claims.episodes import EpisodeClaim
 from verify.claims.verifiable import read_by
 from verify.episodes.contacts import colliders, travels
 from verify.episodes.cuts import away, too_near, unmatched
 from verify.episodes.rounding import ensure_exact
-from verify.episodes.unroll import Cut, Group, Search, grouped, strides
+from verify.episodes.unroll import Cut, EpisodeSearch, Group, grouped, strides
 from verify.episodes.zones import Int64, Start, Zones, closed, hulls, point_in, starts
 from verify.question import EpisodeQuestion
 from verify.result import Verdict
@@ -48,7 +48,7 @@ MAX_LEFT = 200_000  # failing zones that are kept for the next group
 
 
 @dataclass(frozen=True)
-class Decision:
+class ZonesDecision:
     """The verdict of the zones alone. `zones`: visited; `followed`: agents that were followed together for a proof."""
 
     verdict: Verdict
@@ -56,12 +56,12 @@ class Decision:
     reason: str = ""
     state: State | None = None
     followed: tuple[tuple[str, ...], ...] = ()
-    parts: tuple[Part, ...] = ()  # of a proved claim, what was proved by following whom, goal by goal
+    parts: tuple[ProofPart, ...] = ()  # of a proved claim, what was proved by following whom, goal by goal
     touched: int = 0  # zones in which contacts are known between bounds only
     given_up: int = 0  # of these, the ones in which somebody's place was no longer known well enough to go on
 
 
-def decide(question: EpisodeQuestion) -> Decision:
+def decide(question: EpisodeQuestion) -> ZonesDecision:
     """The verdict by zones. InputError where rounding exceeds what proofs allow for."""
     profile, claim, region = question.profile, question.claim, question.region
     playable(profile)
@@ -70,11 +70,11 @@ def decide(question: EpisodeQuestion) -> Decision:
     ensure_exact(profile.world, claim.steps, max(map(abs, places)), max(strides(profile).values()))
     parts = starts(region, profile.world)
     if not parts:
-        return Decision(Verdict.VACUOUS, 0, "the region holds no start at rest")
+        return ZonesDecision(Verdict.VACUOUS, 0, "the region holds no start at rest")
     try:
         return _Decider(question, parts).decision()
     except BeyondZonesError as error:
-        return Decision(Verdict.UNKNOWN, 0, f"zones cannot follow this team: {error}")
+        return ZonesDecision(Verdict.UNKNOWN, 0, f"zones cannot follow this team: {error}")
 
 
 class _Violated(Exception):
@@ -166,13 +166,13 @@ class _Decider:
         self.landmarks = [entity.name for entity in profile.world.landmarks]
         self.known: dict[tuple[_Task, str | None], _Left | None] = {}
         self.followed: list[tuple[str, ...]] = []
-        self.shown: dict[Part, None] = {}
+        self.shown: dict[ProofPart, None] = {}
         needed = claim.apart or partners(profile.world)
         self.travel: Mapping[str, Int64] = (
             travels(profile.world, strides(profile), parts, claim.steps) if needed else {}
         )
 
-    def decision(self) -> Decision:
+    def decision(self) -> ZonesDecision:
         """The verdict over all goals."""
         reasons: list[str] = []
         state = None
@@ -185,7 +185,7 @@ class _Decider:
         reason = "" if state else "; ".join(dict.fromkeys(reasons))
         followed = tuple(dict.fromkeys(self.followed)) if verdict is Verdict.PROVED else ()
         parts = tuple(self.shown) if verdict is Verdict.PROVED else ()
-        return Decision(verdict, self.visited, reason, state, followed, parts, self.touched, self.given_up)
+        return ZonesDecision(verdict, self.visited, reason, state, followed, parts, self.touched, self.given_up)
 
     def _for_goal(self, goal: str | None) -> list[_Left]:
         """What is open for one goal; nothing when the claim is proved."""
@@ -284,7 +284,7 @@ class _Decider:
         group = grouped(self.profile, agents, goal, claimed, self.travel)
         kept: list[Zones] = []
         failing = partial(self._failing, group, goal, kept, brief)
-        search = Search(group, self.claim.steps, self._cut(task, group, failing), budget)
+        search = EpisodeSearch(group, self.claim.steps, self._cut(task, group, failing), budget)
         try:
             ended = search.run(self._first(group, before), failing)
         except _Open:
@@ -296,7 +296,7 @@ class _Decider:
         if ended and not kept:
             self.followed.append(agents)
             about = goal if any(ir.GOAL in read_by(self.profile.policy(one)) for one in agents) else None
-            self.shown[Part(*task.part, about, agents, b"")] = None
+            self.shown[ProofPart(*task.part, about, agents, b"")] = None
             return None
         who = " with ".join(agents)
         if not ended:

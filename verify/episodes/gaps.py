@@ -7,7 +7,7 @@ Does not: bound pushes.
 
 from collections.abc import Iterator
 
-from verify.checker.episodes.contact_reading import CUT, ContactEpisode
+from verify.checker.episodes.contact_reading import CUT, ContactReading
 from verify.checker.episodes.reading import GRID, Box, Gap, Now
 
 CELL = GRID >> 5  # gaps of starts that may touch are told apart so far: each piece has a narrower push
@@ -15,7 +15,7 @@ MAX_CELLS = 1 << 10  # of one gap; beyond it, it stays whole
 GAIN = GRID >> 14  # a bound that is nearer by less is not worth its bytes
 
 
-def where(episode: ContactEpisode, gap: Gap, allowed: Box, now: Now, finely: bool) -> int:
+def where(episode: ContactReading, gap: Gap, allowed: Box, now: Now, finely: bool) -> int:
     """Where to cut a gap, as a number of the proof; 0 for nowhere. `allowed`: what its zone lets it be; `finely`: also
     where some starts lie on either side.
     """
@@ -32,7 +32,7 @@ def where(episode: ContactEpisode, gap: Gap, allowed: Box, now: Now, finely: boo
 
 
 def _number(axis: int, at: int) -> int:
-    """What `ContactEpisode.cut` reads."""
+    """What `ContactReading.cut` reads."""
     place = at // CUT
     return 1 + axis + 2 * (2 * place if place >= 0 else -2 * place - 1)
 
@@ -47,7 +47,7 @@ def _tighter(gap: Gap, allowed: Box) -> Iterator[tuple[int, int, Gap]]:
             yield axis, most, gap.within(axis, (low, most))
 
 
-def _lines(episode: ContactEpisode, gap: Gap, now: Now) -> Iterator[tuple[int, int]]:
+def _lines(episode: ContactReading, gap: Gap, now: Now) -> Iterator[tuple[int, int]]:
     """(axis, place) of cuts beyond which the two are apart on that axis alone."""
     reach = episode.contacts[gap.pair].reach
     added = episode.gap(Gap(gap.pair, ((0, 0), (0, 0))), now)  # by movements

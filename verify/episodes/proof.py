@@ -12,13 +12,13 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple, TypeAlias
 
 from verify.checker.envelope import varint
-from verify.checker.episodes.contact_reading import CUT, ContactEpisode
+from verify.checker.episodes.contact_reading import CUT, ContactReading
 from verify.checker.episodes.reading import (
     AWAY,
     CLAIM,
     REGION,
     Box,
-    Episode,
+    EpisodeReading,
     Gap,
     Interval,
     Node,
@@ -37,14 +37,14 @@ class TooLongError(Exception):
     """The proof would need more answers than the limit."""
 
 
-class Bounds(NamedTuple):
+class AxisBounds(NamedTuple):
     """The bounds along one axis: `most` closed, `through` the nodes that a path of explicit bounds passes between."""
 
     most: list[list[int]]
     through: list[list[tuple[int, ...]]]
 
 
-Zone: TypeAlias = tuple[Bounds, Bounds]
+Zone: TypeAlias = tuple[AxisBounds, AxisBounds]
 
 
 class Only(NamedTuple):
@@ -62,10 +62,10 @@ class Several(NamedTuple):
     left: bool
 
 
-class Prover:
+class EpisodeProver:
     """The search for one part, once. `finely`: starts of those who may touch are told apart by how they do."""
 
-    def __init__(self, episode: Episode, limit: int = MAX_ANSWERS, finely: bool = True) -> None:
+    def __init__(self, episode: EpisodeReading, limit: int = MAX_ANSWERS, finely: bool = True) -> None:
         self._episode, self._limit, self._finely, self.looked = episode, limit, finely, 0
         asked = sorted(used(episode))
         self._nodes = [[0, *(node for node in asked if episode.names[node].endswith(axis))] for axis in (".x", ".y")]
@@ -92,7 +92,7 @@ class Prover:
 
     def _everything(self) -> Zone:
         first, second = (
-            Bounds(
+            AxisBounds(
                 [[0 if p == q else self._episode.far for q in nodes] for p in nodes], [[()] * len(nodes) for _ in nodes]
             )
             for nodes in self._nodes
@@ -142,7 +142,7 @@ class Prover:
         """The number for a gap, and what follows: its parts, or the next question where it is left as it is."""
         stage, _, chosen, now = place
         episode = self._episode
-        assert isinstance(episode, ContactEpisode)
+        assert isinstance(episode, ContactReading)
         number = where(episode, gap, self._allowed(episode, zone, gap), now, self._finely)
         yield varint(number)
         if not number:
@@ -158,7 +158,7 @@ class Prover:
                 yield GO_ON
                 yield cut, (stage, side.child, chosen, now)
 
-    def _allowed(self, episode: ContactEpisode, zone: Zone, gap: Gap) -> Box:
+    def _allowed(self, episode: ContactReading, zone: Zone, gap: Gap) -> Box:
         """Multiples of CUT just below and just above all that a zone allows a gap of starts to be."""
         pair, unit = episode.contacts[gap.pair], CUT * episode.unit
 
@@ -189,7 +189,7 @@ class Prover:
         cut = self._tightened(zone[axis], axis, p, q, limit)
         return (cut, zone[1]) if axis == 0 else (zone[0], cut)
 
-    def _tightened(self, bounds: Bounds, axis: int, p: int, q: int, limit: int) -> Bounds:
+    def _tightened(self, bounds: AxisBounds, axis: int, p: int, q: int, limit: int) -> AxisBounds:
         nodes, unbounded = self._nodes[axis], self._episode.far // 2
         onward = [
             (j, limit + far, ((nodes[q],) if q != j else ()) + bounds.through[q][j])
@@ -206,7 +206,7 @@ class Prover:
                         row[j], path[j] = before + far, way + rest
             found.append(row)
             paths.append(path)
-        return Bounds(found, paths)
+        return AxisBounds(found, paths)
 
     def _cycle(self, through: Sequence[int]) -> bytes:
         return b"".join(map(varint, [self._episode.answers + 1 + len(through), *through]))
@@ -222,7 +222,7 @@ def _walk(found: Several, answer: int) -> bytes:
     return b"".join(told)
 
 
-def used(episode: Episode) -> set[int]:
+def used(episode: EpisodeReading) -> set[int]:
     """Nodes of which a question after the region's box speaks."""
     found: set[int] = set()
     seen: set[int] = set()

@@ -35,7 +35,7 @@ from verify.zones.tables import BeyondZonesError
 CHUNK = 4096  # zones that are stepped together
 
 
-class Bound(NamedTuple):
+class SideBound(NamedTuple):
     """What a side of a split asks: start(p) - start(q) <= limit - sign * (what offsets have added to the test)."""
 
     p: int
@@ -45,7 +45,7 @@ class Bound(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Split:
+class StartSplit:
     """A split in terms of start positions. `moved`: (weight, agent of the group, of its velocity) of its terms.
 
     Splits have the same number exactly if they send the same starts left, down to the ends of their half lines.
@@ -54,11 +54,11 @@ class Split:
     number: int
     axis: int
     moved: tuple[tuple[int, int, bool], ...]
-    sides: tuple[tuple[Bound, ...], tuple[Bound, ...]]  # of left and right; none: that side is always possible
+    sides: tuple[tuple[SideBound, ...], tuple[SideBound, ...]]  # of left and right; none: that side is always possible
     children: "tuple[Node, Node]"
 
 
-Node = Split | int  # an int is the action of a leaf
+Node = StartSplit | int  # an int is the action of a leaf
 
 
 @dataclass(frozen=True)
@@ -168,11 +168,11 @@ class _Resolver:
             return children[0] if line else children[1]
         axis, p, q, moved = self._terms(feature, weights)
         if moved is None:
-            return Split(self._number(feature, threshold), axis, (), ((), ()), children)
+            return StartSplit(self._number(feature, threshold), axis, (), ((), ()), children)
         up, down = _grid(line[0]) + GRID_SLACK, _grid(-line[0]) + GRID_SLACK
-        left, right = (Bound(p, q, up, 1),), (Bound(q, p, down, -1),)
+        left, right = (SideBound(p, q, up, 1),), (SideBound(q, p, down, -1),)
         number = self._number(axis, p, q, moved, line, function == "zero")
-        return Split(number, axis, moved, ((), left + right) if function == "zero" else (left, right), children)
+        return StartSplit(number, axis, moved, ((), left + right) if function == "zero" else (left, right), children)
 
     def _number(self, *asked: object) -> int:
         return self.numbers.setdefault(asked, len(self.numbers))
@@ -221,7 +221,7 @@ def _grid(value: float) -> int:
 Cut = Callable[[Zones, int], Zones]  # (zones, step) -> the parts in which the claim may still fail
 
 
-class Search:
+class EpisodeSearch:
     """Depth first in batches: the zones of the deepest step that has a full batch are stepped, else the earliest."""
 
     def __init__(self, group: Group, steps: int, cut: Cut, budget: int) -> None:
@@ -337,7 +337,7 @@ def _gather(asked: _Asked, wanted: Bool, found: list[tuple[_Pieces, Int64]]) -> 
         _gather(below, mixed[kept], found)
 
 
-def _sides(zones: Zones, node: Split, pieces: _Pieces) -> list[tuple[Int64, _Pieces]]:
+def _sides(zones: Zones, node: StartSplit, pieces: _Pieces) -> list[tuple[Int64, _Pieces]]:
     """The pieces that may go left, with the part that may, and those that may go right.
 
     Where no position in the test has changed since the start, neither has its outcome: it is looked up. Tests are
@@ -364,7 +364,7 @@ def _sides(zones: Zones, node: Split, pieces: _Pieces) -> list[tuple[Int64, _Pie
     return found
 
 
-def _shift(zones: Zones, rows: Int64, node: Split) -> tuple[Int64, Int64]:
+def _shift(zones: Zones, rows: Int64, node: StartSplit) -> tuple[Int64, Int64]:
     """Bounds of what the agents' movements have added to a test since the start, [n] each."""
     low = np.zeros(len(rows), dtype=np.int64)
     high = low if zones.loose is None else low.copy()

@@ -29,7 +29,7 @@ OF_LEAVES = "the claim is about leaves and not about world states"
 
 
 @dataclass(frozen=True)
-class Part:
+class ProvedPart:
     """A part of the region in which the claim is proved: how much of it, and of the start region, it is."""
 
     region: Region
@@ -47,7 +47,7 @@ class Where:
     failing: tuple[Failing, ...] = ()  # goal by goal
     share: ExactShare | None = None
     share_reason: str = ""
-    part: Part | None = None
+    part: ProvedPart | None = None
     part_reason: str = ""
 
     @property
@@ -116,10 +116,12 @@ def _ending(question: DecisionQuestion, failing: Sequence[Failing]) -> str:
     return f"there are more than {question.budgets.max_cells:,}; a larger --max-cells lists more"
 
 
-def _part(question: DecisionQuestion, part: Region) -> Part:
+def _part(question: DecisionQuestion, part: Region) -> ProvedPart:
     start = everywhere(question.profile)
     share = _within(question, part, question.region)
-    return Part(part, exact_part(question, part), share, None if unbounded(start) else _within(question, part, start))
+    return ProvedPart(
+        part, exact_part(question, part), share, None if unbounded(start) else _within(question, part, start)
+    )
 
 
 def _within(question: DecisionQuestion, part: Region, whole: Region) -> Share:

@@ -17,7 +17,7 @@ from fractions import Fraction
 from typing import NamedTuple, TypeAlias
 
 from codegen.ir import PolicyProfile
-from verify.checker.episodes.reading import ARRIVED, CLAIM, REGION, Gap, Matching, Node, Now, PartedEpisode, Place, Side
+from verify.checker.episodes.reading import ARRIVED, CLAIM, REGION, Gap, Matching, Node, Now, PartedReading, Place, Side
 from verify.checker.reading import LONGEST
 from verify.claims.episodes import Arrival
 from verify.claims.region import Region
@@ -33,14 +33,14 @@ FLAT = "the region has no volume"
 Answers: TypeAlias = "int | list[tuple[Side, Answers]] | None"  # one for all, the sides that are possible, or none
 
 
-class Sure(PartedEpisode):
+class Sure(PartedReading):
     """The reading of one part of a claim, which also says what is sure of an answer. Only the `acting` agents move."""
 
     def __init__(
         self, profile: PolicyProfile, claim: Arrival, region: Region, goal: str | None, acting: Sequence[str],
         allowed: Sequence[Matching],
     ) -> None:  # fmt: skip
-        """As Episode. All trees are read whoever acts, so that all readings of a question have the same unit."""
+        """As EpisodeReading. All trees are read whoever acts, so that all readings of a question have the same unit."""
         everybody = [policy.agent for policy in profile.agents]
         super().__init__(profile, claim, region, goal, everybody, allowed)
         places = [everybody.index(agent) for agent in acting]
@@ -97,7 +97,7 @@ class _SpentError(Exception):
     """The budget of answers has ended."""
 
 
-class _Task(NamedTuple):
+class _Pending(NamedTuple):
     """A cell on its way: in which pass, and at which question."""
 
     cell: Cell
@@ -169,7 +169,7 @@ class Following:
 
     def _ends(self) -> Iterator[tuple[int, Cell]]:
         """The cells in which every start fails (AWAY), or holds (ARRIVED)."""
-        work = [_Task(cell, 0, self._passes[0].first()) for cell in self._starts]
+        work = [_Pending(cell, 0, self._passes[0].first()) for cell in self._starts]
         while work:
             tell(self.looked, self._limit, "answers looked at for the share of starts that fail")
             if self.looked > self._limit:
@@ -181,9 +181,9 @@ class Following:
                 if not ended:
                     following = episode.onward(stage, answer, chosen, now)
                     assert following is not None
-                    work.append(_Task(part, number, following))
+                    work.append(_Pending(part, number, following))
                 elif answer == ARRIVED and number + 1 < len(self._passes):
-                    work.append(_Task(part, number + 1, self._passes[number + 1].first()))
+                    work.append(_Pending(part, number + 1, self._passes[number + 1].first()))
                 else:
                     yield answer, part
 

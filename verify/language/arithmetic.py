@@ -15,7 +15,7 @@ from typing import Generic, NamedTuple, TypeVar
 from codegen.errors import InputError
 from verify.exact import exact
 from verify.language.lexer import Source, Token
-from verify.language.parser import Call, Joined, Level, Name, Node, Number, Prefixed
+from verify.language.parser import CallNode, Joined, Level, NameNode, Node, NumberNode, Prefixed
 from verify.language.units import PURE, Unit, times, unit_of, written
 
 Value = TypeVar("Value")
@@ -62,7 +62,7 @@ class Arithmetic(ABC, Generic[Value]):
         """What a name means. InputError for one that means no value."""
 
     @abstractmethod
-    def called(self, call: Call) -> Typed[Value]:
+    def called(self, call: CallNode) -> Typed[Value]:
         """What a call means, likewise."""
 
     @abstractmethod
@@ -74,13 +74,13 @@ class Arithmetic(ABC, Generic[Value]):
     def typed(self, node: Node) -> Typed[Value]:
         """The value of a tree. InputError with its place for what is none."""
         match node:
-            case Number(token, unit):
+            case NumberNode(token, unit):
                 self.measured = self.measured or (token if unit is not None else None)
                 number = self.constant(self.read(exact, token.text, token))
                 return Typed(number, None if unit is None else self.read(unit_of, unit, token))
-            case Name(token):
+            case NameNode(token):
                 return self.named(token)
-            case Call():
+            case CallNode():
                 return self.called(node)
             case Prefixed(token, signs, inside) if "not" not in signs:
                 found = self.typed(inside)
@@ -125,7 +125,7 @@ class Arithmetic(ABC, Generic[Value]):
         return Typed(self.joined(left.value, sign, right.value), unit)
 
     def _power(self, base: Typed[Value], sign: Token, exponent: Node) -> Typed[Value]:
-        digits = exponent.token.text if isinstance(exponent, Number) and exponent.unit is None else ""
+        digits = exponent.token.text if isinstance(exponent, NumberNode) and exponent.unit is None else ""
         try:
             power = int(digits, 0)
         except ValueError:

@@ -48,20 +48,20 @@ class Limits(NamedTuple):
     depth: int
 
 
-class Number(NamedTuple):
+class NumberNode(NamedTuple):
     """A number as it is written, and its unit."""
 
     token: Token
     unit: str | None = None
 
 
-class Name(NamedTuple):
+class NameNode(NamedTuple):
     """A name; what it means shows in what stands beside it."""
 
     token: Token
 
 
-class Call(NamedTuple):
+class CallNode(NamedTuple):
     """A function of arguments; `|x|` is one called `|`."""
 
     token: Token
@@ -94,7 +94,7 @@ class Listed(NamedTuple):
     names: tuple[Token, ...]
 
 
-Node: TypeAlias = Number | Name | Call | Prefixed | Joined | Listed
+Node: TypeAlias = NumberNode | NameNode | CallNode | Prefixed | Joined | Listed
 
 
 def parse(source: Source, limits: Limits) -> Node:
@@ -175,7 +175,7 @@ class _Parser:
                 if right:
                     self._deeper()
                 if level == Level.RELATION and self._is_action(rest[-1][1] if rest else found):
-                    rest.append((sign, Name(self._take())))
+                    rest.append((sign, NameNode(self._take())))
                 else:
                     rest.append((sign, self._value(min(level, Level.SIGN) if right else level + 1)))
                 self._depth -= right
@@ -184,7 +184,9 @@ class _Parser:
 
     def _is_action(self, left: Node) -> bool:
         """Whether an action is named next: beside `acts(agent)` a name is that of an action, whatever else it names."""
-        return isinstance(left, Call) and left.token.text == ACTS and self._here.kind == "name" and self._after != "("
+        return (
+            isinstance(left, CallNode) and left.token.text == ACTS and self._here.kind == "name" and self._after != "("
+        )
 
     def _operand(self, least: int) -> Node:
         token = self._here
@@ -198,17 +200,17 @@ class _Parser:
             found = self._value(Level.IMPLIES if token.text == "(" else Level.SUM)
             self._need(*((")", "after the parenthesis") if token.text == "(" else (BARS, "after the absolute value")))
             self._depth -= 1
-            found = Call(token, (found,)) if token.text == BARS else found
+            found = CallNode(token, (found,)) if token.text == BARS else found
         elif token.kind == "number":
-            found = Number(token)
+            found = NumberNode(token)
         elif token.kind == "name" and (token.text not in NO_VALUES or self._is(",", ")")):
-            found = Name(token)
+            found = NameNode(token)
         else:
             what = f"cannot begin with {token.text!r} here" if token.text else "the text ends too early"
             raise self._source.wrong(what, token.place, HINTS.get(token.text, MAY_BEGIN))
-        if isinstance(found, Name) and self._is("("):
+        if isinstance(found, NameNode) and self._is("("):
             return self._called(found.token)
-        return self._measured(found.token) if isinstance(found, Number) and self._is("[") else found
+        return self._measured(found.token) if isinstance(found, NumberNode) and self._is("[") else found
 
     def _signs(self, *texts: str) -> tuple[str, ...]:
         found: list[str] = []
@@ -228,7 +230,7 @@ class _Parser:
             self._take()
         self._depth -= 1
         self._need(")", f"after the arguments of {function.text}")
-        return Call(function, tuple(found))
+        return CallNode(function, tuple(found))
 
     def _listed(self, value: Node) -> Node:
         denied = self._take().text == "not"
@@ -253,4 +255,4 @@ class _Parser:
             unit = unit[1:-1].strip()
         if not unit:
             raise self._source.wrong("a unit is missing", begins, "write it as in 0.1[m/s]")
-        return Number(number, unit)
+        return NumberNode(number, unit)

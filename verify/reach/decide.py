@@ -19,16 +19,16 @@ from codegen.floats import nearest_double
 from codegen.ir import PolicyProfile
 from codegen.policy_json import content_hash
 from verify.checker.systems.certificates import SystemCertificate, accepted, acting
-from verify.checker.systems.reading import Reading
+from verify.checker.systems.reading import SystemReading
 from verify.checker.systems.rows import UNIT, Branch
-from verify.checker.systems.walk import Part
+from verify.checker.systems.walk import FollowedPart
 from verify.claims.formula import agents
 from verify.progress import tell
 from verify.reach.parts import divided, whole
 from verify.reach.replay import replayed
-from verify.reach.results import Budget, Counterexample, OpenState, SystemResult
+from verify.reach.results import Budget, OpenState, SystemCounterexample, SystemResult
 from verify.reach.samples import courses
-from verify.reach.search import BudgetError, Open, Prover
+from verify.reach.search import Open, ReachBudgetError, SystemProver
 from verify.reach.unfolding import Merging, Unfolding
 from verify.reach.witnesses import inhabitant, witnesses
 from verify.result import Verdict
@@ -112,7 +112,7 @@ class _Decision:
             raise InputError(what, f"claim {claim.shown}", "state how it moves, or claim something about decisions")
         self.profile, self.system, self.claim, self.budget = profile, system, claim, budget
         self.spent = _Spent()
-        self.found: Counterexample | None = None
+        self.found: SystemCounterexample | None = None
         self.open: list[tuple[Branch, bool]] = []
 
     def result(self) -> SystemResult:
@@ -146,10 +146,10 @@ class _Decision:
                 fewer = replace(allowed, max_states=allowed.max_states // PARTED)
                 for number, parts in enumerate(divided(self.system, self.claim)):
                     if (merging, number) not in failed:
-                        with suppress(BudgetError), self._noting(failed, (merging, number)):
+                        with suppress(ReachBudgetError), self._noting(failed, (merging, number)):
                             return self._proved([self._shown(part, self._stop, merging, fewer) for part in parts])
                 if (merging, -1) not in failed:
-                    with suppress(BudgetError), self._noting(failed, (merging, -1)):
+                    with suppress(ReachBudgetError), self._noting(failed, (merging, -1)):
                         return self._together(merging, allowed)
             growth *= GROWTH
 
@@ -176,7 +176,7 @@ class _Decision:
             return self._unknown(LEFT_OPEN, branch, NEAR) if stated else self._unknown(UNSTATED, branch, WIDER)
         return self._proved([part])
 
-    def _shown(self, part: Part, open_: Open, merging: Merging | None, allowed: Budget) -> Part:
+    def _shown(self, part: FollowedPart, open_: Open, merging: Merging | None, allowed: Budget) -> FollowedPart:
         """A part with its proof, for what a stage is allowed of what is left. BudgetError where the stage has spent
         that, SpentError where all is spent; what `open_` raises.
         """
@@ -188,10 +188,10 @@ class _Decision:
             tell(states, self.budget.max_states, f"{words}, at step {step:,} of {self.claim.steps:,}")
 
         limits = min(allowed.max_states, left.max_states), min(allowed.max_programs, left.max_programs)
-        prover = Prover(*limits, open_, on_progress)
+        prover = SystemProver(*limits, open_, on_progress)
         try:
             return Unfolding(self.profile, self.system, self.claim, part, prover).run(merging)
-        except BudgetError as error:
+        except ReachBudgetError as error:
             ended = left.max_programs if error.programs else left.max_states
             if ended > (allowed.max_programs if error.programs else allowed.max_states):
                 raise
@@ -214,7 +214,7 @@ class _Decision:
                 raise _OpenError
 
     def _start(self) -> Branch | None:
-        reading = Reading(self.system, [one.name for one in self.system.variables])
+        reading = SystemReading(self.system, [one.name for one in self.system.variables])
         return reading.start(() if self.claim.about_decisions else self.system.start)
 
     def _unknown(self, reason: str, branch: Branch, first: str) -> SystemResult:
@@ -227,7 +227,7 @@ class _Decision:
         left = OpenState(branch.step, {name: _bounds(branch, name) for name in branch.at})
         return SystemResult(claim, Verdict.UNKNOWN, reason, left, tuple(helps))
 
-    def _proved(self, parts: list[Part]) -> SystemResult:
+    def _proved(self, parts: list[FollowedPart]) -> SystemResult:
         state = inhabitant(self.system, self.claim)
         if isinstance(state, Verdict):
             return SystemResult(self.claim, state, NO_STATE[state], helps=(ROOM,))

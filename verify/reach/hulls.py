@@ -15,7 +15,7 @@ from typing import NamedTuple
 from codegen.floats import nearest_double
 from verify.checker.systems.rows import Branch, Row, Terms
 from verify.checker.systems.trees import Choices, Decision, Split
-from verify.checker.systems.walk import Hull, Search
+from verify.checker.systems.walk import Hull, SystemQuestions
 from verify.claims.formula import Linear, atoms
 from verify.reach.programs import Programs, related
 from verify.systems.system import Affine, HalfSpace, Piece
@@ -39,7 +39,7 @@ class Extent(NamedTuple):
 class Hulls:
     """Hulls of symbolic states of one search."""
 
-    def __init__(self, search: Search, programs: Programs) -> None:
+    def __init__(self, search: SystemQuestions, programs: Programs) -> None:
         self._search, self._programs = search, programs
         self._directions = _directions(search)
         self._stated: dict[str, list[Fraction]] = {}  # bounds of a variable by boxes of pieces
@@ -148,7 +148,7 @@ def _widened(low: Fraction, high: Fraction) -> tuple[Fraction, Fraction]:
     return floor(low / grid - Fraction(1, 8)) * grid, ceil(high / grid + Fraction(1, 8)) * grid
 
 
-def _directions(search: Search) -> list[Terms]:
+def _directions(search: SystemQuestions) -> list[Terms]:
     """Each variable alone, then the sums of tests and of the claim, then what these were some steps before."""
     reading, system = search.reading, search.system
     known = [feature.form for features in system.features.values() for feature in features.values()]

@@ -10,23 +10,23 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 from verify.checker.systems.certificates import depends_on, needs_stated
-from verify.checker.systems.walk import Part, ways
+from verify.checker.systems.walk import FollowedPart, ways
 from verify.claims.formula import FALSE, Or, coordinates
 from verify.systems.claims import SystemClaim
 from verify.systems.system import System
 
 
-def whole(system: System, claim: SystemClaim) -> Part:
+def whole(system: System, claim: SystemClaim) -> FollowedPart:
     """All in one part, which follows every variable."""
     shows = range(ways(claim) + needs_stated(claim, system))
-    return Part(tuple(one.name for one in system.variables), tuple(shows))
+    return FollowedPart(tuple(one.name for one in system.variables), tuple(shows))
 
 
-def divided(system: System, claim: SystemClaim) -> Iterator[list[Part]]:
+def divided(system: System, claim: SystemClaim) -> Iterator[list[FollowedPart]]:
     """Divisions worth trying, the finest one first."""
     if claim.about_decisions:
         return
-    everything, before = len(system.variables), list[Part]()
+    everything, before = len(system.variables), list[FollowedPart]()
     for features in (False, True):
         parts = _parts(system, claim, features)
         if parts != before and all(len(part.followed) < everything for part in parts):
@@ -34,7 +34,7 @@ def divided(system: System, claim: SystemClaim) -> Iterator[list[Part]]:
         before = parts
 
 
-def _parts(system: System, claim: SystemClaim, features: bool) -> list[Part]:
+def _parts(system: System, claim: SystemClaim, features: bool) -> list[FollowedPart]:
     """The parts, by the variables that the ways to break the claim speak of. `features`: also by those that features
     join with them.
     """
@@ -47,7 +47,7 @@ def _parts(system: System, claim: SystemClaim, features: bool) -> list[Part]:
         about.append(frozenset(name for piece in system.pieces for name in piece.where))
     for way, names in enumerate(about):
         groups.setdefault(_closed(system, names, features), []).append(way)
-    return [Part(followed, tuple(shows)) for followed, shows in groups.items()]
+    return [FollowedPart(followed, tuple(shows)) for followed, shows in groups.items()]
 
 
 def _closed(system: System, names: Iterable[str], features: bool) -> tuple[str, ...]:

@@ -13,7 +13,7 @@ from fractions import Fraction
 
 from codegen.ir import PolicyProfile
 from verify.claims.formula import holds
-from verify.reach.results import Counterexample, Values
+from verify.reach.results import SystemCounterexample, Values
 from verify.systems.claims import SystemClaim
 from verify.systems.observing import chosen
 from verify.systems.system import Piece, State, System
@@ -30,14 +30,14 @@ class Course:
     pieces: Sequence[int] = ()
 
 
-def replayed(profile: PolicyProfile, system: System, claim: SystemClaim, course: Course) -> Counterexample | None:
+def replayed(profile: PolicyProfile, system: System, claim: SystemClaim, course: Course) -> SystemCounterexample | None:
     """The episode of a course as a counterexample; None where it breaks nothing, or leaves what is stated."""
     if not is_start(system, claim, course.start):
         return None
     if claim.about_decisions:
         actions = chosen(system, profile, course.start)
         kept = holds(claim.formula, course.start, actions)
-        return None if kept else Counterexample((dict(course.start),), (_named(profile, actions),), (), (), 0)
+        return None if kept else SystemCounterexample((dict(course.start),), (_named(profile, actions),), (), (), 0)
     return _played(profile, system, claim, course)
 
 
@@ -50,12 +50,12 @@ def is_start(system: System, claim: SystemClaim, state: State) -> bool:
     return all(half.holds(state) for half in system.start)
 
 
-def _played(profile: PolicyProfile, system: System, claim: SystemClaim, course: Course) -> Counterexample | None:
+def _played(profile: PolicyProfile, system: System, claim: SystemClaim, course: Course) -> SystemCounterexample | None:
     states, actions, errors, pieces = [dict(course.start)], list[Mapping[str, str]](), list[Values](), list[int]()
     for step in range(claim.steps + 1):
         state = states[-1]
         if holds(claim.broken(step), state, {}):
-            return Counterexample(tuple(states), tuple(actions), tuple(errors), tuple(pieces), step)
+            return SystemCounterexample(tuple(states), tuple(actions), tuple(errors), tuple(pieces), step)
         if step == claim.steps or holds(claim.fulfilled(step), state, {}):
             return None
         wanted = course.pieces[step] if step < len(course.pieces) else None

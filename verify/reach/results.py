@@ -40,7 +40,7 @@ class Budget:
 
 
 @dataclass(frozen=True)
-class Counterexample:
+class SystemCounterexample:
     """An exact episode that breaks a claim."""
 
     states: tuple[Values, ...]  # the start first; for a claim about decisions only that
@@ -82,6 +82,6 @@ class SystemResult:
     helps: tuple[str, ...] = ()  # what may give an answer
     certificate: SystemCertificate | None = field(default=None, repr=False)  # of what is PROVED
     branches: int = 0  # that the checker closed
-    counterexample: Counterexample | None = None  # of what is VIOLATED
+    counterexample: SystemCounterexample | None = None  # of what is VIOLATED
     states: int = 0  # symbolic states that were visited
     programs: int = 0  # linear programs that were solved

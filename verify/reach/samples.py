@@ -15,7 +15,7 @@ import numpy as np
 
 from codegen.floats import nearest_double
 from codegen.ir import AgentPolicy, Bool, Float64, Int32, Int64, PolicyProfile, act
-from verify.checker.systems.reading import Reading
+from verify.checker.systems.reading import SystemReading
 from verify.claims.uncertified.values import Batch
 from verify.progress import tell
 from verify.reach.boxes import Boxes
@@ -45,7 +45,7 @@ def courses(profile: PolicyProfile, system: System, claim: SystemClaim, count: i
 def _starts(system: System, claim: SystemClaim, count: int, random: np.random.Generator) -> Planes | None:
     """Random starts, half of the numbers at a bound in half of them; None where none was found."""
     polytope = () if claim.about_decisions else system.start
-    reading = Reading(system, [one.name for one in system.variables])
+    reading = SystemReading(system, [one.name for one in system.variables])
     branch = reading.start(polytope)
     if branch is None:
         return None

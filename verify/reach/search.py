@@ -17,7 +17,7 @@ import numpy as np
 from codegen.ir import Float64
 from verify.checker.envelope import encoded
 from verify.checker.systems.rows import Branch, Row
-from verify.checker.systems.walk import Answer, Answers
+from verify.checker.systems.walk import Answers, SideAnswer
 from verify.reach.programs import TOLERANCE, Least, Programs, Used, end_of, floats, multipliers, related
 
 POINTS = 64
@@ -28,7 +28,7 @@ Open = Callable[[Branch, bool], None]
 OnProgress = Callable[[int], None]  # the step that is looked at
 
 
-class BudgetError(Exception):
+class ReachBudgetError(Exception):
     """What a prover is allowed is spent, with a symbolic state at hand; `programs`: it was linear programs."""
 
     def __init__(self, branch: Branch, programs: bool) -> None:
@@ -36,7 +36,7 @@ class BudgetError(Exception):
         self.branch, self.programs = branch, programs
 
 
-class Known:
+class BranchKnown:
     """What is known of one branch: points of it, and the least values of directions."""
 
     def __init__(self, branch: Branch, points: Float64) -> None:
@@ -47,7 +47,7 @@ class Known:
         self.least: dict[tuple[int, bool], Least] = {}
 
 
-class Prover(Answers):
+class SystemProver(Answers):
     """The answers of a proof that is being made, with so many symbolic states and linear programs at most. `open_`:
     called with what is left open; `on_progress`: now and then, with the step that is looked at.
     """
@@ -72,10 +72,10 @@ class Prover(Answers):
     def visited(self, branch: Branch) -> None:
         """Counts; BudgetError."""
         if self.states >= self._max_states:
-            raise BudgetError(branch, programs=False)
+            raise ReachBudgetError(branch, programs=False)
         self.states += 1
         if self.programs.solved > self._max_programs:
-            raise BudgetError(branch, programs=True)
+            raise ReachBudgetError(branch, programs=True)
         self._on_progress(branch.step)
 
     def hull(self, branch: Branch) -> int | None:
@@ -91,19 +91,19 @@ class Prover(Answers):
         """Tells whoever made this."""
         self._open(branch, stated)
 
-    def side(self, branch: Branch, row: Row) -> Answer:
+    def side(self, branch: Branch, row: Row) -> SideAnswer:
         """Which sides have states, and what shows that one has none."""
         if self.programs.solved > self._max_programs + MAX_OVER:
-            raise BudgetError(branch, programs=True)
+            raise ReachBudgetError(branch, programs=True)
         self._asked += 1
         if not self._asked % TOLD:
             self._on_progress(branch.step)
         if not related(branch, row.direction):  # then bounds tell all
-            self.numbers.append(Answer.BOTH)
-            return Answer.BOTH
+            self.numbers.append(SideAnswer.BOTH)
+            return SideAnswer.BOTH
         known = self._known(branch)
         this, other = _met(known.points, row), _met(known.points, row.opposite())
-        for met, asked, answer in ((this, row, Answer.NOT_THIS), (other, row.opposite(), Answer.ALL_THIS)):
+        for met, asked, answer in ((this, row, SideAnswer.NOT_THIS), (other, row.opposite(), SideAnswer.ALL_THIS)):
             if not met:
                 shown = self._refuted(branch, known, asked)
                 if shown is not None:
@@ -111,16 +111,16 @@ class Prover(Answers):
                 if not self._nonempty(branch, known):
                     empty = multipliers(branch, None, self.programs.middle(branch))
                     if empty is not None:
-                        return self._answered(Answer.NEITHER, *empty)
-        self.numbers.append(Answer.BOTH)
-        return Answer.BOTH
+                        return self._answered(SideAnswer.NEITHER, *empty)
+        self.numbers.append(SideAnswer.BOTH)
+        return SideAnswer.BOTH
 
-    def _nonempty(self, branch: Branch, known: Known) -> bool:
+    def _nonempty(self, branch: Branch, known: BranchKnown) -> bool:
         return all(least.point is not None for least in known.least.values())
 
-    def _answered(self, answer: Answer, times: int, used: Used) -> Answer:
+    def _answered(self, answer: SideAnswer, times: int, used: Used) -> SideAnswer:
         self.numbers.append(answer)
-        if answer != Answer.NEITHER:
+        if answer != SideAnswer.NEITHER:
             self.numbers.append(times)
         self.numbers.append(len(used))
         before = -1
@@ -129,7 +129,7 @@ class Prover(Answers):
             before = place
         return answer
 
-    def _refuted(self, branch: Branch, known: Known, row: Row) -> tuple[int, Used] | None:
+    def _refuted(self, branch: Branch, known: BranchKnown, row: Row) -> tuple[int, Used] | None:
         """Multipliers that show that a row holds nowhere; None where none are found."""
         key = id(row.direction), row.upper
         least = known.least.get(key)
@@ -150,7 +150,7 @@ class Prover(Answers):
             least = self.programs.least(branch, row, left_out)
         return None
 
-    def _filled(self, branch: Branch, known: Known, point: dict[int, float]) -> Float64:
+    def _filled(self, branch: Branch, known: BranchKnown, point: dict[int, float]) -> Float64:
         """A point as a row, the other unknowns as in a point that is known."""
         if len(known.points):
             found = known.points[0].copy()
@@ -162,21 +162,21 @@ class Prover(Answers):
             found[unknown] = value
         return found[None, :]
 
-    def _known(self, branch: Branch) -> Known:
+    def _known(self, branch: Branch) -> BranchKnown:
         """What is known of a branch: at first, what was known of that it came from."""
         note = branch.note
-        if isinstance(note, Known) and note.branch is branch:
+        if isinstance(note, BranchKnown) and note.branch is branch:
             return note
-        points = note.points if isinstance(note, Known) else np.zeros((0, 0))
-        first = note.rows if isinstance(note, Known) else 0
-        box = note.box if isinstance(note, Known) else None
-        points = self._widened(points, len(branch.motion.unknowns), isinstance(note, Known))
+        points = note.points if isinstance(note, BranchKnown) else np.zeros((0, 0))
+        first = note.rows if isinstance(note, BranchKnown) else 0
+        box = note.box if isinstance(note, BranchKnown) else None
+        points = self._widened(points, len(branch.motion.unknowns), isinstance(note, BranchKnown))
         if box is not branch.box:
             for unknown, span in branch.box.items():
                 points = points[(points[:, unknown] >= float(span.low)) & (points[:, unknown] <= float(span.high))]
         for row in branch.rows[first:]:
             points = points[_values(points, row) <= end_of(row) + TOLERANCE]
-        known = Known(branch, points[:POINTS])
+        known = BranchKnown(branch, points[:POINTS])
         branch.note = known
         return known
 

@@ -13,9 +13,9 @@ from typing import NamedTuple
 from codegen.ir import PolicyProfile
 from verify.checker.envelope import encoded
 from verify.checker.systems.rows import Branch
-from verify.checker.systems.walk import Hull, Part, Search
+from verify.checker.systems.walk import FollowedPart, Hull, SystemQuestions
 from verify.reach.hulls import Hulls
-from verify.reach.search import Prover
+from verify.reach.search import SystemProver
 from verify.systems.claims import SystemClaim
 from verify.systems.system import System
 
@@ -40,13 +40,15 @@ class _Node:
 class Unfolding:
     """A proof of a part, as it is being made."""
 
-    def __init__(self, profile: PolicyProfile, system: System, claim: SystemClaim, part: Part, prover: Prover) -> None:
-        self._search = Search(profile, system, claim, part, prover)
+    def __init__(
+        self, profile: PolicyProfile, system: System, claim: SystemClaim, part: FollowedPart, prover: SystemProver
+    ) -> None:
+        self._search = SystemQuestions(profile, system, claim, part, prover)
         self._part, self._prover = part, prover
         self._hulls = Hulls(self._search, prover.programs)
         self._made: list[Hull] = []
 
-    def run(self, merging: Merging | None) -> Part:
+    def run(self, merging: Merging | None) -> FollowedPart:
         """The part with its proof. BudgetError, or what the prover's `open_` raises."""
         roots = [_Node(branch) for branch in self._search.roots()]
         level = roots

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from fractions import Fraction
 
-from verify.checker.systems.reading import Reading
+from verify.checker.systems.reading import SystemReading
 from verify.checker.systems.rows import UNIT, Branch, Row
 from verify.reach.programs import Middle, Programs, gap, multipliers, solved
 from verify.reach.replay import Course, is_start
@@ -36,7 +36,7 @@ def witnesses(system: System, branch: Branch, start: Branch) -> Iterator[Course]
 
 def inhabitant(system: System, claim: SystemClaim) -> Mapping[str, Fraction] | Verdict:
     """A state that a claim is about; VACUOUS where there is none, UNKNOWN where none was found."""
-    reading = Reading(system, [one.name for one in system.variables])
+    reading = SystemReading(system, [one.name for one in system.variables])
     answer = Verdict.VACUOUS
     for polytope in (claim.regions or ((),)) if claim.about_decisions else (system.start,):
         branch = reading.start(polytope)

@@ -31,14 +31,14 @@ UNLIMITED = -1  # levels
 SMALLEST = float(np.finfo(np.float32).tiny)  # of the normal numbers; smaller thresholds are refused
 
 
-class Cost(NamedTuple):
+class GuardCost(NamedTuple):
     """What a guard costs: changed weight with the price of its leaves, then the progress that is lost."""
 
     price: float
     lost: float
 
-    def __add__(self, other: "Cost") -> "Cost":  # type: ignore[override]
-        return Cost(self.price + other.price, self.lost + other.lost)
+    def __add__(self, other: "GuardCost") -> "GuardCost":  # type: ignore[override]
+        return GuardCost(self.price + other.price, self.lost + other.lost)
 
 
 @dataclass(frozen=True)
@@ -109,7 +109,7 @@ class _Grid:
             last = high if above is None else min(high, self._end(feature, above))
             self._lines.append(lines)
             self._ends.append([first, *(self._end(feature, line) for line in lines), last])
-        self._known: dict[tuple[_Cells, int], tuple[Cost, _Node] | None] = {}
+        self._known: dict[tuple[_Cells, int], tuple[GuardCost, _Node] | None] = {}
         below = leaves_below(policy.tree, node)
         here = np.isin(seen.leaf, below)
         self._weights, self._sums = self._counted(seen.rows[here], seen.weight[here])
@@ -130,14 +130,14 @@ class _Grid:
         changed = found[0].price - PRICE * (leaves - 1)
         return Guard(self._policy.agent, self._node, self._landmark, tree, max(0.0, changed), _levels(found[1]))
 
-    def _best(self, cells: "_Cells", levels: int) -> "tuple[Cost, _Node] | None":
+    def _best(self, cells: "_Cells", levels: int) -> "tuple[GuardCost, _Node] | None":
         """Cost and tree for the cells from x0 up to x1 and y0 up to y1."""
         if (cells, levels) not in self._known:
             found = [*self._leaves(cells), *self._splits(cells, levels)]
             self._known[cells, levels] = min(found, key=lambda item: item[0]) if found else None
         return self._known[cells, levels]
 
-    def _leaves(self, cells: "_Cells") -> "Iterator[tuple[Cost, _Node]]":
+    def _leaves(self, cells: "_Cells") -> "Iterator[tuple[GuardCost, _Node]]":
         x0, x1, y0, y1 = cells
         weight, *sums = (float(table[x0:x1, y0:y1].sum()) for table in (self._weights, *self._sums))
         for action in sorted(range(len(self._policy.actions)), key=lambda action: (action not in self._kept, action)):
@@ -145,9 +145,9 @@ class _Grid:
                 effect = self._policy.actions[action].effect or (0.0, 0.0)
                 ahead = sum(part * total for part, total in zip(effect, sums, strict=True))
                 kept = float(self._kept[action][x0:x1, y0:y1].sum()) if action in self._kept else 0.0
-                yield Cost(weight - kept, -ahead), action
+                yield GuardCost(weight - kept, -ahead), action
 
-    def _splits(self, cells: "_Cells", levels: int) -> "Iterator[tuple[Cost, _Node]]":
+    def _splits(self, cells: "_Cells", levels: int) -> "Iterator[tuple[GuardCost, _Node]]":
         if not levels:
             return
         x0, x1, y0, y1 = cells
@@ -158,7 +158,7 @@ class _Grid:
             right = self._best(above, levels - 1 if levels > 0 else levels)
             if left is not None and right is not None:
                 test = self._features[axis], self._lines[axis][cut - 1]
-                yield left[0] + right[0] + Cost(PRICE, 0.0), (*test, left[1], right[1])
+                yield left[0] + right[0] + GuardCost(PRICE, 0.0), (*test, left[1], right[1])
 
     def _safe(self, action: int, cells: "_Cells") -> bool:
         """Whether the action keeps the agent engaged in all of a rectangle."""

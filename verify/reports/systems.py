@@ -18,7 +18,7 @@ from codegen.json_layout import layout
 from codegen.lowering.render import brief, render
 from codegen.policy_json import content_hash
 from verify.exact import plain
-from verify.reach.results import Counterexample, SystemResult
+from verify.reach.results import SystemCounterexample, SystemResult
 from verify.reports import trusted
 from verify.reports.courses import DECISIONS, drawn, is_still, runs
 from verify.result import Verdict
@@ -229,7 +229,7 @@ def facts(result: SystemResult, place: int) -> dict[str, Any]:
     return found
 
 
-def counterexample(found: Counterexample) -> dict[str, Any]:
+def counterexample(found: SystemCounterexample) -> dict[str, Any]:
     """An episode as plain data: exact numbers as texts; the states of all steps as float64 numbers."""
     agents = list(found.actions[0]) if found.actions else []
     return {

@@ -18,7 +18,7 @@ from verify.solver.solve import Answer, ask
 
 
 @dataclass(frozen=True)
-class Decision:
+class SolverDecision:
     """The solver's answer over all goals: the verdict, and for VIOLATED the goal and the model."""
 
     verdict: Verdict
@@ -30,14 +30,14 @@ class Decision:
     exact: bool = True  # as of the query: else the answer may be no violation
 
 
-def decide(question: DecisionQuestion, cases: Sequence[Case] | None = None) -> Decision:
+def decide(question: DecisionQuestion, cases: Sequence[Case] | None = None) -> SolverDecision:
     """The bare decision, by Z3. `cases`: only these of the question's. InputError where the team cannot be asked
     about.
     """
     _ = question.team
     nothing, spent = about_nothing(question)
     if nothing:
-        return Decision(Verdict.VACUOUS, spent, reason=nothing)
+        return SolverDecision(Verdict.VACUOUS, spent, reason=nothing)
     open_reasons, beyond = list[str](), False
     asking = question.cases if cases is None else list(cases)
     left, answered = dict.fromkeys(question.goals, question.budgets.solver_units), Counter[str | None]()
@@ -54,7 +54,7 @@ def decide(question: DecisionQuestion, cases: Sequence[Case] | None = None) -> D
             alike[id(part)] = asked, answer
         spent, left[goal] = spent + answer.resources, left[goal] - answer.resources
         if answer.holds:
-            return Decision(Verdict.VIOLATED, spent, goal, answer, part=part, exact=asked.exact)
+            return SolverDecision(Verdict.VIOLATED, spent, goal, answer, part=part, exact=asked.exact)
         answered[goal] += answer.holds is False
         cut_off = left[goal] <= 0 and any(later == goal for later, _ in asking[place + 1 :])
         beyond = beyond or (bool(asked.beyond) and beyond_any(part))
@@ -63,8 +63,8 @@ def decide(question: DecisionQuestion, cases: Sequence[Case] | None = None) -> D
             open_reasons.append(_open(question, goal, answer, used, answered[goal]))
     if open_reasons:
         hint = "smaller trees may be decided" if beyond else question.budgets.hint()
-        return Decision(Verdict.UNKNOWN, spent, reason=f"{'; '.join(open_reasons)}; {hint}")
-    return Decision(Verdict.PROVED, spent)
+        return SolverDecision(Verdict.UNKNOWN, spent, reason=f"{'; '.join(open_reasons)}; {hint}")
+    return SolverDecision(Verdict.PROVED, spent)
 
 
 def _open(question: DecisionQuestion, goal: str | None, answer: Answer, spent: int, answered: int) -> str:

@@ -19,7 +19,7 @@ from verify.counterexamples.search import Counterexample, confirmed, explain, ne
 from verify.question import DecisionQuestion
 from verify.result import SETTLED, Cost, Evidence, Margin, Opinion, Result, Verdict
 from verify.solver import solve
-from verify.solver.decide import Decision, about_nothing, assumption_met, decide
+from verify.solver.decide import SolverDecision, about_nothing, assumption_met, decide
 from verify.solver.leaves import LeafFinding, leaf_findings
 from verify.solver.solve import Answer
 from verify.states.acting import Replay
@@ -198,7 +198,7 @@ def _settled(question: DecisionQuestion, zoned: Zoned) -> tuple[Verdict, str, in
     second = Opinion(solve.solver_name(), decision.verdict, spent, UNIT)
     if decision.verdict is not agreeing(zoned, second):
         answer = None if zoned.state is None else Answer(True, dict(zoned.state), 0)
-        decision = Decision(zoned.opinion.verdict, 0, zoned.goal, answer, part=zoned.part)
+        decision = SolverDecision(zoned.opinion.verdict, 0, zoned.goal, answer, part=zoned.part)
     while decision.answer is not None:
         asked = decision.part or question
         asked = asked.spending(solver_units=question.budgets.detail_units)

@@ -29,7 +29,7 @@ from verify.counterexamples.episode_explanation import EpisodeExplanation, expla
 from verify.counterexamples.search import simplest
 from verify.episodes import certificates
 from verify.episodes.certificates import LeftOpenError, NoCertificateError
-from verify.episodes.composition import Decision, decide
+from verify.episodes.composition import ZonesDecision, decide
 from verify.episodes.contacts import MAX_DRIFT
 from verify.episodes.zones import SCALE, points_of, starts
 from verify.extent.starts import StartShare
@@ -152,7 +152,7 @@ def verdict(question: EpisodeQuestion) -> tuple[Verdict, str]:
 class _Judged:
     """A verdict that no reading leaves open, and what a proof rests on."""
 
-    decision: Decision
+    decision: ZonesDecision
     violating: Share
     certificate: EpisodeCertificate | None = None
     branches: int = 0
@@ -179,7 +179,7 @@ def _judged(question: EpisodeQuestion) -> _Judged:
         raise AssertionError(f"the checker refuses the proof of {question.claim.name}: {error}") from error
 
 
-def _unknown(decision: Decision, reason: str) -> Decision:
+def _unknown(decision: ZonesDecision, reason: str) -> ZonesDecision:
     return replace(decision, verdict=Verdict.UNKNOWN, reason=reason, followed=(), parts=())
 
 
@@ -194,7 +194,7 @@ def _has_start(question: EpisodeQuestion) -> bool:
     return False
 
 
-def _settled(question: EpisodeQuestion) -> tuple[Decision, Share]:
+def _settled(question: EpisodeQuestion) -> tuple[ZonesDecision, Share]:
     """The verdict, and the share of sampled starts that fail: one of them settles the claim without zones."""
     profile, claim, region = question.profile, question.claim, question.region
     coordinates, goals = sample(at_rest(region), profile.world, SAMPLES, SAMPLE_SEED)
@@ -206,7 +206,7 @@ def _settled(question: EpisodeQuestion) -> tuple[Decision, Share]:
     states = [state_at(region, profile.world, coordinates[row], int(goals[row])) for row in rows]
     state = first_failing(question, [_resting(state) for state in states])
     if state is not None:
-        return Decision(Verdict.VIOLATED, 0, state=state), violating
+        return ZonesDecision(Verdict.VIOLATED, 0, state=state), violating
     return decide(question), violating
 
 
@@ -220,7 +220,7 @@ def _stands(question: EpisodeQuestion, state: State) -> bool:
     return first_failing(question, [state]) is not None
 
 
-def _contacts(profile: PolicyProfile, decision: Decision) -> str:
+def _contacts(profile: PolicyProfile, decision: ZonesDecision) -> str:
     if not partners(profile.world) or not decision.zones or decision.verdict in (Verdict.VIOLATED, Verdict.VACUOUS):
         return ""
     if not decision.touched + decision.given_up:

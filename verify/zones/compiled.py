@@ -1,6 +1,6 @@
 """The compiled zone search: hands a problem to _zones.c in packed form.
 
-Does: the same walks as zone_search.Search, with equal bytes and equal counts, several hundred times as fast.
+Does: the same walks as search.ZoneSearch, with equal bytes and equal counts, several hundred times as fast.
 Assumes: the optional extension was built; sums of weights fit into 256 bits.
 Does not: serve where either is missing; `search` then gives the pure Python search.
 """
@@ -10,7 +10,7 @@ from array import array
 from collections.abc import Callable, Sequence
 from typing import NamedTuple, TypeAlias
 
-from verify.zones.search import MAX_PARTS, Branch, BudgetError, Resolve, Search
+from verify.zones.search import MAX_PARTS, Branch, BudgetError, Resolve, ZoneSearch
 from verify.zones.tables import Flat, Problem, ZoneTree
 
 try:
@@ -23,11 +23,11 @@ SLOWER = 100  # so many times, without the extension
 Packed: TypeAlias = Callable[[tuple[int, ...]], "bytes | None"]
 
 
-def search(problem: Problem, region: Flat, budget: int) -> "Search | CompiledSearch":
+def search(problem: Problem, region: Flat, budget: int) -> "ZoneSearch | CompiledSearch":
     """The fastest search that there is for a problem."""
     if AVAILABLE and width(problem) is not None:
         return CompiledSearch(problem, region, budget)
-    return Search(problem, region, budget)
+    return ZoneSearch(problem, region, budget)
 
 
 def width(problem: Problem) -> int | None:
@@ -58,7 +58,7 @@ class _Walk(NamedTuple):
 
 
 class CompiledSearch:
-    """As zone_search.Search."""
+    """As search.ZoneSearch."""
 
     def __init__(self, problem: Problem, region: Flat, budget: int) -> None:
         bits = width(problem)
@@ -76,13 +76,13 @@ class CompiledSearch:
         self._region = self._place(region)
 
     def inhabited(self) -> bool:
-        """As Search.inhabited."""
+        """As ZoneSearch.inhabited."""
         return not self._walk(_Walk(-1, ()))[1]
 
     def lemmas(
         self, tree: ZoneTree, parts: Sequence[Sequence[Flat | None]], allowed: Sequence[int] | None
     ) -> tuple[bytes, list[int]]:
-        """As Search.lemmas."""
+        """As ZoneSearch.lemmas."""
         count = min(MAX_PARTS, max(map(len, parts), default=0))
         rows = [[self._place(part) for part in row[:count]] for row in parts]
         nothing = [-1] * count
@@ -96,7 +96,7 @@ class CompiledSearch:
     def refutation(
         self, trees: Sequence[ZoneTree], classes: Sequence[Sequence[int]], resolve: Resolve
     ) -> tuple[bytes, bool]:
-        """As Search.refutation."""
+        """As ZoneSearch.refutation."""
         places = tuple(array("i", own).tobytes() for own in classes)
         stream, closed, _ = self._walk(_Walk(0, trees, places, self._packing(resolve)))
         return stream, closed
@@ -115,7 +115,7 @@ class CompiledSearch:
     def violations(
         self, trees: Sequence[ZoneTree], classes: Sequence[Sequence[int]], resolve: Resolve, most: int
     ) -> tuple[list[Branch], bool]:
-        """As Search.violations."""
+        """As ZoneSearch.violations."""
         places = tuple(array("i", own).tobytes() for own in classes)
         _, closed, kept = self._walk(_Walk(0, trees, places, self._packing(resolve)), wanted=most + 1)
         bytes_each, leaves, cells = self._bits // 8, 4 * len(trees), sum(size * size for size in self._counts)

@@ -18,12 +18,12 @@ from verify.question import DecisionQuestion
 from verify.result import Verdict
 from verify.zones.compiled import CompiledSearch, affordable, price, search
 from verify.zones.disjoint import disjoint
-from verify.zones.search import Branch, BudgetError, Resolve, Search
+from verify.zones.search import Branch, BudgetError, Resolve, ZoneSearch
 from verify.zones.tables import (
     BeyondZonesError,
     Bound,
     Flat,
-    Known,
+    NodeKnown,
     Problem,
     Table,
     ZoneTree,
@@ -130,7 +130,7 @@ class ZoneQuery:
         self.limit = affordable(self.problem, question.budgets.max_nodes if budget is None else budget)
         self._search = self._searching()
 
-    def _searching(self) -> "Search | CompiledSearch":
+    def _searching(self) -> "ZoneSearch | CompiledSearch":
         # a region that is plainly false has no point, and the search is not asked
         return search(self.problem, self._disjoint(self._table.region) or Flat((), ()), self.limit)
 
@@ -165,7 +165,7 @@ class ZoneQuery:
     def answer(self) -> tuple[bytes, dict[str, Fraction] | None]:
         """The proof and None, or a point at which the claim fails."""
         streams, masks = self._lemmas()
-        roots = [Known(None, mask[0]) for mask in masks]
+        roots = [NodeKnown(None, mask[0]) for mask in masks]
         if self._table.denial(roots) is None:
             return self._by_lemmas(roots), None
         for place, mask in enumerate(masks):
@@ -203,11 +203,11 @@ class ZoneQuery:
             streams.append(b"\1" + walked)
         return streams, masks
 
-    def _by_lemmas(self, roots: list[Known]) -> bytes:
+    def _by_lemmas(self, roots: list[NodeKnown]) -> bytes:
         """The proof of a claim that parts prove which hold at all leaves: with as few of these as suffice."""
         for agent, known in enumerate(roots):
             for bit in range(known.holds.bit_length()):
-                fewer = Known(None, roots[agent].holds & ~(1 << bit))
+                fewer = NodeKnown(None, roots[agent].holds & ~(1 << bit))
                 if self._table.denial([*roots[:agent], fewer, *roots[agent + 1 :]]) is None:
                     roots[agent] = fewer
         proof = b""
@@ -233,12 +233,12 @@ class ZoneQuery:
 
     def _resolving(self, masks: list[list[int]]) -> tuple[list[list[int]], Resolve]:
         """The classes of each agent's nodes, of which all have the same known, and the claim's denial for them."""
-        kinds: list[list[Known]] = []
+        kinds: list[list[NodeKnown]] = []
         classes: list[list[int]] = []
         for tree, mask in zip(self._trees, masks, strict=True):
-            numbers: dict[Known, int] = {}
+            numbers: dict[NodeKnown, int] = {}
             known = [
-                Known(None if left >= 0 else action, holds)
+                NodeKnown(None if left >= 0 else action, holds)
                 for left, action, holds in zip(tree.left, tree.action, mask, strict=True)
             ]
             classes.append([numbers.setdefault(item, len(numbers)) for item in known])

@@ -28,7 +28,7 @@ TOLD = 64  # after so many nodes the search says how far it is
 MAX_PARTS = 62  # parts of one agent that lemmas are tried for
 
 
-class Product(NamedTuple):
+class TreeProduct(NamedTuple):
     """Trees that are gone through together: in each the numbers of what is known at its nodes, and the claim's denial
     given such numbers; without these only bounds close branches.
     """
@@ -43,7 +43,7 @@ class BudgetError(Exception):
 
 
 @dataclass
-class Search:
+class ZoneSearch:
     """One search: counts nodes over several walks, keeps the bounds of the branch that it could not close."""
 
     problem: Problem
@@ -57,7 +57,7 @@ class Search:
 
     def inhabited(self) -> bool:
         """Whether some point meets the region's bounds; they are then in `open`."""
-        return not self._walk([_Frame(self._whole(), 0, self.region)], bytearray(), Product())
+        return not self._walk([_Frame(self._whole(), 0, self.region)], bytearray(), TreeProduct())
 
     def lemmas(
         self, tree: ZoneTree, parts: Sequence[Sequence[Flat | None]], allowed: Sequence[int] | None
@@ -74,14 +74,14 @@ class Search:
                 if allowed is not None and not allowed[node] >> bit & 1:
                     continue
                 mark = len(proofs)
-                if denial is None or self._walk([_Frame(zone, kept, denial)], proofs, Product()):
+                if denial is None or self._walk([_Frame(zone, kept, denial)], proofs, TreeProduct()):
                     mask |= 1 << bit
                 else:
                     del proofs[mark:]
             masks[node] &= mask
             out.extend(varint(mask) + proofs)
 
-        self._walk([_Frame(self._whole(), 0, self.region, agent=0)], out, Product([tree]), at_leaf=at_leaf)
+        self._walk([_Frame(self._whole(), 0, self.region, agent=0)], out, TreeProduct([tree]), at_leaf=at_leaf)
         return bytes(out), masks
 
     def refutation(
@@ -92,7 +92,7 @@ class Search:
         `classes`: agent, node -> number of what is known there; `resolve`: those numbers -> the claim's denial.
         """
         out = bytearray()
-        closed = self._walk([self._first(classes)], out, Product(trees, classes, resolve))
+        closed = self._walk([self._first(classes)], out, TreeProduct(trees, classes, resolve))
         return bytes(out), closed
 
     def violations(
@@ -101,7 +101,7 @@ class Search:
         """All open branches, `most` at most; whether these are all, which a spent budget of nodes leaves open too."""
         found: list[Branch] = []
         with contextlib.suppress(BudgetError):
-            product = Product(trees, classes, resolve)
+            product = TreeProduct(trees, classes, resolve)
             if self._walk([self._first(classes)], bytearray(), product, kept=(found, most + 1)):
                 return found, True
         return found[:most], False
@@ -121,7 +121,7 @@ class Search:
         self,
         stack: "list[_Frame]",
         out: bytearray,
-        product: Product,
+        product: TreeProduct,
         at_leaf: Callable[[Zone, int, int], None] | None = None,
         kept: tuple[list[Branch], int] | None = None,
     ) -> bool:

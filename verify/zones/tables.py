@@ -54,7 +54,7 @@ class Flat(NamedTuple):
 TRUE, OPEN = Flat((), ()), Flat((-1,), ())  # OPEN: hangs on an action that is not known yet
 
 
-class Known(NamedTuple):
+class NodeKnown(NamedTuple):
     """What is known of an agent at a node of its tree: its action at a leaf, and the parts that hold below the node."""
 
     action: int | None
@@ -158,7 +158,7 @@ class Table:
         assert isinstance(formula, (And, Or)), formula
         return _joined(isinstance(formula, And), [self.side(part) for part in formula.parts])
 
-    def denial(self, known: Sequence[Known]) -> Flat | None:
+    def denial(self, known: Sequence[NodeKnown]) -> Flat | None:
         """The claim's denial given what is known of each agent: None when it cannot hold."""
         return self._flat(self._denial, known)
 
@@ -166,10 +166,10 @@ class Table:
         """That the agent's part does not hold, though it takes the action."""
         key = agent, bit, action
         if key not in self._denied:
-            self._denied[key] = self._flat(self.parts[agent][bit], [Known(action, 0)] * len(self.policies))
+            self._denied[key] = self._flat(self.parts[agent][bit], [NodeKnown(action, 0)] * len(self.policies))
         return self._denied[key]
 
-    def _flat(self, node: _Node, known: Sequence[Known]) -> Flat | None:
+    def _flat(self, node: _Node, known: Sequence[NodeKnown]) -> Flat | None:
         if isinstance(node, _Edge):
             return node.flat
         if isinstance(node, _Part):

@@ -25,7 +25,7 @@ from verify.checker.systems import certificates as system_certificates
 from verify.checker.systems.enclosures import ensure_enclosed
 from verify.claims.formula_json import read_number
 from verify.reach.replay import Course, is_start, replayed
-from verify.reach.results import Counterexample
+from verify.reach.results import SystemCounterexample
 from verify.reports import systems as report
 from verify.systems import documents
 from verify.systems.claims import SystemClaim
@@ -57,7 +57,7 @@ def ensure_plays(profile: PolicyProfile, statement: Statement) -> None:
         raise InputError(f"the profile has no {', '.join(missing)}", statement.system.name, "name the file it plays in")
 
 
-def counterexample_file(profile: PolicyProfile, system: System, claim: SystemClaim, found: Counterexample) -> str:
+def counterexample_file(profile: PolicyProfile, system: System, claim: SystemClaim, found: SystemCounterexample) -> str:
     """What the file of a violated claim holds, as text."""
     told = report.counterexample(found)
     body = {

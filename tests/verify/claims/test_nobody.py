@@ -18,7 +18,7 @@ from verify.checker.decisions import certificates
 from verify.checker.decisions.certificates import Certificate
 from verify.checker.episodes import certificates as episode_certificates
 from verify.checker.episodes.certificates import EpisodeCertificate
-from verify.checker.episodes.reading import Part
+from verify.checker.episodes.reading import ProofPart
 from verify.checker.reading import RejectedError
 from verify.claims.catalogue import find_claim, find_property
 from verify.claims.decisions import PLAIN, DistinctTargets, NoDouble, checked, formula
@@ -115,7 +115,7 @@ def test_every_agent_acts_in_an_episode():
         playable(some)
     claim = find_claim("reaches", PAIR)
     made = about_episodes(some, claim)
-    followed = replace(made, parts=(Part("", "", None, ("adversary_0", "agent_0", "agent_1"), b""),))
+    followed = replace(made, parts=(ProofPart("", "", None, ("adversary_0", "agent_0", "agent_1"), b""),))
     with pytest.raises(RejectedError, match="agents that the profile does not have"):
         episode_certificates.accepted(followed, some)
 
@@ -144,7 +144,7 @@ def test_reaches_is_about_named_landmarks():
 
 def about_episodes(profile, claim):
     region, inhabitant = region_with_inhabitant()
-    part = Part("", "", None, ("agent_0", "agent_1"), b"\x00")
+    part = ProofPart("", "", None, ("agent_0", "agent_1"), b"\x00")
     return EpisodeCertificate(content_hash(profile), claim, region, inhabitant, (part,))
 
 

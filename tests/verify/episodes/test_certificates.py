@@ -27,14 +27,14 @@ from verify.checker.envelope import body_hash, numbers
 from verify.checker.episodes import reading as episode_reading
 from verify.checker.episodes import walk as episodes
 from verify.checker.episodes.certificates import accepted, from_json, to_json
-from verify.checker.episodes.reading import CLAIM, Episode, Part, matchings
+from verify.checker.episodes.reading import CLAIM, EpisodeReading, ProofPart, matchings
 from verify.checker.reading import RejectedError
 from verify.claims.catalogue import find_claim
 from verify.claims.region import Region
 from verify.claims.uncertified.starts import everywhere, start_region
 from verify.episodes.certificates import LeftOpenError, NoCertificateError, made
-from verify.episodes.composition import Decision, decide
-from verify.episodes.proof import Prover
+from verify.episodes.composition import ZonesDecision, decide
+from verify.episodes.proof import EpisodeProver
 from verify.question import Budgets, Question
 from verify.result import Verdict
 from verify.states.episodes import at_rest, play
@@ -140,7 +140,7 @@ def test_what_the_machine_does_is_always_among_the_answers(profile, first, secon
     followed = BOTH[:1] if alone else BOTH
     pair = ("agent_0", "landmark_0")
     for goal in (0, 1):
-        episode = Episode(random, claim, everywhere(random), f"landmark_{goal}", followed, [(pair,)])
+        episode = EpisodeReading(random, claim, everywhere(random), f"landmark_{goal}", followed, [(pair,)])
         for row in np.flatnonzero(goals == goal):
             exact = [Fraction(float(coordinates[row, names.index(name)])) for name in episode.names[1 : episode.nodes]]
             start, now = [Fraction(0), *exact], episode.start
@@ -176,7 +176,7 @@ def test_proofs_are_found_for_what_zones_prove_and_only_for_what_holds(profile, 
             certificate = made(Question(Game(random), claim, region), decided.parts)
             assert from_json(to_json(certificate)) == certificate
             assert accepted(certificate, random) > 0
-        whole = [Part("", "", None, BOTH, b"")]
+        whole = [ProofPart("", "", None, BOTH, b"")]
         try:  # also without asking the zones first
             certificate = made(Question(Game(random), claim, region), whole, 20_000)
         except NoCertificateError:
@@ -357,21 +357,21 @@ def test_each_changed_byte_of_a_proof_is_refused_or_as_good(profile):
 # --- provers with faults
 
 
-class Unrelaxed(Episode):
+class Unrelaxed(EpisodeReading):
     """Forgets that tests have slack."""
 
     def bound(self, side, now):
         return super().bound(side._replace(slack=0), now)
 
 
-class WrongSign(Episode):
+class WrongSign(EpisodeReading):
     """Moves bounds the wrong way."""
 
     def bound(self, side, now):
         return super().bound(side, now._replace(shift=[-shift for shift in now.shift]))
 
 
-class WrongDamping(Episode):
+class WrongDamping(EpisodeReading):
     """Takes the world to be one of twice the damping."""
 
     def __init__(self, *given):
@@ -379,7 +379,7 @@ class WrongDamping(Episode):
         self._kept = 0.5
 
 
-class Eager(Episode):
+class Eager(EpisodeReading):
     """Moves with the new velocity instead of the old one."""
 
     def _later(self, now, chosen):
@@ -388,14 +388,14 @@ class Eager(Episode):
         return first._replace(shift=[*second.shift[: self.nodes], *first.shift[self.nodes :]])
 
 
-class Generous(Episode):
+class Generous(EpisodeReading):
     """Takes whoever is within one more unit of length for arrived."""
 
     def onward(self, stage, answer, chosen, now):
         return None if stage == CLAIM and now.step == self.steps else super().onward(stage, answer, chosen, now)
 
 
-class Still(Episode):
+class Still(EpisodeReading):
     """Takes what has moved for unmoved."""
 
     def bound(self, side, now):
@@ -408,10 +408,10 @@ def forged(kind, profile, claim, region):
     for pair in matchings(profile, claim)[0]:
         followed = (pair[0],)
         try:
-            proof = Prover(kind(profile, claim, region, None, followed, [(pair,)]), 50_000).run()
+            proof = EpisodeProver(kind(profile, claim, region, None, followed, [(pair,)]), 50_000).run()
         except RejectedError:
             return None
-        parts.append(Part(*pair, None, followed, proof))
+        parts.append(ProofPart(*pair, None, followed, proof))
     return parts
 
 
@@ -447,7 +447,7 @@ def test_a_search_without_slack_is_refused(kind, profile):
     )
     claim = find_claim("reaches", runner, steps=6, radius=gap + Fraction(1, 2**34))
     parts = forged(kind, runner, claim, region)
-    assert parts is not None and forged(Episode, runner, claim, region) is None
+    assert parts is not None and forged(EpisodeReading, runner, claim, region) is None
     with pytest.raises(RejectedError):
         episodes.check(runner, claim, region, [(part, numbers(part.proof)) for part in parts])
 
@@ -521,7 +521,9 @@ def test_a_proof_that_is_too_long_is_told(arrivers, proved, monkeypatch):
 def test_what_the_second_reading_leaves_open_is_not_proved(arrivers, proved, monkeypatch):
     """Zones that prove what is not so, as a fault of theirs would."""
     swinging = team(arrivers, towards(0, 0), arriving(1))
-    monkeypatch.setattr("verify.verdicts.episodes.decide", lambda *_: Decision(Verdict.PROVED, 1, parts=proved.parts))
+    monkeypatch.setattr(
+        "verify.verdicts.episodes.decide", lambda *_: ZonesDecision(Verdict.PROVED, 1, parts=proved.parts)
+    )
     monkeypatch.setattr("verify.verdicts.episodes.first_failing", lambda *_: None)
     result = verify_episodes(Question(Game(swinging), proved.claim, proved.region), {})
     assert result.verdict is Verdict.UNKNOWN and "left open at the last step" in result.reason
@@ -540,7 +542,10 @@ def test_a_part_that_is_too_large_hides_no_open_branch(arrivers, proved, order):
 def test_a_control_is_judged_by_both_readings_too(arrivers, proved, monkeypatch):
     monkeypatch.setattr("verify.question.shuffled", lambda profile, *_: team(profile, tree(STAY), tree(STAY)))
     decided = iter(
-        [decide(Question(Game(arrivers), proved.claim, proved.region)), Decision(Verdict.PROVED, 1, parts=proved.parts)]
+        [
+            decide(Question(Game(arrivers), proved.claim, proved.region)),
+            ZonesDecision(Verdict.PROVED, 1, parts=proved.parts),
+        ]
     )
     monkeypatch.setattr("verify.verdicts.episodes.decide", lambda *_: next(decided))
     monkeypatch.setattr("verify.verdicts.episodes.first_failing", lambda *_: None)
@@ -575,5 +580,5 @@ def test_the_adversary_may_do_anything(profile):
     with pytest.raises(NoCertificateError, match="left open"):
         made(
             Question(Game(swinging), find_claim("reaches", swinging), everywhere(swinging)),
-            [Part("", "", None, BOTH, b"")],
+            [ProofPart("", "", None, BOTH, b"")],
         )

@@ -18,12 +18,12 @@ from tests.support.teams import LEFT, RIGHT, STAY
 from verify.checker.envelope import numbers
 from verify.checker.episodes import walk as episodes
 from verify.checker.episodes.certificates import PUSHED, accepted, from_json, to_json
-from verify.checker.episodes.contact_reading import ContactEpisode
-from verify.checker.episodes.reading import OpenBranchError, Part
+from verify.checker.episodes.contact_reading import ContactReading
+from verify.checker.episodes.reading import OpenBranchError, ProofPart
 from verify.checker.reading import RejectedError
 from verify.claims.catalogue import find_claim
 from verify.claims.region import Region
-from verify.episodes.proof import Prover, TooLongError
+from verify.episodes.proof import EpisodeProver, TooLongError
 from verify.question import Question
 from verify.subjects import Game
 from verify.verdicts.episodes import verify_episodes
@@ -220,7 +220,7 @@ def test_each_changed_byte_of_a_proof_is_refused_or_as_good(cases):
 # --- provers with faults
 
 
-class Narrow(ContactEpisode):
+class Narrow(ContactReading):
     """Takes the gaps of starts for narrower than the region says."""
 
     def __init__(self, *given):
@@ -229,21 +229,21 @@ class Narrow(ContactEpisode):
         self.start = self.start._replace(gaps=gaps)
 
 
-class Blind(ContactEpisode):
+class Blind(ContactReading):
     """Knows no contacts."""
 
     def _forces(self, now, pairs):
         return {}
 
 
-class Careless(ContactEpisode):
+class Careless(ContactReading):
     """Follows only one of the two parts of a cut."""
 
     def cut(self, gap, number):
         return super().cut(gap, number)[:1]
 
 
-class Generous(ContactEpisode):
+class Generous(ContactReading):
     """Takes those who are too near for apart enough."""
 
     def onward(self, stage, answer, chosen, now):
@@ -270,10 +270,10 @@ def forged(kind, profile, claim, region, followed):
     """What a search by some reading gives; None where it gives nothing."""
     pair = ("agent_0", claim.named[0]) if claim.named else ("agent_0", "agent_1")
     try:
-        proof = Prover(kind(profile, claim, region, None, followed, [(pair,)]), 20_000).run()
+        proof = EpisodeProver(kind(profile, claim, region, None, followed, [(pair,)]), 20_000).run()
     except (OpenBranchError, TooLongError):
         return None
-    return Part(*pair, None, followed, proof)
+    return ProofPart(*pair, None, followed, proof)
 
 
 @pytest.mark.parametrize(
@@ -284,11 +284,11 @@ def test_faults_of_the_search_are_refused(kind):
     caught = 0
     for profile, claim, region, followed in asked():
         part = forged(kind, profile, claim, region, followed)
-        if part is None or forged(ContactEpisode, profile, claim, region, followed) is not None:
+        if part is None or forged(ContactReading, profile, claim, region, followed) is not None:
             continue
         caught += 1
         own = [((part.agent, part.landmark),)]
-        reading = ContactEpisode(profile, claim, region, None, followed, own)
+        reading = ContactReading(profile, claim, region, None, followed, own)
         with pytest.raises(RejectedError):
             episodes.close(reading, numbers(part.proof))
     assert caught > 0

@@ -13,7 +13,7 @@ from codegen.errors import InputError
 from tests.support.contacts import played
 from tests.support.teams import RIGHT, STAY, tree
 from verify.checker.episodes.certificates import FORM, accepted, from_json, to_json
-from verify.checker.episodes.reading import Part
+from verify.checker.episodes.reading import ProofPart
 from verify.checker.reading import RejectedError
 from verify.claims.catalogue import find_claim
 from verify.claims.region import Region
@@ -142,7 +142,7 @@ def disagreement(seed):
     followed = tuple(policy.agent for policy in profile.team(TEAM))
     own = [("", "")] if not claim.landmarks else zip(followed, claim.landmarks, strict=True)
     try:
-        proved = found.parts if found.verdict is Verdict.PROVED else [Part(*p, None, followed, b"") for p in own]
+        proved = found.parts if found.verdict is Verdict.PROVED else [ProofPart(*p, None, followed, b"") for p in own]
         accepted(made(Question(Game(profile), claim, region), proved, 20_000), profile)
     except NoCertificateError as error:
         wrong = found.verdict is Verdict.PROVED and "answers" not in str(error)
@@ -166,7 +166,7 @@ def placed(profile, **bounds):
 
 def answers(profile, claim, region):
     """The verdict of the zones, and whether the second reading has a certificate."""
-    whole = [Part("", "", None, ("agent_0",), b"")]
+    whole = [ProofPart("", "", None, ("agent_0",), b"")]
     try:
         return decide(Question(Game(profile), claim, region)).verdict, bool(
             made(Question(Game(profile), claim, region), whole)

@@ -23,7 +23,7 @@ from verify.claims.uncertified.own import PROPERTIES
 from verify.claims.uncertified.starts import start_region
 from verify.question import Budgets, Question, from_start, shuffled
 from verify.result import Opinion, Verdict
-from verify.solver.decide import Decision, decide
+from verify.solver.decide import SolverDecision, decide
 from verify.states import shares
 from verify.states.state import State, inside, sample, violates
 from verify.subjects import Game
@@ -157,7 +157,7 @@ def test_sampled_violations_are_never_proved_away(profile, seed):
 
 def test_proved_against_samples_is_our_bug(profile, claim, monkeypatch):
     same = team(profile, towards(0, 0), towards(0, 1))
-    monkeypatch.setattr(decisions, "decide", lambda *given: Decision(Verdict.PROVED, 0))
+    monkeypatch.setattr(decisions, "decide", lambda *given: SolverDecision(Verdict.PROVED, 0))
     with pytest.raises(AssertionError, match=r"engines disagree: zones VIOLATED, Z3 .* PROVED"):
         verify(Question(Game(same), claim, start_region(same.world)), {})
     silent = Zoned(Opinion("zones", Verdict.SKIPPED, 0, "search nodes"))
@@ -185,7 +185,7 @@ def test_a_verdict_names_its_engines_and_a_proof_its_certificate(profile, claim)
 
 
 def test_zones_answer_where_the_solver_does_not(profile, claim, monkeypatch):
-    monkeypatch.setattr(decisions, "decide", lambda *given: Decision(Verdict.UNKNOWN, 0, reason="spent"))
+    monkeypatch.setattr(decisions, "decide", lambda *given: SolverDecision(Verdict.UNKNOWN, 0, reason="spent"))
     for roles, wanted in ((towards(1, 1), Verdict.PROVED), (towards(0, 1), Verdict.VIOLATED)):
         found = verify(Question(Game(team(profile, towards(0, 0), roles)), claim, start_region(profile.world)), {})
         assert found.verdict is wanted and (found.evidence.counterexample is None) == (wanted is Verdict.PROVED)

@@ -25,7 +25,7 @@ from verify.subjects import Game
 from verify.zones import compiled as zone_compiled
 from verify.zones import engine
 from verify.zones.compiled import CompiledSearch
-from verify.zones.search import BudgetError, Search
+from verify.zones.search import BudgetError, ZoneSearch
 from verify.zones.tables import Flat, Problem
 
 pytestmark = pytest.mark.compile
@@ -60,13 +60,13 @@ def both(compiled, monkeypatch):
             least = zone_compiled.width(problem)
             used.append(least if bits is None or least is None else max(bits, least))
             if least is None:
-                return Search(problem, region, budget)
+                return ZoneSearch(problem, region, budget)
             with monkeypatch.context() as patch:
                 patch.setattr(zone_compiled, "width", lambda _: used[-1])
                 return CompiledSearch(problem, region, budget)
 
         with monkeypatch.context() as patch:
-            patch.setattr(engine, "search", Search)
+            patch.setattr(engine, "search", ZoneSearch)
             plain = engine.decide(stated(*question, **options))
             patch.setattr(engine, "search", build)
             assert engine.decide(stated(*question, **options)) == plain
@@ -122,7 +122,7 @@ def test_all_violating_zones(compiled, monkeypatch, bits):
         profile, claim = deception(rng, 3)
         region = random_region(rng, profile)
         for most, nodes in ((1000, 10**6), (3, 10**6), (1000, 60)):
-            monkeypatch.setattr(engine, "search", Search)
+            monkeypatch.setattr(engine, "search", ZoneSearch)
             plain = violations.violations(
                 Question(Game(profile), claim, region, MACHINE, Budgets(max_nodes=nodes, max_cells=most))
             )
@@ -225,5 +225,5 @@ def test_thousands_of_choices_need_no_more_stack_than_there_is(choices, ends, co
         threading.stack_size(before)
     assert found == [None if ends else True]
     if not ends:
-        other = Search(problem, region, 10 * choices)
+        other = ZoneSearch(problem, region, 10 * choices)
         assert other.inhabited() and other.open == search.open and other.nodes == search.nodes

@@ -83,7 +83,7 @@ def _closed(
     return closed
 
 
-class Walk:
+class DecisionWalk:
     """A walk through trees, one after the other, in which the proof closes every branch."""
 
     def __init__(self, trees: Sequence[SearchTree], known: Sequence[Sequence[Known]]) -> None:
@@ -142,7 +142,7 @@ class Walk:
         return [(flat, (DENIED, ROOT, known)) for flat in reversed(self.ends(leaf, known, proof))]
 
 
-class Lemmas(Walk):
+class Lemmas(DecisionWalk):
     """The walk over one agent's tree, which shows at each leaf that some of the claim's parts hold there."""
 
     def __init__(self, reading: Reading, agent: int, tree: SearchTree, claimed: int) -> None:
@@ -167,7 +167,7 @@ class Lemmas(Walk):
         return list(zip(actions, self.holding, strict=True))
 
 
-class Denial(Walk):
+class Denial(DecisionWalk):
     """The walk over all trees, which shows that the denied claim is impossible."""
 
     def __init__(

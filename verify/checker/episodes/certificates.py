@@ -27,9 +27,9 @@ from verify.checker.envelope import (
     undamaged,
 )
 from verify.checker.episodes import walk as episodes
-from verify.checker.episodes.contact_reading import ContactEpisode
+from verify.checker.episodes.contact_reading import ContactReading
 from verify.checker.episodes.contacts import coincident
-from verify.checker.episodes.reading import FARTHEST, Episode, Part, PartedEpisode, certifiable
+from verify.checker.episodes.reading import FARTHEST, EpisodeReading, PartedReading, ProofPart, certifiable
 from verify.checker.reading import RejectedError, region_formula
 from verify.claims.episodes import EpisodeClaim
 from verify.claims.formula import TRUE, holds
@@ -39,7 +39,7 @@ from verify.semantics import MACHINE
 
 FORM = "maviper-episode-certificate-1"
 PUSHED = "maviper-episode-certificate-3"
-READINGS = {FORM: Episode, "maviper-episode-certificate-2": PartedEpisode, PUSHED: ContactEpisode}
+READINGS = {FORM: EpisodeReading, "maviper-episode-certificate-2": PartedReading, PUSHED: ContactReading}
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class EpisodeCertificate:
     claim: EpisodeClaim
     region: Region
     inhabitant: Mapping[str, Fraction]  # a start of the region, which shows that it is not empty
-    parts: tuple[Part, ...]
+    parts: tuple[ProofPart, ...]
     semantics: str = MACHINE
     region_said: str = field(default="", compare=False)  # what a file that was read calls its region; says nothing
     form: str = FORM  # by which the proofs are to be read
@@ -104,7 +104,7 @@ def accepted(certificate: EpisodeCertificate, profile: PolicyProfile) -> int:
     return episodes.check(profile, certificate.claim, region, proofs, READINGS[certificate.form])
 
 
-class PartJson(msgspec.Struct, forbid_unknown_fields=True):
+class EpisodePartJson(msgspec.Struct, forbid_unknown_fields=True):
     """A part of the claim and its proof."""
 
     agent: str
@@ -126,7 +126,7 @@ class EpisodeCertificateJson(msgspec.Struct, forbid_unknown_fields=True):
     semantics: str
     region: dict[str, Any]
     inhabitant: dict[str, str]
-    parts: list[PartJson]
+    parts: list[EpisodePartJson]
     content_hash: str
     landmarks: list[str] | msgspec.UnsetType = msgspec.UNSET  # of claims that an agent arrives
     others: list[str] | msgspec.UnsetType = msgspec.UNSET  # of claims that it keeps apart
@@ -168,7 +168,7 @@ def from_json(text: str | bytes, where: str = "certificate") -> EpisodeCertifica
         raw = msgspec.json.decode(text, type=EpisodeCertificateJson)
         ensure_whole(raw, raw.certificate if raw.certificate in READINGS else FORM, where)
         parts = [
-            Part(
+            ProofPart(
                 part.agent,
                 part.landmark,
                 goal_of(part.goal),

@@ -44,7 +44,7 @@ from verify.checker.episodes.reading import (
     Node,
     Now,
     OpenBranchError,
-    PartedEpisode,
+    PartedReading,
     Place,
     Side,
     ensure_stated,
@@ -60,8 +60,8 @@ MAX_KNOWN = 1 << 16  # velocities that are looked up
 GAP = -3  # the stage in which the gaps of those who may touch are asked, after the last agent's tree
 
 
-class ContactEpisode(PartedEpisode):
-    """One part of a claim, as in `Episode`, where pushes are known between bounds."""
+class ContactReading(PartedReading):
+    """One part of a claim, as in `EpisodeReading`, where pushes are known between bounds."""
 
     def __init__(
         self, profile: PolicyProfile, claim: EpisodeClaim, region: Region, goal: str | None, followed: Sequence[str],
@@ -117,7 +117,7 @@ class ContactEpisode(PartedEpisode):
         return *super().questions, *(self._halves(gap, axis, 0) for gap in gaps for axis in (0, 1))
 
     def _ensure(self, profile: PolicyProfile, claim: EpisodeClaim, region: Region, push: float) -> None:
-        """As in `Episode`; also that PAD covers the roundings of velocities, and pushes that are left out."""
+        """As in `EpisodeReading`; also that PAD covers the roundings of velocities, and pushes that are left out."""
         world, pushing = profile.world, [0.0] * len(profile.world.agents + profile.world.landmarks)
         largest = ensure_stated(world, claim.steps, region)
         for pair in self.contacts:
@@ -156,7 +156,7 @@ class ContactEpisode(PartedEpisode):
         return node
 
     def bound(self, side: Side, now: Now) -> tuple[int, int, int]:
-        """As in `Episode`, for the offset that lets most starts give the answer; the fewest, where slack is taken."""
+        """As in `EpisodeReading`, for the offset by which most starts give the answer; fewest, where slack is taken."""
         upper, lower, most, slack, child = side
         if not isinstance(child, Gap):
             ends = (now.shift[lower] - now.most[upper]) if slack < 0 else (now.most[lower] - now.shift[upper])
@@ -183,7 +183,7 @@ class ContactEpisode(PartedEpisode):
         return Side(first, second, most, 0, below), Side(second, first, -most, 0, above)
 
     def onward(self, stage: int, answer: Node, chosen: tuple[int, ...], now: Now) -> Place | None:
-        """As in `Episode`; before a step the gaps are asked of all pairs that are not known to be apart."""
+        """As in `EpisodeReading`; before a step the gaps are asked of all pairs that are not known to be apart."""
         if isinstance(answer, Gap):
             now = now._replace(gaps=(*now.gaps[: answer.pair], answer.starts, *now.gaps[answer.pair + 1 :]))
             return self._chosen(chosen, now, answer.pair + 1)

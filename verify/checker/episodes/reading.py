@@ -116,7 +116,7 @@ def matchings(profile: PolicyProfile, claim: EpisodeClaim) -> list[Matching]:
 
 
 @dataclass(frozen=True)
-class Part:
+class ProofPart:
     """What one proof shows: that an agent arrives at a landmark, or keeps apart from another entity; or (both names are
     "") that the team is matched, or all pairs keep apart.
 
@@ -130,7 +130,7 @@ class Part:
     proof: bytes
 
 
-class Episode:
+class EpisodeReading:
     """One part of a claim: that some matching of `allowed` is arrived at, when `followed` agents act by their trees.
 
     RejectedError for worlds and claims that this reading does not cover.
@@ -324,7 +324,7 @@ class Episode:
         return Now(now.step + 1, tuple(speeds), shift, moved)
 
 
-class PartedEpisode(Episode):
+class PartedReading(EpisodeReading):
     """The same, where each part of a choice is an answer of its own: that something is not 0 has two."""
 
     parting = True

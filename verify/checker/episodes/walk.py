@@ -10,7 +10,7 @@ from itertools import pairwise
 from typing import TypeAlias
 
 from codegen.ir import PolicyProfile
-from verify.checker.episodes.reading import AWAY, CLAIM, REGION, Episode, Gap, Part, Place, Side, matchings
+from verify.checker.episodes.reading import AWAY, CLAIM, REGION, EpisodeReading, Gap, Place, ProofPart, Side, matchings
 from verify.checker.reading import LONGEST, RejectedError
 from verify.claims.episodes import EpisodeClaim
 from verify.claims.region import Region
@@ -28,8 +28,8 @@ def check(
     profile: PolicyProfile,
     claim: EpisodeClaim,
     region: Region,
-    parts: Iterable[tuple[Part, Iterator[int]]],
-    reading: type[Episode] = Episode,
+    parts: Iterable[tuple[ProofPart, Iterator[int]]],
+    reading: type[EpisodeReading] = EpisodeReading,
 ) -> int:
     """The number of branches closed; RejectedError when the parts do not show the claim for all goals of the region."""
     proofs, allowed, closed = list(parts), matchings(profile, claim), 0
@@ -44,10 +44,10 @@ def check(
     return closed
 
 
-def close(episode: Episode, proof: Iterator[int]) -> int:
+def close(episode: EpisodeReading, proof: Iterator[int]) -> int:
     """The number of branches closed; RejectedError when `proof` does not close all of them."""
     try:
-        closed = Walk(episode, proof).close()
+        closed = EpisodeWalk(episode, proof).close()
     except (StopIteration, IndexError):
         raise RejectedError("the proof ends early, or names a bound that its branch does not have") from None
     if next(proof, None) is not None:
@@ -55,12 +55,12 @@ def close(episode: Episode, proof: Iterator[int]) -> int:
     return closed
 
 
-class Walk:
+class EpisodeWalk:
     """The walk through an episode's questions, step by step."""
 
-    def __init__(self, episode: Episode, proof: Iterator[int]) -> None:
+    def __init__(self, episode: EpisodeReading, proof: Iterator[int]) -> None:
         self.episode, self.proof, self.closed = episode, proof, 0
-        self.bounds = Bounds(episode)
+        self.bounds = BranchBounds(episode)
 
     def close(self) -> int:
         """Closes every branch; how many there are."""
@@ -109,10 +109,10 @@ class Walk:
             raise RejectedError(f"the bounds of branch {self.closed} do not contradict each other: {cycle[1:10]}")
 
 
-class Bounds:
+class BranchBounds:
     """The least bound on each difference of two coordinates that the branch at hand has, and what it had before."""
 
-    def __init__(self, episode: Episode) -> None:
+    def __init__(self, episode: EpisodeReading) -> None:
         self.most = [[episode.far] * episode.nodes for _ in range(episode.nodes)]  # [upper][lower]
         self.last = 0, 0  # (upper, lower) of the bound that was added or taken back last
         self._before: list[tuple[int, int, int]] = []

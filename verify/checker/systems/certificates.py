@@ -30,7 +30,7 @@ from verify.checker.envelope import (
     undamaged,
 )
 from verify.checker.reading import RejectedError
-from verify.checker.systems.walk import Hull, Part, Proof, Search, ways
+from verify.checker.systems.walk import FollowedPart, Hull, Proof, SystemQuestions, ways
 from verify.claims.formula import Acts, Linear, agents, atoms, coordinates, holds
 from verify.claims.formula_json import formula_document, read_formula, read_number
 from verify.systems import documents
@@ -49,7 +49,7 @@ class SystemCertificate:
     system: str  # content hash
     claim: SystemClaim
     inhabitant: Mapping[str, Fraction]  # a state that the claim is about, which shows that there is one
-    parts: tuple[Part, ...]
+    parts: tuple[FollowedPart, ...]
 
     @property
     def size(self) -> int:
@@ -75,7 +75,7 @@ def accepted(certificate: SystemCertificate, profile: PolicyProfile, system: Sys
         _ensure_closed(system, part)
         proof = Proof(numbers(part.proof, BITS))
         try:
-            Search(profile, system, certificate.claim, part, proof).run()
+            SystemQuestions(profile, system, certificate.claim, part, proof).run()
             proof.ensure_read()
         except RejectedError as error:
             raise RejectedError(f"part {number}: {error}") from None
@@ -150,7 +150,7 @@ def _ensure_all_shown(certificate: SystemCertificate, system: System) -> None:
         raise RejectedError(f"no part shows that the claim is not broken in the ways {sorted(missing)}")
 
 
-def _ensure_closed(system: System, part: Part) -> None:
+def _ensure_closed(system: System, part: FollowedPart) -> None:
     """RejectedError where a variable that is followed depends on one that is not."""
     depends = depends_on(system)
     for name in part.followed:
@@ -169,7 +169,7 @@ class HullJson(msgspec.Struct, forbid_unknown_fields=True):
     region: list[dict[str, Any]]
 
 
-class PartJson(msgspec.Struct, forbid_unknown_fields=True):
+class FollowedPartJson(msgspec.Struct, forbid_unknown_fields=True):
     """A proof in the file."""
 
     followed: list[str]
@@ -186,7 +186,7 @@ class SystemCertificateJson(msgspec.Struct, forbid_unknown_fields=True):
     system: str
     claim: dict[str, Any]
     inhabitant: dict[str, str]
-    parts: list[PartJson]
+    parts: list[FollowedPartJson]
     content_hash: str
 
 
@@ -222,9 +222,9 @@ def from_json(text: str | bytes, where: str = "certificate") -> SystemCertificat
         return SystemCertificate(raw.profile, raw.system, read_claim(raw.claim), inhabitant, tuple(parts))
 
 
-def _part(raw: PartJson, where: str) -> Part:
+def _part(raw: FollowedPartJson, where: str) -> FollowedPart:
     hulls = tuple(Hull(hull.step, tuple(map(_read_half, hull.region))) for hull in raw.hulls)
-    return Part(tuple(raw.followed), tuple(raw.shows), hulls, read_proof(raw.proof, where))
+    return FollowedPart(tuple(raw.followed), tuple(raw.shows), hulls, read_proof(raw.proof, where))
 
 
 def claim_document(claim: SystemClaim) -> dict[str, Any]:

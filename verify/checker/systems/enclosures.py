@@ -50,21 +50,21 @@ class Range(NamedTuple):
     high: int
 
 
-class Part(NamedTuple):
+class SlopedRange(NamedTuple):
     """What an expression and its derivatives are over a box."""
 
     value: Range
     slopes: dict[str, Range]
 
 
-class Difference(NamedTuple):
+class FormDifference(NamedTuple):
     """The sum of some terms, less a form."""
 
     curved: tuple[Expression, ...]
     rest: Affine
 
 
-NOTHING = Difference((), Affine())
+NOTHING = FormDifference((), Affine())
 OnPiece = Callable[[int, int], None]  # how many pieces are shown, of how many
 
 
@@ -125,7 +125,7 @@ def _less(error: Interval, stated: tuple[Fraction | int, Fraction | int]) -> Int
     return error[0] - stated[0], error[1] - stated[1]
 
 
-def _differences(piece: Piece, rule: Rule, name: str) -> Iterator[Difference]:
+def _differences(piece: Piece, rule: Rule, name: str) -> Iterator[FormDifference]:
     """What the rule says of a variable less what the piece says, for all joint actions.
 
     What an agent does exactly as the rule says adds nothing, so joint actions that differ in such agents are one.
@@ -143,10 +143,10 @@ def _differences(piece: Piece, rule: Rule, name: str) -> Iterator[Difference]:
         rest = Affine()
         for each in chosen:
             rest = rest.plus(each.rest)
-        yield Difference(tuple(term for each in chosen for term in each.curved), rest)
+        yield FormDifference(tuple(term for each in chosen for term in each.curved), rest)
 
 
-def _difference(expression: Expression | None, form: Affine | None) -> Difference:
+def _difference(expression: Expression | None, form: Affine | None) -> FormDifference:
     curved, rest = list[Expression](), form or Affine()
     for term in () if expression is None else terms(expression):
         known = affine(term)
@@ -154,7 +154,7 @@ def _difference(expression: Expression | None, form: Affine | None) -> Differenc
             curved.append(term)
         else:
             rest = rest.plus(known, Fraction(-1))
-    return Difference(tuple(curved), rest)
+    return FormDifference(tuple(curved), rest)
 
 
 # --- one bound
@@ -218,16 +218,16 @@ def _affine(form: Affine, at: Mapping[str, Range]) -> Range:
     return found
 
 
-def _part(expression: Expression, box: Mapping[str, Range]) -> Part:
+def _part(expression: Expression, box: Mapping[str, Range]) -> SlopedRange:
     """Values and derivatives of an expression."""
     match expression:
         case Number(value):
-            return Part(_exact(value), {})
+            return SlopedRange(_exact(value), {})
         case Name(name):
-            return Part(box[name], {name: Range(ONE, ONE)})
+            return SlopedRange(box[name], {name: Range(ONE, ONE)})
         case Sum(left, right):
             one, other = _part(left, box), _part(right, box)
-            return Part(_plus(one.value, other.value), _both(one.slopes, other.slopes))
+            return SlopedRange(_plus(one.value, other.value), _both(one.slopes, other.slopes))
         case Product(left, right):
             return _product(_part(left, box), _part(right, box))
         case Quotient(left, right):
@@ -243,17 +243,17 @@ def _part(expression: Expression, box: Mapping[str, Range]) -> Part:
             return _chained(part, sin, cos) if function == "sin" else _chained(part, cos, Range(-sin.high, -sin.low))
 
 
-def _chained(part: Part, value: Range, slope: Range) -> Part:
-    return Part(value, {name: _times(slope, inner) for name, inner in part.slopes.items()})
+def _chained(part: SlopedRange, value: Range, slope: Range) -> SlopedRange:
+    return SlopedRange(value, {name: _times(slope, inner) for name, inner in part.slopes.items()})
 
 
-def _product(one: Part, other: Part) -> Part:
+def _product(one: SlopedRange, other: SlopedRange) -> SlopedRange:
     first = {name: _times(slope, other.value) for name, slope in one.slopes.items()}
     second = {name: _times(slope, one.value) for name, slope in other.slopes.items()}
-    return Part(_times(one.value, other.value), _both(first, second))
+    return SlopedRange(_times(one.value, other.value), _both(first, second))
 
 
-def _inverse(part: Part) -> Part:
+def _inverse(part: SlopedRange) -> SlopedRange:
     low, high = part.value
     if low <= 0 <= high:
         raise _Unbounded
@@ -262,14 +262,14 @@ def _inverse(part: Part) -> Part:
     return _chained(part, value, Range(-square.high, -square.low))
 
 
-def _clipped(part: Part, low: Range, high: Range) -> Part:
+def _clipped(part: SlopedRange, low: Range, high: Range) -> SlopedRange:
     least, most = part.value
     value = Range(min(max(least, low.low), high.low), min(max(most, low.high), high.high))
     if low.high <= least and most <= high.low:
         return part
     inside = low.low <= most and least <= high.high
     slopes = {name: Range(min(0, s.low), max(0, s.high)) for name, s in part.slopes.items()} if inside else {}
-    return Part(value, slopes)
+    return SlopedRange(value, slopes)
 
 
 # --- arithmetic, rounded outwards

@@ -16,7 +16,7 @@ from math import gcd, lcm
 from typing import NamedTuple
 
 from verify.checker.reading import RejectedError
-from verify.checker.systems.rows import Branch, Direction, Motion, Row, Sum, Terms, Weights
+from verify.checker.systems.rows import Branch, Direction, Motion, Row, Terms, VariableSum, Weights
 from verify.claims.formula import And, Formula, Linear, Or
 from verify.systems.claims import atom
 from verify.systems.system import Affine, Interval, Piece, Polytope, System
@@ -28,11 +28,11 @@ LeapKey = tuple[tuple[str, tuple[tuple[str, Fraction], ...], Fraction, Fraction]
 class Inequality(NamedTuple):
     """A sum of variables is at most a number, or below it."""
 
-    sum: Sum
+    sum: VariableSum
     most: Fraction
     strict: bool
 
-    def opposite(self, reading: Reading) -> Inequality:
+    def opposite(self, reading: SystemReading) -> Inequality:
         """What holds where this does not."""
         return Inequality(
             reading.sum(tuple((-weight, name) for weight, name in self.sum.terms)), -self.most, not self.strict
@@ -55,7 +55,7 @@ Condition = Inequality | Every | Some  # on states, by their followed variables
 ALWAYS = Every(())
 
 
-class Reading:
+class SystemReading:
     """Symbolic states of a system of which some variables are `followed`; nothing is known of the others."""
 
     def __init__(self, system: System, followed: Iterable[str]) -> None:
@@ -63,14 +63,14 @@ class Reading:
         self.system = system
         self.order = tuple(one.name for one in system.variables if one.name in names)
         self._directions: dict[tuple[tuple[int, int], ...], Direction] = {}
-        self._sums: dict[Terms, Sum] = {}
+        self._sums: dict[Terms, VariableSum] = {}
         self._conditions: dict[Formula, Condition] = {}
         self._leaps: dict[tuple[int, tuple[Effect, ...]], Leap] = {}
         self._kinds: dict[LeapKey, int] = {}
 
-    def sum(self, terms: Terms) -> Sum:
+    def sum(self, terms: Terms) -> VariableSum:
         """The one object of a sum."""
-        return self._sums.setdefault(terms, Sum(terms))
+        return self._sums.setdefault(terms, VariableSum(terms))
 
     def condition(self, formula: Formula) -> Condition:
         """A formula without actions and negations; what speaks of variables that are not followed is taken to hold."""
@@ -135,7 +135,7 @@ class Reading:
             return end > 0 or (end == 0 and not asked.strict)
         return Row(direction, scale > 0, end / scale, asked.strict)
 
-    def direction(self, motion: Motion, asked: Sum) -> tuple[Direction | None, Fraction]:
+    def direction(self, motion: Motion, asked: VariableSum) -> tuple[Direction | None, Fraction]:
         """A sum of variables as a multiple of a direction, but for a number; None where no unknown is in it."""
         found = motion.directions.get(asked)
         if found is None:

@@ -55,7 +55,7 @@ class Row(NamedTuple):
         return Row(self.direction, not self.upper, self.end, not self.strict)
 
 
-class Sum:
+class VariableSum:
     """A sum of multiples of followed variables; one object for equal sums."""
 
     def __init__(self, terms: Terms) -> None:
@@ -68,7 +68,7 @@ class Motion:
     def __init__(self, weights: Mapping[str, Weights], unknowns: tuple[tuple[int, str], ...]) -> None:
         self.weights = weights
         self.unknowns = unknowns  # (number of the step, variable) of each error; of start variables the step is -1
-        self.directions: dict[Sum, tuple[Direction | None, Fraction]] = {}
+        self.directions: dict[VariableSum, tuple[Direction | None, Fraction]] = {}
         self.later: dict[int, Motion] = {}  # by kind of step
 
 
@@ -79,7 +79,7 @@ class Branch:
         self.step = step
         self.motion = motion
         self.at = at  # the number that is added, by variable
-        self.added: dict[Sum, Fraction] = {}  # the same for sums of variables, as far as they were asked about
+        self.added: dict[VariableSum, Fraction] = {}  # the same for sums of variables, as far as they were asked about
         self.box: Mapping[int, Span] = {}  # of unknowns that are bounded more narrowly than by [0, 1]
         self.rows: tuple[Row, ...] = ()
         self.pieces: tuple[int, ...] = ()  # that moved it

@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 from codegen.errors import UnknownNameError
 from codegen.ir import NO_FEATURE, ROOT, AgentPolicy, splits
-from verify.checker.systems.reading import Effect, Inequality, Reading
+from verify.checker.systems.reading import Effect, Inequality, SystemReading
 from verify.checker.thresholds import rounded
 from verify.claims.formula import FALSE, TRUE, Formula, below
 from verify.systems.system import Affine, Feature, Measure, Piece, System
@@ -52,12 +52,14 @@ def goes_left(feature: Feature, threshold: float, numbers: str) -> Formula:
     return below(terms, most - feature.form.constant, strict)
 
 
-def decisions(system: System, reading: Reading, policies: Sequence[AgentPolicy], by_action: bool) -> list[Decision]:
+def decisions(
+    system: System, reading: SystemReading, policies: Sequence[AgentPolicy], by_action: bool
+) -> list[Decision]:
     """The tree of each policy. `by_action`: actions are told apart, not what they do."""
     return [_decision(system, reading, policy, by_action) for policy in policies]
 
 
-def _decision(system: System, reading: Reading, policy: AgentPolicy, by_action: bool) -> Decision:
+def _decision(system: System, reading: SystemReading, policy: AgentPolicy, by_action: bool) -> Decision:
     sides = _sides_of(system, policy)
     effects = (
         [Effect((), number) for number in range(len(policy.actions))]
@@ -88,7 +90,7 @@ def _sides_of(system: System, policy: AgentPolicy) -> dict[int, Formula]:
     return found
 
 
-def _effects(system: System, reading: Reading, policy: AgentPolicy) -> list[Effect]:
+def _effects(system: System, reading: SystemReading, policy: AgentPolicy) -> list[Effect]:
     """What each action does to the followed variables; one object for equal effects."""
     found: dict[object, Effect] = {}
     effects: list[Effect] = []
@@ -99,12 +101,12 @@ def _effects(system: System, reading: Reading, policy: AgentPolicy) -> list[Effe
     return effects
 
 
-def _of_action(reading: Reading, piece: Piece, choice: tuple[str, str]) -> dict[str, Affine]:
+def _of_action(reading: SystemReading, piece: Piece, choice: tuple[str, str]) -> dict[str, Affine]:
     stated = piece.effect.get(choice, {})
     return {name: stated[name] for name in reading.order if name in stated and stated[name] != Affine()}
 
 
-def _parted(reading: Reading, side: Formula, left: Decision, right: Decision) -> Decision:
+def _parted(reading: SystemReading, side: Formula, left: Decision, right: Decision) -> Decision:
     """A split that goes left where a formula holds; either side, where nothing is known of the test."""
     if side in (TRUE, FALSE):
         return left if side == TRUE else right

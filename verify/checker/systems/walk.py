@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 from codegen.ir import PolicyProfile
 from verify.checker.reading import RejectedError
-from verify.checker.systems.reading import Condition, Effect, Every, Inequality, Reading
+from verify.checker.systems.reading import Condition, Effect, Every, Inequality, SystemReading
 from verify.checker.systems.rows import Branch, Row
 from verify.checker.systems.trees import Choices, Decision, Split, decisions
 from verify.claims.formula import FALSE, TRUE, Formula, Or, agents, conjunction, disjunction, given, negated
@@ -25,7 +25,7 @@ from verify.systems.system import Affine, HalfSpace, Piece, Polytope, System
 Decided = tuple[Branch, tuple[Effect, ...]]
 
 
-class Answer(IntEnum):
+class SideAnswer(IntEnum):
     """Which side of a question has states of a branch."""
 
     BOTH = 0  # or it is not known
@@ -42,7 +42,7 @@ class Answers(ABC):
         """Called with each symbolic state, before anything is asked of it."""
 
     @abstractmethod
-    def side(self, branch: Branch, row: Row) -> Answer:
+    def side(self, branch: Branch, row: Row) -> SideAnswer:
         """Whether a row holds for states of a branch, and its opposite."""
 
     @abstractmethod
@@ -65,19 +65,19 @@ class Proof(Answers):
         self._numbers = numbers
         self.closed = 0
 
-    def side(self, branch: Branch, row: Row) -> Answer:
+    def side(self, branch: Branch, row: Row) -> SideAnswer:
         """As in the proof, with a sum of rows that shows it."""
         answer = self._number()
-        if answer > Answer.NEITHER:
+        if answer > SideAnswer.NEITHER:
             raise RejectedError(f"after {self.closed} closed branches: {answer} is no answer")
-        if answer != Answer.BOTH:
+        if answer != SideAnswer.BOTH:
             aside = (
                 []
-                if answer == Answer.NEITHER
-                else [(row if answer == Answer.NOT_THIS else row.opposite(), self._times())]
+                if answer == SideAnswer.NEITHER
+                else [(row if answer == SideAnswer.NOT_THIS else row.opposite(), self._times())]
             )
             self._ensure_empty(branch, aside)
-        return Answer(answer)
+        return SideAnswer(answer)
 
     def visited(self, branch: Branch) -> None:
         """Nothing is read."""
@@ -133,7 +133,7 @@ class Hull(NamedTuple):
     region: Polytope
 
 
-class Part(NamedTuple):
+class FollowedPart(NamedTuple):
     """What a proof is about: the variables that are followed, and what is shown by them alone."""
 
     followed: tuple[str, ...]
@@ -153,14 +153,14 @@ def _parts(formula: Formula) -> tuple[Formula, ...]:
     return formula.parts if isinstance(formula, Or) else (formula,)
 
 
-class Search:
+class SystemQuestions:
     """The questions about some parts of a claim, in their fixed order."""
 
     def __init__(
-        self, profile: PolicyProfile, system: System, claim: SystemClaim, part: Part, answers: Answers
+        self, profile: PolicyProfile, system: System, claim: SystemClaim, part: FollowedPart, answers: Answers
     ) -> None:
         self.claim, self.answers, self.system = claim, answers, system
-        self.reading = Reading(system, part.followed)
+        self.reading = SystemReading(system, part.followed)
         self.hulls = part.hulls
         self._conditions: dict[int, Condition] = {}
         self._shows = part.shows
@@ -302,13 +302,13 @@ class Search:
         if settled is not None or isinstance(row, bool):
             return (branch, None) if settled else (None, branch)
         match self.answers.side(branch, row):
-            case Answer.BOTH:
+            case SideAnswer.BOTH:
                 return branch.with_row(row), branch.with_row(row.opposite())
-            case Answer.NOT_THIS:
+            case SideAnswer.NOT_THIS:
                 return None, branch
-            case Answer.ALL_THIS:
+            case SideAnswer.ALL_THIS:
                 return branch, None
-            case Answer.NEITHER:
+            case SideAnswer.NEITHER:
                 return None, None
 
 

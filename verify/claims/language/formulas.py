@@ -16,10 +16,10 @@ from codegen.errors import InputError
 from codegen.ir import GOAL, AgentPolicy
 from verify.claims import predicates
 from verify.claims.formula import FALSE, TRUE, Acts, Formula, Goal, conjunction, disjunction, negated
-from verify.claims.language.sums import Sum, compared, constant, coordinate, distance, largest
+from verify.claims.language.sums import CoordinateSum, compared, constant, coordinate, distance, largest
 from verify.language.arithmetic import Arithmetic, Typed
 from verify.language.lexer import Source, Token
-from verify.language.parser import ACTS, BARS, Call, Joined, Level, Limits, Listed, Name, Node, Prefixed, parse
+from verify.language.parser import ACTS, BARS, CallNode, Joined, Level, Limits, Listed, NameNode, Node, Prefixed, parse
 from verify.language.units import Unit
 
 LIMITS = Limits(characters=10_000, depth=41)  # 40 levels, and a predicate within
@@ -58,20 +58,20 @@ def formula_of(text: str, vocabulary: Vocabulary, where: Callable[[int], str]) -
     return found
 
 
-class _Sums(Arithmetic[Sum]):
+class _Sums(Arithmetic[CoordinateSum]):
     """The linear sums of a text."""
 
     def __init__(self, source: Source, known: Vocabulary) -> None:
         super().__init__(source)
         self._known = known
 
-    def constant(self, number: Fraction) -> Sum:
+    def constant(self, number: Fraction) -> CoordinateSum:
         return constant(number)
 
-    def negative(self, value: Sum, sign: Token | None = None) -> Sum:
+    def negative(self, value: CoordinateSum, sign: Token | None = None) -> CoordinateSum:
         return value.times(Fraction(-1))
 
-    def joined(self, left: Sum, sign: Token, right: Sum) -> Sum:
+    def joined(self, left: CoordinateSum, sign: Token, right: CoordinateSum) -> CoordinateSum:
         if sign.text == "+":
             return left + right
         if sign.text == "/" and right.is_constant and not right.offset:
@@ -83,22 +83,22 @@ class _Sums(Arithmetic[Sum]):
         what = "only linear arithmetic can be decided"
         raise self.source.wrong(what, sign.place, "multiply and divide by numbers only")
 
-    def power(self, base: Sum, sign: Token, exponent: int) -> Sum:
+    def power(self, base: CoordinateSum, sign: Token, exponent: int) -> CoordinateSum:
         found = base
         for _ in range(exponent - 1):
             found = self.joined(found, sign._replace(text="*"), base)
         return found
 
-    def _scaled(self, value: Sum, factor: Fraction, sign: Token) -> Sum:
+    def _scaled(self, value: CoordinateSum, factor: Fraction, sign: Token) -> CoordinateSum:
         try:
             return value.times(factor)
         except OverflowError as error:
             raise self.source.wrong(str(error), sign.place, "simplify the formula") from None
 
-    def named(self, name: Token) -> Typed[Sum]:
+    def named(self, name: Token) -> Typed[CoordinateSum]:
         known = self._known
         if name.text in TRUTHS:
-            raise self.refused(Name(name))
+            raise self.refused(NameNode(name))
         if name.text in known.constants:
             self.measured = self.measured or name
             number, unit = known.constants[name.text]
@@ -112,7 +112,7 @@ class _Sums(Arithmetic[Sum]):
             raise self.source.unknown("coordinate", name, known.coordinates)
         raise self.source.unknown("name", name, (*FUNCTIONS, *known.entities, *known.coordinates, *known.constants))
 
-    def called(self, call: Call) -> Typed[Sum]:
+    def called(self, call: CallNode) -> Typed[CoordinateSum]:
         function = call.token
         if function.text == "distance":
             a, b = named_in(self.source, call, ("entity", self._known.entities), ("entity", self._known.entities))
@@ -133,7 +133,7 @@ class _Sums(Arithmetic[Sum]):
             return Typed(largest(sums), unit)
         return Typed(self.negative(largest([self.negative(each) for each in sums])), unit)
 
-    def _plain(self, node: Node) -> Typed[Sum]:
+    def _plain(self, node: Node) -> Typed[CoordinateSum]:
         found = self.typed(node)
         if found.value.maxima:
             what = "absolute values, distances, max and min do not nest"
@@ -141,18 +141,18 @@ class _Sums(Arithmetic[Sum]):
         return found
 
     def refused(self, node: Node) -> InputError:
-        action = isinstance(node, Call) and node.token.text == ACTS
+        action = isinstance(node, CallNode) and node.token.text == ACTS
         what = f"{'an action' if action else 'a claim'} is no number"
         return self.source.wrong(what, node.token.place, "join claims by and, or, implies")
 
 
-def named_in(source: Source, call: Call, *kinds: tuple[str, Sequence[str]]) -> list[str]:
+def named_in(source: Source, call: CallNode, *kinds: tuple[str, Sequence[str]]) -> list[str]:
     """The names that are the first arguments of a call: each of a kind, and one of those that are known."""
     if len(call.arguments) < len(kinds):
         what = f"{call.token.text} needs {len(kinds)} names"
         raise source.wrong(what, call.token.place, " and then ".join(f"an {kind}" for kind, _ in kinds))
     for argument, (kind, known) in zip(call.arguments, kinds, strict=False):
-        if not isinstance(argument, Name) or argument.token.text not in known:
+        if not isinstance(argument, NameNode) or argument.token.text not in known:
             raise source.unknown(kind, argument.token, known)
     return [argument.token.text for argument, _ in zip(call.arguments, kinds, strict=False)]
 
@@ -181,13 +181,13 @@ class _Formulas:
                 return negated(claim) if len(signs) % 2 else claim
             case Listed():
                 return self._listed(node)
-            case Name(token) if token.text in TRUTHS:
+            case NameNode(token) if token.text in TRUTHS:
                 return TRUTHS[token.text]
-            case Name(token) if token.text not in (*self._known.coordinates, *self._known.constants):
+            case NameNode(token) if token.text not in (*self._known.coordinates, *self._known.constants):
                 raise self._source.unknown("word", token, (*FUNCTIONS, *WORDS, *self._known.entities))
-            case Call(token, _) if token.text in PREDICATES:
+            case CallNode(token, _) if token.text in PREDICATES:
                 return self._predicate(node)
-            case Call(token, _) if token.text == ACTS:
+            case CallNode(token, _) if token.text == ACTS:
                 what, advice = "an action is no claim", f"write acts({self._actor(node)}) == ACTION"
                 raise self._source.wrong(what, token.place, advice)
             case _:
@@ -199,7 +199,7 @@ class _Formulas:
 
     def _related(self, left: Node, sign: Token, right: Node) -> Formula:
         acting = [_is_action(left), _is_action(right)]
-        named = [isinstance(side, Name) for side in (left, right)]
+        named = [isinstance(side, NameNode) for side in (left, right)]
         words = [self._is_word(left), self._is_word(right)]
         if not ((any(acting) and all(a or n for a, n in zip(acting, named, strict=True))) or all(words)):
             return self._compared(left, sign, right)
@@ -211,7 +211,7 @@ class _Formulas:
 
     def _is_word(self, node: Node) -> bool:
         """Whether a tree is the name of something that is no number."""
-        if not isinstance(node, Name):
+        if not isinstance(node, NameNode):
             return False
         known = (*self._known.coordinates, *self._known.constants, *TRUTHS)
         return node.token.text not in known and "." not in node.token.text
@@ -247,7 +247,7 @@ class _Formulas:
 
     def _actor(self, call: Node) -> str:
         """The agent of `acts(agent)`."""
-        assert isinstance(call, Call)
+        assert isinstance(call, CallNode)
         if len(call.arguments) > 1:
             raise self._source.wrong("acts has one agent", call.token.place, "write acts(AGENT) == ACTION")
         return named_in(self._source, call, ("agent", tuple(self._known.agents)))[0]
@@ -268,7 +268,7 @@ class _Formulas:
 
     # --- predicates
 
-    def _predicate(self, call: Call) -> Formula:
+    def _predicate(self, call: CallNode) -> Formula:
         """closes, engaged or at, of an agent (for `at`: any entity) and an entity, with a bound of its own or not."""
         known, near = self._known, call.token.text == "at"
         first = ("entity", known.entities) if near else ("agent", tuple(known.agents))
@@ -282,7 +282,7 @@ class _Formulas:
         near_it = predicates.at(agent, target, known.radius)
         return closing if call.token.text == "closes" else disjunction(closing, near_it)
 
-    def _bound(self, call: Call) -> Fraction | None:
+    def _bound(self, call: CallNode) -> Fraction | None:
         if len(call.arguments) < 3:
             return None
         given = self.sums.typed(call.arguments[2]).value
@@ -293,7 +293,7 @@ class _Formulas:
 
 
 def _is_action(node: Node) -> bool:
-    return isinstance(node, Call) and node.token.text == ACTS
+    return isinstance(node, CallNode) and node.token.text == ACTS
 
 
 def _acts(policy: AgentPolicy, action: str) -> Formula:

@@ -17,59 +17,61 @@ MAX_BITS = 4096  # of a number's numerator or denominator
 
 
 @dataclass(frozen=True)
-class Sum:
+class CoordinateSum:
     """`offset` + weight * coordinate + ... + factor * max(sums) + ...; parts of a maximum have no maxima."""
 
     offset: Fraction = Fraction(0)
     terms: dict[str, Fraction] = field(default_factory=dict[str, Fraction])
-    maxima: tuple[tuple[Fraction, tuple["Sum", ...]], ...] = ()
+    maxima: tuple[tuple[Fraction, tuple["CoordinateSum", ...]], ...] = ()
 
     @property
     def is_constant(self) -> bool:
         """Whether it is a number."""
         return not self.terms and not self.maxima
 
-    def __add__(self, other: "Sum") -> "Sum":
+    def __add__(self, other: "CoordinateSum") -> "CoordinateSum":
         terms = dict(self.terms)
         for name, weight in other.terms.items():
             terms[name] = terms.get(name, Fraction(0)) + weight
         kept = {name: weight for name, weight in terms.items() if weight}
-        return Sum(self.offset + other.offset, kept, self.maxima + other.maxima)
+        return CoordinateSum(self.offset + other.offset, kept, self.maxima + other.maxima)
 
-    def times(self, factor: Fraction) -> "Sum":
+    def times(self, factor: Fraction) -> "CoordinateSum":
         """Every part times a number; OverflowError when its digits grow beyond all use."""
         if not factor:
-            return Sum()
+            return CoordinateSum()
         terms = {name: weight * factor for name, weight in self.terms.items()}
-        found = Sum(self.offset * factor, terms, tuple((factor * weight, parts) for weight, parts in self.maxima))
+        found = CoordinateSum(
+            self.offset * factor, terms, tuple((factor * weight, parts) for weight, parts in self.maxima)
+        )
         numbers = (found.offset, *terms.values(), *(weight for weight, _ in found.maxima))
         if any(max(abs(n.numerator), n.denominator).bit_length() > MAX_BITS for n in numbers):
             raise OverflowError("the numbers grow too long")
         return found
 
 
-def constant(value: Fraction) -> Sum:
+def constant(value: Fraction) -> CoordinateSum:
     """A number."""
-    return Sum(value)
+    return CoordinateSum(value)
 
 
-def coordinate(name: str) -> Sum:
+def coordinate(name: str) -> CoordinateSum:
     """One coordinate."""
-    return Sum(terms={name: Fraction(1)})
+    return CoordinateSum(terms={name: Fraction(1)})
 
 
-def largest(parts: Sequence[Sum]) -> Sum:
+def largest(parts: Sequence[CoordinateSum]) -> CoordinateSum:
     """The largest of sums without maxima."""
-    return parts[0] if len(parts) == 1 else Sum(maxima=((Fraction(1), tuple(parts)),))
+    return parts[0] if len(parts) == 1 else CoordinateSum(maxima=((Fraction(1), tuple(parts)),))
 
 
-def distance(a: str, b: str) -> Sum:
+def distance(a: str, b: str) -> CoordinateSum:
     """The L-infinity distance of two entities."""
     gaps = [coordinate(f"{a}.{axis}") + coordinate(f"{b}.{axis}").times(Fraction(-1)) for axis in "xy"]
     return largest([side for gap in gaps for side in (gap, gap.times(Fraction(-1)))])
 
 
-def compared(left: Sum, relation: str, right: Sum) -> Formula:
+def compared(left: CoordinateSum, relation: str, right: CoordinateSum) -> Formula:
     """The formula of `left relation right`; OverflowError when it has too many cases."""
     difference = left + right.times(Fraction(-1))
     backwards = difference.times(Fraction(-1))
@@ -84,7 +86,7 @@ def compared(left: Sum, relation: str, right: Sum) -> Formula:
     return made[relation]()
 
 
-def _not_above(total: Sum, strict: bool) -> Formula:
+def _not_above(total: CoordinateSum, strict: bool) -> Formula:
     """`total` <= 0, or < 0: each added maximum bounds with all of its parts, each subtracted one with some part."""
     added = [parts for factor, parts in total.maxima if factor > 0]
     factors = [factor for factor, _ in total.maxima if factor > 0] + [f for f, _ in total.maxima if f < 0]
@@ -94,9 +96,9 @@ def _not_above(total: Sum, strict: bool) -> Formula:
         cases *= len(parts)
     if cases > MAX_CASES:
         raise OverflowError(f"absolute values and distances make {cases} cases, at most {MAX_CASES} are allowed")
-    plain = Sum(total.offset, total.terms)
+    plain = CoordinateSum(total.offset, total.terms)
 
-    def atom(chosen: Sequence[Sum]) -> Formula:
+    def atom(chosen: Sequence[CoordinateSum]) -> Formula:
         found = plain
         for factor, part in zip(factors, chosen, strict=True):
             found = found + part.times(factor)

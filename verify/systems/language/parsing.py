@@ -13,10 +13,10 @@ from typing import TypeVar
 from codegen.errors import InputError
 from verify.language.arithmetic import Arithmetic, Typed
 from verify.language.lexer import Source, Token
-from verify.language.parser import Call, Joined, Level, Limits, Node, parse
+from verify.language.parser import CallNode, Joined, Level, Limits, Node, parse
 from verify.language.units import PURE, Unit, written
-from verify.systems.language.expressions import Call as CallOf
 from verify.systems.language.expressions import (
+    Call,
     Expression,
     Name,
     Number,
@@ -67,7 +67,7 @@ def feature_of(text: str, functions: Collection[str], names: Names, where: Place
     """What a text measures: which of `functions` it is, "" for none, and of what expression."""
 
     def read(reader: "_Expressions", tree: Node) -> tuple[str, Expression]:
-        if isinstance(tree, Call) and tree.token.text in functions and len(tree.arguments) == 1:
+        if isinstance(tree, CallNode) and tree.token.text in functions and len(tree.arguments) == 1:
             return tree.token.text, reader.typed(tree.arguments[0]).value
         return "", reader.typed(tree).value
 
@@ -127,7 +127,7 @@ class _Expressions(Arithmetic[Expression]):
             raise self.source.unknown("name", name, (*self._names.known, *self._names.meant))
         return Typed(Name(name.text), self._names.known[name.text])
 
-    def called(self, call: Call) -> Typed[Expression]:
+    def called(self, call: CallNode) -> Typed[Expression]:
         function = call.token
         if function.text not in FUNCTIONS:
             raise self.source.unknown("function", function, FUNCTIONS)
@@ -140,7 +140,7 @@ class _Expressions(Arithmetic[Expression]):
         if given[0].unit not in (None, PURE):
             what = f"units do not fit: {function.text} of {written(given[0].unit or PURE)}"
             raise self.source.wrong(what, function.place, "give it a pure number, or radians")
-        return Typed(self._small(CallOf(function.text, given[0].value), function), PURE)
+        return Typed(self._small(Call(function.text, given[0].value), function), PURE)
 
     def _clipped(self, function: Token, given: list[Typed[Expression]]) -> Typed[Expression]:
         ends = [affine(each.value) for each in given[1:]]
@@ -150,7 +150,7 @@ class _Expressions(Arithmetic[Expression]):
             raise self.source.wrong(what, function.place, "write clip(SUM, LOW, HIGH)")
         unit = self.same(given[0], given[1], function)
         unit = self.same(Typed(given[0].value, unit), given[2], function)
-        return Typed(self._small(CallOf("clip", given[0].value, (low, high)), function), unit)
+        return Typed(self._small(Call("clip", given[0].value, (low, high)), function), unit)
 
     def refused(self, node: Node) -> InputError:
         return self.source.wrong("not an expression", node.token.place, HOW)

@@ -323,7 +323,7 @@ def thresholds_as_written(patch):
 
 
 def lemmas_believed(patch):
-    class Believing(search.Search):
+    class Believing(search.ZoneSearch):
         def lemmas(self, tree, parts, allowed):
             stream, masks = super().lemmas(tree, parts, allowed)
             return stream, [3] * len(masks)

@@ -16,7 +16,7 @@ from tests.support.contact_readings import (
     strays,
 )
 from tests.support.contacts import around, random_team
-from verify.checker.episodes.contact_reading import ContactEpisode
+from verify.checker.episodes.contact_reading import ContactReading
 from verify.checker.reading import RejectedError
 from verify.claims.catalogue import find_claim
 
@@ -29,7 +29,7 @@ def test_what_the_machine_does_is_always_within_bounds():
     assert sum(touched > 0 for _, touched in found) >= 12
 
 
-class Soft(ContactEpisode):
+class Soft(ContactReading):
     """Forty times the margin, as if contacts were soft."""
 
     def __init__(self, *given):
@@ -49,7 +49,7 @@ def test_what_numbers_do_not_cover_is_refused(change):
     claim = find_claim("keeps_apart", profile, steps=5)
     region = around(profile, Fraction(1, 50), np.zeros((4, 2)))
     pairs = [(("agent_0", "agent_1"),)]
-    assert ContactEpisode(profile, claim, region, None, ["agent_0"], pairs).contacts
+    assert ContactReading(profile, claim, region, None, ["agent_0"], pairs).contacts
     other = replace(profile, world=replace(profile.world, **change))
     with pytest.raises(RejectedError, match=r"rounding|does not say"):
-        ContactEpisode(other, claim, region, None, ["agent_0"], pairs)
+        ContactReading(other, claim, region, None, ["agent_0"], pairs)
