@@ -129,6 +129,25 @@ def of_differences(differences: Sequence[float]) -> Estimate:
     return Estimate(float(np.mean(differences)), deviation / count**0.5, count - 1)
 
 
+OPPOSITE, SMALLER, SAME_SIZE, SIZE_OPEN = "OPPOSITE", "SMALLER THAN HALF", "SAME SIZE", "SIZE OPEN"
+HALF = 0.5  # of a published effect: an interval below it refutes the size, one above it confirms it
+CEILING = 0.97  # of the expert, which a baseline may keep before a lead over it cannot be seen
+
+
+def size(effect: float, low: float, high: float) -> str:
+    """The word for an interval's size against a published `effect`, which is positive and in the same unit."""
+    if high < 0:
+        return OPPOSITE
+    if high < HALF * effect:
+        return SMALLER
+    return SAME_SIZE if low >= HALF * effect else SIZE_OPEN
+
+
+def untestable(low: float) -> bool:
+    """Whether a lead over a baseline cannot be seen. `low`: the lower bound of the baseline's ratio to the expert."""
+    return low >= CEILING
+
+
 def holm(p_values: Sequence[float], at_once: int | None = None) -> list[float]:
     """Holm's adjusted p-values (1979), in the order given.
 

@@ -4,7 +4,22 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from maviper.reproduction.statistics import PAPER, RATIO, REWARD, Estimate, Term, estimate, holm, of_differences
+from maviper.reproduction.statistics import (
+    OPPOSITE,
+    PAPER,
+    RATIO,
+    REWARD,
+    SAME_SIZE,
+    SIZE_OPEN,
+    SMALLER,
+    Estimate,
+    Term,
+    estimate,
+    holm,
+    of_differences,
+    size,
+    untestable,
+)
 
 
 def simulated(rng, seeds=10, episodes=60, between=0.05, common=0.3, noise=0.3, mean=0.7):
@@ -138,3 +153,25 @@ def test_ratios_of_rewards():
     assert estimate([Term(1.0, ours, theirs, REWARD)]).value == 1.5
     assert estimate([Term(1.0, ours, theirs, PAPER)]).value == -0.5
     assert estimate([Term(1.0, -ours, theirs, PAPER)]).value == -0.5
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "word"),
+    [
+        (-0.3, -0.01, OPPOSITE),
+        (-0.3, 0.0, SMALLER),
+        (0.05, 0.19, SMALLER),
+        (0.05, 0.2, SIZE_OPEN),
+        (-0.1, 0.5, SIZE_OPEN),
+        (0.2, 0.3, SAME_SIZE),
+        (0.6, 0.9, SAME_SIZE),
+        (float("-inf"), float("inf"), SIZE_OPEN),
+    ],
+)
+def test_a_size_is_judged_against_half_of_the_published_effect(low, high, word):
+    assert size(0.4, low, high) == word
+
+
+def test_a_baseline_at_the_ceiling_leaves_no_lead_to_be_seen():
+    assert untestable(0.97) and untestable(1.1)
+    assert not untestable(0.969) and not untestable(float("-inf"))

@@ -1,0 +1,107 @@
+"""The register of tests/benchmarks/published.py: it can be carried out, and its numbers are paired."""
+
+import json
+from dataclasses import replace
+
+import pytest
+
+from maviper.extraction.settings import MAX_NUMBER
+from tests.benchmarks import published
+from tests.benchmarks.published import Cell, Found, cells_of, comparisons_of, expert_of, settings_of
+
+REGISTER, DIGEST = published.read_register()
+FIRST = Cell("physical-deception", "maddpg", "paper", "maviper-every-round", 4, 100)
+
+
+def everything():
+    return [cell for group in REGISTER["groups"] for cell in cells_of(REGISTER, group)]
+
+
+def document(lift):
+    """A cell in which the trees reach so much more than half of what the expert does."""
+    defenders, adversaries = "defenders success r=0.316", "adversaries success r=0.316"
+    values = {"joint:defenders": {defenders: [0.4 + lift, 0.4 + lift]}, "joint:adversaries": {adversaries: [0.5, 0.5]}}
+    values["expert"] = {defenders: [0.6, 1.0], adversaries: [0.5, 0.5]}
+    return {"register": DIGEST, "values": values, "training": {"stopped_after": 100}, "seconds": 1.0}
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """Three whole rows of one comparison."""
+    for place, seed in enumerate(REGISTER["seeds"]):
+        lifts = {"maviper-every-round": 0.2 + 0.01 * place, "iviper": 0.0, "maviper": 0.1}
+        for algorithm, lift in lifts.items():
+            cell = replace(FIRST, algorithm=algorithm, seed=seed)
+            (tmp_path / cell.name).write_text(json.dumps(document(lift)))
+    return tmp_path
+
+
+def test_six_primary_claims_are_one_family():
+    primary = [each for each in comparisons_of(REGISTER) if each[0] == "primary"]
+    assert len(primary) == 6
+    assert len({claim["id"] for claim in REGISTER["claims"]}) == len(REGISTER["claims"])
+
+
+def test_every_comparison_has_its_cells_and_a_measure_of_its_game():
+    known = set(everything())
+    assert len(known) == len(everything())
+    for _, claim, expert, depth in comparisons_of(REGISTER):
+        for side in (claim["first"], claim["second"]):
+            cells = {Cell(claim["game"], expert, **side, depth=depth, seed=seed) for seed in REGISTER["seeds"]}
+            assert cells <= known, claim["id"]
+        group = next(each for each in REGISTER["groups"] if each["game"] == claim["game"])
+        assert claim["measure"] in group["measures"], claim["id"]
+
+
+def test_seeds_are_fresh_and_settings_are_the_published_ones():
+    assert REGISTER["seeds"] == list(range(100, 110))
+    for cell in everything():
+        settings = settings_of(REGISTER, expert_of(cell)[1], cell)
+        agents = len(expert_of(cell)[1].agents)
+        if cell.algorithm == "maviper-every-round" or cell.preset == "released":
+            assert settings.patience == MAX_NUMBER
+        if cell.algorithm == "maviper-every-round":
+            assert (settings.iterations, settings.rollouts) == (100, 50)
+        if cell.algorithm == "iviper-equal-episodes":
+            assert 4_800 <= settings.iterations * settings.rollouts * agents <= 5_000
+
+
+def test_numbers_are_paired_by_seed(folder):
+    found = Found(REGISTER, DIGEST, folder)
+    claim = next(claim for claim in REGISTER["claims"] if claim["id"] == "rounds-deception-maddpg")
+    pair = found.paired(claim, "maddpg", 4)
+    assert pair.differences == pytest.approx([(0.2 + 0.01 * place) / 0.8 for place in range(10)])
+    text = "\n".join(published.table_lines(REGISTER, found))
+    assert "rounds-deception-maddpg, maddpg, depth 4: +0.306" in text and "SAME SIZE against 0.488" in text
+    assert "family primary: not whole, so no word is given yet" in text
+
+
+def test_the_record_says_that_it_is_partial_and_holds_the_cells(folder, tmp_path):
+    found = Found(REGISTER, DIGEST, folder)
+    places = [tmp_path / name for name in ("one", "two")]
+    for place in places:
+        published.recorded(REGISTER, DIGEST, found, folder, place)
+    one, two = ({path.name: path.read_bytes() for path in place.iterdir()} for place in places)
+    assert one == two and set(one) == {"cells.tar.xz", "cells.csv", "tables.txt", "README.md"}
+    text = one["README.md"].decode()
+    assert "**This record is partial.**" in text and DIGEST in text
+
+
+def test_a_cell_of_another_register_ends_the_run(folder):
+    place = folder / FIRST.name
+    place.write_text(json.dumps({**document(0.1), "register": "0" * 64}))
+    with pytest.raises(SystemExit, match="another register"):
+        published.made(DIGEST, FIRST, folder)
+
+
+def test_the_plan_has_costs_and_power_for_everything():
+    text = "\n".join(published.plan_lines(REGISTER))
+    assert "CPU hours in all" in text
+    assert all(claim["id"] in text for claim in REGISTER["claims"])
+
+
+def test_words_are_corrected_within_the_family():
+    clear, none, open_ = ([mean + 0.01 * (-1) ** place for place in range(10)] for mean in (0.3, 0.0, 0.007))
+    pairs = [published.Paired(tuple(each)) for each in (clear, none, open_)]
+    assert published.words_of(pairs, 0.05, 0.02) == ["BETTER", "EQUAL", "EQUAL"]
+    assert published.words_of(pairs, 0.05, 0.005) == ["BETTER", "NOT DECIDED", "NOT DECIDED"]
