@@ -15,12 +15,12 @@ from typing import TYPE_CHECKING
 from codegen.process import flags
 from maviper import claims, options
 from maviper.files.verbs import from_file, from_onnx, from_sklearn
+from maviper.options.profiles import TARGETS
 from maviper.reproduction.verb import reproduce
 from maviper.verification.verb import diff, robust, verify_system
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
-    from fractions import Fraction
+    from collections.abc import Iterable, Sequence
     from pathlib import Path
     from typing import Any, Unpack
 
@@ -32,9 +32,6 @@ if TYPE_CHECKING:
     from maviper.verification.files.counterexamples import Replayed
     from maviper.verification.repair import Repaired
     from verify.result import AnyResult
-
-    # exact: a text such as "1/40" or "0.025"; a float means the decimal that Python prints for it
-    Number = Fraction | float | str
 
 __all__ = [
     "check",
@@ -75,37 +72,19 @@ def load(path: str | Path) -> PolicyProfile:
 
 
 @flags.defaults
-def train(
-    world: str,
-    output: str | Path,
-    *,
-    algorithm: str = "",
-    recipe: str = "default",
-    steps: int | None = None,
-    settings: Mapping[str, float] | None = None,
-    seed: int = 0,
-    seeds: int = 1,
-    device: str = "cpu",
-    jobs: int = 1,
-    resume: bool = False,
-    against: Sequence[str] = (),
-) -> dict[str, Any]:
+@options.spelled_out(options.TrainOptions)
+def train(world: str, output: str | Path, **asked: Unpack[options.TrainOptions]) -> dict[str, Any]:
     """Trains an expert for a world into the run folder `output`; returns its card, with what was measured.
 
-    `algorithm`: mappo, maddpg or vdn (default: the recipe's); `recipe`: default or paper; `steps`: joint steps of the
-    environment; `settings`: others of the algorithm, by name; `seeds`: as many, from `seed` on, of which the best is
-    kept, `jobs` at a time; `resume`: goes on with the run in the folder; `against`: experts that the learner also
-    meets. The card says `stopped` where training ended early. MissingToolError without torch; InputError for a name or
-    number that cannot be used.
+    The card says `stopped` where training ended early. MissingToolError without torch; InputError for a name or number
+    that cannot be used.
     """
     from pathlib import Path
 
     from maviper.console import Console
-    from maviper.experts.training.run import TrainOptions, trained
+    from maviper.experts.training.run import trained
 
-    others = tuple(f"{name}={value}" for name, value in (settings or {}).items())
-    asked = TrainOptions(algorithm, recipe, steps, others, seed, seeds, device, jobs, resume, tuple(against))
-    return trained(world, Path(output), asked, Console(quiet=True))
+    return trained(world, Path(output), Console(quiet=True), **asked)
 
 
 @flags.defaults
@@ -128,80 +107,45 @@ def extract(
 
 
 @flags.defaults
-def evaluate(
-    subject: str | Path,
-    *,
-    replaced: Mapping[str, str] | None = None,
-    against: Iterable[str] = (),
-    expert: str | None = None,
-    team: str | None = None,
-    episodes: int = 1_000,
-    world: str | None = None,
-) -> Evaluation:
+@options.spelled_out(options.EvaluateOptions)
+def evaluate(subject: str | Path, **asked: Unpack[options.EvaluateOptions]) -> Evaluation:
     """A profile, an expert or a mix measured in play, on held-out episodes that are the same for everybody.
 
-    `subject`: a profile's file (its name ends in .json), or an expert as `extract` takes it. `replaced`: agent or team
-    -> another subject in its place; `against`: opponents, each a subject, scripted or random; `expert`: what ratios
-    refer to (default: the profile's own, where it is shipped); `team`: one only; `episodes`: at most 100,000.
-    InputError for what cannot be used, UnknownNameError for a name that there is not.
+    `subject`: a profile's file (its name ends in .json), or an expert as `extract` takes it. InputError for what cannot
+    be used, UnknownNameError for a name that there is not.
     """
-    from maviper.evaluation.run import EvaluateOptions, evaluated, request
+    from maviper.evaluation.run import evaluated, request
 
-    mixed = tuple(f"{name}={other}" for name, other in (replaced or {}).items())
-    return evaluated(request(str(subject), EvaluateOptions(mixed, tuple(against), expert, world, team, episodes)))
+    return evaluated(request(str(subject), **asked))
 
 
 @flags.defaults
-def exploit(
-    subject: str | Path,
-    team: str,
-    *,
-    against: Iterable[str] = (),
-    expert: str | None = None,
-    networks: Path | None = None,
-    steps: int = 1_024_000,
-    refinement_episodes: int = 100_000,
-    world: str | None = None,
-    episodes: int = 1_000,
-    seed: int = 0,
-) -> Exploitability:
-    """A lower bound on what the opponents of `team` gain by answering its policies; options as of `maviper exploit`.
+@options.spelled_out(options.ExploitOptions)
+def exploit(subject: str | Path, team: str, **asked: Unpack[options.ExploitOptions]) -> Exploitability:
+    """A lower bound on what the opponents of `team` gain by answering its policies.
 
     InputError for what cannot be used, MissingToolError where `networks` names a folder and torch is missing.
     """
     from maviper.console import Console
-    from maviper.extraction.exploiting import ExploitOptions, exploited
+    from maviper.extraction.exploiting import exploited
 
-    asked = ExploitOptions(tuple(against), expert, world, networks, steps, refinement_episodes, episodes, seed)
-    return exploited(str(subject), team, asked, Console(quiet=True))
+    return exploited(str(subject), team, Console(quiet=True), **asked)
 
 
 @flags.defaults
+@options.spelled_out(options.CompileOptions)
 def compile(
-    profile: PolicyProfile,
-    targets: Iterable[str] = ("c", "python", "json"),
-    prefix: str | None = None,
-    style: str = "auto",
-    *,
-    test_vectors: bool = False,
-    passes: Iterable[str] = (),
-    region: str | Path | None = None,
-    prove: bool = False,
-    solver_units: int | None = None,
+    profile: PolicyProfile, targets: Iterable[str] = TARGETS, **asked: Unpack[options.CompileOptions]
 ) -> Compiled:
     """Code for a profile, replayed against it with tolerance zero before it is returned.
 
-    `Compiled.files` maps file names to texts (of ONNX: bytes). `targets`: some of c, python, json, javascript, rust,
-    smt, svg, onnx; `prefix`: of every public name (default: the world's name); `style`: of the C, nested, ordered, walk
-    or auto; `test_vectors`: also observations with answers; `passes`: drop (for `region`), merge, reorder, over the
-    trees first; `prove`: C and Python equal to the trees for all observations, with `solver_units` of Z3 for each proof
-    (`Compiled.proofs`). DisagreementError when any decision differs; InputError for what cannot be asked.
+    `Compiled.files` maps file names to texts (of ONNX: bytes), `Compiled.proofs` has the answers of `prove`. `targets`:
+    some of c, python, json, javascript, rust, smt, svg, onnx, jax and torch. DisagreementError when any decision
+    differs; InputError for what cannot be asked.
     """
-    from maviper.compilation.run import CompileOptions, compiled
+    from maviper.compilation.run import compiled
 
-    where = None if region is None else str(region)
-    asked = CompileOptions(tuple(targets), prefix, style, test_vectors, tuple(passes), where, prove, solver_units)
-    return compiled(profile, asked)
+    return compiled(profile, targets, **asked)
 
 
 @flags.defaults
@@ -303,29 +247,22 @@ def replay(
 
 
 @flags.defaults
+@options.spelled_out(options.RepairOptions)
 def repair(
     profile: PolicyProfile,
     claim: str = "distinct_targets",
     region: str | Path = "start",
-    *,
-    team: str | None = None,
-    margin: Number | None = None,
-    radius: Number | None = None,
-    landmarks: Sequence[str] | None = None,
-    max_depth: int | None = None,
-    episodes: int = 1_000,
+    **asked: Unpack[options.RepairOptions],
 ) -> Repaired:
     """The leaves from which a claim can fail are changed until both engines prove it; `Repaired.after` is the profile.
 
-    It is None where no repair was found. `claim`: distinct_targets or own_target; `region`, `margin`, `radius` and
-    `landmarks` as for `verify`; `max_depth`: repairs within it are preferred; `episodes`: held out, for the measures
-    before and after (`Repaired.cost`). InputError for what cannot be asked.
+    It is None where no repair was found. `claim`: distinct_targets or own_target; `region`: `start`, or a region file.
+    `Repaired.cost` has the measures before and after. InputError for what cannot be asked.
     """
     from codegen.check import ensure
     from maviper.verification.ask import number
     from maviper.verification.repair import RepairOptions, repaired
 
-    ahead, near = number(margin, "margin"), number(radius, "radius")
-    own = None if landmarks is None else tuple(landmarks)
-    asked = RepairOptions(claim, team, str(region), ahead, near, own, max_depth, episodes)
-    return repaired(ensure(profile), asked)
+    given = options.completed(options.RepairOptions, asked)
+    given |= {name: number(given[name], name) for name in ("margin", "radius")}
+    return repaired(ensure(profile), RepairOptions(name=claim, region=str(region), **given))

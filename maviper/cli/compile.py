@@ -6,23 +6,15 @@ Does not: emit or compare anything itself.
 """
 
 from pathlib import Path
-from typing import Any
+from typing import Unpack
 
 import click
 
 from codegen.errors import ExitCode
 from maviper.cli.group import Verb
-from maviper.cli.options import PROFILE, console_of, option, output
-
-WHAT, HOW, CHECKS = "What is written", "The trees", "What is proved"
-
-
-def _listed(_context: click.Context, _parameter: click.Parameter, value: str) -> tuple[str, ...]:
-    return tuple(name.strip() for name in value.split(",") if name.strip())
-
-
-def _targets(_context: click.Context, _parameter: click.Parameter, value: str) -> tuple[str, ...]:
-    return tuple(name.strip() for name in value.split(","))
+from maviper.cli.options import PROFILE, console_of, names, option, options_of, output
+from maviper.options import CompileOptions
+from maviper.options.profiles import TARGETS, WRITTEN
 
 
 @click.command(
@@ -32,55 +24,19 @@ def _targets(_context: click.Context, _parameter: click.Parameter, value: str) -
 @option(
     "--target",
     "targets",
-    default="c,python,json",
+    default=",".join(TARGETS),
     show_default=True,
     metavar="NAMES",
-    callback=_targets,
-    section=WHAT,
+    callback=names,
+    section=WRITTEN,
     help="Any of c, python, json, javascript, rust, smt, svg, onnx, jax, torch.",
 )
-@option(
-    "--prefix",
-    default=None,
-    metavar="NAME",
-    section=WHAT,
-    help="Prefix of every public name (default: the world's name).",
-)
-@option(
-    "--style",
-    default="auto",
-    show_default=True,
-    metavar="NAME",
-    section=WHAT,
-    help="Style of the C code: nested, ordered, walk or auto.",
-)
-@option("--test-vectors", is_flag=True, section=WHAT, help="Also write observations with expected actions, and a test.")
-@option(
-    "--pass",
-    "passes",
-    default="",
-    metavar="NAMES",
-    callback=_listed,
-    section=HOW,
-    help="Passes to run on the trees first: any of drop,merge,reorder.",
-)
-@option("--region", default=None, metavar="REGION", section=HOW, help="For the pass drop: `start` or a region file.")
-@option(
-    "--prove",
-    is_flag=True,
-    section=CHECKS,
-    help="Prove with Z3 that C and Python equal the trees for all observations.",
-)
-@option(
-    "--solver-units",
-    default=None,
-    type=int,
-    section=CHECKS,
-    help="Limit per proof, in Z3's resource units (default: 200000000).",
-)
+@options_of(CompileOptions)
 @output("The folder for the code.")
 @click.pass_context
-def compile_verb(context: click.Context, profile: Path, output: Path, **options: Any) -> int:
+def compile_verb(
+    context: click.Context, profile: Path, targets: tuple[str, ...], output: Path, **options: Unpack[CompileOptions]
+) -> int:
     """Compile a profile to code that decides the same.
 
     The code is written only after a replay: the code, PROFILE and the tree as learned must decide the same on every
@@ -100,12 +56,12 @@ def compile_verb(context: click.Context, profile: Path, output: Path, **options:
     """
     from codegen.policy_json import content_hash
     from maviper.cli.agreement import say_agreement, say_proofs
-    from maviper.compilation.run import CompileOptions, compiled
+    from maviper.compilation.run import compiled
     from maviper.files import outputs
     from maviper.files.profiles import load
 
     console = console_of(context)
-    found = compiled(load(profile), CompileOptions(**options))
+    found = compiled(load(profile), targets, **options)
     for note in found.notes:
         console.line("pass", note)
     verb = outputs.of_code(found.build.model.prefix, content_hash(found.build.profile))

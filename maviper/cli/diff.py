@@ -7,13 +7,13 @@ Does not: decide.
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Unpack
 
 import click
 
 from maviper.cli.group import Verb
-from maviper.cli.options import PATH, REGION, RESULTS, console_of, option
-from maviper.options.verification import BUDGETS, QUESTION
+from maviper.cli.options import PATH, REGION, RESULTS, console_of, option, options_of
+from maviper.options import DiffOptions, completed
 
 if TYPE_CHECKING:
     from maviper.console import Console
@@ -23,31 +23,20 @@ if TYPE_CHECKING:
 @click.command(cls=Verb, example="maviper diff demo/extracted/profile.json demo/profile.json -o changed")
 @click.argument("first", type=PATH)
 @click.argument("second", type=PATH)
-@option(
-    "--agent",
-    "agents",
-    multiple=True,
-    metavar="NAME",
-    section=QUESTION,
-    help="Compare this agent only (repeatable; default: all).",
-)
 @REGION
-@option(
-    "--semantics",
-    default="machine",
-    show_default=True,
-    metavar="NAME",
-    section=QUESTION,
-    help="machine: as deployed; real: exact arithmetic, for comparison.",
-)
-@option(
-    "--max-nodes", type=int, default=None, section=BUDGETS, help="Limit on nodes of each search (default: 4000000)."
-)
-@option("--max-cells", type=int, default=None, section=BUDGETS, help="Limit on zones per agent (default: 50000).")
+@options_of(DiffOptions)
 @option("-o", "--output", type=PATH, default=None, section=RESULTS, help="Folder for data, certificate and page.")
 @option("--json", "as_json", is_flag=True, section=RESULTS, help="Print the comparison as JSON.")
 @click.pass_context
-def diff(context: click.Context, first: Path, second: Path, output: Path | None, as_json: bool, **options: Any) -> int:
+def diff(
+    context: click.Context,
+    first: Path,
+    second: Path,
+    region: str,
+    output: Path | None,
+    as_json: bool,
+    **options: Unpack[DiffOptions],
+) -> int:
     """Find every state in which two profiles act differently.
 
     FIRST and SECOND are profiles of one world, whose agents observe and may do the same. For each agent, the command
@@ -65,7 +54,8 @@ def diff(context: click.Context, first: Path, second: Path, output: Path | None,
     from maviper.cli.results import exit_code
     from maviper.files import outputs, runs
     from maviper.files.profiles import load
-    from maviper.verification.diff import AGAINST_FILE, DiffOptions, compared
+    from maviper.verification.diff import AGAINST_FILE, compared
+    from maviper.verification.diff import DiffOptions as Request
     from verify.progress import listening
     from verify.reports.differences import as_json as written
 
@@ -76,7 +66,7 @@ def diff(context: click.Context, first: Path, second: Path, output: Path | None,
         texts = {runs.PROFILE_FILE: dumps(one), AGAINST_FILE: dumps(other)}
         outputs.ensure_own(output, outputs.without_given(output, texts, given), outputs.DIFF)
     with console.following("comparing") as listener, listening(listener):
-        found = compared(one, other, DiffOptions(**options))
+        found = compared(one, other, Request(region=region, **completed(DiffOptions, options)))
     for label, text in found.lines:
         console.line(label, text)
     if output is not None:

@@ -5,52 +5,23 @@ Assumes: `maviper.evaluation.run` finds who plays and measures.
 Does not: play or count.
 """
 
-from typing import Any
+from typing import Unpack
 
 import click
 
 from codegen.errors import ExitCode
 from maviper.cli.group import Verb
-from maviper.cli.options import console_of, option
-
-WHO, HOW = "Who plays", "What is measured"
+from maviper.cli.options import console_of, option, options_of
+from maviper.options import EvaluateOptions
+from maviper.options.measuring import MEASURED
 
 
 @click.command(cls=Verb, example="maviper evaluate demo/profile.json --against random --episodes 500")
 @click.argument("subject")
-@option(
-    "--with",
-    "replaced",
-    multiple=True,
-    metavar="NAME=SUBJECT",
-    section=WHO,
-    help="Let another SUBJECT play an agent or a team (repeatable).",
-)
-@option(
-    "--against",
-    multiple=True,
-    metavar="OPPONENT",
-    section=WHO,
-    help="Opponents: another SUBJECT, scripted or random (repeatable).",
-)
-@option(
-    "--expert",
-    default=None,
-    metavar="EXPERT",
-    section=WHO,
-    help="The expert to compare with (default: the profile's own, if it is shipped).",
-)
-@option(
-    "--world",
-    default=None,
-    section=WHO,
-    help="The world, where a file cannot say it: module:function, gymnasium:ID.",
-)
-@option("--team", default=None, metavar="NAME", section=HOW, help="Measure one team only.")
-@option("--episodes", default=1_000, show_default=True, section=HOW, help="Held-out episodes, at most 100,000.")
-@option("--json", "as_json", is_flag=True, section=HOW, help="Print one JSON object.")
+@options_of(EvaluateOptions)
+@option("--json", "as_json", is_flag=True, section=MEASURED, help="Print one JSON object.")
 @click.pass_context
-def evaluate(context: click.Context, subject: str, as_json: bool, **options: Any) -> int:
+def evaluate(context: click.Context, subject: str, as_json: bool, **options: Unpack[EvaluateOptions]) -> int:
     """Measure a profile or an expert in play.
 
     SUBJECT is a profile, or an expert named as for `maviper extract`. A name that ends in .json is always a profile.
@@ -65,9 +36,9 @@ def evaluate(context: click.Context, subject: str, as_json: bool, **options: Any
     console.line("evaluating", subject)
     from codegen.policy_json import layout
     from maviper.console import say
-    from maviper.evaluation.run import EvaluateOptions, document, evaluated, lines, request
+    from maviper.evaluation.run import document, evaluated, lines, request
 
-    asked = request(subject, EvaluateOptions(**options))
+    asked = request(subject, **options)
     with console.live("playing", 1) as live:
 
         def show(done: int, total: int) -> None:

@@ -5,8 +5,9 @@ Assumes: `maviper.extraction.run` extracts, shows progress and writes.
 Does not: know how trees are grown.
 """
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Unpack
 
 import click
 
@@ -28,7 +29,7 @@ RENAMED = {"--budget": "--max-episodes", "--refinement": "--refinement-episodes"
 @options_of(ExtractOptions)
 @output("The profile's JSON file, or a run folder.")
 @click.pass_context
-def extract(context: click.Context, expert: str, output: Path, **options: Any) -> int:
+def extract(context: click.Context, expert: str, output: Path, **options: Unpack[ExtractOptions]) -> int:
     """Extract decision trees from an expert, as a policy profile.
 
     EXPERT is the name of a world, an expert file, a run folder, sb3:FILE.zip of stable-baselines3 (maviper guide own),
@@ -50,7 +51,7 @@ def extract(context: click.Context, expert: str, output: Path, **options: Any) -
     return ExitCode.DONE
 
 
-def _command(context: click.Context, expert: str, options: dict[str, Any]) -> str:
+def _command(context: click.Context, expert: str, options: Mapping[str, object]) -> str:
     """The command line that asks for the same, without what only says how it runs on."""
     said = [
         f"--{name.replace('_', '-')} {value}"

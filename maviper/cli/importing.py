@@ -7,15 +7,15 @@ Does not: read or compare anything itself.
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, Unpack
 
 import click
 
 from codegen.errors import ExitCode
 from maviper.cli.group import Verb
-from maviper.cli.options import PATH, console_of, names, option, output
-
-WHAT, NAMES = "What is imported", "Names"
+from maviper.cli.options import PATH, console_of, option, options_of, output
+from maviper.options import ImportOptions
+from maviper.options.profiles import IMPORTED
 
 
 def _agents(_context: click.Context, parameter: click.Parameter, value: str | None) -> dict[str, Path] | None:
@@ -38,35 +38,19 @@ def _agents(_context: click.Context, parameter: click.Parameter, value: str | No
     default=None,
     metavar="NAME=FILE,...",
     callback=_agents,
-    section=WHAT,
+    section=IMPORTED,
     help="A team: one file for each agent, instead of FILE.",
 )
-@option("--features", default=None, metavar="NAMES", callback=names, section=NAMES, help="Names of the features.")
-@option("--actions", default=None, metavar="NAMES", callback=names, section=NAMES, help="Names of the actions.")
-@option("--world", default="imported", show_default=True, metavar="NAME", section=NAMES, help="Name of the world.")
-@option(
-    "--numbers",
-    type=click.Choice(["float32"]),
-    default=None,
-    section=WHAT,
-    help="Round thresholds down for float32 observations where FILE compares doubles. Default: as FILE compares.",
-)
-@option(
-    "--arrays",
-    type=click.Choice(["float32", "float64"]),
-    default=None,
-    section=WHAT,
-    help="Arrays that if/else Python is given; NumPy 2 rounds its numbers to their type. Default: Python's floats.",
-)
-@option(
-    "--scores",
-    is_flag=True,
-    section=WHAT,
-    help="A list of numbers that FILE returns holds a score for each action: the largest acts.",
-)
+@options_of(ImportOptions)
 @output("The profile's file, a .json.")
 @click.pass_context
-def import_verb(context: click.Context, file: Path | None, output: Path, **options: Any) -> int:
+def import_verb(
+    context: click.Context,
+    file: Path | None,
+    agents: dict[str, Path] | None,
+    output: Path,
+    **options: Unpack[ImportOptions],
+) -> int:
     """Import decision trees of other programs: exact, or refused.
 
     FILE is if/else Python or C (one function an agent), an ONNX model, a single tree of XGBoost (JSON), LightGBM
@@ -81,10 +65,10 @@ def import_verb(context: click.Context, file: Path | None, output: Path, **optio
     console.line("importing", "" if file is None else str(file))
     from codegen import policy_json
     from maviper.files import runs
-    from maviper.files.importing import ImportOptions, imported
+    from maviper.files.importing import imported
 
     runs.target(output)
-    profile = imported(ImportOptions(file, **options))
+    profile = imported(file, agents, **options)
     for policy in profile.agents:
         _say(policy, profile.provenance.training, console)
     runs.write(output, policy_json.dumps(profile))

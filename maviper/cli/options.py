@@ -16,7 +16,7 @@ from codegen.errors import InputError
 from maviper.cli.group import Option
 from maviper.options.table import Option as Table
 from maviper.options.table import table_of
-from maviper.options.verification import PARAMETERS, QUESTION
+from maviper.options.verification import QUESTION
 
 PATH = click.Path(path_type=Path)
 PROFILE = click.argument("profile", type=PATH)
@@ -63,13 +63,15 @@ def _listed(asked: Table) -> Callable[[Any], Any]:
     """An option of a table. Its default is shown where it says more than that nothing was given."""
     about: dict[str, Any] = {"section": asked.section, "help": asked.help, "metavar": asked.form or None}
     if asked.base is bool:
-        return option(asked.flag, is_flag=True, **about)
-    default = ",".join(asked.default) if asked.commas and asked.default else asked.default
+        return option(asked.flag, asked.name, is_flag=True, **about)
+    default = (",".join(asked.default or ()) or None) if asked.commas else asked.default or None
+    default = asked.default if asked.base in (int, float) else default
     exact = asked.base is Fraction
     kind = PATH if asked.base is Path else str if asked.commas or exact else asked.base
+    kind = click.Choice(asked.choices) if asked.choices else kind
     reader = (numbers if asked.base is int else names) if asked.commas else fraction if exact else None
     about |= {"type": kind, "multiple": asked.several and not asked.commas, "callback": reader}
-    return option(asked.flag, default=default, show_default=default not in (None, "", ()), **about)
+    return option(asked.flag, asked.name, default=default, show_default=default is not None, **about)
 
 
 def output(text: str = "Where results go.") -> Callable[[Any], Any]:
@@ -84,13 +86,6 @@ REGION = option(
     metavar="REGION",
     section=QUESTION,
     help="`start` (the start region) or a region file (TOML).",
-)
-MARGIN = option(
-    "--margin",
-    callback=fraction,
-    metavar="NUMBER",
-    section=PARAMETERS,
-    help="An agent closes on a landmark when it is ahead by more than this (default: 0).",
 )
 
 

@@ -6,26 +6,15 @@ Does not: choose guards or decide verdicts.
 """
 
 from pathlib import Path
-from typing import Any
+from typing import Unpack
 
 import click
 
 from codegen.errors import ExitCode
 from maviper.cli.group import Verb
-from maviper.cli.options import (
-    MARGIN,
-    PARAMETERS,
-    PROFILE,
-    QUESTION,
-    REGION,
-    console_of,
-    fraction,
-    names,
-    option,
-    output,
-)
-
-LIMITS = "Limits"
+from maviper.cli.options import PROFILE, REGION, console_of, option, options_of, output
+from maviper.options import RepairOptions, completed
+from maviper.options.verification import QUESTION
 
 
 @click.command(cls=Verb, example="maviper repair demo/profile.json --max-depth 8 -o repaired")
@@ -39,34 +28,13 @@ LIMITS = "Limits"
     section=QUESTION,
     help="distinct_targets or own_target.",
 )
-@option(
-    "--team",
-    default=None,
-    metavar="NAME",
-    section=QUESTION,
-    help="The team to repair (default: the one with as many agents as landmarks).",
-)
 @REGION
-@MARGIN
-@option(
-    "--radius",
-    callback=fraction,
-    metavar="NUMBER",
-    section=PARAMETERS,
-    help="An agent is at a landmark within this distance along each axis (default: 1/10).",
-)
-@option(
-    "--landmarks",
-    callback=names,
-    metavar="A,B",
-    section=PARAMETERS,
-    help="own_target: one landmark per agent of the team.",
-)
-@option("--max-depth", type=int, default=None, section=LIMITS, help="Prefer repairs within this depth (default: any).")
-@option("--episodes", default=1_000, show_default=True, section=LIMITS, help="Held-out episodes, before and after.")
+@options_of(RepairOptions)
 @output("The folder for the repaired profile.")
 @click.pass_context
-def repair(context: click.Context, profile: Path, output: Path, **options: Any) -> int:
+def repair(
+    context: click.Context, profile: Path, name: str, region: str, output: Path, **options: Unpack[RepairOptions]
+) -> int:
     """Change the leaves that violate a property until it is proved.
 
     Each agent of the team is assigned its own landmark. If a counterexample ends in a leaf of PROFILE, that leaf
@@ -87,11 +55,12 @@ def repair(context: click.Context, profile: Path, output: Path, **options: Any) 
     from maviper.files.profiles import load
     from maviper.page.page import FILE, unplayable
     from maviper.page.results import page_of
-    from maviper.verification.repair import RepairOptions, repaired
+    from maviper.verification.repair import RepairOptions as Request
+    from maviper.verification.repair import repaired
     from verify.progress import listening
 
     console = console_of(context)
-    asked = RepairOptions(**options).checked()
+    asked = Request(name=name, region=region, **completed(RepairOptions, options)).checked()
     before = load(profile)
     outputs.ensure_own(output, {runs.PROFILE_FILE: dumps(before)}, outputs.REPAIR)
     with console.following("repairing") as listener, listening(listener):

@@ -6,7 +6,7 @@ Does not: know what a cell is.
 """
 
 from pathlib import Path
-from typing import Any
+from typing import Unpack
 
 import click
 
@@ -23,7 +23,7 @@ from maviper.options import ReproduceOptions
 @options_of(ReproduceOptions)
 @output("The folder of the reproduction.")
 @click.pass_context
-def reproduce(context: click.Context, output: Path, **options: Any) -> int:
+def reproduce(context: click.Context, output: Path, **options: Unpack[ReproduceOptions]) -> int:
     """Reproduce the experiments of the MAVIPER paper.
 
     Every extraction, cross-play and expert is a cell: a folder with the values of all its episodes. Cells that are

@@ -6,40 +6,22 @@ Does not: know how an algorithm learns.
 """
 
 from pathlib import Path
-from typing import Any
+from typing import Unpack
 
 import click
 
 from codegen.errors import ExitCode
 from maviper.cli.group import Verb
-from maviper.cli.options import console_of, option, output
-
-WHAT, HOW = "What is trained", "How it runs"
+from maviper.cli.options import console_of, options_of, output
+from maviper.options import TrainOptions
 
 
 @click.command(cls=Verb, example="maviper train predator-prey,prey=1 --seeds 4 --jobs 2 -o run")
 @click.argument("world")
-@option("--algorithm", default="", metavar="NAME", section=WHAT, help="mappo, maddpg or vdn (default: the recipe's).")
-@option(
-    "--recipe",
-    default="default",
-    show_default=True,
-    section=WHAT,
-    help="default, clone (of a script), or paper: MADDPG as released, in parallel games.",
-)
-@option("--steps", default=None, type=int, section=WHAT, help="Joint environment steps (default: the recipe's).")
-@option(
-    "--set", "settings", multiple=True, metavar="NAME=VALUE", section=WHAT, help="Another setting of the algorithm."
-)
-@option("--against", multiple=True, metavar="EXPERT", section=WHAT, help="Also meet this expert (mappo); repeatable.")
-@option("--seed", default=0, show_default=True, section=WHAT, help="The random seed.")
-@option("--seeds", default=1, show_default=True, section=WHAT, help="Train this many seeds; keep the best.")
-@option("--device", default="cpu", show_default=True, section=HOW, help="A torch device, such as cpu or cuda.")
-@option("--jobs", default=1, show_default=True, section=HOW, help="Seeds to train in parallel.")
-@option("--resume", is_flag=True, section=HOW, help="Continue the run in the folder.")
+@options_of(TrainOptions)
 @output("The run folder.")
 @click.pass_context
-def train(context: click.Context, world: str, output: Path, **options: Any) -> int:
+def train(context: click.Context, world: str, output: Path, **options: Unpack[TrainOptions]) -> int:
     """Train an expert for WORLD into a run folder.
 
     Training needs the extra maviper[train]. WORLD is a game, with options after commas (predator-prey,prey=1), or
@@ -49,11 +31,11 @@ def train(context: click.Context, world: str, output: Path, **options: Any) -> i
     expert.
     """
     from maviper.experts.cards import how_learned
-    from maviper.experts.training.run import TrainOptions, trained
+    from maviper.experts.training.run import trained
     from maviper.experts.training.train import EXPERT_FILE
 
     console = console_of(context)
-    card = trained(world, output, TrainOptions(**options), console)
+    card = trained(world, output, console, **options)
     for label, value in card["measured"].items():
         if isinstance(value, list):
             console.line("measured", f"{label}: {value[0]:.3f} [{value[1]:.3f}, {value[2]:.3f}]")

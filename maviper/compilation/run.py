@@ -5,43 +5,44 @@ Assumes: a profile; options that a user gave.
 Does not: emit or compare anything itself, print or write files.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Unpack
 
 from codegen import ir
 from codegen.agreement import vectors
-from codegen.lowering.lower import AUTO
-from codegen.targets import USUAL
 from maviper.compilation.compile import Compiled, compile_profile
 from maviper.compilation.passes import transformed
+from maviper.options import CompileOptions, completed
 
 
 @dataclass(frozen=True)
-class CompileOptions:
-    """What a compilation is asked for."""
+class CompileRequest:
+    """What a compilation is asked for besides its targets."""
 
-    targets: tuple[str, ...] = tuple(USUAL)
-    prefix: str | None = None  # of every public name; None: the world's name
-    style: str = AUTO  # how the C decides
-    test_vectors: bool = False
-    passes: tuple[str, ...] = ()  # over the trees first
-    region: str | None = None  # of the pass drop
-    prove: bool = False  # equal to the trees for all observations
-    solver_units: int | None = None  # for each proof; None: as usual
+    prefix: str | None  # of every public name; None: the world's name
+    style: str  # how the C decides
+    test_vectors: bool
+    passes: tuple[str, ...]  # over the trees first
+    region: Path | None  # of the pass drop
+    prove: bool  # equal to the trees for all observations
+    solver_units: int | None  # for each proof; None: as usual
 
 
-def compiled(profile: ir.PolicyProfile, options: CompileOptions) -> Compiled:
+def compiled(profile: ir.PolicyProfile, targets: Iterable[str], **options: Unpack[CompileOptions]) -> Compiled:
     """Code for a profile. DisagreementError when any decision differs; InputError for options that cannot be used."""
-    targets, prefix, style = options.targets, options.prefix, options.style
-    if options.prove:
+    asked, targets = CompileRequest(**completed(CompileOptions, options)), tuple(targets)
+    if asked.prove:
         from maviper.compilation import proofs  # here, so that compiling alone loads no solver
 
-        proofs.ensure_askable(targets, options.solver_units)
+        proofs.ensure_askable(targets, asked.solver_units)
     notes: tuple[str, ...] = ()
-    if options.passes or options.region is not None:
-        better = transformed(profile, options.passes, options.region)
+    if asked.passes or asked.region is not None:
+        better = transformed(profile, asked.passes, None if asked.region is None else str(asked.region))
         profile, notes = better.profile, better.notes
-    found = compile_profile(profile, targets, prefix, style)
-    more = vectors.files(found.build, targets) if options.test_vectors else {}
-    proved = proofs.prove(found.build, options.solver_units) if options.prove else None
+    found = compile_profile(profile, targets, asked.prefix, asked.style)
+    more = vectors.files(found.build, targets) if asked.test_vectors else {}
+    proved = proofs.prove(found.build, asked.solver_units) if asked.prove else None
     more |= proofs.files_of(proved, found.build.model) if proved else {}
     return replace(found, notes=notes, proofs=proved, beside=more)

@@ -9,7 +9,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import count
-from typing import Any
+from typing import Any, Unpack
 
 from codegen import ir
 from codegen.errors import InputError, UnknownNameError
@@ -33,6 +33,7 @@ from maviper.evaluation.crossplay import (
     tree_facts,
 )
 from maviper.evaluation.players import RANDOM, Player, find_player, shipped_expert
+from maviper.options import EvaluateOptions, completed
 from maviper.worlds import World, find
 from maviper.worlds.world import Int
 
@@ -113,15 +114,15 @@ def _wanted(expert: Controller, episodes: Episodes) -> Int:
 
 
 @dataclass(frozen=True)
-class EvaluateOptions:
+class EvaluateRequest:
     """What is measured besides the subject, by name."""
 
-    replaced: tuple[str, ...] = ()  # each NAME=SUBJECT
-    against: tuple[str, ...] = ()  # opponents
-    expert: str | None = None  # what ratios refer to
-    world: str | None = None  # of a user's own
-    team: str | None = None  # None: all
-    episodes: int = EPISODES  # held out
+    replaced: tuple[str, ...]  # each NAME=SUBJECT
+    against: tuple[str, ...]  # opponents
+    expert: str | None  # what ratios refer to
+    world: str | None  # of a user's own
+    team: str | None  # None: all
+    episodes: int  # held out
 
 
 @dataclass(frozen=True)
@@ -146,12 +147,13 @@ class Request:
         return list(places.values())
 
 
-def request(text: str, options: EvaluateOptions) -> Request:
-    """Finds everything that is named."""
-    given = None if options.world is None else find(options.world)
+def request(text: str, **options: Unpack[EvaluateOptions]) -> Request:
+    """Finds everything that is named. InputError for what cannot be used."""
+    asked = EvaluateRequest(**completed(EvaluateOptions, options))
+    given = None if asked.world is None else find(asked.world)
     subject, world = find_player(text, "SUBJECT", given)
-    replaced = dict(_replacement(item, world) for item in options.replaced)
-    expert = None if options.expert is None else find_player(options.expert, "--expert", world)[0]
+    replaced = dict(_replacement(item, world) for item in asked.replaced)
+    expert = None if asked.expert is None else find_player(asked.expert, "--expert", world)[0]
     if expert and expert.kind == RANDOM:
         raise InputError("random is not an expert", "--expert", "to play against it, use --against random")
     known = [subject, *replaced.values()]
@@ -166,9 +168,9 @@ def request(text: str, options: EvaluateOptions) -> Request:
         notes.append(f"no ratios, no fidelity: {why}; --expert names it")
     elif origins - {expert.id, ""}:
         notes.append("another expert than the one that the profile was extracted from")
-    against = _against(options.against, world) or ({expert.name: expert} if expert else {})
-    teams = (options.team,) if options.team else ()
-    return Request(world, subject, replaced, against, expert, tuple(notes), teams, options.episodes)
+    against = _against(asked.against, world) or ({expert.name: expert} if expert else {})
+    teams = (asked.team,) if asked.team else ()
+    return Request(world, subject, replaced, against, expert, tuple(notes), teams, asked.episodes)
 
 
 def _against(texts: Sequence[str], world: World) -> dict[str, Player]:

@@ -8,37 +8,39 @@ Does not: write anything.
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Unpack
 
 from codegen.errors import InputError, shown
 from codegen.importers import kinds as foreign
 from codegen.importers.origin import Names, Origin, Said, profile_of
 from codegen.ir import PolicyProfile
 from maviper.files import kinds, runs
+from maviper.options import ImportOptions, completed
 
 
 @dataclass(frozen=True)
-class ImportOptions:
-    """What is imported: a file, or a file for each agent; and names instead of the file's own, for every agent."""
+class ImportRequest:
+    """What is said of a file that it does not say itself; names instead of the file's own are for every agent."""
 
-    file: Path | None
-    agents: Mapping[str, Path] | None = None
-    features: tuple[str, ...] | None = None
-    actions: tuple[str, ...] | None = None
-    world: str = "imported"
-    numbers: str | None = None  # that agents compare: float32, or as the files do
-    scores: bool = False  # whether a list of numbers holds a score for each action
-    arrays: str | None = None  # of which numbers if/else Python is given arrays; None: it is given Python's floats
+    feature_names: tuple[str, ...] | None
+    action_names: tuple[str, ...] | None
+    name: str  # of the world
+    numbers: str | None  # that agents compare: float32, or as the files do
+    arrays: str | None  # of which numbers if/else Python is given arrays; None: it is given Python's floats
+    scores: bool  # whether a list of numbers holds a score for each action
 
 
-def imported(asked: ImportOptions) -> PolicyProfile:
-    """The profile of the trees in a file, or of a team. InputError for what is not understood."""
-    said = Said(asked.scores, asked.arrays or "")
-    names = Names(asked.features, asked.actions, asked.world)
-    if asked.file is not None and asked.agents is None:
-        return profile_of(_read(asked.file, said), names, asked.numbers)
-    if asked.file is not None or not asked.agents:
+def imported(
+    file: Path | None, agents: Mapping[str, Path] | None = None, **options: Unpack[ImportOptions]
+) -> PolicyProfile:
+    """The profile of the trees in a file, or in a file for each agent. InputError for what is not understood."""
+    asked = ImportRequest(**completed(ImportOptions, options))
+    said, names = Said(asked.scores, asked.arrays or ""), Names(asked.feature_names, asked.action_names, asked.name)
+    if file is not None and agents is None:
+        return profile_of(_read(file, said), names, asked.numbers)
+    if file is not None or not agents:
         raise InputError("nothing or too much is given", "", "give a file, or --agents with a file for each agent")
-    return profile_of({agent: _one(agent, path, said) for agent, path in asked.agents.items()}, names, asked.numbers)
+    return profile_of({agent: _one(agent, path, said) for agent, path in agents.items()}, names, asked.numbers)
 
 
 def _read(path: Path, said: Said) -> dict[str, Origin]:

@@ -7,53 +7,36 @@ Does not: read a file itself.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, TypedDict
+from typing import TYPE_CHECKING
 
 from codegen.process import flags
+from maviper.options import ImportOptions, spelled_out
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
     from pathlib import Path
+    from typing import Unpack
 
     from codegen.ir import PolicyProfile
 
 
-class Said(TypedDict, total=False):
-    """What the user says of a file that does not say it itself."""
-
-    scores: bool
-    arrays: str
-
-
 @flags.defaults
-def from_file(
-    file: str | Path | Mapping[str, str | Path],
-    feature_names: Sequence[str] | None = None,
-    action_names: Sequence[str] | None = None,
-    name: str = "imported",
-    numbers: str | None = None,
-    said: Said | None = None,
-) -> PolicyProfile:
+@spelled_out(ImportOptions)
+def from_file(file: str | Path | Mapping[str, str | Path], **asked: Unpack[ImportOptions]) -> PolicyProfile:
     """A profile of the trees in a file of another program, as `maviper import` makes it; nothing in the file is run.
 
     `file`: if/else Python, ONNX, a single tree of XGBoost, LightGBM, treelite or dtControl, recognised by its name and
-    content; or agent -> file, for a team. `feature_names`,
-    `action_names`: instead of the file's own, for every agent. `numbers`: "float32" for agents that compare float32
-    also where the file compares doubles. InputError for a file that is not understood in full, MissingToolError without
-    a package that reading it needs.
-
-    `said` may hold `scores`: whether a list of numbers that is returned holds a score for each action, of which the
-    largest acts; without it such a file is refused. And `arrays`: "float32" or "float64" where if/else Python is given
-    arrays of NumPy 2 of that type; without it, it is taken to be given Python's floats.
+    content; or agent -> file, for a team. Names are instead of the file's own, for every agent. InputError for a file
+    that is not understood in full, such as one that returns a list of numbers without `scores`; MissingToolError
+    without a package that reading it needs.
     """
     from pathlib import Path
 
-    from maviper.files.importing import ImportOptions, imported
+    from maviper.files.importing import imported
 
-    features, actions = (None if each is None else tuple(each) for each in (feature_names, action_names))
-    alone = Path(file) if isinstance(file, str | Path) else None
-    team = None if isinstance(file, str | Path) else {agent: Path(each) for agent, each in file.items()}
-    return imported(ImportOptions(alone, team, features, actions, name, numbers, **(said or {})))
+    if isinstance(file, str | Path):
+        return imported(Path(file), **asked)
+    return imported(None, {agent: Path(each) for agent, each in file.items()}, **asked)
 
 
 @flags.defaults

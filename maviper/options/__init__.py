@@ -6,8 +6,25 @@ Does not: run a verb, or know click.
 """
 
 from maviper.options.extraction import ExtractOptions
+from maviper.options.measuring import EvaluateOptions, ExploitOptions
+from maviper.options.profiles import CompileOptions, DiffOptions, ImportOptions, RepairOptions
 from maviper.options.reproduction import ReproduceOptions
 from maviper.options.table import completed, spelled_out, table_of
+from maviper.options.training import TrainOptions
 from maviper.options.verification import VerifyOptions
 
-__all__ = ["ExtractOptions", "ReproduceOptions", "VerifyOptions", "completed", "spelled_out", "table_of"]
+__all__ = [
+    "CompileOptions",
+    "DiffOptions",
+    "EvaluateOptions",
+    "ExploitOptions",
+    "ExtractOptions",
+    "ImportOptions",
+    "RepairOptions",
+    "ReproduceOptions",
+    "TrainOptions",
+    "VerifyOptions",
+    "completed",
+    "spelled_out",
+    "table_of",
+]

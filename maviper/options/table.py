@@ -13,12 +13,12 @@ from functools import cache
 from numbers import Integral, Real
 from pathlib import Path
 from types import MappingProxyType, UnionType
-from typing import Any, TypeVar, Union, get_args, get_origin, get_type_hints
+from typing import Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
 
-from codegen.errors import InputError, shown, suggestion
+from codegen.errors import InputError, UnknownNameError, shown, suggestion
 
 Verb = TypeVar("Verb", bound=Callable[..., Any])
-MANY = (Iterable, Sequence)
+MANY = (Iterable, Sequence, Mapping)  # of a mapping, each is a text NAME=VALUE
 NUMBERS = {int: Integral, float: Real}
 CALLED = {
     bool: "yes or no",
@@ -39,16 +39,18 @@ class Option:
     help: str
     form: str = ""  # of its value, in the help
     setting: str = ""  # what the code calls it, where that is another name
+    called: str = ""  # on the command line, where that is another name
     commas: bool = False  # several values stand in one word on the command line
     name: str = ""
     hint: Any = None
     base: type = str  # of one value
     several: bool = False
+    choices: tuple[str, ...] = ()  # all values that there are; (): others too
 
     @property
     def flag(self) -> str:
         """As it is given on the command line."""
-        return f"--{self.name.replace('_', '-')}"
+        return f"--{self.called or self.name.replace('_', '-')}"
 
     def read(self, value: Any) -> Any:
         """A value as the code has it: paths as Path, several in a tuple. InputError for one of another type."""
@@ -56,6 +58,8 @@ class Option:
             return None
         if not self.several:
             return self._one(value)
+        if isinstance(value, Mapping):
+            value = [f"{name}={each}" for name, each in value.items()]
         if isinstance(value, str) or not isinstance(value, Iterable):
             what = f"{self.name} takes several values, not {shown(repr(value)[:40])}"
             raise InputError(what, self.flag, "give a list")
@@ -64,6 +68,8 @@ class Option:
     def _one(self, value: Any) -> Any:
         if self.base is Fraction and isinstance(value, Real | str) and not isinstance(value, bool):
             return value  # which whoever computes with it reads exactly: that takes NumPy
+        if self.choices and value not in self.choices:
+            raise UnknownNameError(self.name, shown(str(value)[:40]), self.choices, self.flag)
         if self.base is Path and isinstance(value, str | Path):
             return Path(value)
         if self.base in NUMBERS and isinstance(value, NUMBERS[self.base]) and not isinstance(value, bool):
@@ -79,17 +85,18 @@ def table_of(options: type) -> Mapping[str, Option]:
     found: dict[str, Option] = {}
     for name, hint in get_type_hints(options, include_extras=True).items():
         written, option = get_args(hint)
-        base, several = _base(written)
-        found[name] = replace(option, name=name, hint=written, base=base, several=several)
+        found[name] = replace(option, name=name, hint=written, **_type(written))
     return MappingProxyType(found)
 
 
-def _base(hint: Any) -> tuple[type, bool]:
+def _type(hint: Any) -> dict[str, Any]:
     """What one value is, and whether there are several, of a type such as `Sequence[str | Path] | None`."""
     if get_origin(hint) in (Union, UnionType):
         parts = [part for part in get_args(hint) if part is not type(None)]
-        return (Path, False) if Path in parts else _base(parts[0])
-    return (_base(get_args(hint)[0])[0], True) if get_origin(hint) in MANY else (hint, False)
+        return {"base": Path} if Path in parts else _type(parts[0])
+    if get_origin(hint) is Literal:
+        return {"choices": get_args(hint)}
+    return {**_type(get_args(hint)[0]), "several": True} if get_origin(hint) in MANY else {"base": hint}
 
 
 def completed(options: type, given: Mapping[str, Any]) -> dict[str, Any]:

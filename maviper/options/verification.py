@@ -20,7 +20,7 @@ Number = Fraction | float | str
 Names = Sequence[str]
 
 
-def _of_claims(name: str) -> Option:
+def of_claims(name: str) -> Option:
     """A parameter that some claims read; without it, as the claim says."""
     (spec,) = (each for each in parameters.PARAMETERS if each.name == name)
     form = "" if spec.form is Form.COUNT else spec.form.value
@@ -60,19 +60,19 @@ class VerifyOptions(TypedDict, total=False):
     semantics: Annotated[
         str, Option("machine", QUESTION, "machine: as deployed; real: exact arithmetic, for comparison.", "NAME")
     ]
-    margin: Annotated[Number | None, _of_claims("margin")]
-    radius: Annotated[Number | None, _of_claims("radius")]
-    landmarks: Annotated[Names | None, _of_claims("landmarks")]
-    others: Annotated[Names | None, _of_claims("others")]
-    steps: Annotated[int | None, _of_claims("steps")]
-    kappa: Annotated[Number | None, _of_claims("kappa")]
-    of: Annotated[str | None, _of_claims("of")]
-    eps: Annotated[Number | None, _of_claims("eps")]
-    agents: Annotated[Names | None, _of_claims("agents")]
-    agent: Annotated[str | None, _of_claims("agent")]
-    feature: Annotated[str | None, _of_claims("feature")]
-    direction: Annotated[str | None, _of_claims("direction")]
-    order: Annotated[Names | None, _of_claims("order")]
+    margin: Annotated[Number | None, of_claims("margin")]
+    radius: Annotated[Number | None, of_claims("radius")]
+    landmarks: Annotated[Names | None, of_claims("landmarks")]
+    others: Annotated[Names | None, of_claims("others")]
+    steps: Annotated[int | None, of_claims("steps")]
+    kappa: Annotated[Number | None, of_claims("kappa")]
+    of: Annotated[str | None, of_claims("of")]
+    eps: Annotated[Number | None, of_claims("eps")]
+    agents: Annotated[Names | None, of_claims("agents")]
+    agent: Annotated[str | None, of_claims("agent")]
+    feature: Annotated[str | None, of_claims("feature")]
+    direction: Annotated[str | None, of_claims("direction")]
+    order: Annotated[Names | None, of_claims("order")]
     where: Annotated[
         bool, Option(False, EXTENT, "Find where claims hold and fail (reaches, covers: the share of starts that fail).")
     ]

@@ -7,11 +7,11 @@ Does not: print.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Unpack
 
 from codegen.process import flags
+from maviper.options import DiffOptions, completed, spelled_out
 
 if TYPE_CHECKING:
     from codegen.ir import PolicyProfile
@@ -36,24 +36,19 @@ def robust(
 
 
 @flags.defaults
+@spelled_out(DiffOptions)
 def diff(
-    first: PolicyProfile,
-    second: PolicyProfile,
-    region: str | Path = "start",
-    *,
-    agents: Sequence[str] = (),
-    semantics: str = "machine",
-    max_nodes: int | None = None,
-    max_cells: int | None = None,
+    first: PolicyProfile, second: PolicyProfile, region: str | Path = "start", **asked: Unpack[DiffOptions]
 ) -> Compared:
     """Every state of a region in which two profiles act differently, or the proof that there is none.
 
-    `Compared.facts` has shares, zones and examples, `Compared.found` the certificate; `agents`: only these; the rest is
-    as for `maviper diff`. InputError for profiles whose worlds, agents, features or actions differ.
+    `Compared.facts` has shares, zones and examples, `Compared.found` the certificate. InputError for profiles whose
+    worlds, agents, features or actions differ.
     """
-    from maviper.verification.diff import DiffOptions, compared
+    from maviper.verification.diff import DiffOptions as Request
+    from maviper.verification.diff import compared
 
-    return compared(first, second, DiffOptions(tuple(agents), str(region), semantics, max_nodes, max_cells))
+    return compared(first, second, Request(region=str(region), **completed(DiffOptions, asked)))
 
 
 @flags.defaults

@@ -148,9 +148,9 @@ def test_what_the_page_says_happens(case, tmp_path):
         name, content = given
         (tmp_path / name).write_bytes(content.encode() if isinstance(content, str) else content)
     try:
-        said = {"scores": "--scores" in case[1]}
+        scores = "--scores" in case[1]
         alone = not isinstance(given, tuple)
-        profile = maviper.from_sklearn(given) if alone else maviper.from_file(tmp_path / name, said=said)
+        profile = maviper.from_sklearn(given) if alone else maviper.from_file(tmp_path / name, scores=scores)
     except InputError as error:
         assert case[2] == REFUSED and error.next_step
         return

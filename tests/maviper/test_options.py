@@ -15,9 +15,27 @@ import maviper
 from codegen.errors import InputError
 from maviper import claims, manual
 from maviper.cli import main
+from maviper.compilation import run as compilation
+from maviper.evaluation import run as evaluation
+from maviper.experts.training import run as training
+from maviper.extraction import exploiting
 from maviper.extraction import run as extraction
 from maviper.extraction.settings import Settings, parted
-from maviper.options import ExtractOptions, ReproduceOptions, VerifyOptions, completed, table_of
+from maviper.files import importing
+from maviper.options import (
+    CompileOptions,
+    DiffOptions,
+    EvaluateOptions,
+    ExploitOptions,
+    ExtractOptions,
+    ImportOptions,
+    RepairOptions,
+    ReproduceOptions,
+    TrainOptions,
+    VerifyOptions,
+    completed,
+    table_of,
+)
 from maviper.reproduction import run as reproduction
 from maviper.verification.ask import VerifyOptions as Asked
 from verify.claims.catalogue import NAMES, ZONES, readable
@@ -25,7 +43,36 @@ from verify.claims.language import parameters
 
 PLAIN = {"margin", "radius", "kappa", "eps", "steps", "landmarks", "others", "order"}  # None: as usual
 FOLDER = "maviper/manual"
-TABLES = {"extract": ExtractOptions, "reproduce": ReproduceOptions, "verify": VerifyOptions}
+TABLES = {
+    "compile": CompileOptions,
+    "diff": DiffOptions,
+    "evaluate": EvaluateOptions,
+    "exploit": ExploitOptions,
+    "extract": ExtractOptions,
+    "import": ImportOptions,
+    "repair": RepairOptions,
+    "reproduce": ReproduceOptions,
+    "train": TrainOptions,
+    "verify": VerifyOptions,
+}
+# that the command has beside its table: what is a parameter of the function, or printed and written
+OWN = {
+    "compile": {"targets"},
+    "diff": {"region", "as_json"},
+    "evaluate": {"as_json"},
+    "exploit": {"as_json"},
+    "import": {"agents"},
+    "repair": {"name", "region"},
+}
+REQUESTS = {
+    CompileOptions: compilation.CompileRequest,
+    EvaluateOptions: evaluation.EvaluateRequest,
+    ExploitOptions: exploiting.ExploitRequest,
+    ImportOptions: importing.ImportRequest,
+    ReproduceOptions: reproduction.Request,
+    TrainOptions: training.TrainRequest,
+}
+VERBS = {name: maviper.from_file if name == "import" else getattr(maviper, name) for name in TABLES}
 CLAIMS = {each.name: each for each in vars(claims).values() if isinstance(each, type) and hasattr(each, "name")}
 PAGES = {"extract": ("extraction", "## Every option of extract")}
 
@@ -37,7 +84,7 @@ def test_a_command_has_the_options_of_the_table_and_no_other(name):
     if name == "verify":  # whose command asks several claims, of files and of stated systems too, and prints
         assert list(table) == [key for key in command if key in table]
     else:
-        assert list(table) == [key for key in command if key != "output"]
+        assert list(table) == [key for key in command if key not in OWN.get(name, set()) | {"output"}]
     for key, option in table.items():
         assert command[key].opts == [option.flag] and (command[key].section, command[key].help) == (
             option.section,
@@ -46,8 +93,17 @@ def test_a_command_has_the_options_of_the_table_and_no_other(name):
 
 
 @pytest.mark.parametrize("name", TABLES)
+def test_a_command_has_the_defaults_of_the_table(name):
+    command, table = main.cli.commands[name], TABLES[name]
+    subjects = ["x" for each in command.params if each.param_type_name == "argument"]
+    output = ["-o", "y"] if any(each.name == "output" for each in command.params) else []
+    given = command.make_context(name, [*subjects, *output], obj={"quiet": True}).params
+    assert completed(table, {key: given[key] for key in table_of(table)}) == completed(table, {})
+
+
+@pytest.mark.parametrize("name", TABLES)
 def test_a_verb_says_every_option_with_its_type_and_default(name):
-    verb, table = getattr(maviper, name), table_of(TABLES[name])
+    verb, table = VERBS[name], table_of(TABLES[name])
     given = inspect.signature(verb).parameters
     assert {key: given[key].default for key in table} == {key: option.default for key, option in table.items()}
     assert {key: given[key].annotation for key in table} == get_type_hints(TABLES[name])
@@ -60,7 +116,8 @@ def test_an_option_of_extraction_is_a_setting_or_a_field_of_the_request():
     asked, settings = parted(completed(ExtractOptions, {}))
     assert {*asked, "settings", "command"} == {field.name for field in fields(extraction.Request)}
     assert {field.name for field in fields(Settings)} - set(settings) == {"max_samples"}
-    assert {field.name for field in fields(reproduction.Request)} == set(completed(ReproduceOptions, {}))
+    for table, kind in REQUESTS.items():
+        assert {field.name for field in fields(kind)} == set(completed(table, {}))
 
 
 def test_what_is_not_given_or_none_is_as_usual():

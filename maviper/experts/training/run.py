@@ -11,57 +11,59 @@ from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Unpack
 
 from codegen.errors import InputError
 from maviper.console import Console, LiveLine
 from maviper.episodes.measures import Estimate, shown
-from maviper.experts.recipes import DEFAULT, Request, schedule
+from maviper.experts.recipes import Request, schedule
 from maviper.experts.training import train as training
 from maviper.files import resuming, runs
 from maviper.files.jobs import side_by_side
 from maviper.files.seeds import Scored, best_of, ensure_counts, folder_of, resumed
+from maviper.options import TrainOptions, completed
 from maviper.worlds import World, find
 
 MAX_SEED = 2**32
 
 
 @dataclass(frozen=True)
-class TrainOptions:
+class TrainRequest:
     """What a training is asked for."""
 
-    algorithm: str = ""  # "": the recipe's
-    recipe: str = DEFAULT
-    steps: int | None = None  # joint steps of the environment; None: the recipe's
-    settings: tuple[str, ...] = ()  # further ones, each NAME=VALUE
-    seed: int = 0
-    seeds: int = 1  # from `seed` on; the best is kept
-    device: str = "cpu"
-    jobs: int = 1  # seeds trained at the same time
-    resume: bool = False
-    against: tuple[str, ...] = ()  # experts that the learner meets
+    algorithm: str  # "": the recipe's
+    recipe: str
+    steps: int | None  # joint steps of the environment; None: the recipe's
+    settings: tuple[str, ...]  # further ones, each NAME=VALUE
+    seed: int
+    seeds: int  # from `seed` on; the best is kept
+    device: str
+    jobs: int  # seeds trained at the same time
+    resume: bool
+    against: tuple[str, ...]  # experts that the learner meets
 
 
-def trained(name: str, folder: Path, options: TrainOptions, console: Console) -> dict[str, Any]:
+def trained(name: str, folder: Path, console: Console, **options: Unpack[TrainOptions]) -> dict[str, Any]:
     """Trains an expert for the named world into a run folder; returns its card.
 
     The card says `stopped` where a training had to stop early.
     """
-    overrides: dict[str, Any] = {"seed": options.seed}
-    overrides |= {} if options.steps is None else {"steps": options.steps}
-    overrides |= dict(_setting(text) for text in options.settings)
-    request = Request(options.algorithm, options.recipe, overrides, options.device, options.against).checked()
+    asked = TrainRequest(**completed(TrainOptions, options))
+    overrides: dict[str, Any] = {"seed": asked.seed}
+    overrides |= {} if asked.steps is None else {"steps": asked.steps}
+    overrides |= dict(_setting(text) for text in asked.settings)
+    request = Request(asked.algorithm, asked.recipe, overrides, asked.device, asked.against).checked()
     world = find(name)
-    seeds = range(options.seed, options.seed + options.seeds)
-    ensure_counts(options.seeds, options.jobs)
+    seeds = range(asked.seed, asked.seed + asked.seeds)
+    ensure_counts(asked.seeds, asked.jobs)
     if not 0 <= seeds[0] <= seeds[-1] < MAX_SEED:
         raise InputError(f"seeds must be from 0 to {MAX_SEED - 1}, not {_seeds(seeds)}", "--seed, --seeds")
     resuming.resumable(partial(runs.begun, folder))
     console.line("training", f"{world.name}, {request.algorithm}, recipe {request.recipe}, {_seeds(seeds)}")
     console.line("", schedule(request, training.settings_of(world, request)))
     if len(seeds) == 1:
-        return _one(world, folder, request, options.resume, console)
-    return _several(_Task(name, folder, request, options.resume, console.quiet), seeds, options.jobs, console)
+        return _one(world, folder, request, asked.resume, console)
+    return _several(_Task(name, folder, request, asked.resume, console.quiet), seeds, asked.jobs, console)
 
 
 def _setting(text: str) -> tuple[str, str]:

@@ -15,7 +15,7 @@ from maviper.episodes.on_policy import on_policy
 from maviper.episodes.play import tree_policies
 from maviper.evaluation import crossplay
 from maviper.evaluation.crossplay import Stage, Uniform, cast, resampled
-from maviper.evaluation.run import MAX_EPISODES, Contest, EvaluateOptions, document, evaluate, request
+from maviper.evaluation.run import MAX_EPISODES, Contest, document, evaluate, request
 from maviper.experts import store
 from maviper.experts.measured import Measured
 from maviper.experts.scripted import scripted
@@ -307,7 +307,7 @@ def test_casts_put_the_subject_where_it_belongs(world):
 
 
 def asked(text, **options):
-    return request(str(text), EvaluateOptions(**options, episodes=FEW))
+    return request(str(text), **options, episodes=FEW)
 
 
 def test_the_experts_of_profiles_are_recognised(profile_file, profile, world):
