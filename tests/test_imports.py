@@ -59,6 +59,22 @@ def circle(imports):
     return None
 
 
+def contracts_of_layers():
+    contracts = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["importlinter"]["contracts"]
+    return [each for each in contracts if each["type"] == "layers" and "containers" in each]
+
+
+def test_the_floors_name_every_room():
+    """A new package or module that no floor names fails: somebody decides what it may import."""
+    contracts = contracts_of_layers()
+    assert {name for each in contracts for name in each["containers"]} >= set(PACKAGES)
+    for each in contracts:
+        rooms = {room for layer in each["layers"] for room in layer.split(" | ")}
+        (container,) = each["containers"]
+        children = {name.rpartition(".")[2] for name in graph().find_children(container)}
+        assert each.get("exhaustive") and rooms == children, container
+
+
 def test_no_circle_of_modules():
     found = graph()
     # the verbs of the package itself lead everywhere
