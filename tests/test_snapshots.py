@@ -6,7 +6,8 @@ from pathlib import Path
 
 from codegen import policy_json
 from maviper.cli import main
-from verify.checker.decisions.certificates import Certificate, to_json
+from verify.certificates.decisions import to_json
+from verify.checker.decisions.certificates import Certificate
 from verify.claims.formula import TRUE
 from verify.claims.region import Region
 

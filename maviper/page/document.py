@@ -25,7 +25,7 @@ from verify.claims.claim import Kind, teams
 from verify.claims.decisions import DecisionClaim, formula
 from verify.claims.episodes import EpisodeClaim, KeepsApart
 from verify.claims.formula import TRUE, atoms
-from verify.claims.formula_json import formula_document
+from verify.claims.uncertified.documents import formula_document
 from verify.states.state import measurable
 
 ALIKE = "alike"  # the name of the claim that two profiles act alike

@@ -25,7 +25,7 @@ from maviper.verification.ask import MAX_CELLS
 from maviper.verification.files.certificates import AGAINST_FILE
 from maviper.worlds import ParticleWorld, WorldState
 from maviper.worlds.matching import ensure_places, matching_places
-from verify.checker.decisions import certificates
+from verify.certificates.decisions import to_json
 from verify.question import UNITS_A_NODE, Budgets
 from verify.reports import differences as report
 from verify.result import Verdict
@@ -100,7 +100,7 @@ class Compared:
         found = {runs.PROFILE_FILE: dumps(self.found.first), AGAINST_FILE: dumps(self.found.second)}
         found[REPORT_FILE] = report.as_json(self.facts)
         if self.found.certificate is not None:
-            found[CERTIFICATE_FILE] = certificates.to_json(self.found.certificate)
+            found[CERTIFICATE_FILE] = to_json(self.found.certificate)
         return found
 
 

@@ -21,7 +21,7 @@ from codegen.check import ensure
 from codegen.errors import InputError, UnknownNameError, shown
 from codegen.ir import AgentPolicy, PolicyProfile
 from maviper.files import runs
-from verify.checker.decisions import certificates
+from verify.certificates.decisions import to_json
 from verify.checker.decisions.certificates import Certificate
 from verify.claims.formula import Acts
 from verify.claims.observed import View
@@ -96,7 +96,7 @@ class Radii:
         table.writeheader()
         table.writerows(self.rows())
         made = {f"certificate-{row}-robust.json": one for row, one in enumerate(self.certificates, 1)}
-        return {"radii.csv": text.getvalue()} | {name: certificates.to_json(one) for name, one in made.items()}
+        return {"radii.csv": text.getvalue()} | {name: to_json(one) for name, one in made.items()}
 
 
 def robust(profile: PolicyProfile, path: Path, agent: str | None = None, certify: bool = False) -> Radii:

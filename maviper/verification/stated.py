@@ -23,8 +23,8 @@ from maviper.verification.files.systems import WORLD_FILE, counterexample_file, 
 from maviper.verification.reference import measured, replay_words
 from maviper.worlds.stated.systems import read
 from maviper.worlds.stated.written import episodes
+from verify.certificates.systems import to_json
 from verify.checker.reading import RejectedError
-from verify.checker.systems import certificates as system_certificates
 from verify.checker.systems.enclosures import ensure_enclosed
 from verify.claims.formula import holds
 from verify.progress import tell
@@ -90,7 +90,7 @@ class StatedVerified:
     def certificates(self) -> dict[str, str]:
         """A certificate for each claim that is proved."""
         return {
-            report.certificate_name(place, result.claim): system_certificates.to_json(result.certificate)
+            report.certificate_name(place, result.claim): to_json(result.certificate)
             for place, result in enumerate(self.results, 1)
             if result.certificate is not None
         }

@@ -27,7 +27,8 @@ from sklearn.tree import DecisionTreeClassifier
 from codegen.floats import round_down
 from tests.support import system_cases as cases
 from tests.verify.reach import unrolled
-from verify.checker.systems.certificates import accepted, to_json
+from verify.certificates.systems import to_json
+from verify.checker.systems.certificates import accepted
 from verify.checker.systems.trees import goes_left
 from verify.claims.formula import Linear, holds
 from verify.reach.decide import decide

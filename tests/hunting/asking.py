@@ -19,7 +19,8 @@ from tests.hunting import forging, judge
 from tests.hunting.places import Case
 from tests.hunting.questions import Asked, of_twin
 from tests.hunting.reading import MACHINE, REAL
-from verify.checker.decisions.certificates import Certificate, accepted, from_json, to_json
+from verify.certificates.decisions import to_json
+from verify.checker.decisions.certificates import Certificate, accepted, from_json
 from verify.checker.reading import RejectedError
 from verify.claims.claim import Kind
 from verify.counterexamples import search

@@ -25,7 +25,8 @@ from tests.hunting.asking import Told, place_of
 from tests.hunting.places import Case
 from tests.hunting.reading import MACHINE, read
 from tests.hunting.regions import value
-from verify.checker.episodes.certificates import accepted, from_json, to_json
+from verify.certificates.episodes import to_json
+from verify.checker.episodes.certificates import accepted, from_json
 from verify.checker.reading import RejectedError
 from verify.claims.catalogue import find_claim
 from verify.claims.region import Region

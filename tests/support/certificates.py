@@ -7,7 +7,7 @@ from fractions import Fraction
 import numpy as np
 
 from codegen import ir
-from verify.checker.decisions import certificates
+from verify.checker.envelope import body_hash
 
 
 def changed_tree(rng, pair):
@@ -63,4 +63,4 @@ def changed_proof(rng, proofs):
 def rehashed(document):
     """The text of an edited document with its hash computed again."""
     body = {key: value for key, value in document.items() if key != "content_hash"}
-    return json.dumps({**body, "content_hash": certificates.body_hash(body)})
+    return json.dumps({**body, "content_hash": body_hash(body)})

@@ -10,7 +10,7 @@ import base64
 import binascii
 import hashlib
 import json
-from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Generator, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any
 
@@ -19,7 +19,6 @@ import msgspec
 from codegen.errors import InputError, shown
 from verify.checker.reading import RejectedError
 
-LINE = 96  # characters of a proof on a line
 BITS = 64  # of the largest number in a proof about decisions or episodes
 REMAKE = "make it again with `maviper verify -o`"
 
@@ -42,23 +41,6 @@ def numbers(proof: bytes, bits: int = BITS) -> Iterator[int]:
             value = shift = 0
     if shift:
         raise RejectedError("the proof ends within a number")
-
-
-def varint(number: int) -> bytes:
-    """A natural number in groups of seven bits, low ones first; all bytes but the last have the high bit."""
-    if number < 128:
-        return bytes((number,))
-    found = bytearray()
-    while number > 127:
-        found.append(number & 127 | 128)
-        number >>= 7
-    found.append(number)
-    return bytes(found)
-
-
-def encoded(numbers: Iterable[int]) -> bytes:
-    """Natural numbers as a proof has them."""
-    return b"".join(map(varint, numbers))
 
 
 def ensure_about(stated: str, found: str, what: str, option: str = "") -> None:
@@ -98,12 +80,6 @@ def ensure_whole(raw: msgspec.Struct, form: str, where: str) -> None:
 def body_hash(body: Mapping[str, Any]) -> str:
     """SHA-256 of a document without its hash."""
     return hashlib.sha256(json.dumps(body, ensure_ascii=False, sort_keys=True).encode()).hexdigest()
-
-
-def proof_lines(proof: bytes) -> list[str]:
-    """A proof as base64."""
-    text = base64.b64encode(proof).decode()
-    return [text[start : start + LINE] for start in range(0, len(text), LINE)]
 
 
 def read_proof(lines: Sequence[str], where: str) -> bytes:

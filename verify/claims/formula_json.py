@@ -1,6 +1,6 @@
-"""Formulas as plain data, for files.
+"""Formulas and exact numbers, read from the plain data of files.
 
-Does: writes formulas and exact numbers, and reads them back without trusting them.
+Does: reads them without trusting them.
 Assumes: a reader that turns ValueError, TypeError and LookupError into words about its file.
 Does not: touch files.
 """
@@ -10,7 +10,6 @@ from collections.abc import Mapping
 from fractions import Fraction
 from typing import Any
 
-from codegen.floats import rational_literal
 from verify.claims.formula import Acts, And, Formula, Goal, Linear, Not, Or
 
 MAX_DIGITS = 4000
@@ -26,20 +25,6 @@ def read_number(text: object) -> Fraction:
         return Fraction(text.strip('"'))
     except ZeroDivisionError:
         raise ValueError(f"not a number: {text[:40]!r}") from None
-
-
-def formula_document(node: Formula) -> dict[str, Any]:
-    """The formula as plain data; numbers are exact texts."""
-    if isinstance(node, Linear):
-        terms = [[rational_literal(weight), name] for weight, name in node.terms]
-        return {"sum": terms, "below" if node.strict else "most": rational_literal(node.bound)}
-    if isinstance(node, Acts):
-        return {"agent": node.agent, "takes": node.action}
-    if isinstance(node, Goal):
-        return {"goal": node.landmark}
-    if isinstance(node, Not):
-        return {"not": formula_document(node.part)}
-    return {"all" if isinstance(node, And) else "any": [formula_document(part) for part in node.parts]}
 
 
 def read_formula(document: Mapping[str, Any], depth: int = 0) -> Formula:

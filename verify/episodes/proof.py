@@ -11,7 +11,7 @@ them the path of explicit bounds that gives it. Closing a branch is then looking
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple, TypeAlias
 
-from verify.checker.envelope import varint
+from verify.certificates.proofs import varint
 from verify.checker.episodes.contact_reading import CUT, ContactReading
 from verify.checker.episodes.reading import (
     AWAY,

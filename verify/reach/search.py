@@ -15,7 +15,7 @@ from collections.abc import Callable
 import numpy as np
 
 from codegen.ir import Float64
-from verify.checker.envelope import encoded
+from verify.certificates.proofs import encoded
 from verify.checker.systems.rows import Branch, Row
 from verify.checker.systems.walk import Answers, SideAnswer
 from verify.reach.programs import TOLERANCE, Least, Programs, Used, end_of, floats, multipliers, related

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from codegen.ir import PolicyProfile
-from verify.checker.envelope import encoded
+from verify.certificates.proofs import encoded
 from verify.checker.systems.rows import Branch
 from verify.checker.systems.walk import FollowedPart, Hull, SystemQuestions
 from verify.reach.hulls import Hulls

@@ -16,8 +16,8 @@ from codegen.ir import PolicyProfile, Tree
 from codegen.paths import leaves_below
 from verify.claims.claim import Parameter
 from verify.claims.decisions import formula
-from verify.claims.formula_json import formula_document
 from verify.claims.region import goal_text
+from verify.claims.uncertified.documents import formula_document
 from verify.claims.uncertified.starts import called
 from verify.counterexamples.search import AgentView, Counterexample
 from verify.exact import plain

@@ -15,7 +15,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple, TypeAlias
 
-from verify.checker.envelope import varint
+from verify.certificates.proofs import varint
 from verify.progress import tell
 from verify.zones.tables import TRUE, Flat, Problem, ZoneTree
 

@@ -24,9 +24,10 @@ from maviper.verification.bench import replayed
 from maviper.verification.files import episodes as episode_files
 from verify.claims.decisions import OWN, PLAIN, formula
 from verify.claims.formula import Acts, Formula, Goal, agents, atoms, coordinates
-from verify.claims.formula_json import formula_document, read_formula, read_number
+from verify.claims.formula_json import read_formula, read_number
 from verify.claims.observed import over, view_from
 from verify.claims.region import goal_cases, goal_of, goal_text
+from verify.claims.uncertified.documents import formula_document
 from verify.claims.uncertified.own import BUILT_IN
 from verify.claims.uncertified.starts import positions
 from verify.counterexamples.search import Counterexample

@@ -36,9 +36,10 @@ from maviper.worlds.world import plain_name, world_name
 from verify.claims.claim import check_range
 from verify.claims.decisions import DecisionClaim, formula
 from verify.claims.formula import Formula, Linear, atoms
-from verify.claims.formula_json import formula_document, read_number
+from verify.claims.formula_json import read_number
 from verify.claims.region import Region, goal_of, goal_text
 from verify.claims.region_files import read_region
+from verify.claims.uncertified.documents import formula_document
 from verify.claims.uncertified.own import OwnFormula
 from verify.claims.uncertified.starts import called, observed_velocities
 from verify.question import Question

@@ -19,6 +19,7 @@ from codegen.policy_json import content_hash
 from maviper.files import runs
 from maviper.files.profiles import loaded
 from maviper.worlds.stated.systems import read
+from verify.certificates.systems import claim_document
 from verify.checker.decisions.certificates import MAX_BYTES
 from verify.checker.reading import RejectedError
 from verify.checker.systems import certificates as system_certificates
@@ -64,7 +65,7 @@ def counterexample_file(profile: PolicyProfile, system: System, claim: SystemCla
         "counterexample": FORM,
         "profile": content_hash(profile),
         "system": documents.content_hash(system),
-        "claim": system_certificates.claim_document(claim),
+        "claim": claim_document(claim),
         **{key: told[key] for key in ("step", "start", "errors", "pieces", "actions")},
     }
     return layout(body) + "\n"
@@ -76,7 +77,7 @@ class CounterexampleJson(msgspec.Struct, forbid_unknown_fields=True):
     counterexample: str
     profile: str
     system: str
-    claim: dict[str, Any]
+    claim: system_certificates.SystemClaimJson
     step: int
     start: dict[str, str]
     errors: list[dict[str, str]]

@@ -19,7 +19,7 @@ from maviper.verification.bench import Bench, state_replays
 from maviper.verification.files.counterexamples import document
 from maviper.verification.files.places import zones_and_region
 from maviper.verification.procedures.procedure import Procedure
-from verify.checker.decisions import certificates
+from verify.certificates.decisions import to_json
 from verify.claims.uncertified.starts import called
 from verify.question import DecisionQuestion
 from verify.solver.encode import Query, query, reaching
@@ -83,6 +83,4 @@ def _solver_files(number: int, question: DecisionQuestion) -> dict[str, str]:
     }
 
 
-PROCEDURE = Procedure(
-    _answer, decisions.verdict, certificates.to_json, _counterexample, zones_and_region, _solver_files
-)
+PROCEDURE = Procedure(_answer, decisions.verdict, to_json, _counterexample, zones_and_region, _solver_files)

@@ -15,7 +15,7 @@ from maviper.verification.bench import Bench
 from maviper.verification.files import episodes as episode_files
 from maviper.verification.procedures.procedure import Procedure
 from maviper.verification.replays import rollouts
-from verify.checker.episodes import certificates
+from verify.certificates.episodes import to_json
 from verify.extent.starts import start_share
 from verify.question import EpisodeQuestion
 from verify.result import Verdict
@@ -53,7 +53,7 @@ def _solver_files(number: int, question: EpisodeQuestion) -> dict[str, str]:
 PROCEDURE = Procedure(
     answer=_answer,
     verdict=_verdict,
-    certificate=certificates.to_json,
+    certificate=to_json,
     counterexample=_counterexample,
     places=_places,
     solver_files=_solver_files,

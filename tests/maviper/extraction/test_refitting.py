@@ -33,8 +33,8 @@ from tests.support.teams import team, towards
 from verify.claims.catalogue import find_property
 from verify.claims.decisions import DistinctTargets, formula
 from verify.claims.formula import FALSE, TRUE, Acts, conjunction, disjunction, holds
-from verify.claims.formula_json import formula_document
 from verify.claims.region import Region
+from verify.claims.uncertified.documents import formula_document
 from verify.claims.uncertified.starts import everywhere
 from verify.question import Question, from_start
 from verify.states.failures import failures

@@ -52,6 +52,11 @@ def test_the_readme_lists_the_trusted_base_and_its_sizes():
     assert abs(int(total.group(1).replace(",", "")) - sum(sizes.values())) <= sum(sizes.values()) / 10
 
 
+def test_the_readme_says_each_thing_once():
+    headings = re.findall(r"^## .+$", README.read_text(), re.MULTILINE)
+    assert len(headings) > 5 and len(headings) == len(set(headings))
+
+
 def test_the_readme_lists_what_proofs_about_systems_need_beside():
     listed = {path.replace("/", "."): int(size) for path, size in SYSTEMS_ROW.findall(README.read_text())}
     assert set(listed) == set(trusted.modules(trusted.SYSTEMS)) - set(trusted.modules(trusted.DECISIONS))

@@ -14,6 +14,8 @@ from maviper.verification.join import verify_claims
 from tests.support.episode_cases import arriving
 from tests.support.small import small_profile
 from tests.support.teams import team, towards
+from verify.certificates import decisions as decision_texts
+from verify.certificates import episodes as episode_texts
 from verify.checker.decisions import certificates
 from verify.checker.decisions.certificates import Certificate
 from verify.checker.episodes import certificates as episode_certificates
@@ -160,7 +162,7 @@ def test_no_certificate_is_about_nobody(place, capfd, name, property_name):
     made = about_nobody(name, property_name)
     with pytest.raises(InputError, match="the profile has no team"):
         certificates.accepted(made, PAIR)
-    (place / "c.json").write_text(certificates.to_json(made))
+    (place / "c.json").write_text(decision_texts.to_json(made))
     code, said = checked_file(place, capfd)
     assert code == 2 and "the profile has no team" in said
 
@@ -168,7 +170,7 @@ def test_no_certificate_is_about_nobody(place, capfd, name, property_name):
 @pytest.mark.parametrize("name", STRANGERS)
 def test_no_certificate_about_episodes_is_about_nobody(place, capfd, name):
     made = about_episodes(PAIR, Covers(name, 3))
-    (place / "c.json").write_text(episode_certificates.to_json(made))
+    (place / "c.json").write_text(episode_texts.to_json(made))
     code, said = checked_file(place, capfd)
     assert code == 2 and "the profile has no team" in said
 

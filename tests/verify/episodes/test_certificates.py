@@ -23,10 +23,11 @@ from tests.support.episode_cases import arriving, on_lattice
 from tests.support.episode_certificates import certified, failures
 from tests.support.strategies import grown_trees, with_trees
 from tests.support.teams import DOWN, LEFT, RIGHT, STAY, UP, team, towards, tree
+from verify.certificates.episodes import to_json
 from verify.checker.envelope import body_hash, numbers
 from verify.checker.episodes import reading as episode_reading
 from verify.checker.episodes import walk as episodes
-from verify.checker.episodes.certificates import accepted, from_json, to_json
+from verify.checker.episodes.certificates import accepted, from_json
 from verify.checker.episodes.reading import CLAIM, EpisodeReading, ProofPart, matchings
 from verify.checker.reading import RejectedError
 from verify.claims.catalogue import find_claim

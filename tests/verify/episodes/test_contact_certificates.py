@@ -15,9 +15,10 @@ from tests.support.contacts import around
 from tests.support.episode_certificates import certified, failures
 from tests.support.strategies import with_trees
 from tests.support.teams import LEFT, RIGHT, STAY
+from verify.certificates.episodes import to_json
 from verify.checker.envelope import numbers
 from verify.checker.episodes import walk as episodes
-from verify.checker.episodes.certificates import PUSHED, accepted, from_json, to_json
+from verify.checker.episodes.certificates import PUSHED, accepted, from_json
 from verify.checker.episodes.contact_reading import ContactReading
 from verify.checker.episodes.reading import OpenBranchError, ProofPart
 from verify.checker.reading import RejectedError

@@ -12,7 +12,8 @@ from codegen.check import ensure
 from codegen.errors import InputError
 from tests.support.contacts import played
 from tests.support.teams import RIGHT, STAY, tree
-from verify.checker.episodes.certificates import FORM, accepted, from_json, to_json
+from verify.certificates.episodes import to_json
+from verify.checker.episodes.certificates import FORM, accepted, from_json
 from verify.checker.episodes.reading import ProofPart
 from verify.checker.reading import RejectedError
 from verify.claims.catalogue import find_claim

@@ -5,8 +5,8 @@ from fractions import Fraction
 import numpy as np
 
 from codegen.ir import NO_CHILD, NO_FEATURE, ActionSpec, AgentPolicy, Tree
-from verify.claims.formula_json import formula_document
 from verify.claims.language.formulas import Vocabulary, formula_of
+from verify.claims.uncertified.documents import formula_document
 from verify.language.arithmetic import Typed
 from verify.language.units import unit_of, written
 from verify.systems.language.expressions import Call, Name, Number, Power

@@ -29,8 +29,9 @@ from tests.support.system_cases import (
     team,
 )
 from tests.verify.reach import random_systems, unrolled
+from verify.certificates.systems import to_json
 from verify.checker.reading import RejectedError
-from verify.checker.systems.certificates import accepted, from_json, to_json
+from verify.checker.systems.certificates import accepted, from_json
 from verify.claims.formula import Acts, And, Not, Or, holds, negated
 from verify.reach.decide import decide
 from verify.reach.results import Budget

@@ -17,6 +17,7 @@ from codegen.observe import observe
 from tests.hunting import places, questions, reading, teams
 from tests.support.strategies import with_trees
 from tests.support.teams import DOWN, LEFT, STAY, UP, team, towards, tree
+from verify.certificates.decisions import to_json
 from verify.checker.decisions import certificates
 from verify.checker.reading import RejectedError
 from verify.claims.formula import And, Or
@@ -319,9 +320,9 @@ def proved(profile):
 
 def test_a_certificate_is_read_back_and_accepted(proved):
     first, second, certificate = proved
-    again = certificates.from_json(certificates.to_json(certificate))
+    again = certificates.from_json(to_json(certificate))
     assert again == certificate and certificates.accepted(again, first, second) > 0
-    stated = json.loads(certificates.to_json(certificate))
+    stated = json.loads(to_json(certificate))
     assert stated["against"] == policy_json.content_hash(second)
 
 

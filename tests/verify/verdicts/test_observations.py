@@ -11,7 +11,8 @@ from codegen.errors import InputError
 from codegen.policy_json import content_hash
 from tests.support.observations import ACTIONS, NAMES, acts, blind, blind_tree, breaks, cells, doubled, representatives
 from tests.support.teams import tree
-from verify.checker.decisions.certificates import accepted, from_json, to_json
+from verify.certificates.decisions import to_json
+from verify.checker.decisions.certificates import accepted, from_json
 from verify.checker.reading import RejectedError
 from verify.claims.formula import Acts, below, conjunction, disjunction, negated
 from verify.claims.observed import View

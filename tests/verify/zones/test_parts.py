@@ -10,7 +10,8 @@ from codegen import ir
 from codegen.check import ensure
 from maviper.worlds import find
 from tests.support.teams import LEFT, STAY, UP, tree
-from verify.checker.decisions.certificates import FORM, PARTED, accepted, from_json, to_json
+from verify.certificates.decisions import to_json
+from verify.checker.decisions.certificates import FORM, PARTED, accepted, from_json
 from verify.checker.reading import RejectedError
 from verify.claims.formula import TRUE, Acts, And, Linear, Not, Or, agents, conjuncts
 from verify.claims.uncertified.own import OwnFormula

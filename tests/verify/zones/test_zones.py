@@ -23,8 +23,9 @@ from tests.support.zone_cases import (
     stated,
     switching,
 )
+from verify.certificates.proofs import varint
 from verify.checker.decisions import walk as decisions
-from verify.checker.envelope import numbers, varint
+from verify.checker.envelope import numbers
 from verify.claims.catalogue import find_property
 from verify.claims.decisions import DistinctTargets, formula
 from verify.claims.formula import Linear, holds

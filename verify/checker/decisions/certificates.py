@@ -1,8 +1,8 @@
 """Certificates of claims about single decisions: the document with its proof, and whether it is accepted.
 
-Does: the document and its JSON text; whether a certificate fits a profile and passes the checker.
+Does: reads the document; whether a certificate fits a profile and passes the checker.
 Assumes: a profile that was read and checked; proofs of the form that README.md specifies, made by anyone.
-Does not: prove.
+Does not: prove, or write (verify/certificates).
 """
 
 from collections.abc import Mapping
@@ -13,18 +13,14 @@ from typing import Any, TypeAlias
 import msgspec
 
 from codegen.errors import InputError, shown
-from codegen.floats import rational_literal
 from codegen.ir import GOAL, PolicyProfile
-from codegen.json_layout import layout
 from codegen.policy_json import content_hash
 from verify.checker.decisions import walk as decisions
 from verify.checker.envelope import (
     REMAKE,
-    body_hash,
     ensure_about,
     ensure_whole,
     numbers,
-    proof_lines,
     read_proof,
     undamaged,
 )
@@ -33,7 +29,7 @@ from verify.checker.thresholds import NO_ERROR
 from verify.claims.claim import check_range
 from verify.claims.decisions import BY_NAME, KAPPA, PLAIN, STEADY, DecisionClaim, checked, ensure_steady, formula
 from verify.claims.formula import Formula, agents, conjuncts, coordinates, for_goal, holds, names_goal
-from verify.claims.formula_json import formula_document, read_formula, read_number
+from verify.claims.formula_json import read_formula, read_number
 from verify.claims.observed import View, over, view_from
 from verify.claims.pairs import alike, ensure_comparable, paired
 from verify.claims.region import Region, goal_of, goal_text
@@ -196,24 +192,6 @@ class CertificateJson(msgspec.Struct, forbid_unknown_fields=True):
     view: dict[str, list[str]] | msgspec.UnsetType = msgspec.UNSET  # stated of claims over observations
 
 
-def to_json(certificate: Certificate) -> str:
-    """The text of a certificate; equal certificates give equal bytes."""
-    body = {
-        "certificate": certificate.form,
-        "profile": certificate.profile,
-        **({"against": certificate.against} if certificate.against else {}),
-        "property": None if certificate.claim is None else _property_document(certificate.claim),
-        "semantics": certificate.semantics,
-        **({"eps": str(certificate.eps)} if certificate.eps else {}),
-        **({} if certificate.view is None else {"view": certificate.view.document()}),
-        "region": {"name": certificate.region.name or certificate.region_said, **certificate.region.document()},
-        "formula": formula_document(certificate.formula),
-        "inhabitant": {name: rational_literal(value) for name, value in certificate.inhabitant.items()},
-        "proofs": {goal_text(goal): proof_lines(proof) for goal, proof in certificate.proofs.items()},
-    }
-    return layout(body | {"content_hash": body_hash(body)}) + "\n"
-
-
 def from_json(text: str | bytes, where: str = "certificate") -> Certificate:
     """The certificate in a text. InputError when it is damaged, of another version, or edited."""
     with undamaged(where):
@@ -242,13 +220,6 @@ def _certificate(raw: CertificateJson) -> Certificate:
         against="" if isinstance(raw.against, msgspec.UnsetType) else raw.against,
         view=None if isinstance(raw.view, msgspec.UnsetType) else view_from(raw.view),
     )
-
-
-def _property_document(claim: DecisionClaim) -> dict[str, Any]:
-    read = claim.parameters
-    values = {"name": claim.name, "team": claim.team, "margin": claim.margin, "radius": claim.radius, **UNREAD, **read}
-    stated = {name: values[name] for name in (*NAMED, *NOISY, *COMPARED) if name in values}
-    return {name: list(value) if isinstance(value, tuple) else str(value) for name, value in stated.items()}
 
 
 def _property(document: Mapping[str, str | list[str]]) -> DecisionClaim:

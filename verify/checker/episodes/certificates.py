@@ -1,8 +1,8 @@
 """Certificates of claims about whole episodes: the document with its proofs, and whether it is accepted.
 
-Does: its JSON text; whether one fits a profile and passes the checker.
+Does: reads the document; whether one fits a profile and passes the checker.
 Assumes: a profile that was read and checked; proofs of the form that README.md specifies, made by anyone.
-Does not: make proofs.
+Does not: make proofs, or write (verify/certificates).
 """
 
 from collections.abc import Mapping
@@ -12,17 +12,13 @@ from typing import Any
 
 import msgspec
 
-from codegen.floats import rational_literal
 from codegen.ir import PolicyProfile
-from codegen.json_layout import layout
 from codegen.policy_json import content_hash
 from verify.checker.decisions.certificates import Certificate, known_names, region_from
 from verify.checker.envelope import (
-    body_hash,
     ensure_about,
     ensure_whole,
     numbers,
-    proof_lines,
     read_proof,
     undamaged,
 )
@@ -34,7 +30,7 @@ from verify.checker.reading import RejectedError, region_formula
 from verify.claims.episodes import EpisodeClaim
 from verify.claims.formula import TRUE, holds
 from verify.claims.formula_json import read_number
-from verify.claims.region import Region, goal_of, goal_text
+from verify.claims.region import Region, goal_of
 from verify.semantics import MACHINE
 
 FORM = "maviper-episode-certificate-1"
@@ -130,34 +126,6 @@ class EpisodeCertificateJson(msgspec.Struct, forbid_unknown_fields=True):
     content_hash: str
     landmarks: list[str] | msgspec.UnsetType = msgspec.UNSET  # of claims that an agent arrives
     others: list[str] | msgspec.UnsetType = msgspec.UNSET  # of claims that it keeps apart
-
-
-def to_json(certificate: EpisodeCertificate) -> str:
-    """The text of a certificate; equal certificates give equal bytes."""
-    claim = certificate.claim
-    body = {
-        "certificate": certificate.form,
-        "profile": certificate.profile,
-        "property": claim.name,
-        "team": claim.team,
-        "steps": claim.steps,
-        "radius": str(claim.radius),
-        claim.whom: list(claim.named),
-        "semantics": certificate.semantics,
-        "region": {"name": certificate.region.name or certificate.region_said, **certificate.region.document()},
-        "inhabitant": {name: rational_literal(value) for name, value in certificate.inhabitant.items()},
-        "parts": [
-            {
-                "agent": part.agent,
-                "landmark": part.landmark,
-                "goal": goal_text(part.goal),
-                "followed": list(part.followed),
-                "proof": proof_lines(part.proof),
-            }
-            for part in certificate.parts
-        ],
-    }
-    return layout(body | {"content_hash": body_hash(body)}) + "\n"
 
 
 def from_json(text: str | bytes, where: str = "certificate") -> EpisodeCertificate:

@@ -1,8 +1,8 @@
 """Certificates of claims about stated systems: the document with its proofs, and whether it is accepted.
 
-Does: the document and its JSON text; whether a certificate fits a profile and a system and passes the checker.
+Does: reads the document; whether a certificate fits a profile and a system and passes the checker.
 Assumes: a profile and a system that were read and checked; proofs of the form that README.md specifies, made by anyone.
-Does not: prove.
+Does not: prove, or write (verify/certificates).
 """
 
 from __future__ import annotations
@@ -15,24 +15,20 @@ from typing import Any
 import msgspec
 
 from codegen.errors import InputError, shown
-from codegen.floats import rational_literal
 from codegen.ir import PolicyProfile
-from codegen.json_layout import layout
 from codegen.policy_json import content_hash
 from verify.checker.envelope import (
     REMAKE,
-    body_hash,
     ensure_about,
     ensure_whole,
     numbers,
-    proof_lines,
     read_proof,
     undamaged,
 )
 from verify.checker.reading import RejectedError
 from verify.checker.systems.walk import FollowedPart, Hull, Proof, SystemQuestions, ways
 from verify.claims.formula import Acts, Linear, agents, atoms, coordinates, holds
-from verify.claims.formula_json import formula_document, read_formula, read_number
+from verify.claims.formula_json import read_formula, read_number
 from verify.systems import documents
 from verify.systems.claims import SystemClaim, SystemKind
 from verify.systems.system import Affine, HalfSpace, System
@@ -178,38 +174,29 @@ class FollowedPartJson(msgspec.Struct, forbid_unknown_fields=True):
     proof: list[str]
 
 
+class SystemClaimJson(msgspec.Struct, forbid_unknown_fields=True):
+    """A claim in a file."""
+
+    name: str
+    kind: str
+    regions: list[list[dict[str, Any]]]
+    steps: int
+    by: int
+    formula: dict[str, Any]
+    label: str
+    region: str
+
+
 class SystemCertificateJson(msgspec.Struct, forbid_unknown_fields=True):
     """The members of the file; numbers are exact texts."""
 
     certificate: str
     profile: str
     system: str
-    claim: dict[str, Any]
+    claim: SystemClaimJson
     inhabitant: dict[str, str]
     parts: list[FollowedPartJson]
     content_hash: str
-
-
-def to_json(certificate: SystemCertificate) -> str:
-    """The text of a certificate; equal certificates give equal bytes."""
-    parts = [
-        {
-            "followed": list(part.followed),
-            "shows": list(part.shows),
-            "hulls": [{"step": hull.step, "region": list(map(_half_document, hull.region))} for hull in part.hulls],
-            "proof": proof_lines(part.proof),
-        }
-        for part in certificate.parts
-    ]
-    body = {
-        "certificate": FORM,
-        "profile": certificate.profile,
-        "system": certificate.system,
-        "claim": claim_document(certificate.claim),
-        "inhabitant": {name: rational_literal(value) for name, value in certificate.inhabitant.items()},
-        "parts": parts,
-    }
-    return layout(body | {"content_hash": body_hash(body)}) + "\n"
 
 
 def from_json(text: str | bytes, where: str = "certificate") -> SystemCertificate:
@@ -227,44 +214,18 @@ def _part(raw: FollowedPartJson, where: str) -> FollowedPart:
     return FollowedPart(tuple(raw.followed), tuple(raw.shows), hulls, read_proof(raw.proof, where))
 
 
-def claim_document(claim: SystemClaim) -> dict[str, Any]:
-    """A claim as plain data."""
-    return {
-        "name": claim.name,
-        "kind": claim.kind.value,
-        "regions": [[_half_document(half) for half in region] for region in claim.regions],
-        "steps": claim.steps,
-        "by": claim.by,
-        "formula": formula_document(claim.formula),
-        "label": claim.label,
-        "region": claim.region,
-    }
-
-
-def read_claim(document: Mapping[str, Any]) -> SystemClaim:
-    """The claim in plain data. ValueError, LookupError or TypeError for anything else."""
-    regions = tuple(tuple(_read_half(half) for half in region) for region in document["regions"])
-    steps, by = document["steps"], document["by"]
-    if type(steps) is not int or type(by) is not int:
-        raise TypeError("$.claim: steps are whole numbers")
-    claim = SystemClaim(
-        name=str(document["name"]),
-        kind=SystemKind(document["kind"]),
-        regions=regions,
-        steps=steps,
-        by=by,
-        formula=read_formula(document["formula"]),
-        label=str(document["label"]),
-        region=str(document["region"]),
+def read_claim(raw: SystemClaimJson) -> SystemClaim:
+    """The claim in a file. ValueError, LookupError or TypeError for one that there is not."""
+    return SystemClaim(
+        name=raw.name,
+        kind=SystemKind(raw.kind),
+        regions=tuple(tuple(map(_read_half, region)) for region in raw.regions),
+        steps=raw.steps,
+        by=raw.by,
+        formula=read_formula(raw.formula),
+        label=raw.label,
+        region=raw.region,
     )
-    if claim_document(claim) != document:
-        raise ValueError("$.claim: not as it is written")
-    return claim
-
-
-def _half_document(half: HalfSpace) -> dict[str, Any]:
-    terms = tuple((factor, name) for name, factor in half.form.terms)
-    return formula_document(Linear(terms, -half.form.constant, half.strict))
 
 
 def _read_half(document: Mapping[str, Any]) -> HalfSpace:

@@ -11,7 +11,10 @@ from maviper.cli import main
 from tests.support.episode_cases import arriving
 from tests.support.small import small_profile
 from tests.support.teams import STAY, team, towards, tree
+from verify.certificates import decisions as decision_texts
+from verify.certificates import episodes as episode_texts
 from verify.checker.decisions import certificates
+from verify.checker.envelope import body_hash
 from verify.checker.episodes import certificates as episode_certificates
 from verify.claims.episodes import EPISODE_CLAIMS
 
@@ -47,7 +50,7 @@ def test_a_proof_that_does_not_hold_is_refused_with_1(proved, tmp_path, capsys):
     made = certificates.from_json((proved / "certificate-1-distinct_targets.json").read_text())
     proofs = {goal: proof.replace(b"\x02", b"\x01") for goal, proof in made.proofs.items()}
     forged = tmp_path / "forged.json"
-    forged.write_text(certificates.to_json(certificates.Certificate(**{**vars(made), "proofs": proofs})))
+    forged.write_text(decision_texts.to_json(certificates.Certificate(**{**vars(made), "proofs": proofs})))
     assert main.run(["check", str(forged), "--profile", str(proved / "profile.json")]) == 1
     said = capsys.readouterr().err
     assert said.startswith("error: the certificate is refused\n") and "goal landmark_0" in said and str(forged) in said
@@ -96,7 +99,7 @@ def test_a_forged_proof_about_episodes_is_refused(arrived, tmp_path, capsys):
     made = episode_certificates.from_json((arrived / "certificate-2-reaches.json").read_text())
     sooner = replace(made, claim=replace(made.claim, steps=10))
     forged = tmp_path / "forged.json"
-    forged.write_text(episode_certificates.to_json(sooner))
+    forged.write_text(episode_texts.to_json(sooner))
     assert main.run(["check", str(forged), "--profile", str(arrived / "profile.json")]) == 1
     assert capsys.readouterr().err.startswith("error: the certificate is refused\n")
     other = tmp_path / "profile.json"
@@ -127,7 +130,7 @@ def rehashed(path, change):
     document = json.loads(path.read_text())
     del document["content_hash"]
     change(document)
-    return document | {"content_hash": certificates.body_hash(document)}
+    return document | {"content_hash": body_hash(document)}
 
 
 def test_a_formula_about_nobody_is_told_as_that(proved, tmp_path, capsys):
@@ -173,15 +176,15 @@ def test_certificates_read_back_to_the_same_bytes():
     assert len(found) > 5
     for path in found:
         about_episodes = any(name in path.name for name in EPISODE_CLAIMS)
-        kind = episode_certificates if about_episodes else certificates
-        assert kind.to_json(kind.from_json(path.read_bytes())) == path.read_text()
+        read, text = (episode_certificates, episode_texts) if about_episodes else (certificates, decision_texts)
+        assert text.to_json(read.from_json(path.read_bytes())) == path.read_text()
 
 
 def test_regions_state_nothing_that_is_not_read(arrived, tmp_path, capsys):
     document = json.loads((arrived / "certificate-2-reaches.json").read_text())
     del document["content_hash"]
     document["region"]["assume"] = "nobody moves"
-    document["content_hash"] = certificates.body_hash(document)
+    document["content_hash"] = body_hash(document)
     (tmp_path / "edited.json").write_text(json.dumps(document))
     assert main.run(["check", str(tmp_path / "edited.json"), "--profile", str(arrived / "profile.json")]) == 2
     assert "assume" in capsys.readouterr().err

@@ -16,10 +16,12 @@ from codegen.policy_json import content_hash
 from tests.support.certificates import changed_proof, changed_region, changed_tree, rehashed
 from tests.support.teams import STAY, UP, team, towards, tree
 from tests.support.zone_cases import NAVIGATION, deception, near_roles, random_region, stated, switching
+from verify.certificates.decisions import to_json
+from verify.certificates.proofs import varint
 from verify.checker import reading
 from verify.checker.decisions import walk as decisions
-from verify.checker.decisions.certificates import Certificate, accepted, from_json, to_json
-from verify.checker.envelope import numbers, varint
+from verify.checker.decisions.certificates import Certificate, accepted, from_json
+from verify.checker.envelope import numbers
 from verify.checker.reading import RejectedError
 from verify.claims.catalogue import find_property
 from verify.claims.decisions import DistinctTargets, OwnTarget, formula

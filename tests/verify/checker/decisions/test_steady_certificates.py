@@ -14,10 +14,11 @@ from maviper.verification.files.certificates import checked
 from tests.support.certificates import changed_proof, changed_region, changed_tree, rehashed
 from tests.support.teams import STAY, UP, team, towards, tree
 from tests.support.zone_cases import noisy, noisy_roles, random_region, stated
+from verify.certificates.decisions import to_json
 from verify.checker import reading as bounds
 from verify.checker import thresholds
 from verify.checker.decisions import walk as decisions
-from verify.checker.decisions.certificates import accepted, from_json, to_json
+from verify.checker.decisions.certificates import accepted, from_json
 from verify.checker.envelope import numbers
 from verify.checker.reading import RejectedError
 from verify.claims.catalogue import find_property

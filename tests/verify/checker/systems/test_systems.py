@@ -10,9 +10,10 @@ from codegen.errors import InputError
 from codegen.policy_json import content_hash
 from tests.support.system_cases import box, double_integrator, form, policy, stays, switching, team
 from tests.verify.reach import random_systems
+from verify.certificates.systems import to_json
 from verify.checker.reading import RejectedError
 from verify.checker.systems import trees as system_trees
-from verify.checker.systems.certificates import accepted, from_json, to_json
+from verify.checker.systems.certificates import accepted, from_json
 from verify.checker.systems.reading import Leap
 from verify.checker.systems.walk import Hull
 from verify.claims.formula import negated

@@ -1,0 +1,42 @@
+"""Certificates of claims about single decisions, as text.
+
+Does: the JSON text that checker/decisions/certificates.py reads.
+Assumes: nothing.
+Does not: check what it writes.
+"""
+
+from typing import Any
+
+from codegen.floats import rational_literal
+from codegen.json_layout import layout
+from verify.certificates.proofs import proof_lines
+from verify.checker.decisions.certificates import COMPARED, NAMED, NOISY, UNREAD, Certificate
+from verify.checker.envelope import body_hash
+from verify.claims.decisions import DecisionClaim
+from verify.claims.region import goal_text
+from verify.claims.uncertified.documents import formula_document
+
+
+def to_json(certificate: Certificate) -> str:
+    """The text of a certificate; equal certificates give equal bytes."""
+    body = {
+        "certificate": certificate.form,
+        "profile": certificate.profile,
+        **({"against": certificate.against} if certificate.against else {}),
+        "property": None if certificate.claim is None else _property_document(certificate.claim),
+        "semantics": certificate.semantics,
+        **({"eps": str(certificate.eps)} if certificate.eps else {}),
+        **({} if certificate.view is None else {"view": certificate.view.document()}),
+        "region": {"name": certificate.region.name or certificate.region_said, **certificate.region.document()},
+        "formula": formula_document(certificate.formula),
+        "inhabitant": {name: rational_literal(value) for name, value in certificate.inhabitant.items()},
+        "proofs": {goal_text(goal): proof_lines(proof) for goal, proof in certificate.proofs.items()},
+    }
+    return layout(body | {"content_hash": body_hash(body)}) + "\n"
+
+
+def _property_document(claim: DecisionClaim) -> dict[str, Any]:
+    read = claim.parameters
+    values = {"name": claim.name, "team": claim.team, "margin": claim.margin, "radius": claim.radius, **UNREAD, **read}
+    stated = {name: values[name] for name in (*NAMED, *NOISY, *COMPARED) if name in values}
+    return {name: list(value) if isinstance(value, tuple) else str(value) for name, value in stated.items()}
