@@ -56,7 +56,7 @@ SYSTEMS = {
 }
 REFEREE = {
     "codegen": ("errors", "floats", "ir", "observe", "region"),
-    "verify": (*VERIFY, "question"),
+    "verify": (*VERIFY, "question", "subjects"),
     "verify/claims": (
         "claim",
         "decisions",
