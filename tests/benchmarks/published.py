@@ -17,7 +17,7 @@ import lzma
 import tarfile
 import time
 import tomllib
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass, fields
 from functools import cache
 from itertools import product
 from pathlib import Path
@@ -84,9 +84,10 @@ def cells_of(register, group):
     ]
 
 
-def expert_of(cell):
+@cache
+def expert_of(game, label):
     """The shipped expert, and its world."""
-    return find_expert(cell.game if cell.expert == "mappo" else f"{cell.game}@{cell.expert}")
+    return find_expert(game if label == "mappo" else f"{game}@{label}")
 
 
 def settings_of(register, world, cell):
@@ -99,7 +100,7 @@ def settings_of(register, world, cell):
 def make(register, digest, cell, folder):
     """Makes one cell."""
     started = time.process_time()
-    expert, world = expert_of(cell)
+    expert, world = expert_of(cell.game, cell.expert)
     settings = settings_of(register, world, cell)
     profile = extract(world, expert, settings)
     lineups = {name: each for name, each in replacing(world, expert, profile).items() if name != "all"}
@@ -151,7 +152,7 @@ class Found:
         for seed in self.register["seeds"]:
             cell = Cell(claim["game"], expert, chosen["preset"], chosen["algorithm"], depth, seed)
             if cell in self.documents:
-                found[seed] = ratio(self.documents[cell]["values"], expert_of(cell)[1], claim["measure"])
+                found[seed] = ratio(self.documents[cell]["values"], expert_of(cell.game, expert)[1], claim["measure"])
         return found
 
     def paired(self, claim, expert, depth):
@@ -280,25 +281,30 @@ def words_of(pairs, alpha, margin):
 
 def recorded(register, digest, found, folder, place):
     """Writes the finished cells, a table of their means, the tables and a page."""
-    data, table = io.BytesIO(), io.StringIO()
-    rows = csv.writer(table, lineterminator="\n")
-    rows.writerow(["game", "expert", "preset", "algorithm", "depth", "seed", "lineup", "measure", "mean", "rounds"])
+    data = io.BytesIO()
     with tarfile.open(fileobj=data, mode="w", format=tarfile.USTAR_FORMAT) as tar:
         for cell in sorted(found.documents):
             content = (folder / cell.name).read_bytes()
             member = tarfile.TarInfo(cell.name)
             member.size = len(content)
             tar.addfile(member, io.BytesIO(content))
-            document = found.documents[cell]
-            about = [cell.game, cell.expert, cell.preset, cell.algorithm, cell.depth, cell.seed]
-            for lineup, columns in document["values"].items():
-                for label, values in columns.items():
-                    mean = repr(float(np.mean(values)))
-                    rows.writerow([*about, lineup, label, mean, document["training"]["stopped_after"]])
     runs.write(place / ARCHIVE, lzma.compress(data.getvalue(), preset=6))
-    runs.write(place / TABLE, table.getvalue())
+    runs.write(place / TABLE, means(found))
     runs.write(place / TEXT, "\n".join(table_lines(register, found)) + "\n")
     runs.write(place / README, page(register, digest, found))
+
+
+def means(found):
+    """A row for each cell, line-up and measure, as CSV."""
+    table = io.StringIO()
+    rows = csv.writer(table, lineterminator="\n")
+    rows.writerow([*(field.name for field in fields(Cell)), "lineup", "measure", "mean", "rounds"])
+    for cell, document in sorted(found.documents.items()):
+        for lineup, columns in document["values"].items():
+            for label, values in columns.items():
+                mean = repr(float(np.mean(values)))
+                rows.writerow([*astuple(cell), lineup, label, mean, document["training"]["stopped_after"]])
+    return table.getvalue()
 
 
 def page(register, digest, found):

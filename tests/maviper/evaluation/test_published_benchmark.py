@@ -1,7 +1,9 @@
 """The register of tests/benchmarks/published.py: it can be carried out, and its numbers are paired."""
 
 import json
+import tarfile
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
@@ -10,6 +12,7 @@ from tests.benchmarks import published
 from tests.benchmarks.published import Cell, Found, cells_of, comparisons_of, expert_of, settings_of
 
 REGISTER, DIGEST = published.read_register()
+RECORD = Path(__file__).parents[3] / "generated" / "reproduction" / "published"
 FIRST = Cell("physical-deception", "maddpg", "paper", "maviper-every-round", 4, 100)
 
 
@@ -56,8 +59,8 @@ def test_every_comparison_has_its_cells_and_a_measure_of_its_game():
 def test_seeds_are_fresh_and_settings_are_the_published_ones():
     assert REGISTER["seeds"] == list(range(100, 110))
     for cell in everything():
-        settings = settings_of(REGISTER, expert_of(cell)[1], cell)
-        agents = len(expert_of(cell)[1].agents)
+        world = expert_of(cell.game, cell.expert)[1]
+        settings, agents = settings_of(REGISTER, world, cell), len(world.agents)
         if cell.algorithm == "maviper-every-round" or cell.preset == "released":
             assert settings.patience == MAX_NUMBER
         if cell.algorithm == "maviper-every-round":
@@ -105,3 +108,13 @@ def test_words_are_corrected_within_the_family():
     pairs = [published.Paired(tuple(each)) for each in (clear, none, open_)]
     assert published.words_of(pairs, 0.05, 0.02) == ["BETTER", "EQUAL", "EQUAL"]
     assert published.words_of(pairs, 0.05, 0.005) == ["BETTER", "NOT DECIDED", "NOT DECIDED"]
+
+
+def test_the_committed_record_is_what_its_cells_say(tmp_path):
+    with tarfile.open(RECORD / published.ARCHIVE) as packed:
+        packed.extractall(tmp_path, filter="data")
+    found = Found(REGISTER, DIGEST, tmp_path)
+    assert len(found.documents) == len(list(tmp_path.iterdir()))
+    assert "\n".join(published.table_lines(REGISTER, found)) + "\n" == (RECORD / published.TEXT).read_text()
+    assert (RECORD / published.README).read_text() == published.page(REGISTER, DIGEST, found)
+    assert published.means(found) == (RECORD / published.TABLE).read_text()
