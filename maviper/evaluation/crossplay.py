@@ -18,15 +18,14 @@ from codegen.ir import Float32, Float64
 from maviper.episodes import measures
 from maviper.episodes.measures import Estimate
 from maviper.episodes.play import Controller, Episodes, play
+from maviper.evaluation.bootstrap import DRAWS, counts
 from maviper.worlds import Measure, World
 from maviper.worlds.world import RETURN, Int
 
-DRAWS = 2_000  # bootstrap samples of the episodes
 DRAW_SEED = 11
 UNIFORM_SEED = 12
 MAX_GAMES = 8_192  # played at once
 MAX_NUMBERS = 2**25  # observed by all agents in the games that are played at once; bounds the memory
-MAX_COUNTS = 2**22  # as MAX_NUMBERS, for the bootstrap
 
 Lineup = tuple[Controller, ...]  # one for each agent, in the world's order
 Key = tuple[int, ...]  # of a line-up: its controllers' identities
@@ -174,13 +173,7 @@ def key(lineup: Lineup) -> Key:
 def resampled(values: Float64, draws: int = DRAWS, seed: int = DRAW_SEED) -> Float64:
     """Means of each row of `values`, [k, n], over `draws` samples of n columns with replacement, [k, draws]."""
     n, rng = values.shape[1], np.random.default_rng(seed)
-    at_once, parts = max(1, MAX_COUNTS // n), []
-    for low in range(0, draws, at_once):
-        rows = min(at_once, draws - low)
-        drawn = rng.integers(n, size=(rows, n)) + n * np.arange(rows)[:, None]
-        counts = np.bincount(drawn.ravel(), minlength=rows * n).reshape(rows, n)
-        parts.append(values @ counts.T.astype(np.float64) / n)
-    return np.concatenate(parts, axis=1)
+    return np.concatenate([values @ part.T.astype(np.float64) / n for part in counts(n, rng, draws)], axis=1)
 
 
 # --- a team's standing

@@ -16,8 +16,8 @@ from codegen.errors import InputError, UnknownNameError
 from maviper.console import LABEL_WIDTH
 from maviper.episodes import measures
 from maviper.episodes.play import Controller, Episodes, points
+from maviper.evaluation.bootstrap import DRAWS
 from maviper.evaluation.crossplay import (
-    DRAWS,
     Alone,
     Interval,
     Key,

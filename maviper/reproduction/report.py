@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from codegen.lowering.render import render
+from maviper.evaluation.bootstrap import DRAWS
 from maviper.files import runs
 from maviper.reproduction import further, register, results, sections, verdicts
 from maviper.reproduction.cells.cell import EXPERT, KINDS
@@ -22,7 +23,7 @@ from maviper.reproduction.recipes import Book
 from maviper.reproduction.register import Register
 from maviper.reproduction.results import Results
 from maviper.reproduction.sections import Context, Section
-from maviper.reproduction.statistics import DRAW_SEED, DRAWS
+from maviper.reproduction.statistics import DRAW_SEED
 from maviper.reproduction.verdicts import Verdict
 
 PAGE, SUMMARY, CLAIMS, NUMBERS, SCRIPT = "report.html", "summary.txt", "claims.json", "numbers.json", "recompute.py"

@@ -13,8 +13,8 @@ import numpy as np
 from scipy import stats
 
 from codegen.ir import Float64
+from maviper.evaluation.bootstrap import DRAWS, counts
 
-DRAWS = 2_000
 DRAW_SEED = 17
 TINY = 1e-12  # a smaller standard error is rounding: all draws are the same
 LEVEL = 0.95
@@ -118,8 +118,7 @@ def draws(seeds: int, episodes: int) -> tuple[np.ndarray, Float64]:
     """The seeds drawn [DRAWS, seeds], and the weights of the episodes [DRAWS, episodes]."""
     rng = np.random.default_rng([DRAW_SEED, seeds, episodes])
     rows = rng.integers(0, seeds, (DRAWS, seeds))
-    counts = np.stack([np.bincount(rng.integers(0, episodes, episodes), minlength=episodes) for _ in range(DRAWS)])
-    return rows, counts / episodes
+    return rows, np.concatenate([*counts(episodes, rng)]) / episodes
 
 
 def of_differences(differences: Sequence[float]) -> Estimate:
