@@ -67,7 +67,7 @@ def import_verb(
     from maviper.files import runs
     from maviper.files.importing import imported
 
-    runs.target(output)
+    runs.target(runs.ensure_other(output, [*(agents or {}).values(), *([] if file is None else [file])]))
     profile = imported(file, agents, **options)
     for policy in profile.agents:
         _say(policy, profile.provenance.training, console)

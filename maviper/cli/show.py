@@ -55,12 +55,15 @@ def show(
     from maviper.console import say
     from maviper.files import runs
     from maviper.files.profiles import load
+    from maviper.page.page import FILE
 
     loaded = load(profile)
+    if output is not None:
+        runs.ensure_other(output, [profile])
     if form == HTML:
         if (agent, obs, state) != (None, None, None):
             raise InputError("a page shows all agents in any state", "--format html", "leave the other options out")
-        _write(loaded, output, Path(), context)
+        _write(loaded, output or Path(FILE), context)
         return ExitCode.DONE
     if form == SVG and (obs, state) != (None, None):
         raise InputError("a picture shows no single decision", "--format svg", "leave --obs and --state out")
@@ -85,20 +88,23 @@ def play(context: click.Context, profile: Path, output: Path | None) -> int:
     """
     import webbrowser
 
+    from maviper.files import runs
     from maviper.files.profiles import load
+    from maviper.page.page import FILE
 
-    written = _write(load(profile), output, profile.parent, context)
+    loaded = load(profile)
+    written = _write(loaded, runs.ensure_other(output or profile.parent / FILE, [profile]), context)
     if not webbrowser.open(written.resolve().as_uri()):
         console_of(context).line("", "no browser could be opened: open the file in one")
     return ExitCode.DONE
 
 
-def _write(profile: "PolicyProfile", file: Path | None, folder: Path, context: click.Context) -> Path:
+def _write(profile: "PolicyProfile", file: Path, context: click.Context) -> Path:
     from maviper.files import runs
     from maviper.page.document import usual_claims
-    from maviper.page.page import FILE, contents_of, page
+    from maviper.page.page import contents_of, page
 
-    written = runs.write(file or folder / FILE, page(profile, contents_of(profile, usual_claims(profile))))
+    written = runs.write(file, page(profile, contents_of(profile, usual_claims(profile))))
     console_of(context).line("page", str(written))
     return written
 

@@ -40,6 +40,7 @@ LEAST_RATIO = 0.80  # of the expert's defender success
 def run(folder: Path, console: Console, seed: int | None) -> int:
     """Runs the tour into `folder`; returns 0 when every step gave its expected outcome."""
     runs.room(folder)
+    outputs.ensure_listed(folder, dict.fromkeys(handout.NAMES, ""), handout.MANIFEST)  # before the work, not after it
     profile, world = _extracted(SEED if seed is None else seed, console)
     with console.busy("verifying", "a claim about the defenders in every state of the start region"):
         before = handout.violated(profile)

@@ -11,7 +11,7 @@ import click
 
 from codegen.errors import ExitCode
 from maviper.cli.group import Verb, Verbs
-from maviper.cli.options import PATH, option
+from maviper.cli.options import PATH, console_of, option
 
 
 @click.group(cls=Verbs, example="maviper worlds list")
@@ -78,7 +78,8 @@ def worlds_new(file: Path) -> int:
 @worlds.command("check", cls=Verb, example="maviper worlds check mygame:make,n=2")
 @click.argument("world")
 @option("--run-reference", is_flag=True, help="Also run user code (an environment) that a world file names.")
-def worlds_check(world: str, run_reference: bool) -> int:
+@click.pass_context
+def worlds_check(context: click.Context, world: str, run_reference: bool) -> int:
     """Report what WORLD provides, what is missing and what is wrong.
 
     Prints one line per finding. Exits with 2 if the world cannot be used.
@@ -91,8 +92,10 @@ def worlds_check(world: str, run_reference: bool) -> int:
     step that is off by more than the stated error is a fault.
     """
     from maviper.worlds.checking import check, usable
+    from verify.progress import listening
 
-    findings = check(world, run_reference)
+    with console_of(context).following("checking") as listener, listening(listener):
+        findings = check(world, run_reference)
     for finding in findings:
         click.echo(str(finding))
     return ExitCode.DONE if usable(findings) else ExitCode.INPUT

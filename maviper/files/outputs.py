@@ -73,8 +73,7 @@ def ensure_own(folder: Path, files: Mapping[str, str | bytes], verb: Verb) -> No
         path, of_form = folder / name, _of_form(name, verb)
         foreign = (name == verb.mark and not _held(path, verb.begins)) or not (of_form or name in written)
         if foreign and path.exists() and _digest_of(path) != _digest(content):
-            what = f"the folder holds another {name}, which no earlier run wrote there"
-            raise InputError(what, str(path), "choose another folder with -o, or move the file away")
+            raise _foreign(path)
 
 
 def without_given(folder: Path, files: Mapping[str, str | bytes], given: Mapping[str, Path]) -> dict[str, str | bytes]:
@@ -132,15 +131,37 @@ def of_code(prefix: str, profile: str) -> Verb:
 
 def write_listed(folder: Path, files: Mapping[str, str | bytes], manifest: str) -> None:
     """As `write_set`, and removes the files that the manifest of an earlier run lists and that are as it wrote them."""
-    stale: list[Path] = []
+    ensure_listed(folder, files, manifest)
+    _write(folder, files, [folder / name for name in _as_listed(folder, manifest) if name not in files])
+
+
+def ensure_listed(folder: Path, files: Mapping[str, str | bytes], manifest: str) -> None:
+    """InputError where a file would be written over another that the manifest of an earlier run does not list, or that
+    was changed since.
+    """
+    listed = _as_listed(folder, manifest)
+    for name, content in files.items():
+        if (
+            name not in [*listed, *([manifest] if listed else [])]
+            and (folder / name).exists()
+            and _digest_of(folder / name) != _digest(content)
+        ):
+            raise _foreign(folder / name)
+
+
+def _as_listed(folder: Path, manifest: str) -> list[str]:
+    """The names of the files within a folder that are as its manifest lists them."""
     with contextlib.suppress(OSError, ValueError, KeyError, AttributeError):
         listed: dict[str, str] = json.loads((folder / manifest).read_text(encoding="utf-8"))["sha256"]
-        for name, digest in listed.items():
-            path = folder / name
-            inside = folder.resolve() in path.resolve().parents
-            if inside and name not in files and sha256(path.read_bytes()).hexdigest() == digest:
-                stale.append(path)
-    _write(folder, files, stale)
+        inside = [name for name in listed if folder.resolve() in (folder / name).resolve().parents]
+        return [name for name in inside if _digest_of(folder / name) == listed[name]]
+    return []
+
+
+def _foreign(path: Path) -> InputError:
+    """What a user is told of a file that no earlier run wrote."""
+    what = f"the folder holds another {path.name}, which no earlier run wrote there"
+    return InputError(what, str(path), "choose another folder with -o, or move the file away")
 
 
 def write_questions(folder: Path, files: Mapping[str, str | bytes], kind: str) -> None:

@@ -11,7 +11,7 @@ import errno
 import json
 import os
 import shutil
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, BinaryIO, TypeVar
 
@@ -154,6 +154,13 @@ def seen(path: Path) -> Path:
     """The path, unless it holds what nobody sees, such as the end of a line: errors, reports and commands show it."""
     if steers(str(path)):
         raise InputError("the name of a file holds an invisible character", shown(path), "rename it")
+    return path
+
+
+def ensure_other(path: Path, given: Iterable[Path]) -> Path:
+    """The path of an output. InputError where it is one of the files that the command was `given`."""
+    if any(path.resolve() == each.resolve() for each in given):
+        raise InputError("the output would be written over the input", str(path), "choose another file with -o")
     return path
 
 

@@ -25,6 +25,7 @@ from maviper.verification.repair import Repaired, RepairOptions, repaired
 
 MANIFEST = "manifest.json"
 EXTRACTED = "extracted"  # the folder of the team before its repair, inside the tour's
+NAMES = (runs.PROFILE_FILE, MANIFEST, "README.md", "example.c")  # of files that others may have of their own
 MAX_DEPTH, EPISODES = 6, 1_000
 TOOLS = ("maviper", "mpe2", "numpy", "scikit-learn", "z3-solver")
 

@@ -27,6 +27,7 @@ from maviper.experts.judging import Judged, Rival
 from maviper.experts.network import ACTOR, ACTOR_CRITIC, NetworkExpert
 from maviper.experts.recipes import DEFAULT, MAPPO, Request, settings
 from maviper.files import runs
+from maviper.files.alone import working_alone
 from maviper.worlds import World
 from maviper.worlds.world import RETURN
 
@@ -92,17 +93,17 @@ def train(
         trainer.meet(list(experts.values()))
     if request.begin is not None:
         trainer.begin(request.begin)
-    run = _Run(folder, config, trainer, on_step)
-    run.restore()
-    fault = run.finish_training(on_checkpoint)
-    closing = time.monotonic()
-    card, tensors = run.best(fault, request.critic)
-    runs.write(folder / EXPERT_FILE, store.encode(tensors, card))
-    runs.write(folder / CURVE_FILE, cards.learning_curve(world, run.lines))
-    seconds = run.seconds + time.monotonic() - closing
-    circumstances = {"seconds": round(seconds, 1), "machine": cards.machine(request.device)}
-    card = card | circumstances
-    runs.write(folder / CARD_FILE, runs.as_json(card))
+    with working_alone(folder):
+        run = _Run(folder, config, trainer, on_step)
+        run.restore()
+        fault = run.finish_training(on_checkpoint)
+        closing = time.monotonic()
+        card, tensors = run.best(fault, request.critic)
+        runs.write(folder / EXPERT_FILE, store.encode(tensors, card))
+        runs.write(folder / CURVE_FILE, cards.learning_curve(world, run.lines))
+        seconds = run.seconds + time.monotonic() - closing
+        card |= {"seconds": round(seconds, 1), "machine": cards.machine(request.device)}
+        runs.write(folder / CARD_FILE, runs.as_json(card))
     return card
 
 

@@ -15,6 +15,7 @@ import numpy as np
 from codegen.errors import InputError
 from maviper.worlds.stated.reference import Reference
 from maviper.worlds.stated.systems import Floats, Moving, MovingRule
+from verify.progress import tell
 from verify.systems.statement import Statement
 
 STEPS = 100_000
@@ -43,6 +44,7 @@ def deviation(statement: Statement, steps: int | None = None) -> Deviation:
     found = Deviation(placed=reference.placeable)
     rng = np.random.default_rng(SEED)
     while found.steps + found.outside < steps:
+        tell(found.steps + found.outside, steps, "steps of the reference compared")
         reference.reset(int(rng.integers(2**31)))
         if reference.placeable and rng.random() < PLACED:
             reference.place({name: rng.uniform(*bounds) for name, bounds in moving.ranges.items()})

@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 from codegen import policy_json
+from codegen.errors import ExitCode, InputError
 from maviper.cli import main
 from maviper.files import outputs
 from tests.support.far import far
@@ -174,3 +175,41 @@ def test_what_a_manifest_lists_goes_unless_it_was_changed(tmp_path):
     (folder / "manifest.json").write_text(before % tuple(digests))
     outputs.write_listed(folder, {"new": "more"}, "manifest.json")
     assert names(folder) == {"changed", "new", "manifest.json"} and (tmp_path / "outside").exists()
+
+
+def test_a_listed_run_writes_over_nothing_that_is_not_its_own(tmp_path):
+    folder, digest = tmp_path / "folder", outputs.sha256(b"first").hexdigest()
+    files = {"profile.json": "first", "manifest.json": f'{{"sha256": {{"profile.json": "{digest}"}}}}'}
+    outputs.write_listed(folder, files, "manifest.json")
+    outputs.write_listed(folder, {**files, "profile.json": "second"}, "manifest.json")
+    for name, text in (("profile.json", "by its user"), ("manifest.json", "{}")):
+        (folder / name).write_text(text)
+        with pytest.raises(InputError, match=f"another {name}, which no earlier run wrote") as caught:
+            outputs.write_listed(folder, files, "manifest.json")
+        assert caught.value.where == str(folder / name) and (folder / name).read_text() == text
+        (folder / name).write_text(files[name])
+    outputs.write_listed(folder, files, "manifest.json")
+
+
+def test_the_demo_refuses_a_foreign_profile_before_its_work(place, monkeypatch, capsys):
+    monkeypatch.setattr("maviper.cli.tour._extracted", lambda *given: pytest.fail("it began"))
+    (place / "out" / "profile.json").write_text((place / "late.json").read_text())
+    assert run("demo", "-o", place / "out") == ExitCode.INPUT
+    assert "the folder holds another profile.json" in capsys.readouterr().err
+
+
+def test_no_command_writes_over_the_file_that_it_was_given(place, monkeypatch, capsys):
+    profile, source = place / "late.json", place / "policy.py"
+    source.write_text("def cart(x):\n    return 1 if x[0] > 0.5 else 0\n")
+    before = {path: path.read_bytes() for path in (profile, source)}
+    monkeypatch.chdir(place)
+    for words in (
+        ["show", profile, "-o", "late.json"],
+        ["show", "late.json", "--format", "html", "-o", profile],
+        ["play", profile, "-o", place / "out" / ".." / "late.json"],
+        ["import", source, "-o", "policy.py"],
+        ["import", "--agents", "cart=policy.py", "-o", source],
+    ):
+        assert run(*words) == ExitCode.INPUT
+        assert "the output would be written over the input" in capsys.readouterr().err
+    assert before == {path: path.read_bytes() for path in before}

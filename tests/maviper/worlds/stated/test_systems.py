@@ -1,11 +1,13 @@
 """World's files in play: the same seed gives the same episode, steps are those of the file, and `worlds check`."""
 
+import re
 from fractions import Fraction as F
 
 import numpy as np
 import pytest
 
 from codegen.errors import InputError
+from maviper.cli import main
 from maviper.worlds import find
 from maviper.worlds.checking import Mark, check, new, usable
 from maviper.worlds.stated.deviation import deviation
@@ -163,6 +165,17 @@ def test_check_measures_the_deviation(tmp_path, monkeypatch):
     path.write_text(MOUNTAIN.replace("0.0025", "0.0024"))
     wrong = [finding for finding in check(str(path)) if finding.mark is Mark.WRONG]
     assert len(wrong) == 1 and "beyond the stated error" in wrong[0].what
+
+
+def test_check_tells_how_far_it_is(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr("maviper.worlds.stated.deviation.STEPS", 500)
+    monkeypatch.setattr("maviper.console.PLAIN_SECONDS", 0.0)
+    (tmp_path / "car.toml").write_text(MOUNTAIN)
+    assert main.run(["worlds", "check", str(tmp_path / "car.toml")]) == 0
+    said = capsys.readouterr()
+    assert re.search(r"^checking +\d+/500  steps of the reference compared", said.err, re.MULTILINE)
+    assert "checking" not in said.out and main.run(["-q", "worlds", "check", str(tmp_path / "car.toml")]) == 0
+    assert capsys.readouterr() == (said.out, "")
 
 
 def test_a_new_file_can_be_used(tmp_path):
