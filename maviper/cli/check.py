@@ -11,7 +11,7 @@ import click
 
 from codegen.errors import ExitCode
 from maviper.cli.group import Verb
-from maviper.cli.options import PATH, option
+from maviper.cli.options import PATH, console_of, option
 
 
 @click.command(cls=Verb, example="maviper check generated/proved_defenders/certificate-1-distinct_targets.json")
@@ -34,7 +34,10 @@ from maviper.cli.options import PATH, option
     default=None,
     help="The world file of a certificate about a stated system (default: world.toml beside it).",
 )
-def check(certificate: Path, profile: Path | None, against: Path | None, world: Path | None) -> int:
+@click.pass_context
+def check(
+    context: click.Context, certificate: Path, profile: Path | None, against: Path | None, world: Path | None
+) -> int:
     """Check that a certificate proves its claim.
 
     `maviper verify -o` writes a CERTIFICATE for each claim that it proves by zones. The checker closes every branch of
@@ -55,7 +58,9 @@ def check(certificate: Path, profile: Path | None, against: Path | None, world: 
     """
     from maviper.console import say
     from maviper.verification.files.certificates import checked
+    from verify.progress import listening
 
-    found = checked(certificate, profile, against, world)
+    with console_of(context).following("checking") as listener, listening(listener):
+        found = checked(certificate, profile, against, world)
     say(f"accepted  {found.subject}: {found.closed} branches closed, {found.size} bytes of proof")
     return ExitCode.DONE

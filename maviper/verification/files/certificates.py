@@ -7,7 +7,7 @@ Does not: prove.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
 
@@ -15,6 +15,7 @@ from codegen.errors import InputError, RefusedError, shown
 from codegen.ir import PolicyProfile
 from maviper.files import kinds, runs
 from maviper.files.profiles import loaded
+from maviper.verification.files.reading import FollowedProof
 from maviper.verification.files.words import formula_words, region_words
 from verify.checker.decisions import certificates as certificate
 from verify.checker.decisions.certificates import Certificate
@@ -87,8 +88,12 @@ def _second(found: Certificate, against: PolicyProfile | Path | None, path: Path
 def _read(text: bytes, where: str) -> Certificate | EpisodeCertificate:
     """A certificate of either kind; what says of neither that it is one is told as one about single decisions."""
     kinds.ensure(text, where, kinds.CERTIFICATE.called, kinds.CERTIFICATE, kinds.EPISODE_CERTIFICATE)
-    about = kinds.kind_of(text) is kinds.EPISODE_CERTIFICATE
-    return episode_certificates.from_json(text, where) if about else certificate.from_json(text, where)
+    if kinds.kind_of(text) is kinds.EPISODE_CERTIFICATE:
+        episodes = episode_certificates.from_json(text, where)
+        parts = (replace(part, proof=FollowedProof(part.proof)) for part in episodes.parts)
+        return replace(episodes, parts=tuple(parts))
+    found = certificate.from_json(text, where)
+    return replace(found, proofs={goal: FollowedProof(proof) for goal, proof in found.proofs.items()})
 
 
 def _subject(found: Certificate, profile: PolicyProfile) -> str:

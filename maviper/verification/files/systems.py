@@ -7,6 +7,7 @@ Does not: decide verdicts, print or write files.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,7 @@ from codegen.json_layout import layout
 from codegen.policy_json import content_hash
 from maviper.files import runs
 from maviper.files.profiles import loaded
+from maviper.verification.files.reading import FollowedProof, tell_shown
 from maviper.worlds.stated.systems import read
 from verify.certificates.systems import claim_document
 from verify.checker.decisions.certificates import MAX_BYTES
@@ -95,8 +97,9 @@ def checked(path: Path, profile: PolicyProfile | Path | None, world: Path | None
     try:
         found, about = system_certificates.from_json(text, str(path)), loaded(profile, beside=path)
         ensure_plays(about, statement)
-        ensure_enclosed(statement)
-        closed = system_certificates.accepted(found, about, statement.system)
+        ensure_enclosed(statement, tell_shown)
+        followed = replace(found, parts=tuple(part._replace(proof=FollowedProof(part.proof)) for part in found.parts))
+        closed = system_certificates.accepted(followed, about, statement.system)
     except RejectedError as error:
         advice = "do not rely on it; run `maviper verify` again"
         raise RefusedError("the certificate is refused", f"{path}: {shown(error)}", advice) from None

@@ -1,6 +1,7 @@
 """The command `maviper check`: accepted, refused, unreadable, about another policy."""
 
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -44,6 +45,16 @@ def test_what_verify_writes_is_accepted(proved, capsys):
         assert result["certificate"]["checker"] == "accepted" and result["certificate"]["branches"] > 10
     assert "independent checker accepted" in (proved / "report.txt").read_text()
     assert "independent checker accepted" in (proved / "report.html").read_text()
+
+
+def test_a_check_tells_how_far_it_is(proved, arrived, monkeypatch, capsys):
+    monkeypatch.setattr("maviper.verification.files.reading.STEP", 20)
+    monkeypatch.setattr("maviper.console.PLAIN_SECONDS", 0.0)
+    for path in (proved / "certificate-1-distinct_targets.json", arrived / "certificate-2-reaches.json"):
+        assert main.run(["check", str(path)]) == 0
+        said = capsys.readouterr()
+        assert re.search(r"^checking +40/\d{2,}  bytes of proof read", said.err, re.MULTILINE)
+        assert main.run(["-q", "check", str(path)]) == 0 and capsys.readouterr() == (said.out, "")
 
 
 def test_a_proof_that_does_not_hold_is_refused_with_1(proved, tmp_path, capsys):
