@@ -8,7 +8,7 @@ A zone has for each axis a closed matrix of exact bounds over the coordinates th
 them the path of explicit bounds that gives it. Closing a branch is then looking up one path.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import NamedTuple, TypeAlias
 
 from verify.certificates.proofs import varint
@@ -67,7 +67,7 @@ class EpisodeProver:
 
     def __init__(self, episode: EpisodeReading, limit: int = MAX_ANSWERS, finely: bool = True) -> None:
         self._episode, self._limit, self._finely, self.looked = episode, limit, finely, 0
-        asked = sorted(used(episode))
+        asked = sorted(used(episode.region, episode.questions, episode.nodes))
         self._nodes = [[0, *(node for node in asked if episode.names[node].endswith(axis))] for axis in (".x", ".y")]
         self._at = {node: (axis, place) for axis, nodes in enumerate(self._nodes) for place, node in enumerate(nodes)}
 
@@ -222,18 +222,18 @@ def _walk(found: Several, answer: int) -> bytes:
     return b"".join(told)
 
 
-def used(episode: EpisodeReading) -> set[int]:
-    """Nodes of which a question after the region's box speaks."""
+def used(region: Node, questions: Iterable[Node], nodes: int) -> set[int]:
+    """Nodes, of so many, of which a question after the region's box speaks. `questions`: after the region."""
     found: set[int] = set()
     seen: set[int] = set()
-    waiting: list[tuple[Node, bool]] = [(episode.region, True), *((asked, False) for asked in episode.questions)]
+    waiting: list[tuple[Node, bool]] = [(region, True), *((asked, False) for asked in questions)]
     while waiting:
         node, of_region = waiting.pop()
         if not isinstance(node, tuple) or id(node) in seen:
             continue
         seen.add(id(node))
         for side in node:
-            ends = {end for end in side[:2] if 0 < end < episode.nodes}
+            ends = {end for end in side[:2] if 0 < end < nodes}
             found |= ends if len(ends) == 2 or not of_region else set()
             waiting.append((side.child, of_region))
     return found

@@ -13,12 +13,14 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from math import prod
+from typing import NamedTuple
 
 from codegen import ir
 from verify.checker.episodes.reading import Matching, RejectedError, matchings
 from verify.claims.episodes import Arrival
 from verify.claims.verifiable import read_by
-from verify.extent.sure import Following, Measured, NoShareError, Sure
+from verify.extent.guaranteed import GuaranteedEpisode
+from verify.extent.sure import Following, Measured, NoShareError
 from verify.question import EpisodeQuestion, Question
 from verify.result import Verdict
 from verify.states.episodes import at_rest, matched, play
@@ -29,7 +31,6 @@ from verify.zones.volume import DEFAULT_FACES
 SAMPLES = 2_000  # that say which matching to try first
 NOT_APART = "it is counted for reaches and covers only"
 NOBODY = "the region holds no start at rest"
-Share = tuple[Fraction, Fraction]  # least, most
 
 
 @dataclass(frozen=True)
@@ -43,6 +44,14 @@ class StartShare:
     budget: int = 0
     spent: str = ""  # which budget ended: of ANSWERS, of FACES
     reason: str = ""
+
+
+class ShareBounds(NamedTuple):
+    """Of the share that fails for a goal."""
+
+    least: Fraction
+    most: Fraction
+    spent: str  # the budget that ended in the search that they rest on; where none did, they are as near as can be
 
 
 def start_share(question: EpisodeQuestion, verdict: Verdict, faces: int = DEFAULT_FACES) -> StartShare:
@@ -64,7 +73,7 @@ class _Share:
     def __init__(self, question: Question[Arrival], faces: int) -> None:
         self._question, self._faces, self._left = question, faces, 0
         self._ways = self._ordered(matchings(question.profile, question.claim))
-        self._answers, self._spent = 0, ""
+        self._answers = 0
 
     def share(self) -> StartShare:
         """The mean over goals; one search stands for all where nobody who is followed reads the goal."""
@@ -72,57 +81,55 @@ class _Share:
         team = [agent for agent, _ in self._ways[0]]
         read = any(ir.GOAL in read_by(profile.policy(agent)) for agent in self._acting(team))
         asked = self._question.goals if read else (None,)
-        found: list[Share] = []
+        bounds: list[ShareBounds] = []
         for goal in asked:
             self._left = budget // len(asked)
-            found.append(self._of_way(goal, self._ways[0]) if len(self._ways) == 1 else self._of_any(goal))
-        least, most = (sum(ends, Fraction(0)) / len(asked) for ends in zip(*found, strict=True))
-        return StartShare(least, most, not self._spent, self._answers, budget, self._spent)
+            bounds.append(self._bound_matching(goal, self._ways[0]) if len(self._ways) == 1 else self._bound_any(goal))
+        least = sum((each.least for each in bounds), Fraction(0)) / len(asked)
+        most = sum((each.most for each in bounds), Fraction(0)) / len(asked)
+        spent = _first_spent(bounds)
+        return StartShare(least, most, not spent, self._answers, budget, spent)
 
-    def _of_any(self, goal: str | None) -> Share:
+    def _bound_any(self, goal: str | None) -> ShareBounds:
         """The team fails where it fails every matching, and where one of its agents is at no landmark; what it does
         together is followed with the answers that this leaves.
         """
-        before, most = self._spent, self._of_way(goal, self._ways[0])[1]
-        self._spent = before
+        first = self._bound_matching(goal, self._ways[0])
         marks = dict.fromkeys(mark for way in self._ways for _, mark in way)
-        nowhere = [self._measured(goal, [[((agent, mark),) for mark in marks]]).fails for agent, _ in self._ways[0]]
-        whole = self._deciding(goal, [self._ways])
-        return max(whole.fails, *nowhere), min(1 - whole.holds, most)
+        nowhere = [self._measure(goal, [[((agent, mark),) for mark in marks]]).fails for agent, _ in self._ways[0]]
+        whole = self._measure(goal, [self._ways])
+        return ShareBounds(max(whole.fails, *nowhere), min(1 - whole.holds, first.most), whole.spent)
 
-    def _of_way(self, goal: str | None, way: Matching) -> Share:
+    def _bound_matching(self, goal: str | None, way: Matching) -> ShareBounds:
         """The team fails a matching where an agent fails its own landmark; groups that share nothing do so
         independently.
         """
-        found = [self._of_group(goal, group) for group in self._independent(goal, way)]
-        least, most = (1 - prod((1 - ends[end] for ends in found), start=Fraction(1)) for end in range(2))
-        return least, most
+        groups = [self._bound_group(goal, group) for group in self._independent(goal, way)]
+        least = 1 - prod((1 - group.least for group in groups), start=Fraction(1))
+        most = 1 - prod((1 - group.most for group in groups), start=Fraction(1))
+        return ShareBounds(least, most, _first_spent(groups))
 
-    def _of_group(self, goal: str | None, pairs: Matching) -> Share:
-        alone = [self._measured(goal, [[(pair,)]]) for pair in pairs] if len(pairs) > 1 else []
+    def _bound_group(self, goal: str | None, pairs: Matching) -> ShareBounds:
+        """A group fails where one of its agents fails alone, and no more often than all of them together."""
+        alone = [self._measure(goal, [[(pair,)]]) for pair in pairs] if len(pairs) > 1 else []
         # each agent arrives at a time of its own, so they are followed in turn
-        whole = self._deciding(goal, [[(pair,)] for pair in pairs])
+        whole = self._measure(goal, [[(pair,)] for pair in pairs])
         least, most = max(whole.fails, *(one.fails for one in alone), Fraction(0)), 1 - whole.holds
-        return least, min(most, sum((1 - one.holds for one in alone), Fraction(0))) if alone else most
+        most = min(most, sum((1 - one.holds for one in alone), Fraction(0))) if alone else most
+        return ShareBounds(least, most, whole.spent)
 
-    def _deciding(self, goal: str | None, passes: Sequence[Sequence[Matching]]) -> Measured:
-        """As `_measured`; where its budget ends, the share is known between bounds only."""
-        found = self._measured(goal, passes)
-        self._spent = self._spent or found.spent
-        return found
-
-    def _measured(self, goal: str | None, passes: Sequence[Sequence[Matching]]) -> Measured:
+    def _measure(self, goal: str | None, passes: Sequence[Sequence[Matching]]) -> Measured:
         """The shares of starts that fail and hold, when `passes` of agents are followed, one after the other. Each
         search may take half of the answers that are left.
         """
-        question, made = self._question, list[Sure]()
+        question, readings = self._question, list[GuaranteedEpisode]()
         for allowed in passes:
             acting = self._acting(agent for way in allowed for agent, _ in way)
-            made.append(Sure(question.profile, question.claim, question.region, goal, acting, allowed))
-        found = Following(made, self._left // 2, self._faces).measured()
-        self._left -= found.looked
-        self._answers += found.looked
-        return found
+            readings.append(GuaranteedEpisode(question.profile, question.claim, question.region, goal, acting, allowed))
+        measured = Following(readings, self._left // 2, self._faces).measured()
+        self._left -= measured.looked
+        self._answers += measured.looked
+        return measured
 
     def _acting(self, agents: Iterable[str]) -> list[str]:
         """The agents with those whom they read, and so on, in the profile's order."""
@@ -169,3 +176,7 @@ class _Share:
             return int(matched(question.profile, named, episode).sum())
 
         return sorted(ways, key=often, reverse=True)
+
+
+def _first_spent(bounds: Iterable[ShareBounds]) -> str:
+    return next((each.spent for each in bounds if each.spent), "")

@@ -2,7 +2,7 @@
 
 Does: follows agents from all starts of a region at once, in cells that have no point in common, and adds up the volumes
   of those in which every start fails, or holds, whatever is rounded.
-Assumes: the checker's reading of trees and moves (checker/episodes/reading.py); who acts reads nobody who does not.
+Assumes: questions and limits of answers (guaranteed.py).
 Does not: follow starts nearer to an edge than roundings reach, or go on beyond its budgets: such starts are in neither
   sum.
 
@@ -16,13 +16,19 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import NamedTuple, TypeAlias
 
-from codegen.ir import PolicyProfile
-from verify.checker.episodes.reading import ARRIVED, CLAIM, REGION, Gap, Matching, Node, Now, PartedReading, Place, Side
+from verify.checker.episodes.reading import (
+    ARRIVED,
+    CLAIM,
+    Gap,
+    Node,
+    Now,
+    Place,
+    Side,
+)
 from verify.checker.reading import LONGEST
-from verify.claims.episodes import Arrival
-from verify.claims.region import Region
 from verify.episodes.proof import used
 from verify.episodes.zones import MAX_STARTS
+from verify.extent.guaranteed import GuaranteedEpisode
 from verify.progress import tell
 from verify.zones.volume import FacesError, Volumes
 
@@ -31,46 +37,6 @@ Cell: TypeAlias = tuple[Matrix, Matrix]
 ANSWERS, FACES = "answers", "faces"
 FLAT = "the region has no volume"
 Answers: TypeAlias = "int | list[tuple[Side, Answers]] | None"  # one for all, the sides that are possible, or none
-
-
-class Sure(PartedReading):
-    """The reading of one part of a claim, which also says what is sure of an answer. Only the `acting` agents move."""
-
-    def __init__(
-        self, profile: PolicyProfile, claim: Arrival, region: Region, goal: str | None, acting: Sequence[str],
-        allowed: Sequence[Matching],
-    ) -> None:  # fmt: skip
-        """As EpisodeReading. All trees are read whoever acts, so that all readings of a question have the same unit."""
-        everybody = [policy.agent for policy in profile.agents]
-        super().__init__(profile, claim, region, goal, everybody, allowed)
-        places = [everybody.index(agent) for agent in acting]
-        self._movers = [self._movers[place] for place in places]
-        self._pushes = [self._pushes[place] for place in places]
-        self.trees = [self.trees[place] for place in places]
-        self.start = self.start._replace(speeds=((0.0, 0.0),) * len(places))
-
-    def limits(self, side: Side, now: Now) -> tuple[int, int, int, int]:
-        """(upper, lower, most, room): an answer is possible up to most + room, and sure up to most - room."""
-        upper, lower, most, slack, _ = side
-        most += now.shift[lower] - now.shift[upper]
-        room = abs(slack) if now.moved[upper] or now.moved[lower] else 0
-        return (upper if upper < self.nodes else 0), (lower if lower < self.nodes else 0), most, room
-
-    def first(self) -> Place:
-        """What is asked first of the starts of the region."""
-        found = self.onward(REGION, 0, (), self.start)
-        assert found is not None
-        return found
-
-    def _later(self, now: Now, chosen: Sequence[int]) -> Now:
-        """As it is; but a speed that nothing has ever changed is exactly 0."""
-        later = super()._later(now, chosen)
-        for place, mover in enumerate(self._movers):
-            pushes = self._pushes[place][chosen[place]] if chosen else (0.0, 0.0)
-            for axis, old, push in zip("xy", now.speeds[place], pushes, strict=True):
-                number = self._number[f"{mover.name}.v{axis}"]
-                later.moved[number] = now.moved[number] or bool(old or push)
-        return later
 
 
 def _sides(node: tuple[Side, ...] | Gap) -> tuple[Side, ...]:
@@ -108,11 +74,14 @@ class _Pending(NamedTuple):
 class Following:
     """Agents followed in passes, one after the other: who fails in one pass fails, who holds in all of them holds."""
 
-    def __init__(self, passes: Sequence[Sure], limit: int, faces: int) -> None:
+    def __init__(self, passes: Sequence[GuaranteedEpisode], limit: int, faces: int) -> None:
         """`limit`: of answers looked at; `faces`: as of `Volumes`. NoShareError for a region in too many parts."""
         self._passes, self._limit, self.looked, self._volumes = passes, limit, 0, Volumes(faces)
         assert len({one.unit for one in passes}) == 1
-        names, nodes = passes[0].names, sorted(set[int]().union(*(used(one) for one in passes)))
+        names, nodes = (
+            passes[0].names,
+            sorted(set[int]().union(*(used(one.region, one.questions, one.nodes) for one in passes))),
+        )
         own = [[0, *(node for node in nodes if names[node].endswith(axis))] for axis in (".x", ".y")]
         self._at = {node: (axis, place) for axis, nodes in enumerate(own) for place, node in enumerate(nodes)}
         self._known: dict[tuple[int, ...], int] = {}
@@ -179,15 +148,13 @@ class Following:
             for part, answer in self._answered(cell, self._look(cell, node, now, episode), now, episode):
                 ended = stage == CLAIM and (answer == ARRIVED or now.step == episode.steps)
                 if not ended:
-                    following = episode.onward(stage, answer, chosen, now)
-                    assert following is not None
-                    work.append(_Pending(part, number, following))
+                    work.append(_Pending(part, number, episode.onward(stage, answer, chosen, now)))
                 elif answer == ARRIVED and number + 1 < len(self._passes):
                     work.append(_Pending(part, number + 1, self._passes[number + 1].first()))
                 else:
                     yield answer, part
 
-    def _look(self, cell: Cell, node: Node, now: Now, episode: Sure) -> Answers:
+    def _look(self, cell: Cell, node: Node, now: Now, episode: GuaranteedEpisode) -> Answers:
         """The answers below a question that are possible for some start, whatever is rounded."""
         if isinstance(node, int):
             return node
@@ -202,7 +169,7 @@ class Following:
         only = answers.pop() if len(answers) == 1 else None
         return only if only is not None else found or None
 
-    def _answered(self, cell: Cell, found: Answers, now: Now, episode: Sure) -> Iterator[tuple[Cell, int]]:
+    def _answered(self, cell: Cell, found: Answers, now: Now, episode: GuaranteedEpisode) -> Iterator[tuple[Cell, int]]:
         """The parts of a cell that give one answer for sure."""
         if isinstance(found, int):
             yield cell, found
