@@ -74,11 +74,13 @@ def pytest_runtest_setup(item):
 @pytest.fixture
 def few_observations(monkeypatch):
     """For tests that compile but are about something else: agreement is looked for on a hundredth of the random
-    observations, beside all thresholds and special values. Tests of agreement itself ask all.
+    observations, beside all thresholds and special values, by a library that no compiler takes time to optimise.
+    Tests of agreement itself ask all.
     """
-    from codegen.agreement import selfcheck
+    from codegen.agreement import build, selfcheck
 
     monkeypatch.setattr(selfcheck.check, "__defaults__", (1_000,))
+    monkeypatch.setattr(build.Build.__init__, "__defaults__", (False,))
 
 
 @pytest.fixture(scope="session")

@@ -8,6 +8,7 @@ Does not: know what a file is about. tomllib tells no lines, and tomlkit, which 
 
 from __future__ import annotations
 
+import re
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -16,6 +17,7 @@ from typing import Any
 from codegen.errors import InputError
 
 MAX_READS = 300  # of one text, for one line
+BEGINS = re.compile(r"\s*(\[.*\]\s*(#.*)?$|[^\s\[#].*=)")  # lines with which a statement may begin; some rows of lists
 Key = str | int  # of a table, or from 0 of a list
 
 
@@ -80,10 +82,11 @@ def _lines(source: str) -> list[str]:
 
 
 def _span(source: str, keys: tuple[Key, ...]) -> tuple[int, int] | None:
-    """The lines that state a value, from 0, the last one excluded: those without which it is not there. None for a
-    text that has nothing of it, or in which they are not found soon.
+    """The lines that state a value, from 0, up to the next statement. None for a text that has nothing of it, or in
+    which they are not found soon.
     """
     lines = _lines(source)
+    counts = sorted({0, *(count for count, line in enumerate(lines) if BEGINS.match(line)), len(lines)})
     whole = _parsed(source)
     while keys and not _holds(whole, keys):
         keys = keys[:-1]
@@ -100,16 +103,16 @@ def _span(source: str, keys: tuple[Key, ...]) -> tuple[int, int] | None:
         except ValueError:
             return None
 
-    low, high = 0, len(lines)  # the value is stated between
+    low, high = 0, len(counts) - 1  # the value is stated between
     while high - low > 1 and reads < MAX_READS:
         middle = (low + high) // 2
         steps = (*range(middle, high), *range(middle - 1, low, -1))
-        told = ((count, said) for count in steps if reads < MAX_READS and (said := says(count)) is not None)
-        count, said = next(told, (0, None))
+        told = ((step, said) for step in steps if reads < MAX_READS and (said := says(counts[step])) is not None)
+        step, said = next(told, (0, None))
         if said is None:
             break
-        low, high = (low, count) if said else (count, high)
-    return (low, high) if reads < MAX_READS else None
+        low, high = (low, step) if said else (step, high)
+    return (counts[low], counts[high]) if reads < MAX_READS else None
 
 
 def _holds(document: Mapping[str, Any], keys: tuple[Key, ...]) -> bool:

@@ -7,7 +7,7 @@ import subprocess
 import tempfile
 from pathlib import Path
 
-from tests.maviper.page.browsers import CHROMIUM, QUIETLY
+from tests.support.chromium import COMMAND, QUIETLY
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "generated" / "physical_deception" / "extracted" / "play.html"
@@ -18,12 +18,12 @@ MAX_BYTES = 150_000
 
 def main() -> None:
     """Writes the picture."""
-    assert CHROMIUM is not None, "chromium is not installed"
+    assert COMMAND is not None, "chromium is not installed"
     with tempfile.TemporaryDirectory() as folder:
         shot = Path(folder) / "play.png"
         sizes = [f"--window-size={WIDTH},{HEIGHT}", f"--force-device-scale-factor={SCALE}", "--hide-scrollbars"]
         # time that passes at once, so that the arena is coloured to its end
-        command = [CHROMIUM, *QUIETLY, *sizes, "--virtual-time-budget=5000", f"--user-data-dir={folder}/user"]
+        command = [COMMAND, *QUIETLY, *sizes, "--virtual-time-budget=5000", f"--user-data-dir={folder}/user"]
         subprocess.run([*command, f"--screenshot={shot}", PAGE.as_uri()], check=True, capture_output=True, timeout=300)
         data = shot.read_bytes()
     assert len(data) <= MAX_BYTES, len(data)

@@ -110,6 +110,8 @@ class _Grid:
             self._lines.append(lines)
             self._ends.append([first, *(self._end(feature, line) for line in lines), last])
         self._known: dict[tuple[_Cells, int], tuple[GuardCost, _Node] | None] = {}
+        self._sides: dict[tuple[int, tuple[int, ...], float], tuple[bool, bool] | None] = {}
+        self._alone: dict[_Cells, list[tuple[GuardCost, _Node]]] = {}  # leaves of a rectangle, however deep it lies
         below = leaves_below(policy.tree, node)
         here = np.isin(seen.leaf, below)
         self._weights, self._sums = self._counted(seen.rows[here], seen.weight[here])
@@ -133,7 +135,9 @@ class _Grid:
     def _best(self, cells: "_Cells", levels: int) -> "tuple[GuardCost, _Node] | None":
         """Cost and tree for the cells from x0 up to x1 and y0 up to y1."""
         if (cells, levels) not in self._known:
-            found = [*self._leaves(cells), *self._splits(cells, levels)]
+            if cells not in self._alone:
+                self._alone[cells] = list(self._leaves(cells))
+            found = [*self._alone[cells], *self._splits(cells, levels)]
             self._known[cells, levels] = min(found, key=lambda item: item[0]) if found else None
         return self._known[cells, levels]
 
@@ -162,22 +166,31 @@ class _Grid:
 
     def _safe(self, action: int, cells: "_Cells") -> bool:
         """Whether the action keeps the agent engaged in all of a rectangle."""
-        x0, x1, y0, y1 = cells
-        rectangle = [(self._ends[0][x0], self._ends[0][x1]), (self._ends[1][y0], self._ends[1][y1])]
-        if any(low > high for low, high in rectangle):
-            return True  # no state of the region is there
         effect = self._policy.actions[action].effect or (0.0, 0.0)
-        pushed = [axis for axis in (0, 1) if effect[axis]]
-        if len(pushed) == 1:
-            axis, way = pushed[0], Fraction(effect[pushed[0]])
-            low, high = sorted((way * rectangle[axis][0], way * rectangle[axis][1]))
-            if low > self._claim.margin:
-                return True
-            # where it does not close
-            short = sorted((low / way, min(high, self._claim.margin) / way))
-            rectangle[axis] = (short[0], short[1])
-        radius = self._claim.radius
-        return all(-radius <= low and high <= radius for low, high in rectangle)
+        pushed = effect if 0 in effect else (0.0, 0.0)
+        sides = [self._side(axis, cells[2 * axis : 2 * axis + 2], pushed[axis]) for axis in (0, 1)]
+        found = [side for side in sides if side is not None]
+        if len(found) < len(sides):
+            return True  # no state of the region is there
+        return any(closes for closes, _ in found) or all(near for _, near in found)
+
+    def _side(self, axis: int, span: tuple[int, ...], push: float) -> tuple[bool, bool] | None:
+        """Of one side of a rectangle: whether the push closes in all of it, and whether all where it does not is
+        near. None where no state of the region is there.
+        """
+        if (axis, span, push) not in self._sides:
+            low, high = (self._ends[axis][end] for end in span)
+            self._sides[axis, span, push] = None if low > high else self._engaged(low, high, Fraction(push))
+        return self._sides[axis, span, push]
+
+    def _engaged(self, low: Fraction, high: Fraction, push: Fraction) -> tuple[bool, bool]:
+        margin, radius = self._claim.margin, self._claim.radius
+        if push:
+            least, most = sorted((push * low, push * high))
+            if least > margin:
+                return True, True
+            low, high = sorted((least / push, min(most, margin) / push))
+        return False, -radius <= low and high <= radius
 
     def _end(self, feature: int, threshold: float) -> Fraction:
         """Where the left side of a test ends, as an exact offset."""

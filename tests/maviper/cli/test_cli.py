@@ -120,6 +120,7 @@ def test_compile_without_a_compiler_is_skipped_and_exit_3(capsys, profile_file, 
     assert code == ExitCode.INCONCLUSIVE and "SKIPPED" in err
 
 
+@pytest.mark.usefixtures("few_observations")
 def test_a_disagreement_is_exit_4_and_leaves_nothing(capsys, profile_file, tmp_path, monkeypatch):
     from codegen.targets import TARGETS
 
@@ -257,6 +258,7 @@ def add_action(document, agents):
 
 
 @pytest.mark.compile
+@pytest.mark.usefixtures("few_observations")
 @pytest.mark.parametrize(
     "change",
     [

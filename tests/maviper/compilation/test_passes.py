@@ -19,6 +19,7 @@ from tests.support.teams import DOWN, LEFT, RIGHT, UP, team, tree
 from verify.claims.region_files import read_region
 from verify.states.state import sample
 
+pytestmark = pytest.mark.usefixtures("few_observations")
 TEXT = """
 goals = ["landmark_0"]
 [box]

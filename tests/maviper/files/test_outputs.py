@@ -142,6 +142,7 @@ def test_radii_leave_no_certificate_of_before(place):
     assert run(*asked) == 0 and not {name for name in names(out) if name.endswith("robust.json")}
 
 
+@pytest.mark.usefixtures("few_observations")
 def test_code_of_another_profile_goes_with_what_was_compared(place):
     out, mine = place / "out", "imported_main.c"
     (out / mine).write_text("int main(void) { return 0; }")

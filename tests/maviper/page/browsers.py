@@ -5,7 +5,7 @@ Assumes: a page as `maviper.page.page` renders it.
 Does not: judge what comes back.
 """
 
-import html
+import functools
 import json
 import re
 import shutil
@@ -13,11 +13,10 @@ import subprocess
 
 import pytest
 
-CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+from tests.support.chromium import COMMAND, SECONDS, Chromium
+
 SCRIPTS = re.compile(r"<script>\n(.*?)</script>", re.DOTALL)
 DATA = re.compile(r'<script type="application/json" id="data">(.*?)</script>', re.DOTALL)
-QUIETLY = ("--headless", "--no-sandbox", "--disable-gpu")
-SECONDS = 300
 
 
 def in_node(page, script, given, folder):
@@ -44,7 +43,7 @@ def in_node(page, script, given, folder):
 
 def in_chromium(page, script, given, folder, width=1200):
     """As `in_node`, in the page itself as Chromium opens it from a file; also the page's own errors are errors."""
-    if CHROMIUM is None:
+    if COMMAND is None:
         pytest.skip("chromium is not installed")
     told = f"""
     <pre id="told"></pre><script>
@@ -71,7 +70,7 @@ def in_chromium(page, script, given, folder, width=1200):
 
 def overhang(files, folder, width):
     """By how many pixels each page is wider than a screen of this width, in Chromium; pages as files."""
-    if CHROMIUM is None:
+    if COMMAND is None:
         pytest.skip("chromium is not installed")
     wider = "inside.documentElement.scrollWidth - inside.documentElement.clientWidth"
     return [int(text) for text in _framed(files, width, wider, folder)]
@@ -83,18 +82,21 @@ def _framed(files, width, expression, folder):
         f'<iframe src="{file.as_uri()}" style="width:{width}px; height:900px; border:0" onload="read(this)"></iframe>'
         for file in files
     )
-    script = f"""function read(frame) {{
-      const inside = frame.contentDocument, told = document.createElement("pre");
-      told.textContent = [...document.querySelectorAll("iframe")].indexOf(frame) + ":" + ({expression});
-      document.body.append(told);
+    script = f"""const found = [];
+    function read(frame) {{
+      const inside = frame.contentDocument;
+      found[[...document.querySelectorAll("iframe")].indexOf(frame)] = String({expression});
     }}"""
     outer = folder / "frames.html"
     outer.write_text(f"<!DOCTYPE html><meta charset=utf-8><script>{script}</script><body>{frames}</body>", "utf-8")
-    command = [CHROMIUM, *QUIETLY, "--allow-file-access-from-files", f"--user-data-dir={folder / 'user'}", "--dump-dom"]
-    done = subprocess.run([*command, outer.as_uri()], capture_output=True, text=True, check=False, timeout=SECONDS)
-    found = dict(re.findall(r"<pre>(\d+):(.*?)</pre>", done.stdout, re.DOTALL))
-    assert len(found) == len(files), done.stderr[-2000:]
-    return [html.unescape(found[str(place)]) for place in range(len(files))]
+    found = _browser().evaluated(outer.as_uri(), "found")
+    assert len(found) == len(files) and None not in found
+    return found
+
+
+@functools.cache
+def _browser():
+    return Chromium()
 
 
 RUNNERS = {"node": in_node, "chromium": in_chromium}

@@ -175,6 +175,7 @@ def test_weights_say_when_an_agent_matters():
 
 
 @pytest.mark.compile
+@pytest.mark.usefixtures("few_observations")
 def test_from_the_expert_to_code(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     few = ("--max-episodes", "400", "--max-depth", "2")

@@ -496,6 +496,7 @@ def extracted():
 
 
 @pytest.mark.compile
+@pytest.mark.usefixtures("few_observations")
 def test_a_profile_is_extracted_and_compiles(extracted):
     assert not list(violations(extracted))
     assert policy_json.content_hash(policy_json.loads(policy_json.dumps(extracted))) == policy_json.content_hash(
