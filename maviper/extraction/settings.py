@@ -17,14 +17,12 @@ from codegen.errors import InputError, UnknownNameError
 from maviper.episodes import measures
 from maviper.extraction.bundles import (
     AGENT,
-    ALL,
     FITTED_Q,
     IMITATION,
     IVIPER,
     JOINT,
     KNOWN,
     MAVIPER,
-    NO_VOTES,
     NOTHING,
     PARTS,
     RACE,
@@ -41,12 +39,13 @@ from maviper.extraction.bundles import (
     wider,
 )
 from maviper.options import ExtractOptions, table_of
+from maviper.options.refusals import DEPTH, RELEASED, ensure_together, option_of
 from maviper.worlds import World
 
 EXACT, HISTOGRAM = "exact", "histogram"
 SPLITS = (EXACT, HISTOGRAM)
 SELECTIONS = (UNIFORM, RETURN, RACE)
-PAPER, RELEASED, DEFAULT = "paper", "released", "default"
+PAPER, DEFAULT = "paper", "default"
 REFINEMENT = 300_000
 MAX_NUMBER = 1_000_000  # of anything that is counted
 PRESETS: dict[str, dict[str, Any]] = {
@@ -81,12 +80,6 @@ def papers(algorithm: str, world: World | None) -> dict[str, int]:
     """The paper's protocol of an algorithm in a game, beyond PROTOCOL: nothing but MAVIPER stops early."""
     counts = PAPER_COUNTS.get(world.spec.name, {}) if world is not None and algorithm in (IVIPER, VIPER) else {}
     return counts if algorithm in JOINT else {**counts, "patience": MAX_NUMBER}
-
-
-def option_of(setting: str) -> str:
-    """The option by which a user gives a setting."""
-    flags = {option.setting: option.flag for option in table_of(ExtractOptions).values()}
-    return flags.get(setting, f"--{setting.replace('_', '-')}")
 
 
 def parted(options: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -248,14 +241,11 @@ class Settings:
         if not VOTES.fullmatch(self.least_right):
             what = f"'{self.least_right[:40]}' is no number of right predictions"
             raise InputError(what, "--least-right", "write N, N-1, 2, or a share such as 0.5")
-        self._check_parts()
-        if not 0 <= self.explore <= 1 or (self.explore and self.algorithm != FITTED_Q):
-            raise InputError("explore is a share from 0 to 1, and fitted-q's", "--explore", "leave it out")
-        self._check_leaves()
-        self._check_share()
-        if self.preset == RELEASED and self.algorithm == FITTED_Q:
-            what = "the released Fitted Q always stands still, because its look-ups never hit"
-            raise InputError(what, "--preset released", "choose --preset paper")
+        if not 0 <= self.explore <= 1:
+            raise InputError("explore is a share from 0 to 1", "--explore", "leave it out")
+        if self.max_leaves and not 2 <= self.max_leaves <= MAX_NUMBER:
+            raise InputError(f"max_leaves is from 2 to {MAX_NUMBER}", "--max-leaves", DEPTH)
+        ensure_together(vars(self), self.changed)
         if self.max_depth > ir.MAX_DEPTH:
             raise InputError(f"max_depth must be at most {ir.MAX_DEPTH}", "--max-depth")
         if not 0 <= self.seed < 2**32:
@@ -269,53 +259,3 @@ class Settings:
         for name, values in known.items():
             if getattr(self, name) not in values:
                 raise UnknownNameError(name.replace("_", " "), getattr(self, name), values, option_of(name))
-
-    def _check_leaves(self) -> None:
-        """Refuses what RGMDT has not, and a budget of leaves where trees grow level by level."""
-        if self.preset == RELEASED and self.algorithm == RGMDT:
-            what = "the authors' code has no RGMDT, which is built after its description"
-            raise InputError(what, "--preset released", "choose --preset paper or default")
-        if not self.max_leaves:
-            return
-        if not 2 <= self.max_leaves <= MAX_NUMBER:
-            raise InputError(f"max_leaves is from 2 to {MAX_NUMBER}", "--max-leaves", "--max-depth limits every tree")
-        if self.algorithm == FITTED_Q or self.preset == RELEASED:
-            what = f"{FITTED_Q} and the authors' code have no budget of leaves"
-            raise InputError(what, "--max-leaves", "leave it out; --max-depth limits every tree")
-        if self.least_right != NO_VOTES:
-            what = "a team whose members vote grows level by level, so its trees have a depth and no budget of leaves"
-            raise InputError(
-                what, "--max-leaves", "choose --least-right 0, --algorithm viper or iviper, or --max-depth"
-            )
-
-    def _check_share(self) -> None:
-        """Refuses one tree for a team where its members' trees would come apart."""
-        if not self.share:
-            return
-        advice = "choose --algorithm maviper, iviper or imitation, and leave the other option out"
-        if self.algorithm in (VIPER, FITTED_Q, RGMDT) or self.preset == RELEASED:
-            what = "the authors' code grows" if self.preset == RELEASED else f"{self.algorithm} grows"
-            raise InputError(f"{what} a tree for each agent alone", "--share", advice)
-        if self.refinement:
-            raise InputError("refinement changes the trees of a team one by one", "--share", advice)
-        if AGENT in (self.rollouts_by, self.selection_by):
-            raise InputError("agents that share a tree play and choose together", "--share", advice)
-
-    def _check_parts(self) -> None:
-        """Refuses what an algorithm or a preset does not have, and what means nothing together."""
-        options = ", ".join(map(option_of, self.changed))
-        if options and self.preset == RELEASED:
-            what = f"preset released is the authors' code as it is: in it, {self.algorithm} has no other way"
-            raise InputError(what, options, "leave it out, or choose --preset paper or default")
-        if options and self.algorithm == VIPER and self.changed != ["weights"]:
-            raise InputError("viper extracts one agent, alone among experts", options, "choose --algorithm iviper")
-        learns = {FITTED_Q: "from the rewards of expert episodes", RGMDT: "from the expert's Q, given all trees"}
-        if self.algorithm in learns and set(self.changed) - {"selection_by"}:
-            what = f"{self.algorithm} learns {learns[self.algorithm]}"
-            raise InputError(what, options, "choose another --algorithm, or leave it out")
-        if self.rollouts_by == AGENT and self.least_right != NO_VOTES:
-            what = "team-mates cannot count each other's right predictions where each has data of its own"
-            raise InputError(what, "--least-right", "choose --rollouts-by team or all")
-        if self.selection_by == ALL and self.selection != UNIFORM:
-            what = f"--selection {self.selection} compares the iterates of one agent or of one team"
-            raise InputError(what, "--selection-by all", "choose team or agent, or --selection uniform")

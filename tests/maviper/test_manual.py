@@ -20,7 +20,7 @@ from maviper.cli import main
 from maviper.evaluation import held_out
 from maviper.experts import cards, store
 from maviper.extraction.bundles import BUNDLES, KNOWN, PARTS, RUNGS
-from maviper.extraction.settings import option_of
+from maviper.options.refusals import option_of
 from maviper.verification.ask import listed
 from maviper.worlds import WORLDS, ParticleWorld, find, options_of, range_of
 from maviper.worlds.games.features import GROUPS

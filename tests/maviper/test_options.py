@@ -18,9 +18,9 @@ from maviper.cli import main
 from maviper.compilation import run as compilation
 from maviper.evaluation import run as evaluation
 from maviper.experts.training import run as training
-from maviper.extraction import exploiting
+from maviper.extraction import bundles, exploiting
 from maviper.extraction import run as extraction
-from maviper.extraction.settings import Settings, parted
+from maviper.extraction.settings import PRESETS, SELECTIONS, Settings, parted
 from maviper.files import importing
 from maviper.options import (
     CompileOptions,
@@ -35,6 +35,16 @@ from maviper.options import (
     VerifyOptions,
     completed,
     table_of,
+)
+from maviper.options.refusals import (
+    FITTED_Q,
+    PART_NAMES,
+    REFUSALS,
+    RELEASED,
+    RGMDT,
+    VIPER,
+    VOTES,
+    refusals_in_words,
 )
 from maviper.reproduction import run as reproduction
 from maviper.verification.ask import VerifyOptions as Asked
@@ -74,7 +84,7 @@ REQUESTS = {
 }
 VERBS = {name: maviper.from_file if name == "import" else getattr(maviper, name) for name in TABLES}
 CLAIMS = {each.name: each for each in vars(claims).values() if isinstance(each, type) and hasattr(each, "name")}
-PAGES = {"extract": ("extraction", "## Every option of extract")}
+WHOLE = {"break_on_hyphens": False, "break_long_words": False}
 
 
 @pytest.mark.parametrize("name", TABLES)
@@ -118,6 +128,37 @@ def test_an_option_of_extraction_is_a_setting_or_a_field_of_the_request():
     assert {field.name for field in fields(Settings)} - set(settings) == {"max_samples"}
     for table, kind in REQUESTS.items():
         assert {field.name for field in fields(kind)} == set(completed(table, {}))
+
+
+VALUES = {
+    "algorithm": bundles.KNOWN,
+    "preset": PRESETS,
+    "selection": SELECTIONS,
+    "rollouts_by": bundles.ROLLOUTS_BY,
+    "selection_by": bundles.SELECTION_BY,
+    "least_right": ("0", "N", "N-1"),
+    "refinement": (0, 50_000),
+}
+
+
+@pytest.mark.parametrize("refusal", REFUSALS, ids=lambda refusal: refusal.reason[:40])
+def test_a_refusal_is_made_beside_the_values_that_it_names_and_no_others(refusal):
+    asked = dict.fromkeys(refusal.settings, "asked")
+    asked |= {name: next(each for each in VALUES[name] if each in refusal.values) for name in asked if refusal.values}
+    for name, values in refusal.beside.items():
+        assert set(values) <= set(VALUES[name])
+        said = {
+            other: next(each for each in VALUES[other] if each not in refusal.beside[other]) for other in refusal.beside
+        }
+        for value in VALUES[name]:
+            found = refusal.asked({**asked, **said, name: value}, refusal.settings)
+            assert found == (list(refusal.settings) if value in values else []), (name, value)
+
+
+def test_the_names_in_the_table_of_refusals_are_those_of_the_algorithms():
+    assert {VIPER, FITTED_Q, RGMDT} < set(bundles.KNOWN) and RELEASED in PRESETS
+    assert PART_NAMES == bundles.PARTS and VOTES == (bundles.NO_VOTES,)
+    assert {name for refusal in REFUSALS for name in refusal.settings} < {field.name for field in fields(Settings)}
 
 
 def test_what_is_not_given_or_none_is_as_usual():
@@ -205,12 +246,24 @@ def described(table):
     return lines
 
 
-@pytest.mark.parametrize("name", PAGES)
-def test_the_manual_has_every_option(golden, request, name):
-    topic, heading = PAGES[name]
+def refused():
+    """Each refusal of extraction, as lines of a page."""
+    wrapped = (textwrap.wrap(f"- {text}", 100, subsequent_indent="  ", **WHOLE) for text in refusals_in_words())
+    return ["", *(line for lines in wrapped for line in lines)]
+
+
+PAGES = {
+    "## Every option of extract": ("extraction", lambda: described(table_of(ExtractOptions))),
+    "## What does not go together": ("extraction", refused),
+}
+
+
+@pytest.mark.parametrize("heading", PAGES)
+def test_the_manual_has_every_option_and_every_refusal(golden, request, heading):
+    topic, lines = PAGES[heading]
     before, after = manual.page(topic).split(f"\n{heading}\n")
     end = after.index("\n## ") if "\n## " in after else len(after)
-    wanted = "\n".join(described(table_of(TABLES[name]))) + "\n"
+    wanted = "\n".join(lines()) + "\n"
     if request.config.getoption("--update-golden"):
         after = wanted + after[end:]
     else:

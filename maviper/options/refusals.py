@@ -1,0 +1,170 @@
+"""Options of an extraction that do not go together: which, beside what, why, and what to do instead.
+
+Does: the table of refusals; raises the first that applies; says all of them in words, for the manual.
+Assumes: settings whose names and ranges are checked, filled with what the algorithm's name stands for.
+Does not: check names, ranges, or what a world allows.
+"""
+
+from collections.abc import Collection, Iterator, Mapping
+from typing import Any, NamedTuple
+
+from codegen.errors import InputError
+from maviper.options.extraction import PARTS, ExtractOptions
+from maviper.options.table import table_of
+
+# named here, as algorithms are in the table of options
+AUTHORS, RELEASED, VIPER, FITTED_Q, RGMDT = "the authors' code", "released", "viper", "fitted-q", "rgmdt"
+OTHER_PRESET, OTHER_ALGORITHM = "choose --preset paper or default", "choose another --algorithm, or leave it out"
+DEPTH = "--max-depth limits every tree"
+SHARING = "choose --algorithm maviper, iviper or imitation, and leave the other option out"
+
+
+class AllBut(tuple[Any, ...]):
+    """All values but these."""
+
+    def __contains__(self, value: object) -> bool:
+        return not super().__contains__(value)
+
+
+VOTES = AllBut("0")
+
+
+class Refusal(NamedTuple):
+    """Settings of which none may be asked for beside one of some values of another."""
+
+    settings: tuple[str, ...]
+    beside: Mapping[str, tuple[Any, ...]]
+    reason: str  # {who}: the algorithm, or the authors' code
+    advice: str
+    values: tuple[Any, ...] = ()  # of the settings; (): whatever is not as usual
+
+    def asked(self, said: Mapping[str, Any], changed: Collection[str]) -> list[str]:
+        """The settings that are refused beside what else is said."""
+        if not any(said[name] in values for name, values in self.beside.items()):
+            return []
+        if self.values:
+            return [name for name in self.settings if said[name] in self.values]
+        return [name for name in self.settings if (name in changed if name in PART_NAMES else said[name])]
+
+
+PART_NAMES = tuple(name for name, option in table_of(ExtractOptions).items() if option.section == PARTS)
+REFUSALS = (
+    Refusal(
+        PART_NAMES,
+        {"preset": (RELEASED,)},
+        "preset released is the authors' code as it is, which has one way for each algorithm",
+        f"leave it out, or {OTHER_PRESET}",
+    ),
+    Refusal(
+        ("rollouts_by", "least_right", "selection_by"),
+        {"algorithm": (VIPER,)},
+        "viper extracts one agent, alone among experts",
+        "choose --algorithm iviper",
+    ),
+    Refusal(
+        ("rollouts_by", "weights", "least_right"),
+        {"algorithm": (FITTED_Q,)},
+        "fitted-q learns from the rewards of expert episodes",
+        OTHER_ALGORITHM,
+    ),
+    Refusal(
+        ("rollouts_by", "weights", "least_right"),
+        {"algorithm": (RGMDT,)},
+        "rgmdt learns from the expert's Q, given all trees",
+        OTHER_ALGORITHM,
+    ),
+    Refusal(
+        ("least_right",),
+        {"rollouts_by": ("agent",)},
+        "team-mates cannot count each other's right predictions where each has data of its own",
+        "choose --rollouts-by team or all",
+        VOTES,
+    ),
+    Refusal(
+        ("selection_by",),
+        {"selection": ("return", "race")},
+        "--selection return and race compare the iterates of one agent or of one team",
+        "choose team or agent, or --selection uniform",
+        ("all",),
+    ),
+    Refusal(("explore",), {"algorithm": AllBut([FITTED_Q])}, "only fitted-q explores", "leave it out"),
+    Refusal(
+        ("preset",),
+        {"algorithm": (RGMDT,)},
+        "the authors' code has no RGMDT, which is built after its description",
+        OTHER_PRESET,
+        (RELEASED,),
+    ),
+    Refusal(
+        ("preset",),
+        {"algorithm": (FITTED_Q,)},
+        "the released Fitted Q always stands still, because its look-ups never hit",
+        OTHER_PRESET,
+        (RELEASED,),
+    ),
+    Refusal(
+        ("max_leaves",),
+        {"algorithm": (FITTED_Q,), "preset": (RELEASED,)},
+        "{who} has no budget of leaves",
+        f"leave it out; {DEPTH}",
+    ),
+    Refusal(
+        ("max_leaves",),
+        {"least_right": VOTES},
+        "a team whose members vote grows level by level, so its trees have a depth and no budget of leaves",
+        "choose --least-right 0, --algorithm viper or iviper, or --max-depth",
+    ),
+    Refusal(
+        ("share",),
+        {"algorithm": (VIPER, FITTED_Q, RGMDT), "preset": (RELEASED,)},
+        "{who} grows a tree for each agent alone",
+        SHARING,
+    ),
+    Refusal(("share",), {"refinement": AllBut([0])}, "refinement changes the trees of a team one by one", SHARING),
+    Refusal(
+        ("share",),
+        {"rollouts_by": ("agent",), "selection_by": ("agent",)},
+        "agents that share a tree play and choose together",
+        SHARING,
+    ),
+)
+
+
+def option_of(setting: str) -> str:
+    """The option by which a user gives a setting of an extraction."""
+    flags = {option.setting: option.flag for option in table_of(ExtractOptions).values()}
+    return flags.get(setting, f"--{setting.replace('_', '-')}")
+
+
+def ensure_together(said: Mapping[str, Any], changed: Collection[str]) -> None:
+    """InputError for settings that do not go together. `said`: all by name; `changed`: those that an algorithm's name
+    sets, and that are not as it says.
+    """
+    for refusal in REFUSALS:
+        asked = refusal.asked(said, changed)
+        if asked:
+            who = AUTHORS if said["preset"] in refusal.beside.get("preset", ()) else said["algorithm"]
+            one = refusal.values and not isinstance(refusal.values, AllBut)
+            where = [f"{option_of(name)} {refusal.values[0]}" if one else option_of(name) for name in asked]
+            raise InputError(refusal.reason.format(who=who), ", ".join(where), refusal.advice)
+
+
+def refusals_in_words() -> Iterator[str]:
+    """Each refusal in words: the options, beside what they are refused, why, and what to do instead."""
+    for refusal in REFUSALS:
+        asked = _listed([_called(name, refusal.values) for name in refusal.settings])
+        others = _listed([_called(name, values) for name, values in refusal.beside.items()])
+        who = [*refusal.beside.get("algorithm", ()), *([AUTHORS] if "preset" in refusal.beside else [])]
+        advice = refusal.advice[0].upper() + refusal.advice[1:]
+        yield f"{asked} with {others}: {refusal.reason.format(who=_listed(who))}. {advice}."
+
+
+def _called(name: str, values: tuple[Any, ...]) -> str:
+    """An option, with its values."""
+    if isinstance(values, AllBut):
+        return f"`{option_of(name)}` other than `{values[0]}`"
+    return _listed([f"`{option_of(name)} {value}`" for value in values] or [f"`{option_of(name)}`"])
+
+
+def _listed(words: list[str]) -> str:
+    return " or ".join(filter(None, (", ".join(words[:-1]), *words[-1:])))
