@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 from typing import Any, ClassVar
 
-from maviper.options.verification import Names, Number
+from verify.claims.language.parameters import Names, Number
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -9,8 +9,9 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Annotated, Literal, TypedDict
 
-from maviper.options.table import Option
-from maviper.options.verification import BUDGETS, PARAMETERS, QUESTION, Names, Number, of_claims
+from maviper.options.table import PARAMETERS, Option, of_claims
+from maviper.options.verification import BUDGETS, QUESTION
+from verify.claims.language.parameters import Names, Number
 
 WRITTEN, TREES, CHECKS = "What is written", "The trees", "What is proved"
 IMPORTED, NAMES = "What is imported", "Names"

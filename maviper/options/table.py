@@ -1,7 +1,8 @@
 """A table of options: a TypedDict whose fields have a type, a default, a section and a help text.
 
 Does: reads the table; completes what was given; gives a function the signature and the text that the table says.
-Assumes: each field of the TypedDict is `Annotated[type, Option(...)]`; a help text is one sentence.
+Assumes: each field of the TypedDict is `Annotated[type, Option(...)]`, or a parameter of claims
+  (`verify.claims.language.parameters`); a help text is one sentence.
 Does not: make options of the command line (`maviper.cli.options`), or check what a value means.
 """
 
@@ -16,9 +17,12 @@ from types import MappingProxyType, UnionType
 from typing import Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
 
 from codegen.errors import InputError, UnknownNameError, shown, suggestion
+from verify.claims.language import parameters
+from verify.claims.language.parameters import Form
 
 Verb = TypeVar("Verb", bound=Callable[..., Any])
 MANY = (Iterable, Sequence, Mapping)  # of a mapping, each is a text NAME=VALUE
+PARAMETERS = "Parameters of claims"  # their heading
 NUMBERS = {int: Integral, float: Real}
 CALLED = {
     bool: "yes or no",
@@ -85,8 +89,16 @@ def table_of(options: type) -> Mapping[str, Option]:
     found: dict[str, Option] = {}
     for name, hint in get_type_hints(options, include_extras=True).items():
         written, option = get_args(hint)
+        option = option if isinstance(option, Option) else of_claims(name)
         found[name] = replace(option, name=name, hint=written, **_type(written))
     return MappingProxyType(found)
+
+
+def of_claims(name: str) -> Option:
+    """A parameter that some claims read; without it, as the claim says."""
+    (spec,) = (each for each in parameters.PARAMETERS if each.name == name)
+    form = "" if spec.form is Form.COUNT else spec.form.value
+    return Option(None, PARAMETERS, spec.help, form, commas=spec.form is Form.NAMES)
 
 
 def _type(hint: Any) -> dict[str, Any]:

@@ -6,29 +6,16 @@ Assumes: parameters of claims have their forms and texts in `verify.claims.langu
 Does not: check values beyond their types.
 """
 
-from collections.abc import Sequence
-from fractions import Fraction
 from typing import Annotated, TypedDict
 
 from maviper.options.table import Option
-from verify.claims.language import parameters
-from verify.claims.language.parameters import Form
+from verify.claims.language.parameters import Names, Parameters
 
-QUESTION, PARAMETERS, EXTENT, BUDGETS = "What is asked", "Parameters of claims", "Where a claim holds", "Budgets"
-# exact: a text such as "1/40" or "0.025"; a float means the decimal that Python prints for it
-Number = Fraction | float | str
-Names = Sequence[str]
+QUESTION, EXTENT, BUDGETS = "What is asked", "Where a claim holds", "Budgets"
 
 
-def of_claims(name: str) -> Option:
-    """A parameter that some claims read; without it, as the claim says."""
-    (spec,) = (each for each in parameters.PARAMETERS if each.name == name)
-    form = "" if spec.form is Form.COUNT else spec.form.value
-    return Option(None, PARAMETERS, spec.help, form, commas=spec.form is Form.NAMES)
-
-
-class VerifyOptions(TypedDict, total=False):
-    """What is asked of a claim."""
+class QuestionOptions(TypedDict, total=False):
+    """What is asked, whatever the claim."""
 
     team: Annotated[
         str | None,
@@ -60,19 +47,11 @@ class VerifyOptions(TypedDict, total=False):
     semantics: Annotated[
         str, Option("machine", QUESTION, "machine: as deployed; real: exact arithmetic, for comparison.", "NAME")
     ]
-    margin: Annotated[Number | None, of_claims("margin")]
-    radius: Annotated[Number | None, of_claims("radius")]
-    landmarks: Annotated[Names | None, of_claims("landmarks")]
-    others: Annotated[Names | None, of_claims("others")]
-    steps: Annotated[int | None, of_claims("steps")]
-    kappa: Annotated[Number | None, of_claims("kappa")]
-    of: Annotated[str | None, of_claims("of")]
-    eps: Annotated[Number | None, of_claims("eps")]
-    agents: Annotated[Names | None, of_claims("agents")]
-    agent: Annotated[str | None, of_claims("agent")]
-    feature: Annotated[str | None, of_claims("feature")]
-    direction: Annotated[str | None, of_claims("direction")]
-    order: Annotated[Names | None, of_claims("order")]
+
+
+class LimitOptions(TypedDict, total=False):
+    """Where a claim holds, and what may be spent on that."""
+
     where: Annotated[
         bool, Option(False, EXTENT, "Find where claims hold and fail (reaches, covers: the share of starts that fail).")
     ]
@@ -89,3 +68,7 @@ class VerifyOptions(TypedDict, total=False):
             "Limit on zones visited per claim about episodes, and on its certificate (default: 5000000).",
         ),
     ]
+
+
+class VerifyOptions(QuestionOptions, Parameters, LimitOptions, total=False):
+    """What is asked of a claim."""

@@ -1,12 +1,18 @@
 """The parameters that claims read beside their team: one table, from which files, options and Python take them.
 
-Does: name, kind and help of each. Its usual value stands in the class of the claim.
+Does: name, type and help of each. Its usual value stands in the class of the claim.
 Assumes: a name means the same in every claim that reads it.
 Does not: check values.
 """
 
+from collections.abc import Sequence
 from enum import Enum
-from typing import NamedTuple
+from fractions import Fraction
+from typing import Annotated, Any, NamedTuple, TypedDict, get_args, get_type_hints
+
+# exact: a text such as "1/40" or "0.025"; a float means the decimal that Python prints for it
+Number = Fraction | float | str
+Names = Sequence[str]
 
 
 class Form(Enum):
@@ -18,6 +24,31 @@ class Form(Enum):
     NAME = "NAME"
 
 
+FORMS = {Fraction: Form.NUMBER, int: Form.COUNT, str: Form.NAME}  # by the first type that a parameter may have
+
+
+class Parameters(TypedDict, total=False):
+    """What may be said of a claim, with the help text of each; a claim reads some of them."""
+
+    margin: Annotated[Number | None, "An agent closes on a landmark when it is ahead by more than this (default: 0)."]
+    radius: Annotated[
+        Number | None,
+        "An agent is at a landmark within this distance along each axis (default: 1/10; reaches, covers: 2/5). "
+        "keeps_apart: the minimum distance (default: the distance at which they touch).",
+    ]
+    landmarks: Annotated[Names | None, "own_target, reaches, covers: one landmark per agent of the team."]
+    others: Annotated[Names | None, "keeps_apart: what the team keeps away from (default: one another)."]
+    steps: Annotated[int | None, "reaches, covers, keeps_apart: steps of an episode (default: the world's)."]
+    kappa: Annotated[Number | None, "aligned: ahead by kappa times the sideways offset (default: 1/2)."]
+    of: Annotated[str | None, "steady: the property that must stay true."]
+    eps: Annotated[Number | None, "steady: the largest error of each feature (default: 1/100)."]
+    agents: Annotated[Names | None, "agree, differ: the two agents."]
+    agent: Annotated[str | None, "monotone: the agent."]
+    feature: Annotated[str | None, "monotone: the feature to raise."]
+    direction: Annotated[str | None, "monotone: increasing (default) or decreasing."]
+    order: Annotated[Names | None, "monotone: all actions, lowest first (default: the profile's order)."]
+
+
 class ParameterSpec(NamedTuple):
     """One parameter."""
 
@@ -26,30 +57,12 @@ class ParameterSpec(NamedTuple):
     help: str
 
 
-PARAMETERS = (
-    ParameterSpec(
-        "margin",
-        Form.NUMBER,
-        "An agent closes on a landmark when it is ahead by more than this (default: 0).",
-    ),
-    ParameterSpec(
-        "radius",
-        Form.NUMBER,
-        "An agent is at a landmark within this distance along each axis (default: 1/10; reaches, covers: 2/5). "
-        "keeps_apart: the minimum distance (default: the distance at which they touch).",
-    ),
-    ParameterSpec("landmarks", Form.NAMES, "own_target, reaches, covers: one landmark per agent of the team."),
-    ParameterSpec("others", Form.NAMES, "keeps_apart: what the team keeps away from (default: one another)."),
-    ParameterSpec("steps", Form.COUNT, "reaches, covers, keeps_apart: steps of an episode (default: the world's)."),
-    ParameterSpec("kappa", Form.NUMBER, "aligned: ahead by kappa times the sideways offset (default: 1/2)."),
-    ParameterSpec("of", Form.NAME, "steady: the property that must stay true."),
-    ParameterSpec("eps", Form.NUMBER, "steady: the largest error of each feature (default: 1/100)."),
-    ParameterSpec("agents", Form.NAMES, "agree, differ: the two agents."),
-    ParameterSpec("agent", Form.NAME, "monotone: the agent."),
-    ParameterSpec("feature", Form.NAME, "monotone: the feature to raise."),
-    ParameterSpec("direction", Form.NAME, "monotone: increasing (default) or decreasing."),
-    ParameterSpec("order", Form.NAMES, "monotone: all actions, lowest first (default: the profile's order)."),
-)
+def _spec(name: str, hint: Any) -> ParameterSpec:
+    written, told = get_args(hint)
+    return ParameterSpec(name, FORMS.get(get_args(written)[0], Form.NAMES), told)
+
+
+PARAMETERS = tuple(_spec(name, hint) for name, hint in get_type_hints(Parameters, include_extras=True).items())
 NAMES = tuple(each.name for each in PARAMETERS)
 
 
