@@ -90,6 +90,10 @@ class ExtractOptions(TypedDict, total=False):
     ]
     explore: Annotated[float, Option(0.0, LEARNS, "fitted-q: share of uniform actions while it collects.")]
     critic: Annotated[str, Option("learned", LEARNS, "The Q that weights the states: learned, measured or none.")]
+    max_samples: Annotated[
+        int | None,
+        Option(None, LEARNS, "Points drawn by weight for each tree, at most (default: 300000)."),
+    ]
     world: Annotated[str | None, Option(None, LEARNS, "The expert's world, where its file cannot say it.")]
     counterexamples: Annotated[
         Iterable[str | Path],

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import maviper
-from codegen import policy_json
+from codegen import ir, policy_json
 from codegen.errors import InputError, RefusedError, UnknownNameError
 from maviper import claims
 from maviper.cli import main
@@ -185,6 +185,8 @@ def test_extract_writes_nothing_unless_it_is_told_where(tmp_path, monkeypatch, c
     assert not list(tmp_path.iterdir()) and capsys.readouterr() == ("", "")
     again = maviper.extract("physical-deception", "p.json", **small)
     assert policy_json.dumps(again) == policy_json.dumps(found) == (tmp_path / "p.json").read_text()
+    drawn = maviper.extract("physical-deception", max_samples=2, **{**small, "max_depth": 6})
+    assert all(len(ir.leaves(policy.tree)) <= 2 for policy in drawn.agents)  # a leaf has a point, at least
     with pytest.raises(InputError, match="several seeds need a run folder"):
         maviper.extract("physical-deception", seeds=2, **small)
     measured = maviper.evaluate(tmp_path / "p.json", against=["random"], team="defenders", episodes=3)

@@ -122,10 +122,10 @@ def test_a_verb_says_every_option_with_its_type_and_default(name):
 
 
 def test_an_option_of_extraction_is_a_setting_or_a_field_of_the_request():
-    """And there is no setting, but for how many samples are drawn, that a user cannot give."""
+    """And there is no setting that a user cannot give."""
     asked, settings = parted(completed(ExtractOptions, {}))
     assert {*asked, "settings", "command"} == {field.name for field in fields(extraction.Request)}
-    assert {field.name for field in fields(Settings)} - set(settings) == {"max_samples"}
+    assert {field.name for field in fields(Settings)} == set(settings)
     for table, kind in REQUESTS.items():
         assert {field.name for field in fields(kind)} == set(completed(table, {}))
 
