@@ -2,6 +2,7 @@
 the verifier.
 """
 
+import functools
 import itertools
 import json
 from fractions import Fraction
@@ -60,12 +61,17 @@ def run(request, tmp_path):
 # --- claims about decisions
 
 
+@functools.cache
+def drawn(seed):
+    return questions.drawn(seed)
+
+
+@functools.cache
 def plain_questions(count):
     """Drawn questions about decisions in the deployed arithmetic, without errors of features."""
-    drawn = (questions.drawn(seed) for seed in itertools.count())
     kinds = (Kind.DECISIONS,)
-    fitting = (one for one in drawn if one.case.semantics == MACHINE and not one.case.eps)
-    return itertools.islice((one for one in fitting if one.question.claim.kind in kinds), count)
+    fitting = (one for one in map(drawn, itertools.count()) if one.case.semantics == MACHINE and not one.case.eps)
+    return [*itertools.islice((one for one in fitting if one.question.claim.kind in kinds), count)]
 
 
 def judged_states(asked, seed):
@@ -86,8 +92,8 @@ def judged_states(asked, seed):
 
 @pytest.mark.parametrize("part", range(2))
 def test_the_badge_says_what_an_independent_judge_says(part, run):
-    asked = list(plain_questions(60))[part::2]
-    told, expected = badges(asked, run)
+    asked, states = judged(part, 2, 60)
+    told, expected = badges(asked, states, run)
     for one, said, right in zip(asked, told, expected, strict=True):
         assert said == right, (one.seed, one.source)
     said = list(itertools.chain.from_iterable(told))
@@ -95,9 +101,15 @@ def test_the_badge_says_what_an_independent_judge_says(part, run):
     assert len({one.question.claim.name for one in asked}) >= 3
 
 
-def badges(asked, run, changed=lambda html: html):
+@functools.cache
+def judged(number, step, count):
+    """Every `step`-th of the questions from `number` on, and the states of each as they are judged."""
+    asked = plain_questions(count)[number::step]
+    return asked, [list(judged_states(one, seed)) for seed, one in enumerate(asked)]
+
+
+def badges(asked, states, run, changed=lambda html: html):
     """What the page says in the states of each question, and what the judge does."""
-    states = [list(judged_states(one, seed)) for seed, one in enumerate(asked)]
     given = [
         (document(one.question.profile, Contents((Shown(one.question.claim),))), [(at, goal) for at, goal, _ in some])
         for one, some in zip(asked, states, strict=True)
@@ -119,7 +131,7 @@ def test_a_page_that_rounds_at_a_boundary_is_found_out(right, wrong, tmp_path):
         assert right in html
         return html.replace(right, wrong)
 
-    told, expected = badges(list(plain_questions(60)), lambda *given: RUNNERS["node"](*given, tmp_path), changed)
+    told, expected = badges(*judged(0, 1, 60), lambda *given: RUNNERS["node"](*given, tmp_path), changed)
     assert told != expected
 
 
@@ -154,14 +166,20 @@ def reachable(agent, at, eps):
     return found
 
 
-def test_steady_holds_where_no_error_makes_the_claim_fail(run):
-    drawn = (questions.drawn(seed) for seed in itertools.count())
-    asked = [one for one in itertools.islice(drawn, 400) if one.case.semantics == MACHINE and one.case.eps][:25]
-    given, expected = [], []
+@functools.cache
+def steady_questions():
+    """(questions with errors of features, the page's documents of each with states, what holds there)."""
+    fitting = (one for one in map(drawn, range(400)) if one.case.semantics == MACHINE and one.case.eps)
+    asked, given, expected = list(itertools.islice(fitting, 25)), [], []
     for number, one in enumerate(asked):
         states, right = steady_states(one.case, np.random.default_rng(number))
         given.append((document(one.question.profile, Contents((Shown(one.question.claim),))), states))
         expected.append(right)
+    return asked, given, expected
+
+
+def test_steady_holds_where_no_error_makes_the_claim_fail(run):
+    asked, given, expected = steady_questions()
     assert run(page(asked[0].question.profile, Contents()), ASKED, given) == expected
     said = list(itertools.chain.from_iterable(expected))
     assert len(said) > 500 and 20 < said.count(False) < 0.95 * len(said)
@@ -197,36 +215,38 @@ def exact(world):
     return world
 
 
-@pytest.mark.parametrize("name", POLICIES)
-def test_episodes_are_the_simulators_action_for_action(name, run):
+@functools.cache
+def played(name, count):
+    """A committed profile, and the starts and episodes of the first seeds."""
     profile = committed(name)
     world = exact(matching_world(profile))
     trees = [tree_policies(profile.agents)] * len(profile.agents)
-    ours = play(world, trees, world.start_from_seeds(range(200))).actions
-    told = np.array(run(page(profile, Contents()), PLAYED, list(starts(world, 200))))
+    return profile, list(starts(world, count)), play(world, trees, world.start_from_seeds(range(count)))
+
+
+@pytest.mark.parametrize("name", POLICIES)
+def test_episodes_are_the_simulators_action_for_action(name, run):
+    profile, given, episodes = played(name, 200)
+    ours, told = episodes.actions, np.array(run(page(profile, Contents()), PLAYED, given))
     assert (told == ours.transpose(1, 0, 2)).all()
 
 
 @pytest.mark.parametrize("name", POLICIES)
 @pytest.mark.parametrize("title", ["reaches", "covers", "keeps_apart"])
 def test_episode_claims_are_judged_by_the_episode(name, title, run):
-    profile = committed(name)
+    profile, given, episodes = played(name, 400)
     team = {"physical": "defenders", "proved_d": "defenders", "proved_n": "agents", "verdicts": "prey"}[name[:8]]
     others = {"others": ("adversary_0",)} if title == "keeps_apart" and team != "agents" else {}
     wide = Fraction(2) if team == "prey" else Fraction(2, 5)  # prey do not go to obstacles
     radius = {"reaches": Fraction(1, 5), "covers": wide, "keeps_apart": Fraction(3, 20)}[title]
     claim = find_claim(title, profile, team, radius=radius, **others)
-    world = exact(matching_world(profile))
-    given = list(starts(world, 400))
     told = run(page(profile, Contents((Shown(claim),))), JUDGED, [(*start, 0) for start in given])
-    assert told == expected_of(profile, world, claim, 400)
+    assert told == expected_of(profile, claim, episodes)
     assert 0 < sum(told) < 400
 
 
-def expected_of(profile, world, claim, count):
+def expected_of(profile, claim, episodes):
     """Whether the claim holds in each episode, by the simulator's distances; none is at the radius itself."""
-    trees = [tree_policies(profile.agents)] * len(profile.agents)
-    episodes = play(world, trees, world.start_from_seeds(range(count)))
     places_of = np.array([state.position for state in episodes.states])  # [steps + 1, batch, entities, 2]
     names = [one.name for one in profile.world.agents + profile.world.landmarks]
     team = [names.index(policy.agent) for policy in profile.team(claim.team)]
