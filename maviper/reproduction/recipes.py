@@ -7,7 +7,7 @@ Does not: judge a number (verdicts.py), or show it.
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -24,6 +24,12 @@ from maviper.worlds.world import RETURN
 
 OPPONENTS = ("maviper", "iviper", "imitation", "fitted-q", "expert")  # of the paper's Tables 1, 3 and 4
 Path_ = tuple[str, ...]
+
+
+@lru_cache(maxsize=64)
+def game_of(name: str) -> World:
+    """The game of a name, to be asked only: one is made once, which takes longer than what is asked of it."""
+    return find(name)
 
 
 @dataclass(frozen=True)
@@ -174,10 +180,10 @@ class Place:
         """The team that the measure is of."""
         return self.measure.partition(" ")[0]
 
-    @cached_property
+    @property
     def world(self) -> World:
         """The game."""
-        return find(self.game)
+        return game_of(self.game)
 
 
 class Finder:

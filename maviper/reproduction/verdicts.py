@@ -15,10 +15,9 @@ from maviper.reproduction import register
 from maviper.reproduction.cells.cell import CROSSPLAY, EXTRACTION
 from maviper.reproduction.cells.cell import EXPLOITABILITY as EXPLOITING
 from maviper.reproduction.commands import command
-from maviper.reproduction.recipes import OPPONENTS, Book, Finder, Number, Part, Place, less, times
+from maviper.reproduction.recipes import OPPONENTS, Book, Finder, Number, Part, Place, game_of, less, times
 from maviper.reproduction.register import Claim, Register
 from maviper.reproduction.statistics import holm
-from maviper.worlds import find
 from maviper.worlds.world import RETURN
 
 AGREES, DIFFERS, NOT_DECIDED, NOT_COMPARABLE = "AGREES", "DIFFERS", "NOT DECIDED", "NOT COMPARABLE"
@@ -122,7 +121,7 @@ def _places(claim: Claim, expert: str) -> Iterator[Place]:
     measures = claim.wanted("measure") or [""]
     presets, leaves = claim.wanted("preset") or ["paper"], claim.wanted("leaves") or [0]
     for game, measure in product(claim.wanted("game"), measures):
-        world = find(game)
+        world = game_of(game)
         labels = {each.label for each in world.measures} | {f"{team} {RETURN}" for team in world.teams}
         if measure and measure not in labels:
             continue

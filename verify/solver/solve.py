@@ -91,7 +91,7 @@ def _checked(
 def smt_lib(query: Query) -> str:
     """The question as SMT-LIB 2, for any solver; equal questions give equal texts. Not for one that was not written."""
     assert not query.beyond, query.beyond
-    context, known = z3.Context(), dict[int, z3.ExprRef]()
+    context, known = z3.Context(), dict[int, tuple[z3.ExprRef, z3.ExprRef]]()
     solver = z3.SolverFor("QF_LRA", ctx=context)
     standard = [_standard(constraint.translate(context), known) for constraint in query.constraints]
     solver.add(*cast("list[z3.BoolRef]", standard))
@@ -101,22 +101,23 @@ def smt_lib(query: Query) -> str:
 _JOINED: dict[int, Callable[..., z3.ExprRef]] = {z3.Z3_OP_AND: z3.And, z3.Z3_OP_OR: z3.Or, z3.Z3_OP_ADD: z3.Sum}
 
 
-def _standard(term: z3.ExprRef, known: dict[int, z3.ExprRef]) -> z3.ExprRef:
+def _standard(term: z3.ExprRef, known: dict[int, tuple[z3.ExprRef, z3.ExprRef]]) -> z3.ExprRef:
     """The term without sums, conjunctions and disjunctions of fewer than two parts, which SMT-LIB does not have.
 
-    `known`: what became of terms, by their ids.
+    `known`: terms by their ids, which stay theirs while they are kept, and what became of them.
     """
     place = term.get_id()
     if place not in known:
         before, kind = term.children(), term.decl().kind()
         parts = [_standard(part, known) for part in before]
         if kind in _JOINED and len(parts) < 2:
-            known[place] = parts[0] if parts else z3.BoolVal(kind == z3.Z3_OP_AND, ctx=term.ctx)
+            made = parts[0] if parts else z3.BoolVal(kind == z3.Z3_OP_AND, ctx=term.ctx)
         elif [part.get_id() for part in parts] == [part.get_id() for part in before]:
-            known[place] = term
+            made = term
         else:
-            known[place] = _JOINED.get(kind, term.decl())(*parts)
-    return known[place]
+            made = _JOINED.get(kind, term.decl())(*parts)
+        known[place] = term, made
+    return known[place][1]
 
 
 def _spent(solver: z3.Solver) -> int:

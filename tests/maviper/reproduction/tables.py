@@ -1,6 +1,7 @@
 """Tables of a reproduction that nobody played: values with known effects, in the form that cells are kept in."""
 
 import csv
+import functools
 import hashlib
 import json
 import zlib
@@ -22,6 +23,12 @@ EPISODES = 24
 FIRST = 3_000_000
 
 
+@functools.cache
+def hardness(episode):
+    """What an episode adds to everybody's values; to make a generator takes longer than to draw from it."""
+    return np.random.default_rng(episode).normal()
+
+
 class Maker:
     """Writes cells into a folder. `strength`: algorithm -> its share of the expert's performance."""
 
@@ -37,7 +44,7 @@ class Maker:
 
     def values(self, measure, share, episodes, key):
         """Values around a share of the expert's; some episodes are hard for everybody."""
-        hard = np.array([np.random.default_rng(each).normal() for each in episodes])
+        hard = np.array([hardness(each) for each in episodes])
         own = np.random.default_rng(zlib.crc32(key.encode()))
         drawn = share + self.noise * (hard + own.normal() / 2 + own.normal(size=len(hard)))
         if measure.name == RETURN:

@@ -4,6 +4,7 @@ import json
 from dataclasses import replace
 from fractions import Fraction
 from itertools import product
+from math import lcm
 
 import numpy as np
 import pytest
@@ -53,13 +54,24 @@ CLAIM = DistinctTargets("defenders")
 
 
 def contains(bounds, state):
-    """Whether a zone contains a rational point, its open faces left out."""
-    at = state | {"": Fraction(0)}
-    for (a, b), (most, below) in bounds.items():
-        gap = at[a] - at[b]
+    """Whether a zone contains a rational point, its open faces left out; `state`: (numerators, common denominator)."""
+    at, scale = state
+    for (a, b), (over, under, below) in bounds:
+        gap, most = (at[a] - at[b]) * under, over * scale
         if gap > most or (below and gap == most):
             return False
     return True
+
+
+def whole_numbers(bounds):
+    """Bounds of a zone, compared many times, without fractions: (ends, (numerator, denominator, open))."""
+    return [(ends, (*most.as_integer_ratio(), below)) for ends, (most, below) in bounds.items()]
+
+
+def scaled(state):
+    """A rational point as numerators of one denominator, and the origin."""
+    scale = lcm(*(value.denominator for value in state.values()))
+    return {name: int(value * scale) for name, value in state.items()} | {"": 0}, scale
 
 
 def fails_at(profile, claim, state, goal, machine=True):
@@ -71,11 +83,12 @@ def check_points(profile, claim, region, semantics, rng, count=40):
     """Every violating point lies in exactly one zone of its goal, every other one in none; returns how many violate."""
     found, seen = violations.violations(Question(Game(profile), claim, region, semantics)), 0
     assert [one.goal for one in found] == list(everyone(region)) and all(one.complete for one in found)
-    zones_of = [[one.bounds(zone) for zone in one.zones] for one in found]
+    zones_of = [[whole_numbers(one.bounds(zone)) for zone in one.zones] for one in found]
     for state in grid_points(rng, region, count):
+        at = scaled(state)
         for failing, zones_here in zip(found, zones_of, strict=True):
             fails = fails_at(profile, claim, state, failing.goal, semantics == MACHINE)
-            assert sum(contains(bounds, state) for bounds in zones_here) == fails
+            assert sum(contains(bounds, at) for bounds in zones_here) == fails
             seen += fails
     return seen
 
@@ -260,7 +273,7 @@ def test_zones_hold_exactly_the_states_that_some_errors_make_fail(profile):
         found = violations.violations(Question(Game(pair), claim, region))
         for state in grid_points(rng, region, 30):
             for failing in found:
-                holding = sum(contains(failing.bounds(zone), state) for zone in failing.zones)
+                holding = sum(contains(whole_numbers(failing.bounds(zone)), scaled(state)) for zone in failing.zones)
                 assert bool(holding) != stands(pair, claim, state, failing.goal)
                 seen += bool(holding)
     assert seen > 40
