@@ -82,9 +82,9 @@ def train(world: str, output: str | Path, **asked: Unpack[options.TrainOptions])
     from pathlib import Path
 
     from maviper.console import Console
-    from maviper.experts.training.run import trained
+    from maviper.experts.training.run import train_expert
 
-    return trained(world, Path(output), Console(quiet=True), **asked)
+    return train_expert(world, Path(output), Console(quiet=True), **asked)
 
 
 @flags.defaults
@@ -101,9 +101,9 @@ def extract(
     from pathlib import Path
 
     from maviper.console import Console
-    from maviper.extraction.run import extracted, request
+    from maviper.extraction.run import extract_named, request
 
-    return extracted(str(expert), None if output is None else Path(output), request(asked), Console(quiet=True))
+    return extract_named(str(expert), None if output is None else Path(output), request(asked), Console(quiet=True))
 
 
 @flags.defaults
@@ -114,9 +114,9 @@ def evaluate(subject: str | Path, **asked: Unpack[options.EvaluateOptions]) -> E
     `subject`: a profile's file (its name ends in .json), or an expert as `extract` takes it. InputError for what cannot
     be used, UnknownNameError for a name that there is not.
     """
-    from maviper.evaluation.run import evaluated, request
+    from maviper.evaluation.run import evaluate_named, request
 
-    return evaluated(request(str(subject), **asked))
+    return evaluate_named(request(str(subject), **asked))
 
 
 @flags.defaults
@@ -127,9 +127,9 @@ def exploit(subject: str | Path, team: str, **asked: Unpack[options.ExploitOptio
     InputError for what cannot be used, MissingToolError where `networks` names a folder and torch is missing.
     """
     from maviper.console import Console
-    from maviper.extraction.exploiting import exploited
+    from maviper.extraction.exploiting import exploit_team
 
-    return exploited(str(subject), team, Console(quiet=True), **asked)
+    return exploit_team(str(subject), team, Console(quiet=True), **asked)
 
 
 @flags.defaults
@@ -143,9 +143,9 @@ def compile(
     some of c, python, json, javascript, rust, smt, svg, onnx, jax and torch. DisagreementError when any decision
     differs; InputError for what cannot be asked.
     """
-    from maviper.compilation.run import compiled
+    from maviper.compilation.run import compile_and_prove
 
-    return compiled(profile, targets, **asked)
+    return compile_and_prove(profile, targets, **asked)
 
 
 @flags.defaults

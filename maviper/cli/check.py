@@ -61,6 +61,6 @@ def check(
     from verify.progress import listening
 
     with console_of(context).following("checking") as listener, listening(listener):
-        found = checked(certificate, profile, against, world)
-    say(f"accepted  {found.subject}: {found.closed} branches closed, {found.size} bytes of proof")
+        proof = checked(certificate, profile, against, world)
+    say(f"accepted  {proof.subject}: {proof.closed} branches closed, {proof.size} bytes of proof")
     return ExitCode.DONE

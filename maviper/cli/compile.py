@@ -56,19 +56,19 @@ def compile_verb(
     """
     from codegen.policy_json import content_hash
     from maviper.cli.agreement import say_agreement, say_proofs
-    from maviper.compilation.run import compiled
+    from maviper.compilation.run import compile_and_prove
     from maviper.files import outputs
     from maviper.files.profiles import load
 
     console = console_of(context)
-    found = compiled(load(profile), targets, **options)
-    for note in found.notes:
+    code = compile_and_prove(load(profile), targets, **options)
+    for note in code.notes:
         console.line("pass", note)
-    verb = outputs.of_code(found.build.model.prefix, content_hash(found.build.profile))
-    outputs.write_set(output, found.files, verb)
-    for name in found.files:
+    verb = outputs.of_code(code.build.model.prefix, content_hash(code.build.profile))
+    outputs.write_set(output, code.files, verb)
+    for name in code.files:
         console.line("wrote", str(output / name))
-    say_agreement(found, console)
-    if found.proofs:
-        say_proofs(found.proofs, console)
-    return ExitCode.DONE if found.complete else ExitCode.INCONCLUSIVE
+    say_agreement(code, console)
+    if code.proofs:
+        say_proofs(code.proofs, console)
+    return ExitCode.DONE if code.complete else ExitCode.INCONCLUSIVE

@@ -66,14 +66,14 @@ def diff(
         texts = {runs.PROFILE_FILE: dumps(one), AGAINST_FILE: dumps(other)}
         outputs.ensure_own(output, outputs.without_given(output, texts, given), outputs.DIFF)
     with console.following("comparing") as listener, listening(listener):
-        found = compared(one, other, Request(region=region, **completed(DiffOptions, options)))
-    for label, text in found.lines:
+        comparison = compared(one, other, Request(region=region, **completed(DiffOptions, options)))
+    for label, text in comparison.lines:
         console.line(label, text)
     if output is not None:
-        _write(output, found, given, console)
+        _write(output, comparison, given, console)
     if as_json:
-        click.echo(written(found.facts), nl=False)
-    return exit_code([one.verdict for one in found.found.agents])
+        click.echo(written(comparison.facts), nl=False)
+    return exit_code([one.verdict for one in comparison.found.agents])
 
 
 def _write(folder: Path, found: "Compared", given: Mapping[str, Path], console: "Console") -> None:

@@ -36,7 +36,7 @@ def evaluate(context: click.Context, subject: str, as_json: bool, **options: Unp
     console.line("evaluating", subject)
     from codegen.policy_json import layout
     from maviper.console import say
-    from maviper.evaluation.run import document, evaluated, lines, request
+    from maviper.evaluation.run import document, evaluate_named, lines, request
 
     asked = request(subject, **options)
     with console.live("playing", 1) as live:
@@ -45,9 +45,9 @@ def evaluate(context: click.Context, subject: str, as_json: bool, **options: Unp
             live.total = total
             live.update(done, "line-ups")
 
-        found = evaluated(asked, show)
+        measured = evaluate_named(asked, show)
     if as_json:
-        click.echo(layout(document(asked, found)))
+        click.echo(layout(document(asked, measured)))
     else:
-        say("\n".join(lines(asked, found)))
+        say("\n".join(lines(asked, measured)))
     return ExitCode.DONE

@@ -44,10 +44,10 @@ def extract(context: click.Context, expert: str, output: Path, **options: Unpack
     often the claim fails before and after, which actions changed, and what the change costs in play. It also writes
     these figures to refit.json.
     """
-    from maviper.extraction.run import extracted, request
+    from maviper.extraction.run import extract_named, request
 
     asked = request(options, _command(context, expert, options))
-    extracted(expert, output, asked, console_of(context))
+    extract_named(expert, output, asked, console_of(context))
     return ExitCode.DONE
 
 

@@ -25,10 +25,10 @@ def _agents(_context: click.Context, parameter: click.Parameter, value: str | No
     pairs = [part.strip().partition("=") for part in value.split(",")]
     if any(not agent.strip() or not file for agent, _, file in pairs):
         raise click.BadParameter("give agent=file, with commas in between", param=parameter)
-    found = {agent.strip(): Path(file) for agent, _, file in pairs}
-    if len(found) < len(pairs):
+    files = {agent.strip(): Path(file) for agent, _, file in pairs}
+    if len(files) < len(pairs):
         raise click.BadParameter("an agent appears twice", param=parameter)
-    return found
+    return files
 
 
 @click.command("import", cls=Verb, example="maviper import policy.py -o profile.json")
@@ -65,10 +65,10 @@ def import_verb(
     console.line("importing", "" if file is None else str(file))
     from codegen import policy_json
     from maviper.files import runs
-    from maviper.files.importing import imported
+    from maviper.files.importing import import_trees
 
     runs.target(runs.ensure_other(output, [*(agents or {}).values(), *([] if file is None else [file])]))
-    profile = imported(file, agents, **options)
+    profile = import_trees(file, agents, **options)
     for policy in profile.agents:
         _say(policy, profile.provenance.training, console)
     runs.write(output, policy_json.dumps(profile))

@@ -64,26 +64,26 @@ def repair(
     before = load(profile)
     outputs.ensure_own(output, {runs.PROFILE_FILE: dumps(before)}, outputs.REPAIR)
     with console.following("repairing") as listener, listening(listener):
-        found = repaired(before, asked, profile.name)
-    if found.after is None:
-        subject = f"{found.claim.name} of the {found.claim.team}, region {found.region.name}"
-        console.line("not repaired", f"{subject}: {found.repair.reason}")
-        console.line("", f"{len(found.repair.guards)} guards were set; nothing was written")
+        outcome = repaired(before, asked, profile.name)
+    if outcome.after is None:
+        subject = f"{outcome.claim.name} of the {outcome.claim.team}, region {outcome.region.name}"
+        console.line("not repaired", f"{subject}: {outcome.repair.reason}")
+        console.line("", f"{len(outcome.repair.guards)} guards were set; nothing was written")
         if outputs.clear(output, outputs.REPAIR, [profile, Path(asked.region)]):
             console.line("removed", f"the files of an earlier repair in {output}")
         return ExitCode.INCONCLUSIVE
-    say_repair(found, console)
-    say_results(found.after, found.results, console)
-    page = {} if unplayable(found.after) else {FILE: page_of(found.after, found.results)}
-    outputs.write_set(output, {**found.files, **page}, outputs.REPAIR, keep=[profile, Path(asked.region)])
-    console.line("wrote", f"{output / runs.PROFILE_FILE}  id {content_hash(found.after)[:16]}")
-    for name in found.certificates:
+    say_repair(outcome, console)
+    say_results(outcome.after, outcome.results, console)
+    page = {} if unplayable(outcome.after) else {FILE: page_of(outcome.after, outcome.results)}
+    outputs.write_set(output, {**outcome.files, **page}, outputs.REPAIR, keep=[profile, Path(asked.region)])
+    console.line("wrote", f"{output / runs.PROFILE_FILE}  id {content_hash(outcome.after)[:16]}")
+    for name in outcome.certificates:
         console.line("certificate", f"{output / name}; maviper check {output / name}")
-    depth, most = found.repair.depth, asked.max_depth
+    depth, most = outcome.repair.depth, asked.max_depth
     if most is not None and depth > most:
         console.line(
             "too deep",
             f"the trees have depth {depth}, more than the {most} asked for; extract with a smaller --max-depth",
         )
         return ExitCode.VIOLATED
-    return exit_code([result.verdict for result in found.results])
+    return exit_code([result.verdict for result in outcome.results])

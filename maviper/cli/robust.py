@@ -48,14 +48,14 @@ def robust(
     from maviper.verification.robust import robust as radii
 
     console = console_of(context)
-    found = radii(load(profile), observations, agent, certify)
-    console.line("radii", found.line)
+    table = radii(load(profile), observations, agent, certify)
+    console.line("radii", table.line)
     if certify:
-        console.line("proved", f"{len(found.certificates)} radii; the independent checker accepted each certificate")
+        console.line("proved", f"{len(table.certificates)} radii; the independent checker accepted each certificate")
     if output is not None:
-        outputs.write_set(output, found.files, outputs.ROBUST)
+        outputs.write_set(output, table.files, outputs.ROBUST)
     if as_json:
-        click.echo(layout(found.document()))
+        click.echo(layout(table.document()))
     elif output is None:
-        click.echo(found.files["radii.csv"], nl=False)
-    return ExitCode.DONE if least is None or found.least >= least else ExitCode.VIOLATED
+        click.echo(table.files["radii.csv"], nl=False)
+    return ExitCode.DONE if least is None or table.least >= least else ExitCode.VIOLATED

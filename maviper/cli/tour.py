@@ -80,13 +80,13 @@ def _success(profile: ir.PolicyProfile, world: World) -> tuple[float, float]:
 def _say_violation(before: Verified, folder: Path, console: Console) -> None:
     (result,) = before.results
     console.line(result.verdict.value, as_lines(before.profile, result)[0])
-    found = cast("DecisionResult", result).evidence.counterexample
-    if found is None:
+    counterexample = cast("DecisionResult", result).evidence.counterexample
+    if counterexample is None:
         return
-    for view in found.agents:
+    for view in counterexample.agents:
         near = " and ".join(view.engaged_with) or "no landmark"
         console.line("", f"{view.agent} goes {view.action}, towards or at {near}")
-    replayed = " and ".join(name for name in found.replayed if name != "reference")
+    replayed = " and ".join(name for name in counterexample.replayed if name != "reference")
     console.line("", f"replayed by {replayed}: {folder / handout.EXTRACTED / 'report.html'}")
 
 
@@ -102,8 +102,8 @@ def _say_repair(repair: Repaired, world: World, folder: Path, console: Console) 
     for result in repair.results:
         console.line(result.verdict.value, as_lines(repair.after, result)[0])
     for name in repair.certificates:
-        found = checked(folder / name)
-        console.line("accepted", f"the proof, by the independent checker: {found.closed} branches, {found.size} bytes")
+        proof = checked(folder / name)
+        console.line("accepted", f"the proof, by the independent checker: {proof.closed} branches, {proof.size} bytes")
 
 
 def _say_code(compiled: Compiled, folder: Path, console: Console) -> None:
@@ -116,13 +116,15 @@ def _say_code(compiled: Compiled, folder: Path, console: Console) -> None:
 
 def _unexpected(made: handout.Toured, world: World) -> list[str]:
     """What came out otherwise than it should."""
-    found: list[str] = []
+    reasons: list[str] = []
     if [result.verdict for result in made.before.results] != [Verdict.VIOLATED]:
-        found.append("the extracted trees were expected to be VIOLATED")
+        reasons.append("the extracted trees were expected to be VIOLATED")
     proved = [(result.verdict, result.evidence.control) for result in made.repair.results]
     if proved != [(Verdict.PROVED, Verdict.VIOLATED)]:
-        found.append("the repaired trees were expected to be PROVED, and their shuffled control to be VIOLATED")
+        reasons.append("the repaired trees were expected to be PROVED, and their shuffled control to be VIOLATED")
     ours, theirs = _success(made.profile, world)
     if ours < LEAST_RATIO * theirs:
-        found.append(f"the {DEFENDERS}' trees reach {ours / theirs:.2f} of the expert, {LEAST_RATIO:.2f} was expected")
-    return found
+        reasons.append(
+            f"the {DEFENDERS}' trees reach {ours / theirs:.2f} of the expert, {LEAST_RATIO:.2f} was expected"
+        )
+    return reasons

@@ -31,11 +31,11 @@ def train(context: click.Context, world: str, output: Path, **options: Unpack[Tr
     expert.
     """
     from maviper.experts.cards import how_learned
-    from maviper.experts.training.run import trained
+    from maviper.experts.training.run import train_expert
     from maviper.experts.training.train import EXPERT_FILE
 
     console = console_of(context)
-    card = trained(world, output, console, **options)
+    card = train_expert(world, output, console, **options)
     for label, value in card["measured"].items():
         if isinstance(value, list):
             console.line("measured", f"{label}: {value[0]:.3f} [{value[1]:.3f}, {value[2]:.3f}]")

@@ -48,11 +48,11 @@ def worlds_show(world: str, features_file: Path | None) -> int:
     from maviper.worlds import find
     from maviper.worlds.naming import with_names
 
-    found = find(world) if features_file is None else with_names(find(world), features_file)
-    pace = f" of {found.spec.dt} s" if found.spec.dt else ""
-    click.echo(f"{found.name}, after {found.spec.reference}, {found.spec.episode_steps} steps{pace}")
-    for agent, features, actions in zip(found.agents, found.features, found.actions, strict=True):
-        click.echo(f"\n{agent}, team {found.team_of(agent)}")
+    game = find(world) if features_file is None else with_names(find(world), features_file)
+    pace = f" of {game.spec.dt} s" if game.spec.dt else ""
+    click.echo(f"{game.name}, after {game.spec.reference}, {game.spec.episode_steps} steps{pace}")
+    for agent, features, actions in zip(game.agents, game.features, game.actions, strict=True):
+        click.echo(f"\n{agent}, team {game.team_of(agent)}")
         for feature in features:
             meaning = feature.meaning or "no meaning"
             click.echo(f"  {feature.name:<16} {feature.unit} [{feature.low:g}, {feature.high:g}]  {meaning}")

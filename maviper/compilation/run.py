@@ -30,7 +30,7 @@ class CompileRequest:
     solver_units: int | None  # for each proof; None: as usual
 
 
-def compiled(profile: ir.PolicyProfile, targets: Iterable[str], **options: Unpack[CompileOptions]) -> Compiled:
+def compile_and_prove(profile: ir.PolicyProfile, targets: Iterable[str], **options: Unpack[CompileOptions]) -> Compiled:
     """Code for a profile. DisagreementError when any decision differs; InputError for options that cannot be used."""
     asked, targets = CompileRequest(**completed(CompileOptions, options)), tuple(targets)
     if asked.prove:
@@ -41,8 +41,8 @@ def compiled(profile: ir.PolicyProfile, targets: Iterable[str], **options: Unpac
     if asked.passes or asked.region is not None:
         better = transformed(profile, asked.passes, None if asked.region is None else str(asked.region))
         profile, notes = better.profile, better.notes
-    found = compile_profile(profile, targets, asked.prefix, asked.style)
-    more = vectors.files(found.build, targets) if asked.test_vectors else {}
-    proved = proofs.prove(found.build, asked.solver_units) if asked.prove else None
-    more |= proofs.files_of(proved, found.build.model) if proved else {}
-    return replace(found, notes=notes, proofs=proved, beside=more)
+    code = compile_profile(profile, targets, asked.prefix, asked.style)
+    more = vectors.files(code.build, targets) if asked.test_vectors else {}
+    proved = proofs.prove(code.build, asked.solver_units) if asked.prove else None
+    more |= proofs.files_of(proved, code.build.model) if proved else {}
+    return replace(code, notes=notes, proofs=proved, beside=more)

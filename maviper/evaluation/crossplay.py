@@ -159,7 +159,7 @@ class Stage:
     def draws(self, lineup: Lineup, measure: Measure) -> Float64:
         """A measure's means over bootstrap samples of the episodes, the same ones for all line-ups, [DRAWS]."""
         if key(lineup) not in self._draws:
-            means = resampled(np.concatenate([values for _, values in self._played.values()]))
+            means = resample_means(np.concatenate([values for _, values in self._played.values()]))
             parts = np.split(means, len(self._played))
             self._draws = dict(zip(self._played, parts, strict=True))
         return self._draws[key(lineup)][self.measures.index(measure)]
@@ -170,7 +170,7 @@ def key(lineup: Lineup) -> Key:
     return tuple(map(id, lineup))
 
 
-def resampled(values: Float64, draws: int = DRAWS, seed: int = DRAW_SEED) -> Float64:
+def resample_means(values: Float64, draws: int = DRAWS, seed: int = DRAW_SEED) -> Float64:
     """Means of each row of `values`, [k, n], over `draws` samples of n columns with replacement, [k, draws]."""
     n, rng = values.shape[1], np.random.default_rng(seed)
     return np.concatenate([values @ part.T.astype(np.float64) / n for part in counts(n, rng, draws)], axis=1)
@@ -258,16 +258,16 @@ def decisions(trees: Mapping[int, ir.AgentPolicy], episodes: Episodes, wanted: I
     """For each tree its mean comparisons a decision and the share of the actions `wanted` that it takes, or NaN,
     [2, n_trees, batch], over the steps in which its agent acts. `wanted`: [steps, batch, n_agents].
     """
-    found = np.full((2, len(trees), episodes.actions.shape[1]), np.nan)
+    facts = np.full((2, len(trees), episodes.actions.shape[1]), np.nan)
     for row, (agent, policy) in enumerate(trees.items()):
         seen = episodes.observations[agent]
         leaf, alive = ir.apply(policy.tree, seen.reshape(-1, seen.shape[-1])).reshape(seen.shape[:2]), episodes.alive
         steps = alive[..., agent].sum(axis=0)
-        found[0, row] = (ir.depth(policy.tree)[leaf] * alive[..., agent]).sum(axis=0) / steps
+        facts[0, row] = (ir.depth(policy.tree)[leaf] * alive[..., agent]).sum(axis=0) / steps
         if wanted is not None:
             right = policy.tree.action[leaf] == wanted[..., agent]
-            found[1, row] = (right & alive[..., agent]).sum(axis=0) / steps
-    return found
+            facts[1, row] = (right & alive[..., agent]).sum(axis=0) / steps
+    return facts
 
 
 def tree_facts(trees: Mapping[int, ir.AgentPolicy], own: Float64, expert: Float64 | None) -> dict[str, TreeFacts]:
@@ -282,5 +282,5 @@ def tree_facts(trees: Mapping[int, ir.AgentPolicy], own: Float64, expert: Float6
 
 def _within(values: Float64, most: float) -> Interval:
     """The mean of one number an episode, none of which is outside 0 and `most`."""
-    found = interval(measures.estimate(Measure("", ""), values))
-    return Interval(found.value, max(found.low, 0.0), min(found.high, most))
+    mean = interval(measures.estimate(Measure("", ""), values))
+    return Interval(mean.value, max(mean.low, 0.0), min(mean.high, most))

@@ -195,7 +195,7 @@ def _replacement(text: str, world: World) -> tuple[str, Player]:
     return name, find_player(named, "--with", world)[0]
 
 
-def evaluated(asked: Request, on_played: Callable[[int, int], None] = lambda done, total: None) -> Evaluation:
+def evaluate_named(asked: Request, on_played: Callable[[int, int], None] = lambda done, total: None) -> Evaluation:
     """What is asked for, measured; see `evaluate`."""
     everybody, players = range(len(asked.world.agents)), asked.players
     subject = [player.controller for player in players]

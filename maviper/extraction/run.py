@@ -33,7 +33,7 @@ from maviper.extraction.extraction import Running
 from maviper.extraction.journal import NOTHING_KEPT, Journal
 from maviper.extraction.outcome import finalist_score
 from maviper.extraction.selection.progress import EXTRACTING, Progress
-from maviper.extraction.settings import Settings, parted
+from maviper.extraction.settings import Settings, part_settings
 from maviper.files import resuming, runs
 from maviper.files.alone import working_alone
 from maviper.files.jobs import side_by_side
@@ -71,7 +71,7 @@ def request(options: Mapping[str, Any], command: str = "maviper.extract") -> Req
     """The options of the verb as a request. TypeError for an option that there is not, InputError for a value that it
     cannot have.
     """
-    given, settings = parted(completed(ExtractOptions, options))
+    given, settings = part_settings(completed(ExtractOptions, options))
     ensure_counts(given["seeds"], given["jobs"])
     return Request(**given, settings=settings, command=command)
 
@@ -102,7 +102,7 @@ def _find(expert: str, options: Request, console: Console) -> Found:
     return Found(expert, found, world, settings, lessons)
 
 
-def extracted(expert: str, output: Path | None, options: Request, console: Console) -> ir.PolicyProfile:
+def extract_named(expert: str, output: Path | None, options: Request, console: Console) -> ir.PolicyProfile:
     """The trees of the named expert. `output`: the profile's .json file, or a run folder; None: no file is written."""
     asked = _find(expert, options, console)
     jobs, resume, seeds = options.jobs, options.resume, options.seeds

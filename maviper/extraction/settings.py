@@ -82,7 +82,7 @@ def papers(algorithm: str, world: World | None) -> dict[str, int]:
     return counts if algorithm in JOINT else {**counts, "patience": MAX_NUMBER}
 
 
-def parted(options: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
+def part_settings(options: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
     """Of the options of an extraction those that are no settings, and those that are, by the settings' names."""
     names = {name: option.setting or name for name, option in table_of(ExtractOptions).items()}
     known = {field.name for field in fields(Settings)}
@@ -167,11 +167,11 @@ class Settings:
 
     def votes_of(self, team: int) -> int:
         """How many right predictions a point needs in a team of so many: at least `least_right`, a share rounded up."""
-        found = VOTES.fullmatch(self.least_right)
-        assert found
-        if found["share"]:
-            return math.ceil(Fraction(found["share"]) * team)
-        return min(team, int(found["number"])) if found["number"] else max(0, team - int(found["less"] or 0))
+        votes = VOTES.fullmatch(self.least_right)
+        assert votes
+        if votes["share"]:
+            return math.ceil(Fraction(votes["share"]) * team)
+        return min(team, int(votes["number"])) if votes["number"] else max(0, team - int(votes["less"] or 0))
 
     def measure_in(self, world: World) -> str:
         """The name of what a world's teams are judged by; "": each by its first measure."""
@@ -198,7 +198,7 @@ class Settings:
         rollouts = min(MAX_ROLLOUTS, self.budget // 2)
         selection = rollouts if large else self.budget - rollouts
         iterations = max(1, round((rollouts / runs / EPISODES_AN_ITERATION) ** 0.5))
-        found = replace(
+        dealt = replace(
             self,
             iterations=iterations,
             rollouts=rollouts // (runs * iterations),
@@ -206,11 +206,11 @@ class Settings:
             patience=iterations,
             refinement=0,
         )
-        if not found.rollouts or not found.selection_episodes:
+        if not dealt.rollouts or not dealt.selection_episodes:
             least = "give at least a few dozen"
             raise InputError(f"{self.budget} episodes are too few for one iteration", "--max-episodes", least)
         refined = 1 if self.algorithm == VIPER else len(world.teams)
-        return replace(found, refinement=(self.budget - 2 * rollouts) // refined) if large else found
+        return replace(dealt, refinement=(self.budget - 2 * rollouts) // refined) if large else dealt
 
     def episodes(self, purpose: int) -> range:
         """The episode seeds of this extraction seed for a purpose, one of the first seeds in `metrics`."""

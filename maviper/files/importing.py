@@ -30,7 +30,7 @@ class ImportRequest:
     scores: bool  # whether a list of numbers holds a score for each action
 
 
-def imported(
+def import_trees(
     file: Path | None, agents: Mapping[str, Path] | None = None, **options: Unpack[ImportOptions]
 ) -> PolicyProfile:
     """The profile of the trees in a file, or in a file for each agent. InputError for what is not understood."""
@@ -51,8 +51,8 @@ def _read(path: Path, said: Said) -> dict[str, Origin]:
 
 def _one(agent: str, path: Path, said: Said) -> Origin:
     """The tree for one agent: the only one of a file, or the one that is named like the agent."""
-    found = _read(path, said)
-    if len(found) > 1 and agent not in found:
-        what = f"the file has {len(found)} trees, none of them named {shown(agent)!r}"
-        raise InputError(what, str(path), f"name the agent like its tree: {', '.join(map(shown, list(found)[:5]))}")
-    return found.get(agent) or next(iter(found.values()))
+    trees = _read(path, said)
+    if len(trees) > 1 and agent not in trees:
+        what = f"the file has {len(trees)} trees, none of them named {shown(agent)!r}"
+        raise InputError(what, str(path), f"name the agent like its tree: {', '.join(map(shown, list(trees)[:5]))}")
+    return trees.get(agent) or next(iter(trees.values()))

@@ -167,8 +167,8 @@ def _foreign(path: Path) -> InputError:
 def write_questions(folder: Path, files: Mapping[str, str | bytes], kind: str) -> None:
     """As `write_set`, for questions for other programs: of one kind of QUESTIONS."""
     pattern, begins = QUESTIONS[kind]
-    found = sorted(folder.iterdir()) if folder.is_dir() else []
-    _write(folder, files, [path for path in found if re.fullmatch(pattern, path.name) and _held(path, begins)])
+    paths = sorted(folder.iterdir()) if folder.is_dir() else []
+    _write(folder, files, [path for path in paths if re.fullmatch(pattern, path.name) and _held(path, begins)])
 
 
 def _removable(path: Path) -> bool:

@@ -32,11 +32,11 @@ def from_file(file: str | Path | Mapping[str, str | Path], **asked: Unpack[Impor
     """
     from pathlib import Path
 
-    from maviper.files.importing import imported
+    from maviper.files.importing import import_trees
 
     if isinstance(file, str | Path):
-        return imported(Path(file), **asked)
-    return imported(None, {agent: Path(each) for agent, each in file.items()}, **asked)
+        return import_trees(Path(file), **asked)
+    return import_trees(None, {agent: Path(each) for agent, each in file.items()}, **asked)
 
 
 @flags.defaults

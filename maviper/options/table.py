@@ -86,12 +86,12 @@ class Option:
 @cache
 def table_of(options: type) -> Mapping[str, Option]:
     """The options of a TypedDict by name, in its order."""
-    found: dict[str, Option] = {}
+    table: dict[str, Option] = {}
     for name, hint in get_type_hints(options, include_extras=True).items():
         written, option = get_args(hint)
         option = option if isinstance(option, Option) else of_claims(name)
-        found[name] = replace(option, name=name, hint=written, **_type(written))
-    return MappingProxyType(found)
+        table[name] = replace(option, name=name, hint=written, **_type(written))
+    return MappingProxyType(table)
 
 
 def of_claims(name: str) -> Option:

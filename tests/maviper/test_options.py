@@ -20,7 +20,7 @@ from maviper.evaluation import run as evaluation
 from maviper.experts.training import run as training
 from maviper.extraction import bundles, exploiting
 from maviper.extraction import run as extraction
-from maviper.extraction.settings import PRESETS, SELECTIONS, Settings, parted
+from maviper.extraction.settings import PRESETS, SELECTIONS, Settings, part_settings
 from maviper.files import importing
 from maviper.options import (
     CompileOptions,
@@ -123,7 +123,7 @@ def test_a_verb_says_every_option_with_its_type_and_default(name):
 
 def test_an_option_of_extraction_is_a_setting_or_a_field_of_the_request():
     """And there is no setting that a user cannot give."""
-    asked, settings = parted(completed(ExtractOptions, {}))
+    asked, settings = part_settings(completed(ExtractOptions, {}))
     assert {*asked, "settings", "command"} == {field.name for field in fields(extraction.Request)}
     assert {field.name for field in fields(Settings)} == set(settings)
     for table, kind in REQUESTS.items():

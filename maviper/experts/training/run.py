@@ -43,7 +43,7 @@ class TrainRequest:
     against: tuple[str, ...]  # experts that the learner meets
 
 
-def trained(name: str, folder: Path, console: Console, **options: Unpack[TrainOptions]) -> dict[str, Any]:
+def train_expert(name: str, folder: Path, console: Console, **options: Unpack[TrainOptions]) -> dict[str, Any]:
     """Trains an expert for the named world into a run folder; returns its card.
 
     The card says `stopped` where a training had to stop early.

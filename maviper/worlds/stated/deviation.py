@@ -41,28 +41,27 @@ def deviation(statement: Statement, steps: int | None = None) -> Deviation:
     """
     steps = STEPS if steps is None else steps
     reference, moving = Reference(statement), Moving(statement)
-    found = Deviation(placed=reference.placeable)
+    so_far = Deviation(placed=reference.placeable)
     rng = np.random.default_rng(SEED)
-    while found.steps + found.outside < steps:
-        tell(found.steps + found.outside, steps, "steps of the reference compared")
+    while so_far.steps + so_far.outside < steps:
+        tell(so_far.steps + so_far.outside, steps, "steps of the reference compared")
         reference.reset(int(rng.integers(2**31)))
         if reference.placeable and rng.random() < PLACED:
             reference.place({name: rng.uniform(*bounds) for name, bounds in moving.ranges.items()})
         before = reference.state()
-        while reference.playing and found.steps + found.outside < steps:
+        while reference.playing and so_far.steps + so_far.outside < steps:
             actions = {agent: names[rng.integers(len(names))] for agent, names in reference.actions.items()}
             reference.step(actions)
             after = reference.state()
-            _compared(moving, found, before, actions, after)
+            _compared(moving, so_far, before, actions, after)
             if not moving.within(after):
                 break
             before = after
-    if not found.steps:
-        what = (
-            f"nothing was measured: {found.outside} steps of {statement.system.reference} began where nothing is stated"
-        )
+    if not so_far.steps:
+        began = f"{so_far.outside} steps of {statement.system.reference} began"
+        what = f"nothing was measured: {began} where nothing is stated"
         raise InputError(what, statement.system.name, "widen the ranges to where its episodes lead")
-    return found
+    return so_far
 
 
 def _compared(moving: Moving, found: Deviation, before: Floats, actions: Mapping[str, str], after: Floats) -> None:

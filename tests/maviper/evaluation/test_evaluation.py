@@ -14,7 +14,7 @@ from maviper.episodes import measures as metrics
 from maviper.episodes.on_policy import on_policy
 from maviper.episodes.play import tree_policies
 from maviper.evaluation import bootstrap, crossplay
-from maviper.evaluation.crossplay import Stage, Uniform, cast, resampled
+from maviper.evaluation.crossplay import Stage, Uniform, cast, resample_means
 from maviper.evaluation.run import MAX_EPISODES, Contest, document, evaluate, request
 from maviper.experts import store
 from maviper.experts.measured import Measured
@@ -221,7 +221,7 @@ def test_the_measures_are_those_of_an_extraction(world, expert, profile):
 
 def test_the_bootstrap_is_the_written_out_one():
     values = np.random.default_rng(3).normal(size=(2, 9))
-    found, rng = resampled(values, draws=50, seed=4), np.random.default_rng(4)
+    found, rng = resample_means(values, draws=50, seed=4), np.random.default_rng(4)
     for draw in range(50):
         rows = rng.integers(9, size=9)
         np.testing.assert_allclose(found[:, draw], values[:, rows].mean(axis=1))

@@ -503,11 +503,11 @@ def test_critics_are_fitted_to_the_reward_that_the_card_names(share, said, tmp_p
 @pytest.mark.train
 def test_several_seeds_keep_the_best(tmp_path, capsys):
     from maviper.console import Console
-    from maviper.experts.training.run import trained
+    from maviper.experts.training.run import train_expert
 
     chosen = {name: value for name, value in ALGORITHMS["vdn"].items() if name != "steps"}
     asked = {"algorithm": "vdn", "seed": 5, "seeds": 2, "steps": 12_800, "settings": chosen}
-    card = trained("physical-deception", tmp_path, Console(), **asked)
+    card = train_expert("physical-deception", tmp_path, Console(), **asked)
     assert "stopped" not in card
     said = capsys.readouterr().err
     assert all(re.search(rf"^seed {seed} +reward 12800/12800", said, re.MULTILINE) for seed in (5, 6))
@@ -516,7 +516,7 @@ def test_several_seeds_keep_the_best(tmp_path, capsys):
     assert set(scores) == {"5", "6"} and scores[str(table["best"])] == max(scores.values())
     best = tmp_path / f"seed-{table['best']}" / "expert.safetensors"
     assert (tmp_path / "expert.safetensors").read_bytes() == best.read_bytes()
-    assert "stopped" not in trained("physical-deception", tmp_path, Console(quiet=True), **asked, resume=True)
+    assert "stopped" not in train_expert("physical-deception", tmp_path, Console(quiet=True), **asked, resume=True)
 
 
 @pytest.mark.train
