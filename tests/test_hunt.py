@@ -11,7 +11,7 @@ from maviper.verification.join import question_files
 from tests import hunt
 from tests.hunting import episodes, judge, places, playing, questions
 from tests.hunting.planted import PLANTED
-from verify.claims.claim import Kind
+from verify.kinds import Kind
 from verify.result import Verdict
 from verify.solver.decide import decide
 

@@ -10,8 +10,9 @@ import pytest
 from codegen.errors import ExitCode
 from maviper.cli.main import run as command
 from maviper.files.profiles import load
+from maviper.verification.ask import VerifyOptions
 from maviper.verification.files.systems import ensure_plays
-from maviper.verification.stated import StatedOptions, verified
+from maviper.verification.run import verified_system
 from maviper.worlds.stated.systems import read
 from tests.maviper.page.browsers import overhang
 from verify.checker.systems.enclosures import ensure_enclosed
@@ -73,7 +74,7 @@ def test_no_report_is_wider_than_a_phone(tmp_path):
 
 @pytest.mark.parametrize("name", ["quadrotor", "pendulum", "corridor", "crossing", "pendulum_wide"])
 def test_the_quick_ones_are_decided_again(name, golden):
-    done = verified(load(profile_of(name)), StatedOptions(PLACE / f"{name}.toml"))
+    done = verified_system(load(profile_of(name)), VerifyOptions(world=PLACE / f"{name}.toml"))
     assert {result.verdict for result in done.results} == {Verdict(VERDICTS[name])}
     assert set(done.files) == {path.name for path in (PLACE / name).iterdir()}
     golden(f"generated/worlds/{name}", done.files)

@@ -16,7 +16,6 @@ import numpy as np
 
 from codegen import ir
 from codegen.ir import GOAL, AgentPolicy, PolicyProfile
-from verify.claims.claim import AnyClaim
 from verify.claims.decisions import DecisionClaim, formula
 from verify.claims.episodes import EpisodeClaim
 from verify.claims.formula import Formula, agents, conjuncts, for_goal, names_goal
@@ -25,6 +24,7 @@ from verify.claims.uncertified.own import OwnFormula
 from verify.claims.uncertified.starts import everywhere
 from verify.claims.uncertified.views import Viewed
 from verify.claims.verifiable import read_by, verifiable
+from verify.kinds import AnyClaim
 from verify.semantics import MACHINE
 from verify.subjects import Game, Subject
 
@@ -44,6 +44,9 @@ class Budgets:
     max_nodes: int = 4_000_000  # search nodes per goal; half a second compiled, a minute or two in Python
     max_cells: int = 50_000  # listed where a claim fails, over all goals
     max_zones: int = 5_000_000  # visited for a claim about episodes; about a million a second
+    max_states: int = 200_000  # symbolic states visited for a claim about a stated system, over all steps and attempts
+    max_programs: int = 100_000  # linear programs solved for such a claim
+    samples: int = 4_096  # episodes of a stated system that are played in search of a counterexample
     option: str = "--solver-units"  # that sets the limits on units and nodes; "" where none does
 
     def hint(self, what: str = "may answer") -> str:
@@ -180,14 +183,15 @@ EpisodeQuestion = Question[EpisodeClaim]
 
 
 def shuffled(profile: PolicyProfile, team: str, seed: int = CONTROL_SEED) -> PolicyProfile:
-    """The control: the same trees, with the actions of each team member's leaves shuffled."""
+    """The control: the same trees, with the actions of each team member's leaves shuffled; "": those of all agents."""
     rng = np.random.default_rng(seed)
     policies: list[AgentPolicy] = []
     for policy in profile.agents:
-        if policy.team == team:
-            action = policy.tree.action.copy()
-            leaf = ir.leaves(policy.tree)
+        if team in ("", policy.team):
+            action, leaf = policy.tree.action.copy(), ir.leaves(policy.tree)
             action[leaf] = action[rng.permutation(leaf)]
+            while (action == policy.tree.action).all() and len(set(action[leaf])) > 1:  # a tree of two leaves, often
+                action[leaf] = action[rng.permutation(leaf)]
             policy = replace(policy, tree=replace(policy.tree, action=action), grown=None)
         policies.append(policy)
     return replace(profile, agents=tuple(policies))

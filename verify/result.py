@@ -44,6 +44,10 @@ class Opinion:
     spent: int
     unit: str
 
+    def document(self) -> dict[str, str | int]:
+        """The opinion as plain data."""
+        return {"engine": self.engine, "verdict": self.verdict.value, "spent": self.spent, "unit": self.unit}
+
 
 @dataclass(frozen=True)
 class Margin:

@@ -6,20 +6,23 @@ Does not: decide verdicts.
 """
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from codegen.errors import InputError
 from maviper.cli.group import Verb
 from maviper.cli.options import PATH, PROFILE, RESULTS, console_of, option
 from maviper.cli.verify_options import asked
 
 if TYPE_CHECKING:
+    from codegen.ir import PolicyProfile
     from maviper.console import Console
     from maviper.verification.ask import Asked, VerifyOptions
     from maviper.verification.run import Verified
+    from maviper.verification.stated import StatedWorld
     from verify.result import Verdict
 
 
@@ -80,48 +83,57 @@ def verify(
       [apart]
       "landmark_0 - landmark_1" = 0.2
     """
-    from maviper.cli.stated import answered, taken
-
-    console, stated = console_of(context), taken(options)
-    full = full or context.obj["verbose"]
-    if stated is not None:
-        return answered(profile, stated, output, as_json, full, console)
-    return _decided(profile, options, output, as_json, full, console)
+    return _decided(profile, options, output, as_json, full or context.obj["verbose"], console_of(context))
 
 
 def _decided(
     profile: Path, options: dict[str, Any], output: Path | None, as_json: bool, full: bool, console: "Console"
 ) -> int:
-    """Decides claims about a game, prints and writes; the exit code."""
-    from codegen.policy_json import dumps
+    """Decides, prints and writes; the exit code."""
     from maviper.cli.results import exit_code, say_results
-    from maviper.files import outputs, runs
+    from maviper.files import runs
     from maviper.files.profiles import load
-    from maviper.verification.ask import VerifyOptions, questions
-    from maviper.verification.run import verified
+    from maviper.verification.ask import VerifyOptions
+    from maviper.verification.run import posed, verified
     from verify.progress import listening
 
     asking = VerifyOptions.of(options).checked()
+    if output is not None and asking.verdict_only:
+        raise InputError("--verdict-only writes no report", "-o", "leave one of them out")
     loaded = load(profile)
-    found = questions(loaded, profile.name, asking)
+    with console.following("deciding") as listener, listening(listener):
+        found, stated = posed(loaded, profile.name, asking)
     if any(one.question.viewed is not None for one in found) and not asking.observations:
         console.line("observed", "no feature has a meaning, so claims are about what agents observe")
+    given = {runs.PROFILE_FILE: profile, **(stated.given if stated else {})}
     _folders(output, found, asking, console)
     if output is not None:
-        beside = outputs.without_given(output, {runs.PROFILE_FILE: dumps(loaded)}, {runs.PROFILE_FILE: profile})
-        outputs.ensure_own(output, beside, outputs.VERIFY)
+        _ensure_own(output, loaded, stated, given)
     if asking.verdict_only:
-        return _verdicts(found, as_json)
+        return _verdicts(found, stated, as_json)
+    for about, said in stated.said if stated else ():
+        console.line(about, said)
     with console.following("deciding") as listener, listening(listener):
-        done = verified(loaded, found, asking, lambda result: say_results(loaded, [result], console))
+        done = verified(loaded, found, asking, lambda result: say_results(loaded, [result], console), stated)
     if output is not None:
-        _write(output, profile, done, asking, console)
+        _write(output, done, given, asking, console)
     if as_json or full:
         click.echo(done.printed(as_json), nl=False)
     if len(done.results) < len(found):
         console.line("interrupted", f"{len(done.results)} of {len(found)} claims were decided")
         raise KeyboardInterrupt
     return exit_code([result.verdict for result in done.results])
+
+
+def _ensure_own(
+    folder: Path, profile: "PolicyProfile", stated: "StatedWorld | None", given: "Mapping[str, Path]"
+) -> None:
+    """InputError where files of somebody else would be written over."""
+    from codegen.policy_json import dumps
+    from maviper.files import outputs, runs
+
+    texts = {runs.PROFILE_FILE: dumps(profile), **(stated.beside if stated else {})}
+    outputs.ensure_own(folder, outputs.without_given(folder, texts, given), outputs.VERIFY)
 
 
 def _folders(
@@ -131,12 +143,9 @@ def _folders(
     console: "Console",
 ) -> None:
     """Folders for what will be written, before anything is decided; questions for other programs at once."""
-    from codegen.errors import InputError
     from maviper.files import runs
     from maviper.verification.files.places import ensure_free
 
-    if output is not None and options.verdict_only:
-        raise InputError("--verdict-only writes no report", "-o", "leave one of them out")
     if output is not None and options.cells is not None:
         ensure_free(output, asked, options)
     for folder in (output, options.smt, options.vnnlib):
@@ -146,7 +155,7 @@ def _folders(
         _export(asked, options, console)
 
 
-def _verdicts(asked: "Sequence[Asked]", as_json: bool) -> int:
+def _verdicts(asked: "Sequence[Asked]", stated: "StatedWorld | None", as_json: bool) -> int:
     """A line of standard output for each verdict, or an object for all; the exit code."""
     from maviper.cli.results import exit_code
     from maviper.console import say
@@ -154,16 +163,14 @@ def _verdicts(asked: "Sequence[Asked]", as_json: bool) -> int:
 
     found: list[dict[str, str]] = []
     answers: list[Verdict] = []
-    for one, (verdict, reason) in zip(asked, verdicts([each.question for each in asked]), strict=True):
+    for one, (verdict, reason) in zip(asked, verdicts([each.question for each in asked], stated), strict=True):
         answers.append(verdict)
         told = {"verdict": verdict.value, "property": one.claim.shown, "team": one.claim.team}
         found.append(told | {"region": one.region.name, "reason": reason})
         if not as_json:
-            named = one.claim.label or f"{one.claim.name} of the {one.claim.team}"
-            of = f"{named}, region {one.region.name or 'given'}"
-            say(f"{verdict.value:<11} {of}" + (f": {reason}" if reason else ""))
+            say(f"{verdict.value:<11} {one.words}" + (f": {reason}" if reason else ""))
     if as_json:
-        click.echo(json.dumps({"results": found}, indent=2))
+        click.echo(json.dumps(({"of": stated.about} if stated else {}) | {"results": found}, indent=2))
     return exit_code(answers)
 
 
@@ -188,22 +195,28 @@ def _export(asked: "Sequence[Asked]", options: "VerifyOptions", console: "Consol
                 console.line("", f"not exported: {one.claim.shown}, {why}")
 
 
-def _write(folder: Path, profile: Path, done: "Verified", options: "VerifyOptions", console: "Console") -> None:
+def _write(
+    folder: Path, done: "Verified", given: "Mapping[str, Path]", options: "VerifyOptions", console: "Console"
+) -> None:
     """All files, without those of an earlier run, and the command that reads each kind."""
     from maviper.files import outputs, runs
     from maviper.page.page import FILE, unplayable
     from maviper.page.results import page_of
 
-    no_page = unplayable(done.profile)
-    page = {} if no_page else {FILE: page_of(done.profile, done.results)}
-    asked = [profile, Path(options.region), *([options.file] if options.file else [])]
+    page, no_page = {}, ""
+    if done.stated is None:
+        no_page = unplayable(done.profile)
+        page = {} if no_page else {FILE: page_of(done.profile, done.results)}
+    asked = [*given.values(), Path(options.region), *([options.file] if options.file else [])]
     asked += [path.parent / one.region.name for path in asked for one in done.asked]
-    files = outputs.without_given(folder, {**done.files, **page}, {runs.PROFILE_FILE: profile})
+    files = outputs.without_given(folder, {**done.files, **page}, given)
     outputs.write_set(folder, files, outputs.VERIFY, keep=asked)
     console.line("report", str(folder / "report.html"))
-    console.line("no page" if no_page else "page", no_page or str(folder / FILE))
+    if done.stated is None:
+        console.line("no page" if no_page else "page", no_page or str(folder / FILE))
+    beside = "" if done.stated else f" --profile {given[runs.PROFILE_FILE]}"
     for name in done.certificates:
-        console.line("certificate", f"{folder / name}; maviper check {folder / name} --profile {profile}")
+        console.line("certificate", f"{folder / name}; maviper check {folder / name}{beside}")
     for name in done.places:
         console.line("where", str(folder / name))
     for name in done.counterexamples:

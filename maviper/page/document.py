@@ -21,11 +21,12 @@ from codegen.floats import deciding_double, rational_literal
 from codegen.policy_json import content_hash
 from maviper.experts.network import ACTOR, LAYERS, VALUE, NetworkExpert
 from verify.claims.catalogue import NAMES, Claim, find_claim
-from verify.claims.claim import Kind, teams
+from verify.claims.claim import teams
 from verify.claims.decisions import DecisionClaim, formula
 from verify.claims.episodes import EpisodeClaim, KeepsApart
 from verify.claims.formula import TRUE, atoms
 from verify.claims.uncertified.documents import formula_document
+from verify.kinds import Kind
 from verify.states.state import measurable
 
 ALIKE = "alike"  # the name of the claim that two profiles act alike

@@ -8,7 +8,7 @@ Does not: decide or print.
 import shlex
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from fractions import Fraction
 from itertools import chain
 from pathlib import Path
@@ -34,6 +34,7 @@ from verify.claims.observed import View
 from verify.claims.region import Region
 from verify.claims.uncertified.views import Viewed, carried, shared_features, unread
 from verify.exact import exact, plain
+from verify.kinds import AnyClaim
 from verify.question import UNITS_A_NODE, Budgets, Question
 from verify.semantics import MACHINE, SEMANTICS
 from verify.subjects import Game
@@ -41,6 +42,7 @@ from verify.subjects import Game
 MAX_FILE_BYTES = 2**20
 DEFAULT, DEFAULT_OBSERVED = "distinct_targets", "alive_leaves"
 PARAMETERS = (*parameters.NAMES, ZONES)
+OF_SYSTEMS = ("run_reference", "max_states", "max_programs")  # options that nothing reads without --world
 MAX_CELLS = 1_000_000  # a cell takes about 2 KB
 
 
@@ -68,6 +70,10 @@ class VerifyOptions:
     smt: Path | None = None  # a folder for the queries to the solver
     vnnlib: Path | None = None  # a folder for the queries to tools for neural networks
     verdict_only: bool = False  # no shares, margins, explanations or files beside the verdicts
+    world: Path | None = None  # a world file: claims are about the system that it states
+    run_reference: bool = False  # also run user code that the file names
+    max_states: int | None = None
+    max_programs: int | None = None
 
     @classmethod
     def of(cls, options: Mapping[str, Any]) -> "VerifyOptions":
@@ -94,6 +100,7 @@ class VerifyOptions:
 
     def checked(self) -> "VerifyOptions":
         """The options themselves; InputError for a limit that is out of its range, or that nothing reads."""
+        self._check_world()
         if not 0 < self.units < 2**32:
             raise InputError("the solver units must be between 1 and 2**32", "--solver-units", "leave it out")
         if self.max_cells is not None and not self.where:
@@ -103,6 +110,26 @@ class VerifyOptions:
         if self.verdict_only and self.where:
             raise InputError("--where has no effect with --verdict-only", "--where", "leave one of them out")
         return self
+
+    def _check_world(self) -> None:
+        """InputError for options that are about games alone, or about stated systems alone."""
+        usual = VerifyOptions()
+        given = [one.name for one in fields(self) if getattr(self, one.name) != getattr(usual, one.name)]
+        options = ["--" + {"names": "property"}.get(name, name).replace("_", "-") for name in given]
+        for name, option in zip(given, options, strict=True):
+            if self.world is None and name in OF_SYSTEMS:
+                raise InputError(f"{option} has no effect without --world", option, "add --world FILE")
+            if self.world is not None and name not in (*OF_SYSTEMS, "world", "file", "verdict_only"):
+                option = option_of(next(iter(self.parameters))) if name == "parameters" else option
+                advice = "leave it out; the file states claims and regions"
+                raise InputError(f"{option} has no effect with --world", option, advice)
+        if self.verdict_only and self.run_reference:
+            advice = "leave one of them out"
+            raise InputError("--run-reference has no effect with --verdict-only", "--run-reference", advice)
+        for option, limit in (("--max-states", self.max_states), ("--max-programs", self.max_programs)):
+            if limit is not None and limit < 1:
+                what = f"{option} must be at least 1, given {limit}"
+                raise InputError(what, option, "leave it out for the usual limit")
 
     @property
     def units(self) -> int:
@@ -127,6 +154,8 @@ class VerifyOptions:
             max_nodes=max(usual.max_nodes, self.units // UNITS_A_NODE),
             max_cells=self.cells or usual.max_cells,
             max_zones=max_zones or usual.max_zones,
+            max_states=self.max_states or usual.max_states,
+            max_programs=self.max_programs or usual.max_programs,
         )
 
 
@@ -134,11 +163,12 @@ class VerifyOptions:
 class Asked:
     """One question, and the command line that repeats it."""
 
-    question: Question[Claim]
+    question: Question[AnyClaim]
     command: str
+    about: str = ""  # of a stated system: what its verdicts are about
 
     @property
-    def claim(self) -> Claim:
+    def claim(self) -> AnyClaim:
         """What is claimed."""
         return self.question.claim
 
@@ -146,6 +176,14 @@ class Asked:
     def region(self) -> Region:
         """Where it is claimed."""
         return self.question.region
+
+    @property
+    def words(self) -> str:
+        """What is claimed where, in a line."""
+        claim = self.claim
+        named = claim.label or f"{claim.name} of the {claim.team}" if claim.team else claim.shown
+        where = self.about or f"region {self.region.name or 'given'}"
+        return f"{named}, {where}"
 
 
 def questions(profile: ir.PolicyProfile, profile_name: str, options: VerifyOptions) -> list[Asked]:
@@ -217,7 +255,7 @@ def with_option_names() -> Iterator[None]:
         raise
 
 
-def _check_limits(claims: Sequence[Claim], options: VerifyOptions) -> None:
+def _check_limits(claims: Sequence[AnyClaim], options: VerifyOptions) -> None:
     """InputError for options that a claim cannot follow, or that none of them reads."""
     fixed = [claim for claim in claims if options.semantics not in claim.arithmetics]
     if fixed:

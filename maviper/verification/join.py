@@ -9,6 +9,9 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import nullcontext
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
 
 from codegen import ir
 from codegen.check import ensure
@@ -17,10 +20,13 @@ from codegen.lowering.render import render
 from maviper.verification.bench import Bench
 from maviper.verification.files.places import region_file
 from maviper.verification.procedures.table import procedure
-from verify.claims.claim import AnyClaim
+from verify.kinds import AnyClaim
 from verify.question import Question
 from verify.reports import report
 from verify.result import AnyResult, Verdict
+
+if TYPE_CHECKING:
+    from maviper.verification.stated import StatedWorld
 
 
 def verify_claims(questions: Sequence[Question[AnyClaim]], where: bool = False) -> list[AnyResult]:
@@ -31,19 +37,28 @@ def verify_claims(questions: Sequence[Question[AnyClaim]], where: bool = False) 
     return list(one_by_one(questions, where))
 
 
-def one_by_one(questions: Sequence[Question[AnyClaim]], where: bool = False) -> Iterator[AnyResult]:
-    """As `verify_claims`, each result as soon as it is known."""
-    with Bench.of(_asked_of(questions), any(question.viewed is not None for question in questions)) as bench:
+def one_by_one(
+    questions: Sequence[Question[AnyClaim]], where: bool = False, stated: StatedWorld | None = None
+) -> Iterator[AnyResult]:
+    """As `verify_claims`, each result as soon as it is known. `stated`: the world file that they are about."""
+    with _bench(questions) if stated is None else nullcontext(stated) as bench:
         for number, question in enumerate(questions, 1):
             found_in = region_file(number, question.claim) if where else None
             yield procedure(question.claim).answer(question, bench, found_in)
 
 
-def verdicts(questions: Sequence[Question[AnyClaim]]) -> Iterator[tuple[Verdict, str]]:
+def _bench(questions: Sequence[Question[AnyClaim]]) -> Bench:
+    return Bench.of(_asked_of(questions), any(question.viewed is not None for question in questions))
+
+
+def verdicts(
+    questions: Sequence[Question[AnyClaim]], stated: StatedWorld | None = None
+) -> Iterator[tuple[Verdict, str]]:
     """The verdict on each question and its reason: those of `verify_claims`, without what a report says beside them."""
-    _asked_of(questions)
+    if stated is None:
+        _asked_of(questions)
     for question in questions:
-        yield procedure(question.claim).verdict(question)
+        yield procedure(question.claim).verdict(question, stated)
 
 
 def _asked_of(questions: Sequence[Question[AnyClaim]]) -> ir.PolicyProfile:
@@ -70,18 +85,12 @@ def question_files(questions: Sequence[Question[AnyClaim]]) -> dict[str, str]:
     return files
 
 
-def report_files(
-    profile: ir.PolicyProfile,
-    results: Sequence[AnyResult],
-    commands: Sequence[str],
-    files: Mapping[str, str | bytes],
-) -> dict[str, str]:
-    """report.html, report.json and report.txt, name -> text. `files`: texts whose hashes the report names."""
-    facts = report.document(profile, results, commands, digests(files))
+def report_files(facts: Mapping[str, Any], form: ModuleType = report) -> dict[str, str]:
+    """report.html, report.json and report.txt of a document, name -> text. `form`: of games, or of stated systems."""
     return {
-        "report.json": report.as_json(facts),
-        "report.txt": report.as_text(facts),
-        "report.html": report.as_html(facts),
+        "report.json": form.as_json(facts),
+        "report.txt": form.as_text(facts),
+        "report.html": form.as_html(facts),
     }
 
 

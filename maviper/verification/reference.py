@@ -16,11 +16,11 @@ from codegen.ir import PolicyProfile, act
 from maviper.worlds.stated.deviation import deviation
 from maviper.worlds.stated.reference import Reference, is_known
 from verify.claims.formula import holds
-from verify.reach.results import SystemResult
 from verify.reports import systems as report
 from verify.systems.claims import SystemClaim
 from verify.systems.observing import observed
 from verify.systems.statement import Statement
+from verify.verdicts.systems import SystemResult
 
 
 def measured(statement: Statement, run: bool) -> dict[str, Any]:

@@ -28,7 +28,7 @@ from maviper.files import runs
 from maviper.files.regions import find_region
 from maviper.verification.ask import command, with_option_names
 from maviper.verification.diff import met_states
-from maviper.verification.join import certificate_files, report_files, verify_claims
+from maviper.verification.join import certificate_files, digests, report_files, verify_claims
 from maviper.worlds import ParticleWorld
 from maviper.worlds.matching import ensure_places, matching_places
 from verify.claims.catalogue import find_property
@@ -36,6 +36,7 @@ from verify.claims.decisions import DecisionClaim
 from verify.claims.region import Region
 from verify.question import Budgets, Question
 from verify.repair.search import Repair, repair
+from verify.reports import report
 from verify.result import AnyResult
 from verify.subjects import Game
 
@@ -118,7 +119,7 @@ def _files(done: Repaired, name: str, options: RepairOptions) -> dict[str, str |
         COST_FILE: layout(document(done, shlex.join(made))) + "\n",
     }
     files |= {} if options.region == "start" else {Path(options.region).name: done.region.toml()}
-    return files | report_files(done.after, done.results, [asked], files) | done.certificates
+    return files | report_files(report.document(done.after, done.results, [asked], digests(files))) | done.certificates
 
 
 def _with_provenance(done: Repaired, world: ParticleWorld | None, expert: Player | None) -> ir.PolicyProfile:

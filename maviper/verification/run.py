@@ -10,6 +10,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
 
 from codegen import ir
 from codegen.check import ensure
@@ -28,6 +30,9 @@ from maviper.verification.join import (
 from verify.reports import report
 from verify.result import AnyResult
 
+if TYPE_CHECKING:
+    from maviper.verification.stated import StatedWorld
+
 
 @dataclass(frozen=True)
 class Verified:
@@ -37,16 +42,28 @@ class Verified:
     asked: tuple[Asked, ...]
     results: tuple[AnyResult, ...]
     cells: int | None = None  # that --where looked for at most
+    stated: StatedWorld | None = None  # the world file that they are about
 
     @cached_property
     def reports(self) -> dict[str, str]:
         """report.html, report.json and report.txt."""
-        return report_files(self.profile, self.results, self._commands, {})
+        return report_files(self.document, self._form)
 
     def printed(self, as_json: bool) -> str:
         """The report for standard output alone: as JSON or as text."""
-        facts = report.document(self.profile, self.results, self._commands, {})
-        return report.as_json(facts) if as_json else report.as_text(facts)
+        return self._form.as_json(self.document) if as_json else self._form.as_text(self.document)
+
+    @property
+    def _form(self) -> ModuleType:
+        """What writes the report."""
+        return report if self.stated is None else self.stated.form
+
+    @cached_property
+    def document(self) -> dict[str, Any]:
+        """The report as plain data."""
+        if self.stated is not None:
+            return self.stated.document(self.results)
+        return report.document(self.profile, self.results, self._commands, {})
 
     @property
     def _commands(self) -> list[str]:
@@ -75,8 +92,22 @@ class Verified:
     @property
     def files(self) -> dict[str, str]:
         """All of them; the profile too, where a counterexample is to be replayed with it."""
-        beside = {runs.PROFILE_FILE: dumps(self.profile)} if self.counterexamples else {}
-        return self.reports | self.certificates | self.counterexamples | self.places | self.states | beside
+        beside = {} if self.stated is None else self.stated.beside
+        if self.counterexamples or self.stated is not None:
+            beside = {**beside, runs.PROFILE_FILE: dumps(self.profile)}
+        return {**self.reports, **self.certificates, **self.counterexamples, **self.places, **self.states, **beside}
+
+
+def posed(
+    profile: ir.PolicyProfile, profile_name: str, options: VerifyOptions
+) -> tuple[list[Asked], StatedWorld | None]:
+    """The questions of checked options, and the world file that they are about, where one is named."""
+    if options.world is None:
+        return questions(profile, profile_name, options), None
+    from maviper.verification.stated import StatedWorld
+
+    stated = StatedWorld.of(profile, options)
+    return stated.asked, stated
 
 
 def verified(
@@ -84,6 +115,7 @@ def verified(
     asked: Sequence[Asked],
     options: VerifyOptions,
     told: Callable[[AnyResult], None] | None = None,
+    stated: StatedWorld | None = None,
 ) -> Verified:
     """The results of questions, see `maviper.verification.ask.questions`. `told` gets each as soon as it is known.
 
@@ -91,17 +123,23 @@ def verified(
     """
     found: list[AnyResult] = []
     try:
-        for result in one_by_one([one.question for one in asked], options.where):
+        for result in one_by_one([one.question for one in asked], options.where, stated):
             found.append(result)
             if told is not None:
                 told(result)
     except KeyboardInterrupt:
         if not found:
             raise
-    return Verified(profile, tuple(asked[: len(found)]), tuple(found), options.cells)
+    return Verified(profile, tuple(asked[: len(found)]), tuple(found), options.cells, stated)
 
 
 def results(profile: ir.PolicyProfile, options: VerifyOptions) -> list[AnyResult]:
     """The results alone. InputError for options that cannot be used."""
     asked = questions(ensure(profile), runs.PROFILE_FILE, options.checked())
     return list(verified(profile, asked, options).results)
+
+
+def verified_system(profile: ir.PolicyProfile, options: VerifyOptions) -> Verified:
+    """The verdicts on the claims of a world file, as `verified`."""
+    asked, stated = posed(profile, runs.PROFILE_FILE, options.checked())
+    return verified(profile, asked, options, stated=stated)

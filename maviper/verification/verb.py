@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from codegen.ir import PolicyProfile
     from maviper.verification.diff import Compared
     from maviper.verification.robust import Radii
-    from maviper.verification.stated import StatedVerified
+    from maviper.verification.run import Verified
 
 
 @flags.defaults
@@ -60,15 +60,23 @@ def verify_system(
     max_states: int | None = None,
     max_programs: int | None = None,
     run_reference: bool = False,
-) -> StatedVerified:
+) -> Verified:
     """The verdicts on the claims of a world file, or of a property file, about the system that the file states.
 
-    `StatedVerified.results` has verdicts and evidence, `document` the report; `max_states` limits symbolic states for
+    `Verified.results` has verdicts and evidence, `document` the report; `max_states` limits symbolic states for
     each claim, `max_programs` linear programs; `run_reference`: also run user code (an environment) that the file
     names. InputError for files that cannot be used, a profile of another world, and a statement that is further from
     its reference than it says.
     """
-    from maviper.verification.stated import StatedOptions, verified
+    from codegen.check import ensure
+    from maviper.verification.ask import VerifyOptions
+    from maviper.verification.run import verified_system
 
-    file = None if properties is None else Path(properties)
-    return verified(profile, StatedOptions(Path(world), file, max_states, max_programs, run_reference))
+    options = VerifyOptions(
+        world=Path(world),
+        file=None if properties is None else Path(properties),
+        max_states=max_states,
+        max_programs=max_programs,
+        run_reference=run_reference,
+    )
+    return verified_system(ensure(profile), options)

@@ -2,7 +2,7 @@
 
     python tests/benchmarks/reach.py [--timeout 60] [--only NAME ...] [--json]
 
-Yardsticks, in the same run: the whole episode as one query to z3's API (tests/verify/reach/unrolled.py), given
+Yardsticks, in the same run: the whole episode as one query to z3's API (verify/solver/unrolled.py), given
 --timeout seconds; and a box around all states of a step, propagated action by action, which proves or does not.
 All times are of the processor. A query that ends with its time counts as that time, so the ratio is then a lower bound.
 
@@ -26,14 +26,14 @@ from sklearn.tree import DecisionTreeClassifier
 
 from codegen.floats import round_down
 from tests.support import system_cases as cases
-from tests.verify.reach import unrolled
+from tests.support.system_cases import decided, possible
 from verify.certificates.systems import to_json
 from verify.checker.systems.certificates import accepted
 from verify.checker.systems.trees import goes_left
 from verify.claims.formula import Linear, holds
-from verify.reach.decide import decide
 from verify.result import Verdict
-from verify.systems.claims import SystemClaim, SystemKind
+from verify.solver import unrolled
+from verify.systems.claims import Pattern, SystemClaim
 
 TARGETS = {
     "quadrotor, s": (60.0, 10.0, "lower"),
@@ -67,7 +67,7 @@ def asked():
     noisy = cases.double_integrator(axes=3, error=F(1, 1000))
     within = dict.fromkeys(AXES, (F(-1), F(1)))
     pendulum, shaken, crossing = cases.pendulum(), cases.pendulum(error=F(1, 2000)), cases.queue()
-    avoids = SystemClaim("avoids", SystemKind.AVOIDS, (cases.collision(F(1, 5)),), 15)
+    avoids = SystemClaim(Pattern.AVOIDS, (cases.collision(F(1, 5)),), 15)
     return {
         "quadrotor": (integrator, fitted(), cases.stays(integrator, 30, **within)),
         "quadrotor, an axis a line": (integrator, cases.switching(3), cases.stays(integrator, 30, **within)),
@@ -119,10 +119,10 @@ def boxes_prove(system, profile, claim):
             box[name] = (low, min(high, end)) if factor > 0 else (max(low, end), high)
     for step in range(claim.steps + 1):
         corners = [dict(zip(box, ends, strict=True)) for ends in zip(*box.values(), strict=True)]
-        apart = claim.kind is SystemKind.AVOIDS and any(
+        apart = claim.kind is Pattern.AVOIDS and any(
             spread(half.form, box)[0] > 0 for region in claim.regions for half in region
         )
-        inside = claim.kind is SystemKind.STAYS_IN and not any(holds(claim.broken(step), each, {}) for each in corners)
+        inside = claim.kind is Pattern.STAYS_IN and not any(holds(claim.broken(step), each, {}) for each in corners)
         if not apart and not inside:
             return False
         after = {}
@@ -156,15 +156,13 @@ def timed(call):
 
 
 def measured(system, profile, claim, timeout):
-    (result,), took = timed(lambda: decide(profile, system, [claim]))
+    (result,), took = timed(lambda: decided(profile, system, [claim]))
     row = {"verdict": result.verdict.value, "s": took, "states": result.states, "programs": result.programs}
     if result.verdict is Verdict.PROVED:
         row["bytes"] = len(to_json(result.certificate))
         _, row["check"] = timed(lambda: accepted(result.certificate, profile, system))
     row["boxes"], row["boxes_s"] = timed(lambda: boxes_prove(system, profile, claim))
-    row["z3"], row["z3_s"] = timed(
-        lambda: unrolled.possible(unrolled.question(system, profile, claim)[0], timeout=timeout * 1_000)
-    )
+    row["z3"], row["z3_s"] = timed(lambda: possible(unrolled.written(profile, system, claim)[0], timeout * 1_000))
     return row
 
 

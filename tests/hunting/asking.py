@@ -22,10 +22,10 @@ from tests.hunting.reading import MACHINE, REAL
 from verify.certificates.decisions import to_json
 from verify.checker.decisions.certificates import Certificate, accepted, from_json
 from verify.checker.reading import RejectedError
-from verify.claims.claim import Kind
 from verify.counterexamples import search
 from verify.counterexamples.explanation import Explanation
 from verify.counterexamples.uniqueness import Unique
+from verify.kinds import Kind
 from verify.result import Verdict
 from verify.solver.decide import decide
 from verify.solver.solve import Answer

@@ -3,9 +3,14 @@
 from fractions import Fraction as F
 
 import numpy as np
+import z3
 
 from codegen import ir
-from verify.systems.claims import SystemClaim, SystemKind
+from verify.claims.region import UNBOUNDED
+from verify.question import Budgets, Question
+from verify.reach.decide import decide
+from verify.subjects import ClosedLoop
+from verify.systems.claims import Pattern, SystemClaim
 from verify.systems.system import Affine, Feature, HalfSpace, Piece, System, Variable
 
 SPEC = ir.WorldSpec("stated", "", (), (), (), 0.0, 0.0, -1.0, 1.0, 1)
@@ -84,7 +89,7 @@ def switching(axes=3):
 
 
 def stays(system, steps, label="", **bounds):
-    return SystemClaim("stays_in", SystemKind.STAYS_IN, (box(**bounds),), steps, label=label)
+    return SystemClaim(Pattern.STAYS_IN, (box(**bounds),), steps, label=label)
 
 
 def pendulum(half=F(1, 20), error=F(0), steps=20):
@@ -164,3 +169,18 @@ def queue(start=F(6), steps=20):
 def serving():
     """Green for the longer queue."""
     return team(policy("light", ["longer"], ["green_north", "green_east"], ((0, 0.0), 1, 0)))
+
+
+def decided(profile, system, claims, budgets=None):
+    """What the search says of claims, in order."""
+    asked = (Question(ClosedLoop(profile, system), claim, UNBOUNDED, budgets=budgets or Budgets()) for claim in claims)
+    return [decide(question) for question in asked]
+
+
+def possible(test, milliseconds=60_000):
+    """Whether Z3 finds that a test can hold; None where it does not know in time."""
+    solver = z3.Solver(ctx=test.ctx)
+    solver.set("timeout", milliseconds)
+    solver.add(test)
+    answer = solver.check()
+    return None if answer == z3.unknown else answer == z3.sat

@@ -44,7 +44,7 @@ def claim_document(claim: SystemClaim) -> dict[str, Any]:
     """A claim as plain data."""
     return {
         "name": claim.name,
-        "kind": claim.kind.value,
+        "kind": claim.pattern.value,
         "regions": [[_half_document(half) for half in region] for region in claim.regions],
         "steps": claim.steps,
         "by": claim.by,

@@ -1,34 +1,26 @@
-"""What a claim has whatever it is about: a team, a name, words, parameters, and what deciding it may use up.
+"""What a claim about a team has: a name, words, parameters, and what deciding it may use up.
 
-Does: the base class of claims, the kinds of them, and the ranges of parameters.
+Does: the base class of such claims, and the ranges of parameters.
 Assumes: teams are those of the profile that is asked about.
 Does not: decide anything.
 """
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
-from enum import Enum
 from fractions import Fraction
 from typing import ClassVar
 
 from codegen.errors import InputError, UnknownNameError
 from codegen.ir import PolicyProfile
 from verify.exact import MAX_NUMBER
+from verify.kinds import Kind
 from verify.semantics import MACHINE
 
 Parameter = Fraction | int | str | tuple[str, ...]
 
 
-class Kind(Enum):
-    """What a claim is about; the values are the words of reports."""
-
-    DECISIONS = "decisions"  # in world states
-    LEAVES = "leaves"  # of trees: whether a world state reaches them
-    EPISODES = "episodes"  # from rest
-
-
 @dataclass(frozen=True)
-class AnyClaim:
+class TeamClaim:
     """A claim about a team."""
 
     kind: ClassVar[Kind]

@@ -14,12 +14,13 @@ from typing import ClassVar
 
 from codegen.errors import InputError
 from codegen.ir import AgentPolicy, PolicyProfile
-from verify.claims.claim import AnyClaim, Kind, Parameter, check_range, ensure_team
+from verify.claims.claim import Parameter, TeamClaim, check_range, ensure_team
 from verify.claims.formula import TRUE, Acts, Formula, conjunction, disjunction, negated
 from verify.claims.matching import matchings
 from verify.claims.observed import View
 from verify.claims.predicates import ahead, at, closes, closing, no_longer
 from verify.claims.verifiable import check_landmarks, ensure_landmark_each
+from verify.kinds import Kind
 from verify.semantics import SEMANTICS
 
 ZERO, RADIUS, KAPPA = Fraction(0), Fraction(1, 10), Fraction(1, 2)
@@ -29,7 +30,7 @@ Matching = tuple[tuple[AgentPolicy, str], ...]  # agents, each with a landmark o
 
 
 @dataclass(frozen=True)
-class DecisionClaim(AnyClaim):
+class DecisionClaim(TeamClaim):
     """A claim about every world state of a region that meets the assumption, whatever errors features have.
 
     Lengths are in the world's unit. A built-in property that allows errors is called `steady`.

@@ -16,8 +16,9 @@ import numpy.typing as npt
 
 from codegen.errors import InputError, UnknownNameError
 from codegen.ir import Bool, PolicyProfile
-from verify.claims.claim import AnyClaim, Kind, Parameter, check_range, ensure_team
+from verify.claims.claim import Parameter, TeamClaim, check_range, ensure_team
 from verify.claims.observed import View
+from verify.kinds import Kind
 
 RADIUS = Fraction(2, 5)
 MAX_STEPS = 1_000
@@ -27,7 +28,7 @@ Pairs = tuple[tuple[int, int], ...]  # pairs: the number of an agent in the team
 
 
 @dataclass(frozen=True)
-class EpisodeClaim(AnyClaim):
+class EpisodeClaim(TeamClaim):
     """A claim about whole episodes from rest: about distances of the team's agents from some marks."""
 
     kind: ClassVar[Kind] = Kind.EPISODES

@@ -54,6 +54,9 @@ class Region:
         return "\n".join(lines) + "\n"
 
 
+UNBOUNDED = Region({}, (), name="of the file")  # of claims that have regions themselves
+
+
 def goal_cases(goals: tuple[str, ...]) -> tuple[str | None, ...]:
     """Goals one by one; None alone where there are none."""
     return goals or (None,)

@@ -10,9 +10,10 @@ depends on. If that fails, all variables are followed: then what a branch leaves
 
 from __future__ import annotations
 
-from collections.abc import Generator, Sequence
+from collections.abc import Generator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 from codegen.errors import InputError, UnknownNameError
 from codegen.floats import nearest_double
@@ -24,14 +25,16 @@ from verify.checker.systems.rows import UNIT, Branch
 from verify.checker.systems.walk import FollowedPart
 from verify.claims.formula import agents
 from verify.progress import tell
+from verify.question import Budgets, Question
 from verify.reach.parts import divided, whole
 from verify.reach.replay import replayed
-from verify.reach.results import Budget, OpenState, SystemCounterexample, SystemResult
+from verify.reach.results import OpenState, ReachOutcome, SystemCounterexample
 from verify.reach.samples import courses
 from verify.reach.search import Open, ReachBudgetError, SystemProver
 from verify.reach.unfolding import Merging, Unfolding
 from verify.reach.witnesses import inhabitant, witnesses
 from verify.result import Verdict
+from verify.subjects import ClosedLoop
 from verify.systems import documents
 from verify.systems.claims import SystemClaim
 from verify.systems.system import System
@@ -58,12 +61,19 @@ PARTED = 3  # a part that can be shown alone takes few symbolic states; what it 
 MAX_OPEN = 64  # branches in which an episode is looked for
 
 
-def decide(
-    profile: PolicyProfile, system: System, claims: Sequence[SystemClaim], budget: Budget | None = None
-) -> list[SystemResult]:
-    """The result of each claim, in order. InputError for agents or features that the system does not state."""
+class Allowed(NamedTuple):
+    """Symbolic states and linear programs that may be spent."""
+
+    max_states: int
+    max_programs: int
+
+
+def decide(question: Question[SystemClaim]) -> ReachOutcome:
+    """The answer to a question. InputError for agents or features that the system does not state."""
+    assert isinstance(question.subject, ClosedLoop)
+    profile, system = question.profile, question.subject.system
     _ensure_stated(profile, system)
-    return [_Decision(profile, system, claim, budget or Budget()).result() for claim in claims]
+    return _Decision(profile, system, question.claim, question.budgets).outcome()
 
 
 def _ensure_stated(profile: PolicyProfile, system: System) -> None:
@@ -102,7 +112,7 @@ class _Spent:
 class _Decision:
     """The answer to one claim."""
 
-    def __init__(self, profile: PolicyProfile, system: System, claim: SystemClaim, budget: Budget) -> None:
+    def __init__(self, profile: PolicyProfile, system: System, claim: SystemClaim, budget: Budgets) -> None:
         claim.ensure()
         strange = agents(claim.formula) - {policy.agent for policy in profile.agents}
         if strange:
@@ -115,16 +125,16 @@ class _Decision:
         self.found: SystemCounterexample | None = None
         self.open: list[tuple[Branch, bool]] = []
 
-    def result(self) -> SystemResult:
+    def outcome(self) -> ReachOutcome:
         """The verdict with its evidence and cost."""
-        result = self._result()
-        return replace(result, states=self.spent.states, programs=self.spent.programs)
+        outcome = self._outcome()
+        return replace(outcome, states=self.spent.states, programs=self.spent.programs)
 
-    def _result(self) -> SystemResult:
+    def _outcome(self) -> ReachOutcome:
         for course in courses(self.profile, self.system, self.claim, self.budget.samples):
             found = replayed(self.profile, self.system, self.claim, course)
             if found is not None:
-                return SystemResult(self.claim, Verdict.VIOLATED, counterexample=found)
+                return ReachOutcome(Verdict.VIOLATED, counterexample=found)
         try:
             return self._searched()
         except SpentError as error:
@@ -132,7 +142,7 @@ class _Decision:
             said = f"stopped after {spent} without a proof: {error.option} is {error.limit:,}"
             return self._unknown(said, error.branch, f"a larger {error.option} than {error.limit:,}")
 
-    def _searched(self) -> SystemResult:
+    def _searched(self) -> ReachOutcome:
         """The answer of the first stage that has one. SpentError.
 
         The stages and what each is allowed do not depend on the budget, which only says when to stop. So whatever a
@@ -142,8 +152,8 @@ class _Decision:
         growth = 1
         while True:
             for merging, states, programs in STAGES:
-                allowed = Budget(states * growth, programs * growth)
-                fewer = replace(allowed, max_states=allowed.max_states // PARTED)
+                allowed = Allowed(states * growth, programs * growth)
+                fewer = allowed._replace(max_states=allowed.max_states // PARTED)
                 for number, parts in enumerate(divided(self.system, self.claim)):
                     if (merging, number) not in failed:
                         with suppress(ReachBudgetError), self._noting(failed, (merging, number)):
@@ -161,7 +171,7 @@ class _Decision:
         except _OpenError:
             failed.add(stage)
 
-    def _together(self, merging: Merging | None, allowed: Budget) -> SystemResult:
+    def _together(self, merging: Merging | None, allowed: Allowed) -> ReachOutcome:
         """The answer when all variables are followed. BudgetError; _OpenError where hulls leave something open."""
         self.open.clear()
         try:
@@ -170,17 +180,17 @@ class _Decision:
         except _OpenError:
             if self.found is None:
                 raise
-            return SystemResult(self.claim, Verdict.VIOLATED, counterexample=self.found)
+            return ReachOutcome(Verdict.VIOLATED, counterexample=self.found)
         if self.open:
             branch, stated = self.open[0]
             return self._unknown(LEFT_OPEN, branch, NEAR) if stated else self._unknown(UNSTATED, branch, WIDER)
         return self._proved([part])
 
-    def _shown(self, part: FollowedPart, open_: Open, merging: Merging | None, allowed: Budget) -> FollowedPart:
-        """A part with its proof, for what a stage is allowed of what is left. BudgetError where the stage has spent
-        that, SpentError where all is spent; what `open_` raises.
+    def _shown(self, part: FollowedPart, open_: Open, merging: Merging | None, allowed: Allowed) -> FollowedPart:
+        """A part with its proof, for what a stage is allowed of what is left. ReachBudgetError where the stage has
+        spent that, SpentError where all is spent; what `open_` raises.
         """
-        left = Budget(self.budget.max_states - self.spent.states, self.budget.max_programs - self.spent.programs)
+        left = Allowed(self.budget.max_states - self.spent.states, self.budget.max_programs - self.spent.programs)
 
         def on_progress(step: int) -> None:
             states, programs = self.spent.states + prover.states, self.spent.programs + prover.programs.solved
@@ -217,7 +227,7 @@ class _Decision:
         reading = SystemReading(self.system, [one.name for one in self.system.variables])
         return reading.start(() if self.claim.about_decisions else self.system.start)
 
-    def _unknown(self, reason: str, branch: Branch, first: str) -> SystemResult:
+    def _unknown(self, reason: str, branch: Branch, first: str) -> ReachOutcome:
         """No answer, with what is left open and what may help."""
         system, claim = self.system, self.claim
         helps = [first, "a smaller region" if claim.about_decisions else "a smaller start region"]
@@ -225,16 +235,16 @@ class _Decision:
         if not claim.about_decisions and any(piece.error for piece in system.pieces):
             helps.append("smaller errors, or more `cuts` where rules are not affine")
         left = OpenState(branch.step, {name: _bounds(branch, name) for name in branch.at})
-        return SystemResult(claim, Verdict.UNKNOWN, reason, left, tuple(helps))
+        return ReachOutcome(Verdict.UNKNOWN, reason, left, tuple(helps))
 
-    def _proved(self, parts: list[FollowedPart]) -> SystemResult:
+    def _proved(self, parts: list[FollowedPart]) -> ReachOutcome:
         state = inhabitant(self.system, self.claim)
         if isinstance(state, Verdict):
-            return SystemResult(self.claim, state, NO_STATE[state], helps=(ROOM,))
+            return ReachOutcome(state, NO_STATE[state], helps=(ROOM,))
         hashes = content_hash(self.profile), documents.content_hash(self.system)
         found = SystemCertificate(*hashes, self.claim, state, tuple(parts))
         closed = accepted(found, self.profile, self.system)
-        return SystemResult(self.claim, Verdict.PROVED, certificate=found, branches=closed)
+        return ReachOutcome(Verdict.PROVED, certificate=found, branches=closed)
 
 
 def _bounds(branch: Branch, name: str) -> tuple[float, float]:

@@ -1,6 +1,6 @@
-"""What deciding a claim about a stated system gives: a verdict with its evidence and its cost.
+"""What the search of a stated system gives: a verdict with what it rests on and what was spent.
 
-Does: the data of a result, of a counterexample and of a budget.
+Does: the data of an outcome and of a counterexample.
 Assumes: nothing.
 Does not: decide.
 """
@@ -13,30 +13,11 @@ from fractions import Fraction
 from typing import TYPE_CHECKING
 
 from verify.result import Verdict
-from verify.systems.claims import SystemClaim
 
 if TYPE_CHECKING:
     from verify.checker.systems.certificates import SystemCertificate
 
 Values = Mapping[str, Fraction]
-
-
-@dataclass(frozen=True)
-class Budget:
-    """How much may be spent on a claim in all, in counts that do not depend on the machine."""
-
-    max_states: int = 200_000  # symbolic states, over all steps and attempts
-    max_programs: int = 100_000  # linear programs
-    samples: int = 4_096  # episodes that are played in search of a counterexample
-
-    @classmethod
-    def of(cls, max_states: int | None, max_programs: int | None = None) -> Budget:
-        """The budget with these limits; None: the usual one."""
-        usual = cls()
-        return cls(
-            usual.max_states if max_states is None else max_states,
-            usual.max_programs if max_programs is None else max_programs,
-        )
 
 
 @dataclass(frozen=True)
@@ -72,10 +53,9 @@ class OpenState:
 
 
 @dataclass(frozen=True)
-class SystemResult:
-    """The verdict on a claim. Of the stated system, with an error within its bounds at every step."""
+class ReachOutcome:
+    """The answer to a question. Of the stated system, with an error within its bounds at every step."""
 
-    claim: SystemClaim
     verdict: Verdict
     reason: str = ""  # why there is no answer
     open: OpenState | None = None  # what an UNKNOWN leaves open, where that is a set of states

@@ -13,7 +13,7 @@ from typing import Any
 from codegen.floats import nearest_double
 from codegen.lowering.render import brief
 from verify.reports.drawing import MIDDLE, VIEW
-from verify.systems.claims import SystemKind
+from verify.systems.claims import Pattern
 
 DECISIONS = "decisions"  # the kind of a claim that is not about episodes
 HEIGHT = 120.0  # of a picture, picture units
@@ -25,10 +25,10 @@ LABEL = 11.0  # least distance of two labels
 TOGETHER = "A state lies in a region if all of its variables do at once."
 MAX_HEIGHT = 1e300  # of what is drawn: the room about it is a float64 number too
 BANDS = {
-    SystemKind.STAYS_IN: f"Bands: the region that the claim names. {TOGETHER}",
-    SystemKind.AVOIDS: f"Bands: the region to be avoided. {TOGETHER}",
-    SystemKind.REACHES: f"Bands: the region to be reached. {TOGETHER}",
-    SystemKind.REACHES_AND_STAYS: f"Bands: the region, at the steps of which the claim speaks. {TOGETHER}",
+    Pattern.STAYS_IN: f"Bands: the region that the claim names. {TOGETHER}",
+    Pattern.AVOIDS: f"Bands: the region to be avoided. {TOGETHER}",
+    Pattern.REACHES: f"Bands: the region to be reached. {TOGETHER}",
+    Pattern.REACHES_AND_STAYS: f"Bands: the region, at the steps of which the claim speaks. {TOGETHER}",
 }
 
 
@@ -65,7 +65,7 @@ def _drawable(value: float | str) -> bool:
 
 def _legend(result: Mapping[str, Any]) -> str:
     """What the bands are, and what of the claim they do not show."""
-    regions, told = result["regions"], BANDS[SystemKind(result["name"])]
+    regions, told = result["regions"], BANDS[Pattern(result["name"])]
     conditions = [words for region in regions for words in region["conditions"]]
     told += f" The claim names {len(regions)} regions; to lie in one of them is enough." if len(regions) > 1 else ""
     return told + (f" Not drawn: {', '.join(conditions)}." if conditions else "")

@@ -24,6 +24,7 @@ from verify.exact import plain
 from verify.exact import text as decimal
 from verify.reports import trusted
 from verify.reports.drawing import MARK, VIEW, around, label_place
+from verify.reports.lines import of_game
 from verify.reports.telling import POSITIONS, SHARES, Telling
 from verify.result import Margin, Verdict
 from verify.semantics import MACHINE, REAL
@@ -119,7 +120,7 @@ def facts(given: PolicyProfile, result: DecisionResult, command: str) -> dict[st
         "solver": evidence.solver,
         "resources": result.cost.spent,
         "budget": result.cost.budget,
-        "engines": [asdict(opinion) | {"verdict": opinion.verdict.value} for opinion in evidence.opinions],
+        "engines": [opinion.document() for opinion in evidence.opinions],
         **({"alone": _alone(evidence.alone)} if evidence.alone else {}),
         "certificate": None if evidence.certificate is None else _certificate(evidence),
         "counterexample": None if found is None else _counterexample(profile, result, found),
@@ -268,4 +269,4 @@ def picture(profile: PolicyProfile, found: Counterexample) -> dict[str, Any]:
     return {"size": VIEW, "agents": agents, "landmarks": landmarks}
 
 
-TELLING = Telling(facts, limits, (trusted.WITH_CERTIFICATE, trusted.WITHOUT_CERTIFICATE))
+TELLING = Telling(facts, limits, (trusted.WITH_CERTIFICATE, trusted.WITHOUT_CERTIFICATE), of_game)

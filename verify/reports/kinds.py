@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 
-from verify.claims.claim import Kind
+from verify.kinds import Kind
 from verify.reports.telling import Telling
 from verify.result import AnyResult
 
@@ -26,10 +26,17 @@ def _episodes() -> Telling:
     return TELLING
 
 
+def _systems() -> Telling:
+    from verify.reports.systems import TELLING
+
+    return TELLING
+
+
 TELLINGS: Mapping[Kind, Callable[[], Telling]] = {
     Kind.DECISIONS: _decisions,
     Kind.LEAVES: _decisions,
     Kind.EPISODES: _episodes,
+    Kind.SYSTEMS: _systems,
 }
 
 

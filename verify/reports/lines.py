@@ -14,6 +14,7 @@ from codegen.intervals import percent
 from codegen.ir import PolicyProfile
 from codegen.lowering.render import render
 from verify.claims.uncertified.starts import START
+from verify.reports.kinds import telling
 from verify.reports.report import result_facts
 from verify.result import AnyResult, Verdict
 from verify.semantics import REAL
@@ -22,6 +23,11 @@ from verify.states import shares
 
 def as_lines(profile: PolicyProfile, result: AnyResult) -> tuple[str, list[str]]:
     """One result for a terminal, from the facts of the report: what was asked, and the lines under it."""
+    return telling(result).lines(profile, result)
+
+
+def of_game(profile: PolicyProfile, result: AnyResult) -> tuple[str, list[str]]:
+    """One result about a game: what was asked, and the lines under it."""
     facts = result_facts(profile, result, "")
     named = facts["label"] or f"{facts['property']} of the {facts['team']}"
     named += f" {facts['observations']}" if "observations" in facts else ""

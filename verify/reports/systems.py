@@ -18,10 +18,11 @@ from codegen.json_layout import layout
 from codegen.lowering.render import brief, render
 from codegen.policy_json import content_hash
 from verify.exact import plain
-from verify.reach.results import SystemCounterexample, SystemResult
+from verify.reach.results import SystemCounterexample
 from verify.reports import trusted
 from verify.reports.courses import DECISIONS, drawn, is_still, runs
-from verify.result import Verdict
+from verify.reports.telling import Telling
+from verify.result import Result, Verdict
 from verify.systems import documents
 from verify.systems.claims import SystemClaim
 from verify.systems.pieces import curved
@@ -56,6 +57,7 @@ SAMPLED = "Steps of {name} were compared with the statement, from states {where}
 ANYWHERE = {True: "all over the ranges", False: "that its own episodes come to"}
 STEPS = "A claim about episodes covers only the steps that it names."
 OUTSIDE = "Outside the boxes of all pieces nothing is stated. A claim is not proved if an episode may leave the boxes."
+WEAK = "the agents with shuffled leaves fulfil it too: it says little about these trees"
 SINGLE = "A claim about single decisions does not say that an episode gets into such a state."
 
 
@@ -72,13 +74,12 @@ def counterexample_name(place: int, claim: SystemClaim) -> str:
 def document(
     profile: PolicyProfile,
     statement: Statement,
-    results: Sequence[SystemResult],
+    results: Sequence[Result[SystemClaim, Any]],
     reference: Mapping[str, Any],
-    replays: Sequence[str],
     command: str,
 ) -> dict[str, Any]:
     """All that is known. `reference`: what was measured of the environment that the statement is about, if one was;
-    `replays`: what it says of each result's counterexample, or ""; `command`: what asks the same again.
+    `command`: what asks the same again.
     """
     system, made = statement.system, profile.provenance
     enclosed = any(map(curved, statement.rules))
@@ -96,10 +97,7 @@ def document(
         "variables": _variables(system),
         "start": region_facts(system.start),
         "reference": dict(reference),
-        "results": [
-            facts(result, place) | ({"replay": said} if said else {})
-            for place, (result, said) in enumerate(zip(results, replays, strict=True), 1)
-        ],
+        "results": [facts(result, place) for place, result in enumerate(results, 1)],
         "command": command,
         "semantics": f"{SEMANTICS} {ENCLOSED}" if enclosed else SEMANTICS,
         "trusted": trusted.systems(enclosed),
@@ -190,14 +188,16 @@ def _limits(system: System, reference: Mapping[str, Any], kinds: set[bool]) -> l
     return found + ([SINGLE] if True in kinds else [])
 
 
-def facts(result: SystemResult, place: int) -> dict[str, Any]:
+def facts(result: Result[SystemClaim, Any], place: int) -> dict[str, Any]:
     """One result; claims are counted from 1."""
-    claim, certificate = result.claim, result.certificate
+    claim, evidence = result.claim, result.evidence
+    certificate = evidence.certificate
     meanings = MEANINGS | (OF_DECISIONS if claim.about_decisions else {})
     found: dict[str, Any] = {
         "kind": DECISIONS if claim.about_decisions else "episodes",
         "property": claim.shown,
         "name": claim.name,
+        "label": claim.label,
         "sentence": claim.sentence,
         "formula": claim.written.strip(),
         "regions": list(map(region_facts, claim.regions)),
@@ -206,27 +206,29 @@ def facts(result: SystemResult, place: int) -> dict[str, Any]:
         "verdict": result.verdict.value,
         "meaning": meanings[result.verdict],
         "reason": result.reason,
-        "symbolic_states": result.states,
-        "linear_programs": result.programs,
+        "symbolic_states": result.cost.spent,
+        "linear_programs": evidence.programs,
+        "shuffled_control": evidence.control.value,
+        "engines": [opinion.document() for opinion in evidence.opinions],
     }
-    if result.open is not None:
+    if evidence.open is not None:
         found["open"] = {
-            "step": result.open.step,
-            "bounds": {name: [_number(end) for end in ends] for name, ends in result.open.bounds.items()},
+            "step": evidence.open.step,
+            "bounds": {name: [_number(end) for end in ends] for name, ends in evidence.open.bounds.items()},
         }
-    if result.helps:
-        found["helps"] = list(result.helps)
+    if evidence.helps:
+        found["helps"] = list(evidence.helps)
     if certificate is not None:
         found["certificate"] = {
             "file": certificate_name(place, claim),
             "bytes": certificate.size,
             "parts": [list(part.followed) for part in certificate.parts],
-            "branches": result.branches,
+            "branches": evidence.branches,
             "checker": "accepted",
         }
-    if result.counterexample is not None:
-        found["counterexample"] = {"file": counterexample_name(place, claim)} | counterexample(result.counterexample)
-    return found
+    if evidence.counterexample is not None:
+        found["counterexample"] = {"file": counterexample_name(place, claim)} | counterexample(evidence.counterexample)
+    return found | ({"replay": evidence.environment} if evidence.environment else {})
 
 
 def counterexample(found: SystemCounterexample) -> dict[str, Any]:
@@ -268,6 +270,8 @@ def lines(told: Mapping[str, Any]) -> list[str]:
         found += [told["replay"]] if "replay" in told else []
     if told["verdict"] == Verdict.PROVED.value:
         found.append(f"{told['symbolic_states']} symbolic states, {told['certificate']['bytes']} bytes of proof")
+    if told["shuffled_control"] == told["verdict"] == Verdict.PROVED.value:
+        found.append(WEAK)
     return found
 
 
@@ -349,3 +353,11 @@ def as_text(told: Mapping[str, Any]) -> str:
 def as_html(told: Mapping[str, Any]) -> str:
     """The report as one HTML page: inline styles and drawings, no scripts, nothing loaded from elsewhere."""
     return render("systems/report.html.j2", **_ready(told))
+
+
+TELLING = Telling(
+    facts=lambda profile, result, command: facts(result, 1) | {"command": command},
+    limits=lambda profile, results: [],  # those of the whole system, which `document` knows
+    trusted=(),
+    lines=lambda profile, result: (result.claim.shown, lines(facts(result, 1))),
+)

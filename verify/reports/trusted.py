@@ -37,7 +37,7 @@ CHECKER = {
     "verify/checker": ("envelope", "reading", "thresholds"),
     "verify/checker/decisions": ("certificates", "walk"),
 }
-VERIFY = ("exact", "semantics")
+VERIFY = ("exact", "kinds", "semantics")
 DECISIONS = {"codegen": CODEGEN, "verify": VERIFY, **CHECKER, "verify/claims": CLAIMS}
 EPISODES = {
     "codegen": CODEGEN,

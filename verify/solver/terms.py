@@ -9,6 +9,7 @@ Does not: know trees, regions or claims.
 import threading
 from fractions import Fraction
 from functools import lru_cache
+from typing import TypeAlias
 
 import z3
 
@@ -16,6 +17,8 @@ from verify.solver.halflines import HalfLine
 
 MAX_KNOWN = 1 << 15  # tests that are kept for the next query: the other goals', the control's
 Terms = tuple[tuple[float, str], ...]  # a sum: (weight, position) of each part
+Real: TypeAlias = z3.ArithRef
+Test: TypeAlias = z3.BoolRef
 
 
 class _Home(threading.local):
@@ -52,6 +55,11 @@ def disjunction(*parts: z3.BoolRef) -> z3.BoolRef:
     return z3.Or(*parts, _home.context)
 
 
+def negation(test: z3.BoolRef) -> z3.BoolRef:
+    """That a test does not hold."""
+    return z3.Not(test)
+
+
 def compared(terms: Terms, line: HalfLine) -> tuple[z3.BoolRef, z3.BoolRef]:
     """(the sum of unknowns, each with its weight, lies on the half line, it does not)."""
     return _home.compared(terms, line)
@@ -79,6 +87,17 @@ def either(test: z3.BoolRef, left: z3.BoolRef, right: z3.BoolRef) -> z3.BoolRef:
     """As z3.If, without its coercions: they take most of the time in which a tree is written."""
     context = test.ctx
     return z3.BoolRef(z3.Z3_mk_ite(context.ref(), test.as_ast(), left.as_ast(), right.as_ast()), context)
+
+
+def either_number(test: z3.BoolRef, left: z3.ArithRef, right: z3.ArithRef) -> z3.ArithRef:
+    """The one number where a test holds, else the other."""
+    context = test.ctx
+    return z3.ArithRef(z3.Z3_mk_ite(context.ref(), test.as_ast(), left.as_ast(), right.as_ast()), context)
+
+
+def equal(one: z3.ArithRef, other: z3.ArithRef) -> z3.BoolRef:
+    """That two numbers are the same."""
+    return conjunction(one <= other, one >= other)
 
 
 _home = _Home()

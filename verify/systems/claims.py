@@ -19,7 +19,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 from codegen.errors import InputError
 from verify.claims.formula import (
@@ -33,13 +33,15 @@ from verify.claims.formula import (
     disjunction,
     negated,
 )
+from verify.kinds import Kind
+from verify.semantics import MACHINE
 from verify.systems.system import HalfSpace, Polytope
 
 MAX_STEPS = 1_000
 
 
-class SystemKind(Enum):
-    """What a claim says; the values are the words of files."""
+class Pattern(Enum):
+    """What a claim says of its regions; the values are the words of files."""
 
     DECIDES = "decides"
     STAYS_IN = "stays_in"
@@ -58,21 +60,24 @@ class _Says(NamedTuple):
     still: bool = False  # whether it speaks of single decisions instead
 
 
-SAYS: Mapping[SystemKind, _Says] = {
-    SystemKind.DECIDES: _Says("in every state {regions}, the agents decide as claimed", still=True),
-    SystemKind.STAYS_IN: _Says("every episode of {steps} steps stays in {regions}"),
-    SystemKind.AVOIDS: _Says("every episode of {steps} steps avoids {regions}", avoided=True),
-    SystemKind.REACHES: _Says("every episode reaches {regions} within {steps} steps", "steps", once=True),
-    SystemKind.REACHES_AND_STAYS: _Says("every episode is in {regions} from step {by} to step {steps}", "by"),
+SAYS: Mapping[Pattern, _Says] = {
+    Pattern.DECIDES: _Says("in every state {regions}, the agents decide as claimed", still=True),
+    Pattern.STAYS_IN: _Says("every episode of {steps} steps stays in {regions}"),
+    Pattern.AVOIDS: _Says("every episode of {steps} steps avoids {regions}", avoided=True),
+    Pattern.REACHES: _Says("every episode reaches {regions} within {steps} steps", "steps", once=True),
+    Pattern.REACHES_AND_STAYS: _Says("every episode is in {regions} from step {by} to step {steps}", "by"),
 }
 
 
 @dataclass(frozen=True)
 class SystemClaim:
-    """A claim about a system and a team. `regions`: polytopes, a state need lie in one of them only."""
+    """A claim about a system and all who act in it. `regions`: polytopes, a state need lie in one of them only."""
 
-    name: str
-    kind: SystemKind
+    kind: ClassVar[Kind] = Kind.SYSTEMS
+    per_state: ClassVar[bool] = False  # world states are those of games
+    limits: ClassVar[tuple[str, ...]] = ("max_states", "max_programs")
+    arithmetics: ClassVar[tuple[str, ...]] = (MACHINE,)
+    pattern: Pattern
     regions: tuple[Polytope, ...] = ()
     steps: int = 0  # of an episode
     by: int = 0  # reaches_and_stays: the first step at which the state lies in the regions
@@ -80,6 +85,16 @@ class SystemClaim:
     label: str = field(default="", compare=False)  # what a user calls it
     region: str = field(default="", compare=False)  # what a user calls the regions
     written: str = field(default="", compare=False)  # decides: the formula as a user wrote it
+
+    @property
+    def team(self) -> str:
+        """None: it is about all agents."""
+        return ""
+
+    @property
+    def name(self) -> str:
+        """The name of the property."""
+        return self.pattern.value
 
     @property
     def shown(self) -> str:
@@ -97,7 +112,7 @@ class SystemClaim:
     @property
     def says(self) -> _Says:
         """What it says of the states of an episode."""
-        return SAYS[self.kind]
+        return SAYS[self.pattern]
 
     @property
     def about_decisions(self) -> bool:

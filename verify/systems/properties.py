@@ -17,7 +17,7 @@ from verify.claims.language.tables import Table, properties, read_each
 from verify.claims.region_files import is_list, is_table
 from verify.exact import plain
 from verify.language.arithmetic import Typed
-from verify.systems.claims import MAX_STEPS, SystemClaim, SystemKind
+from verify.systems.claims import MAX_STEPS, Pattern, SystemClaim
 from verify.systems.files import region_of, region_parts
 from verify.systems.language.expressions import Number
 from verify.systems.statement import Statement
@@ -25,7 +25,7 @@ from verify.systems.values import ADVICE, as_list, as_table, count, flat, only, 
 from verify.systems.values import table as table_of
 from verify.toml_places import Place, parse
 
-KINDS = {kind.value: kind for kind in SystemKind}
+PATTERNS = {pattern.value: pattern for pattern in Pattern}
 KEYS = ("name", "label", "region", "steps", "by", "formula")
 
 
@@ -76,13 +76,13 @@ def _claim(
     places = [place / index for index in range(len(stated))] if is_list(given) else [place]
     regions = tuple(region_of(each, statement.names, at) for each, at in zip(stated, places, strict=True))
     words = " or ".join(_words(each, place) for each in stated)
-    name = text(table.get("name", SystemKind.DECIDES.value), where / "name")
-    only({name: None}, KINDS, where, "property")
-    kind = KINDS[name]
-    for key in ("formula",) if kind is not SystemKind.DECIDES else ("steps", "by"):
+    name = text(table.get("name", Pattern.DECIDES.value), where / "name")
+    only({name: None}, PATTERNS, where, "property")
+    pattern = PATTERNS[name]
+    for key in ("formula",) if pattern is not Pattern.DECIDES else ("steps", "by"):
         if key in table:
             raise InputError(f"{name} has no {key}", where / key, "remove it")
-    if kind is SystemKind.DECIDES:
+    if pattern is Pattern.DECIDES:
         written = _written(table, where)
         constants = {
             name: Typed(number.value.value, number.unit)
@@ -93,7 +93,7 @@ def _claim(
         found = formula_of(written, known, lambda offset: (where / "formula").of_offset(written, offset))
         words = " or ".join(_words(each, place, _beyond(each, statement, where)) for each in stated)
         region = f"with {words}" if words else ""
-        return SystemClaim(name, kind, regions, formula=found, label=label, region=region, written=written)
+        return SystemClaim(pattern, regions, formula=found, label=label, region=region, written=written)
     if not regions:
         raise InputError(f"{name} needs a region", where, "write region = { box = { x = [0, 1] } }")
     if not statement.rules:
@@ -101,19 +101,19 @@ def _claim(
         raise InputError(what, where, "add [dynamics.next], or write a formula")
     steps = count(table.get("steps", statement.system.steps), where / "steps", MAX_STEPS)
     by = 0
-    if kind is SystemKind.REACHES_AND_STAYS:
+    if pattern is Pattern.REACHES_AND_STAYS:
         if "by" not in table:
             raise InputError(f"{name} needs the step by which the region is reached", where, "write by = 20")
         by = count(table["by"], where / "by", steps)
     elif "by" in table:
         raise InputError(f"{name} has no by", where / "by", "remove it, or ask for reaches_and_stays")
-    return SystemClaim(name, kind, regions, steps, by, label=label, region=words)
+    return SystemClaim(pattern, regions, steps, by, label=label, region=words)
 
 
 def _written(table: Mapping[str, object], where: Place) -> str:
     """What is claimed of variables and actions."""
     if "formula" not in table:
-        raise InputError("a property needs a name or a formula", where, f"names: {', '.join(KINDS)}")
+        raise InputError("a property needs a name or a formula", where, f"names: {', '.join(PATTERNS)}")
     return text(table["formula"], where / "formula")
 
 

@@ -21,11 +21,11 @@ from codegen.ir import AgentPolicy, Meaning
 from codegen.lowering.lower import lower
 from codegen.lowering.render import comment
 from codegen.targets import onnx as models
-from verify.claims.catalogue import Claim
 from verify.claims.formula import Acts, And, Formula, Linear, Not, Or, below, disjunction, for_goal, negated
 from verify.claims.region import Region
 from verify.claims.uncertified.starts import called
 from verify.exact import plain
+from verify.kinds import AnyClaim
 from verify.question import DecisionQuestion, Question
 from verify.states.state import measurable
 
@@ -35,7 +35,7 @@ Names = Mapping[str, str]  # coordinate, or action of an agent -> the term that 
 Terms = Sequence[tuple[Fraction, str]]
 
 
-def vnnlib_files(questions: Sequence[Question[Claim]]) -> dict[str, str | bytes]:
+def vnnlib_files(questions: Sequence[Question[AnyClaim]]) -> dict[str, str | bytes]:
     """The queries of the claims that have one, and every network that they name; name -> text or bytes.
 
     Claims about episodes and about leaves have none: neither speaks of actions alone. Nor have those for which an agent

@@ -15,7 +15,7 @@ from codegen.ir import PolicyProfile
 from codegen.policy_json import content_hash
 from maviper.files.outputs import FOUND
 from maviper.verification.ask import Asked, VerifyOptions
-from verify.claims.claim import AnyClaim
+from verify.kinds import AnyClaim
 from verify.question import Budgets
 from verify.verdicts.decisions import DecisionResult
 

@@ -15,7 +15,6 @@ import msgspec
 
 from codegen.errors import InputError, RefusedError, UnknownNameError, shown
 from codegen.ir import PolicyProfile
-from codegen.json_layout import layout
 from codegen.policy_json import content_hash
 from maviper.files import runs
 from maviper.files.profiles import loaded
@@ -27,13 +26,14 @@ from verify.checker.reading import RejectedError
 from verify.checker.systems import certificates as system_certificates
 from verify.checker.systems.enclosures import ensure_enclosed
 from verify.claims.formula_json import read_number
+from verify.question import Question
 from verify.reach.replay import Course, is_start, replayed
 from verify.reach.results import SystemCounterexample
 from verify.reports import systems as report
+from verify.subjects import ClosedLoop
 from verify.systems import documents
 from verify.systems.claims import SystemClaim
 from verify.systems.statement import Statement
-from verify.systems.system import System
 from verify.systems.words import spelled
 
 WORLD_FILE = "world.toml"  # beside certificates and counterexamples
@@ -60,17 +60,17 @@ def ensure_plays(profile: PolicyProfile, statement: Statement) -> None:
         raise InputError(f"the profile has no {', '.join(missing)}", statement.system.name, "name the file it plays in")
 
 
-def counterexample_file(profile: PolicyProfile, system: System, claim: SystemClaim, found: SystemCounterexample) -> str:
-    """What the file of a violated claim holds, as text."""
-    told = report.counterexample(found)
-    body = {
+def counterexample_document(question: Question[SystemClaim], found: SystemCounterexample) -> dict[str, Any]:
+    """What the file of a violated claim holds."""
+    assert isinstance(question.subject, ClosedLoop)
+    told, profile, claim = report.counterexample(found), question.profile, question.claim
+    return {
         "counterexample": FORM,
         "profile": content_hash(profile),
-        "system": documents.content_hash(system),
+        "system": documents.content_hash(question.subject.system),
         "claim": claim_document(claim),
         **{key: told[key] for key in ("step", "start", "errors", "pieces", "actions")},
     }
-    return layout(body) + "\n"
 
 
 class CounterexampleJson(msgspec.Struct, forbid_unknown_fields=True):
@@ -111,7 +111,7 @@ def checked(path: Path, profile: PolicyProfile | Path | None, world: Path | None
 
 def called(claim: SystemClaim) -> str:
     """What a claim in a file is called: its kind, and its label as the file's word."""
-    return claim.kind.value + (f" (in the file: '{shown(claim.label)}')" if claim.label else "")
+    return claim.name + (f" (in the file: '{shown(claim.label)}')" if claim.label else "")
 
 
 def replay(path: Path, profile: PolicyProfile, world: Path | None) -> tuple[CounterexampleJson, SystemClaim, Any, bool]:

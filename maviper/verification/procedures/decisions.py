@@ -22,6 +22,7 @@ from maviper.verification.procedures.procedure import Procedure
 from verify.certificates.decisions import to_json
 from verify.claims.uncertified.starts import called
 from verify.question import DecisionQuestion
+from verify.result import Verdict
 from verify.solver.encode import Query, query, reaching
 from verify.solver.solve import smt_lib
 from verify.verdicts import decisions
@@ -83,4 +84,8 @@ def _solver_files(number: int, question: DecisionQuestion) -> dict[str, str]:
     }
 
 
-PROCEDURE = Procedure(_answer, decisions.verdict, to_json, _counterexample, zones_and_region, _solver_files)
+def _verdict(question: DecisionQuestion, bench: object) -> tuple[Verdict, str]:
+    return decisions.verdict(question)
+
+
+PROCEDURE = Procedure(_answer, _verdict, to_json, _counterexample, zones_and_region, _solver_files)

@@ -32,7 +32,7 @@ def _answer(question: EpisodeQuestion, bench: Bench, region_file: str | None) ->
     return replace(result, evidence=replace(result.evidence, starts=start_share(asked, result.verdict)))
 
 
-def _verdict(question: EpisodeQuestion) -> tuple[Verdict, str]:
+def _verdict(question: EpisodeQuestion, bench: object) -> tuple[Verdict, str]:
     return episodes.verdict(question.by(MACHINE))
 
 

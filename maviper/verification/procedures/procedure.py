@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from codegen.ir import PolicyProfile
-    from maviper.verification.bench import Bench
     from verify.result import AnyResult, Verdict
 
 
@@ -21,8 +20,8 @@ if TYPE_CHECKING:
 class Procedure:
     """What is done with one kind of claim."""
 
-    answer: Callable[[Any, Bench, str | None], AnyResult]  # a question; where it holds too, for the file named
-    verdict: Callable[[Any], tuple[Verdict, str]]  # of a question, with the reason
+    answer: Callable[[Any, Any, str | None], AnyResult]  # a question, by its bench; where it holds, for the file named
+    verdict: Callable[[Any, Any], tuple[Verdict, str]]  # of a question, by its bench, with the reason
     certificate: Callable[[Any], str]  # a certificate as text
     counterexample: Callable[[PolicyProfile, Any], tuple[dict[str, Any], str] | None]  # and where it is, in words
     places: Callable[[PolicyProfile, int, Any], dict[str, str]]  # files of where a result holds, which has a number

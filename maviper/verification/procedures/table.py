@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 from maviper.verification.procedures.procedure import Procedure
-from verify.claims.claim import AnyClaim, Kind
+from verify.kinds import AnyClaim, Kind
 
 
 def _decisions() -> Procedure:
@@ -25,10 +25,17 @@ def _episodes() -> Procedure:
     return PROCEDURE
 
 
+def _systems() -> Procedure:
+    from maviper.verification.procedures.systems import PROCEDURE
+
+    return PROCEDURE
+
+
 PROCEDURES: Mapping[Kind, Callable[[], Procedure]] = {
     Kind.DECISIONS: _decisions,
     Kind.LEAVES: _decisions,
     Kind.EPISODES: _episodes,
+    Kind.SYSTEMS: _systems,
 }
 
 

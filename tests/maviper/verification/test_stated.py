@@ -1,6 +1,8 @@
 """`maviper verify --world`: verdicts about a stated system, and the files that are left."""
 
 import json
+import subprocess
+import sys
 
 import pytest
 
@@ -35,9 +37,18 @@ def test_verdicts_files_checks_and_replays(cart, capsys):
         "world.toml",
         "certificate-1-stays_in.json",
         "counterexample-2-stays_in.json",
+        "test_counterexample_2_stays_in.py",
         "certificate-3-decides.json",
         ".maviper.json",
     }
+    assert [each["shuffled_control"] for each in told["results"]] == ["PROVED", "VIOLATED", "VIOLATED"]
+    for each in told["results"]:
+        engine, second = each["engines"]
+        assert engine["engine"] == "reach" and second["engine"].startswith("Z3")
+        assert engine["verdict"] == each["verdict"] and second["verdict"] in (each["verdict"], "UNKNOWN")
+    failing = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "test_counterexample_2_stays_in.py"]
+    ran = subprocess.run(failing, cwd=out, capture_output=True, text=True, check=False)
+    assert ran.returncode == 1 and "stays_in fails" in ran.stdout
     for name in ("certificate-1-stays_in.json", "certificate-3-decides.json"):
         assert command(["check", str(out / name)]) == ExitCode.DONE
     assert "of the stated dynamics, exactly" in capsys.readouterr().out
@@ -78,7 +89,7 @@ def test_a_certificate_is_told_by_what_it_proves(cart, capsys):
     """Its own words may say more: the region is not what it is called, nor the formula what its label says."""
     out = cart / "report"
     verify(cart, "-o", str(out))
-    words = {"name": "avoids", "label": "never \x1b[31mfails", "region": "x in [0, 0]"}
+    words = {"label": "never \x1b[31mfails", "region": "x in [0, 0]"}
     for name, said in (
         ("certificate-1-stays_in.json", "every episode of 10 steps stays in x >= -2 and x <= 2, of the stated"),
         (
@@ -87,6 +98,8 @@ def test_a_certificate_is_told_by_what_it_proves(cart, capsys):
             " left), of the stated",
         ),
     ):
+        (out / "forged.json").write_text(forged((out / name).read_text(), **words, name="avoids"))
+        assert command(["check", str(out / "forged.json")]) == ExitCode.INPUT  # a name that is none of its kind
         (out / "forged.json").write_text(forged((out / name).read_text(), **words))
         capsys.readouterr()
         assert command(["check", str(out / "forged.json")]) == ExitCode.DONE

@@ -19,6 +19,7 @@ from tests.support.verifying import run
 from verify.claims.catalogue import find_claim
 from verify.claims.uncertified.starts import everywhere
 from verify.question import Question
+from verify.reports import report
 from verify.subjects import Game
 
 FOLDER = "tests/golden"
@@ -55,9 +56,8 @@ def test_only_the_start_region_is_called_start(place):
     claims = [find_claim(name, profile) for name in ("distinct_targets", "covers")]
     asked = [(claim, region) for claim in claims for region in (start, half)]
     assert all(region.name == "start" for _, region in asked)
-    files = report_files(
-        profile, verify_claims([Question(Game(profile), *one) for one in asked]), [""] * len(asked), {}
-    )
+    results = verify_claims([Question(Game(profile), *one) for one in asked])
+    files = report_files(report.document(profile, results, [""] * len(asked)))
     told = [result["region_name"] for result in json.loads(files["report.json"])["results"]]
     assert told == ["start", "", "start", ""]
     assert [line.split()[1] for line in files["report.txt"].splitlines() if line.startswith("   region ")] == [

@@ -3,7 +3,7 @@
 from fractions import Fraction as F
 
 from tests.support.system_cases import form, policy, team
-from verify.systems.claims import SystemClaim, SystemKind
+from verify.systems.claims import Pattern, SystemClaim
 from verify.systems.system import Affine, Feature, HalfSpace, Measure, Piece, System, Variable
 
 HALVES = [F(n, 2) for n in range(-4, 5)]
@@ -81,11 +81,11 @@ def case(random):
     variables = tuple(Variable(name, "1", (F(-3), F(3))) for name in names)
     system = System("random", variables, features, start(random, names), pieces(random, names, agents, actions), 3)
     profile = team(*(policy(agent, ["f0", "f1"], actions, nested(random, 2, 2, len(actions))) for agent in agents))
-    kind = some(random, [kind for kind in SystemKind if kind is not SystemKind.DECIDES])
+    kind = some(random, [kind for kind in Pattern if kind is not Pattern.DECIDES])
     steps = int(random.integers(0, 4))
     regions = tuple(polytope(random, names) for _ in range(int(random.integers(1, 3))))
-    if kind in (SystemKind.STAYS_IN, SystemKind.REACHES_AND_STAYS) and random.random() < 0.5:
+    if kind in (Pattern.STAYS_IN, Pattern.REACHES_AND_STAYS) and random.random() < 0.5:
         size = some(random, [F(2), F(4), F(8)])
         regions = (tuple(HalfSpace(form(-size, **{name: sign})) for name in names for sign in (1, -1)),)
-    by = int(random.integers(0, steps + 1)) if kind is SystemKind.REACHES_AND_STAYS else 0
-    return system, profile, SystemClaim(kind.value, kind, regions, steps, by)
+    by = int(random.integers(0, steps + 1)) if kind is Pattern.REACHES_AND_STAYS else 0
+    return system, profile, SystemClaim(kind, regions, steps, by)

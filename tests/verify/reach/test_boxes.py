@@ -4,13 +4,12 @@ from fractions import Fraction as F
 
 import numpy as np
 
-from tests.support.system_cases import double_integrator, form, stays, switching
+from tests.support.system_cases import decided, double_integrator, form, stays, switching
 from tests.verify.reach import random_systems
 from verify.progress import listening
+from verify.question import Budgets
 from verify.reach import samples, search
 from verify.reach.boxes import Boxes
-from verify.reach.decide import decide
-from verify.reach.results import Budget
 from verify.result import Verdict
 from verify.systems.system import Piece, System, Variable
 
@@ -75,7 +74,7 @@ def test_a_search_says_how_far_it_is_and_ends_within_its_budget():
     system, profile = double_integrator(axes=1, error=F(1, 1000), steps=25), switching(axes=1)
     claim, told = stays(system, 25, x=(F(-7, 10), F(7, 10))), []
     with listening(lambda *given: told.append(given)):
-        (result,) = decide(profile, system, [claim], Budget(max_programs=300, samples=16))
+        (result,) = decided(profile, system, [claim], Budgets(max_programs=300, samples=16))
     assert result.verdict is Verdict.UNKNOWN and "--max-programs is 300" in result.reason
     assert f"{result.programs:,} linear programs" in result.reason
     searched = [(done, most, words) for done, most, words in told if words.startswith("symbolic states")]
@@ -87,6 +86,6 @@ def test_one_symbolic_state_cannot_spend_much_more_than_all(monkeypatch):
     monkeypatch.setattr(search, "MAX_OVER", 5)
     system, profile = double_integrator(axes=1, error=F(1, 1000), steps=25), switching(axes=1)
     claim = stays(system, 25, x=(F(-7, 10), F(7, 10)))
-    (result,) = decide(profile, system, [claim], Budget(max_programs=20, samples=16))
+    (result,) = decided(profile, system, [claim], Budgets(max_programs=20, samples=16))
     assert result.verdict is Verdict.UNKNOWN and "--max-programs is 20" in result.reason
     assert result.programs <= 20 + 5 + 4  # a question is finished

@@ -7,7 +7,6 @@ from fractions import Fraction as F
 
 import numpy as np
 import pytest
-import z3
 
 from codegen.errors import InputError, UnknownNameError
 from codegen.floats import FLOAT64, NUMBERS
@@ -17,43 +16,48 @@ from tests.support.system_cases import (
     box,
     collision,
     corridor,
+    decided,
     double_integrator,
     form,
     passing,
     pendulum,
     policy,
+    possible,
     queue,
     serving,
     stays,
     switching,
     team,
 )
-from tests.verify.reach import random_systems, unrolled
+from tests.verify.reach import random_systems
 from verify.certificates.systems import to_json
 from verify.checker.reading import RejectedError
 from verify.checker.systems.certificates import accepted, from_json
-from verify.claims.formula import Acts, And, Not, Or, holds, negated
-from verify.reach.decide import decide
-from verify.reach.results import Budget
+from verify.claims.formula import FALSE, Acts, Not, Or, holds, negated
+from verify.claims.region import UNBOUNDED
+from verify.question import Budgets, Question
 from verify.reports.systems import facts, lines
 from verify.result import Verdict
-from verify.systems.claims import SystemClaim, SystemKind
+from verify.solver import unrolled
+from verify.subjects import ClosedLoop
+from verify.systems.claims import Pattern, SystemClaim
 from verify.systems.documents import content_hash
 from verify.systems.observing import chosen
 from verify.systems.system import Feature, HalfSpace, Piece, System, Variable
+from verify.verdicts.systems import verify_system
 
-PLAYED, SEARCHED = Budget(), Budget(samples=0)
+PLAYED, SEARCHED = Budgets(), Budgets(samples=0)
 
 
 def expected(system, profile, claim):
     """The verdict that direct queries give."""
-    anything = SystemClaim("any", SystemKind.AVOIDS, ((),), 0)
-    if not unrolled.possible(unrolled.question(system, profile, anything)[0]):
+    anything = SystemClaim(Pattern.AVOIDS, ((),), 0)
+    if not possible(unrolled.written(profile, system, anything)[0]):
         return Verdict.VACUOUS
-    broken, left = unrolled.question(system, profile, claim)
-    if unrolled.possible(broken):
+    broken, left = unrolled.written(profile, system, claim)
+    if possible(broken):
         return Verdict.VIOLATED
-    return Verdict.UNKNOWN if unrolled.possible(left) else Verdict.PROVED
+    return Verdict.UNKNOWN if possible(left) else Verdict.PROVED
 
 
 def ensure_evidence(system, profile, claim, result):
@@ -89,10 +93,10 @@ def test_verdicts_are_those_of_direct_queries(budget, seeds):
     met = Counter()
     for seed in seeds:
         system, profile, claim = random_systems.case(np.random.default_rng(seed))
-        (result,) = decide(profile, system, [claim], budget)
+        (result,) = decided(profile, system, [claim], budget)
         assert result.verdict is expected(system, profile, claim), (seed, result)
         ensure_evidence(system, profile, claim, result)
-        met[claim.kind, result.verdict] += 1
+        met[claim.pattern, result.verdict] += 1
     assert all(met[kind, verdict] >= 3 for kind in KINDS for verdict in (Verdict.PROVED, Verdict.VIOLATED)), met
     assert sum(met[kind, Verdict.UNKNOWN] for kind in KINDS) >= 1
 
@@ -109,26 +113,14 @@ def test_agents_may_compare_float64():
             thresholds = [written.get(threshold, np.float64(threshold)) for threshold in one.tree.threshold]
             policies.append(replace(one, tree=replace(one.tree, threshold=thresholds, numbers=FLOAT64)))
         profile = replace(profile, agents=tuple(policies))
-        (result,) = decide(profile, system, [claim], PLAYED)
+        (result,) = decided(profile, system, [claim], PLAYED)
         assert result.verdict is expected(system, profile, claim), (seed, result)
         ensure_evidence(system, profile, claim, result)
         met[result.verdict] += 1
     assert met[Verdict.PROVED] >= 5 and met[Verdict.VIOLATED] >= 5, met
 
 
-KINDS = [kind for kind in SystemKind if kind is not SystemKind.DECIDES]
-
-
-def told(formula, state, actions):
-    """A formula for Z3, over a state and the numbers of actions."""
-    if isinstance(formula, Acts):
-        return actions[formula.agent] == formula.action
-    if isinstance(formula, Not):
-        return z3.Not(told(formula.part, state, actions))
-    if isinstance(formula, And | Or):
-        return (z3.And if isinstance(formula, And) else z3.Or)([told(part, state, actions) for part in formula.parts])
-    total = z3.Sum([unrolled.number(weight) * state[name] for weight, name in formula.terms])
-    return total < unrolled.number(formula.bound) if formula.strict else total <= unrolled.number(formula.bound)
+KINDS = [kind for kind in Pattern if kind is not Pattern.DECIDES]
 
 
 @pytest.mark.solver
@@ -139,17 +131,13 @@ def test_claims_about_decisions_are_those_of_direct_queries():
         system, profile, _ = random_systems.case(random)
         names = [one.name for one in system.variables]
         acts = [Acts(one.agent, int(random.integers(len(one.actions)))) for one in profile.agents]
-        atoms = SystemClaim("r", SystemKind.AVOIDS, (random_systems.polytope(random, names),)).inside
+        atoms = SystemClaim(Pattern.AVOIDS, (random_systems.polytope(random, names),)).inside
         formula = Or((negated(atoms), *acts)) if random.random() < 0.5 else Or((Not(acts[0]), negated(atoms)))
         regions = tuple(random_systems.polytope(random, names) for _ in range(int(random.integers(0, 3))))
-        claim = SystemClaim("decides", SystemKind.DECIDES, regions, formula=formula)
-        (result,) = decide(profile, system, [claim], PLAYED if seed % 2 else SEARCHED)
-        state = {name: z3.Real(name) for name in names}
-        actions = {one.agent: unrolled.action(system, one, state) for one in profile.agents}
-        where = [z3.And(state[one.name] >= -3, state[one.name] <= 3) for one in system.variables]
-        where += [unrolled.in_some(regions, state)] if regions else []
-        some = unrolled.possible(z3.And(where))
-        fails = unrolled.possible(z3.And(*where, z3.Not(told(formula, state, actions))))
+        claim = SystemClaim(Pattern.DECIDES, regions, formula=formula)
+        (result,) = decided(profile, system, [claim], PLAYED if seed % 2 else SEARCHED)
+        nothing = replace(claim, formula=FALSE)
+        some, fails = (possible(unrolled.written(profile, system, asked)[0]) for asked in (nothing, claim))
         want = Verdict.VIOLATED if fails else Verdict.PROVED if some else Verdict.VACUOUS
         assert result.verdict is want, (seed, result)
         ensure_evidence(system, profile, claim, result)
@@ -165,12 +153,12 @@ def test_claims_about_decisions_are_those_of_direct_queries():
 def test_a_double_integrator_is_proved_axis_by_axis(error):
     system, profile = double_integrator(axes=2, error=error), switching(axes=2)
     claim = stays(system, 30, x=(-1, 1), y=(-1, 1))
-    (result,) = decide(profile, system, [claim], Budget(max_states=20_000))
+    (result,) = decided(profile, system, [claim], Budgets(max_states=20_000))
     assert result.verdict is Verdict.PROVED
     assert [part.followed for part in result.certificate.parts] == [("x", "vx"), ("y", "vy")]
     ensure_evidence(system, profile, claim, result)
     larger = double_integrator(axes=2, half=F(3, 2), error=error)
-    (broken,) = decide(profile, larger, [claim])
+    (broken,) = decided(profile, larger, [claim])
     assert broken.verdict is Verdict.VIOLATED
     ensure_evidence(larger, profile, claim, broken)
 
@@ -178,14 +166,14 @@ def test_a_double_integrator_is_proved_axis_by_axis(error):
 def test_merging_proves_what_takes_too_many_symbolic_states_otherwise():
     system, profile = double_integrator(axes=1, error=F(1, 1000)), switching(axes=1)
     claim = stays(system, 25, x=(-1, 1))
-    (result,) = decide(profile, system, [claim])
+    (result,) = decided(profile, system, [claim])
     assert result.verdict is Verdict.PROVED and result.certificate.parts[0].hulls
     ensure_evidence(system, profile, claim, result)
 
 
 CASES = {
     "pendulum": (pendulum(), balancing(), stays(pendulum(), 20, angle=(F(-1, 10), F(1, 10)))),
-    "corridor": (corridor(), passing(), SystemClaim("avoids", SystemKind.AVOIDS, (collision(F(1, 5)),), 15)),
+    "corridor": (corridor(), passing(), SystemClaim(Pattern.AVOIDS, (collision(F(1, 5)),), 15)),
     "crossing": (queue(), serving(), stays(queue(), 20, north=(0, 12), east=(0, 12))),
 }
 LARGER = {"pendulum": pendulum(half=F(1, 10)), "corridor": corridor(start=F(3)), "crossing": queue(start=F(25, 2))}
@@ -195,10 +183,10 @@ LARGER = {"pendulum": pendulum(half=F(1, 10)), "corridor": corridor(start=F(3)),
 @pytest.mark.parametrize("name", CASES)
 def test_cases_are_proved_from_a_start_and_broken_from_a_larger_one(name):
     system, profile, claim = CASES[name]
-    (result,) = decide(profile, system, [claim])
+    (result,) = decided(profile, system, [claim])
     assert result.verdict is Verdict.PROVED, result
     ensure_evidence(system, profile, claim, result)
-    (broken,) = decide(profile, LARGER[name], [claim])
+    (broken,) = decided(profile, LARGER[name], [claim])
     assert broken.verdict is Verdict.VIOLATED, broken
     ensure_evidence(LARGER[name], profile, claim, broken)
 
@@ -211,7 +199,7 @@ def test_an_unstable_system_ends_with_its_budget():
     start = box(x=(-1, 1), y=(-1, 1))
     system = System("spiral", variables, features, start, (Piece({}, move, effect, {"x": (F(-1), F(1))}),), 40)
     profile = team(policy("a", ["f", "g"], ["up", "down"], ((0, 0.0), ((1, 0.0), 0, 1), ((1, 1.0), 1, 0))))
-    (result,) = decide(profile, system, [stays(system, 40, x=(-(10**30), 10**30))], Budget(max_states=300))
+    (result,) = decided(profile, system, [stays(system, 40, x=(-(10**30), 10**30))], Budgets(max_states=300))
     assert result.verdict is Verdict.UNKNOWN
     assert "stopped after 300 symbolic states and" in result.reason and "--max-states is 300" in result.reason
     assert 0 < result.open.step < 40 and result.open.bounds.keys() == {"x", "y"}
@@ -225,12 +213,12 @@ def test_a_larger_budget_never_loses_an_answer(error, bound):
     """It gives the same one for the same work, and whatever ends first is named by an option of the command."""
     system, profile = double_integrator(axes=1, error=error), switching(axes=1)
     claim = stays(system, 8, x=(-bound, bound))
-    (known,) = decide(profile, system, [claim])
+    (known,) = decided(profile, system, [claim])
     assert known.verdict is not Verdict.UNKNOWN
     options = {name for each in verify_command.params for name in each.opts}
     for limits in [(10**6, 3**k) for k in range(8)] + [(3**k, 10**6) for k in range(8)]:
-        budget = Budget(*limits)
-        (result,) = decide(profile, system, [claim], budget)
+        budget = Budgets(max_states=limits[0], max_programs=limits[1])
+        (result,) = decided(profile, system, [claim], budget)
         if limits[0] >= known.states and limits[1] >= known.programs:
             assert (result.verdict, result.states, result.programs) == (known.verdict, known.states, known.programs)
         elif result.verdict is Verdict.UNKNOWN:
@@ -251,11 +239,13 @@ def test_states_beyond_float64_are_judged_and_told(numbers):
     known = policy("a", ["f"], ["go", "rest"], ((0, 0.0), 0, 1))
     threshold = known.tree.threshold.astype(numbers)
     profile = team(replace(known, tree=replace(known.tree, threshold=threshold, numbers=numbers)))
-    (broken,) = decide(profile, system, [SystemClaim("reaches", SystemKind.REACHES, (box(x=(0, 0)),), 60)])
+    claim = SystemClaim(Pattern.REACHES, (box(x=(0, 0)),), 60)
+    (broken,) = decided(profile, system, [claim])
     assert broken.verdict is Verdict.VIOLATED and broken.counterexample.states[-1]["x"] == 10**360
     assert set(broken.counterexample.actions[-1].values()) == {"rest"}
-    assert "x above 1.79e308" in "".join(lines(facts(broken, 1)))
-    (kept,) = decide(profile, system, [SystemClaim("avoids", SystemKind.AVOIDS, (box(x=(-1, 0)),), 60)])
+    question = Question(ClosedLoop(profile, system), claim, UNBOUNDED)
+    assert "x above 1.79e308" in "".join(lines(facts(verify_system(question), 1)))
+    (kept,) = decided(profile, system, [SystemClaim(Pattern.AVOIDS, (box(x=(-1, 0)),), 60)])
     assert kept.verdict is Verdict.PROVED
 
 
@@ -275,9 +265,9 @@ def test_what_no_float_tells_apart_is_found(start, error, bound):
     piece = Piece({}, {"x": form(x=1)}, {("a", "rest"): {"x": form()}}, {"x": (-error, error)} if error else {})
     system = System("tiny", variables, {"a": {"f": Feature(form(x=1))}}, box(x=start), (piece,), 1)
     profile = team(policy("a", ["f"], ["rest"], 0))
-    (broken,) = decide(profile, system, [stays(system, 1, x=(-1, bound))])
+    (broken,) = decided(profile, system, [stays(system, 1, x=(-1, bound))])
     assert broken.verdict is Verdict.VIOLATED and broken.counterexample.states[-1]["x"] > bound
-    (kept,) = decide(profile, system, [stays(system, 1, x=(-1, start[1] + error))])
+    (kept,) = decided(profile, system, [stays(system, 1, x=(-1, start[1] + error))])
     assert kept.verdict is Verdict.PROVED
 
 
@@ -287,12 +277,12 @@ def test_an_episode_that_leaves_what_is_stated_is_not_judged():
     piece = Piece({"x": (F(-1), F(1))}, {"x": form(1, x=1)}, {})
     system = System("drift", variables, {"a": {"f": Feature(form(x=1))}}, box(x=(0, 0)), (piece,), 3)
     profile = team(policy("a", ["f"], ["go"], 0))
-    claim = SystemClaim("avoids", SystemKind.AVOIDS, (box(x=(5, 6)),), 3)
-    (result,) = decide(profile, system, [claim])
+    claim = SystemClaim(Pattern.AVOIDS, (box(x=(5, 6)),), 3)
+    (result,) = decided(profile, system, [claim])
     assert result.verdict is Verdict.UNKNOWN and "stated" in result.reason
     assert result.open.bounds == {"x": (2.0, 2.0)} and "wider ranges" in result.helps[0]
     assert not any("error" in each or "max-states" in each for each in result.helps)
-    (short,) = decide(profile, system, [replace(claim, steps=2)])
+    (short,) = decided(profile, system, [replace(claim, steps=2)])
     assert short.verdict is Verdict.PROVED
 
 
@@ -300,7 +290,7 @@ def test_an_episode_that_leaves_what_is_stated_is_not_judged():
 def test_an_empty_start_is_vacuous():
     system, profile = double_integrator(axes=1), switching(axes=1)
     empty = replace(system, start=(*system.start, HalfSpace(form(2, x=1, vx=1))))
-    (result,) = decide(profile, empty, [stays(system, 3, x=(-1, 1))])
+    (result,) = decided(profile, empty, [stays(system, 3, x=(-1, 1))])
     assert result.verdict is Verdict.VACUOUS and result.certificate is None
 
 
@@ -308,23 +298,23 @@ def test_what_the_system_does_not_state_is_refused():
     system, profile = double_integrator(axes=1), switching(axes=1)
     claim = stays(system, 3, x=(-1, 1))
     with pytest.raises(UnknownNameError):
-        decide(profile, replace(system, features={"drone": {}}), [claim])
+        decided(profile, replace(system, features={"drone": {}}), [claim])
     with pytest.raises(UnknownNameError):
-        decide(profile, replace(system, features={}), [claim])
+        decided(profile, replace(system, features={}), [claim])
     with pytest.raises(InputError):
-        decide(profile, replace(system, pieces=()), [claim])
+        decided(profile, replace(system, pieces=()), [claim])
 
 
 def test_what_moves_a_system_is_never_left_out():
     """An agent without a tree is none that rests, and an error that no number meets is none."""
     system, profile = double_integrator(axes=1), switching(axes=1)
     claim = stays(system, 3, x=(-1, 1))
-    (alone,) = decide(profile, system, [claim])
+    (alone,) = decided(profile, system, [claim])
     assert alone.verdict is Verdict.PROVED
     (piece,) = system.pieces
     pushed = replace(piece, effect={**piece.effect, ("wind", "blows"): {"x": form(5)}})
     with pytest.raises(InputError, match="no tree for wind"):
-        decide(profile, replace(system, pieces=(pushed,)), [claim])
+        decided(profile, replace(system, pieces=(pushed,)), [claim])
     backwards = replace(system, pieces=(replace(piece, error={"x": (F(1), F(-1))}),))
     with pytest.raises(RejectedError, match="low end"):
         accepted(replace(alone.certificate, system=content_hash(backwards)), profile, backwards)

@@ -7,7 +7,7 @@ import pytest
 
 from codegen.errors import InputError
 from verify.claims.formula import FALSE, TRUE, Acts, And, Not, Or, below, holds
-from verify.systems.claims import SystemClaim, SystemKind
+from verify.systems.claims import Pattern, SystemClaim
 from verify.systems.system import Affine, HalfSpace
 from verify.systems.words import spelled
 
@@ -25,7 +25,7 @@ def breaks(claim, step, x):
 
 
 def test_stays_in_asks_every_state():
-    claim = SystemClaim("c", SystemKind.STAYS_IN, (NEAR, FAR), 3)
+    claim = SystemClaim(Pattern.STAYS_IN, (NEAR, FAR), 3)
     for step in range(4):
         assert [breaks(claim, step, x) for x in (-2, -1, 1, 2, 5, 6, 7)] == [
             True,
@@ -40,18 +40,18 @@ def test_stays_in_asks_every_state():
 
 
 def test_avoids_is_broken_in_any_region():
-    claim = SystemClaim("c", SystemKind.AVOIDS, (NEAR, FAR), 3)
+    claim = SystemClaim(Pattern.AVOIDS, (NEAR, FAR), 3)
     assert [breaks(claim, 2, x) for x in (-2, -1, 1, 2, 5, 6, 7)] == [False, True, True, False, True, True, False]
 
 
 def test_reaches_is_broken_at_the_last_state_only():
-    claim = SystemClaim("c", SystemKind.REACHES, (NEAR,), 3)
+    claim = SystemClaim(Pattern.REACHES, (NEAR,), 3)
     assert claim.broken(2) == FALSE and breaks(claim, 3, 2) and not breaks(claim, 3, 0)
     assert holds(claim.fulfilled(2), {"x": F(0)}, {}) and claim.fulfilled(3) == FALSE
 
 
 def test_reaches_and_stays_asks_from_a_step_on():
-    claim = SystemClaim("c", SystemKind.REACHES_AND_STAYS, (NEAR,), 3, by=2)
+    claim = SystemClaim(Pattern.REACHES_AND_STAYS, (NEAR,), 3, by=2)
     assert claim.broken(1) == FALSE and breaks(claim, 2, 2) and breaks(claim, 3, 2)
 
 
@@ -60,21 +60,21 @@ def test_reaches_and_stays_asks_from_a_step_on():
 )
 def test_what_means_nothing_is_refused(steps, by, regions):
     with pytest.raises(InputError):
-        SystemClaim("c", SystemKind.REACHES_AND_STAYS, regions, steps, by).ensure()
+        SystemClaim(Pattern.REACHES_AND_STAYS, regions, steps, by).ensure()
 
 
 def test_words_name_the_regions_and_the_steps():
-    claim = SystemClaim("c", SystemKind.REACHES_AND_STAYS, (NEAR,), 30, by=20, region="near")
+    claim = SystemClaim(Pattern.REACHES_AND_STAYS, (NEAR,), 30, by=20, region="near")
     assert claim.sentence == "every episode is in near from step 20 to step 30"
 
 
 def test_words_that_are_made_from_the_data_alone():
     near = (HalfSpace(Affine.of({"x": F(-2), "v": F(1)}, F(-1)), strict=True), HalfSpace(Affine.of({}, F(-1))))
-    claim = SystemClaim("c", SystemKind.AVOIDS, (near, ()), 30, region="far")
+    claim = SystemClaim(Pattern.AVOIDS, (near, ()), 30, region="far")
     assert spelled(claim, {}, {}) == "every episode of 30 steps avoids v - 2*x < 1 and 0 <= 1 or any state"
     denied = Not(Acts("cart", 1))
     formula = And((below({"x": F(1, 3), "v": F(-1)}, F(1, 2)), Or((denied, TRUE)), FALSE))
-    decides = SystemClaim("c", SystemKind.DECIDES, formula=formula)
+    decides = SystemClaim(Pattern.DECIDES, formula=formula)
     said = "(v - 1/3*x >= -0.5 and (not acts(cart) == go or true) and false)"
     actions, ranges = {"cart": ["rest", "go"]}, {"w": (F(0), F(1)), "x": (F(-1), F(1)), "v": (F(1, 3), F(5))}
     assert spelled(decides, actions, {}) == f"in every state of the ranges, {said}"

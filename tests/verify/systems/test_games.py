@@ -8,15 +8,15 @@ import pytest
 
 from codegen.errors import InputError
 from tests.support.episode_cases import arriving
+from tests.support.system_cases import decided
 from tests.support.teams import STAY, team, tree
 from verify.claims.catalogue import find_claim
 from verify.claims.uncertified.starts import everywhere
 from verify.episodes.composition import decide as decided_by_zones
 from verify.question import Budgets, Question
-from verify.reach.decide import decide
 from verify.result import Verdict
 from verify.subjects import Game
-from verify.systems.claims import SystemClaim, SystemKind
+from verify.systems.claims import Pattern, SystemClaim
 from verify.systems.files import statement_of
 from verify.systems.games import world_file
 from verify.systems.system import Affine, HalfSpace
@@ -39,11 +39,9 @@ def claims_of(name, steps):
     """What `reaches` and `covers` say of the two defenders: for reaches a claim for each of them."""
     agents, marks = ("agent_0", "agent_1"), ("landmark_0", "landmark_1")
     if name == "reaches":
-        return [
-            SystemClaim(name, SystemKind.REACHES, (near([pair]),), steps) for pair in zip(agents, marks, strict=True)
-        ]
+        return [SystemClaim(Pattern.REACHES, (near([pair]),), steps) for pair in zip(agents, marks, strict=True)]
     regions = tuple(near(zip(agents, order, strict=True)) for order in permutations(marks))
-    return [SystemClaim(name, SystemKind.REACHES_AND_STAYS, regions, steps, by=steps)]
+    return [SystemClaim(Pattern.REACHES_AND_STAYS, regions, steps, by=steps)]
 
 
 def joined(verdicts):
@@ -55,7 +53,7 @@ def joined(verdicts):
 
 def by_file(profile, name, region, steps):
     system = statement_of(world_file(profile, region, "landmark_0"), "game.toml").system
-    return joined([result.verdict for result in decide(profile, system, claims_of(name, steps))])
+    return joined([result.verdict for result in decided(profile, system, claims_of(name, steps))])
 
 
 def by_zones(profile, name, region, steps):

@@ -8,7 +8,7 @@ from codegen.errors import InputError
 from tests.support.system_cases import policy, team
 from tests.support.systems import CART
 from verify.claims.formula import holds
-from verify.systems.claims import SystemKind
+from verify.systems.claims import Pattern
 from verify.systems.files import statement_of
 from verify.systems.properties import claims_in, claims_of, ensure_claims
 
@@ -63,12 +63,12 @@ def test_a_claim_about_decisions_says_that_it_is_about_states_of_the_ranges(regi
 def test_claims_of_every_kind():
     statement = statement_of(CART + ALL, "f")
     near, far, there, slow, acts = claims_of(statement, PROFILE, "f")
-    assert [claim.kind for claim in (near, far, there, slow, acts)] == [
-        SystemKind.STAYS_IN,
-        SystemKind.AVOIDS,
-        SystemKind.REACHES,
-        SystemKind.REACHES_AND_STAYS,
-        SystemKind.DECIDES,
+    assert [claim.pattern for claim in (near, far, there, slow, acts)] == [
+        Pattern.STAYS_IN,
+        Pattern.AVOIDS,
+        Pattern.REACHES,
+        Pattern.REACHES_AND_STAYS,
+        Pattern.DECIDES,
     ]
     assert [claim.steps for claim in (near, far, there, slow, acts)] == [10, 5, 10, 10, 0] and slow.by == 4
     assert near.sentence == "every episode of 10 steps stays in x in [-2, 2] and x + 1[s]*v < 3/2"

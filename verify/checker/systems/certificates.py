@@ -30,7 +30,7 @@ from verify.checker.systems.walk import FollowedPart, Hull, Proof, SystemQuestio
 from verify.claims.formula import Acts, Linear, agents, atoms, coordinates, holds
 from verify.claims.formula_json import read_formula, read_number
 from verify.systems import documents
-from verify.systems.claims import SystemClaim, SystemKind
+from verify.systems.claims import Pattern, SystemClaim
 from verify.systems.system import Affine, HalfSpace, System
 
 FORM = "maviper-system-certificate-1"
@@ -216,9 +216,10 @@ def _part(raw: FollowedPartJson, where: str) -> FollowedPart:
 
 def read_claim(raw: SystemClaimJson) -> SystemClaim:
     """The claim in a file. ValueError, LookupError or TypeError for one that there is not."""
+    if raw.name != raw.kind:
+        raise ValueError(f"$.claim: a claim of kind {raw.kind} that is called {raw.name}")
     return SystemClaim(
-        name=raw.name,
-        kind=SystemKind(raw.kind),
+        pattern=Pattern(raw.kind),
         regions=tuple(tuple(map(_read_half, region)) for region in raw.regions),
         steps=raw.steps,
         by=raw.by,

@@ -7,19 +7,21 @@ Does not: belong to what proofs rest on, which state such a formula itself.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 from codegen.ir import PolicyProfile
-from verify.claims.claim import Kind, Parameter
+from verify.claims.claim import Parameter
 from verify.claims.decisions import BY_NAME, OWN, PLAIN, STEADY, WITH_ERRORS, DecisionClaim
 from verify.claims.formula import TRUE, Formula
+from verify.kinds import Kind
 
 
 @dataclass(frozen=True)
 class AliveLeaves(DecisionClaim):
     """That every leaf is reached: no formula over world states, so nothing is claimed of any one of them."""
 
-    kind = Kind.LEAVES
-    per_state = False
+    kind: ClassVar[Kind] = Kind.LEAVES
+    per_state: ClassVar[bool] = False
     of = "alive_leaves"
     words = "every leaf of every agent of the {team} is reached in some world state of the region"
     reads = ()

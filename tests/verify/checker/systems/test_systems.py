@@ -8,7 +8,7 @@ import pytest
 
 from codegen.errors import InputError
 from codegen.policy_json import content_hash
-from tests.support.system_cases import box, double_integrator, form, policy, stays, switching, team
+from tests.support.system_cases import box, decided, double_integrator, form, policy, stays, switching, team
 from tests.verify.reach import random_systems
 from verify.certificates.systems import to_json
 from verify.checker.reading import RejectedError
@@ -17,13 +17,12 @@ from verify.checker.systems.certificates import accepted, from_json
 from verify.checker.systems.reading import Leap
 from verify.checker.systems.walk import Hull
 from verify.claims.formula import negated
-from verify.reach.decide import decide
+from verify.question import Budgets
 from verify.reach.replay import replayed
-from verify.reach.results import Budget
 from verify.reach.samples import courses
 from verify.result import Verdict
 from verify.systems import documents
-from verify.systems.claims import SystemClaim, SystemKind
+from verify.systems.claims import Pattern, SystemClaim
 from verify.systems.system import Affine, HalfSpace, Piece
 
 MUTATIONS = 1_000
@@ -49,12 +48,12 @@ def proved():
         (double_integrator(axes=1, error=F(1, 1000), steps=25), switching(axes=1), {"x": (F(-7, 10), F(7, 10))}),
     ]
     for system, profile, bounds in cases:
-        (result,) = decide(profile, system, [stays(system, system.steps, **bounds)])
+        (result,) = decided(profile, system, [stays(system, system.steps, **bounds)])
         assert result.verdict is Verdict.PROVED, (result, system.name)
         found.append((result.certificate, profile, system))
     for seed in range(120):
         system, profile, claim = random_systems.case(np.random.default_rng(seed))
-        (result,) = decide(profile, system, [claim])
+        (result,) = decided(profile, system, [claim])
         if result.verdict is Verdict.PROVED and result.certificate.size:
             found.append((result.certificate, profile, system))
     assert len(found) >= 8 and found[1][0].size > 500 and any(part.hulls for part in found[2][0].parts)
@@ -254,7 +253,7 @@ def false_claims():
     """Questions whose claims a replayed episode breaks: by errors, or as pushes lead into a region."""
     noisy = double_integrator(axes=1, error=F(1, 50), steps=12)
     aside = replace(double_integrator(axes=1, steps=12), start=box(x=(F(2, 5), F(1, 2)), vx=(0, 0)))
-    crossing = SystemClaim("avoids", SystemKind.AVOIDS, (box(x=(F(-1, 5), F(1, 5))),), 12)
+    crossing = SystemClaim(Pattern.AVOIDS, (box(x=(F(-1, 5), F(1, 5))),), 12)
     return [(noisy, stays(noisy, 12, x=(F(-101, 200), F(101, 200)))), (aside, crossing)]
 
 
@@ -262,7 +261,7 @@ def wrongly_proved():
     profile, proved = switching(axes=1), 0
     for system, claim in false_claims():
         assert is_false(profile, system, claim)
-        (result,) = decide(profile, system, [claim], Budget(max_states=400, max_programs=4_000, samples=0))
+        (result,) = decided(profile, system, [claim], Budgets(max_states=400, max_programs=4_000, samples=0))
         proved += result.verdict is Verdict.PROVED
     return proved
 
@@ -280,5 +279,5 @@ def test_without_a_fault_nothing_false_is_proved():
 def test_a_policy_with_one_action_needs_no_tests():
     system = double_integrator(axes=1, steps=3)
     profile = team(policy("drone", ["sx"], ["push0", "push1"], 1))
-    (result,) = decide(profile, system, [stays(system, 3, x=(-1, 1))])
+    (result,) = decided(profile, system, [stays(system, 3, x=(-1, 1))])
     assert result.verdict is Verdict.PROVED and result.certificate.size == 0

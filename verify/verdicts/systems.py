@@ -1,0 +1,86 @@
+"""From a question about a stated system to a verdict that carries its evidence.
+
+Does: has the system searched and a counterexample confirmed, asks the solver for a second opinion, runs the control.
+Assumes: a checked profile; a system whose names, units and shapes were checked.
+Does not: know the environment that a system is about, or read files.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from verify.question import Question
+from verify.reach.decide import decide
+from verify.reach.results import ReachOutcome, SystemCounterexample
+from verify.result import SETTLED, Cost, Evidence, Opinion, Result, Verdict
+from verify.solver import unrolled
+from verify.systems.claims import SystemClaim
+
+if TYPE_CHECKING:
+    from verify.checker.systems.certificates import SystemCertificate
+    from verify.reach.results import OpenState
+
+ENGINE, UNIT = "reach", "symbolic states"
+CONTROL = {"max_states": 2_000, "max_programs": 4_000}  # shuffled leaves mostly fail at once, or fulfil the claim soon
+ENCLOSED = "the claim fails within the enclosure error, but no violating episode of the exact rules was found"
+NARROWER = ("more `cuts` where rules are not affine", "a smaller start region", "fewer steps")
+Confirm = Callable[[SystemCounterexample], SystemCounterexample | None]  # by the rules themselves; None: not broken
+
+
+@dataclass(frozen=True, kw_only=True)
+class SystemEvidence(Evidence):
+    """What a verdict about a stated system rests on, and all else that a report says of it."""
+
+    open: OpenState | None = None  # what an UNKNOWN leaves open, where that is a set of states
+    helps: tuple[str, ...] = ()  # what may give an answer
+    certificate: SystemCertificate | None = None
+    counterexample: SystemCounterexample | None = None
+    environment: str = ""  # what the environment that the system is about says of the counterexample
+    programs: int = 0  # linear programs that were solved
+
+
+SystemResult = Result[SystemClaim, SystemEvidence]
+
+
+def verify_system(question: Question[SystemClaim], confirm: Confirm | None = None, beside: bool = True) -> SystemResult:
+    """The verdict on a question. `confirm`: finds a counterexample again by rules that the system encloses; `beside`:
+    with the solver's opinion and the control.
+    """
+    found = _confirmed(decide(question), confirm)
+    settled = beside and found.verdict in SETTLED
+    control = decide(question.control.spending(**CONTROL)).verdict if settled else Verdict.SKIPPED
+    own = Opinion(ENGINE, found.verdict, found.states, UNIT)
+    evidence = SystemEvidence(
+        control=control,
+        opinions=(own, _agreeing(question, found.verdict)) if settled else (own,),
+        certificate=found.certificate,
+        branches=found.branches,
+        counterexample=found.counterexample,
+        open=found.open,
+        helps=found.helps,
+        programs=found.programs,
+    )
+    return Result(
+        question, found.verdict, found.reason, evidence, Cost(found.states, question.budgets.max_states, UNIT)
+    )
+
+
+def _confirmed(found: ReachOutcome, confirm: Confirm | None) -> ReachOutcome:
+    """The outcome, unless only the error of enclosures breaks the claim: then nothing is known of the rules."""
+    if found.counterexample is None or confirm is None:
+        return found
+    again = confirm(found.counterexample)
+    if again is None:
+        return replace(found, verdict=Verdict.UNKNOWN, reason=ENCLOSED, helps=NARROWER, counterexample=None)
+    return replace(found, counterexample=again)
+
+
+def _agreeing(question: Question[SystemClaim], found: Verdict) -> Opinion:
+    """The solver's opinion; AssertionError where it has another one."""
+    second = unrolled.opinion(question)
+    if second.verdict in SETTLED and second.verdict is not found:
+        said = f"{ENGINE} {found.value}, {second.engine} {second.verdict.value}"
+        raise AssertionError(f"the engines disagree on {question.claim.name}: {said}")
+    return second
