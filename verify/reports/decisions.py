@@ -24,7 +24,6 @@ from verify.exact import plain
 from verify.exact import text as decimal
 from verify.reports import trusted
 from verify.reports.drawing import MARK, VIEW, around, label_place
-from verify.reports.lines import of_game
 from verify.reports.telling import POSITIONS, SHARES, Telling
 from verify.result import Margin, Verdict
 from verify.semantics import MACHINE, REAL
@@ -269,4 +268,4 @@ def picture(profile: PolicyProfile, found: Counterexample) -> dict[str, Any]:
     return {"size": VIEW, "agents": agents, "landmarks": landmarks}
 
 
-TELLING = Telling(facts, limits, (trusted.WITH_CERTIFICATE, trusted.WITHOUT_CERTIFICATE), of_game)
+TELLING = Telling(facts, limits, (trusted.WITH_CERTIFICATE, trusted.WITHOUT_CERTIFICATE))

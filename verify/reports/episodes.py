@@ -20,7 +20,6 @@ from verify.extent.starts import StartShare
 from verify.extent.sure import ANSWERS, FACES
 from verify.reports import trusted
 from verify.reports.drawing import VIEW
-from verify.reports.lines import of_game
 from verify.reports.telling import POSITIONS, SHARES, Telling
 from verify.result import Verdict
 from verify.semantics import MACHINE
@@ -228,4 +227,4 @@ def _courses(profile: PolicyProfile, episode: Episode, ours: Sequence[str]) -> d
     }
 
 
-TELLING = Telling(facts, limits, (trusted.EPISODES_WITH_CERTIFICATE, trusted.EPISODES_WITHOUT_CERTIFICATE), of_game)
+TELLING = Telling(facts, limits, (trusted.EPISODES_WITH_CERTIFICATE, trusted.EPISODES_WITHOUT_CERTIFICATE))

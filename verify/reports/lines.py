@@ -23,10 +23,11 @@ from verify.states import shares
 
 def as_lines(profile: PolicyProfile, result: AnyResult) -> tuple[str, list[str]]:
     """One result for a terminal, from the facts of the report: what was asked, and the lines under it."""
-    return telling(result).lines(profile, result)
+    own = telling(result).lines
+    return _of_game(profile, result) if own is None else own(result)
 
 
-def of_game(profile: PolicyProfile, result: AnyResult) -> tuple[str, list[str]]:
+def _of_game(profile: PolicyProfile, result: AnyResult) -> tuple[str, list[str]]:
     """One result about a game: what was asked, and the lines under it."""
     facts = result_facts(profile, result, "")
     named = facts["label"] or f"{facts['property']} of the {facts['team']}"

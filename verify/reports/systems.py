@@ -359,5 +359,5 @@ TELLING = Telling(
     facts=lambda profile, result, command: facts(result, 1) | {"command": command},
     limits=lambda profile, results: [],  # those of the whole system, which `document` knows
     trusted=(),
-    lines=lambda profile, result: (result.claim.shown, lines(facts(result, 1))),
+    lines=lambda result: (result.claim.shown, lines(facts(result, 1))),
 )

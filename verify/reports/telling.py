@@ -26,4 +26,4 @@ class Telling:
     facts: Callable[[PolicyProfile, Any, str], dict[str, Any]]  # of a result, with the command that repeats it
     limits: Callable[[PolicyProfile, Sequence[Any]], list[str]]  # what the verdicts do not say
     trusted: tuple[str, ...]  # what proofs rest on
-    lines: Callable[[PolicyProfile, Any], tuple[str, list[str]]]  # what was asked, and lines under it
+    lines: Callable[[Any], tuple[str, list[str]]] | None = None  # what was asked, and lines under it; None: of a game
