@@ -57,7 +57,7 @@ SAMPLED = "Steps of {name} were compared with the statement, from states {where}
 ANYWHERE = {True: "all over the ranges", False: "that its own episodes come to"}
 STEPS = "A claim about episodes covers only the steps that it names."
 OUTSIDE = "Outside the boxes of all pieces nothing is stated. A claim is not proved if an episode may leave the boxes."
-WEAK = "the agents with shuffled leaves fulfil it too: it says little about these trees"
+WEAK = "the agents with shuffled leaves fulfil the claim too, so it says little about these trees"
 SINGLE = "A claim about single decisions does not say that an episode gets into such a state."
 
 
@@ -270,9 +270,13 @@ def lines(told: Mapping[str, Any]) -> list[str]:
         found += [told["replay"]] if "replay" in told else []
     if told["verdict"] == Verdict.PROVED.value:
         found.append(f"{told['symbolic_states']} symbolic states, {told['certificate']['bytes']} bytes of proof")
-    if told["shuffled_control"] == told["verdict"] == Verdict.PROVED.value:
-        found.append(WEAK)
+    found += [_weak(told)] if _weak(told) else []
     return found
+
+
+def _weak(told: Mapping[str, Any]) -> str:
+    """What a proof that needs no particular leaves is worth."""
+    return WEAK if told["shuffled_control"] == told["verdict"] == Verdict.PROVED.value else ""
 
 
 def _open(told: Mapping[str, Any]) -> list[str]:
@@ -341,7 +345,9 @@ def as_json(told: Mapping[str, Any]) -> str:
 
 def _ready(told: Mapping[str, Any]) -> dict[str, Any]:
     """The facts with what templates only place."""
-    results = [drawn(result, told["variables"]) | {"within": within(result)} for result in told["results"]]
+    variables = told["variables"]
+    more = [{"within": within(result), "weak": _weak(result)} for result in told["results"]]
+    results = [drawn(result, variables) | words for result, words in zip(told["results"], more, strict=True)]
     return {**told, "rows": _rows(told), "results": results}
 
 

@@ -125,6 +125,16 @@ def test_verdicts_alone(tmp_path, capsys, monkeypatch):
     assert not (tmp_path / "report").exists()
 
 
+def test_a_claim_that_shuffled_leaves_fulfil_is_told_to_be_weak(tmp_path, capsys):
+    """On the terminal, in the text and on the page; of one that they break nothing is said."""
+    (tmp_path / "profile.json").write_text(profile(BRAKES))
+    (tmp_path / "cart.toml").write_text(CART + PROPERTIES)
+    verify(tmp_path, "-o", str(tmp_path / "report"))
+    weak = "says little about these trees"
+    texts = [(tmp_path / "report" / f"report.{kind}").read_text() for kind in ("txt", "html")]
+    assert [text.count(weak) for text in (capsys.readouterr().err, *texts)] == [1, 1, 1]
+
+
 def test_errors_are_never_told_smaller_than_they_are():
     for number in (Fraction(1, 3), Fraction(2, 3), Fraction(10**12 + 1, 10**12), Fraction(1, 10**400), Fraction(0)):
         assert number <= Fraction(upwards(number)) <= number * (1 + Fraction(1, 10**5))
