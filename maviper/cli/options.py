@@ -48,18 +48,18 @@ def numbers(_context: click.Context, parameter: click.Parameter, value: str | No
         raise InputError(f"'{value}' is no list of numbers", f"--{parameter.name}", "write 2,4,6") from None
 
 
-def options_of(asked: type) -> Callable[[Any], Any]:
-    """The options of a verb's table."""
+def options_of(asked: type, *names: str) -> Callable[[Any], Any]:
+    """The options of a verb's table: those of these names, or all."""
 
-    def added(command: Any) -> Any:
-        for each in reversed(list(table_of(asked).values())):
-            command = _listed(each)(command)
+    def add(command: Any) -> Any:
+        for name in reversed(names or tuple(table_of(asked))):
+            command = _option_of(table_of(asked)[name])(command)
         return command
 
-    return added
+    return add
 
 
-def _listed(asked: Table) -> Callable[[Any], Any]:
+def _option_of(asked: Table) -> Callable[[Any], Any]:
     """An option of a table. Its default is shown where it says more than that nothing was given."""
     about: dict[str, Any] = {"section": asked.section, "help": asked.help, "metavar": asked.form or None}
     if asked.base is bool:

@@ -11,8 +11,8 @@ import click
 
 from codegen.errors import ExitCode
 from maviper.cli.options import PATH, REGION, option, options_of
-from maviper.options import VerifyOptions
-from maviper.options.verification import BUDGETS, QUESTION
+from maviper.options import SystemOptions, VerifyOptions
+from maviper.options.verification import QUESTION
 
 
 def _list_properties(context: click.Context, _parameter: click.Parameter, asked: bool) -> None:
@@ -49,34 +49,14 @@ QUESTION_OPTIONS = (
         section=QUESTION,
         help="A world file (TOML): claims are about the system that it states, those of the file or of --properties.",
     ),
-    option(
-        "--run-reference",
-        is_flag=True,
-        section=QUESTION,
-        help="With --world: also run user code (an environment) that the file names, to measure the statement.",
-    ),
+    options_of(SystemOptions, "run_reference"),
     REGION,
-)
-STATED_OPTIONS = (
-    option(
-        "--max-states",
-        default=None,
-        type=int,
-        section=BUDGETS,
-        help="With --world: limit on symbolic states visited per claim (default: 200000).",
-    ),
-    option(
-        "--max-programs",
-        default=None,
-        type=int,
-        section=BUDGETS,
-        help="With --world: limit on linear programs solved per claim (default: 100000).",
-    ),
 )
 
 
 def asked(command: Any) -> Any:
     """Adds all of them to a command."""
-    for each in reversed((*QUESTION_OPTIONS, options_of(VerifyOptions), *STATED_OPTIONS)):
+    of_systems = options_of(SystemOptions, "max_states", "max_programs")
+    for each in reversed((*QUESTION_OPTIONS, options_of(VerifyOptions), of_systems)):
         command = each(command)
     return command

@@ -11,7 +11,7 @@ from maviper.options.profiles import CompileOptions, DiffOptions, ImportOptions,
 from maviper.options.reproduction import ReproduceOptions
 from maviper.options.table import completed, spelled_out, table_of
 from maviper.options.training import TrainOptions
-from maviper.options.verification import VerifyOptions
+from maviper.options.verification import SystemOptions, VerifyOptions
 
 __all__ = [
     "CompileOptions",
@@ -22,6 +22,7 @@ __all__ = [
     "ImportOptions",
     "RepairOptions",
     "ReproduceOptions",
+    "SystemOptions",
     "TrainOptions",
     "VerifyOptions",
     "completed",

@@ -72,3 +72,24 @@ class LimitOptions(TypedDict, total=False):
 
 class VerifyOptions(QuestionOptions, Parameters, LimitOptions, total=False):
     """What is asked of a claim."""
+
+
+class SystemOptions(TypedDict, total=False):
+    """What is asked of a system that a file states."""
+
+    run_reference: Annotated[
+        bool,
+        Option(
+            False,
+            QUESTION,
+            "With --world: also run user code (an environment) that the file names, to measure the statement.",
+        ),
+    ]
+    max_states: Annotated[
+        int | None,
+        Option(None, BUDGETS, "With --world: limit on symbolic states visited per claim (default: 200000)."),
+    ]
+    max_programs: Annotated[
+        int | None,
+        Option(None, BUDGETS, "With --world: limit on linear programs solved per claim (default: 100000)."),
+    ]

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Unpack
 
 from codegen.process import flags
-from maviper.options import DiffOptions, completed, spelled_out
+from maviper.options import DiffOptions, SystemOptions, completed, spelled_out
 
 if TYPE_CHECKING:
     from codegen.ir import PolicyProfile
@@ -52,31 +52,22 @@ def diff(
 
 
 @flags.defaults
+@spelled_out(SystemOptions)
 def verify_system(
     profile: PolicyProfile,
     world: str | Path,
     properties: str | Path | None = None,
-    *,
-    max_states: int | None = None,
-    max_programs: int | None = None,
-    run_reference: bool = False,
+    **asked: Unpack[SystemOptions],
 ) -> Verified:
     """The verdicts on the claims of a world file, or of a property file, about the system that the file states.
 
-    `Verified.results` has verdicts and evidence, `document` the report; `max_states` limits symbolic states for
-    each claim, `max_programs` linear programs; `run_reference`: also run user code (an environment) that the file
-    names. InputError for files that cannot be used, a profile of another world, and a statement that is further from
-    its reference than it says.
+    `Verified.results` has verdicts and evidence, `document` the report. InputError for files that cannot be used, a
+    profile of another world, and a statement that is further from its reference than it says.
     """
     from codegen.check import ensure
     from maviper.verification.ask import VerifyOptions
     from maviper.verification.run import verified_system
 
-    options = VerifyOptions(
-        world=Path(world),
-        file=None if properties is None else Path(properties),
-        max_states=max_states,
-        max_programs=max_programs,
-        run_reference=run_reference,
-    )
+    file = None if properties is None else Path(properties)
+    options = VerifyOptions(world=Path(world), file=file, **completed(SystemOptions, asked))
     return verified_system(ensure(profile), options)

@@ -31,6 +31,7 @@ from maviper.options import (
     ImportOptions,
     RepairOptions,
     ReproduceOptions,
+    SystemOptions,
     TrainOptions,
     VerifyOptions,
     completed,
@@ -119,6 +120,15 @@ def test_a_verb_says_every_option_with_its_type_and_default(name):
     assert {key: given[key].annotation for key in table} == get_type_hints(TABLES[name])
     for key, option in table.items():
         assert f"`{key}`: {option.help}" in verb.__doc__
+
+
+def test_verify_and_verify_system_have_the_options_about_systems():
+    command = {each.name: each for each in main.cli.commands["verify"].params}
+    given, text = inspect.signature(maviper.verify_system), maviper.verify_system.__doc__
+    assert list(table_of(SystemOptions)) == [key for key in command if key in table_of(SystemOptions)]
+    for key, option in table_of(SystemOptions).items():
+        assert command[key].help == option.help and f"`{key}`: {option.help}" in text
+        assert given.parameters[key].default == option.default and command[key].opts == [option.flag]
 
 
 def test_an_option_of_extraction_is_a_setting_or_a_field_of_the_request():
