@@ -20,8 +20,8 @@ from codegen.lowering.render import render
 from maviper.claims import Claim as BuiltIn
 from maviper.files import kinds, runs
 from maviper.files.regions import find_region
+from maviper.options import SystemOptions, completed, table_of
 from maviper.options import VerifyOptions as Options
-from maviper.options import completed
 from maviper.worlds import find
 from maviper.worlds.matching import ensure_places
 from verify.claims.catalogue import NAMES, ZONES, Claim, checked_zones, find_claim, in_general, known, readable, usual
@@ -42,7 +42,7 @@ from verify.subjects import Game
 MAX_FILE_BYTES = 2**20
 DEFAULT, DEFAULT_OBSERVED = "distinct_targets", "alive_leaves"
 PARAMETERS = (*parameters.NAMES, ZONES)
-OF_SYSTEMS = ("run_reference", "max_states", "max_programs")  # options that nothing reads without --world
+OF_SYSTEMS = tuple(table_of(SystemOptions))  # options that nothing reads without --world
 MAX_CELLS = 1_000_000  # a cell takes about 2 KB
 
 
