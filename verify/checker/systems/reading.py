@@ -32,12 +32,6 @@ class Inequality(NamedTuple):
     most: Fraction
     strict: bool
 
-    def opposite(self, reading: SystemReading) -> Inequality:
-        """What holds where this does not."""
-        return Inequality(
-            reading.sum(tuple((-weight, name) for weight, name in self.sum.terms)), -self.most, not self.strict
-        )
-
 
 class Every(NamedTuple):
     """All parts hold; without parts it is true."""

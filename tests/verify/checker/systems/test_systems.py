@@ -8,22 +8,17 @@ import pytest
 
 from codegen.errors import InputError
 from codegen.policy_json import content_hash
-from tests.support.system_cases import box, decided, double_integrator, form, policy, stays, switching, team
+from tests.support.system_cases import decided, double_integrator, form, policy, stays, switching, team
 from tests.verify.reach import random_systems
 from verify.certificates.systems import to_json
 from verify.checker.reading import RejectedError
-from verify.checker.systems import trees as system_trees
 from verify.checker.systems.certificates import accepted, from_json
-from verify.checker.systems.reading import Leap
 from verify.checker.systems.walk import Hull
-from verify.claims.formula import negated
-from verify.question import Budgets
 from verify.reach.replay import replayed
 from verify.reach.samples import courses
 from verify.result import Verdict
 from verify.systems import documents
-from verify.systems.claims import Pattern, SystemClaim
-from verify.systems.system import Affine, HalfSpace, Piece
+from verify.systems.system import HalfSpace, Piece
 
 MUTATIONS = 1_000
 
@@ -216,64 +211,6 @@ def test_a_text_that_was_edited_is_refused(proved):
         assert wrong != text
         with pytest.raises(InputError):
             from_json(wrong)
-
-
-# --- planted faults: a wrong reading is caught, as what it proves is false
-
-
-def ignore_errors(patch):
-    init = Leap.__init__
-
-    def without(self, forms, piece):
-        init(self, forms, replace(piece, error={}))
-
-    patch.setattr(Leap, "__init__", without)
-
-
-def ignore_effects(patch):
-    patch.setattr("verify.checker.systems.reading._total", lambda name, piece, effects, number: piece.move[name])
-
-
-def ignore_the_motion_of_others(patch):
-    def alone(name, piece, effects, number):
-        form = piece.move[name]
-        for effect in effects:
-            form = form.plus(effect.by_piece[number].get(name, Affine()))
-        return Affine.of({each: factor for each, factor in form.terms if each == name}, form.constant)
-
-    patch.setattr("verify.checker.systems.reading._total", alone)
-
-
-def swap_sides(patch):
-    right = system_trees.goes_left
-    patch.setattr(system_trees, "goes_left", lambda *given: negated(right(*given)))
-
-
-def false_claims():
-    """Questions whose claims a replayed episode breaks: by errors, or as pushes lead into a region."""
-    noisy = double_integrator(axes=1, error=F(1, 50), steps=12)
-    aside = replace(double_integrator(axes=1, steps=12), start=box(x=(F(2, 5), F(1, 2)), vx=(0, 0)))
-    crossing = SystemClaim(Pattern.AVOIDS, (box(x=(F(-1, 5), F(1, 5))),), 12)
-    return [(noisy, stays(noisy, 12, x=(F(-101, 200), F(101, 200)))), (aside, crossing)]
-
-
-def wrongly_proved():
-    profile, proved = switching(axes=1), 0
-    for system, claim in false_claims():
-        assert is_false(profile, system, claim)
-        (result,) = decided(profile, system, [claim], Budgets(max_states=400, max_programs=4_000, samples=0))
-        proved += result.verdict is Verdict.PROVED
-    return proved
-
-
-@pytest.mark.parametrize("plant", [ignore_errors, ignore_effects, ignore_the_motion_of_others, swap_sides])
-def test_a_fault_in_the_reading_proves_what_an_episode_breaks(plant, monkeypatch):
-    plant(monkeypatch)
-    assert wrongly_proved() >= 1
-
-
-def test_without_a_fault_nothing_false_is_proved():
-    assert wrongly_proved() == 0
 
 
 def test_a_policy_with_one_action_needs_no_tests():

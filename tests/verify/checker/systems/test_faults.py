@@ -1,0 +1,77 @@
+"""Every planted fault in a reading of stated systems is caught by its guard; without a fault no guard speaks."""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+from tests.support.sources import parsed
+from tests.support.system_faults import ALL
+from tests.support.system_guards import (
+    ANSWERED,
+    BROKEN,
+    FORGED,
+    HELD,
+    JUDGED,
+    OPINED,
+    POINTS,
+    asked,
+    caught,
+    forgeries,
+    opinions,
+)
+from verify.checker.systems import reading, rows, trees, walk
+from verify.result import SETTLED, Verdict
+from verify.solver import unrolled
+
+pytestmark = pytest.mark.solver
+CONSTRUCTING = ("__init__", "sum")
+NO_READING = ("Answers",)  # what somebody who answers must have
+ELSEWHERE = {  # caught by what calls them, or in what they are imported into
+    "trees.decisions": "walk.decisions",
+    "walk.ways": "certificates.ways",
+    "Proof.visited": "does nothing",
+    "Proof.hull": "SystemQuestions.ensure_within",
+    "Proof.asks_fulfilled": "SystemQuestions._unfulfilled",
+    "Proof._times": "Proof.side",
+    "Proof._number": "Proof.side",
+    "unrolled.opinion": "unrolled.written",
+    "unrolled.size": "says only what is not asked",
+}.keys()
+
+
+@pytest.fixture(scope="module", autouse=True)
+def known():
+    """Questions and forgeries, as they are without a fault."""
+    verdicts = [verdict for _, verdict in asked()]
+    assert verdicts.count(Verdict.PROVED) > 60 and verdicts.count(Verdict.VIOLATED) > 60 and None not in verdicts
+    assert len(forgeries()) > 300
+    said = list(zip(verdicts, opinions(), strict=True))
+    assert all(second is first for first, second in said if first in SETTLED and second is not Verdict.UNKNOWN)
+    assert {first for first, second in said if second is Verdict.VIOLATED} == {Verdict.VIOLATED, Verdict.UNKNOWN}
+
+
+@pytest.mark.parametrize("fault", ALL, ids=lambda fault: f"{fault.place}: {fault.name}")
+def test_the_fault_is_caught(fault, monkeypatch):
+    fault.plant(monkeypatch)
+    assert caught(fault.guard), f"{fault.place}, {fault.name}: went unnoticed, though {fault.guard}"
+
+
+@pytest.mark.parametrize("guard", [BROKEN, HELD, FORGED, ANSWERED, POINTS, JUDGED, OPINED])
+def test_without_a_fault_no_guard_speaks(guard):
+    assert not caught(guard)
+
+
+def functions(module):
+    """(place, name) of each function of a module, as faults name their places."""
+    for node in parsed(Path(module.__file__)).body:
+        owner, inner = (node.name, node.body) if isinstance(node, ast.ClassDef) else (module.__name__, [node])
+        for each in inner:
+            if isinstance(each, ast.FunctionDef) and each.name not in CONSTRUCTING and owner not in NO_READING:
+                yield f"{owner.rpartition('.')[2]}.{each.name}"
+
+
+@pytest.mark.parametrize("module", [reading, rows, trees, walk, unrolled])
+def test_every_part_of_checker_and_second_engine_has_a_fault(module):
+    assert len({(fault.place, fault.name) for fault in ALL}) == len(ALL) > 100
+    assert not set(functions(module)) - {fault.place for fault in ALL} - ELSEWHERE
