@@ -12,7 +12,10 @@ from tests.benchmarks import published
 from tests.benchmarks.published import Cell, Found, cells_of, comparisons_of, expert_of, settings_of
 
 REGISTER, DIGEST = published.read_register()
-RECORD = Path(__file__).parents[3] / "generated" / "reproduction" / "published"
+ROOT = Path(__file__).parents[3]
+TOLD = {"rounds-deception-maddpg", "data-deception-maddpg", "released-deception-maddpg", "equal-deception"}
+TOLD |= {"mended-deception-iviper"}
+RECORD = ROOT / "generated" / "reproduction" / "published"
 FIRST = Cell("physical-deception", "maddpg", "paper", "maviper-every-round", 4, 100)
 
 
@@ -110,11 +113,40 @@ def test_words_are_corrected_within_the_family():
     assert published.words_of(pairs, 0.05, 0.005) == ["BETTER", "NOT DECIDED", "NOT DECIDED"]
 
 
-def test_the_committed_record_is_what_its_cells_say(tmp_path):
+@pytest.fixture(scope="module")
+def committed(tmp_path_factory):
+    """The cells of the committed record."""
+    folder = tmp_path_factory.mktemp("cells")
     with tarfile.open(RECORD / published.ARCHIVE) as packed:
-        packed.extractall(tmp_path, filter="data")
-    found = Found(REGISTER, DIGEST, tmp_path)
-    assert len(found.documents) == len(list(tmp_path.iterdir()))
+        packed.extractall(folder, filter="data")
+    found = Found(REGISTER, DIGEST, folder)
+    assert len(found.documents) == len(list(folder.iterdir()))
+    return found
+
+
+def test_the_committed_record_is_what_its_cells_say(committed):
+    found = committed
     assert "\n".join(published.table_lines(REGISTER, found)) + "\n" == (RECORD / published.TEXT).read_text()
     assert (RECORD / published.README).read_text() == published.page(REGISTER, DIGEST, found)
     assert published.means(found) == (RECORD / published.TABLE).read_text()
+
+
+def test_the_manual_says_what_the_record_found(committed):
+    manual = " ".join((ROOT / "maviper" / "manual" / "reproduce.md").read_text().split())
+    said = manual[manual.index("### All rounds, and the released code") :].partition(" ## ")[0]
+    for claim in REGISTER["claims"]:
+        if claim["id"] in TOLD:
+            assert shown(committed.paired(claim, "maddpg", 4)) in said
+    measure = "defenders success r=0.316"
+    rows = [("paper", "maviper-every-round"), *(("released", name) for name in ("maviper", "iviper", "imitation"))]
+    for preset, algorithm in rows:
+        row = {"preset": preset, "algorithm": algorithm}
+        claim = {"game": "physical-deception", "measure": measure, "row": row}
+        values = committed.ratios(claim, "row", "maddpg", 4).values()
+        assert len(values) == 10 and f"{sum(values) / 10:.3f}".removeprefix("0") in said
+
+
+def shown(pair):
+    """A difference with its interval, as the manual writes it."""
+    low, high = pair.interval()
+    return f"{pair.mean:.3f} [{low:.3f}, {high:.3f}]".replace("0.", ".")
