@@ -1,0 +1,121 @@
+"""Pieces of rules: together they cover the rules' boxes, and in each the stated motion lies within form and error."""
+
+from fractions import Fraction as F
+from math import cos, sin
+
+import numpy as np
+import pytest
+
+from codegen.errors import InputError
+from tests.support.systems import CART
+from verify.progress import listening
+from verify.systems import pieces
+from verify.systems.files import statement_of
+from verify.systems.statement import Rule
+from verify.systems.system import Variable
+
+HEAD = CART[: CART.index("[dynamics.next]")]
+PLAIN = '[dynamics]\nnext = { x = "x + dt*v", v = "v + dt*cart.a" }\n'
+CURVED = (
+    '[dynamics]\nnext = { x = "x + dt*v*sin(0.3[1/m]*x)", v = "v + dt*cart.a*cos(0.1[1/m]*x)" }\n'
+    "cuts = { x = 5, v = 2 }\nerror = { v = [0, 0.25] }\n"
+)
+NEAR = 1e-9
+
+
+def stated(dynamics):
+    found = statement_of(HEAD + dynamics, "f")
+    return found, {variable.name: variable.range for variable in found.system.variables}
+
+
+def within(box, at):
+    return all(low <= at[name] <= high for name, (low, high) in box.items())
+
+
+def test_affine_rules_are_one_piece_without_error():
+    found, ranges = stated(PLAIN)
+    (rule,), (piece,) = found.rules, found.system.pieces
+    assert pieces.count(rule) == 1 and pieces.curved(rule) == () and list(pieces.cells(rule, ranges)) == [{}]
+    assert not piece.error and piece.move["x"].at({"x": F(1), "v": F(3)}) == F(8, 5)
+    pushed = piece.step({"x": F(1), "v": F(3)}, {"cart": "left"}, {})
+    assert pushed == {"x": F(8, 5), "v": F(29, 10)}
+
+
+def test_cells_are_parts_of_the_ranges_that_meet_at_borders_only():
+    found, ranges = stated(CURVED)
+    (rule,) = found.rules
+    assert pieces.curved(rule) == ("v", "x") and pieces.count(rule) == 10
+    cells = list(pieces.cells(rule, ranges))
+    assert len(cells) == 10 == len({tuple(sorted(cell.items())) for cell in cells})
+    volume = sum((x[1] - x[0]) * (v[1] - v[0]) for x, v in ((cell["x"], cell["v"]) for cell in cells))
+    (a, b), (c, d) = ranges["x"], ranges["v"]
+    assert volume == (b - a) * (d - c)
+    rng = np.random.default_rng(0)
+    for x, v in rng.uniform([float(a), float(c)], [float(b), float(d)], (200, 2)).tolist():
+        assert sum(within(cell, {"x": F(x), "v": F(v)}) for cell in cells) == 1
+    assert sum(within(cell, {"x": a + (b - a) / 5, "v": F(0)}) for cell in cells) == 4, "a corner of four cells"
+
+
+@pytest.mark.parametrize("action", ["stay", "left", "right"])
+def test_a_curved_motion_lies_between_a_pieces_form_and_its_error(action):
+    """The rule once more, in floats: what the file says, with any error that it allows."""
+    found, _ = stated(CURVED)
+    push = {"stay": 0.0, "left": -0.5, "right": 0.5}[action]
+    rng = np.random.default_rng(1)
+    widest = 0.0
+    for piece in found.system.pieces:
+        (a, b), (c, d) = piece.where["x"], piece.where["v"]
+        for x, v in rng.uniform([float(a), float(c)], [float(b), float(d)], (40, 2)).tolist():
+            form = piece.step({"x": F(x), "v": F(v)}, {"cart": action}, {})
+            wanted = {"x": [x + 0.2 * v * sin(0.3 * x)] * 2, "v": [v + 0.2 * push * cos(0.1 * x)] * 2}
+            wanted["v"][1] += 0.25
+            for name, (least, most) in wanted.items():
+                low, high = piece.error.get(name, (F(0), F(0)))
+                assert float(form[name] + low) <= least + NEAR and most <= float(form[name] + high) + NEAR
+                widest = max(widest, float(high - low))
+    assert widest < 8, "an enclosure that says something"
+
+
+def test_more_cuts_make_smaller_errors():
+    few, many = (stated(CURVED.replace("x = 5, v = 2", cuts))[0].system.pieces for cuts in ("x = 2", "x = 16, v = 4"))
+    width = lambda found: max(high - low for piece in found for low, high in [piece.error["x"]])  # noqa: E731
+    assert width(many) < width(few) / 4
+
+
+def test_a_box_of_a_piece_is_cut_within_the_ranges():
+    text = CURVED.replace("[dynamics]", "[dynamics]\n").split("cuts")[0]
+    piece = (
+        "[[dynamics.piece]]\nwhere = { x = [-30, 0] }\ncuts = { x = 2 }\n[[dynamics.piece]]\nwhere = { x = [0, 10] }\n"
+    )
+    found, ranges = stated(text + piece)
+    assert [cell["x"] for cell in pieces.cells(found.rules[0], ranges)] == [(-10, -5), (-5, 0)]
+    assert [piece.where["x"] for piece in found.system.pieces] == [(-10, -5), (-5, 0), (0, 10)]
+
+
+def test_what_would_be_too_many_pieces_is_refused_before_any_is_made():
+    found, _ = stated(CURVED)
+    (rule,) = found.rules
+    many = Rule(rule.where, rule.move, rule.effect, rule.error, {"x": 1_000, "v": 5})
+    told = []
+    with listening(lambda *given: told.append(given)), pytest.raises(InputError, match="more than 4096 pieces"):
+        pieces.pieces([many], found.system.variables, "f")
+    assert not told
+    with listening(lambda *given: told.append(given)):
+        assert pieces.pieces([rule], found.system.variables, "f") == found.system.pieces
+    assert [done for done, *_ in told] == sorted(done for done, *_ in told) and told[-1][:2] == (10, 10)
+
+
+def test_errors_of_actions_are_those_of_the_widest():
+    """One of them is chosen in a step, so their enclosures do not add up, but join the user's and the motion's."""
+    found, _ = stated(CURVED)
+    (rule,) = found.rules
+    variables = tuple(Variable(v.name, v.unit, v.range) for v in found.system.variables)
+    alone = {
+        action: pieces.pieces([Rule(rule.where, rule.move, {key: each}, {}, rule.cuts)], variables, "f")
+        for key, each in rule.effect.items()
+        for action in [key[1]]
+    }
+    for number, piece in enumerate(found.system.pieces):
+        ends = [made[number].error.get("v", (F(0), F(0))) for made in alone.values()]
+        low, high = min(0, *(end[0] for end in ends)), max(0, *(end[1] for end in ends))
+        assert piece.error["v"] == (low, high + F(1, 4))
