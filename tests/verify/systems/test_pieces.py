@@ -23,8 +23,8 @@ CURVED = (
 NEAR = 1e-9
 
 
-def stated(dynamics):
-    found = statement_of(HEAD + dynamics, "f")
+def stated(dynamics, head=HEAD):
+    found = statement_of(head + dynamics, "f")
     return found, {variable.name: variable.range for variable in found.system.variables}
 
 
@@ -107,7 +107,7 @@ def test_what_would_be_too_many_pieces_is_refused_before_any_is_made():
 
 def test_errors_of_actions_are_those_of_the_widest():
     """One of them is chosen in a step, so their enclosures do not add up, but join the user's and the motion's."""
-    found, _ = stated(CURVED)
+    found, _ = stated(CURVED, HEAD.replace('push = "1/2 m/s^2"', 'push = "1/8 m/s^2"'))
     (rule,) = found.rules
     variables = tuple(Variable(v.name, v.unit, v.range) for v in found.system.variables)
     alone = {

@@ -1,6 +1,6 @@
 """The search through difference bounds, against every point of a grid: such bounds have a point there if anywhere."""
 
-from itertools import product
+from itertools import pairwise, product
 
 import numpy as np
 import pytest
@@ -137,3 +137,22 @@ def test_a_closed_branch_is_written_as_the_places_of_its_cycle():
     search = ZoneSearch(problem, Flat((0, 1, 2), ()), 10)
     proof, closed = search.refutation((), (), lambda known: TRUE)
     assert closed and list(proof) == [2, 2, 1]
+
+
+def test_each_cycle_that_closes_a_branch_is_one_and_negative():
+    """Its places are those of bounds on the branch, the upper end of each the lower end of the one before."""
+    closed = 0
+    for seed in range(120):
+        rng = np.random.default_rng([4, seed])
+        problem = drawn(rng, 9)
+        search = ZoneSearch(problem, Flat(tuple(range(9)), ()), 10)
+        proof, empty = search.refutation((), (), lambda known: TRUE)
+        assert empty != where(search.region, problem).any()
+        if empty:
+            size, *places = proof
+            bounds = [problem.edges[place] for place in places]
+            assert size == len(places) and sum(problem.weights[place] for place in places) < 0
+            for (_, _, lower), (_, upper, _) in pairwise([*bounds, bounds[0]]):
+                assert upper == lower
+            closed += 1
+    assert 20 < closed < 100
