@@ -9,7 +9,7 @@ from codegen.targets import emit
 from tests import faults
 from tests.conftest import extracted_quickly
 
-pytestmark = [pytest.mark.compile, pytest.mark.solver]
+pytestmark = [pytest.mark.compile, pytest.mark.solver, pytest.mark.usefixtures("few_observations")]
 
 
 @pytest.fixture(scope="module")

@@ -39,12 +39,12 @@ def random_tree(features, n_actions, rng, depth=5):
     )
 
 
-def random_profile(name, seed=0):
+def random_profile(name, seed=0, depth=5):
     """A profile of the game `name`."""
     world, rng = find(name), np.random.default_rng(seed)
     agents = []
     for agent, features, actions in zip(world.agents, world.features, world.actions, strict=True):
-        grown = random_tree(features, len(actions), rng)
+        grown = random_tree(features, len(actions), rng, depth)
         agents.append(ir.AgentPolicy(agent, world.team_of(agent), features, actions, deployed(grown), grown))
     return ir.PolicyProfile(world.spec, tuple(agents), ir.Provenance("random", "none", seed, "", "tests"))
 

@@ -26,7 +26,7 @@ from verify.episodes.contacts import colliders, travels
 from verify.episodes.cuts import away, too_near, unmatched
 from verify.episodes.rounding import ensure_exact
 from verify.episodes.unroll import Cut, EpisodeSearch, Group, grouped, strides
-from verify.episodes.zones import Int64, Start, Zones, closed, hulls, point_in, starts
+from verify.episodes.zones import Int64, Start, Zones, closed, hulls, narrowed, point_in, starts
 from verify.question import EpisodeQuestion
 from verify.result import Verdict
 from verify.states.episodes import at_rest, first_failing, matched, owned, paired, play, playable
@@ -348,11 +348,11 @@ class _Decider:
         rng = np.random.default_rng(SAMPLE_SEED)
         still = {name: 0.0 for name in self.region.box if name.endswith((".vx", ".vy"))}
         for row in np.unique(np.linspace(0, zones.count - 1, TRIED_ZONES).astype(int)):
-            start = self.parts[int(zones.origin[row])]
+            origin = self.parts[int(zones.origin[row])]
+            start = narrowed(origin, group.entities, zones.bounds[row])
             for trial in range(TRIED_POINTS):
-                shape = (2, len(start.names))
+                shape = (2, len(origin.names))
                 share: Float64 = rng.uniform(0, 1, shape) if trial else np.full(shape, 0.5)
-                position = point_in(start, group.entities, zones.bounds[row], share)
-                if position is not None:
-                    position |= still
+                if start is not None:
+                    position = point_in(start, share) | still
                     yield State({name: position[name] for name in self.region.box}, goal)

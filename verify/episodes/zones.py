@@ -9,7 +9,7 @@ Matrices are closed: no entry can be lowered by going through a third node. The 
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import product
 from typing import Any, NamedTuple
@@ -240,38 +240,44 @@ def tightened(matrix: Matrix, p: int, q: int, limit: Fraction) -> Matrix | None:
 # --- points of a zone
 
 
-def point_in(start: Start, entities: Sequence[str], bounds: Int64, share: Float64) -> dict[str, float] | None:
-    """A float64 point of a zone: every position at its `share` [2, n] of what earlier positions leave open.
-
-    None when the zone's exact part of the start zone is empty. Rounding may move the point by 2^-44.
-    """
+def narrowed(start: Start, entities: Sequence[str], bounds: Int64) -> Start | None:
+    """A start zone within the bounds of a zone that came from it; None where nothing is left."""
     place = [ZERO, *(1 + start.names.index(name) for name in entities)]
-    found: dict[str, float] = {}
+    found: list[Matrix] = []
     for axis, exact in enumerate(start.matrices):
         matrix: Matrix | None = exact
         for p, q in product(range(len(place)), repeat=2):
             if matrix is not None:
                 matrix = tightened(matrix, place[p], place[q], Fraction(int(bounds[axis, p, q]), SCALE))
+        if matrix is None:
+            return None
+        found.append(matrix)
+    return replace(start, matrices=(found[0], found[1]))
+
+
+def point_in(start: Start, share: Float64) -> dict[str, float]:
+    """A float64 point of a start zone: every position at its `share` [2, n] of what earlier positions leave open.
+
+    Rounding may move the point by 2^-44.
+    """
+    found: dict[str, float] = {}
+    for axis, matrix in enumerate(start.matrices):
+        highest, lowest = [row[ZERO] for row in matrix], list(matrix[ZERO])  # the latter with the opposite sign
         for node, name in enumerate(start.names, 1):
-            if matrix is None:
-                return None
-            low, high = -matrix[ZERO][node], matrix[node][ZERO]
-            value = _between(low, high, float(share[axis, node - 1]))
+            value = _between(-lowest[node], highest[node], float(share[axis, node - 1]))
             found[f"{name}.{AXES[axis]}"] = float(value)
-            matrix = tightened(matrix, node, ZERO, value)
-            matrix = matrix and tightened(matrix, ZERO, node, -value)
+            highest = [min(most, row[node] + value) for most, row in zip(highest, matrix, strict=True)]
+            lowest = [min(most, gap - value) for most, gap in zip(lowest, matrix[node], strict=True)]
     return found
 
 
 def points_of(parts: Sequence[Start], seed: int) -> Iterator[dict[str, float]]:
     """Float64 points near start zones, most of them inside: the middle of each part, then random ones of each."""
-    rng, nothing = np.random.default_rng(seed), np.zeros((2, 1, 1), dtype=np.int64)
+    rng = np.random.default_rng(seed)
     for trial in range(max(1, min(TRIED_POINTS, MAX_STARTS // max(1, len(parts))))):
         for part in parts:
             shape = (2, len(part.names))
-            state = point_in(part, (), nothing, rng.uniform(0, 1, shape) if trial else np.full(shape, 0.5))
-            if state is not None:
-                yield state
+            yield point_in(part, rng.uniform(0, 1, shape) if trial else np.full(shape, 0.5))
 
 
 def _between(low: Fraction, high: Fraction, share: float) -> Fraction:

@@ -12,10 +12,11 @@ one coordinate lie side by side, so that each operation runs over one contiguous
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from codegen.dynamics import Motion
 from codegen.errors import InputError
@@ -33,6 +34,7 @@ ACTIONS = (
     ActionSpec("down", (0.0, -1.0)),
     ActionSpec("up", (0.0, 1.0)),
 )
+KEPT_GAMES = 10_000  # start states of so many seeds at most are kept
 DT = 0.1
 DAMPING = 0.25
 FORCE = 5.0  # of an agent without an acceleration of its own
@@ -77,6 +79,28 @@ def games(array: Float64) -> Float64:
     return array.transpose(2, 0, 1)
 
 
+def _drawn(
+    seeds: Sequence[int] | Int, bounds: tuple[tuple[float, float], ...], n_goals: int
+) -> tuple[Float64, NDArray[np.int64]]:
+    """Positions between the entities' bounds, in planes, and goals: one generator for each seed."""
+    of_each = np.array(bounds)
+    same = (of_each == of_each[0]).all()  # of numbers a generator draws the same as of arrays, in less time
+    low, high = bounds[0] if same else (of_each[:, :1], of_each[:, 1:])
+    position, goal = np.empty((len(seeds), len(bounds), 2)), np.zeros(len(seeds), dtype=np.int64)
+    for row, seed in enumerate(seeds):
+        rng = np.random.Generator(np.random.PCG64(np.random.SeedSequence(int(seed))))
+        if n_goals:
+            goal[row] = rng.integers(n_goals)
+        position[row] = rng.uniform(low, high, (len(bounds), 2))
+    return planes(position), goal
+
+
+@lru_cache(maxsize=16)
+def _kept(seeds: range, bounds: tuple[tuple[float, float], ...], n_goals: int) -> tuple[Float64, NDArray[np.int64]]:
+    """As `_drawn`: the same episodes are played again and again, and to make generators is a fifth of playing them."""
+    return _drawn(seeds, bounds, n_goals)
+
+
 class ParticleWorld(World):
     """A game of mpe2. Subclasses state `spec`, `teams`, `features`, `actions`, `measures`, rewards and values."""
 
@@ -92,18 +116,13 @@ class ParticleWorld(World):
 
     def start_from_seeds(self, seeds: Sequence[int] | Int) -> WorldState:
         """The start states of the reference environment after `reset(seed=...)`, one for each seed."""
-        bounds = np.array([self._start_bounds(entity) for entity in self._entities])
-        same = (bounds == bounds[0]).all()  # of numbers a generator draws the same as of arrays, in less time
-        low, high = bounds[0].tolist() if same else (bounds[:, :1], bounds[:, 1:])
-        position = np.empty((len(seeds), len(bounds), 2))
-        goal = np.zeros(len(seeds), dtype=np.int64)
-        for row, seed in enumerate(seeds):
-            rng = np.random.Generator(np.random.PCG64(np.random.SeedSequence(int(seed))))
-            if self.spec.goals:
-                goal[row] = rng.integers(len(self.spec.goals))
-            position[row] = rng.uniform(low, high, (len(bounds), 2))
+        bounds = tuple(self._start_bounds(entity) for entity in self._entities)
+        if isinstance(seeds, range) and len(seeds) <= KEPT_GAMES:
+            position, goal = _kept(seeds, bounds, len(self.spec.goals))
+        else:
+            position, goal = _drawn(seeds, bounds, len(self.spec.goals))
         velocity = np.zeros((len(self.spec.agents), 2, len(seeds)))
-        return WorldState(games(planes(position)), games(velocity), goal)
+        return WorldState(games(position.copy()), games(velocity), goal.copy())
 
     @property
     def _entities(self) -> tuple[EntitySpec, ...]:

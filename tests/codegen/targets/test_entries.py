@@ -29,7 +29,7 @@ STATE = {  # the manual's example: landmark_0 is the goal
 @pytest.fixture(scope="module")
 def team():
     """A team that observes sums, signs and truths, and is meant for a region with every kind of bound."""
-    profile = random_profile("physical-deception,features=coasting+ahead")
+    profile = random_profile("physical-deception,features=coasting+ahead", depth=3)
     box = {"agent_0.x": ("-0.5", "1/3"), "agent_0.y": ("-2", "2")}
     differences = {"agent_0.x - landmark_0.x": ("-0.75", "0.75")}
     return replace(profile, region=RegionSpec(profile.world.goals, box, differences, {"agent_1 - landmark_1": "0.1"}))
@@ -94,7 +94,7 @@ def test_a_wrong_entry_is_caught(where, old, new, caught, team):
     ],
 )
 def test_a_wrong_function_of_a_sum_is_caught(name, old, new):
-    assert "python observe" in differing(random_profile(name), *PYTHON, old, new)
+    assert "python observe" in differing(random_profile(name, depth=3), *PYTHON, old, new)
 
 
 @pytest.mark.compile
