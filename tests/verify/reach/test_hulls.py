@@ -15,7 +15,7 @@ from verify.reach import hulls
 from verify.reach.hulls import Hulls
 from verify.reach.parts import whole
 from verify.reach.search import ReachBudgetError, SystemProver
-from verify.systems.claims import SystemClaim, SystemKind
+from verify.systems.claims import Pattern, SystemClaim
 
 
 def search_of(system, profile, claim):
@@ -65,7 +65,7 @@ def drawn(seed):
     """A maker of hulls for a random system, and its symbolic states after a step or two."""
     for rng in (np.random.default_rng([seed, more]) for more in count()):
         system, profile, claim = case(rng)
-        if system.pieces and claim.kind is not SystemKind.DECIDES:
+        if system.pieces and not claim.about_decisions:
             search, made = search_of(system, profile, claim)
             with suppress(ReachBudgetError):
                 branches = level(search, int(rng.integers(1, 3)))[:40]
@@ -102,7 +102,7 @@ def test_groups_are_a_partition_into_so_many_parts(seed):
 def test_a_box_is_its_own_hull():
     """Bounds that are exact and short stay as they are."""
     system, profile = double_integrator(axes=1), switching(1)
-    claim = SystemClaim("stays", SystemKind.STAYS_IN, (box(x=(-9, 9)),), 3)
+    claim = SystemClaim(Pattern.STAYS_IN, (box(x=(-9, 9)),), 3)
     search, made = search_of(system, profile, claim)
     (start,) = level(search, 0)
     region = {half for half in made.hull([start]).region if len(half.form.terms) == 1}
@@ -123,7 +123,7 @@ def test_numbers_of_hulls_are_short_and_their_slack_is_small():
 def test_directions_are_each_variable_then_sums_then_what_these_were_before():
     """x and v, and what x was before a step: x + v/5, so that hulls keep how both hang together."""
     system, profile = double_integrator(axes=1), switching(1)
-    claim = SystemClaim("stays", SystemKind.STAYS_IN, (box(x=(-9, 9)),), 3)
+    claim = SystemClaim(Pattern.STAYS_IN, (box(x=(-9, 9)),), 3)
     search, _ = search_of(system, profile, claim)
     found = hulls._directions(search)
     assert found[:2] == [((F(1), name),) for name in search.reading.order]
@@ -135,7 +135,7 @@ def test_directions_are_each_variable_then_sums_then_what_these_were_before():
 def test_a_branch_is_what_a_step_leads_to():
     """The account of symbolic states above is the system's own: each state after a step is some state's successor."""
     system, profile = double_integrator(axes=1), switching(1)
-    claim = SystemClaim("stays", SystemKind.STAYS_IN, (box(x=(-9, 9)),), 3)
+    claim = SystemClaim(Pattern.STAYS_IN, (box(x=(-9, 9)),), 3)
     search, _ = search_of(system, profile, claim)
     (start,) = level(search, 0)
     assert isinstance(start, Branch)

@@ -17,7 +17,7 @@ from verify.reach.replay import replayed
 from verify.reach.samples import courses
 from verify.reach.search import ReachBudgetError, SystemProver
 from verify.reach.unfolding import Merging, Unfolding
-from verify.systems.claims import SystemClaim, SystemKind
+from verify.systems.claims import Pattern, SystemClaim
 from verify.systems.system import HalfSpace
 
 MERGE = Merging(2, 1)
@@ -105,7 +105,7 @@ def test_of_random_systems_only_what_no_episode_breaks_is_proved(merging):
     outcomes = {"proved": 0, "open": 0}
     for seed in range(24):
         system, profile, claim = case(np.random.default_rng([seed, 9]))
-        if claim.kind is SystemKind.DECIDES:
+        if claim.about_decisions:
             continue
         try:
             part, _ = proved(system, profile, claim, merging, 150)
@@ -121,7 +121,7 @@ def test_of_random_systems_only_what_no_episode_breaks_is_proved(merging):
 
 def test_a_claim_of_no_step_is_about_the_start():
     system, profile, _, _ = CASES["an axis"]
-    claim = SystemClaim("stays_in", SystemKind.STAYS_IN, (system.start,), 0)
+    claim = SystemClaim(Pattern.STAYS_IN, (system.start,), 0)
     part, prover = proved(system, profile, claim, MERGE)
     checked(system, profile, claim, part)
     assert not part.hulls and prover.states == 1
