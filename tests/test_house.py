@@ -318,3 +318,11 @@ def test_no_test_file_imports_another_one():
         and files & {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
     ]
     assert len(files) > 100 and found == []
+
+
+def test_no_test_asserts_a_time():
+    """Machines are shared: a clock in an assertion fails where nothing is wrong. Hangs are ended by pytest-timeout."""
+    clocked = re.compile(r"assert [^\n]*\b(process_time|perf_counter|monotonic|time\.time)\(")
+    waiting = ROOT / "tests" / "maviper" / "reproduction" / "test_dask.py"  # for workers, with an end
+    tests = [path for path in (ROOT / "tests").rglob("test_*.py") if path not in (waiting, Path(__file__))]
+    assert len(tests) > 100 and not [str(path) for path in tests if clocked.search(path.read_text())]

@@ -1,6 +1,8 @@
 """Verdicts about stated systems: the same as those of direct queries, each with evidence that holds on its own."""
 
+import inspect
 import re
+import sys
 from collections import Counter
 from dataclasses import replace
 from fractions import Fraction as F
@@ -322,3 +324,16 @@ def test_what_moves_a_system_is_never_left_out():
     forged = replace(alone.certificate, system=content_hash(windy))
     with pytest.raises(InputError, match="no tree for agents"):
         accepted(forged, profile, windy)
+
+
+def test_a_region_may_have_more_conditions_than_the_stack_has_frames():
+    system, profile = double_integrator(axes=1), switching(axes=1)
+    many = tuple(HalfSpace(form(-4, x=1, vx=F(1, number))) for number in range(1, 201))
+    claim = SystemClaim(Pattern.AVOIDS, ((*many, *box(x=(-9, -8))),), 1)
+    limit = sys.getrecursionlimit()
+    sys.setrecursionlimit(len(inspect.stack()) + 150)
+    try:
+        (result,) = decided(profile, system, [claim], SEARCHED)
+    finally:
+        sys.setrecursionlimit(limit)
+    assert result.verdict is Verdict.PROVED

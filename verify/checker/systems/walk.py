@@ -277,11 +277,15 @@ class SystemQuestions:
             yield from self._within_some(branch, condition.parts)
 
     def _within_all(self, branch: Branch, parts: tuple[Condition, ...]) -> Iterator[Branch]:
-        if not parts:
-            yield branch
-            return
-        for inside in self._within(branch, parts[0]):
-            yield from self._within_all(inside, parts[1:])
+        waiting = [iter((branch,))]  # for each of the first conditions, the branches in which all of them hold
+        while waiting:
+            inside = next(waiting[-1], None)
+            if inside is None:
+                waiting.pop()
+            elif len(waiting) > len(parts):
+                yield inside
+            else:
+                waiting.append(iter(self._within(inside, parts[len(waiting) - 1])))
 
     def _within_some(self, branch: Branch, parts: tuple[Condition, ...]) -> Iterator[Branch]:
         for part in parts:

