@@ -28,7 +28,9 @@ from codegen.ir import (
     NO_CHILD,
     NO_FEATURE,
     WEIGHTS,
+    ActionSpec,
     AgentPolicy,
+    FeatureSpec,
     GrownTree,
     PolicyProfile,
     Tree,
@@ -232,47 +234,57 @@ def _agent(path: str, policy: AgentPolicy, world: WorldSpec) -> Iterator[Violati
     yield from _labels(f"{path}.actions", [action.label for action in policy.actions])
     known = world.coordinates()
     for index, feature in enumerate(policy.features):
-        here = f"{path}.features[{index}]"
-        if not -MAX_LENGTH <= feature.low <= feature.high <= MAX_LENGTH:
-            yield Violation(
-                here, f"needs a range with low <= high within {MAX_LENGTH:g}, has [{feature.low}, {feature.high}]"
-            )
-        meaning = feature.meaning
-        # always 0 has one spelling
-        if meaning and meaning.function not in ("", *(FUNCTIONS if meaning.terms else ())):
-            yield Violation(f"{here}.meaning", f"must be 0, a sum, or {', '.join(FUNCTIONS)} of a sum")
-        for weight, coordinate in meaning.terms if meaning else ():
-            if abs(weight) not in ((1,) if meaning and meaning.function else WEIGHTS):
-                yield Violation(f"{here}.meaning", f"weights are powers of two, +1 or -1 in functions, not {weight:g}")
-            if coordinate not in known:
-                yield Violation(f"{here}.meaning", f"no coordinate '{coordinate}'; {suggestion(coordinate, known)}")
+        yield from _feature(f"{path}.features[{index}]", feature, known)
     names = [feature.name for feature in policy.features]
     for index, action in enumerate(policy.actions):
-        if action.legal_if and action.legal_if not in names:
-            what = f"no feature '{shown(action.legal_if)}'; {suggestion(action.legal_if, names)}"
-            yield Violation(f"{path}.actions[{index}].legal_if", what)
-        if action.effect is not None and not all(abs(part) <= MAX_LENGTH for part in action.effect):
-            yield Violation(f"{path}.actions[{index}].effect", f"must be within {MAX_LENGTH:g} on each axis")
-    sound = True
-    for violation in _tree(f"{path}.tree", policy.tree, len(policy.features), len(policy.actions), preorder=True):
-        sound = False
-        yield violation
+        yield from _action(f"{path}.actions[{index}]", action, names)
+    yield from _trees(path, policy)
+
+
+def _feature(path: str, feature: FeatureSpec, known: Sequence[str]) -> Iterator[Violation]:
+    if not -MAX_LENGTH <= feature.low <= feature.high <= MAX_LENGTH:
+        what = f"needs a range with low <= high within {MAX_LENGTH:g}, has [{feature.low}, {feature.high}]"
+        yield Violation(path, what)
+    meaning = feature.meaning
+    if meaning is None:
+        return
+    if meaning.function not in ("", *(FUNCTIONS if meaning.terms else ())):  # always 0 has one spelling
+        yield Violation(f"{path}.meaning", f"must be 0, a sum, or {', '.join(FUNCTIONS)} of a sum")
+    for weight, coordinate in meaning.terms:
+        if abs(weight) not in ((1,) if meaning.function else WEIGHTS):
+            yield Violation(f"{path}.meaning", f"weights are powers of two, +1 or -1 in functions, not {weight:g}")
+        if coordinate not in known:
+            yield Violation(f"{path}.meaning", f"no coordinate '{coordinate}'; {suggestion(coordinate, known)}")
+
+
+def _action(path: str, action: ActionSpec, features: Sequence[str]) -> Iterator[Violation]:
+    if action.legal_if and action.legal_if not in features:
+        what = f"no feature '{shown(action.legal_if)}'; {suggestion(action.legal_if, features)}"
+        yield Violation(f"{path}.legal_if", what)
+    if action.effect is not None and not all(abs(part) <= MAX_LENGTH for part in action.effect):
+        yield Violation(f"{path}.effect", f"must be within {MAX_LENGTH:g} on each axis")
+
+
+def _trees(path: str, policy: AgentPolicy) -> Iterator[Violation]:
+    """What is wrong with the tree that acts, its numbers and leaves, and with the tree that was grown."""
+    counts, numbers = (len(policy.features), len(policy.actions)), policy.numbers
+    broken = list(_tree(f"{path}.tree", policy.tree, *counts, preorder=True))
+    yield from broken
     visits = policy.tree.visits
     if len(visits) and (len(visits) != len(policy.tree.feature) or (visits < 0).any()):
         yield Violation(f"{path}.tree", "visits are one number for each node, from 0")
-    if sound and int(depth(policy.tree).max()) > MAX_DEPTH:
+    if not broken and int(depth(policy.tree).max()) > MAX_DEPTH:
         yield Violation(f"{path}.tree", f"deeper than {MAX_DEPTH} splits")
-    if policy.numbers not in NUMBERS:
+    if numbers not in NUMBERS:
         yield Violation(f"{path}.numbers", f"must be {' or '.join(NUMBERS)}")
     mask = mask_of(policy.features, policy.actions)
-    for leaf in illegal_leaves(policy.tree, mask) if sound and mask else ():
+    for leaf in illegal_leaves(policy.tree, mask) if mask and not broken else ():
         action = policy.actions[int(policy.tree.action[leaf])].name
-        what = f"takes '{shown(action)}' where it may be illegal"
-        yield Violation(f"{path}.tree[{leaf}]", what)
-    if policy.grown is not None and policy.numbers != FLOAT32:
-        yield Violation(f"{path}.grown", f"must be null: a tree that compares {policy.numbers} is not rounded")
+        yield Violation(f"{path}.tree[{leaf}]", f"takes '{shown(action)}' where it may be illegal")
+    if policy.grown is not None and numbers != FLOAT32:
+        yield Violation(f"{path}.grown", f"must be null: a tree that compares {numbers} is not rounded")
     elif policy.grown is not None:
-        yield from _tree(f"{path}.grown", policy.grown, len(policy.features), len(policy.actions), preorder=False)
+        yield from _tree(f"{path}.grown", policy.grown, *counts, preorder=False)
 
 
 def _labels(path: str, labels: Sequence[int | float | str | None]) -> Iterator[Violation]:

@@ -248,7 +248,7 @@ class _Decider:
     def _task(self, task: _Task, goal: str | None) -> _Left | None:
         """What is open of a task; None when it is proved. Raises _Violated."""
         together = self._closure(task.agents)
-        key = (task, goal if any(ir.GOAL in read_by(self.profile.policy(agent)) for agent in together) else None)
+        key = task, self._goal_read(together, goal)
         if key not in self.known:
             left: _Left | None = None
             groups = dict.fromkeys((task.agents, together))
@@ -280,8 +280,7 @@ class _Decider:
 
         `brief`: the first zones left end it, as a larger group is followed next.
         """
-        claimed = task.entities(self.landmarks)
-        group = grouped(self.profile, agents, goal, claimed, self.travel)
+        group = grouped(self.profile, agents, goal, task.entities(self.landmarks), self.travel)
         kept: list[Zones] = []
         failing = partial(self._failing, group, goal, kept, brief)
         search = EpisodeSearch(group, self.claim.steps, self._cut(task, group, failing), budget)
@@ -295,15 +294,21 @@ class _Decider:
             self.given_up += search.given_up
         if ended and not kept:
             self.followed.append(agents)
-            about = goal if any(ir.GOAL in read_by(self.profile.policy(one)) for one in agents) else None
-            self.shown[ProofPart(*task.part, about, agents, b"")] = None
+            self.shown[ProofPart(*task.part, self._goal_read(agents, goal), agents, b"")] = None
             return None
-        who = " with ".join(agents)
-        if not ended:
+        return self._undecided(task, group, Zones.joined(kept) if ended else None, search.touched > 0)
+
+    def _undecided(self, task: _Task, group: Group, zones: Zones | None, touched: bool) -> _Left:
+        """What following a group left open, in words; `zones`: None where the budget ended before all were known."""
+        who = " with ".join(group.agents)
+        if zones is None:
             return _Left(f"{who}: {SPENT.format(self.budget, self.visited)}", task, group, None)
-        zones = Zones.joined(kept)
-        reason = UNDECIDED.format(zones.count, PUSHED if search.touched else "")
+        reason = UNDECIDED.format(zones.count, PUSHED if touched else "")
         return _Left(f"{who}: {reason}", task, group, zones if zones.count <= MAX_LEFT else None)
+
+    def _goal_read(self, agents: Sequence[str], goal: str | None) -> str | None:
+        """The goal, where one of the agents reads it."""
+        return goal if any(ir.GOAL in read_by(self.profile.policy(agent)) for agent in agents) else None
 
     def _cut(self, task: _Task, group: Group, failing: Callable[[Zones], None]) -> Cut:
         def cut(zones: Zones, step: int) -> Zones:
