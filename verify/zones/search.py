@@ -11,7 +11,7 @@ bound on a path that gives it. A new bound that closes a negative cycle empties 
 """
 
 import contextlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple, TypeAlias
 
@@ -30,7 +30,7 @@ MAX_PARTS = 62  # parts of one agent that lemmas are tried for
 
 class TreeProduct(NamedTuple):
     """Trees that are gone through together: in each the numbers of what is known at its nodes, and the claim's denial
-    given such numbers; without these only bounds close branches.
+    given such numbers; without these only bounds close branches, and a branch ends at a leaf of the last tree.
     """
 
     trees: Sequence[ZoneTree] = ()
@@ -57,7 +57,7 @@ class ZoneSearch:
 
     def inhabited(self) -> bool:
         """Whether some point meets the region's bounds; they are then in `open`."""
-        return not self._walk([_Frame(self._whole(), 0, self.region)], bytearray(), TreeProduct())
+        return not self._closed(_Frame(self._whole(), 0, self.region), bytearray(), TreeProduct())
 
     def lemmas(
         self, tree: ZoneTree, parts: Sequence[Sequence[Flat | None]], allowed: Sequence[int] | None
@@ -67,21 +67,19 @@ class ZoneSearch:
         `parts`: action -> the denials of the parts; `allowed`: node -> which of them may be tried.
         """
         out, masks = bytearray(), [-1] * len(tree.left)
-
-        def at_leaf(zone: Zone, kept: int, node: int) -> None:
+        for end in self._ends(_Frame(self._whole(), 0, self.region, agent=0), out, TreeProduct([tree])):
+            (node,) = end.leaves
             mask, proofs = 0, bytearray()
             for bit, denial in enumerate(parts[tree.action[node]][:MAX_PARTS]):
                 if allowed is not None and not allowed[node] >> bit & 1:
                     continue
                 mark = len(proofs)
-                if denial is None or self._walk([_Frame(zone, kept, denial)], proofs, TreeProduct()):
+                if denial is None or self._closed(_Frame(end.zone, end.length, denial), proofs, TreeProduct()):
                     mask |= 1 << bit
                 else:
                     del proofs[mark:]
             masks[node] &= mask
             out.extend(varint(mask) + proofs)
-
-        self._walk([_Frame(self._whole(), 0, self.region, agent=0)], out, TreeProduct([tree]), at_leaf=at_leaf)
         return bytes(out), masks
 
     def refutation(
@@ -92,7 +90,7 @@ class ZoneSearch:
         `classes`: agent, node -> number of what is known there; `resolve`: those numbers -> the claim's denial.
         """
         out = bytearray()
-        closed = self._walk([self._first(classes)], out, TreeProduct(trees, classes, resolve))
+        closed = self._closed(self._first(classes), out, TreeProduct(trees, classes, resolve))
         return bytes(out), closed
 
     def violations(
@@ -101,8 +99,11 @@ class ZoneSearch:
         """All open branches, `most` at most; whether these are all, which a spent budget of nodes leaves open too."""
         found: list[Branch] = []
         with contextlib.suppress(BudgetError):
-            product = TreeProduct(trees, classes, resolve)
-            if self._walk([self._first(classes)], bytearray(), product, kept=(found, most + 1)):
+            for end in self._ends(self._first(classes), bytearray(), TreeProduct(trees, classes, resolve)):
+                found.append((end.leaves, [cell for bounds, _ in end.zone for cell in bounds]))
+                if len(found) > most:
+                    break
+            else:
                 return found, True
         return found[:most], False
 
@@ -117,61 +118,60 @@ class ZoneSearch:
             matrices.append((bounds, [-1] * (size * size)))
         return matrices
 
-    def _walk(
-        self,
-        stack: "list[_Frame]",
-        out: bytearray,
-        product: TreeProduct,
-        at_leaf: Callable[[Zone, int, int], None] | None = None,
-        kept: tuple[list[Branch], int] | None = None,
-    ) -> bool:
-        """Closes what is on the stack; False at the first branch that cannot be, whose bounds are then in `open`, or
-        once `kept`, a list that takes such branches instead, has so many.
+    def _closed(self, start: "_Frame", out: bytearray, product: TreeProduct) -> bool:
+        """Whether all branches are closed; the bounds of the first that is not are then in `open`."""
+        for _ in self._ends(start, out, product):
+            self.open = list(self._path)
+            return False
+        return True
+
+    def _ends(self, start: "_Frame", out: bytearray, product: TreeProduct) -> "Iterator[_End]":
+        """Closes branches, and writes down why; gives each that cannot be closed, with its bounds in `_path` until the
+        next one.
         """
-        path, (trees, classes, resolve) = self._path, product
+        (trees, classes, resolve), stack = product, [start]
         while stack:
             frame = stack.pop()
-            self.nodes += 1
-            if self.nodes > self.budget:
-                raise BudgetError
-            if not self.nodes % TOLD:
-                tell(self.nodes, self.budget, "search nodes of zones")
-            agent, node, known, leaves = frame.agent, frame.node, frame.known, frame.leaves
-            denial = resolve(known) if agent >= 0 and resolve is not None else TRUE
-            if denial is None:
+            self._count()
+            denial = resolve(frame.known) if frame.agent >= 0 and resolve is not None else TRUE
+            zone = None if denial is None else self._entered(frame, out)
+            if denial is None or zone is None:
                 continue
-            del path[frame.kept :]
-            zone = [(bounds.copy(), steps.copy()) for bounds, steps in frame.zone]
-            cycle = self._add(zone, frame.flat.edges)
-            if cycle is not None:
-                out.extend(varint(len(cycle)) + b"".join(map(varint, cycle)))
-                continue
-            out.append(0)
-            length, parts = len(path), _parts(frame, zone, len(path))
+            length = len(self._path)
+            parts = _parts(frame, zone, length)
             if parts:
                 stack += parts
                 continue
-            while 0 <= agent < len(trees) and trees[agent].left[node] < 0:
-                if at_leaf is not None:
-                    at_leaf(zone, length, node)
-                agent, node, leaves = agent + 1, 0, (*leaves, node)
+            agent, node, leaves = _past_leaves(frame, trees)
             if 0 <= agent < len(trees):
-                tree = trees[agent]
+                tree, known = trees[agent], frame.known
                 for child, side in ((tree.right[node], 1), (tree.left[node], 0)):
                     flat = tree.sides[node][side]
                     there = (*known[:agent], classes[agent][child], *known[agent + 1 :]) if classes else known
                     if flat is not None:
                         stack.append(_Frame(zone, length, flat, (), (), agent, child, there, leaves))
-            elif agent >= 0 and at_leaf is None:
+            elif agent >= 0 and resolve is not None:
                 stack.append(_Frame(zone, length, denial, leaves=leaves))
-            elif agent < 0:
-                if kept is None:
-                    self.open = list(path)
-                else:
-                    kept[0].append((leaves, [cell for bounds, _ in zone for cell in bounds]))
-                if kept is None or len(kept[0]) == kept[1]:
-                    return False
-        return True
+            else:
+                yield _End(leaves, zone, length)
+
+    def _count(self) -> None:
+        self.nodes += 1
+        if self.nodes > self.budget:
+            raise BudgetError
+        if not self.nodes % TOLD:
+            tell(self.nodes, self.budget, "search nodes of zones")
+
+    def _entered(self, frame: "_Frame", out: bytearray) -> Zone | None:
+        """The zone of a frame once its bounds are added; None where they close it, which is written down."""
+        del self._path[frame.kept :]
+        zone = [(bounds.copy(), steps.copy()) for bounds, steps in frame.zone]
+        cycle = self._add(zone, frame.flat.edges)
+        if cycle is None:
+            out.append(0)
+            return zone
+        out.extend(varint(len(cycle)) + b"".join(map(varint, cycle)))
+        return None
 
     def _add(self, zone: Zone, edges: Sequence[int]) -> list[int] | None:
         """Adds bounds to a zone and to the branch; the places on the branch of a negative cycle, when there is one."""
@@ -222,6 +222,22 @@ class _Frame:
     node: int = 0
     known: tuple[int, ...] = ()
     leaves: tuple[int, ...] = ()
+
+
+class _End(NamedTuple):
+    """A branch that cannot be closed: its leaves, its zone, and how many bounds it has."""
+
+    leaves: tuple[int, ...]
+    zone: Zone
+    length: int
+
+
+def _past_leaves(frame: _Frame, trees: Sequence[ZoneTree]) -> tuple[int, int, tuple[int, ...]]:
+    """The first agent from a frame's on that is not at a leaf, its node, and the leaves of those before it."""
+    agent, node, leaves = frame.agent, frame.node, frame.leaves
+    while 0 <= agent < len(trees) and trees[agent].left[node] < 0:
+        agent, node, leaves = agent + 1, 0, (*leaves, node)
+    return agent, node, leaves
 
 
 def _parts(frame: _Frame, zone: Zone, length: int) -> list[_Frame]:
