@@ -128,6 +128,27 @@ def test_no_two_classes_of_the_verifier_share_a_name():
     }
 
 
+def inheriting(bases, roots):
+    """The names of classes that inherit from some root, these included."""
+    found = set(roots)
+    while more := {name for name, above in bases.items() if above & found} - found:
+        found |= more
+    return found
+
+
+def test_public_exceptions_stand_in_a_tree():
+    """Of what a user can mend, or of searches without an answer: drawn where it begins. Or a certificate is refused."""
+    sources = [path for path in MODULES if path.relative_to(ROOT).parts[0] != "maviper"]
+    classes = [node for path in sources for node in parsed(path).body if isinstance(node, ast.ClassDef)]
+    bases = {node.name: set().union(*map(names_in, node.bases)) for node in classes}
+    public = {name for name in inheriting(bases, {"Exception"}) - {"Exception"} if not name.startswith("_")}
+    trees = {"MaviperError": "codegen/errors.py", "UnansweredError": "verify/unanswered.py"}
+    for root, place in trees.items():
+        drawing = ast.get_docstring(ast.parse((ROOT / place).read_text()))
+        assert all(re.search(rf"\b{name}\b", drawing) for name in inheriting(bases, {root})), root
+    assert public == inheriting(bases, {*trees, "RejectedError"})
+
+
 def names_in(node):
     return {getattr(each, "id", getattr(each, "attr", "")) for each in ast.walk(node)}
 

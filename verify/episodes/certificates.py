@@ -23,9 +23,10 @@ from verify.episodes.proof import MAX_ANSWERS, EpisodeProver, TooLongError
 from verify.episodes.zones import points_of, starts
 from verify.question import Budgets, EpisodeQuestion
 from verify.states.shares import SAMPLE_SEED
+from verify.unanswered import BeyondError
 
 
-class NoCertificateError(Exception):
+class NoCertificateError(BeyondError):
     """Why a proved claim has no certificate: it is beyond the second reading, or its proof is too large."""
 
 

@@ -28,12 +28,13 @@ from verify.checker.episodes.reading import (
 )
 from verify.episodes.gaps import where
 from verify.progress import tell
+from verify.unanswered import SpentError
 
 MAX_ANSWERS = 2_000_000  # looked at for a claim whose zones are not limited otherwise
 GO_ON = b"\0"
 
 
-class TooLongError(Exception):
+class TooLongError(SpentError):
     """The proof would need more answers than the limit."""
 
 

@@ -30,6 +30,7 @@ from verify.episodes.proof import used
 from verify.episodes.zones import MAX_STARTS
 from verify.extent.guaranteed import GuaranteedEpisode
 from verify.progress import tell
+from verify.unanswered import BeyondError
 from verify.zones.volume import FacesError, Volumes
 
 Matrix: TypeAlias = list[list[int]]
@@ -55,7 +56,7 @@ class Measured:
     spent: str = ""  # the budget that ended: of ANSWERS, of FACES
 
 
-class NoShareError(Exception):
+class NoShareError(BeyondError):
     """Why a region's starts have no shares."""
 
 

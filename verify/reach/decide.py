@@ -38,6 +38,7 @@ from verify.subjects import ClosedLoop
 from verify.systems import documents
 from verify.systems.claims import SystemClaim
 from verify.systems.system import System
+from verify.unanswered import SpentError
 
 LEFT_OPEN = (
     "some states may break the claim: no episode into them was found that replays, nor a proof that none gets there"
@@ -95,7 +96,7 @@ class _OpenError(Exception):
     """A branch of a part is left open."""
 
 
-class SpentError(Exception):
+class ReachSpentError(SpentError):
     """The whole budget is spent with a symbolic state at hand; `option` sets what ended first, `limit` is its value."""
 
     def __init__(self, branch: Branch, option: str, limit: int) -> None:
@@ -137,13 +138,13 @@ class _Decision:
                 return ReachOutcome(Verdict.VIOLATED, counterexample=found)
         try:
             return self._searched()
-        except SpentError as error:
+        except ReachSpentError as error:
             spent = f"{self.spent.states:,} symbolic states and {self.spent.programs:,} linear programs"
             said = f"stopped after {spent} without a proof: {error.option} is {error.limit:,}"
             return self._unknown(said, error.branch, f"a larger {error.option} than {error.limit:,}")
 
     def _searched(self) -> ReachOutcome:
-        """The answer of the first stage that has one. SpentError.
+        """The answer of the first stage that has one. ReachSpentError.
 
         The stages and what each is allowed do not depend on the budget, which only says when to stop. So whatever a
         budget answers, a larger one answers too, after the same work.
@@ -188,7 +189,7 @@ class _Decision:
 
     def _shown(self, part: FollowedPart, open_: Open, merging: Merging | None, allowed: Allowed) -> FollowedPart:
         """A part with its proof, for what a stage is allowed of what is left. ReachBudgetError where the stage has
-        spent that, SpentError where all is spent; what `open_` raises.
+        spent that, ReachSpentError where all is spent; what `open_` raises.
         """
         left = Allowed(self.budget.max_states - self.spent.states, self.budget.max_programs - self.spent.programs)
 
@@ -206,7 +207,7 @@ class _Decision:
             if ended > (allowed.max_programs if error.programs else allowed.max_states):
                 raise
             limit = self.budget.max_programs if error.programs else self.budget.max_states
-            raise SpentError(error.branch, "--max-programs" if error.programs else "--max-states", limit) from None
+            raise ReachSpentError(error.branch, "--max-programs" if error.programs else "--max-states", limit) from None
         finally:
             self.spent.states += prover.states
             self.spent.programs += prover.programs.solved

@@ -19,6 +19,7 @@ from verify.certificates.proofs import encoded
 from verify.checker.systems.rows import Branch, Row
 from verify.checker.systems.walk import Answers, SideAnswer
 from verify.reach.programs import TOLERANCE, Least, Programs, Used, end_of, floats, multipliers, related
+from verify.unanswered import SpentError
 
 POINTS = 64
 MAX_OVER = 2_000  # programs that one symbolic state may take once all are spent: most are finished with fewer
@@ -28,7 +29,7 @@ Open = Callable[[Branch, bool], None]
 OnProgress = Callable[[int], None]  # the step that is looked at
 
 
-class ReachBudgetError(Exception):
+class ReachBudgetError(SpentError):
     """What a prover is allowed is spent, with a symbolic state at hand; `programs`: it was linear programs."""
 
     def __init__(self, branch: Branch, programs: bool) -> None:

@@ -22,6 +22,7 @@ from typing import NamedTuple
 from codegen.errors import InputError
 from verify.systems.language.expressions import Call, Expression, Name, Number, Power, Product, Quotient, Sum
 from verify.systems.system import Affine, Box, Interval
+from verify.unanswered import BeyondError
 
 POINTS = 48  # at which a function is looked at for an enclosure
 GRID = 10**10  # forms and errors of an enclosure are multiples of 1 / GRID
@@ -39,7 +40,7 @@ class Enclosure(NamedTuple):
     error: Interval
 
 
-class Undefined(Exception):
+class UndefinedError(BeyondError):
     """Over the box a denominator may be 0, or numbers are too large."""
 
 
@@ -65,7 +66,7 @@ class Enclosing:
         """The enclosure of an expression. InputError where it may be undefined."""
         try:
             return _coarse(self._model(expression), self.box)
-        except Undefined as undefined:
+        except UndefinedError as undefined:
             states = ", ".join(f"{name} in [{low}, {high}]" for name, (low, high) in self.box.items())
             raise InputError(str(undefined), f"{self._where}: {states}", "narrow the ranges, or cut them") from None
 
@@ -161,7 +162,7 @@ def _times(one: Interval, other: Interval) -> Interval:
 
 def _reciprocal(low: Fraction, high: Fraction) -> tuple[Fraction, Interval]:
     if low <= 0 <= high:
-        raise Undefined("a denominator may be 0")
+        raise UndefinedError("a denominator may be 0")
     least = min(abs(low), abs(high))
     return _line(lambda u: (1 / u, 1 / u), 2 / least**3, low, high)
 
@@ -175,7 +176,7 @@ def _power(exponent: int, low: Fraction, high: Fraction) -> tuple[Fraction, Inte
 @lru_cache(maxsize=1 << 12)  # boxes that differ in other variables only ask the same
 def _wave(function: str, low: Fraction, high: Fraction) -> tuple[Fraction, Interval]:
     if max(abs(low), abs(high)) > LARGEST:
-        raise Undefined(f"{function} of more than {LARGEST}")
+        raise UndefinedError(f"{function} of more than {LARGEST}")
     return _line(lambda u: _wave_at(function, u), Fraction(1), low, high)
 
 

@@ -17,6 +17,7 @@ from typing import NamedTuple, TypeAlias
 
 from verify.certificates.proofs import varint
 from verify.progress import tell
+from verify.unanswered import SpentError
 from verify.zones.tables import TRUE, Flat, Problem, ZoneTree
 
 Zone: TypeAlias = list[tuple[list[int], list[int]]]  # per component: bounds and first steps, [size * size]
@@ -38,7 +39,7 @@ class TreeProduct(NamedTuple):
     resolve: Resolve | None = None
 
 
-class BudgetError(Exception):
+class BudgetError(SpentError):
     """The budget of search nodes has ended."""
 
 

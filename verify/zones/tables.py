@@ -18,6 +18,7 @@ from codegen.ir import GOAL, NO_FEATURE, ROOT, AgentPolicy, PolicyProfile
 from verify.checker.thresholds import AT_ONCE, NO_ERROR, sides
 from verify.claims.formula import Acts, And, Formula, Linear, Not, Or, agents
 from verify.claims.region import Region
+from verify.unanswered import BeyondError
 
 EPSILON = 1 << 12  # a strict bound is one unit lower, all others are this many units apart: cycles are shorter
 _OF_GOAL = f"{GOAL}."
@@ -25,7 +26,7 @@ ORIGIN = ""  # the node that stands for zero
 Edges: TypeAlias = tuple[int, ...]
 
 
-class BeyondZonesError(Exception):
+class BeyondZonesError(BeyondError):
     """The question holds a test or an inequality that bounds no single coordinate and no difference of two."""
 
 

@@ -15,10 +15,12 @@ from collections.abc import Sequence
 from itertools import product
 from math import factorial
 
+from verify.unanswered import SpentError
+
 DEFAULT_FACES = 1_000_000
 
 
-class FacesError(Exception):
+class FacesError(SpentError):
     """The budget of faces has ended."""
 
 
