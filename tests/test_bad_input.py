@@ -4,6 +4,7 @@ Every example runs the real command. After it, the output folder holds whole fil
 """
 
 import copy
+import hashlib
 import json
 import os
 import random
@@ -22,6 +23,7 @@ from codegen import policy_json
 from codegen.errors import ExitCode
 from maviper.cli import main
 from maviper.files import runs
+from maviper.tour import handout
 from tests.support.strategies import WORLD
 from verify.claims.uncertified.starts import positions
 
@@ -514,6 +516,8 @@ def test_interrupted_at_a_random_moment(tmp_path, how, attempt):
     folder = tmp_path / "demo"
     folder.mkdir()
     (folder / "profile.json").write_text("{}")
+    earlier = {"sha256": {"profile.json": hashlib.sha256(b"{}").hexdigest()}}
+    (folder / handout.MANIFEST).write_text(json.dumps(earlier))
     process, first = started("demo", "-o", folder, "--seed", attempt, cwd=tmp_path)
     time.sleep(random.Random(f"{how}{attempt}").uniform(0.0, 9.0))
     process.send_signal(how)
@@ -534,6 +538,7 @@ import signal, sys
 signal.signal(signal.SIGINT, signal.default_int_handler)  # a caller in the background ignores it, and so would we
 from pathlib import Path
 from maviper.files import runs
+from maviper.tour import handout
 runs.write(Path("file"), "a" * 300_000)
 print("ready", file=sys.stderr, flush=True)
 while True:

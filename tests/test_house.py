@@ -4,6 +4,7 @@ import ast
 import re
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -347,3 +348,12 @@ def test_no_test_asserts_a_time():
     waiting = ROOT / "tests" / "maviper" / "reproduction" / "test_dask.py"  # for workers, with an end
     tests = [path for path in (ROOT / "tests").rglob("test_*.py") if path not in (waiting, Path(__file__))]
     assert len(tests) > 100 and not [str(path) for path in tests if clocked.search(path.read_text())]
+
+
+def test_every_room_is_in_the_wheel():
+    """An editable installation finds a room that the list of packages forgot; a wheel does not hold it."""
+    listed = set(tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]["packages"])
+    rooms = {
+        path.parent for package in ("codegen", "verify", "maviper") for path in (ROOT / package).rglob("__init__.py")
+    }
+    assert listed - {"codegen.templates"} == {".".join(room.relative_to(ROOT).parts) for room in rooms}

@@ -132,8 +132,13 @@ def _named(agent: str, origin: Origin, features: names.Renaming, actions: names.
         return np.where(said < 0, said, place[said])
 
     takes = origin.takes
-    within = None if takes is None else lambda rows: takes(rows[:, columns])
-    return _Named(replace(origin, grown=grown, act=act, takes=within), placed, chosen)
+
+    def within(rows: Floats) -> Bool:
+        assert takes is not None
+        return takes(rows[:, columns])
+
+    inside = None if takes is None else within
+    return _Named(replace(origin, grown=grown, act=act, takes=inside), placed, chosen)
 
 
 def _policy(agent: str, found: _Named, numbers: str | None) -> ir.AgentPolicy:

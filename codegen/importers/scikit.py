@@ -145,9 +145,10 @@ def _ensure_plain(model: Any) -> None:
     scikit-learn's own but for how it is fitted: whatever prediction uses, such as `_validate_X_predict` or `classes_`,
     could differ.
     """
-    kinds = type(model).__mro__
+    kinds: tuple[type[Any], ...] = type(model).__mro__
     own = next((kind for kind in kinds if kind.__module__.startswith("sklearn.")), None)
-    added = [name for kind in kinds if own and kind not in own.__mro__ for name in vars(kind) if name not in UNUSED]
+    strange = [kind for kind in kinds if own and kind not in own.__mro__]
+    added = [name for kind in strange for name in map(str, vars(kind)) if name not in UNUSED]
     replaced = [name for name in added if hasattr(own, name) or name in vars(model) or name in READS]
     replaced += [name for name in vars(model) if callable(getattr(own, name, None))]
     if own is None or replaced:

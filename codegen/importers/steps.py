@@ -9,7 +9,7 @@ a comparison, and so never falls where its input rises.
 """
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -45,7 +45,7 @@ def columns(steps: Sequence[tuple[str, Any]], width: int) -> list[int]:
 
 def _ensure_finite(name: str, step: Any) -> None:
     """InputError for a step that was fitted on missing or infinite numbers, and makes such of every observation."""
-    for attribute, value in vars(step).items():
+    for attribute, value in cast("dict[str, Any]", vars(step)).items():
         array = np.asarray(value) if attribute.endswith("_") and isinstance(value, np.ndarray | float) else None
         if attribute in USED and array is not None and array.dtype.kind == "f" and not np.isfinite(array).all():
             what = f"the step {shown(name)!r} before the tree has learned numbers that are not finite: {attribute}"

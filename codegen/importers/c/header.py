@@ -63,10 +63,10 @@ def from_header(content: bytes, where: str) -> dict[str, Origin]:
     return found
 
 
-def _label(item: Any) -> int | float | str:
+def _label(item: Any) -> Any:
     """A label: a number or a text."""
-    if isinstance(item, c_ast.UnaryOp) and item.op == "-":
-        return -_label(item.expr)  # type: ignore[operator]
+    if getattr(item, "op", "") == "-":
+        return -_label(item.expr)
     if item.type == "string":
         return ast.literal_eval(f"b{item.value}").decode()
     return float.fromhex(item.value) if item.value.startswith("0x") else int(item.value)
