@@ -150,7 +150,7 @@ def _ensure_plain(model: Any) -> None:
     strange = [kind for kind in kinds if own and kind not in own.__mro__]
     added = [name for kind in strange for name in map(str, vars(kind)) if name not in UNUSED]
     replaced = [name for name in added if hasattr(own, name) or name in vars(model) or name in READS]
-    replaced += [name for name in vars(model) if callable(getattr(own, name, None))]
+    replaced += [name for name in model.__dict__ if callable(getattr(own, name, None))]
     if own is None or replaced:
         what = "the classifier does not predict as scikit-learn's own"
         what += f": it replaces {shown(replaced[0])}" if replaced else ""
