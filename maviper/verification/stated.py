@@ -35,6 +35,7 @@ from verify.reach.replay import Course, piece_of, replayed
 from verify.reach.results import SystemCounterexample
 from verify.reports import systems as report
 from verify.result import Result, Verdict
+from verify.semantics import MACHINE
 from verify.subjects import ClosedLoop
 from verify.systems.claims import SystemClaim
 from verify.systems.files import MAX_BYTES as MAX_WORLD_BYTES
@@ -86,7 +87,7 @@ class StatedWorld:
         words += [] if options.max_programs is None else ["--max-programs", str(options.max_programs)]
         command = shlex.join([*words, *(["--run-reference"] if options.run_reference else [])])
         budgets = options.budgets(None)
-        asked = (Question(subject, claim, UNBOUNDED, budgets=budgets) for claim in self.claims)
+        asked = (Question(subject, claim, UNBOUNDED, MACHINE, budgets) for claim in self.claims)
         return [Asked(question, command, self.about) for question in asked]
 
     @property

@@ -10,7 +10,7 @@ from verify.verdicts.opinions import by_zones
 
 
 def test_a_direct_query_answers_as_the_zones_do_and_nothing_is_kept_between_them():
-    game = verifier.Game("physical-deception")
+    game = verifier.Played("physical-deception")
     region = start_region(game.world.spec)
     verdicts = set()
     for profile in (verifier.deception_team(game, "roles", 6), verifier.held_roles(game, 3)):

@@ -367,7 +367,7 @@ def _about(name, old, feature):
 
 @pytest.mark.compile
 @pytest.mark.parametrize(
-    "words", [("match", "self", "Self"), ("type", "str", "std"), ("int", "class", "None")], ids=" ".join
+    "words", [("match", "self", "std"), ("type", "str", "Self"), ("int", "class", "None")], ids=" ".join
 )
 def test_agents_may_be_called_like_words_of_a_language(profile, words):
     for place, name in enumerate(words):

@@ -387,7 +387,7 @@ def test_fitted_q_may_explore_while_it_collects(share, world, expert):
     assert other == pytest.approx(share * 4 / 5, abs=0.02)
     again = fitted_q.collected(world, expert, settings)[0].actions
     assert (again == played.actions).all()
-    with pytest.raises(InputError, match="fitted-q's"):
+    with pytest.raises(InputError, match="only fitted-q explores"):
         small("maviper", explore=0.1)
 
 
