@@ -101,7 +101,7 @@ def _decided(
     if output is not None and asking.verdict_only:
         raise InputError("--verdict-only writes no report", "-o", "leave one of them out")
     loaded = load(profile)
-    with console.following("deciding") as listener, listening(listener):
+    with console.following("reading") as listener, listening(listener):
         found, stated = posed(loaded, profile.name, asking)
     if any(one.question.viewed is not None for one in found) and not asking.observations:
         console.line("observed", "no feature has a meaning, so claims are about what agents observe")
@@ -111,8 +111,10 @@ def _decided(
         _ensure_own(output, loaded, stated, given)
     if asking.verdict_only:
         return _verdicts(found, stated, as_json)
-    for about, said in stated.said if stated else ():
-        console.line(about, said)
+    with console.following("deciding") as listener, listening(listener):
+        said = stated.said if stated else []
+    for about, words in said:
+        console.line(about, words)
     with console.following("deciding") as listener, listening(listener):
         done = verified(loaded, found, asking, lambda result: say_results(loaded, [result], console), stated)
     if output is not None:

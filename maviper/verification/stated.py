@@ -50,21 +50,18 @@ PROPERTY_FILE = "properties.toml"
 
 @dataclass(frozen=True)
 class StatedWorld:
-    """A world file with the claims that are asked about, and what was measured of the environment it is about."""
+    """A world file with the claims that are asked about, and what is measured of the environment it is about."""
 
     profile: PolicyProfile
     statement: Statement
     claims: tuple[SystemClaim, ...]
     given: Mapping[str, Path]  # the files that a user gave, by the name that a copy has
     beside: Mapping[str, str]  # their texts, for a report's folder
-    reference: Mapping[str, Any]
     options: VerifyOptions
 
     @staticmethod
     def of(profile: PolicyProfile, options: VerifyOptions) -> StatedWorld:
-        """The world file of the options. InputError for files that cannot be used, for a profile made for another
-        world, and for a statement that is further from its reference than it says.
-        """
+        """The world file of the options. InputError for files that cannot be used, and a profile of another world."""
         assert options.world is not None
         given = {WORLD_FILE: options.world} | ({} if options.file is None else {PROPERTY_FILE: options.file})
         beside = {name: runs.read(path, MAX_WORLD_BYTES).decode(errors="replace") for name, path in given.items()}
@@ -74,8 +71,14 @@ class StatedWorld:
             claims = claims_of(statement, profile, options.world.name)
         else:
             claims = claims_in(beside[PROPERTY_FILE], statement, profile, options.file.name)
-        reference = {} if options.verdict_only else measured(statement, options.run_reference)
-        return StatedWorld(profile, statement, claims, given, beside, reference, options)
+        return StatedWorld(profile, statement, claims, given, beside, options)
+
+    @cached_property
+    def reference(self) -> Mapping[str, Any]:
+        """What was measured of the environment: seconds, so only once nothing else is left to refuse. InputError for a
+        statement that is further from it than it says.
+        """
+        return {} if self.options.verdict_only else measured(self.statement, self.options.run_reference)
 
     @property
     def asked(self) -> list[Asked]:
@@ -111,12 +114,13 @@ class StatedWorld:
 
     def answer(self, question: Question[SystemClaim], beside: bool = True) -> SystemResult:
         """The result of a question. InputError where an enclosure that a proof needs is not shown again."""
+        measured_steps = self.reference.get("steps")  # first, since a wrong statement is not worth a proof
         bent = not question.claim.about_decisions and any(map(curved, self.statement.rules))
         confirm = partial(_by_rules, self.statement, self.profile, question.claim) if bent else None
         result = verify_system(question, confirm, beside)
         if result.verdict is Verdict.PROVED:
             _ = self._shown
-        said = replay_words(self.statement, self.profile, result) if self.reference.get("steps") else ""
+        said = replay_words(self.statement, self.profile, result) if measured_steps else ""
         return replace(result, evidence=replace(result.evidence, environment=said))
 
     @cached_property

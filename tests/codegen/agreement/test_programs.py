@@ -36,6 +36,16 @@ def alive(process):
         return False
 
 
+def ended(place):
+    """Whether the child of a hanging program ends, within five seconds."""
+    child = int((place / "child").read_text())
+    for _ in range(50):
+        if not alive(child):
+            return True
+        time.sleep(0.1)
+    return False
+
+
 @pytest.mark.skipif(os.name != "posix", reason="the tools are shell scripts")
 @pytest.mark.parametrize(("name", "target"), [("cc", "c"), ("gcc", "c"), ("node", "javascript"), ("rustc", "rust")])
 def test_a_tool_that_hangs_is_stopped(tmp_path, name, target, monkeypatch, capsys):
@@ -51,12 +61,7 @@ def test_a_tool_that_hangs_is_stopped(tmp_path, name, target, monkeypatch, capsy
     said = capsys.readouterr().err
     assert f"{name} did not end within 3 seconds, and was stopped" in said and "Traceback" not in said
     assert not (tmp_path / "out").exists()
-    child = int((tmp_path / "child").read_text())
-    for _ in range(50):
-        if not alive(child):
-            break
-        time.sleep(0.1)
-    assert not alive(child)
+    assert ended(tmp_path)
 
 
 def test_a_tool_that_cannot_start(tmp_path):
@@ -98,9 +103,4 @@ def test_a_program_is_stopped_with_this_process(tmp_path):
         time.sleep(0.1)
     process.send_signal(2)
     process.wait(timeout=30)
-    child = int((tmp_path / "child").read_text())
-    for _ in range(50):
-        if not alive(child):
-            break
-        time.sleep(0.1)
-    assert not alive(child)
+    assert ended(tmp_path)

@@ -135,6 +135,17 @@ def test_a_claim_that_shuffled_leaves_fulfil_is_told_to_be_weak(tmp_path, capsys
     assert [text.count(weak) for text in (capsys.readouterr().err, *texts)] == [1, 1, 1]
 
 
+def test_a_folder_is_refused_before_the_environment_is_measured(tmp_path, capsys, monkeypatch):
+    """Steps of an environment take seconds, which nobody waits for to hear that a file is in the way."""
+    monkeypatch.setattr("maviper.verification.reference.deviation", lambda statement: pytest.fail("it was measured"))
+    (tmp_path / "profile.json").write_text(profile(DRIVES))
+    (tmp_path / "cart.toml").write_text(MOUNTAIN + CAR)
+    (tmp_path / "report").mkdir()
+    (tmp_path / "report" / "world.toml").write_text("mine")
+    assert verify(tmp_path, "-o", str(tmp_path / "report")) == ExitCode.INPUT
+    assert "world.toml" in capsys.readouterr().err and (tmp_path / "report" / "world.toml").read_text() == "mine"
+
+
 def test_errors_are_never_told_smaller_than_they_are():
     for number in (Fraction(1, 3), Fraction(2, 3), Fraction(10**12 + 1, 10**12), Fraction(1, 10**400), Fraction(0)):
         assert number <= Fraction(upwards(number)) <= number * (1 + Fraction(1, 10**5))
