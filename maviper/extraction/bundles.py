@@ -42,6 +42,16 @@ BUNDLES: dict[str, dict[str, str]] = {
 }
 PARTS = ("rollouts_by", "weights", "least_right", "selection_by")
 
+# What the released code does besides its text, each of which can be undone alone: leaves that stand still, a collector
+# that starts a new episode at every step, and 500 expert episodes ahead of all. Who does which:
+LEAVES, RESTARTS, WARM_UP = "leaves", "restarts", "warm-up"
+ACCIDENTS: dict[str, tuple[str, ...]] = {
+    IVIPER: (LEAVES, WARM_UP),
+    VIPER: (LEAVES, WARM_UP),
+    IMITATION: (LEAVES, RESTARTS),
+    **dict.fromkeys(JOINT, (WARM_UP,)),
+}
+
 # From IVIPER to MAVIPER and one step beyond: each rung is one difference from the one before it.
 RUNGS: dict[str, dict[str, str]] = {
     "iviper": {"algorithm": IVIPER},

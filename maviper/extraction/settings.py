@@ -16,6 +16,7 @@ from codegen import ir
 from codegen.errors import InputError, UnknownNameError
 from maviper.episodes import measures
 from maviper.extraction.bundles import (
+    ACCIDENTS,
     AGENT,
     FITTED_Q,
     IMITATION,
@@ -117,6 +118,7 @@ class Settings:
     budget: int = 0  # episodes in all; 0: as the others say
     patience: int = 10  # stop after so many iterations without a gain above the interval
     agent: str = ""  # VIPER's: the one agent that becomes a tree
+    undo: str = ""  # which accidents of the preset `released` are left out, joined by +
     seed: int = 0
 
     @staticmethod
@@ -172,6 +174,10 @@ class Settings:
         if votes["share"]:
             return math.ceil(Fraction(votes["share"]) * team)
         return min(team, int(votes["number"])) if votes["number"] else max(0, team - int(votes["less"] or 0))
+
+    def keeps(self, accident: str) -> bool:
+        """Whether an accident of the released code is not undone."""
+        return accident not in self.undo.split("+")
 
     def measure_in(self, world: World) -> str:
         """The name of what a world's teams are judged by; "": each by its first measure."""
@@ -246,6 +252,10 @@ class Settings:
         if self.max_leaves and not 2 <= self.max_leaves <= MAX_NUMBER:
             raise InputError(f"max_leaves is from 2 to {MAX_NUMBER}", "--max-leaves", DEPTH)
         ensure_together(vars(self), self.changed)
+        for name in self.undo.split("+") if self.undo else ():
+            if name not in ACCIDENTS[self.algorithm]:
+                what = f"accident of the released {self.algorithm}"
+                raise UnknownNameError(what, name, ACCIDENTS[self.algorithm], "--undo")
         if self.max_depth > ir.MAX_DEPTH:
             raise InputError(f"max_depth must be at most {ir.MAX_DEPTH}", "--max-depth")
         if not 0 <= self.seed < 2**32:

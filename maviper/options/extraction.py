@@ -55,6 +55,15 @@ class ExtractOptions(TypedDict, total=False):
     selection_by: Annotated[
         str | None, Option(None, PARTS, "For whom one round is chosen: agent, team or all.", "NAME")
     ]
+    undo: Annotated[
+        str,
+        Option(
+            "",
+            PARTS,
+            "Accidents of preset released to leave out: leaves, restarts, warm-up (several with +).",
+            "NAMES",
+        ),
+    ]
     features: Annotated[str, Option("", WHAT, f"Additional features: {FEATURES}, or auto.", "NAMES")]
     features_file: Annotated[
         str | Path | None, Option(None, WHAT, "Names and units of what agents observe in your own game (TOML).")

@@ -47,13 +47,22 @@ class Refusal(NamedTuple):
         return [name for name in self.settings if (name in changed if name in PART_NAMES else said[name])]
 
 
-PART_NAMES = tuple(name for name, option in table_of(ExtractOptions).items() if option.section == PARTS)
+UNDO = "undo"
+PART_NAMES = tuple(
+    name for name, option in table_of(ExtractOptions).items() if option.section == PARTS and name != UNDO
+)
 REFUSALS = (
     Refusal(
         PART_NAMES,
         {"preset": (RELEASED,)},
         "preset released is the authors' code as it is, which has one way for each algorithm",
         f"leave it out, or {OTHER_PRESET}",
+    ),
+    Refusal(
+        (UNDO,),
+        {"preset": AllBut([RELEASED])},
+        "only the authors' code, preset released, has accidents that can be undone",
+        "leave it out, or choose --preset released",
     ),
     Refusal(
         ("rollouts_by", "least_right", "selection_by"),

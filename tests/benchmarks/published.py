@@ -1,187 +1,38 @@
 """The paper's comparison as it was published: MAVIPER with all of its rounds, and the authors' released code.
 
-    python -m tests.benchmarks.published [--plan | --tables] [--cells FOLDER] [--groups NAME,...] [--record PLACE]
+    python -m tests.benchmarks.published [--register NAME] [--plan | --tables] [--cells FOLDER] [--groups NAME,...]
+        [--record PLACE]
 
-The register stands in published.toml: claims, cells in the order in which they are made, and their words. --plan prints
-it with its cells, CPU time and power. Without an option the missing cells are made, one after the other, then the
-tables are printed; --tables only prints. Every cell is a file in the folder, so an interrupted run goes on where it
-was. --record writes the finished cells and the tables into a folder.
+The register stands in NAME.toml: claims, cells in the order in which they are made, and their words. `published` is the
+default; `steps` undoes what the released code does besides its text, one by one, and has a figure; `splits` compares
+splits by every threshold with histograms. --plan prints a register with its cells, CPU time and power. Without an
+option the missing cells are made, one after the other, then the tables are printed; --tables only prints. Every cell is
+a file in the folder, so an interrupted run goes on where it was. --record writes the finished cells, the tables and
+figures into a folder.
 """
 
 import argparse
 import csv
-import hashlib
 import io
-import json
 import lzma
 import tarfile
 import time
-import tomllib
-from dataclasses import astuple, dataclass, fields
-from functools import cache
+from dataclasses import astuple, fields
 from itertools import product
 from pathlib import Path
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from maviper.episodes import measures
-from maviper.experts.finding import find_expert
-from maviper.extraction.algorithms import extract
-from maviper.extraction.settings import Settings
 from maviper.files import runs
-from maviper.files.profiles import version
-from maviper.reproduction.cells.cell import EPISODES
-from maviper.reproduction.cells.making import replacing
-from maviper.reproduction.statistics import holm, of_differences, size, untestable
-from maviper.worlds import Measure
-from maviper.worlds.world import RETURN
-from tests.benchmarks.paired import BETTER, NOT_DECIDED, WORSE, Paired, detectable
+from maviper.reproduction import figures
+from maviper.reproduction.statistics import holm, of_differences, size
+from tests.benchmarks.paired import BETTER, NOT_DECIDED, WORSE, detectable
+from tests.benchmarks.registered import ARCHIVE, Cell, Found, cells_of, comparisons_of, made, make, read_register
 
-REGISTER = Path(__file__).with_suffix(".toml")
-FOLDER = Path("/tmp/maviper-published")
-ARCHIVE, TABLE, TEXT, README = "cells.tar.xz", "cells.csv", "tables.txt", "README.md"
-MAX_CELL_BYTES = 2**22
-
-
-@cache
-def read_register():
-    """The register, and its hash."""
-    data = REGISTER.read_bytes()
-    return tomllib.loads(data.decode()), hashlib.sha256(data).hexdigest()
-
-
-# --- cells
-
-
-@dataclass(frozen=True, order=True)
-class Cell:
-    """One extraction."""
-
-    game: str
-    expert: str
-    preset: str
-    algorithm: str
-    depth: int
-    seed: int
-
-    @property
-    def name(self):
-        return f"{self.game}.{self.expert}.{self.preset}.{self.algorithm}.depth-{self.depth}.seed-{self.seed}.json"
-
-    @property
-    def episodes(self):
-        """The held-out episodes of its seed, the same ones for every algorithm, preset and depth."""
-        first = measures.MEASUREMENT_SEEDS + EPISODES * self.seed
-        return range(first, first + EPISODES)
-
-
-def cells_of(register, group):
-    """The cells of a group, all of one seed before the next."""
-    grid = product(register["seeds"], group["experts"], group["depths"], group["algorithms"])
-    return [
-        Cell(group["game"], expert, group["preset"], algorithm, depth, seed) for seed, expert, depth, algorithm in grid
-    ]
-
-
-@cache
-def expert_of(game, label):
-    """The shipped expert, and its world."""
-    return find_expert(game if label == "mappo" else f"{game}@{label}")
-
-
-def settings_of(register, world, cell):
-    """What the cell's extraction is asked for."""
-    given = {**register["presets"][cell.preset], **register["algorithms"][cell.algorithm]}
-    given = {name: value[cell.game] if isinstance(value, dict) else value for name, value in given.items()}
-    return Settings.of({**given, "max_depth": cell.depth, "seed": cell.seed}, world).checked().resolved(world)
-
-
-def make(register, digest, cell, folder):
-    """Makes one cell."""
-    started = time.process_time()
-    expert, world = expert_of(cell.game, cell.expert)
-    settings = settings_of(register, world, cell)
-    profile = extract(world, expert, settings)
-    lineups = {name: each for name, each in replacing(world, expert, profile).items() if name != "all"}
-    lineups["expert"] = [expert] * len(world.agents), tuple(world.teams)
-    values = {}
-    for name, (controllers, teams) in lineups.items():
-        found = measures.values(world, controllers, cell.episodes)
-        values[name] = {each.label: column.tolist() for each, column in found.items() if each.team in teams}
-    told = {
-        "register": digest,
-        "tool": f"maviper {version()}",
-        "expert": expert.hash,
-        "iterations": settings.iterations,
-    }
-    told |= {"training": dict(profile.provenance.training), "seconds": round(time.process_time() - started, 1)}
-    runs.write(folder / cell.name, json.dumps({**told, "values": values}, sort_keys=True) + "\n")
-
-
-def made(digest, cell, folder):
-    """A cell's document, or None; the benchmark ends where it is of another register."""
-    place = folder / cell.name
-    if not place.exists():
-        return None
-    document = json.loads(runs.read(place, MAX_CELL_BYTES))
-    if document["register"] != digest:
-        raise SystemExit(f"{place} is of another register: choose another folder with --cells")
-    return document
-
-
-# --- numbers
-
-
-class Found:
-    """The cells that are there, and the ratios to the expert."""
-
-    def __init__(self, register, digest, folder):
-        self.register = register
-        self.documents = {}
-        for group in register["groups"]:
-            for cell in cells_of(register, group):
-                document = made(digest, cell, folder)
-                if document:
-                    self.documents[cell] = document
-
-    def ratios(self, claim, side, expert, depth):
-        """Seed -> the joint ratio of the claim's team to the expert, higher being better."""
-        chosen = claim[side]
-        found = {}
-        for seed in self.register["seeds"]:
-            cell = Cell(claim["game"], expert, chosen["preset"], chosen["algorithm"], depth, seed)
-            if cell in self.documents:
-                found[seed] = ratio(self.documents[cell]["values"], expert_of(cell.game, expert)[1], claim["measure"])
-        return found
-
-    def paired(self, claim, expert, depth):
-        """The first less the second, by seed."""
-        first, second = (self.ratios(claim, side, expert, depth) for side in ("first", "second"))
-        return Paired(tuple(first[seed] - second[seed] for seed in first if seed in second))
-
-    def ceiling(self, claim, expert, depth):
-        """Whether the second one keeps so much of the expert that a lead over it cannot be seen."""
-        values = list(self.ratios(claim, "second", expert, depth).values())
-        return len(values) > 1 and untestable(of_differences(values).interval()[0])
-
-
-def ratio(values, world, label):
-    """The team's mean over the expert's in the same episodes; a return is divided by the mean size of the expert's."""
-    known = [*world.measures, *(Measure(team, RETURN) for team in world.teams)]
-    measure = next(each for each in known if each.label == label)
-    ours, theirs = values[f"joint:{measure.team}"][label], values["expert"][label]
-    scale = float(np.mean(np.abs(theirs))) if measure.name == RETURN else None
-    return float(measures.quotient(measure, float(np.mean(ours)), float(np.mean(theirs)), scale))
-
-
-def comparisons_of(register):
-    """(family, claim, expert, depth) for everything that is compared."""
-    return [
-        (claim["family"], claim, expert, depth)
-        for claim in register["claims"]
-        for expert, depth in product(claim["experts"], claim["depths"])
-    ]
+FOLDER = "/tmp/maviper-{}"
+TABLE, TEXT, README, FIGURE = "cells.csv", "tables.txt", "README.md", "figure.svg"
+TITLE = "MAVIPER with all of its rounds, and the released code"
 
 
 # --- what is told
@@ -196,7 +47,7 @@ def plan_lines(register):
         rate = sum(group["seconds"][cell.algorithm] for cell in cells)
         lines.append(f"{len(cells):>6}{rate:>8.0f}  {group['name']}")
         total += rate
-    lines += [f"{total / 3600:.1f} CPU hours in all, by a pilot of one cell a row", "", "effect seen with power .8"]
+    lines += [f"{total / 3600:.1f} CPU hours in all, by the register's seconds", "", "effect seen with power .8"]
     counts = {family: sum(each[0] == family for each in comparisons_of(register)) for family in families(register)}
     for family, claim, expert, depth in comparisons_of(register):
         alpha = register["alpha"] / counts[family]
@@ -231,8 +82,8 @@ def row_lines(register, found, group, expert, depth, algorithm):
             spread = f"{np.std(numbers, ddof=1):.3f}" if len(numbers) > 1 else "-"
             name = f"{group['game']} {expert} {group['preset']} {algorithm} depth {depth}: {label}"
             cells = [Cell(group["game"], expert, group["preset"], algorithm, depth, seed) for seed in values]
-            rounds = np.median([found.documents[cell]["training"]["stopped_after"] for cell in cells])
-            absolute = np.mean([absolute_of(found.documents[cell], label) for cell in cells], axis=0)
+            rounds = np.median([found.document(cell)["training"]["stopped_after"] for cell in cells])
+            absolute = np.mean([absolute_of(found.document(cell), label) for cell in cells], axis=0)
             told = f"{absolute[0]:.3f} of {absolute[1]:.3f}, median of {rounds:g} rounds"
             lines.append(f"  {np.mean(numbers):.3f} {spread:>6}  {len(values):>2} seeds  {name}, {told}")
     return lines
@@ -292,6 +143,33 @@ def recorded(register, digest, found, folder, place):
     runs.write(place / TABLE, means(found))
     runs.write(place / TEXT, "\n".join(table_lines(register, found)) + "\n")
     runs.write(place / README, page(register, digest, found))
+    if "figure" in register:
+        runs.write(place / FIGURE, drawn(register, found))
+
+
+def drawn(register, found):
+    """The figure that a register describes: rows with a printed number, a ratio, or a ratio less another; rows without
+    their cells are left out.
+    """
+    about = register["figure"]
+    rows = []
+    for row in about["rows"]:
+        values = [row["value"]] if "value" in row else row_values(register, found, about, row)
+        if len(values) == 1:
+            rows.append((row["label"], row["mark"], figures.Point(values[0], np.nan, np.nan)))
+        elif values:
+            rows.append((row["label"], row["mark"], figures.Point(np.mean(values), *of_differences(values).interval())))
+    return figures.dots(about["title"], about["x"], rows)
+
+
+def row_values(register, found, about, row):
+    """By seed, once all are there: the ratios of a row, less those of `less`."""
+    claim = {"game": about["game"], "measure": about["measure"], **row}
+    sides = [found.ratios(claim, side, about["expert"], about["depth"]) for side in ("of", "less") if side in row]
+    seeds = [seed for seed in register["seeds"] if all(seed in side for side in sides)]
+    if len(seeds) < len(register["seeds"]):
+        return []
+    return [sides[0][seed] - (sides[1][seed] if len(sides) > 1 else 0.0) for seed in seeds]
 
 
 def means(found):
@@ -319,12 +197,15 @@ def page(register, digest, found):
     state = (
         "**This record is partial.** Families that are not whole get no word." if partial else "The record is whole."
     )
-    return f"""# MAVIPER with all of its rounds, and the released code
+    name = register.get("name", "published")
+    figure = f"\n- `{FIGURE}`: {register['figure']['title']}." if "figure" in register else ""
+    option = "" if name == "published" else f" --register {name}"
+    return f"""# {register.get("title", TITLE)}
 
-    python -m tests.benchmarks.published --cells FOLDER --record generated/reproduction/published
+    python -m tests.benchmarks.published{option} --cells FOLDER --record generated/reproduction/{name}
 
 {state} {len(found.documents)} of {total} cells, {hours:.1f} core-hours.
-Register: tests/benchmarks/published.toml, sha256 {digest}.
+Register: tests/benchmarks/{name}.toml, sha256 {digest}.
 It was committed before the first cell was made.
 
 | group | cells |
@@ -333,7 +214,7 @@ It was committed before the first cell was made.
 
 - `{TEXT}`: ratios to the expert, then every comparison with its interval and words.
 - `{TABLE}`: the mean of every line-up and measure, and the rounds that were played.
-- `{ARCHIVE}`: every cell with the value of every episode.
+- `{ARCHIVE}`: every cell with the value of every episode.{figure}
 
 To go on, unpack `{ARCHIVE}` into FOLDER and run the command: it makes only what is missing.
 """
@@ -342,13 +223,15 @@ To go on, unpack `{ARCHIVE}` into FOLDER and run the command: it makes only what
 def main():
     """Makes what is missing, and prints the tables."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--register", default="published", help="published, steps or splits")
     parser.add_argument("--plan", action="store_true", help="print cells, CPU time and power")
     parser.add_argument("--tables", action="store_true", help="make nothing")
-    parser.add_argument("--cells", type=Path, default=FOLDER, help="where cells lie")
+    parser.add_argument("--cells", type=Path, help="where cells lie")
     parser.add_argument("--groups", help="names, separated by commas; all others are left for another time")
     parser.add_argument("--record", type=Path, help="where the record is written")
     given = parser.parse_args()
-    register, digest = read_register()
+    register, digest = read_register(given.register)
+    folder = given.cells or Path(FOLDER.format(given.register))
     if given.plan:
         print("\n".join(plan_lines(register)))
         return
@@ -356,13 +239,13 @@ def main():
     with threadpool_limits(1):
         for group in register["groups"] if not given.tables else []:
             for cell in cells_of(register, group) if group["name"] in wanted else []:
-                if made(digest, cell, given.cells) is None:
-                    make(register, digest, cell, given.cells)
+                if made(digest, cell, folder) is None:
+                    make(register, digest, cell, folder)
                     print(f"{time.strftime('%H:%M:%S')}  {cell.name}", flush=True)
-    found = Found(register, digest, given.cells)
+    found = Found(register, digest, folder)
     print("\n".join(table_lines(register, found)))
     if given.record:
-        recorded(register, digest, found, given.cells, given.record)
+        recorded(register, digest, found, folder, given.record)
 
 
 if __name__ == "__main__":

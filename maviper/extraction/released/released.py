@@ -12,6 +12,9 @@ aside before resampling, as many are drawn as weigh more than 0; the best iterat
 return in 100 episodes; nothing stops early. IVIPER's and Imitation DT's trees are fitted to one-hot actions, and a leaf
 in which no action has a majority of more than half stands still. Imitation's collector starts a new episode at every
 step after the first 25.
+
+`Settings.undo` takes three of these back, one by one: `leaves` take their most frequent action, `restarts` let episodes
+end first, and `warm-up` leaves as many expert episodes as a round has, which is how the paper's text begins.
 """
 
 import math
@@ -29,7 +32,8 @@ from maviper.episodes import measures
 from maviper.episodes.play import Controller, tree_policies
 from maviper.episodes.trees import agent_policies, among
 from maviper.experts.expert import AS_GIVEN, Expert, labels
-from maviper.extraction.bundles import IVIPER_RESAMPLING, MAVIPER, NO_PREDICTION
+from maviper.extraction.bundles import IVIPER_RESAMPLING, LEAVES, MAVIPER, NO_PREDICTION, RESTARTS
+from maviper.extraction.bundles import WARM_UP as WARMING_UP
 from maviper.extraction.dataset import Dataset, Met, collect
 from maviper.extraction.examples import counts_of
 from maviper.extraction.extraction import Extraction
@@ -66,7 +70,7 @@ def maviper(asked: Extraction, everybody: Sequence[int], selection: Selection) -
     world, expert, settings = asked.world, asked.expert, asked.settings
     journal, examples = asked.journal, asked.examples
     weigh = partial(weights, world, expert, settings)
-    warm_up = settings.episodes(measures.ROLLOUT_SEEDS)[:WARM_UP]
+    warm_up = _warm_up(settings)
     data = journal.met("warm-up", collect, world, expert, [expert] * len(everybody), everybody, warm_up, weigh).data
     for iteration in range(settings.iterations):
         step = f"{iteration:04d}"
@@ -80,6 +84,12 @@ def maviper(asked: Extraction, everybody: Sequence[int], selection: Selection) -
         selection.met(met.values, met.fidelity)
         selection.offer(grown)
     return len(data)
+
+
+def _warm_up(settings: Settings) -> range:
+    """The expert episodes ahead of all rounds."""
+    count = WARM_UP if settings.keeps(WARMING_UP) else settings.rollouts
+    return settings.episodes(measures.ROLLOUT_SEEDS)[:count]
 
 
 def weights(
@@ -200,8 +210,7 @@ def viper(asked: Extraction, agents: Sequence[int], selection: Selection) -> int
     def weigh(observations: tuple[Float32, ...], state: object, wanted: Int) -> Float64:
         return _own_weight(world, expert, observations, state, wanted, agent, moved=False)[:, None]
 
-    warm_up = settings.episodes(measures.ROLLOUT_SEEDS)[:WARM_UP]
-    data = journal.met("warm-up", collect, world, expert, experts, [agent], warm_up, weigh).data
+    data = journal.met("warm-up", collect, world, expert, experts, [agent], _warm_up(settings), weigh).data
     mine = examples.of_teams(world.team_of(world.agents[agent]))
     for iteration in range(settings.iterations):
         step = f"{iteration:04d}"
@@ -224,24 +233,25 @@ def _resampled_tree(world: World, data: Dataset, settings: Settings, agent: int,
     rows = rng.permutation(rows)[len(rows) // SET_ASIDE :]  # split after resampling, so that duplicates leak
     kept = np.bincount(rows, minlength=len(data))
     n_actions = len(world.actions[agent])
-    return [one_hot_tree(data.observations[agent], data.labels[:, agent], kept, n_actions, settings.max_depth)]
+    seen, acted = data.observations[agent], data.labels[:, agent]
+    return [one_hot_tree(seen, acted, kept, n_actions, settings.max_depth, settings.keeps(LEAVES))]
 
 
 def imitation(asked: Extraction, everybody: Sequence[int], selection: Selection) -> int:
     """As `dagger.dagger` for Imitation DT, by the released code: almost all points are start states."""
     world, expert, settings = asked.world, asked.expert, asked.settings
     journal, examples = asked.journal, asked.examples
-    steps = world.spec.episode_steps
+    collected, stays = _starts if settings.keeps(RESTARTS) else _episodes, settings.keeps(LEAVES)
     data: Dataset | None = None
     for iteration in range(settings.iterations):
         step = f"{iteration:04d}"
-        arrays = journal.arrays(f"{step}-rollouts", _starts, world, expert, settings, iteration, steps)
+        arrays = journal.arrays(f"{step}-rollouts", collected, world, expert, settings, iteration)
         new = tuple(arrays[f"observations.{agent:03d}"] for agent in everybody)
         met = Dataset(new, arrays["labels"], arrays["alive"].astype(np.float64), arrays["alive"])
         data = met if data is None else data + met
         known = examples.before(world, data)
         grown = [
-            one_hot_tree(obs, labelled, counts_of(column), len(world.actions[agent]), settings.max_depth)
+            one_hot_tree(obs, labelled, counts_of(column), len(world.actions[agent]), settings.max_depth, stays)
             for agent, (obs, labelled, column) in enumerate(
                 zip(known.observations, known.labels.T, known.weights.T, strict=True)
             )
@@ -250,16 +260,16 @@ def imitation(asked: Extraction, everybody: Sequence[int], selection: Selection)
     return len(data) if data else 0
 
 
-def _starts(world: World, expert: Expert, settings: Settings, iteration: int, steps: int) -> Arrays:
-    """`rollouts` times `steps` samples: in the first iteration one episode for FREE_STEPS, otherwise start states."""
+def _starts(world: World, expert: Expert, settings: Settings, iteration: int) -> Arrays:
+    """As many samples as `rollouts` episodes have: in the first iteration one episode for FREE_STEPS, otherwise start
+    states.
+    """
     rng = np.random.default_rng([settings.seed, iteration])
-    wanted = settings.rollouts * steps
+    wanted = settings.rollouts * world.spec.episode_steps
     found: list[Met] = []
     if iteration == 0:
         first = settings.episodes(measures.ROLLOUT_SEEDS).start
-        everybody = range(len(world.agents))
-        zeros = lambda observations, state, acted: np.zeros(acted.shape)  # noqa: E731 - weights are not used here
-        found.append(collect(world, expert, [expert] * len(everybody), everybody, [first], zeros))
+        found.append(_played(world, expert, [first]))
         wanted -= min(wanted, FREE_STEPS)
     at_once, wanted = world.games or max(1, wanted), max(1, wanted)
     parts = [world.start(min(at_once, wanted - done), rng) for done in range(0, wanted, at_once)]
@@ -267,18 +277,37 @@ def _starts(world: World, expert: Expert, settings: Settings, iteration: int, st
     observations = world.observe(state)
     acted = labels(expert, observations, state)
     before = [met.data for met in found]
-    return {
-        **{
-            f"observations.{agent:03d}": np.concatenate([*(data.observations[agent] for data in before), seen])
-            for agent, seen in enumerate(observations)
-        },
-        "labels": np.concatenate([*(data.labels for data in before), acted]),
-        "alive": np.concatenate([*(data.alive for data in before), world.alive(state)]),
-    }
+    seen = [
+        np.concatenate([*(data.observations[agent] for data in before), each])
+        for agent, each in enumerate(observations)
+    ]
+    done = np.concatenate([*(data.labels for data in before), acted])
+    return _arrays(seen, done, np.concatenate([*(data.alive for data in before), world.alive(state)]))
 
 
-def one_hot_tree(obs: Float32, acted: Int, counts: Int, n_actions: int, max_depth: int) -> GrownTree:
-    """A tree of one output per action; a leaf in which no action has more than half says none, and the agent stays."""
+def _episodes(world: World, expert: Expert, settings: Settings, iteration: int) -> Arrays:
+    """Whole expert episodes: what the collector was to do."""
+    data = _played(world, expert, settings.rollout_episodes(iteration)).data
+    return _arrays(data.observations, data.labels, data.alive)
+
+
+def _played(world: World, expert: Expert, seeds: Sequence[int]) -> Met:
+    everybody = range(len(world.agents))
+    zeros = lambda observations, state, acted: np.zeros(acted.shape)  # noqa: E731 - weights are not used here
+    return collect(world, expert, [expert] * len(everybody), everybody, seeds, zeros)
+
+
+def _arrays(observations: Sequence[Float32], acted: Int, alive: Bool) -> Arrays:
+    named = {f"observations.{agent:03d}": seen for agent, seen in enumerate(observations)}
+    return {**named, "labels": acted, "alive": alive}
+
+
+def one_hot_tree(
+    obs: Float32, acted: Int, counts: Int, n_actions: int, max_depth: int, stays: bool = True
+) -> GrownTree:
+    """A tree of one output per action. If it `stays`, a leaf in which no action has more than half says none, and the
+    agent stands still; otherwise it says the most frequent one.
+    """
     from sklearn.tree import DecisionTreeClassifier
 
     used = counts > 0
@@ -291,5 +320,5 @@ def one_hot_tree(obs: Float32, acted: Int, counts: Int, n_actions: int, max_dept
     for output, known in enumerate(classes):
         if 1 in known:
             said[:, output] = tree.value[:, output, int(np.flatnonzero(known == 1)[0])]
-    action = np.where((said > 0.5).any(axis=1), said.argmax(axis=1), STAY)
+    action = np.where((said > 0.5).any(axis=1) | (not stays), said.argmax(axis=1), STAY)
     return grown_from_sklearn(tree, action)

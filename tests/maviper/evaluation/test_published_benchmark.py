@@ -1,4 +1,4 @@
-"""The register of tests/benchmarks/published.py: it can be carried out, and its numbers are paired."""
+"""The registers of tests/benchmarks/published.py: they can be carried out, and their numbers are paired."""
 
 import json
 import tarfile
@@ -9,7 +9,8 @@ import pytest
 
 from maviper.extraction.settings import MAX_NUMBER
 from tests.benchmarks import published
-from tests.benchmarks.published import Cell, Found, cells_of, comparisons_of, expert_of, settings_of
+from tests.benchmarks.paired import Paired
+from tests.benchmarks.registered import Cell, Found, beside_of, cells_of, comparisons_of, expert_of, made, settings_of
 
 REGISTER, DIGEST = published.read_register()
 ROOT = Path(__file__).parents[3]
@@ -59,6 +60,47 @@ def test_every_comparison_has_its_cells_and_a_measure_of_its_game():
         assert claim["measure"] in group["measures"], claim["id"]
 
 
+@pytest.mark.parametrize("name", ["steps", "splits"])
+def test_other_registers_can_be_carried_out_beside_the_record(name):
+    """Every comparison and every row of a figure has its cells here or in the record, and settings that are allowed."""
+    register, _ = published.read_register(name)
+    own = {cell for group in register["groups"] for cell in cells_of(register, group)}
+    beside = set(beside_of(register))
+    assert not own & beside and len({claim["id"] for claim in register["claims"]}) == len(register["claims"])
+    wanted = [
+        Cell(claim["game"], expert, **claim[side], depth=depth, seed=seed)
+        for _, claim, expert, depth in comparisons_of(register)
+        for side in ("first", "second")
+        for seed in register["seeds"]
+    ]
+    about = register.get("figure", {"rows": []})
+    wanted += [
+        Cell(about["game"], about["expert"], **row[side], depth=about["depth"], seed=seed)
+        for row in about["rows"]
+        for side in ("of", "less")
+        if side in row
+        for seed in register["seeds"]
+    ]
+    assert set(wanted) <= own | beside
+    for cell in {replace(each, seed=0) for each in own}:
+        settings = settings_of(register, expert_of(cell.game, cell.expert)[1], cell)
+        assert settings.preset == ("released" if name == "steps" else "paper")
+        assert (settings.splits == "exact") == (cell.preset != "paper") and bool(settings.undo) == (name == "steps")
+
+
+def test_a_figure_has_the_rows_whose_cells_are_there(tmp_path):
+    register, digest = published.read_register("steps")
+    text = published.drawn(register, Found(register, digest, tmp_path))
+    assert "MAVIPER, published: 0.844" in text and "released code: 0.645 [" in text and "mended leaves" not in text
+    assert text.count("the text, all rounds: ") == 2
+
+
+def test_a_record_of_another_register_is_not_stood_beside(monkeypatch):
+    register, _ = published.read_register("steps")
+    with pytest.raises(SystemExit, match="not the register that this one names"):
+        beside_of({**register, "beside": {**register["beside"], "sha256": "0" * 64}})
+
+
 def test_seeds_are_fresh_and_settings_are_the_published_ones():
     assert REGISTER["seeds"] == list(range(100, 110))
     for cell in everything():
@@ -97,7 +139,7 @@ def test_a_cell_of_another_register_ends_the_run(folder):
     place = folder / FIRST.name
     place.write_text(json.dumps({**document(0.1), "register": "0" * 64}))
     with pytest.raises(SystemExit, match="another register"):
-        published.made(DIGEST, FIRST, folder)
+        made(DIGEST, FIRST, folder)
 
 
 def test_the_plan_has_costs_and_power_for_everything():
@@ -108,7 +150,7 @@ def test_the_plan_has_costs_and_power_for_everything():
 
 def test_words_are_corrected_within_the_family():
     clear, none, open_ = ([mean + 0.01 * (-1) ** place for place in range(10)] for mean in (0.3, 0.0, 0.007))
-    pairs = [published.Paired(tuple(each)) for each in (clear, none, open_)]
+    pairs = [Paired(tuple(each)) for each in (clear, none, open_)]
     assert published.words_of(pairs, 0.05, 0.02) == ["BETTER", "EQUAL", "EQUAL"]
     assert published.words_of(pairs, 0.05, 0.005) == ["BETTER", "NOT DECIDED", "NOT DECIDED"]
 

@@ -158,13 +158,66 @@ def test_each_teams_best_is_that_of_the_highest_return(world, expert, monkeypatc
 def test_imitations_points_are_starts(world, expert):
     """The first 25 steps of one episode, then start states: at rest, all within the start region."""
     settings = Settings.of({"preset": "released", "algorithm": "imitation", "rollouts": 3})
-    arrays = released._starts(world, expert, settings, 0, 25)
+    arrays = released._starts(world, expert, settings, 0)
     assert len(arrays["labels"]) == 75 and arrays["observations.001"].shape == (75, 10)
-    later = released._starts(world, expert, settings, 1, 25)
+    later = released._starts(world, expert, settings, 1)
     assert len(later["labels"]) == 75 and np.abs(later["observations.000"]).max() <= 2
     first = measures.ROLLOUT_SEEDS
     start = world.observe(world.start_from_seeds([first]))
     assert (arrays["observations.000"][0] == start[0][0]).all()
+
+
+def test_without_restarts_imitations_points_are_whole_episodes(world, expert):
+    settings = Settings.of({"preset": "released", "algorithm": "imitation", "rollouts": 3, "undo": "restarts"})
+    arrays = released._episodes(world, expert, settings, 1)
+    starts = world.observe(world.start_from_seeds(settings.rollout_episodes(1)))
+    seen = arrays["observations.000"].reshape(25, 3, -1)
+    assert (seen[0] == starts[0]).all() and len(arrays["labels"]) == 75
+    assert (np.diff(seen, axis=0) != 0).any(axis=(0, 2)).all(), "agents move within an episode"
+
+
+def test_mended_leaves_take_their_most_frequent_action():
+    obs = np.array([[0.0]] * 10 + [[1.0]] * 10, dtype=np.float32)
+    acted = np.array([3] * 6 + [4] * 4 + [1] * 4 + [2] * 3 + [3] * 3)
+    tree = released.one_hot_tree(obs, acted, np.ones(20, dtype=int), 5, 1, stays=False)
+    assert tree.action[ir.apply(tree, np.array([[0.0], [1.0]], dtype=np.float32))].tolist() == [3, 1]
+
+
+def share_of_stay(world, expert, undo):
+    """How often IVIPER's trees stand still in its own small extraction."""
+    small = {"iterations": 1, "rollouts": 4, "selection_episodes": 4, "max_depth": 2}
+    settings = Settings.of({"preset": "released", "algorithm": "iviper", "undo": undo, **small})
+    agents = extract(world, expert, settings).agents
+    leaves = [policy.tree.action[policy.tree.feature < 0] for policy in agents]
+    return float(np.mean(np.concatenate(leaves) == released.STAY))
+
+
+def test_each_accident_is_undone_alone(world, expert, monkeypatch):
+    monkeypatch.setattr(held_out, "EVALUATION_EPISODES", 4)
+    monkeypatch.setattr(released, "WARM_UP", 10)
+    assert share_of_stay(world, expert, "") > share_of_stay(world, expert, "leaves")
+    small = {"iterations": 2, "rollouts": 3, "selection_episodes": 4, "max_depth": 1}
+    told = {}
+    for undo in ("", "warm-up"):
+        settings = Settings.of({"preset": "released", **small, "undo": undo})
+        told[undo] = extract(world, expert, settings).provenance.training
+    assert "undo" not in told[""] and told["warm-up"]["undo"] == "warm-up"
+    assert (told[""]["points"], told["warm-up"]["points"]) == (25 * (10 + 6), 25 * (3 + 6))
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"undo": "leaves", "preset": "paper"}, "only the authors' code"),
+        ({"undo": "leaves", "preset": "released"}, "no accident of the released maviper named 'leaves'"),
+        ({"undo": "leavs", "preset": "released", "algorithm": "iviper"}, "did you mean 'leaves'"),
+        ({"undo": "restarts", "preset": "released", "algorithm": "iviper"}, "restarts"),
+        ({"undo": "warm-up+", "preset": "released"}, "accident"),
+    ],
+)
+def test_what_cannot_be_undone_is_refused(given, said):
+    with pytest.raises(InputError, match=said):
+        Settings.of(given)
 
 
 def test_no_episode_is_for_two_purposes():

@@ -1,0 +1,197 @@
+"""Registered cells: extractions that a register names before any is made, and the numbers that claims take from them.
+
+Does: reads a register (published.toml, steps.toml, splits.toml) with its hash, makes a cell as a file, finds those that
+  there are, also those that another record holds, and pairs them by seed.
+Assumes: a register that stands in this folder.
+Does not: print or draw (published.py).
+"""
+
+import hashlib
+import json
+import tarfile
+import time
+import tomllib
+from dataclasses import dataclass
+from functools import cache
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+
+from maviper.episodes import measures
+from maviper.experts.finding import find_expert
+from maviper.extraction.algorithms import extract
+from maviper.extraction.settings import Settings
+from maviper.files import runs
+from maviper.files.profiles import version
+from maviper.reproduction.cells.cell import EPISODES
+from maviper.reproduction.cells.making import replacing
+from maviper.reproduction.statistics import of_differences, untestable
+from maviper.worlds import Measure
+from maviper.worlds.world import RETURN
+from tests.benchmarks.paired import Paired
+
+HERE = Path(__file__).parent
+ROOT = HERE.parents[1]
+ARCHIVE = "cells.tar.xz"
+MAX_CELL_BYTES = 2**22
+
+
+@cache
+def read_register(name="published"):
+    """The register of a name, and its hash."""
+    data = (HERE / f"{name}.toml").read_bytes()
+    return tomllib.loads(data.decode()), hashlib.sha256(data).hexdigest()
+
+
+# --- cells
+
+
+@dataclass(frozen=True, order=True)
+class Cell:
+    """One extraction."""
+
+    game: str
+    expert: str
+    preset: str
+    algorithm: str
+    depth: int
+    seed: int
+
+    @property
+    def name(self):
+        return f"{self.game}.{self.expert}.{self.preset}.{self.algorithm}.depth-{self.depth}.seed-{self.seed}.json"
+
+    @property
+    def episodes(self):
+        """The held-out episodes of its seed, the same ones for every algorithm, preset and depth."""
+        first = measures.MEASUREMENT_SEEDS + EPISODES * self.seed
+        return range(first, first + EPISODES)
+
+
+def cells_of(register, group):
+    """The cells of a group, all of one seed before the next."""
+    grid = product(register["seeds"], group["experts"], group["depths"], group["algorithms"])
+    return [
+        Cell(group["game"], expert, group["preset"], algorithm, depth, seed) for seed, expert, depth, algorithm in grid
+    ]
+
+
+@cache
+def expert_of(game, label):
+    """The shipped expert, and its world."""
+    return find_expert(game if label == "mappo" else f"{game}@{label}")
+
+
+def settings_of(register, world, cell):
+    """What the cell's extraction is asked for."""
+    given = {**register["presets"][cell.preset], **register["algorithms"][cell.algorithm]}
+    given = {name: value[cell.game] if isinstance(value, dict) else value for name, value in given.items()}
+    return Settings.of({**given, "max_depth": cell.depth, "seed": cell.seed}, world).checked().resolved(world)
+
+
+def make(register, digest, cell, folder):
+    """Makes one cell."""
+    started = time.process_time()
+    expert, world = expert_of(cell.game, cell.expert)
+    settings = settings_of(register, world, cell)
+    profile = extract(world, expert, settings)
+    lineups = {name: each for name, each in replacing(world, expert, profile).items() if name != "all"}
+    lineups["expert"] = [expert] * len(world.agents), tuple(world.teams)
+    values = {}
+    for name, (controllers, teams) in lineups.items():
+        found = measures.values(world, controllers, cell.episodes)
+        values[name] = {each.label: column.tolist() for each, column in found.items() if each.team in teams}
+    told = {
+        "register": digest,
+        "tool": f"maviper {version()}",
+        "expert": expert.hash,
+        "iterations": settings.iterations,
+    }
+    told |= {"training": dict(profile.provenance.training), "seconds": round(time.process_time() - started, 1)}
+    runs.write(folder / cell.name, json.dumps({**told, "values": values}, sort_keys=True) + "\n")
+
+
+def made(digest, cell, folder):
+    """A cell's document, or None; the benchmark ends where it is of another register."""
+    place = folder / cell.name
+    if not place.exists():
+        return None
+    document = json.loads(runs.read(place, MAX_CELL_BYTES))
+    if document["register"] != digest:
+        raise SystemExit(f"{place} is of another register: choose another folder with --cells")
+    return document
+
+
+# --- numbers
+
+
+def beside_of(register):
+    """Cells of another record, of the register that it was made by, by cell."""
+    other, digest = read_register(register["beside"]["register"])
+    if digest != register["beside"]["sha256"]:
+        raise SystemExit(f"{register['beside']['register']}.toml is not the register that this one names")
+    cells = {cell.name: cell for group in other["groups"] for cell in cells_of(other, group)}
+    with tarfile.open(ROOT / register["beside"]["record"] / ARCHIVE) as packed:
+        documents = {member.name: json.loads(packed.extractfile(member).read()) for member in packed.getmembers()}
+    wrong = [name for name, document in documents.items() if document["register"] != digest]
+    if wrong:
+        raise SystemExit(f"{wrong[0]} in {register['beside']['record']} is of another register")
+    return {cells[name]: document for name, document in documents.items()}
+
+
+class Found:
+    """The cells that are there, and the ratios to the expert."""
+
+    def __init__(self, register, digest, folder):
+        self.register = register
+        self.documents = {}
+        for group in register["groups"]:
+            for cell in cells_of(register, group):
+                document = made(digest, cell, folder)
+                if document:
+                    self.documents[cell] = document
+        self.beside = beside_of(register) if "beside" in register else {}
+
+    def document(self, cell):
+        """A cell of this register, or of the record beside it; None where it is not made."""
+        return self.documents.get(cell) or self.beside.get(cell)
+
+    def ratios(self, claim, side, expert, depth):
+        """Seed -> the joint ratio of the claim's team to the expert, higher being better."""
+        chosen = claim[side]
+        found = {}
+        for seed in self.register["seeds"]:
+            cell = Cell(claim["game"], expert, chosen["preset"], chosen["algorithm"], depth, seed)
+            document = self.document(cell)
+            if document:
+                found[seed] = ratio(document["values"], expert_of(cell.game, expert)[1], claim["measure"])
+        return found
+
+    def paired(self, claim, expert, depth):
+        """The first less the second, by seed."""
+        first, second = (self.ratios(claim, side, expert, depth) for side in ("first", "second"))
+        return Paired(tuple(first[seed] - second[seed] for seed in first if seed in second))
+
+    def ceiling(self, claim, expert, depth):
+        """Whether the second one keeps so much of the expert that a lead over it cannot be seen."""
+        values = list(self.ratios(claim, "second", expert, depth).values())
+        return len(values) > 1 and untestable(of_differences(values).interval()[0])
+
+
+def ratio(values, world, label):
+    """The team's mean over the expert's in the same episodes; a return is divided by the mean size of the expert's."""
+    known = [*world.measures, *(Measure(team, RETURN) for team in world.teams)]
+    measure = next(each for each in known if each.label == label)
+    ours, theirs = values[f"joint:{measure.team}"][label], values["expert"][label]
+    scale = float(np.mean(np.abs(theirs))) if measure.name == RETURN else None
+    return float(measures.quotient(measure, float(np.mean(ours)), float(np.mean(theirs)), scale))
+
+
+def comparisons_of(register):
+    """(family, claim, expert, depth) for everything that is compared."""
+    return [
+        (claim["family"], claim, expert, depth)
+        for claim in register["claims"]
+        for expert, depth in product(claim["experts"], claim["depths"])
+    ]
