@@ -209,7 +209,7 @@ def test_each_accident_is_undone_alone(world, expert, monkeypatch):
     ("given", "said"),
     [
         ({"undo": "leaves", "preset": "paper"}, "only the authors' code"),
-        ({"undo": "leaves", "preset": "released"}, "no accident of the released maviper named 'leaves'"),
+        ({"undo": "leaves", "preset": "released"}, "accident of the released maviper 'leaves'"),
         ({"undo": "leavs", "preset": "released", "algorithm": "iviper"}, "did you mean 'leaves'"),
         ({"undo": "restarts", "preset": "released", "algorithm": "iviper"}, "restarts"),
         ({"undo": "warm-up+", "preset": "released"}, "accident"),
