@@ -126,4 +126,4 @@ def suggestion(name: str, known: Iterable[str]) -> str:
         return f"did you mean '{shown(match)}'?"
     if len(names) <= MAX_NAMES_SHOWN:
         return "known: " + ", ".join(map(shown, names))
-    return f"{len(names)} names are known, none of them is close"
+    return f"none of the {len(names)} known names is close"

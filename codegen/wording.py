@@ -1,6 +1,6 @@
-"""Tests of a feature as people read them: `<= 0.1`, and `< 0` where the threshold is the last number below 0.
+"""Numbers as people read them: `<= 0.1`, `< 0` where a threshold is the last number below 0, `1 leaf`, `2,000 leaves`.
 
-Does: words a test, either of its sides, or both ends of a range, with some digits.
+Does: words a test, either of its sides, or both ends of a range, with some digits; a count with its noun.
 Assumes: a reader; code and profiles hold thresholds exactly.
 Does not: write what a program reads.
 
@@ -8,6 +8,7 @@ What is written as x < 0 compares with a number so small that it says nothing to
 float32 that is not subnormal, or the last number of all.
 """
 
+PLURALS = {"branch": "branches", "leaf": "leaves"}  # of nouns that take no s
 TINY = 2.0**-126  # the least float32 that is not subnormal
 
 
@@ -36,6 +37,11 @@ def number(threshold: float, digits: int = 6) -> str:
 def is_zero(threshold: float) -> bool:
     """Whether a threshold is read as 0."""
     return abs(threshold) <= TINY
+
+
+def counted(count: int, noun: str) -> str:
+    """A count and what is counted: `1 leaf`, `2,000 episodes`."""
+    return f"{count:,} {noun if count == 1 else PLURALS.get(noun, noun + 's')}"
 
 
 def _sign(threshold: float, plain: str, below: str) -> str:

@@ -102,7 +102,7 @@ def check_files(
 def check(build: Build, random: int = RANDOM_OBSERVATIONS) -> Report:
     """Replays every file of a build against the reference; the report holds differences too.
 
-    `random`: random observations an agent, beside all boundary and special ones.
+    `random`: random observations per agent, beside all boundary and special ones.
     """
     profile, model, files = build.profile, build.model, build.files
     found: list[Agreement] = []

@@ -16,7 +16,7 @@ from codegen.agreement.selfcheck import SEED
 from codegen.lowering.model import Model
 from codegen.lowering.render import render
 
-SPECIALS, ORDINARY, EACH = 60, 40, 3  # of special and ordinary observations an agent, of completions a boundary value
+SPECIALS, ORDINARY, EACH = 60, 40, 3  # special and ordinary observations per agent; completions per boundary value
 TESTS = {"c": "c", "python": "py", "javascript": "mjs", "rust": "rs"}
 
 

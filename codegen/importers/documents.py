@@ -18,6 +18,7 @@ from codegen.errors import InputError, shown
 from codegen.floats import FLOAT32, FLOAT64, NUMBERS
 from codegen.importers.nodes import Leaf, Split, json_of, origin_of
 from codegen.importers.origin import AGENT, DOUBLES, Origin
+from codegen.wording import counted
 
 DTCONTROL, TREELITE = "dtControl", "treelite"
 AGAIN = "write the file again"
@@ -46,7 +47,7 @@ def from_dtcontrol(content: bytes, where: str) -> dict[str, Origin]:
 def _leaf(node: Mapping[str, Any], where: str) -> Leaf:
     labels = cast(list[object], node["actual_label"] or [])
     if len(labels) != 1 or not isinstance(labels[0], str):
-        what = f"a leaf permits {len(labels)} actions"
+        what = f"a leaf permits {counted(len(labels), 'action')}"
         raise InputError(what, where, "let dtControl determinise it: one action a leaf")
     return Leaf(labels[0])
 

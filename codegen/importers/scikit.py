@@ -170,7 +170,7 @@ def _ensure_without_missing(tree: Any) -> None:
 
 
 def grown_from_sklearn(tree: Any, action: Any) -> GrownTree:
-    """A fitted estimator's `tree_` with these actions, one a node; those of splits count for nothing."""
+    """A fitted estimator's `tree_` with these actions, one per node; those of splits count for nothing."""
     split = tree.children_left != NO_CHILD
     return GrownTree(
         np.where(split, tree.feature, NO_FEATURE),

@@ -134,7 +134,7 @@ class Line:
 @dataclass(frozen=True)
 class Tables:
     """A tree as arrays. `complete`: the children of node i are 2 i + 1 and 2 i + 2, and `actions` has an entry for each
-    path of `levels` tests; else `children` has two entries a node, a leaf being its own child.
+    path of `levels` tests; else `children` has two entries per node, a leaf being its own child.
     """
 
     complete: bool

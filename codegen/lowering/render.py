@@ -17,6 +17,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from codegen.errors import shown, visible
 from codegen.floats import smt_literal
 from codegen.intervals import percent, sampled
+from codegen.wording import counted
 
 MAX_SHOWN = 12  # characters of a number that is shown as it is
 
@@ -34,7 +35,14 @@ def _environment() -> Environment:
         finalize=_seen,
         autoescape=lambda name: name is not None and name.endswith(".html.j2"),
     )
-    filters = {"comment": comment, "float32": smt_literal, "percent": percent, "sampled": sampled, "shown": shown}
+    filters = {
+        "comment": comment,
+        "counted": counted,
+        "float32": smt_literal,
+        "percent": percent,
+        "sampled": sampled,
+        "shown": shown,
+    }
     filters |= {"brief": brief, "rounded": rounded, "visible": visible}
     environment.filters.update(filters)  # pyright: ignore[reportUnknownMemberType]
     return environment

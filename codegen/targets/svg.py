@@ -11,6 +11,7 @@ from codegen import ir
 from codegen.errors import InputError
 from codegen.lowering.model import Agent, Model, Node
 from codegen.lowering.render import render
+from codegen.wording import counted
 
 LEAF_WIDTH, LEVEL_HEIGHT, MARGIN = 72, 62, 40
 MAX_NODES = 4_096
@@ -82,7 +83,7 @@ def emit(model: Model, profile: ir.PolicyProfile) -> dict[str, str]:
 def picture(agent: Agent) -> Picture:
     """Where each node goes. InputError for a tree that no page shows."""
     if len(agent.nodes) > MAX_NODES:
-        what = f"the tree of {agent.name} has {len(agent.nodes)} nodes"
+        what = f"the tree of {agent.name} has {counted(len(agent.nodes), 'node')}"
         raise InputError(what, "--target svg", f"a picture shows at most {MAX_NODES}: extract a smaller tree")
     level = [0] * len(agent.nodes)
     for node in agent.nodes:  # preorder: parents come first

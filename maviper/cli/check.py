@@ -10,6 +10,7 @@ from pathlib import Path
 import click
 
 from codegen.errors import ExitCode
+from codegen.wording import counted
 from maviper.cli.group import Verb
 from maviper.cli.options import PATH, console_of, option
 
@@ -62,5 +63,5 @@ def check(
 
     with console_of(context).following("checking") as listener, listening(listener):
         proof = checked(certificate, profile, against, world)
-    say(f"accepted  {proof.subject}: {proof.closed} branches closed, {proof.size} bytes of proof")
+    say(f"accepted  {proof.subject}: {counted(proof.closed, 'branch')} closed, {counted(proof.size, 'byte')} of proof")
     return ExitCode.DONE

@@ -12,6 +12,7 @@ from typing import Any, Unpack
 import click
 
 from codegen.errors import ExitCode
+from codegen.wording import counted
 from maviper.cli.group import Verb
 from maviper.cli.options import PATH, console_of, option, options_of, output
 from maviper.options import ImportOptions
@@ -79,10 +80,17 @@ def import_verb(
 def _say(policy: Any, facts: Mapping[str, Any], console: Any) -> None:
     """What an agent's tree is, and what it was compared with."""
     leaves = int((policy.tree.feature < 0).sum())
-    size = f"{leaves} leaves, {len(policy.features)} features, {len(policy.actions)} actions, {policy.numbers}"
+    size = ", ".join(
+        [
+            counted(leaves, "leaf"),
+            counted(len(policy.features), "feature"),
+            counted(len(policy.actions), "action"),
+            policy.numbers,
+        ]
+    )
     console.line(policy.agent, f"{facts[f'{policy.agent} from']}: {size}")
     count, by = facts[f"{policy.agent} replayed"], facts[f"{policy.agent} replayed by"]
-    console.line("replayed", f"{count:,} observations, by {by}: no difference")
+    console.line("replayed", f"{counted(count, 'observation')}, by {by}: no difference")
     for kind in ("features", "actions"):
         console.line(kind, str(facts[f"{policy.agent} {kind}"]))
     console.line("given", str(facts[f"{policy.agent} given"]))

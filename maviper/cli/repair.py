@@ -11,6 +11,7 @@ from typing import Unpack
 import click
 
 from codegen.errors import ExitCode
+from codegen.wording import counted
 from maviper.cli.group import Verb
 from maviper.cli.options import PROFILE, REGION, console_of, option, options_of, output
 from maviper.options import RepairOptions, completed
@@ -68,7 +69,7 @@ def repair(
     if outcome.after is None:
         subject = f"{outcome.claim.name} of the {outcome.claim.team}, region {outcome.region.name}"
         console.line("not repaired", f"{subject}: {outcome.repair.reason}")
-        console.line("", f"{len(outcome.repair.guards)} guards were set; nothing was written")
+        console.line("", f"{counted(len(outcome.repair.guards), 'guard')} set; nothing was written")
         if outputs.clear(output, outputs.REPAIR, [profile, Path(asked.region)]):
             console.line("removed", f"the files of an earlier repair in {output}")
         return ExitCode.INCONCLUSIVE

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, cast
 
 from codegen import ir
 from codegen.errors import ExitCode
+from codegen.wording import counted
 from maviper.compilation.compile import Compiled
 from maviper.console import Console
 from maviper.evaluation.comparison import sizes
@@ -97,13 +98,15 @@ def _say_repair(repair: Repaired, world: World, folder: Path, console: Console) 
     after = sizes(repair.after, list(repair.repair.roles))
     depth = max(each["depth"] for each in after.values())
     ours = _success(repair.after, world)[0]
-    told = f"{len(repair.repair.guards)} guards, depth {depth}; the defenders succeed in {ours:.1%} of episodes"
+    guards = counted(len(repair.repair.guards), "guard")
+    told = f"{guards}, depth {depth}; the defenders succeed in {ours:.1%} of episodes"
     console.line("repaired", told)
     for result in repair.results:
         console.line(result.verdict.value, as_lines(repair.after, result)[0])
     for name in repair.certificates:
         proof = checked(folder / name)
-        console.line("accepted", f"the proof, by the independent checker: {proof.closed} branches, {proof.size} bytes")
+        size = f"{counted(proof.closed, 'branch')}, {counted(proof.size, 'byte')}"
+        console.line("accepted", f"the proof, by the independent checker: {size}")
 
 
 def _say_code(compiled: Compiled, folder: Path, console: Console) -> None:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from codegen.errors import InputError
+from codegen.wording import counted
 from maviper.cli.group import Verb
 from maviper.cli.options import PATH, PROFILE, RESULTS, console_of, option
 from maviper.cli.verify_options import asked
@@ -66,9 +67,10 @@ def verify(
     although it could fail. With -o, this region is written as a file that --region reads. For
     reaches and covers, --where gives the share of starts from which they fail.
 
-    With --world, claims are about a system that a file states: stays_in, avoids, reaches and reaches_and_stays with
-    regions of its variables, and formulas over single decisions. Verdicts are then of the stated dynamics, with the
-    error that the file states; if it names an environment, 100,000 steps of that are compared with the statement.
+    With --world, claims are about the system that a world file defines: stays_in, avoids, reaches and
+    reaches_and_stays with regions of its variables, and formulas over single decisions. Verdicts are then of the stated
+    dynamics, with the error that the file states; if it names an environment, 100,000 steps of that are compared with
+    the statement.
     `maviper guide systems` has the form of the file.
 
     \b
@@ -122,7 +124,7 @@ def _decided(
     if as_json or full:
         click.echo(done.printed(as_json), nl=False)
     if len(done.results) < len(found):
-        console.line("interrupted", f"{len(done.results)} of {len(found)} claims were decided")
+        console.line("interrupted", f"{len(done.results)} of {counted(len(found), 'claim')} decided")
         raise KeyboardInterrupt
     return exit_code([result.verdict for result in done.results])
 

@@ -10,6 +10,7 @@ from pathlib import Path
 import click
 
 from codegen.errors import ExitCode
+from codegen.wording import counted
 from maviper.cli.group import Verb, Verbs
 from maviper.cli.options import PATH, console_of, option
 
@@ -50,7 +51,7 @@ def worlds_show(world: str, features_file: Path | None) -> int:
 
     game = find(world) if features_file is None else with_names(find(world), features_file)
     pace = f" of {game.spec.dt} s" if game.spec.dt else ""
-    click.echo(f"{game.name}, after {game.spec.reference}, {game.spec.episode_steps} steps{pace}")
+    click.echo(f"{game.name}, after {game.spec.reference}, {counted(game.spec.episode_steps, 'step')}{pace}")
     for agent, features, actions in zip(game.agents, game.features, game.actions, strict=True):
         click.echo(f"\n{agent}, team {game.team_of(agent)}")
         for feature in features:

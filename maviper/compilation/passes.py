@@ -15,12 +15,13 @@ from codegen.lowering import passes
 from codegen.lowering.passes import DROP, MERGE, PASSES, REORDER
 from codegen.policy_json import content_hash
 from codegen.region import RegionSpec
+from codegen.wording import counted
 from maviper.episodes.on_policy import on_policy
 from maviper.files.regions import find_region
 from maviper.worlds.matching import NO_WORLD, matching_world
 from verify.exact import plain
 
-BUDGET = 20_000_000  # solver resource units a leaf; what stays open is kept
+BUDGET = 20_000_000  # solver resource units per leaf; what stays open is kept
 
 
 @dataclass(frozen=True)
@@ -65,7 +66,8 @@ def _said(before: ir.PolicyProfile, after: ir.PolicyProfile) -> str:
     for old, new in zip(before.agents, after.agents, strict=True):
         leaves = [len(ir.leaves(policy.tree)) for policy in (old, new)]
         levels = [int(ir.depth(policy.tree).max()) for policy in (old, new)]
-        parts.append(f"{new.agent} {leaves[0]} to {leaves[1]} leaves, at most {levels[0]} to {levels[1]} tests")
+        size, longest = counted(leaves[1], "leaf"), counted(levels[1], "test")
+        parts.append(f"{new.agent} {leaves[0]} to {size}, at most {levels[0]} to {longest}")
     return "; ".join(parts)
 
 

@@ -10,7 +10,7 @@ from maviper.episodes import measures
 from maviper.episodes.play import Controller, Episodes, play, tree_policies
 from maviper.worlds import World
 
-ON_POLICY_EPISODES = 4_000  # of 25 steps: 100,000 observations an agent
+ON_POLICY_EPISODES = 4_000  # of 25 steps: 100,000 observations per agent
 
 
 def on_policy(profile: ir.PolicyProfile, world: World, driver: Controller | None = None) -> Episodes:

@@ -16,6 +16,7 @@ import numpy as np
 from codegen import ir
 from codegen.floats import rational_literal
 from codegen.intervals import Share, percent
+from codegen.wording import counted
 from maviper.console import Console
 from maviper.episodes import measures
 from maviper.episodes.measures import Estimate, Mean, estimate, shown
@@ -83,7 +84,8 @@ class Cost:
             low, high = one.difference.interval
             values = f"{shown(one.before)} to {shown(one.after)}"
             told = f"{values}, difference {one.difference.value:.3f} [{low:.3f}, {high:.3f}]"
-            console.line("measured", f"{one.measure.team} {one.measure.name}: {told}, {one.difference.count} episodes")
+            played = counted(one.difference.count, "episode")
+            console.line("measured", f"{one.measure.team} {one.measure.name}: {told}, {played}")
 
 
 def measured(

@@ -110,7 +110,7 @@ class Uniform:
         return Uniform(self.world, seeds)
 
     def act(self, agents: Sequence[int], observations: Sequence[Float32], state: Any) -> Int:
-        """As `Controller.act`, once a step of the episodes that it was started for."""
+        """As `Controller.act`, once per step of the episodes that it was started for."""
         return self.world.drawn(agents, observations, next(self._steps)[:, list(agents)])
 
 
@@ -255,7 +255,7 @@ class TreeFacts:
 
 
 def decisions(trees: Mapping[int, ir.AgentPolicy], episodes: Episodes, wanted: Int | None) -> Float64:
-    """For each tree its mean comparisons a decision and the share of the actions `wanted` that it takes, or NaN,
+    """For each tree its mean comparisons per decision and the share of the actions `wanted` that it takes, or NaN,
     [2, n_trees, batch], over the steps in which its agent acts. `wanted`: [steps, batch, n_agents].
     """
     facts = np.full((2, len(trees), episodes.actions.shape[1]), np.nan)

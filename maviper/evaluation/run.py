@@ -241,7 +241,7 @@ def _standings(rows: Sequence[Standing]) -> list[list[str]]:
 
 def _trees(facts: Mapping[str, TreeFacts]) -> list[list[str]]:
     compared = next(iter(facts.values())).fidelity_own is not None
-    head = ["tree", "leaves", "depth", "comparisons a decision"]
+    head = ["tree", "leaves", "depth", "comparisons per decision"]
     table = [head + ["fidelity in its own states", "in the expert's states"] * compared]
     for agent, tree in facts.items():
         row = [agent, str(tree.leaves), str(tree.depth), f"{tree.comparisons}, worst {tree.depth}"]

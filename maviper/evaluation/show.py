@@ -12,7 +12,7 @@ import numpy as np
 from codegen import ir
 from codegen.intervals import percent
 from codegen.paths import parted
-from codegen.wording import within
+from codegen.wording import counted, within
 
 
 def rules(policy: ir.AgentPolicy) -> Iterator[str]:
@@ -34,7 +34,8 @@ def _visits(tree: ir.Tree, node: int) -> str:
     """How often a leaf decided, where that was counted."""
     if not len(tree.visits):
         return ""
-    return f", {percent(float(tree.visits[node] / max(1, tree.visits.sum())))} of {tree.visits.sum():,} decisions"
+    visits = int(tree.visits.sum())
+    return f", {percent(float(tree.visits[node] / max(1, visits)))} of {counted(visits, 'decision')}"
 
 
 def _condition(policy: ir.AgentPolicy, low: ir.Floats, high: ir.Floats) -> str:

@@ -12,6 +12,7 @@ import numpy as np
 
 from codegen.errors import InputError, MissingToolError
 from codegen.ir import Float32, Float64
+from codegen.wording import counted
 from maviper.experts.expert import AS_GIVEN
 from maviper.experts.network import NO_CRITIC
 from maviper.worlds import World
@@ -50,7 +51,9 @@ class TorchExpert:
         self.centralized = not value_based
         for kind, modules in (("actors", self._actors), ("critics", self._critics)):
             if modules is not None and len(modules) != len(self.agents):
-                raise InputError(f"{len(modules)} {kind} for {len(self.agents)} agents", world.name, "give one each")
+                raise InputError(
+                    f"{len(modules)} {kind} for {counted(len(self.agents), 'agent')}", world.name, "give one each"
+                )
         for module in [*self._actors, *(self._critics or [])]:
             if isinstance(module, torch.nn.Module):
                 module.eval()

@@ -11,6 +11,7 @@ from dataclasses import replace
 from codegen import ir
 from codegen.errors import InputError, UnknownNameError
 from codegen.ir import GrownTree
+from codegen.wording import counted
 from maviper.episodes.trees import agent_policies
 from maviper.experts.expert import Expert
 from maviper.experts.wrapped import lawful_expert
@@ -87,7 +88,7 @@ def _check_masks(world: World, settings: Settings) -> None:
         raise InputError("the authors' code takes no heed of illegal actions", where, "choose another --preset")
     for agent, choices in zip(world.agents, world.actions, strict=True):
         if settings.max_depth + len(choices) - 1 > ir.MAX_DEPTH:
-            what = f"{agent} has {len(choices)} actions: with tests of their mask a tree may be too deep"
+            what = f"{agent} has {counted(len(choices), 'action')}: with tests of their mask a tree may be too deep"
             raise InputError(what, where, f"depth and actions together may be {ir.MAX_DEPTH + 1}")
 
 

@@ -18,6 +18,7 @@ from codegen.intervals import Share
 from codegen.ir import PolicyProfile
 from codegen.json_layout import layout
 from codegen.policy_json import content_hash
+from codegen.wording import counted
 from maviper.console import Console
 from maviper.evaluation import comparison
 from maviper.evaluation.held_out import EVALUATION_EPISODES
@@ -78,7 +79,7 @@ def task_of(paths: Sequence[Path], world: World, expert: Expert, console: Consol
             if left_out
             else ""
         )
-        told = f"{len(one.states)} states that violate {one.claim.shown} of the {one.claim.team}{lost}"
+        told = f"{counted(len(one.states), 'state')} violating {one.claim.shown} of the {one.claim.team}{lost}"
         console.line("examples", told)
         lessons.append(lesson)
     if not any(map(len, lessons)):

@@ -18,6 +18,7 @@ from typing import Any, NamedTuple
 
 from codegen import ir, policy_json
 from codegen.errors import InputError
+from codegen.wording import counted
 from maviper.console import Console, LiveLine
 from maviper.episodes.measures import ratio, shown
 from maviper.evaluation.held_out import measured_of
@@ -214,8 +215,9 @@ def say_stopped(profile: ir.PolicyProfile, console: Console) -> None:
     """That an extraction stopped early, if it did."""
     told = profile.provenance.training
     if int(told["stopped_after"]) < int(told["iterations"]):
-        why = f"no gain above the interval in {told['patience']}"
-        console.line("stopped", f"after {told['stopped_after']} of {told['iterations']} rounds: {why} (--patience)")
+        why = f"no significant improvement in {counted(int(told['patience']), 'round')}"
+        rounds = counted(int(told["iterations"]), "round")
+        console.line("stopped", f"after {told['stopped_after']} of {rounds}: {why} (--patience)")
 
 
 class Stages:
@@ -246,7 +248,7 @@ class Stages:
             self._live.started = self._since  # its first step was done before it was shown
         best = ", ".join(f"{team} {shown(found)}" for team, found in progress.measured.items())
         agreed = "" if progress.fidelity is None else f"  fidelity {progress.fidelity:.2f}"
-        self._live.update(progress.done, f"best {best}{agreed}  {progress.leaves} leaves")
+        self._live.update(progress.done, f"best {best}{agreed}  {counted(progress.leaves, 'leaf')}")
         self._since = time.monotonic()
 
 

@@ -60,7 +60,7 @@ LARGE_BUDGET = 30_000  # from it on, there is enough to refine by
 MAX_ROLLOUTS = 2_000
 EPISODES_AN_ITERATION = 5
 EPISODES_PER_SEED = 100_000  # the episode seeds of two extraction seeds do not meet
-# What the paper's protocol changes for an algorithm, in every preset; imitation adds 5,000 samples an iteration.
+# What the paper's protocol changes for an algorithm, in every preset; imitation adds 5,000 samples per iteration.
 PROTOCOL: dict[str, dict[str, Any]] = {
     IVIPER: {"iterations": 50},
     VIPER: {"iterations": 50},
@@ -100,7 +100,7 @@ class Settings:
     splits: str = EXACT  # how a split is searched: every threshold, or the bins of a histogram
     max_depth: int = 4
     iterations: int = 100
-    rollouts: int = 50  # episodes an iteration
+    rollouts: int = 50  # episodes per iteration
     max_samples: int = 300_000
     # every iterate alike and one iteration for all agents; each team's best by return; a race in each team
     selection: str = UNIFORM

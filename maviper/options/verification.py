@@ -75,7 +75,7 @@ class VerifyOptions(QuestionOptions, Parameters, LimitOptions, total=False):
 
 
 class SystemOptions(TypedDict, total=False):
-    """What is asked of a system that a file states."""
+    """What is asked of the system that a world file defines."""
 
     run_reference: Annotated[
         bool,

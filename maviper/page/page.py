@@ -18,6 +18,7 @@ from codegen.errors import InputError
 from codegen.floats import FLOAT32
 from codegen.lowering.lower import NESTED, lower
 from codegen.lowering.render import render
+from codegen.wording import counted
 from maviper.episodes.on_policy import on_policy
 from maviper.evaluation.players import shipped_expert
 from maviper.evaluation.show import rules
@@ -76,7 +77,7 @@ def page(profile: ir.PolicyProfile, contents: Contents) -> str:
     leaves = sum(len(ir.leaves(policy.tree)) for policy in profile.agents)
     return render(
         "play/page.html.j2",
-        title=f"{profile.world.name}: {len(profile.agents)} agents, {leaves} leaves",
+        title=f"{profile.world.name}: {counted(len(profile.agents), 'agent')}, {counted(leaves, 'leaf')}",
         data=data,
         text=Markup(json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")),
         module=_module(profile),

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from codegen.lowering.render import render
+from codegen.wording import counted
 from maviper.evaluation.bootstrap import DRAWS
 from maviper.files import runs
 from maviper.reproduction import further, register, results, sections, verdicts
@@ -154,7 +155,7 @@ def _state(comparison: verdicts.Comparison) -> str:
 
 def summary(judged: Sequence[Verdict], facts: dict[str, Any]) -> list[str]:
     """A line for each claim, the main ones marked, after what was run."""
-    lines = [f"{len(judged)} claims: {_counts(judged)}"]
+    lines = [f"{counted(len(judged), 'claim')}: {_counts(judged)}"]
     lines += [
         f"experts {facts['experts']}; games {facts['games']}; seeds {facts['seeds']}; {facts['CPU hours']} CPU hours"
     ]

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from codegen.errors import ExitCode, InputError, UnknownNameError
+from codegen.wording import counted
 from maviper.console import Console, LiveLine, duration
 from maviper.files import jobs as processes
 from maviper.files.seeds import ensure_counts
@@ -150,7 +151,7 @@ def _make(store: Store, options: Request, done: Reproduced, console: Console) ->
     missing = {task.id: estimate(task) for task in tasks if not store.done(task.id)}
     finished = len(tasks) - len(missing)
     if finished:
-        console.line("found", f"{finished} of {len(tasks)} cells are finished")
+        console.line("found", f"{finished} of {counted(len(tasks), 'cell')} finished")
     with console.live("cells", len(tasks), finished) as live:
         shown = _Shown(live, console, finished, missing)
         for stage in (
@@ -170,7 +171,7 @@ def _make(store: Store, options: Request, done: Reproduced, console: Console) ->
                     shown.one(result, done)
                 if done.made + len(done.failed) == before:
                     if not waiting:
-                        console.line("waiting", f"for {len(ready)} cells that another process is making")
+                        console.line("waiting", f"for {counted(len(ready), 'cell')} that another process is making")
                     waiting = True
                     time.sleep(POLL)
 
@@ -218,19 +219,19 @@ class _Shown:
 def _written(store: Store, plan: Plan, register: str, done: Reproduced, console: Console) -> None:
     found = table.kept(store, plan.ids, register)
     if found.other:
-        console.line("ignored", f"{found.other} cells of another version of maviper or of its claims")
+        console.line("ignored", f"{counted(found.other, 'cell')} of another version of maviper or of its claims")
     if found.doubled:
         console.line("ignored", f"{found.doubled} cells that stand for the same as others, by another expert, say")
     if not found.cells:
         raise InputError("there are no finished cells", str(store.folder), "run it without --report-only")
     place = table.write(store, found.cells)
-    console.line("wrote", f"{place}  {len(found.cells)} cells, {done.made} of them made now")
+    console.line("wrote", f"{place}  {counted(len(found.cells), 'cell')}, {done.made} of them made now")
     report = _piece("report")
     done.lines = [] if report is None else list(report.written(store.folder))
     shown = list(done.failed.items())[:MAX_SHOWN]
     done.lines += [f"failed  {what}: {why}" for what, why in shown]
     if done.failed:
-        done.lines.append(f"{len(done.failed)} cells failed; run the command again to try them again")
+        done.lines.append(f"{counted(len(done.failed), 'cell')} failed; run the command again to try again")
 
 
 def said(plan: Plan, store: Store) -> list[str]:
@@ -252,5 +253,5 @@ def said(plan: Plan, store: Store) -> list[str]:
     derived = sum(guessed(task.cell) for task in plan.tasks)
     if derived:
         lines.append(f"{derived} cells were not measured; they count as those that are most like them, times a factor")
-    total = f"{len(plan.tasks)} cells, {finished} of them finished; {left:.0f} CPU s are left"
+    total = f"{counted(len(plan.tasks), 'cell')}, {finished} of them finished; {left:.0f} CPU s are left"
     return [*lines, f"{total} ({duration(left)} on one core, {duration(left / 2)} on two)"]

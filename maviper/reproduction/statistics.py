@@ -122,7 +122,7 @@ def draws(seeds: int, episodes: int) -> tuple[np.ndarray, Float64]:
 
 
 def of_differences(differences: Sequence[float]) -> Estimate:
-    """The mean of paired differences, one a seed, as the paired t test has it."""
+    """The mean of paired differences, one per seed, as the paired t test has it."""
     count = len(differences)
     deviation = float(np.std(differences, ddof=1)) if count > 1 else 0.0
     return Estimate(float(np.mean(differences)), deviation / count**0.5, count - 1)

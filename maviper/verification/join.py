@@ -75,7 +75,7 @@ def digests(files: Mapping[str, str | bytes]) -> dict[str, str]:
 
 
 def question_files(questions: Sequence[Question[AnyClaim]]) -> dict[str, str]:
-    """The very questions, one a property and goal (of alive_leaves: one a leaf and goal), as SMT-LIB, name -> text.
+    """The very questions, one per property and goal (of alive_leaves: one per leaf and goal), as SMT-LIB, name -> text.
 
     Claims about episodes have none: no solver is asked about them.
     """

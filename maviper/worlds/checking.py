@@ -15,6 +15,7 @@ import numpy as np
 
 from codegen.errors import InputError
 from codegen.lowering.render import render
+from codegen.wording import counted
 from maviper.files import runs
 from maviper.worlds import World, built_in
 from maviper.worlds.findings import Finding, Mark, usable
@@ -124,7 +125,7 @@ def _vmas(source: Source) -> Iterator[Finding]:
     """A random episode in the first place of a batch, and the same in the last place of another one."""
     name = source.text
     world = VmasWorld(name)
-    yield Finding(Mark.OK, f"scenario: {name}, {world.games} games at once")
+    yield Finding(Mark.OK, f"scenario: {name}, {counted(world.games, 'game')} at once")
     yield Finding(Mark.OK, f"agents: {', '.join(world.agents)}")
     yield Finding(Mark.OK, f"actions: Discrete, {', '.join(str(len(choices)) for choices in world.actions)}")
     seen = ", ".join(str(len(features)) for features in world.features)
@@ -167,7 +168,7 @@ def _built_in(name: str) -> Iterator[Finding]:
     yield from _spaces(env)
     yield from _start(env, source)
     if attribute(env, "max_cycles", source) == world.spec.episode_steps:
-        yield Finding(Mark.OK, f"episode length: {world.spec.episode_steps} steps, as in the reference")
+        yield Finding(Mark.OK, f"episode length: {counted(world.spec.episode_steps, 'step')}, as in the reference")
     else:
         yield Finding(Mark.WRONG, "episode length: not the reference's", "please report it")
     yield from _names(world)
@@ -213,7 +214,7 @@ def _start(env: Any, source: Source) -> Iterator[Finding]:
 def _length(world: PettingZooWorld | VmasWorld) -> Iterator[Finding]:
     steps = world.spec.episode_steps
     if world.length_known:
-        yield Finding(Mark.OK, f"episode length: {steps} steps")
+        yield Finding(Mark.OK, f"episode length: {counted(steps, 'step')}")
     else:
         said = f"episode length: no max_cycles, and a random episode was not cut within {PROBE_STEPS} steps"
         advice = f"{steps} steps are taken; give the environment max_cycles, or write {world.source.reference}"

@@ -5,7 +5,7 @@
 The committed physical-deception profile and the expert it names; all three agents, random float32 observations, both
 compiled by the library (jit, torch.compile) on the device that it chooses. The network is its actors' three matrix
 products and an argmax in float32. Ratios are medians over rounds of network / trees within a round, so that above 1 the
-trees are faster; rates are decisions a second. A library that is missing is named.
+trees are faster; rates are decisions per second. A library that is missing is named.
 """
 
 import argparse

@@ -3,7 +3,7 @@
     python tests/benchmarks/budget.py [EXPERT] [--seeds 2] [--jobs 2] [--full] [--json]
 
 Each budget covers rollouts, selection and refinement together (`maviper extract --max-episodes`). The protocol: 100
-iterations of 50 rollouts, every iterate on 100 episodes a team, without refinement; quick: 30 iterations, named so.
+iterations of 50 rollouts, every iterate on 100 episodes per team, without refinement; quick: 30 iterations, named so.
 --full: 10 seeds, the whole protocol. One row a budget: each team's primary measure, mean over seeds on 1,000 held-out
 episodes, and seconds. Figures: the least budget whose teams are all within 0.02 of the protocol's (deception:
 defenders), and the seconds it takes.

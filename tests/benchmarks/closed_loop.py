@@ -180,7 +180,7 @@ def compare(depths, seeds, side, limit):
 
 
 def everywhere_table(depths, budget):
-    """The whole start region, 25 steps, each claim: verdict, zones and seconds a depth."""
+    """The whole start region, 25 steps, each claim: verdict, zones and seconds per depth."""
     figures = []
     for depth in depths:
         profile = fitted(depth)
@@ -235,10 +235,10 @@ def certificate_table(depths, seeds, side):
             times = f"zones {decided:5.2f} s, found in {proving:5.2f} s, checked in {checking:5.2f} s"
             print(f"{where:34} {name:8} {size}   {times}", flush=True)
     each, finding = 1e6 * spent / closed, 1e6 * searched / closed
-    print(f"to check {each:.1f} us a branch, to find {finding:.1f} s a million branches")
+    print(f"to check {each:.1f} us per branch, to find {finding:.1f} s per million branches")
     return [
-        {"name": "checking a certificate, us a branch", "value": each, "better": "lower"},
-        {"name": "finding a certificate, s a million branches", "value": finding, "better": "lower"},
+        {"name": "checking a certificate, us per branch", "value": each, "better": "lower"},
+        {"name": "finding a certificate, s per million branches", "value": finding, "better": "lower"},
     ]
 
 

@@ -91,10 +91,10 @@ def main() -> None:
                 print(f"{game:<14}{agents:>9}" + "".join(cells) + f"{wins:>16}", flush=True)
     for algorithm, rows in spent.items():
         figures.append(
-            {"name": f"CPU seconds a run of {algorithm}", "value": float(np.median(rows)), "better": "lower"}
+            {"name": f"CPU seconds per run of {algorithm}", "value": float(np.median(rows)), "better": "lower"}
         )
         if not options.json:
-            print(f"{algorithm}: {np.median(rows):.3f} CPU seconds a run")
+            print(f"{algorithm}: {np.median(rows):.3f} CPU seconds per run")
     if options.json:
         print(json.dumps({"figures": figures}))
 

@@ -109,7 +109,7 @@ def main() -> None:
             figure(f"{name}, depth {depth}, {iterations} iterations, s", one_run(name, depth, iterations), *targets)
         )
     refined = one_run("physical-deception", 4, 1, REFINEMENT) - one_run("physical-deception", 4, 1)
-    figures.append(figure(f"the default's refinement by {REFINEMENT:,} episodes a team, deception, s", refined))
+    figures.append(figure(f"the default's refinement by {REFINEMENT:,} episodes per team, deception, s", refined))
     peak = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 2**20
     figures.append(figure("peak memory of these runs, GB", peak, 1.5, 0.5))
     found = growth(("exact", "histogram"), 5 if options.full else 2)

@@ -323,7 +323,9 @@ def say_games(plan, plan_hash, folder, form):
                 gaps = "".join(f"{np.mean(document['gaps'][rung]):>18.3f}" for rung in rungs)
                 print(f"{cell[0]:<16}{cell[1]:>3}{np.mean(document['optimum']):>9.3f}{gaps}")
     spent = {rung: [s for each in documents.values() for s in each["seconds"][rung]] for rung in rungs}
-    print("milliseconds a run (CPU, median): " + ", ".join(f"{r} {1000 * np.median(s):.0f}" for r, s in spent.items()))
+    print(
+        "milliseconds per run (CPU, median): " + ", ".join(f"{r} {1000 * np.median(s):.0f}" for r, s in spent.items())
+    )
     if form == FULL:
         say_game_families(plan, documents)
 
@@ -436,7 +438,7 @@ def report(plan, plan_hash, options, form, experts, cells, protocols, games):
     for (label, _, protocol, depth, rung, _), seconds in found.seconds.items():
         spent.setdefault((label, protocol, depth, rung), []).append(seconds)
     for (label, protocol, depth, rung), seconds in sorted(spent.items()):
-        print(f"  {label} {protocol} depth {depth} {rung:<18}{np.mean(seconds):8.1f} CPU seconds a cell")
+        print(f"  {label} {protocol} depth {depth} {rung:<18}{np.mean(seconds):8.1f} CPU seconds per cell")
     pilot = Found(plan, plan_hash, options.cells, cells_of(plan, experts, PILOT, protocols))
     say_rest(found, pilot, cells)
     if options.json:

@@ -11,7 +11,7 @@ BETTER, WORSE, NOT_DECIDED = "BETTER", "WORSE", "NOT DECIDED"
 
 @dataclass(frozen=True)
 class Paired:
-    """Differences of one comparison, one a seed; positive where the first is better."""
+    """Differences of one comparison, one per seed; positive where the first is better."""
 
     differences: tuple[float, ...]
 

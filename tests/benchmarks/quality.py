@@ -6,7 +6,7 @@
 
 One row a team, measure, algorithm and preset: the mean over seeds against expert opponents on 1,000 held-out episodes
 (the same ones for all), the expert's own, the ratio (the inverse where lower is better), each with the 95 % interval of
-a bootstrap over seeds and episodes; leaves and seconds a run. --full: 10 seeds. --cross: the first algorithm's and
+a bootstrap over seeds and episodes; leaves and seconds per run. --full: 10 seeds. --cross: the first algorithm's and
 preset's teams against the trees of every other algorithm of that preset too (the paper's robustness table). --demo: the
 demo's small extraction. Settings are the preset's, early stopping included.
 """
@@ -127,7 +127,7 @@ def main() -> None:
                 name = f"{measure.label}, {algorithm}, {preset}: {of}, worse end"
                 better = "lower" if lower else "higher"
                 figures.append({"name": name, "value": worse, "reach": reach, "stretch": stretch, "better": better})
-        figures.append({"name": f"{algorithm}, {preset}: seconds a run", "value": seconds, "better": "lower"})
+        figures.append({"name": f"{algorithm}, {preset}: seconds per run", "value": seconds, "better": "lower"})
         if not options.json:
             spread = {
                 team: [round(float(run[1][world.primary(team).label].mean()), 3) for run in mine]

@@ -70,7 +70,7 @@ def asked():
     avoids = SystemClaim(Pattern.AVOIDS, (cases.collision(F(1, 5)),), 15)
     return {
         "quadrotor": (integrator, fitted(), cases.stays(integrator, 30, **within)),
-        "quadrotor, an axis a line": (integrator, cases.switching(3), cases.stays(integrator, 30, **within)),
+        "quadrotor, one line per axis": (integrator, cases.switching(3), cases.stays(integrator, 30, **within)),
         "the same with errors": (noisy, cases.switching(3), cases.stays(noisy, 30, **within)),
         "pendulum": (pendulum, cases.balancing(), cases.stays(pendulum, 20, angle=(F(-1, 10), F(1, 10)))),
         "pendulum with errors": (shaken, cases.balancing(), cases.stays(shaken, 20, angle=(F(-1, 8), F(1, 8)))),

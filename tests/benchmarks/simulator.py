@@ -1,4 +1,4 @@
-"""Joint steps a second of our simulators against mpe2, VMAS and JaxMARL: one process, one core, interleaved rounds.
+"""Joint steps per second of our simulators against mpe2, VMAS and JaxMARL: one process, one core, interleaved rounds.
 
     python tests/benchmarks/simulator.py [--rounds 5 | --full] [--game predator-prey] [--json]
 
@@ -59,7 +59,7 @@ class Player:
     steps: int  # joint steps of one `play`
     draw: Callable[[np.random.Generator], object]
     play: Callable[[object], object]
-    rates: list[float] = field(default_factory=list)  # joint steps a second of CPU time, one a round
+    rates: list[float] = field(default_factory=list)  # joint steps per second of CPU time, one rate per round
 
     def turn(self, seed: int) -> None:
         """One round."""

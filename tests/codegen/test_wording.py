@@ -8,7 +8,7 @@ from codegen.importers.origin import Names, profile_of
 from codegen.importers.python.source import from_python
 from codegen.lowering.lower import lower
 from codegen.targets import TARGETS
-from codegen.wording import TINY, fails, holds, within
+from codegen.wording import TINY, counted, fails, holds, within
 from maviper.evaluation.show import rules
 from verify.states.path import Step
 
@@ -67,3 +67,11 @@ def test_no_text_for_people_names_the_last_number_below_zero():
         assert "e-324" not in svg and "e-45" not in svg
         assert ir.act(policy, [[-1.0, 0], [0, -1], [0, 0]]).tolist() == [1, 0, 2]
     assert "below 0" in next(iter(TARGETS["c"](lower(profile, style="ordered"), profile).values()))
+
+
+@pytest.mark.parametrize(
+    ("count", "noun", "words"),
+    [(1, "leaf", "1 leaf"), (2, "leaf", "2 leaves"), (0, "byte", "0 bytes"), (12_000, "branch", "12,000 branches")],
+)
+def test_a_count_agrees_with_its_noun(count, noun, words):
+    assert counted(count, noun) == words

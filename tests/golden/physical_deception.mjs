@@ -99,7 +99,7 @@ function checkRows(agent, width, x, n) {
   }
 }
 
-/** adversary_0, team adversaries: 1 leaves, at most 0 comparisons. */
+/** adversary_0, team adversaries: 1 leaf, at most 0 comparisons. */
 export function act_adversary_0(x) {
   check("adversary_0 observes", 8, x);
   return 0; // stay, leaf 0

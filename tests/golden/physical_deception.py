@@ -266,7 +266,7 @@ def _choose(test: NDArray[Any], left: Any, right: Any) -> NDArray[Any]:
 
 
 def act_adversary_0(x: Numbers) -> int:
-    """adversary_0, team adversaries: 1 leaves, at most 0 comparisons."""
+    """adversary_0, team adversaries: 1 leaf, at most 0 comparisons."""
     if ((kind := type(x)) is not list and kind is not tuple) or len(x) != 8:
         x = _numbers("adversary_0 observes", 8, x)
     return 0  # stay, leaf 0

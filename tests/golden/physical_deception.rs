@@ -66,7 +66,7 @@ pub fn act_team(w: &[f64; N_COORDINATES]) -> [usize; 3] {
     [adversary_0::act_world(w), agent_0::act_world(w), agent_1::act_world(w)]
 }
 
-/// adversary_0, team adversaries: 1 leaves, at most 0 comparisons.
+/// adversary_0, team adversaries: 1 leaf, at most 0 comparisons.
 pub mod adversary_0 {
     /// length, [-6.3, 6.3]: landmark_0.x - adversary_0.x
     pub const X_LANDMARK_0_DX: usize = 0;

@@ -6,7 +6,7 @@
 ; SMT-LIB 2, theory FloatingPoint: a function for each agent, from an observation of Float32 to the action's number.
 ; A split goes left iff feature <= threshold (fp.leq: false for NaN, so that NaN goes right; -0 and +0 are equal).
 
-; adversary_0, team adversaries: 1 leaves; 0 stay, 1 left, 2 right, 3 down, 4 up
+; adversary_0, team adversaries: 1 leaf; 0 stay, 1 left, 2 right, 3 down, 4 up
 (define-fun physical_deception_adversary_0_act ((|landmark_0_dx| (_ FloatingPoint 8 24)) (|landmark_0_dy| (_ FloatingPoint 8 24)) (|landmark_1_dx| (_ FloatingPoint 8 24)) (|landmark_1_dy| (_ FloatingPoint 8 24)) (|agent_0_dx| (_ FloatingPoint 8 24)) (|agent_0_dy| (_ FloatingPoint 8 24)) (|agent_1_dx| (_ FloatingPoint 8 24)) (|agent_1_dy| (_ FloatingPoint 8 24))) Int
   0 ; stay, leaf 0
 )

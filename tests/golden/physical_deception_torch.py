@@ -45,7 +45,7 @@ def _ordered(agent: str, n: int, x: Array) -> Array:
 
 
 def act_adversary_0(x: Array) -> Array:
-    """adversary_0, team adversaries: 1 leaves, 0 splits."""
+    """adversary_0, team adversaries: 1 leaf, 0 splits."""
     x = _ordered("adversary_0", 8, x)
     return torch.full(x.shape[:-1], 0, dtype=torch.int64, device=x.device)
 

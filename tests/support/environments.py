@@ -277,7 +277,7 @@ def leaving():
 class Relay(ParallelEnv):
     """Two runners and a chaser. A runner leaves after `first` steps or fewer than `spread` more; the chaser is cut.
 
-    Everybody observes [a random place, the time, `over` for who has left, else 0] and gains 1 a step. As some do, the
+    Everybody observes [a random place, the time, `over` for who has left, else 0] and gains 1 per step. As some do, the
     environment still hands out observations, and rewards of 100, for those who have left.
     """
 

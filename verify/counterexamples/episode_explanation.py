@@ -71,8 +71,8 @@ class EpisodeExplanation:
 
     def says(self) -> dict[str, str]:
         """The finding in a few short lines, by their headings."""
-        found = f"not the only one: among {self.starts} sampled starts, another one fails with other actions"
-        none = f"not decided whether it is the only one: none of {self.starts} sampled starts fails with other actions"
+        found = f"other counterexamples exist: of {self.starts:,} sampled starts, another fails with other actions"
+        none = f"not decided: none of {self.starts:,} sampled starts fails with other actions"
         whole = ", ".join(span.name for span in self.spans if span.free) or "none"
         return {
             "unique": none if self.other is None else found,
@@ -98,7 +98,7 @@ class EpisodeExplanation:
 def _change(amount: float) -> str:
     if not math.isfinite(amount):
         return "any radius"
-    return f"{abs(amount):.3g}: with a radius {'larger' if amount > 0 else 'smaller'} by this much, it would hold here"
+    return f"{abs(amount):.3g} (with a radius {'larger' if amount > 0 else 'smaller'} by that, the claim holds here)"
 
 
 def explained(question: EpisodeQuestion, state: State, episode: Episode) -> EpisodeExplanation:

@@ -169,7 +169,7 @@ def _exact_ends(low: Fraction, high: Fraction, excluded: Sequence[str]) -> tuple
 def _shortfall(amount: float) -> str:
     if not math.isfinite(amount):
         return "what the agents do, whatever the distances"
-    return f"{amount:.3g}: relax every bound of the claim by more, and it holds here"
+    return f"{amount:.3g} (with every bound relaxed by more than that, the claim holds here)"
 
 
 def _finite(number: float) -> float | None:

@@ -54,7 +54,7 @@ class Uniqueness:
         if self.answer is Unique.OTHERS and self.other is not None:
             leaves = ", ".join(f"{agent} in leaf {leaf}" for agent, leaf in self.leaves)
             goal = f", goal {self.other.goal}" if self.other.goal is not None else ""
-            return f"not the only one: the claim also fails with {leaves}{goal}"
+            return f"other counterexamples exist, e.g. {leaves}{goal}"
         if self.answer is Unique.ONLY:
             goals = ", ".join(goal for goal in self.goals if goal is not None)
             where = f", with goal {goals}" if goals else ""

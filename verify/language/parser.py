@@ -144,7 +144,7 @@ class _Parser:
             return 0
         return LEVELS.get(self._here.text, 0)
 
-    # --- values; few calls a level, as Python's own stack is short
+    # --- values; few calls per level, as Python's own stack is short
 
     def whole(self) -> Node:
         """The tree of the whole text."""

@@ -1,7 +1,7 @@
 """HiGHS without a word on standard output: it belongs to results.
 
 Does: makes solvers that print nothing, each for one thread and with the same options.
-Assumes: HiGHS prints its banner once a process at most, when the first solver is made (from 1.16 on).
+Assumes: HiGHS prints its banner at most once per process, when the first solver is made (from 1.16 on).
 Does not: state programs.
 """
 

@@ -169,7 +169,7 @@ def _attempt(team: _Team, roles: Mapping[str, str]) -> Repair:
             reason = found.reason or f"the zone engine said {found.verdict.value}"
             return Repair(profile, roles, tuple(guards.values()), rounds, False, reason)
         rounds += 1
-        tell(len(guards), leaves, "guards set, at most one a leaf")
+        tell(len(guards), leaves, "guards set, at most one per leaf")
         for policy in _astray(team, profile, roles, found.state, found.goal):
             leaf = _leaf(policy, team.semantics, _at(found.state, found.goal))
             above = {(policy.agent, node) for node in upwards(policy.tree, leaf)}

@@ -17,6 +17,7 @@ from codegen.ir import PolicyProfile
 from codegen.json_layout import layout
 from codegen.lowering.render import brief, render
 from codegen.policy_json import content_hash
+from codegen.wording import counted
 from verify.exact import plain
 from verify.reach.results import SystemCounterexample
 from verify.reports import trusted
@@ -113,7 +114,7 @@ def sentence(system: System) -> str:
     if not any(errors.values()):
         return "of the stated dynamics, exactly"
     told = ", ".join(f"{name} {upwards(error)}" for name, error in errors.items() if error)
-    return f"of the stated dynamics, with an error of at most e a step: {told}"
+    return f"of the stated dynamics, with a per-step error of at most {told}"
 
 
 def upwards(number: Fraction | float, digits: int = DIGITS) -> str:
@@ -269,7 +270,8 @@ def lines(told: Mapping[str, Any]) -> list[str]:
             found.append(f"at step {broken['step']}: {_state(last)}")
         found += [told["replay"]] if "replay" in told else []
     if told["verdict"] == Verdict.PROVED.value:
-        found.append(f"{told['symbolic_states']} symbolic states, {told['certificate']['bytes']} bytes of proof")
+        size = counted(told["certificate"]["bytes"], "byte")
+        found.append(f"{counted(told['symbolic_states'], 'symbolic state')}, {size} of proof")
     found += [_weak(told)] if _weak(told) else []
     return found
 

@@ -10,6 +10,7 @@ from fractions import Fraction
 
 from codegen.errors import InputError
 from codegen.ir import NAME
+from codegen.wording import counted
 from verify.language.units import PURE, Unit, written
 from verify.systems.language.expressions import Call, Expression, Number, affine
 from verify.systems.language.parsing import Names, feature_of
@@ -27,7 +28,7 @@ FUNCTIONS = {measure.value: measure for measure in (Measure.SIGN, Measure.POSITI
 def agents_of(given: Mapping[str, object], names: Names, where: Place) -> tuple[tuple[Agent, ...], dict[str, Unit]]:
     """The agents, and the units of their inputs by name."""
     if not 1 <= len(given) <= MAX_AGENTS:
-        raise InputError(f"{len(given)} agents, of 1 to {MAX_AGENTS}", where, ADVICE)
+        raise InputError(f"{counted(len(given), 'agent')}, of 1 to {MAX_AGENTS}", where, ADVICE)
     found: list[Agent] = []
     inputs: dict[str, Unit] = {}
     for name, value in given.items():

@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from fractions import Fraction
 
 from codegen.errors import InputError, UnknownNameError
+from codegen.wording import counted
 from verify.language.units import Unit, times
 from verify.systems.language.expressions import Expression, affine, names, of_affine, replaced, terms, total
 from verify.systems.language.parsing import Names, fitting
@@ -185,7 +186,8 @@ class _Motion:
         n = len(self._variables)
         rows = as_list(given["A"], where / "A")
         if len(rows) != n:
-            raise InputError(f"A has {len(rows)} rows, and there are {n} variables", where / "A", "one row for each")
+            what = f"A has {counted(len(rows), 'row')}, and there are {counted(n, 'variable')}"
+            raise InputError(what, where / "A", "one row for each")
         constant = self._vector(given.get("c", [0] * n), where / "c")
         move: dict[str, Expression] = {}
         for index, (name, row) in enumerate(zip(self._variables, rows, strict=True)):

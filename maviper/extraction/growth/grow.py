@@ -101,7 +101,7 @@ class CartTree:
 
 
 class Growing(Protocol):
-    """A tree that grows a level at a time, over points that the team shares."""
+    """A tree that grows level by level, over points that the team shares."""
 
     labels: Int  # [n]
 

@@ -1,4 +1,4 @@
-"""Split search by histograms: all open leaves of a tree, and all its projected trees, in one vectorised pass a level.
+"""Split search by histograms: all open leaves of a tree, and all its projected trees, in one vectorised pass per level.
 
 Does: bins features once, finds the best split of every leaf from class counts per bin, grows a tree level by level.
 Assumes: few classes; data sets as multiplicities of shared points; class counts that are whole numbers, together below
@@ -29,7 +29,7 @@ class Bins:
     @staticmethod
     def of(obs: Float32, most: int = BINS) -> "Bins":
         """Bins for the observations [n, n_features]: midpoints between neighbouring distinct values. `most`: how many
-        bins a feature may have.
+        bins that a feature may have.
         """
         edges = []
         for column in np.ascontiguousarray(obs.T):

@@ -1,8 +1,8 @@
 """Batched particle worlds: the dynamics and observations that all games share, thousands of episodes at once.
 
 Does: starts, steps and observes a batch of games in numpy, with the arithmetic of mpe2 operation by operation: equal
-  bit for bit without contacts, and with them if asked for, else within 1e-9 a step; a game adds its entities, features,
-  rewards and measures.
+  bit for bit without contacts, and with them if asked for, else within 1e-9 per step; a game adds its entities,
+  features, rewards and measures.
 Assumes: the features' meanings say how an observation is made from the world (the verifier assumes the same).
 Does not: learn; render.
 

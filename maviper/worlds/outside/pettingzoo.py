@@ -83,7 +83,7 @@ class EnvStates:
 class PettingZooWorld(World):
     """The environment that `function` returns; `text` is its name, `module:function,option=value`.
 
-    `games`: how many copies play at once, more than one each in a process of its own; None: one a core, or 1 where
+    `games`: how many copies play at once, more than one each in a process of its own; None: one per core, or 1 where
     other processes cannot import the function, in processes of their own where that is quicker. Of an environment that
     says it `plays_here` GAMES_HERE copies play in this process, if they leave each other alone.
     InputError when the environment cannot be played. `close` ends the copies; so does the end of the world.

@@ -15,6 +15,7 @@ import numpy as np
 
 from codegen.errors import InputError
 from codegen.ir import Float32
+from codegen.wording import counted
 from maviper.worlds.outside.making import imported, made
 from maviper.worlds.outside.processes import Copy
 from maviper.worlds.outside.sources import GYMNASIUM, fault, named_by_user, parsed
@@ -49,12 +50,12 @@ class Reference:
 
     def _ensure_agents(self) -> None:
         if len(self.actions) != len(self._copy.names):
-            what = f"{len(self.actions)} agents, and {len(self._copy.names)} in the reference"
+            what = f"{counted(len(self.actions), 'agent')}, and {len(self._copy.names)} in the reference"
             raise InputError(what, self._where, "name the agents in the environment's order")
         for (agent, actions), own in zip(self.actions.items(), self._copy.names, strict=True):
             n = int(self._copy.env.action_space(own).n)
             if n != len(actions):
-                what = f"{agent} has {len(actions)} actions, and {n} in the reference"
+                what = f"{agent} has {counted(len(actions), 'action')}, and {n} in the reference"
                 raise InputError(what, self._where, "list all of them, in the environment's order")
 
     def _takes_states(self) -> bool:

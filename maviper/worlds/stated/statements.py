@@ -7,6 +7,7 @@ Does not: print or play.
 
 from collections.abc import Iterator
 
+from codegen.wording import counted
 from maviper.worlds.findings import Finding, Mark
 from maviper.worlds.stated.deviation import deviation
 from maviper.worlds.stated.reference import is_known
@@ -35,7 +36,7 @@ def stated(statement: Statement) -> Iterator[Finding]:
         yield Finding(Mark.MISSING, said, "add [dynamics.next] for claims about episodes")
         return
     pieces = "one piece" if len(system.pieces) == 1 else f"{len(system.pieces)} pieces"
-    yield Finding(Mark.OK, f"dynamics: {pieces}, {system.steps} steps")
+    yield Finding(Mark.OK, f"dynamics: {pieces}, {counted(system.steps, 'step')}")
     yield _enclosed(statement)
 
 

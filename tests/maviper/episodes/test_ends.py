@@ -359,7 +359,7 @@ def test_refinement_looks_at_all_episodes_though_few_are_played_at_once(relay, m
 
 
 def test_q_ends_with_an_agent_that_leaves_and_goes_on_after_a_cut(relay):
-    """Fitted Q, 1 a step: who leaves after four steps at most gains no more than four of them; a cut is no end."""
+    """Fitted Q, 1 per step: who leaves after four steps at most gains no more than four of them; a cut is no end."""
     played = rollout(relay, [Expert(relay)] * 3, range(40))
     runner, chaser = (fitted_q._Agent(relay, agent, played, Settings(max_depth=6)) for agent in (0, 2))
     assert len(runner.seen) == steps_of(relay, range(40))[0] and (~runner.goes_on).sum() == 40
@@ -435,7 +435,7 @@ def test_only_steps_that_somebody_takes_are_kept(name):
 
 @pytest.mark.train
 def test_a_critic_of_those_who_leave_is_right():
-    """1 a step for three steps: what is left is worth 1 + 0.95 + 0.95^2, 1 + 0.95 and 1, whatever is done."""
+    """1 per step for three steps: what is left is worth 1 + 0.95 + 0.95^2, 1 + 0.95 and 1, whatever is done."""
     from maviper.experts.training.nets import torch
 
     fit = critic_of("alone", steps=600, updates=8, learning_rate=1e-2, tau=0.1)

@@ -386,7 +386,7 @@ class Recorder:
         monkeypatch.setattr(measures, "team_values", scripted_values)
 
     def trees_of(self, controllers):
-        """The tree policies that a list of controllers, one an agent, plays."""
+        """The tree policies that a list of controllers, one per agent, plays."""
         found = []
         for agent, controller in enumerate(controllers):
             counting = isinstance(controller, Counting)

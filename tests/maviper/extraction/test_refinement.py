@@ -586,7 +586,7 @@ def test_an_extraction_that_stops_early_says_so(tmp_path, capsys):
     assert main.run([*asked, "--patience", "1"]) == 0
     rounds = json.loads((tmp_path / "p.json").read_text())["provenance"]["training"]["stopped_after"]
     said = capsys.readouterr().err
-    assert rounds < 9 and f"stopped     after {rounds} of 9 rounds: no gain above the interval in 1 " in said
+    assert rounds < 9 and f"stopped     after {rounds} of 9 rounds: no significant improvement in 1 round " in said
     assert main.run([*asked, "--patience", "9"]) == 0
     assert "stopped" not in capsys.readouterr().err
 

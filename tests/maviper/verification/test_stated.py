@@ -242,7 +242,7 @@ def test_the_environment_is_measured_and_asked(tmp_path, capsys, monkeypatch):
     (tmp_path / "car.toml").write_text(MOUNTAIN + CAR)
     assert verify(tmp_path, "-o", str(tmp_path / "report"), world="car.toml") == ExitCode.VIOLATED
     said = capsys.readouterr().err
-    assert "with an error of at most e a step" in said and "400 steps were measured" in said
+    assert "with a per-step error of at most" in said and "400 steps were measured" in said
     assert "MountainCar-v0 breaks the claim from there too" in said
     assert command(["check", str(tmp_path / "report" / "certificate-1-stays_in.json")]) == ExitCode.DONE
     (tmp_path / "car.toml").write_text((MOUNTAIN + CAR).replace("0.0025", "0.0024"))

@@ -44,7 +44,7 @@ def test_the_page_says_what_was_found(place):
     for number, result in enumerate(told["results"], 1):
         assert f'href="#claim-{number}"' in page and f'id="claim-{number}"' in page
         assert page.count(f'class="verdict {result["verdict"]}"') >= 2
-    assert "of the stated dynamics, with an error of at most e a step: x 0.01" in page
+    assert "of the stated dynamics, with a per-step error of at most x 0.01" in page
     assert (
         "[0, 0.01]" in page and "x + v &gt;= 9" not in page
     )  # a condition that is not drawn stands with a picture only
@@ -115,7 +115,7 @@ def test_verdicts_alone(tmp_path, capsys, monkeypatch):
     assert verify(tmp_path, "--verdict-only") == ExitCode.VIOLATED
     lines = capsys.readouterr().out.splitlines()
     assert [line.split()[0] for line in lines] == ["PROVED", "VIOLATED"]
-    assert all("of the stated dynamics, with an error of at most e a step" in line for line in lines)
+    assert all("of the stated dynamics, with a per-step error of at most" in line for line in lines)
     assert verify(tmp_path, "--verdict-only", "--json") == ExitCode.VIOLATED
     told = json.loads(capsys.readouterr().out)
     assert [each["verdict"] for each in told["results"]] == ["PROVED", "VIOLATED"] and "stated" in told["of"]

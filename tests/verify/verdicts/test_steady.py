@@ -1,4 +1,4 @@
-"""Errors of features: one a feature and agent, decided exactly, replayed with the errors of the counterexample."""
+"""Errors of features: one per feature and agent, decided exactly, replayed with the errors of the counterexample."""
 
 from dataclasses import replace
 from fractions import Fraction

@@ -11,7 +11,7 @@ come equally far but for rounding. So a question about positions now is one abou
 how far agents have come, in multiples of 1 / GRID. Where no coordinate of it has ever moved, the question is exactly
 the one about the starts (thresholds.py). Elsewhere every answer is allowed SLACK, 2^-30, more than it says. That covers
 all rounding: a step errs by at most 2^-45 (the grid) and by a unit in the last place of a position and of its change;
-operations of a velocity in another order change it by a few such units a step. `_ensure_exact` adds this up with each
+operations of a velocity in another order change it by a few such units per step. `_ensure_exact` adds this up with each
 term doubled, and for a difference of two positions once more.
 """
 
