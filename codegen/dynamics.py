@@ -1,4 +1,5 @@
-"""One step of a world: how actions, contacts, damping and speed limits move its entities, as in mpe2.
+"""One step of a world: how actions, contacts, damping and speed limits move its entities, as in mpe2; and, for play
+alone, as in the fork that MAVIPER's authors released.
 
 Does: steps batches of states in float64, operation by operation as mpe2 does; says who may push whom, how strongly;
   the spec of a world whose motion nobody stated.
@@ -17,6 +18,7 @@ import numpy.typing as npt
 
 from codegen.ir import MAX_LENGTH, ActionSpec, EntitySpec, Float64, WorldSpec
 
+PHYSICS, MPE2, FORK = "physics", "mpe2", "released"  # the option of a world, and what it may be
 COINCIDENT = 1e-150  # centres so near to one another count as one place
 Number = TypeVar("Number", float, Float64)
 
@@ -70,13 +72,21 @@ class Motion:
     """The steps of one world, bit for bit those of mpe2. `actions`: those of each agent, in the order of the world's.
 
     `quick`: pushes below 1e-17 are left out, as in play by thousands, which then takes half the time. They decide where
-    an agent that rests sees an offset of exactly 0 and tests its sign.
+    an agent that rests sees an offset of exactly 0 and tests its sign. `velocity_first`: positions move with the new
+    velocity, as in the authors' fork.
 
     Arrays are contiguous planes: positions [n_entities, 2, batch], velocities [n_agents, 2, batch].
     """
 
-    def __init__(self, world: WorldSpec, actions: Sequence[Sequence[ActionSpec]], quick: bool = False) -> None:
+    def __init__(
+        self,
+        world: WorldSpec,
+        actions: Sequence[Sequence[ActionSpec]],
+        quick: bool = False,
+        velocity_first: bool = False,
+    ) -> None:
         self._world, self._margins = world, NEGLIGIBLE_MARGINS if quick else PUSHING_MARGINS
+        self._velocity_first = velocity_first
         self._chosen = [
             np.ascontiguousarray(accelerations(entity, choices).T)
             for entity, choices in zip(world.agents, actions, strict=True)
@@ -95,14 +105,14 @@ class Motion:
         for pair in self._partners:
             self._push_apart(position, push, *pair)
         # what `displaced` and `accelerated` give, in place: large batches are stepped a quarter faster
-        moved = position.copy()
-        moved[: len(velocity)] += velocity * self._world.dt
         push *= self._world.dt
         faster = velocity * (1.0 - self._world.damping)
         faster += push
         for agent, entity in enumerate(self._world.agents):
             if entity.max_speed is not None:
                 _limit(faster[agent], entity.max_speed)
+        moved = position.copy()
+        moved[: len(velocity)] += (faster if self._velocity_first else velocity) * self._world.dt
         return moved, faster
 
     def _push_apart(self, position: Float64, push: Float64, a: int, b: int, touching: float) -> None:

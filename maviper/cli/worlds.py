@@ -46,12 +46,16 @@ def worlds_show(world: str, features_file: Path | None) -> int:
 
     Each feature is shown with its unit, range and meaning.
     """
+    from codegen.dynamics import FORK, PHYSICS
     from maviper.worlds import find
+    from maviper.worlds.games.particle import FORK_MOTION
     from maviper.worlds.naming import with_names
 
     game = find(world) if features_file is None else with_names(find(world), features_file)
     pace = f" of {game.spec.dt} s" if game.spec.dt else ""
     click.echo(f"{game.name}, after {game.spec.reference}, {counted(game.spec.episode_steps, 'step')}{pace}")
+    if game.spec.options.get(PHYSICS) == FORK:
+        click.echo(f"{PHYSICS}={FORK}: {FORK_MOTION}; the verifier covers mpe2's motion only")
     for agent, features, actions in zip(game.agents, game.features, game.actions, strict=True):
         click.echo(f"\n{agent}, team {game.team_of(agent)}")
         for feature in features:

@@ -10,12 +10,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from codegen import ir, policy_json
+from codegen.dynamics import PHYSICS
 from codegen.errors import InputError, UnknownNameError
 from codegen.floats import FLOAT32
 from maviper.episodes.play import Controller, tree_policies
 from maviper.evaluation.crossplay import Uniform
 from maviper.experts import store
-from maviper.experts.finding import find_expert, seeing
+from maviper.experts.finding import find_expert, moving, seeing
 from maviper.experts.foreign.named import is_file
 from maviper.experts.scripted import scripted
 from maviper.files.profiles import load
@@ -67,9 +68,11 @@ def find_player(text: str, where: str, world: World | None) -> tuple[Player, Wor
         if not error.where.startswith("neither"):  # a world's option, say
             raise
         raise UnknownNameError("player", text, (*store.SHIPPED, SCRIPTED, RANDOM), where) from None
-    features = "" if world is None else str(world.spec.options.get(FEATURES, ""))
+    features, physics = ("" if world is None else str(world.spec.options.get(name, "")) for name in (FEATURES, PHYSICS))
     if features and FEATURES not in played.spec.options:
         expert, played = seeing(expert, played, features)
+    if physics and PHYSICS not in played.spec.options:
+        played = moving(played, physics)
     if world and played.name != world.name:
         raise InputError("the expert plays another world", f"{where}: {text}: {played.name}, not {world.name}", _ADVICE)
     return Player(Path(text).name or text, EXPERT, getattr(expert, "hash", ""), expert), world or played
@@ -105,6 +108,9 @@ def _profile(text: str, where: str, world: World | None) -> tuple[Player, World]
 def shipped_expert(origin: str, world: World) -> Player | None:
     """The shipped expert with that id, or None."""
     for name in store.SHIPPED:
-        if name.partition("@")[0] == plain_name(world.name)[0] and store.load(name)[0].hash == origin:
+        if (
+            name.partition("@")[0] == plain_name(plain_name(world.name)[0], PHYSICS)[0]
+            and store.load(name)[0].hash == origin
+        ):
             return find_player(name, "", world)[0]
     return None

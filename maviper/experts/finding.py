@@ -6,6 +6,7 @@ Assumes: a user who names a module wants its code to run.
 Does not: take such a name from a file.
 """
 
+from codegen.dynamics import PHYSICS
 from codegen.errors import InputError, UnknownNameError
 from maviper.experts import store
 from maviper.experts.expert import Expert
@@ -52,6 +53,11 @@ def seeing(expert: Expert, world: World, features: str) -> tuple[Expert, World]:
     return Narrowed(expert, world), wide
 
 
+def moving(world: World, physics: str) -> World:
+    """One of our games, which moves by the other physics; an expert of the game plays there as it is."""
+    return built_in(f"{world.name},{PHYSICS}={physics}")
+
+
 def _found(text: str, world: World | None) -> tuple[Expert, World]:
     if named.is_file(text):
         expert = named.from_name(text, world)
@@ -64,6 +70,10 @@ def _found(text: str, world: World | None) -> tuple[Expert, World]:
     if features:  # no expert is shipped for it: the one of the plain world
         built_in(text)
         return seeing(*_found(plain, None), features)
+    still, physics = plain_name(name, PHYSICS) if name.partition(",")[0] in WORLDS else (name, "")
+    learned = text.replace(name, still, 1)
+    if physics and learned in store.SHIPPED:
+        return store.load(learned)[0], built_in(name)
     if "@" not in text and text not in store.SHIPPED and text.partition(",")[0] in WORLDS:
         game = built_in(text)
         return (Measured(game, scripted(game)), game) if game.name not in store.SHIPPED else store.load(game.name)

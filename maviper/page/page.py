@@ -14,6 +14,7 @@ from markupsafe import Markup
 
 from codegen import ir
 from codegen.check import ensure
+from codegen.dynamics import FORK, PHYSICS
 from codegen.errors import InputError
 from codegen.floats import FLOAT32
 from codegen.lowering.lower import NESTED, lower
@@ -64,6 +65,8 @@ def _visits(policy: ir.AgentPolicy, observations: ir.Float32) -> list[int]:
 
 def unplayable(*profiles: ir.PolicyProfile) -> str:
     """Why no page plays these profiles, in words; "": one does."""
+    if any(profile.world.options.get(PHYSICS) == FORK for profile in profiles):
+        return f"a page moves agents as mpe2 does, and this world moves them as the authors' code ({PHYSICS}={FORK})"
     doubled = [policy.agent for profile in profiles for policy in profile.agents if policy.numbers != FLOAT32]
     return f"a page rounds observations to float32, and {doubled[0]} compares float64" if doubled else ""
 

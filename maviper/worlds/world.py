@@ -78,11 +78,11 @@ def world_name(spec: WorldSpec) -> str:
     return ",".join([spec.name, *(f"{key}={value}" for key, value in sorted(spec.options.items()))])
 
 
-def plain_name(name: str) -> tuple[str, str]:
-    """A world's name without the option `features`, and what the option said."""
+def plain_name(name: str, option: str = FEATURES) -> tuple[str, str]:
+    """A world's name without an option, and what the option said; "" where it is not there."""
     parts = name.split(",")
-    said = [part.partition("=")[2] for part in parts[1:] if part.startswith(f"{FEATURES}=")]
-    return ",".join(part for part in parts if not part.startswith(f"{FEATURES}=")), said[0] if said else ""
+    said = [part.partition("=")[2] for part in parts[1:] if part.startswith(f"{option}=")]
+    return ",".join(part for part in parts if not part.startswith(f"{option}=")), said[0] if said else ""
 
 
 def unusual(game: Callable[..., "World"], options: Options) -> dict[str, int | str]:

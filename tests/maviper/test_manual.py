@@ -24,6 +24,7 @@ from maviper.options.refusals import option_of
 from maviper.verification.ask import listed
 from maviper.worlds import WORLDS, ParticleWorld, find, options_of, range_of
 from maviper.worlds.games.features import GROUPS
+from maviper.worlds.games.particle import PHYSICS_NAMES
 from maviper.worlds.games.predator_prey import OBSERVATIONS
 from maviper.worlds.payoffs import RULES
 from tests.support import pictures
@@ -183,6 +184,8 @@ def test_options_and_measures_are_those_of_the_world(game):
             assert values == "groups"
         elif name == "`observation`":
             assert sorted(re.findall(r"\w+", values.replace(" or ", " "))) == sorted(OBSERVATIONS)
+        elif name == "`physics`":
+            assert re.findall(r"\w+", values.replace(" or ", " ")) == [*PHYSICS_NAMES]
         elif name == "`rule`":
             assert sorted(re.findall(r"\w+", values.replace(" or ", " "))) == sorted(RULES)
         else:

@@ -7,7 +7,7 @@ import numpy as np
 from codegen import ir
 from codegen.floats import FLOAT64
 from codegen.lowering.deploy import deployed
-from maviper.worlds import find
+from maviper.worlds import WorldState, find
 
 NAMES = [
     "physical-deception,velocity=1",
@@ -57,3 +57,19 @@ def doubled(profile, *agents):
         for policy in profile.agents
     ]
     return replace(profile, agents=tuple(policies))
+
+
+def states(world, position, velocity=None, goal=None):
+    """A batch of states from plain arrays; at rest and with the first goal unless said otherwise."""
+    velocity = np.zeros((len(position), len(world.agents), 2)) if velocity is None else velocity
+    return WorldState(position, velocity, np.zeros(len(position), dtype=np.int64) if goal is None else goal)
+
+
+def crowded(world, count, seed):
+    """States from far apart to crowded, at rest to faster than allowed, inside to far outside the arena."""
+    rng = np.random.default_rng(seed)
+    n_agents, n_entities = len(world.agents), len(world.agents) + len(world.spec.landmarks)
+    position = rng.normal(size=(count, n_entities, 2)) * rng.choice([0.05, 0.2, 0.7, 2.0], size=(count, 1, 1))
+    velocity = rng.normal(size=(count, n_agents, 2)) * rng.choice([0.0, 0.5, 2.0], size=(count, 1, 1))
+    goals = rng.integers(max(1, len(world.spec.goals)), size=count)
+    return states(world, position, velocity, goals)

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from codegen.dynamics import FORK, PHYSICS
 from codegen.errors import InputError, UnknownNameError
 from codegen.floats import FLOAT32
 from codegen.ir import NO_FEATURE, AgentPolicy, PolicyProfile
@@ -19,6 +20,9 @@ from verify.claims.claim import ensure_team
 def verifiable(profile: PolicyProfile, team: str) -> tuple[AgentPolicy, ...]:
     """The team's policies; InputError when a claim about world states cannot be made for them, or there are none."""
     ensure_team(profile, team)
+    if profile.world.options.get(PHYSICS) == FORK:
+        what = f"claims cover mpe2's motion, and this world moves as the authors' code ({PHYSICS}={FORK})"
+        raise InputError(what, profile.world.name, f"extract in the world without {PHYSICS}={FORK}")
     for policy in profile.team(team):
         readable(policy)
         for action in policy.actions:

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from codegen.dynamics import MPE2, PHYSICS
 from codegen.ir import EntitySpec, FeatureSpec, Float64, Meaning
 from maviper.worlds.games.features import own, relative
 from maviper.worlds.games.particle import (
@@ -37,11 +38,11 @@ LOCAL_RATIO = 0.5  # mpe2's default: half the shared reward, half the agent's ow
 class CooperativeNavigation(ParticleWorld):
     """The game with `agents` agents and as many targets."""
 
-    def __init__(self, agents: int = 3, features: str = "") -> None:
+    def __init__(self, agents: int = 3, features: str = "", physics: str = MPE2) -> None:
         names = tuple(f"agent_{index}" for index in range(agents))
         targets = [f"landmark_{index}" for index in range(agents)]
         self.spec = mpe2_spec(
-            unusual(CooperativeNavigation, {"agents": agents, "features": features}),
+            unusual(CooperativeNavigation, {"agents": agents, "features": features, PHYSICS: physics}),
             name="cooperative-navigation",
             reference="mpe2.simple_spread_v3",
             agents=(EntitySpec(name, size=0.15, force=FORCE, max_speed=None, collides=True) for name in names),
@@ -53,6 +54,7 @@ class CooperativeNavigation(ParticleWorld):
         self.features, self.shown = self.extended(base, features), tuple(len(each) for each in base)
         lower = (Measure(AGENTS, name, lower_is_better=True) for name in ("D + collisions", "D", "collisions"))
         self.measures = (*lower, *(Measure(AGENTS, name, share=True) for name in SUCCESS))
+        self.spec = self.moved_by(physics, self.spec)
 
     def _features(self, agent: str) -> tuple[FeatureSpec, ...]:
         others = [name for name in self.agents if name != agent]
@@ -119,6 +121,7 @@ class CooperativeNavigation(ParticleWorld):
 
     def reference_env(self) -> Any:
         """mpe2's parallel environment."""
+        self.ensure_reference()
         from mpe2 import simple_spread_v3
 
         return simple_spread_v3.parallel_env(N=len(self.agents), max_cycles=EPISODE_STEPS)

@@ -15,6 +15,7 @@ from codegen.errors import InputError, UnknownNameError
 from codegen.ir import GOAL, WEIGHTS, FeatureSpec, Meaning, WorldSpec
 
 SEPARATOR = "+"  # between groups in an option
+COASTING = "coasting"
 
 
 def relative(other: str, agent: str, spec: WorldSpec) -> list[FeatureSpec]:
@@ -198,6 +199,6 @@ GROUPS = {
     "differences": _differences,
     "signs": _signs,
     "ahead": _ahead,
-    "coasting": _coasting,
+    COASTING: _coasting,
 }
 DERIVED = ("goal", "differences", "signs")  # from what an agent observes already, by two coordinates each

@@ -11,19 +11,19 @@ one coordinate lie side by side, so that each operation runs over one contiguous
 """
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from codegen.dynamics import Motion
-from codegen.errors import InputError
+from codegen.dynamics import FORK, MPE2, PHYSICS, Motion
+from codegen.errors import InputError, UnknownNameError
 from codegen.ir import ActionSpec, Bool, EntitySpec, FeatureSpec, Float32, Float64, WorldSpec
 from codegen.observe import Observer
-from maviper.worlds.games.features import extended, groups_of
-from maviper.worlds.world import Int, Options, World
+from maviper.worlds.games.features import COASTING, extended, groups_of
+from maviper.worlds.world import FEATURES, Int, Options, World
 from verify.claims.matching import matched
 
 # mpe2's discrete actions, in its order
@@ -34,6 +34,9 @@ ACTIONS = (
     ActionSpec("down", (0.0, -1.0)),
     ActionSpec("up", (0.0, 1.0)),
 )
+PHYSICS_NAMES = (MPE2, FORK)
+FORKS = "the authors' fork of multiagent-particle-envs"
+FORK_MOTION = "velocities change first and positions move with the new ones; stated accelerations count twice"
 KEPT_GAMES = 10_000  # start states of so many seeds at most are kept
 DT = 0.1
 DAMPING = 0.25
@@ -105,6 +108,7 @@ class ParticleWorld(World):
     """A game of mpe2. Subclasses state `spec`, `teams`, `features`, `actions`, `measures`, rewards and values."""
 
     shown: tuple[int, ...]  # per agent, how many of its features, the first ones, the reference environment shows
+    _moving: WorldSpec | None = None  # by which the world moves, where its spec states no motion
 
     # --- starting
 
@@ -135,14 +139,39 @@ class ParticleWorld(World):
 
     @cached_property
     def _quick(self) -> Motion:
-        return Motion(self.spec, self.actions, quick=True)
+        return self._motion(quick=True)
 
     @cached_property
     def _exact(self) -> Motion:
-        return Motion(self.spec, self.actions)
+        return self._motion(quick=False)
+
+    def _motion(self, quick: bool) -> Motion:
+        return Motion(self._moving or self.spec, self.actions, quick, velocity_first=self._moving is not None)
+
+    def moved_by(self, physics: str, spec: WorldSpec) -> WorldSpec:
+        """The spec of a world that moves by mpe2's `physics`, or by those of the authors' fork: velocities change
+        first, and positions move with the new ones. What steps, proves or draws a world reads its spec, which can state
+        mpe2's order alone. So the spec of the other one states no motion (a `dt` of 0): nothing can step it wrongly.
+        """
+        if physics not in PHYSICS_NAMES:
+            raise UnknownNameError(PHYSICS, physics, PHYSICS_NAMES, spec.name)
+        if physics == MPE2:
+            return spec
+        if COASTING in groups_of(str(spec.options.get(FEATURES, ""))):
+            what = f"the features '{COASTING}' tell where an agent comes to rest by mpe2's physics"
+            raise InputError(what, f"{spec.name}: {PHYSICS}={physics}", "leave one of the two out")
+        self._moving = spec
+        return replace(spec, dt=0.0, damping=0.0, reference=FORKS)
+
+    def ensure_reference(self) -> None:
+        """InputError where no environment that can be installed moves as this world does."""
+        if self._moving is not None:
+            what = f"no environment that can be installed moves as the authors' code ({PHYSICS}={FORK})"
+            raise InputError(what, self.name, f"name the world without {PHYSICS}={FORK}")
 
     def step(self, state: WorldState, actions: Int, exact: bool = False) -> WorldState:
-        """The next states. `actions`: [batch, n_agents] indices. Positions move first, with the old velocity.
+        """The next states. `actions`: [batch, n_agents] indices. Positions move first, with the old velocity, except by
+        the physics of the authors' fork.
 
         `exact`: contacts that push by less than 1e-17 push too, so a step is mpe2's bit for bit.
         """

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from codegen.dynamics import MPE2, PHYSICS
 from codegen.errors import InputError
 from codegen.ir import Bool, EntitySpec, FeatureSpec, Float32, Float64
 from codegen.observe import Observer
@@ -44,10 +45,13 @@ class PhysicalDeception(ParticleWorld):
     call the first, so that roles must depend on the state.
     """
 
-    def __init__(self, defenders: int = 2, velocity: int = 0, shuffled: int = 0, features: str = "") -> None:
+    def __init__(
+        self, defenders: int = 2, velocity: int = 0, shuffled: int = 0, features: str = "", physics: str = MPE2
+    ) -> None:
         agents = ("adversary_0", *(f"agent_{index}" for index in range(defenders)))
         landmarks = tuple(f"landmark_{index}" for index in range(defenders))
         given = {"defenders": defenders, "velocity": velocity, "shuffled": shuffled, "features": features}
+        given |= {PHYSICS: physics}
         self.spec = mpe2_spec(
             unusual(PhysicalDeception, given),
             name="physical-deception",
@@ -69,6 +73,7 @@ class PhysicalDeception(ParticleWorld):
             self.shown = (0,) * len(agents)
             self.features = tuple(map(self._anonymous, self.features))
         self.measures = tuple(Measure(team, name, share=True) for name in SUCCESS for team in self.teams)
+        self.spec = self.moved_by(physics, self.spec)
 
     def _features(self, agent: str) -> tuple[FeatureSpec, ...]:
         seen = [entity.name for entity in self.spec.landmarks] + [name for name in self.agents if name != agent]
@@ -144,6 +149,7 @@ class PhysicalDeception(ParticleWorld):
 
     def reference_env(self) -> Any:
         """mpe2's parallel environment."""
+        self.ensure_reference()
         from mpe2 import simple_adversary_v3
 
         return simple_adversary_v3.parallel_env(N=len(self.teams[DEFENDERS]), max_cycles=EPISODE_STEPS)

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from codegen.dynamics import FORK, MPE2, PHYSICS
 from codegen.errors import UnknownNameError
 from codegen.ir import EntitySpec, FeatureSpec, Float64, Meaning
 from maviper.worlds.games.features import own, relative, top_speed, velocity
@@ -42,16 +43,24 @@ class PredatorPrey(ParticleWorld):
     """
 
     def __init__(
-        self, predators: int = 2, prey: int = 2, obstacles: int = 2, observation: str = "paper", features: str = ""
+        self,
+        predators: int = 2,
+        prey: int = 2,
+        obstacles: int = 2,
+        observation: str = "paper",
+        features: str = "",
+        physics: str = MPE2,
     ) -> None:
         if observation not in OBSERVATIONS:
             raise UnknownNameError("observation", observation, OBSERVATIONS, "predator-prey")
         hunters = tuple(f"adversary_{index}" for index in range(predators))
         hunted = tuple(f"agent_{index}" for index in range(prey))
         given = {"predators": predators, "prey": prey, "obstacles": obstacles}
-        given |= {"observation": observation, "features": features}
-        predator = {"size": 0.075, "force": 3.0, "max_speed": 1.0, "collides": True}
-        runner = {"size": 0.05, "force": 4.0, "max_speed": 1.3, "collides": True}
+        given |= {"observation": observation, "features": features, PHYSICS: physics}
+        # the authors' fork multiplies by the acceleration where an action is taken, and once more where it pushes
+        power = 2 if physics == FORK else 1
+        predator = {"size": 0.075, "force": 3.0**power, "max_speed": 1.0, "collides": True}
+        runner = {"size": 0.05, "force": 4.0**power, "max_speed": 1.3, "collides": True}
         block = {"size": 0.2, "force": 0.0, "max_speed": None, "collides": True, "start": OBSTACLE_START}
         self.spec = mpe2_spec(
             unusual(PredatorPrey, given),
@@ -68,6 +77,7 @@ class PredatorPrey(ParticleWorld):
         self.features = self.extended(base, features)
         self.shown = tuple(len(each) if observation == "mpe2" else 0 for each in base)
         self.measures = (Measure(PREDATORS, TOUCHES), Measure(PREY, TOUCHES, lower_is_better=True))
+        self.spec = self.moved_by(physics, self.spec)
 
     # --- observations
 
@@ -165,6 +175,7 @@ class PredatorPrey(ParticleWorld):
 
     def reference_env(self) -> Any:
         """mpe2's parallel environment."""
+        self.ensure_reference()
         from mpe2 import simple_tag_v3
 
         return simple_tag_v3.parallel_env(

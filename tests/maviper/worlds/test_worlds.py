@@ -16,6 +16,7 @@ from maviper.worlds import PhysicalDeception, WorldState, find
 from maviper.worlds.games import physical_deception
 from maviper.worlds.games.particle import SQUARED_RADII, placed
 from maviper.worlds.games.predator_prey import PREDATORS, PREY
+from tests.support.games import crowded, states
 
 PROMISED = {True: 0, False: 1e-9}  # of an exact step and of a quick one, from the same state
 SPREAD = "cooperative-navigation"
@@ -26,22 +27,6 @@ VARIANTS = [
     "physical-deception", "physical-deception,velocity=1", "physical-deception,defenders=3",
     *SPREADS, *TAGS, "predator-prey", "predator-prey,observation=released,prey=1",
 ]  # fmt: skip
-
-
-def states(world, position, velocity=None, goal=None):
-    """A batch of states from plain arrays; at rest and with the first goal unless said otherwise."""
-    velocity = np.zeros((len(position), len(world.agents), 2)) if velocity is None else velocity
-    return WorldState(position, velocity, np.zeros(len(position), dtype=np.int64) if goal is None else goal)
-
-
-def drawn(world, count, seed):
-    """States from far apart to crowded, at rest to faster than allowed, inside to far outside the arena."""
-    rng = np.random.default_rng(seed)
-    n_agents, n_entities = len(world.agents), len(world.agents) + len(world.spec.landmarks)
-    position = rng.normal(size=(count, n_entities, 2)) * rng.choice([0.05, 0.2, 0.7, 2.0], size=(count, 1, 1))
-    velocity = rng.normal(size=(count, n_agents, 2)) * rng.choice([0.0, 0.5, 2.0], size=(count, 1, 1))
-    goals = rng.integers(max(1, len(world.spec.goals)), size=count)
-    return states(world, position, velocity, goals)
 
 
 def scattered(world, count, seed):
@@ -168,7 +153,7 @@ def test_whole_episodes_stay_with_mpe2_through_all_contacts(name, exact):
 def test_a_step_is_mpe2s_in_crowds_at_speed_and_outside(name, exact):
     world = find(name)
     reference = Reference(world)
-    state = drawn(world, 10 if len(world.agents) > 6 else 120, seed=2)
+    state = crowded(world, 10 if len(world.agents) > 6 else 120, seed=2)
     if len(world.agents) > 1:
         assert ((overlaps(world, state) < 0).sum(axis=1) >= min(2, overlaps(world, state).shape[1])).any(), "no crowd"
     limits = [entity.max_speed for entity in world.spec.agents]
@@ -337,7 +322,7 @@ def slow_released(n_predators, n_agents, position, velocity, agent):
 @pytest.mark.parametrize(("predators", "prey", "obstacles"), [(2, 2, 2), (3, 1, 2), (1, 3, 0)])
 def test_binary_observations_written_out(observation, slow, predators, prey, obstacles):
     world = find(f"predator-prey,predators={predators},prey={prey},obstacles={obstacles},observation={observation}")
-    state = drawn(world, 100, seed=8)
+    state = crowded(world, 100, seed=8)
     # half of the states on a coarse grid, so that coordinates and velocities tie
     position, velocity = state.position.copy(), state.velocity.copy()
     position[::2], velocity[::2] = np.round(position[::2] * 4) / 4, np.round(velocity[::2])
@@ -359,7 +344,7 @@ def test_widths_of_predator_prey():
             (3, width) for width in wanted
         ]
     released = find("predator-prey,observation=released")
-    for seen in released.observe(drawn(released, 100, seed=9)):
+    for seen in released.observe(crowded(released, 100, seed=9)):
         assert seen[:, -4:-2].tobytes() == seen[:, -2:].tobytes()
 
 
@@ -390,7 +375,7 @@ def test_features_stay_in_their_ranges(name):
 
 def test_added_velocity_is_the_agents_own():
     plain, fast = find("physical-deception"), find("physical-deception,velocity=1")
-    state = drawn(plain, 30, seed=11)
+    state = crowded(plain, 30, seed=11)
     for agent, (seen, more) in enumerate(zip(plain.observe(state), fast.observe(state), strict=True)):
         assert more[:, :-2].tobytes() == seen.tobytes()
         assert more[:, -2:].tobytes() == state.velocity[:, agent].astype(np.float32).tobytes()
@@ -398,7 +383,7 @@ def test_added_velocity_is_the_agents_own():
 
 def test_an_axis_is_ahead_where_sum_and_difference_have_its_signs():
     plain, world = find(SPREAD), find(f"{SPREAD},features=ahead")
-    state = drawn(plain, 50, seed=3)
+    state = crowded(plain, 50, seed=3)
     for agent, (seen, features) in enumerate(zip(world.observe(state), world.features, strict=True)):
         at = dict(zip((feature.name for feature in features), seen.T, strict=True))
         for name in ("landmark_0", "landmark_2", f"agent_{(agent + 1) % 3}"):
@@ -411,7 +396,7 @@ def test_an_axis_is_ahead_where_sum_and_difference_have_its_signs():
 def test_coasting_is_where_an_agent_comes_to_rest(name):
     """Played: whoever no longer pushes, and touches nobody, ends near the offset that the feature says."""
     plain, world = find(name), find(f"{name},features=coasting")
-    state, rng = drawn(plain, 200, seed=4), np.random.default_rng(5)
+    state, rng = crowded(plain, 200, seed=4), np.random.default_rng(5)
     spread = 5 * rng.permuted(np.tile(np.arange(state.position.shape[1]), (200, 1)), axis=1)  # far apart
     position = np.stack([spread, rng.uniform(-9, 9, spread.shape)], axis=2)
     state = replace(state, position=position, velocity=rng.uniform(-0.9, 0.9, state.velocity.shape))
@@ -533,7 +518,7 @@ def test_covering_asks_for_an_agent_each(agents):
 def test_touches_are_the_references(name):
     world = find(name)
     reference = Reference(world)
-    course = [drawn(world, 40, seed) for seed in (12, 13)]
+    course = [crowded(world, 40, seed) for seed in (12, 13)]
     wanted = np.zeros(40)
     for state in course:
         for row in range(40):
@@ -567,19 +552,19 @@ def test_shaping_written_out():
         return float(np.hypot(*(position[a] - position[b])))
 
     world = find("predator-prey,predators=3")
-    state = drawn(world, 20, seed=15)
+    state = crowded(world, 20, seed=15)
     for found, at in zip(world.shaping(state), state.position, strict=True):
         nearest = sum(min(gap(at, hunter, prey) for prey in (3, 4)) for hunter in range(3))
         fled = [0.1 * sum(gap(at, hunter, prey) for hunter in range(3)) for prey in (3, 4)]
         assert found.tolist() == pytest.approx([-0.1 * nearest] * 3 + fled)
     world = find("physical-deception")
-    state = drawn(world, 20, seed=16)
+    state = crowded(world, 20, seed=16)
     for found, at in zip(world.shaping(state), state.position, strict=True):
         term = -sum(min(gap(at, defender, target) for defender in (1, 2)) for target in (3, 4))
         alone = -min(gap(at, 0, target) for target in (3, 4))
         assert found.tolist() == pytest.approx([alone, term, term])
     world = find(SPREAD)
-    state = drawn(world, 20, seed=17)
+    state = crowded(world, 20, seed=17)
     for found, at in zip(world.shaping(state), state.position, strict=True):
         for agent in range(3):
             mates = [mate for mate in range(3) if mate != agent]
@@ -587,7 +572,7 @@ def test_shaping_written_out():
                 sum(min(gap(at, mate, target) for mate in each) for target in (3, 4, 5)) for each in (mates, range(3))
             )
             assert found[agent] == pytest.approx(without - beside)
-    assert not find(f"{SPREAD},agents=1").shaping(drawn(find(f"{SPREAD},agents=1"), 2, seed=17)).any()
+    assert not find(f"{SPREAD},agents=1").shaping(crowded(find(f"{SPREAD},agents=1"), 2, seed=17)).any()
 
 
 @pytest.mark.parametrize("name", ["physical-deception", "physical-deception,defenders=3,velocity=1"])
@@ -641,7 +626,7 @@ def test_thousands_of_games_at_once(name):
 @pytest.mark.parametrize("name", ["physical-deception", SPREAD])
 def test_slices_and_joins_of_batches(name):
     world = find(name)
-    state = drawn(world, 30, seed=18)
+    state = crowded(world, 30, seed=18)
     mask = np.arange(30) % 3 == 0
     for rows in (slice(4, 9), mask, np.array([7, 3, 3]), slice(0, 0)):
         part = state[rows]
@@ -659,7 +644,7 @@ def test_slices_and_joins_of_batches(name):
 def test_a_step_leaves_the_state_before_it_alone():
     for name in VARIANTS:
         world = find(name)
-        state = drawn(world, 10, seed=19)
+        state = crowded(world, 10, seed=19)
         copy = states(world, state.position.copy(), state.velocity.copy(), state.goal.copy())
         world.step(state, np.ones((10, len(world.agents)), dtype=np.int64))
         world.observe(state), world.rewards(state), world.values([state]), world.shaping(state)
@@ -740,7 +725,7 @@ def test_a_switch_is_on_or_off():
 def test_contacts_are_in_the_spec():
     """What a profile says about its world is what the simulator does: no force in the spec, no contact."""
     world = find(SPREAD)
-    state = drawn(world, 30, seed=20)
+    state = crowded(world, 30, seed=20)
     acted = np.zeros((30, 3), dtype=np.int64)
     assert (overlaps(world, state) < 0).any()
     world.spec = replace(world.spec, contact_force=0.0)

@@ -1,0 +1,106 @@
+"""The games by mpe2's physics and by those of the authors' fork: what the same networks reach, and a recipe to train.
+
+    python -m tests.benchmarks.physics [--episodes 2000] [--json]
+    python -m tests.benchmarks.physics --train FOLDER [--worlds NAME;...] [--seeds K,...]
+
+The first prints the rows of physics.toml: mpe2's physics, accelerations that count twice, velocities that change first,
+and both, which is what the option `physics=released` means. Each with the standard error over episodes. The second
+trains the experts that physics.toml fixes, one run folder each; finished ones are left alone. That takes hours.
+"""
+
+import argparse
+import json
+import tomllib
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+import maviper
+from codegen.dynamics import FORK, PHYSICS, Motion
+from maviper.episodes import measures
+from maviper.experts.finding import find_expert
+from maviper.experts.scripted import scripted
+from maviper.worlds import find
+
+REGISTER = tomllib.loads(Path(__file__).with_suffix(".toml").read_text())
+FIRST = 13_000_000  # of the held-out episodes; nothing else uses them
+VARIANTS = {
+    "mpe2": (False, False),
+    "accelerations twice": (True, False),
+    "velocities first": (False, True),
+    "both": (True, True),
+}
+
+
+def moved(name, twice, velocity_first):
+    """A world that moves with one of the fork's two differences, with both, or with neither."""
+    world = find(name)
+    strong = find(f"{name},{PHYSICS}={FORK}").spec.agents if twice else world.spec.agents
+    spec = replace(world.spec, agents=strong)
+    for quick, motion in ((True, "_quick"), (False, "_exact")):
+        vars(world)[motion] = Motion(spec, world.actions, quick, velocity_first)
+    return world
+
+
+def player(text):
+    """An expert; a script as it plays by mpe2's physics, for which it was written."""
+    name, _, kind = text.partition("@")
+    return scripted(find(name)) if kind == "scripted" else find_expert(text)[0]
+
+
+def row_of(row, episodes):
+    """Variant -> the measure's mean and its standard error."""
+    team = row["measure"].partition(" ")[0]
+    first, second = player(row["first"]), player(row["second"])
+    found = {}
+    for variant, (twice, velocity_first) in VARIANTS.items():
+        world = moved(row["world"], twice, velocity_first)
+        controllers = [first if world.team_of(agent) == team else second for agent in world.agents]
+        values = measures.values(world, controllers, range(FIRST, FIRST + episodes))
+        column = next(column for measure, column in values.items() if measure.label == row["measure"])
+        found[variant] = float(np.mean(column)), float(np.std(column, ddof=1) / np.sqrt(len(column)))
+    return found
+
+
+def trained(folder, worlds, seeds):
+    """Trains what is missing."""
+    asked = REGISTER["training"]
+    for name in worlds or asked["worlds"]:
+        for seed in seeds or asked["seeds"]:
+            place = folder / f"{name.partition(',')[0]}-{seed}"
+            if (place / "expert.safetensors").exists():
+                continue
+            maviper.train(
+                name,
+                place,
+                recipe=asked["recipe"],
+                seed=seed,
+                settings=asked["set"].get(name, {}),
+                resume=place.exists(),
+            )
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--episodes", type=int, default=REGISTER["episodes"])
+    parser.add_argument("--json", action="store_true")
+    parser.add_argument("--train", type=Path, help="where run folders lie")
+    parser.add_argument("--worlds", default="", help="some of those of physics.toml, separated by semicolons")
+    parser.add_argument("--seeds", default="", help="some of those of physics.toml, separated by commas")
+    given = parser.parse_args()
+    if given.train:
+        trained(given.train, [*filter(None, given.worlds.split(";"))], [int(k) for k in given.seeds.split(",") if k])
+        return
+    table = [{**row, "values": row_of(row, given.episodes)} for row in REGISTER["rows"]]
+    if given.json:
+        print(json.dumps({"rows": table}, indent=1))
+        return
+    print("  ".join(f"{name:>20}" for name in VARIANTS))
+    for row in table:
+        numbers = "  ".join(f"{f'{mean:.3f} +- {error:.3f}':>20}" for mean, error in row["values"].values())
+        print(f"{numbers}  {row['measure']}, {row['first']} against {row['second']}")
+
+
+if __name__ == "__main__":
+    main()
