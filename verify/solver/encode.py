@@ -14,7 +14,6 @@ from functools import partial
 from typing import NamedTuple
 
 import numpy as np
-import z3
 
 from codegen import ir
 from codegen.errors import InputError
@@ -26,7 +25,21 @@ from verify.question import DecisionQuestion
 from verify.semantics import MACHINE, REAL
 from verify.solver.budget import beyond_budget
 from verify.solver.halflines import HalfLine, half_line, last_double
-from verify.solver.terms import Terms, compared, conjunction, constant, disjunction, either, number, summed, unknown
+from verify.solver.terms import (
+    Real,
+    Terms,
+    Test,
+    added,
+    compared,
+    conjunction,
+    constant,
+    disjunction,
+    either,
+    negation,
+    number,
+    summed,
+    unknown,
+)
 from verify.states.state import error_name, measurable
 
 UNDERFLOW = Fraction(1, 2**1000)  # more than all products with a weight can lose
@@ -37,8 +50,8 @@ class Query(NamedTuple):
     """What the solver is asked, for one goal: the variables (position -> real) and the constraints."""
 
     goal: str | None
-    variables: dict[str, z3.ArithRef]
-    constraints: list[z3.BoolRef]
+    variables: dict[str, Real]
+    constraints: list[Test]
     exact: bool = True  # whether every answer is one; else rounding may keep the state from doing what was asked
     beyond: str = ""  # why it was not written: it is too large for the budget, and has no constraints
 
@@ -60,9 +73,7 @@ def query(
     return encoder.query(fails)
 
 
-def _failing(
-    question: DecisionQuestion, goal: str | None, slack: Fraction = Fraction(0)
-) -> tuple["_Encoder", z3.BoolRef]:
+def _failing(question: DecisionQuestion, goal: str | None, slack: Fraction = Fraction(0)) -> tuple["_Encoder", Test]:
     """What encodes a goal's query, and the constraint that the claim fails."""
     encoder = _Encoder(question.profile, question.region, goal, slack, question.semantics, question.claim.eps)
     return encoder, encoder.encoded(tightened(for_goal(negated(question.formula), goal), slack))
@@ -125,15 +136,17 @@ def settled(query: Query, values: Mapping[str, Fraction]) -> Query:
     return query._replace(constraints=[*query.constraints, *equal])
 
 
-def _region(region: Region, at: dict[str, z3.ArithRef]) -> list[z3.BoolRef]:
-    constraints: list[z3.BoolRef] = []
+def _region(region: Region, at: dict[str, Real]) -> list[Test]:
+    constraints: list[Test] = []
     for name, (low, high) in region.box.items():
         constraints += [at[name] >= number(low), at[name] <= number(high)]
     for a, b, (low, high) in region.differences:
         constraints += [at[a] - at[b] >= number(low), at[a] - at[b] <= number(high)]
     for a, b, least in region.apart:
         gaps = [at[f"{a}.{axis}"] - at[f"{b}.{axis}"] for axis in "xy"]
-        constraints.append(z3.Or(*(side for gap in gaps for side in (gap >= number(least), gap <= number(-least)))))
+        constraints.append(
+            disjunction(*(side for gap in gaps for side in (gap >= number(least), gap <= number(-least))))
+        )
     return constraints
 
 
@@ -153,25 +166,25 @@ class _Encoder:
         self.at = dict(self.variables)  # coordinate -> variable
         self._named = {} if goal is None else {f"{ir.GOAL}.{axis}": f"{goal}.{axis}" for axis in "xy"}
         self.at |= {name: self.variables[of_landmark] for name, of_landmark in self._named.items()}
-        self.noise: list[z3.BoolRef] = []  # bounds of the errors
+        self.noise: list[Test] = []  # bounds of the errors
         self._profile, self._slack, self._semantics, self._eps = profile, slack, semantics, eps
         self._goal, self._region = goal, region
-        self._known: dict[Formula, z3.BoolRef] = {}
-        self._asked: dict[tuple[str, int], tuple[z3.BoolRef, z3.BoolRef]] = {}  # agent, node of its tree
-        self._roundings: dict[str, z3.ArithRef] = {}  # no variables of the question: no answer settles them
+        self._known: dict[Formula, Test] = {}
+        self._asked: dict[tuple[str, int], tuple[Test, Test]] = {}  # agent, node of its tree
+        self._roundings: dict[str, Real] = {}  # no variables of the question: no answer settles them
 
-    def query(self, *facts: z3.BoolRef) -> Query:
+    def query(self, *facts: Test) -> Query:
         """That these facts hold in some world state of the region, errors within their bounds."""
         bounds = [*_region(self._region, self.at), *self.noise]
         return Query(self._goal, self.variables, [*bounds, *facts], exact=not self._roundings)
 
-    def encoded(self, claim: Formula) -> z3.BoolRef:
+    def encoded(self, claim: Formula) -> Test:
         """The formula. Where it speaks of one agent's actions only, it follows that agent's tree."""
         if claim not in self._known:
             self._known[claim] = self._made(claim)
         return self._known[claim]
 
-    def _made(self, claim: Formula) -> z3.BoolRef:
+    def _made(self, claim: Formula) -> Test:
         acting = agents(claim)
         if len(acting) == 1:
             (agent,) = acting
@@ -183,16 +196,16 @@ class _Encoder:
             return disjunction(*(self.encoded(part) for part in _grouped(claim.parts, Or)))
         assert isinstance(claim, Linear), claim
         parts = [self.at[name] if weight == 1 else number(weight) * self.at[name] for weight, name in claim.terms]
-        total, bound = z3.Sum(*parts), number(claim.bound)
+        total, bound = added(parts), number(claim.bound)
         return total < bound if claim.strict else total <= bound
 
-    def _once_chosen(self, claim: Formula, agent: str, action: int) -> z3.BoolRef:
+    def _once_chosen(self, claim: Formula, agent: str, action: int) -> Test:
         return self.encoded(given(claim, {agent: action}))
 
-    def _chosen(self, policy: ir.AgentPolicy, of_action: Callable[[int], z3.BoolRef]) -> z3.BoolRef:
+    def _chosen(self, policy: ir.AgentPolicy, of_action: Callable[[int], Test]) -> Test:
         """`of_action` of the action that the tree chooses, as nested conditions over the world state."""
         tree = policy.tree
-        formulas: dict[int, z3.BoolRef] = {}
+        formulas: dict[int, Test] = {}
         ends = {action: of_action(action) for action in dict.fromkeys(tree.action[ir.leaves(tree)].tolist())}
         columns = zip(tree.left.tolist(), tree.right.tolist(), tree.action.tolist(), strict=True)
         for node, (left, right, action) in reversed([*enumerate(columns)]):  # preorder: children come after parents
@@ -202,21 +215,23 @@ class _Encoder:
             below, above = self._asked_at(policy, node)
             first, second = formulas.pop(left), formulas.pop(right)
             formulas[node] = (
-                z3.Or(z3.And(below, first), z3.And(above, second)) if self._slack else either(below, first, second)
+                disjunction(conjunction(below, first), conjunction(above, second))
+                if self._slack
+                else either(below, first, second)
             )
         return formulas[ir.ROOT]
 
-    def path(self, policy: ir.AgentPolicy, leaf: int) -> list[z3.BoolRef]:
+    def path(self, policy: ir.AgentPolicy, leaf: int) -> list[Test]:
         """The tests between the root and a leaf, as they must fall out to reach it."""
         return [taken for taken, _ in self._path(policy, leaf)]
 
-    def turned(self, policy: ir.AgentPolicy, leaf: int) -> list[z3.BoolRef]:
+    def turned(self, policy: ir.AgentPolicy, leaf: int) -> list[Test]:
         """The tests between the root and a leaf, as one of them must fall out to reach another leaf."""
         return [other for _, other in self._path(policy, leaf)]
 
-    def _path(self, policy: ir.AgentPolicy, leaf: int) -> list[tuple[z3.BoolRef, z3.BoolRef]]:
+    def _path(self, policy: ir.AgentPolicy, leaf: int) -> list[tuple[Test, Test]]:
         """(as it falls out on the way to the leaf, otherwise) of each test, from the leaf upwards."""
-        tree, node, found = policy.tree, leaf, list[tuple[z3.BoolRef, z3.BoolRef]]()
+        tree, node, found = policy.tree, leaf, list[tuple[Test, Test]]()
         while node != ir.ROOT:
             parent = int(np.flatnonzero((tree.left == node) | (tree.right == node))[0])
             left, right = self._tests(policy, parent)
@@ -224,14 +239,14 @@ class _Encoder:
             node = parent
         return found
 
-    def _asked_at(self, policy: ir.AgentPolicy, node: int) -> tuple[z3.BoolRef, z3.BoolRef]:
+    def _asked_at(self, policy: ir.AgentPolicy, node: int) -> tuple[Test, Test]:
         """As `_tests`, made once."""
         asked = policy.agent, node
         if asked not in self._asked:
             self._asked[asked] = self._tests(policy, node)
         return self._asked[asked]
 
-    def _tests(self, policy: ir.AgentPolicy, node: int) -> tuple[z3.BoolRef, z3.BoolRef]:
+    def _tests(self, policy: ir.AgentPolicy, node: int) -> tuple[Test, Test]:
         """(goes left, goes right) of a split, in terms of world coordinates."""
         feature = policy.features[int(policy.tree.feature[node])]
         meaning, slack = feature.meaning, self._slack
@@ -255,17 +270,17 @@ class _Encoder:
             return _zero_tests(measured, threshold, slack)
         if line is None:
             always = constant(threshold >= 1)
-            return always, z3.Not(always)
+            return always, negation(always)
         if slack:
             return measured <= number(line.end - slack), measured >= number(line.end + slack)
         below = measured < number(line.end) if line.strict else measured <= number(line.end)
-        return below, z3.Not(below)
+        return below, negation(below)
 
     def _terms(self, feature: FeatureSpec) -> Terms:
         """A feature's terms, the goal's coordinates as those of the landmark that it is."""
         return tuple((weight, self._named.get(name, name)) for weight, name in _known(feature, self.at))
 
-    def _rounding(self, agent: str, feature: str, meaning: ir.Meaning) -> z3.ArithRef:
+    def _rounding(self, agent: str, feature: str, meaning: ir.Meaning) -> Real:
         """What rounding adds to a sum of several coordinates: known within bounds only, the same one in every test.
 
         n - 1 additions are off by at most (n - 1) u / (1 - (n - 1) u) of the sum of all sizes, with u = 2**-53 (Higham
@@ -284,7 +299,7 @@ class _Encoder:
         of_goal = name.startswith(f"{ir.GOAL}.") and self._goal is not None
         return max(map(abs, self._region.box[f"{self._goal}{name.removeprefix(ir.GOAL)}" if of_goal else name]))
 
-    def _error(self, agent: str, feature: str) -> z3.ArithRef:
+    def _error(self, agent: str, feature: str) -> Real:
         """The one error of a feature as an agent sees it, within eps."""
         name = error_name(agent, feature)
         if name not in self.variables:
@@ -323,19 +338,19 @@ def _line(meaning: ir.Meaning, threshold: float, by: _Arithmetic) -> HalfLine | 
     return last_double(threshold, by.single) if alone else half_line(threshold, by.single)
 
 
-def _zero_tests(measured: z3.ArithRef, threshold: float, slack: Fraction) -> tuple[z3.BoolRef, z3.BoolRef]:
+def _zero_tests(measured: Real, threshold: float, slack: Fraction) -> tuple[Test, Test]:
     """As `_tests`, for "is zero" (0 or 1). A difference of two float64 numbers is zero iff they are equal, so rounding
     does not matter; what it adds to longer sums is in `measured`. Being equal has nothing to spare.
     """
     if not 0 <= threshold < 1:
         always = constant(threshold >= 1)
-        return always, z3.Not(always)
+        return always, negation(always)
     if slack:
-        return z3.Or(measured <= number(-slack), measured >= number(slack)), measured == 0
+        return disjunction(measured <= number(-slack), measured >= number(slack)), measured == 0
     return measured != 0, measured == 0
 
 
-def _known(feature: FeatureSpec, at: dict[str, z3.ArithRef]) -> Terms:
+def _known(feature: FeatureSpec, at: dict[str, Real]) -> Terms:
     terms = feature.meaning.terms if feature.meaning else ()
     for _, name in terms:
         if name not in at:

@@ -7,6 +7,7 @@ Does not: know trees, regions or claims.
 """
 
 import threading
+from collections.abc import Sequence
 from fractions import Fraction
 from functools import lru_cache
 from typing import TypeAlias
@@ -30,72 +31,76 @@ class _Home(threading.local):
         self.compared = lru_cache(maxsize=MAX_KNOWN)(_compared)
 
 
-def number(value: Fraction) -> z3.ArithRef:
+def number(value: Fraction) -> Real:
     """An exact rational constant."""
     return z3.RealVal(f"{value.numerator}/{value.denominator}", _home.context)
 
 
-def unknown(name: str) -> z3.ArithRef:
+def unknown(name: str) -> Real:
     """A real number that is not known; equal names are equal numbers."""
     return z3.Real(name, _home.context)
 
 
-def constant(value: bool) -> z3.BoolRef:
+def constant(value: bool) -> Test:
     """True or false."""
     return z3.BoolVal(value, _home.context)
 
 
-def conjunction(*parts: z3.BoolRef) -> z3.BoolRef:
+def conjunction(*parts: Test) -> Test:
     """All of these, of which there may be none."""
     return z3.And(*parts, _home.context)
 
 
-def disjunction(*parts: z3.BoolRef) -> z3.BoolRef:
+def disjunction(*parts: Test) -> Test:
     """Some of these, of which there may be none."""
     return z3.Or(*parts, _home.context)
 
 
-def negation(test: z3.BoolRef) -> z3.BoolRef:
+def negation(test: Test) -> Test:
     """That a test does not hold."""
     return z3.Not(test)
 
 
-def compared(terms: Terms, line: HalfLine) -> tuple[z3.BoolRef, z3.BoolRef]:
+def compared(terms: Terms, line: HalfLine) -> tuple[Test, Test]:
     """(the sum of unknowns, each with its weight, lies on the half line, it does not)."""
     return _home.compared(terms, line)
 
 
-def _compared(terms: Terms, line: HalfLine) -> tuple[z3.BoolRef, z3.BoolRef]:
+def _compared(terms: Terms, line: HalfLine) -> tuple[Test, Test]:
     measured, end = summed(terms), number(line.end)
     below = measured < end if line.strict else measured <= end
     return below, z3.Not(below)
 
 
-def summed(terms: Terms) -> z3.ArithRef:
+def summed(terms: Terms) -> Real:
     """The sum of unknowns, each with its weight."""
-    parts = [_times(weight, unknown(name)) for weight, name in terms]
+    return added([_times(weight, unknown(name)) for weight, name in terms])
+
+
+def added(parts: Sequence[Real]) -> Real:
+    """The sum of terms, of which there may be none."""
     return z3.Sum(*parts) if parts else number(Fraction(0))
 
 
-def _times(weight: float, coordinate: z3.ArithRef) -> z3.ArithRef:
+def _times(weight: float, coordinate: Real) -> Real:
     if abs(weight) == 1:
         return coordinate if weight > 0 else -coordinate
     return number(Fraction(weight)) * coordinate
 
 
-def either(test: z3.BoolRef, left: z3.BoolRef, right: z3.BoolRef) -> z3.BoolRef:
+def either(test: Test, left: Test, right: Test) -> Test:
     """As z3.If, without its coercions: they take most of the time in which a tree is written."""
     context = test.ctx
     return z3.BoolRef(z3.Z3_mk_ite(context.ref(), test.as_ast(), left.as_ast(), right.as_ast()), context)
 
 
-def either_number(test: z3.BoolRef, left: z3.ArithRef, right: z3.ArithRef) -> z3.ArithRef:
+def either_number(test: Test, left: Real, right: Real) -> Real:
     """The one number where a test holds, else the other."""
     context = test.ctx
-    return z3.ArithRef(z3.Z3_mk_ite(context.ref(), test.as_ast(), left.as_ast(), right.as_ast()), context)
+    return Real(z3.Z3_mk_ite(context.ref(), test.as_ast(), left.as_ast(), right.as_ast()), context)
 
 
-def equal(one: z3.ArithRef, other: z3.ArithRef) -> z3.BoolRef:
+def equal(one: Real, other: Real) -> Test:
     """That two numbers are the same."""
     return conjunction(one <= other, one >= other)
 
