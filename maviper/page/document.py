@@ -255,7 +255,8 @@ def _claim(profile: ir.PolicyProfile, shown: Shown) -> dict[str, Any]:
         "episode": None,
         "unjudged": "about no single state",
     }
-    return found | JUDGED[claim.kind](profile, claim)
+    judged = JUDGED.get(claim.kind)
+    return found if judged is None else found | judged(profile, claim)
 
 
 def _alike(profile: ir.PolicyProfile, second: Second | None) -> list[dict[str, Any]]:
@@ -300,7 +301,7 @@ def _episode(profile: ir.PolicyProfile, claim: EpisodeClaim) -> dict[str, Any]:
     return {"episode": judged}
 
 
-JUDGED: Mapping[Kind, Callable[[ir.PolicyProfile, Any], dict[str, Any]]] = {  # what the page judges states by
+JUDGED: Mapping[Kind, Callable[[ir.PolicyProfile, Any], dict[str, Any]]] = {  # what the page judges states by, if it does
     Kind.DECISIONS: _decisions,
     Kind.LEAVES: _decisions,
     Kind.EPISODES: _episode,

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from codegen import ir
-from codegen.errors import InputError
+from codegen.errors import InputError, UnknownNameError
 from codegen.lowering.render import render
 from maviper.claims import Claim as BuiltIn
 from maviper.files import kinds, runs
@@ -24,9 +24,18 @@ from maviper.options import SystemOptions, completed, table_of
 from maviper.options import VerifyOptions as Options
 from maviper.worlds import find
 from maviper.worlds.matching import ensure_places
-from verify.claims.catalogue import NAMES, ZONES, Claim, checked_zones, find_claim, in_general, known, readable, usual
+from verify.claims.catalogue import (
+    NAMES,
+    ZONES,
+    Claim,
+    checked_zones,
+    find_claim,
+    in_general,
+    names_reading,
+    readable,
+    usual,
+)
 from verify.claims.claim import Parameter
-from verify.claims.episodes import EPISODE_CLAIMS
 from verify.claims.files import Stated, read_properties
 from verify.claims.language import parameters
 from verify.claims.language.parameters import Form
@@ -269,9 +278,9 @@ def _check_limits(claims: Sequence[AnyClaim], options: VerifyOptions) -> None:
         for option, folder in (("--smt", options.smt), ("--vnnlib", options.vnnlib)):
             if folder is not None:
                 what = "none of these properties gives a query to the solver"
-                raise InputError(what, option, f"{', '.join(EPISODE_CLAIMS)} are decided by zones")
+                raise InputError(what, option, f"{', '.join(names_reading(ZONES))} are decided by zones")
     if "max_cells" not in read and options.max_cells is not None:
-        what = f"--max-cells limits claims about single decisions; {', '.join(EPISODE_CLAIMS)} are about episodes"
+        what = f"--max-cells limits claims about single decisions; {', '.join(names_reading(ZONES))} are about episodes"
         raise InputError(what, "--max-cells", "to limit claims about episodes, use --max-zones")
 
 
@@ -282,9 +291,10 @@ def _given(names: Sequence[str], options: VerifyOptions) -> list[dict[str, Any]]
         raise InputError("--team does not apply to a property file", "--team", "name the team in the file")
     found, used = [], set[str]()
     for name in names:
-        of = given.get("of") or ""
-        # an unknown name is left to those who know its closest match
-        read = readable(name, of) if known(name, of) else tuple(given)
+        try:
+            read = readable(name, given.get("of") or "")
+        except UnknownNameError:  # which is left to those who know where the name was given
+            read = tuple(given)
         found.append({key: value for key, value in given.items() if key in read})
         used |= set(found[-1])
     for key in given:
@@ -341,7 +351,7 @@ def listed() -> list[dict[str, Any]]:
     """
     found = []
     for name in NAMES:
-        values = usual(name) | ({ZONES: Budgets().max_zones} if name in EPISODE_CLAIMS else {})
+        values = usual(name) | ({ZONES: Budgets().max_zones} if ZONES in readable(name) else {})
         defaults = {key: "" if value is None else _written(value) for key, value in values.items()}
         found.append({"name": name, "sentence": in_general(name), "parameters": defaults})
     return found

@@ -1,14 +1,15 @@
 """Claims of either kind by name: about single decisions (decisions.py) and about whole episodes (episodes.py).
 
 Does: finds a claim for a profile; tells which parameters a name reads, their usual values, and what it says in general.
-Assumes: parameters have their types; their ranges are checked here.
+Assumes: parameters have their types; their ranges are checked here. Each kind of claim is one of the FAMILIES.
 Does not: read files or decide.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields
 from fractions import Fraction
-from typing import Any, cast
+from itertools import chain
+from typing import Any, NamedTuple, cast
 
 from codegen.dynamics import COINCIDENT, partners
 from codegen.errors import InputError, UnknownNameError
@@ -22,7 +23,6 @@ from verify.claims.uncertified.own import BUILT_IN, PROPERTIES
 from verify.claims.verifiable import check_landmarks, ensure_landmark_each, ensure_landmarks
 
 Claim = DecisionClaim | EpisodeClaim
-NAMES = (*PROPERTIES, *RELATIONS, *EPISODE_CLAIMS)
 ZONES = "zones"  # given like a parameter of claims about episodes, though it is a budget: how many may be visited
 MAX_ZONES = 10**12
 LISTS = of_form(Form.NAMES)
@@ -31,18 +31,6 @@ COINCIDING = (
     f"not about starts from which the centres of two that push each other ever come within {COINCIDENT:g} of each "
     "other, where the reference has no number"
 )
-
-
-def find_claim(name: str, profile: PolicyProfile, team: str | None = None, **given: Any) -> Claim:
-    """The named claim for a team of `profile`, see `find_property` and `find_episode_claim` for the parameters.
-
-    InputError for one that the claim does not read, UnknownNameError for a name of neither kind.
-    """
-    if name in EPISODE_CLAIMS:
-        return find_episode_claim(name, profile, team, **given)
-    if name not in NAMES:
-        raise UnknownNameError("property", name, NAMES)
-    return find_property(name, profile, team, **given)
 
 
 def kind_named(name: str, of: str = "") -> type[DecisionClaim]:
@@ -131,38 +119,89 @@ def checked_zones(zones: int) -> int:
     return zones
 
 
-def readable(name: str, of: str = "") -> tuple[str, ...]:
-    """What may be given with the named claim beside its team; of `steady` also what `of` reads."""
-    return (*EPISODE_CLAIMS[name].reads(), ZONES) if name in EPISODE_CLAIMS else read_by(name, of)
+def _read_by_episodes(name: str, of: str = "") -> tuple[str, ...]:
+    return (*EPISODE_CLAIMS[name].reads(), ZONES)
 
 
-def known(name: str, of: str = "") -> bool:
-    """Whether there is a claim of that name, and where `of` is given something of which it can be said."""
-    return name in EPISODE_CLAIMS or name in RELATIONS or (name in PROPERTIES and of in ("", *PLAIN))
-
-
-def in_general(name: str) -> str:
-    """A named claim in words, without values."""
-    if name in EPISODE_CLAIMS:
-        return f"{EPISODE_CLAIMS[name].in_general()}; where entities push each other {COINCIDING}"
+def _decisions_in_general(name: str) -> str:
     if name == STEADY:
         return "what the property named by `of` says" + WITH_ERRORS.format(who=" of each of the team")
     return kind_named(name).words.format(team="team")
 
 
-def usual(name: str) -> dict[str, Parameter | None]:
-    """The parameters of a named claim with their usual values; None where these depend on the world."""
+def _episodes_in_general(name: str) -> str:
+    return f"{EPISODE_CLAIMS[name].in_general()}; where entities push each other {COINCIDING}"
+
+
+def _usual_of_decisions(name: str) -> dict[str, Parameter | None]:
     if name == STEADY:
         return {"eps": EPS, "of": PLAIN[0]}
-    if name in EPISODE_CLAIMS:
-        kind = EPISODE_CLAIMS[name]
-        return _defaults(kind, kind.reads()) | dict.fromkeys(kind.of_the_world)
-    return _defaults(kind_named(name), kind_named(name).reads)
+    return _defaults(kind_named(name), read_by(name))
+
+
+def _usual_of_episodes(name: str) -> dict[str, Parameter | None]:
+    kind = EPISODE_CLAIMS[name]
+    return _defaults(kind, kind.reads()) | dict.fromkeys(kind.of_the_world)
 
 
 def _defaults(kind: type[Claim], read: Sequence[str]) -> dict[str, Any]:
     found = {item.name: item.default for item in fields(kind)}
     return {key: found[key] for key in read}
+
+
+class Family(NamedTuple):
+    """The built-in claims of one kind, and what is known of each by its name."""
+
+    names: tuple[str, ...]
+    find: Callable[..., Claim]  # of a name, a profile, a team or None, and parameters
+    reads: Callable[[str, str], tuple[str, ...]]  # of a name, and what it is said of or ""
+    usual: Callable[[str], dict[str, Parameter | None]]
+    in_general: Callable[[str], str]
+
+
+FAMILIES = [
+    Family((*PROPERTIES, *RELATIONS), find_property, read_by, _usual_of_decisions, _decisions_in_general),
+    Family(tuple(EPISODE_CLAIMS), find_episode_claim, _read_by_episodes, _usual_of_episodes, _episodes_in_general),
+]
+NAMES = tuple(chain.from_iterable(family.names for family in FAMILIES))
+
+
+def _family(name: str) -> Family:
+    """The family of a named claim. UnknownNameError for a name that there is not."""
+    for family in FAMILIES:
+        if name in family.names:
+            return family
+    raise UnknownNameError("property", name, NAMES)
+
+
+def find_claim(name: str, profile: PolicyProfile, team: str | None = None, **given: Any) -> Claim:
+    """The named claim for a team of `profile`, see `find_property` and `find_episode_claim` for the parameters.
+
+    InputError for one that the claim does not read, UnknownNameError for a name that there is not.
+    """
+    return _family(name).find(name, profile, team, **given)
+
+
+def readable(name: str, of: str = "") -> tuple[str, ...]:
+    """What may be given with the named claim beside its team; of `steady` also what `of` reads. UnknownNameError for
+    names that there are not.
+    """
+    return _family(name).reads(name, of)
+
+
+def names_reading(parameter: str) -> list[str]:
+    """The claims with which a parameter may be given."""
+    return [name for name in NAMES if parameter in readable(name)]
+
+
+def in_general(name: str) -> str:
+    """A named claim in words, without values."""
+    return _family(name).in_general(name)
+
+
+def usual(name: str) -> dict[str, Parameter | None]:
+    """The parameters of a named claim with their usual values; None where these depend on the world."""
+    return _family(name).usual(name)
 
 
 def sentence(claim: EpisodeClaim, world: WorldSpec) -> str:
