@@ -8,6 +8,7 @@ import pytest
 
 from codegen.errors import InputError
 from tests.support.episode_cases import arriving
+from tests.support.game_files import world_file
 from tests.support.system_cases import decided
 from tests.support.teams import STAY, team, tree
 from verify.claims.catalogue import find_claim
@@ -18,7 +19,6 @@ from verify.result import Verdict
 from verify.subjects import Game
 from verify.systems.claims import Pattern, SystemClaim
 from verify.systems.files import statement_of
-from verify.systems.games import world_file
 from verify.systems.system import Affine, HalfSpace
 
 RADIUS = F(2, 5)
