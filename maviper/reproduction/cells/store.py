@@ -5,8 +5,8 @@ Assumes: a folder that all processes see, whose file system creates files exclus
 Does not: make cells (making.py).
 
 A claim is the file `claim-K` in the cell's folder. It is created exclusively, and touched every BEAT seconds while its
-process lives. It is stale once it was not touched for STALE seconds by the file system's own clock, or when its process
-was one of this machine and is gone. Whoever takes a stale claim over creates claim-(K+1), so that only one of several
+process lives. It is stale once it was not touched for STALE seconds by the file system's own clock (NAMELESS seconds if
+it is empty), or when its process was one of this machine and is gone. Whoever takes a stale claim over creates claim-(K+1), so that only one of several
 can. A finished cell has cell.json, which is written last; a cell that two processes made nevertheless, because one
 slept longer than STALE, is the same bytes twice.
 """
@@ -28,6 +28,7 @@ from maviper.reproduction.cells.cell import DONE, Document, Made
 CELLS, CELL_FILE, CLAIM = "cells", "cell.json", "claim-"
 MAX_CELL_BYTES, MAX_PROFILE_BYTES = 2**22, 2**26
 BEAT, STALE = 15.0, 120.0  # seconds
+NAMELESS = 2.0  # seconds, after which whoever made an empty claim was killed before writing down who it is
 
 
 class Store:
@@ -153,7 +154,7 @@ def _stale(place: Path) -> bool:
         if owner == _machine() and process.isdigit() and os.name == "posix" and _gone(int(process)):
             return True
         with tempfile.TemporaryFile(dir=place.parent) as fresh:  # its time is the file system's own
-            return os.fstat(fresh.fileno()).st_mtime - place.stat().st_mtime > STALE
+            return os.fstat(fresh.fileno()).st_mtime - place.stat().st_mtime > (STALE if process else NAMELESS)
     except FileNotFoundError:  # given back meanwhile
         return False
     except OSError as error:

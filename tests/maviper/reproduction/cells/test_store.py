@@ -50,6 +50,16 @@ def test_the_claim_of_a_process_that_is_gone_is_taken_over_at_once(tmp_path):
     assert not list(tmp_path.rglob("claim-*"))
 
 
+def test_a_claim_of_a_process_that_was_killed_before_it_wrote_its_name_is_stale_soon(tmp_path):
+    with Store(tmp_path) as store:
+        (store.cells / "a").mkdir(parents=True)
+        (store.cells / "a" / "claim-0").touch()
+        assert not store.claim("a")
+        age(store, "a", stores.NAMELESS + 1)
+        assert store.claim("a") and [*store.held] == ["a"]
+    assert not list(tmp_path.rglob("claim-*"))
+
+
 def test_a_claim_of_another_machine_is_stale_after_a_while(tmp_path, monkeypatch):
     with Store(tmp_path) as theirs:
         assert theirs.claim("a")
