@@ -301,7 +301,9 @@ def _episode(profile: ir.PolicyProfile, claim: EpisodeClaim) -> dict[str, Any]:
     return {"episode": judged}
 
 
-JUDGED: Mapping[Kind, Callable[[ir.PolicyProfile, Any], dict[str, Any]]] = {  # what the page judges states by, if it does
+JUDGED: Mapping[
+    Kind, Callable[[ir.PolicyProfile, Any], dict[str, Any]]
+] = {  # what the page judges states by, if it does
     Kind.DECISIONS: _decisions,
     Kind.LEAVES: _decisions,
     Kind.EPISODES: _episode,

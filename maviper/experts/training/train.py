@@ -15,6 +15,7 @@ import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -127,8 +128,11 @@ def _trainer(algorithm: str) -> _Algorithm:
         import torch  # pyright: ignore[reportMissingImports]
 
         from maviper.experts.training import maddpg, mappo, value_based
-    except ImportError:
-        raise MissingToolError("training needs torch", "", "install the extra: pip install 'maviper[train]'") from None
+
+        import_module("matplotlib")  # which draws the curve at the end, and is missed now rather than then
+    except ImportError as error:
+        advice = "install the extra: pip install 'maviper[train]'"
+        raise MissingToolError(f"training needs {error.name or 'torch'}", "", advice) from None
     torch.set_num_threads(1)  # small products: threads cost more than they give, and one thread repeats bit for bit
     return {
         MAPPO: _Algorithm(mappo.Settings, mappo.Mappo),

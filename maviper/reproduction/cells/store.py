@@ -6,9 +6,9 @@ Does not: make cells (making.py).
 
 A claim is the file `claim-K` in the cell's folder. It is created exclusively, and touched every BEAT seconds while its
 process lives. It is stale once it was not touched for STALE seconds by the file system's own clock (NAMELESS seconds if
-it is empty), or when its process was one of this machine and is gone. Whoever takes a stale claim over creates claim-(K+1), so that only one of several
-can. A finished cell has cell.json, which is written last; a cell that two processes made nevertheless, because one
-slept longer than STALE, is the same bytes twice.
+it is empty), or when its process was one of this machine and is gone. Whoever takes a stale claim over creates
+claim-(K+1), so that only one of several can. A finished cell has cell.json, which is written last; a cell that two
+processes made nevertheless, because one slept longer than STALE, is the same bytes twice.
 """
 
 import contextlib

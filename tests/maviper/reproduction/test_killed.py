@@ -1,58 +1,26 @@
 """A reproduction killed at any instant: finished cells stay, and the same call again ends as if nothing was."""
 
-import os
-import signal
-import sys
-
-import pytest
-
 from maviper.reproduction import run
 from maviper.reproduction.cells import store
 from maviper.reproduction.cells.store import CELL_FILE, Store
 from tests.maviper.reproduction.small import cheap, contents, reproduced
+from tests.support.killing import killed_at, needs_fork
 
 TINY = {"games": ("physical-deception",), "depths": (4,), "seeds": 1}
-CALLS = ("open", "os.rename", "os.link", "os.remove", "os.mkdir", "os.rmdir", "os.scandir", "os.listdir", "os.utime")
 OTHERS = 12  # instants between the first and the last call
 
 
-def killed_at(folder, last):
-    """Whether a reproduction in a process of its own is killed at its call `last`, and how many calls it makes."""
-    told, tell = os.pipe()
-    process = os.fork()
-    if not process:
-        calls = 0
-
-        def count(event, _):
-            nonlocal calls
-            if event in CALLS:
-                calls += 1
-                if calls == last:
-                    os.kill(os.getpid(), signal.SIGKILL)
-
-        sys.addaudithook(count)
-        try:
-            reproduced(folder, **TINY)
-            os.write(tell, str(calls).encode())
-        finally:
-            os._exit(0)
-    os.close(tell)
-    _, status = os.waitpid(process, 0)
-    with os.fdopen(told) as said:
-        return os.WIFSIGNALED(status), int(said.read() or 0)
-
-
-@pytest.mark.skipif(not hasattr(os, "fork"), reason="a process is forked, and killed by a signal")
+@needs_fork
 def test_a_reproduction_killed_at_many_of_its_calls(tmp_path, monkeypatch):
     for module, name, value in ((run, "made", cheap()), (run, "POLL", 0.02), (store, "NAMELESS", 0.05)):
         monkeypatch.setattr(module, name, value)
     reproduced(tmp_path / "whole", **TINY)  # which also imports what a process imports once
-    cut, total = killed_at(tmp_path / "counted", 0)
+    cut, total = killed_at(0, lambda: reproduced(tmp_path / "counted", **TINY))
     assert not cut and total > 100
     whole, found = contents(tmp_path / "whole"), set()
     for last in range(1, total, total // OTHERS):
         folder = tmp_path / str(last)
-        cut, _ = killed_at(folder, last)
+        cut, _ = killed_at(last, lambda folder=folder: reproduced(folder, **TINY))
         assert cut
         left = {place.parent.name for place in folder.rglob(CELL_FILE)}
         found.add(len(left))
