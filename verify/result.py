@@ -127,7 +127,7 @@ class Result(Generic[About, Found]):
 
     @property
     def counterexample(self) -> Any:
-        """The state in which a claim about decisions fails, or None; of episodes the evidence has start and course."""
+        """The state in which a claim about decisions fails, or None; of episodes the evidence has start and actions."""
         return self.evidence.counterexample
 
     @property

@@ -29,6 +29,8 @@ TOPICS = (
     "files",
     "limits",
     "words",
+    "python",
+    "architecture",
     "developing",
 )
 
