@@ -12,6 +12,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from maviper import siblings as siblings  # first: it says what is in the way of the imports below
+
+# isort: split
 from codegen.process import flags
 from maviper import claims, options
 from maviper.files.verbs import from_file, from_onnx, from_sklearn
