@@ -6,6 +6,7 @@ Assumes: standard output belongs to results.
 Does not: decide anything.
 """
 
+import math
 import sys
 import time
 from collections.abc import Callable, Iterator
@@ -22,7 +23,8 @@ if TYPE_CHECKING:
     from rich.progress import Progress
 
 LABEL_WIDTH = 12
-PLAIN_SECONDS = 10.0
+PLAIN_SECONDS = 10.0  # between plain lines of a stage
+FIRST_SECONDS = 2.0  # ... and before the first
 COLOURS = {  # of labels, on a terminal that has colours
     "PROVED": "green",
     "accepted": "green",
@@ -126,13 +128,14 @@ class LiveLine:
         self.console, self.label, self.total, self.begun, self.progress = console, label, total, begun, progress
         self.task = progress.add_task("", total=total, completed=begun, left="") if progress else None
         self.started = self.printed = time.monotonic()
+        self.said = False
 
     @property
     def elapsed(self) -> float:
         """Seconds since the stage began."""
         return max(time.monotonic() - self.started, 1e-9)
 
-    def update(self, done: int, text: str, left: float | None = None) -> None:
+    def update(self, done: float, text: str, left: float | None = None) -> None:
         """Shows that `done` of the total are done. `left`: seconds, where steps are too unlike for the mean to tell."""
         now, rate = time.monotonic(), (done - self.begun) / self.elapsed
         if left is None and rate > 0:
@@ -142,6 +145,14 @@ class LiveLine:
             # the rate first: on a narrow terminal the end of the line is cut
             shown = f"{rate:.3g}/s  {text}"
             self.progress.update(self.task, completed=done, total=self.total, description=shown, left=ahead)
-        elif now - self.printed >= PLAIN_SECONDS or done >= self.total:
-            self.printed = now
-            self.console.line(self.label, f"{done}/{self.total}  {text}  {rate:.3g}/s  {ahead}")
+        elif (
+            now - self.printed >= (PLAIN_SECONDS if self.said else min(FIRST_SECONDS, PLAIN_SECONDS))
+            or done >= self.total
+        ):
+            self.printed, self.said = now, True
+            self.console.line(self.label, f"{_count(done)}/{self.total}  {text}  {rate:.3g}/s  {ahead}")
+
+
+def _count(done: float) -> str:
+    """Steps that are done; of one under way its share, to a tenth that is done."""
+    return str(done) if isinstance(done, int) else f"{math.floor(done * 10) / 10:.1f}"

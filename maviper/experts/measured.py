@@ -8,7 +8,8 @@ Does not: say what happens beyond its horizon.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from functools import cached_property
+from typing import Any, overload
 
 import numpy as np
 
@@ -18,6 +19,7 @@ from maviper.experts.expert import AS_GIVEN
 from maviper.worlds import World
 from maviper.worlds.world import Int
 
+MEASURED = "measured"  # whose Q it is
 GAMMA = 0.95
 HORIZON = 12  # steps; what lies beyond it weighs at most 0.95^12 = 0.54 of what lies within
 FAR, FAR_GAMMA = 50, 0.99  # of single-agent environments, whose episodes are long
@@ -46,7 +48,7 @@ class Measured:
     @property
     def critic(self) -> str:
         """Whose Q this is."""
-        return "measured"
+        return MEASURED
 
     @property
     def card(self) -> Mapping[str, Any]:
@@ -95,7 +97,33 @@ class Measured:
         state = self.world.branched(state)
         for step in range(min(self.horizon, self.world.spec.episode_steps)):
             if step:
-                actions = self.controller.act(everybody, self.world.observe(state), state)
+                actions = self.controller.act(everybody, _Observed(self.world, state), state)
             state = self.world.step(state, actions)
-            total += self.gamma**step * (self.world.rewards(state) + self.shaping * self.world.shaping(state))
+            rewards = self.world.rewards(state)
+            if self.shaping:
+                rewards = rewards + self.shaping * self.world.shaping(state)
+            total += self.gamma**step * rewards
         return total
+
+
+class _Observed(Sequence[Float32]):
+    """What each agent observes in a state, made once somebody looks: a script does not."""
+
+    def __init__(self, world: World, state: Any) -> None:
+        self._world, self._state = world, state
+
+    @cached_property
+    def _each(self) -> tuple[Float32, ...]:
+        return self._world.observe(self._state)
+
+    def __len__(self) -> int:
+        return len(self._world.agents)
+
+    @overload
+    def __getitem__(self, place: int) -> Float32: ...
+
+    @overload
+    def __getitem__(self, place: slice) -> Sequence[Float32]: ...
+
+    def __getitem__(self, place: int | slice) -> Float32 | Sequence[Float32]:
+        return self._each[place]

@@ -9,7 +9,6 @@ Does not: learn, or give a critic (measured.py makes one).
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import product
 from typing import Any
 
 import numpy as np
@@ -27,6 +26,7 @@ PLANNED = 2  # actions that a look-ahead chooses; it coasts after them
 HORIZON = 6  # steps whose distances it adds up
 HELD = 4  # steps for which pursuit and flight imagine one action held
 GAMES_AT_ONCE = 8_192  # bounds the memory of look-aheads
+CACHED_GAMES = 1_024  # of which the distances of one step ahead stay in a processor's cache
 
 
 @dataclass(frozen=True)
@@ -79,29 +79,47 @@ class Landing:
 
     def __init__(self, world: World) -> None:
         spec = world.spec
-        effects = np.array([action.effect or (0.0, 0.0) for action in world.actions[0]])
-        sequences = np.array(list(product(range(len(effects)), repeat=PLANNED)))
-        self.first = sequences[:, 0]
+        effects = np.array([action.effect or (0.0, 0.0) for action in world.actions[0]]).T
         self.force = [entity.force for entity in spec.agents]
-        moved = speed = np.zeros((2, len(sequences)))
-        self.moved = np.empty((HORIZON, 2, len(sequences)))  # for a unit force
+        moved = speed = np.zeros((2, *[1] * PLANNED))
+        self.moved: list[Float64] = []  # for a unit force, [2, ...]: an axis for each action that it depends on
         self.coasted: list[float] = []  # displacement for a unit velocity
         coasted, damped = 0.0, 1.0
         for step in range(HORIZON):
-            push = effects[sequences[:, step]].T if step < PLANNED else np.zeros_like(speed)
+            shape = [effects.shape[1] if place == step else 1 for place in range(PLANNED)]
+            push = effects.reshape(2, *shape) if step < PLANNED else np.zeros_like(speed)
             moved, speed = displaced(spec, moved, speed), accelerated(spec, speed, push)
-            self.moved[step] = moved
+            self.moved.append(moved)
             coasted, damped = displaced(spec, coasted, damped), accelerated(spec, damped, 0.0)
             self.coasted.append(coasted)
 
     def __call__(self, agent: int, offset: Float64, velocity: Float64) -> Int:
-        """The action of one agent, [batch]; `offset` to the target and `velocity`: [2, batch]."""
-        cost = np.zeros((len(self.first), offset.shape[1]))
-        for coasted, moved in zip(self.coasted, self.moved * self.force[agent], strict=True):
+        """The action of one agent, [batch]; `offset` to the target and `velocity`: [2, batch].
+
+        Games beside one another are often the same to an agent: branches of a state by what another does. Each run of
+        such games is looked at once.
+        """
+        seen = np.concatenate([offset, velocity])
+        new = np.ones(seen.shape[1], dtype=bool)
+        new[1:] = (seen[:, 1:] != seen[:, :-1]).any(axis=0)
+        offset, velocity = np.split(seen[:, new], 2)
+        found = np.empty(offset.shape[1], dtype=np.int64)
+        for low in range(0, len(found), CACHED_GAMES):
+            some = slice(low, low + CACHED_GAMES)
+            found[some] = self._first(self.force[agent], offset[:, some], velocity[:, some])
+        return found[np.cumsum(new) - 1]
+
+    def _first(self, force: float, offset: Float64, velocity: Float64) -> Int:
+        cost: Float64 | float = 0.0
+        for coasted, moved in zip(self.coasted, self.moved, strict=True):
             left = offset - coasted * velocity
-            dx, dy = left[0] - moved[0][:, None], left[1] - moved[1][:, None]
-            cost += np.sqrt(dx * dx + dy * dy)
-        return self.first[cost.argmin(axis=0)]
+            squares, down = (left[axis] - (moved[axis] * force)[..., None] for axis in (0, 1))
+            squares *= squares
+            down *= down
+            squares += down
+            cost = cost + np.sqrt(squares, out=squares)  # grows an axis for each further action
+        sums = np.asarray(cost)
+        return sums.reshape(-1, offset.shape[1]).argmin(axis=0) // sums.shape[-2] ** (PLANNED - 1)
 
 
 class SplitUp(Scripted):

@@ -6,8 +6,8 @@ Assumes: an expert with a critic, or one of value networks, where states do not 
 Does not: choose among iterates (extraction/selection), write files or print.
 """
 
-from collections.abc import Mapping, Sequence
-from functools import partial
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -30,6 +30,7 @@ from maviper.worlds import World
 from maviper.worlds.world import Int
 
 FIGURES = "figures"
+WEIGHING = 0.9  # of a round's work, where it takes long enough to be told of
 
 
 def dagger(asked: Extraction, agents: Sequence[int], selection: Selection) -> int:
@@ -41,7 +42,7 @@ def dagger(asked: Extraction, agents: Sequence[int], selection: Selection) -> in
     names = [""] if len(parties) == 1 else [f"-{place}" for place in range(len(parties))]
     groups = [_Group(asked, party, name) for party, name in zip(parties, names, strict=True)]
     for iteration in range(settings.iterations):
-        met = [group.play(iteration) for group in groups]  # line 3
+        met = [group.play(iteration, _told(selection, place, len(groups))) for place, group in enumerate(groups)]
         if settings.rollouts_by != EXPERTS:
             selection.met(_values(met), float(np.mean([each.fidelity for each in met])))
         trees: dict[int, GrownTree] = {}
@@ -53,6 +54,15 @@ def dagger(asked: Extraction, agents: Sequence[int], selection: Selection) -> in
         if selection.offer([trees[agent] for agent in agents]):
             break
     return sum(group.points for group in groups)
+
+
+def _told(selection: Selection, place: int, count: int) -> Callable[[float], None]:
+    """Tells of the share of a round's points that is weighed, these being the group at a place."""
+
+    def told(share: float) -> None:
+        selection.underway(WEIGHING * (place + share) / count, "weighing the states of a round")
+
+    return told
 
 
 def _values(met: Sequence[Met]) -> dict[str, Float64]:
@@ -79,11 +89,23 @@ class _Group:
         """How many there are."""
         return 0 if self.data is None else len(self.data)
 
-    def play(self, iteration: int) -> Met:
-        """Episodes of the group, labelled by the expert, with each agent's weights."""
+    def play(self, iteration: int, told: Callable[[float], None]) -> Met:
+        """Episodes of the group, labelled by the expert, with each agent's weights (line 3). `told`: of the share that
+        is weighed.
+        """
         asked = self.asked
-        weigh = partial(weights, asked, self.agents)
         seeds = asked.settings.rollout_episodes(iteration)
+        most, weighed = len(seeds) * asked.world.spec.episode_steps * len(self.agents), 0
+
+        def weigh(observations: tuple[Float32, ...], state: Any, wanted: Int) -> Float64:
+            nonlocal weighed
+            columns = []
+            for agent in self.agents:
+                columns.append(weights(asked, [agent], observations, state, wanted))
+                weighed += len(wanted)
+                told(min(1.0, weighed / most))
+            return np.concatenate(columns, axis=1)
+
         given = (asked.world, asked.expert, self.controllers, self.agents, seeds, weigh)
         met = asked.journal.met(f"{iteration:04d}-rollouts{self.name}", collect, *given)
         self.data = met.data if self.data is None else self.data + met.data  # line 4

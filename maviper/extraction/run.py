@@ -33,7 +33,7 @@ from maviper.extraction.choosing import helpful_features
 from maviper.extraction.extraction import Running
 from maviper.extraction.journal import NOTHING_KEPT, Journal
 from maviper.extraction.outcome import finalist_score
-from maviper.extraction.selection.progress import EXTRACTING, Progress
+from maviper.extraction.selection.progress import EXTRACTING, Progress, Underway
 from maviper.extraction.settings import Settings, part_settings
 from maviper.files import resuming, runs
 from maviper.files.alone import working_alone
@@ -227,6 +227,7 @@ class Stages:
         self.console, self.metrics, self.stage = console, metrics, ""
         self._since = time.monotonic()
         self._lines: list[str] = []
+        self._best = ""
         self._open = ExitStack()
         self._live: LiveLine | None = None
 
@@ -236,20 +237,30 @@ class Stages:
     def __exit__(self, *caught: object) -> None:
         self._open.close()
 
-    def show(self, progress: Progress) -> None:
+    def show(self, progress: Progress | Underway) -> None:
         """Shows and writes one step. A run that goes on shows the steps that are done again, so the file is whole."""
+        if isinstance(progress, Underway):
+            live = self._line(EXTRACTING, EXTRACTING, progress.total)
+            live.update(progress.done, self._best or progress.doing)
+            return
         if self.metrics:
             self._lines.append(json.dumps(progress.line) + "\n")
             runs.write(self.metrics, "".join(self._lines))
         label = progress.stage if progress.stage == EXTRACTING else f"{progress.stage} {'+'.join(progress.measured)}"
-        if label != self.stage or self._live is None:
-            self._open.close()
-            self.stage, self._live = label, self._open.enter_context(self.console.live(progress.stage, progress.total))
-            self._live.started = self._since  # its first step was done before it was shown
+        live = self._line(label, progress.stage, progress.total)
         best = ", ".join(f"{team} {shown(found)}" for team, found in progress.measured.items())
         agreed = "" if progress.fidelity is None else f"  fidelity {progress.fidelity:.2f}"
-        self._live.update(progress.done, f"best {best}{agreed}  {counted(progress.leaves, 'leaf')}")
+        self._best = f"best {best}{agreed}  {counted(progress.leaves, 'leaf')}"
+        live.update(progress.done, self._best)
         self._since = time.monotonic()
+
+    def _line(self, label: str, stage: str, total: int) -> LiveLine:
+        """The live line of a stage, a new one where another begins."""
+        if label != self.stage or self._live is None:
+            self._open.close()
+            self.stage, self._live = label, self._open.enter_context(self.console.live(stage, total))
+            self._live.started, self._best = self._since, ""  # its first step was done before it was shown
+        return self._live
 
 
 def say_measured(profile: ir.PolicyProfile, world: World, console: Console) -> None:

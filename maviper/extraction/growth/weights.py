@@ -2,9 +2,9 @@
 
 Does: the paper's weights of MAVIPER and IVIPER from an expert's Q, for centralized critics and for value networks.
 Assumes: the expert acts greedily, so that V is Q at the expert's joint action.
-Does not: average over every joint action where there are too many: beyond MAX_JOINT a fixed sample stands for them;
-  weigh states in which the agent no longer acts (0), or average over the actions of others who no longer do; look at
-  what illegal actions are worth.
+Does not: average over every joint action where there are too many: beyond MAX_JOINT a fixed sample stands for them, and
+  beyond MAX_BRANCHED, where play measures each, one that is drawn for each state; weigh states in which the agent no
+  longer acts (0), or average over the actions of others who no longer do; look at what illegal actions are worth.
 """
 
 from collections.abc import Iterator, Sequence
@@ -15,12 +15,15 @@ import numpy as np
 
 from codegen.ir import Bool, Float32, Float64
 from maviper.experts.expert import AS_GIVEN, Expert
+from maviper.experts.measured import MEASURED
+from maviper.experts.wrapped import critic_of
 from maviper.worlds import World
 from maviper.worlds.world import Int, legal_in
 
 ROWS_AT_ONCE = 25_600  # bounds the memory: states x joint actions, each with a row of hidden units
 MAX_JOINT = 625  # joint actions of others that are enumerated
 SAMPLED_JOINT = 32  # ... and how many are drawn where there are more
+MAX_BRANCHED = 25  # joint actions of others that are enumerated where each costs episodes of play
 SAMPLE_SEED = 11
 
 
@@ -77,16 +80,36 @@ def _weight(
     weights, n_own = np.zeros(len(labels)), len(world.actions[agent])
     for rows, playing in in_play(world.alive(state), agent, others):
         # a value network's Q_i does not depend on what others do
-        joint = joint_actions(world, agent, playing if expert.centralized else [])
-        for part in parts(rows, len(labels), max(1, ROWS_AT_ONCE // len(joint))):
-            q = expert.q(agent, [seen[part] for seen in observations], state[part], joint, labels[part])
-            by_own = q.reshape(len(q), n_own, -1)  # the agent's own action varies slowest
-            chosen = np.take_along_axis(by_own, labels[part][:, agent, None, None], axis=1)[:, 0]
-            seen = [obs[part] for obs in observations]
-            least = np.where(_legal(world, agent, seen)[..., None], by_own, np.inf).min(axis=1)
-            theirs = joint[: by_own.shape[2]]  # joint actions of the others
-            weights[part] = _mean(world, chosen - least, playing if expert.centralized else [], seen, theirs)
+        asked = playing if expert.centralized else []
+        for drawn, joint in _asked(world, expert, agent, asked, np.arange(len(labels))[rows]):
+            for part in parts(drawn, len(labels), max(1, ROWS_AT_ONCE // len(joint))):
+                seen = [each[part] for each in observations]
+                q = expert.q(agent, seen, state[part], joint, labels[part])
+                by_own = q.reshape(len(q), n_own, -1)  # the agent's own action varies slowest
+                chosen = np.take_along_axis(by_own, labels[part][:, agent, None, None], axis=1)[:, 0]
+                least = np.where(_legal(world, agent, seen)[..., None], by_own, np.inf).min(axis=1)
+                theirs = joint[: by_own.shape[2]]  # joint actions of the others
+                weights[part] = _mean(world, chosen - least, asked, seen, theirs)
     return weights
+
+
+def _asked(world: World, expert: Expert, agent: int, others: list[int], rows: Int) -> Iterator[tuple[Int, Int]]:
+    """States by their rows, and the joint actions that Q is asked for in them.
+
+    Where Q is measured by play and others have many joint actions, each state gets one of a few: as many as an agent
+    has actions, in which each of the others takes each action equally often (Latin hypercube sampling, McKay et al.
+    1979). The draws of `resample` scatter more than this does.
+    """
+    choices = [len(world.actions[other]) for other in others]
+    if critic_of(expert) != MEASURED or np.prod(choices, dtype=np.float64) <= MAX_BRANCHED:
+        yield rows, joint_actions(world, agent, others)
+        return
+    rng = np.random.default_rng([SAMPLE_SEED, agent])
+    count = max(choices)
+    theirs = np.stack([rng.permutation(count) % n for n in choices], axis=1)
+    turn = rng.permutation(len(rows)) % count
+    for place in range(count):
+        yield rows[turn == place], _with_own(world, agent, others, theirs[place : place + 1])
 
 
 def _legal(world: World, agent: int, observations: Sequence[Float32]) -> Bool:
@@ -124,6 +147,11 @@ def joint_actions(world: World, agent: int, others: list[int]) -> Int:
     else:
         rng = np.random.default_rng([SAMPLE_SEED, agent])
         theirs = rng.integers(choices, size=(SAMPLED_JOINT, len(others)))
+    return _with_own(world, agent, others, theirs)
+
+
+def _with_own(world: World, agent: int, others: list[int], theirs: Int) -> Int:
+    """As `joint_actions`, for some joint actions of the others, [n, len(others)]."""
     n_own = len(world.actions[agent])
     joint = np.full((n_own * len(theirs), len(world.agents)), AS_GIVEN, dtype=np.int64)
     joint[:, agent] = np.repeat(np.arange(n_own), len(theirs))

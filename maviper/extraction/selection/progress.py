@@ -1,6 +1,7 @@
 """What one step of an extraction gave, for those who watch it run.
 
-Does: holds a step's scores, the best so far with intervals, and figures of growth; writes them as a line.
+Does: holds a step's scores, the best so far with intervals, and figures of growth; writes them as a line; says how far
+  a step has come.
 Assumes: nothing.
 Does not: show or keep anything.
 """
@@ -42,7 +43,16 @@ class Progress:
         return found | {"fidelity": self.fidelity, "leaves": self.leaves, **self.growth}
 
 
-OnProgress = Callable[[Progress], None]
+@dataclass(frozen=True)
+class Underway:
+    """How far a step that takes long has come: `done` of `total` steps, with the share of this one."""
+
+    done: float
+    total: int
+    doing: str
+
+
+OnProgress = Callable[[Progress | Underway], None]
 
 
 def count_leaves(trees: Sequence[GrownTree]) -> int:

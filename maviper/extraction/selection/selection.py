@@ -15,7 +15,7 @@ from maviper.extraction.bundles import AGENT, TEAM, UNIFORM, grouped
 from maviper.extraction.extraction import Extraction
 from maviper.extraction.journal import Arrays
 from maviper.extraction.selection.choices import KINDS, Choice, common
-from maviper.extraction.selection.progress import EXTRACTING, OnProgress, Progress, count_leaves
+from maviper.extraction.selection.progress import EXTRACTING, OnProgress, Progress, Underway, count_leaves
 
 
 class Selection:
@@ -46,6 +46,10 @@ class Selection:
         self.fidelity = fidelity
         for choice in self.choices:
             choice.met(values)
+
+    def underway(self, share: float, doing: str) -> None:
+        """Says that a share of the work on the next candidate is done."""
+        self.on_progress(Underway(self.offered + share, self.asked.settings.iterations, doing))
 
     def grown(self, figures: Mapping[str, float]) -> None:
         """Says by name how the growth of the next candidate went."""

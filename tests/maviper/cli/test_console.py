@@ -76,6 +76,18 @@ def test_time_left_counts_what_was_done_here_alone(monkeypatch, capsys):
     assert lines[1].endswith("2 h 05 min left")
 
 
+def test_the_first_line_comes_early_and_a_step_under_way_shows_its_share(monkeypatch, capsys):
+    """A step of 60 s is told of each second: a line after 2 s, then one each 10 s, with the time that is left."""
+    clock = iter(range(10_000))
+    monkeypatch.setattr("maviper.console.time.monotonic", lambda: next(clock) // 2)  # two looks an update
+    live = LiveLine(Console(), "extracting", 2)
+    for second in range(1, 30):
+        live.update(second / 60, "weighing")
+    lines = capsys.readouterr().err.splitlines()
+    assert len(lines) == 3 and lines[0].startswith("extracting  0.0/2  weighing")
+    assert lines[0].endswith("117 s left") or lines[0].endswith("118 s left")
+
+
 @pytest.mark.parametrize(
     ("seconds", "said"), [(0.4, "0 s"), (119.4, "119 s"), (120, "2 min"), (3570, "1 h 00 min"), (29_000, "8 h 03 min")]
 )

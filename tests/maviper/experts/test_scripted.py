@@ -197,3 +197,13 @@ def test_there_is_no_script_for_other_worlds():
     with pytest.raises(InputError, match="no scripted expert") as error:
         scripted(SimpleNamespace(name="tennis"))
     assert "tennis" in str(error.value)
+
+
+def test_games_that_are_alike_beside_one_another_are_decided_alike():
+    """Runs of equal games are looked at once; each game gets what it gets alone."""
+    world = find(f"{SPREAD},agents=1")
+    landing, rng = Landing(world), np.random.default_rng(3)
+    seen = np.repeat(rng.uniform(-1, 1, (4, 40)), rng.integers(1, 5, size=40), axis=1)
+    chosen = landing(0, seen[:2], seen[2:])
+    alone = [int(landing(0, column[:2, None], column[2:, None])[0]) for column in seen.T]
+    assert chosen.tolist() == alone and len(set(alone)) > 2

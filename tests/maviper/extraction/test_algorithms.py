@@ -146,6 +146,29 @@ def test_many_agents_are_sampled():
     assert (others == others[0]).all() and (joint[:, 3].reshape(5, -1) == np.arange(5)[:, None]).all()
 
 
+@pytest.mark.parametrize("agents", [5, 7])
+def test_where_play_measures_q_each_state_gets_one_row_of_a_latin_square(agents, monkeypatch):
+    """No state is left out or asked twice, each of the others takes each action equally often, and own actions vary."""
+    world = find(f"cooperative-navigation,agents={agents}")
+    expert = Measured.suited(world, scripted(world))
+    state = world.start(23, np.random.default_rng(0))
+    observations = world.observe(state)
+    wanted = labels(expert, observations, state)
+    asked = []
+
+    def q(self, agent, observations, state, joint, given):
+        assert agent == 2 and joint.shape == (5, agents) and (joint[:, 2] == np.arange(5)).all()
+        asked.append((state.position[:, 0, 0], joint[0]))
+        return np.tile([0.0, 1.0, 2.0, 3.0, 4.0], (len(given), 1))
+
+    monkeypatch.setattr(Measured, "q", q)
+    found = maviper_weights(world, expert, observations, state, wanted, [2])
+    assert (found[:, 0] == wanted[:, 2]).all()  # Q of the expert's action less the least, 0
+    assert sorted(np.concatenate([rows for rows, _ in asked])) == sorted(state.position[:, 0, 0])
+    rows = np.delete(np.stack([joint for _, joint in asked]), 2, axis=1)
+    assert (np.sort(rows, axis=0) == np.arange(5)[:, None]).all()
+
+
 # --- histograms
 
 
